@@ -63,10 +63,9 @@ def campaign(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     told = next((each for each in recorded.campaigns(store)[0] if each.key == key), None)
     if told is None:
         raise StoreError(f"campaign {key[:40]!r} is not in this store")
-    few = told.cases <= MOST_DRAWN
-    shown = listing.ROWS if place.live else MOST_DRAWN
+    few, most = told.cases <= MOST_DRAWN, listing.ROWS if place.live else MOST_DRAWN
     sort = first.get("sort", "") if few else ""
-    heads, rows = cases(store, key, sort, (number - 1) * shown, shown)
+    heads, rows = cases(store, key, sort, (number - 1) * most, most)
     drawn, others = list[figures.ShownFigure](), list[tuple[int, str]]()
     if few and told.counts.get("done"):
         source = figures.Source(store, recorded.campaign_of(store, key))
@@ -79,21 +78,18 @@ def campaign(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
                 drawn.append(source.shown(each, place.files("campaign", f"key={key}&figure={figure}")))
     subject = remarks.subject_of(told.title)
     mark = next((sign for sign in "\"'" if sign not in told.title), "")
-    return {
+    where = f"campaign = {mark}{told.title}{mark}" if mark and place.live else ""
+    shown = {
         "heading": told.title,
         "told": told,
         "heads": heads,
         "rows": rows,
         "sort": sort,
-        "sortable": place.live and few,
         "number": number,
-        "pages": max(1, -(-told.cases // shown)),
-        "where": f"campaign = {mark}{told.title}{mark}" if mark and place.live else "",
-        "figures": drawn,
-        "others": others,
-        "subject": subject,
-        "remarked": remarks.remarks_on(store.catalogue, [subject]),
     }
+    shown |= {"sortable": place.live and few, "pages": max(1, -(-told.cases // most)), "where": where}
+    shown |= {"figures": drawn, "others": others, "subject": subject}
+    return shown | {"remarked": remarks.remarks_on(store.catalogue, [subject])}
 
 
 def cases(store: Store, key: str, sort: str, skip: int, limit: int) -> tuple[Any, Any]:
@@ -139,9 +135,13 @@ def _in_order(cell: str) -> tuple[bool, float, str]:
 def runs(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     """Return a page of runs."""
     told = listing.listed(store, figures.first(asked))
-    beside = [row[0] for row in told.rows]
-    beside = beside if 1 < len(beside) <= MOST_BESIDE else []
+    beside = few([row[0] for row in told.rows])
     return {"told": told, "signs": listing.SIGNS, "back": urlencode(told.asked), "beside": beside}
+
+
+def few(runs: Sequence[str]) -> Sequence[str]:
+    """Return runs that can be told side by side, none where there are too many or one alone."""
+    return runs if 1 < len(runs) <= MOST_BESIDE else []
 
 
 def run(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
@@ -163,21 +163,15 @@ def run(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     if not place.live:
         drawn += [source.shown(source.ask(kind)) for kind in kinds]
     addresses = [(KINDS[kind].title or kind, f"run={entry.id}&kind={kind}") for kind in kinds if place.live]
-    where = store.address or str(store.path.absolute())
     beside = [row[0] for row in store.catalogue.read(BESIDE, [entry.id])] if place.live else []
-    return {
-        "heading": told["title"],
-        "told": told,
-        "back": _back(first),
-        "beside": beside if 1 < len(beside) <= MOST_BESIDE else [],
-        "has_life": bool(entry.summary.get("life")),
-        "prints": [(title, place.files("figure", address)) for title, address in addresses],
-        "figures": drawn,
-        "commands": f"wearlab show {entry.id} --store {quote(where)}\n"
-        f"wearlab figures --from FIGURE.png --store {quote(where)}   # a figure that was taken along",
-        "python": f"import wearlab as wl\nrun = wl.open({where!r}).run({entry.id!r})\n"
-        f"wl.figure(run, {next(iter(kinds), 'wear-profile')!r})",
-    }
+    shown = {"heading": told["title"], "told": told, "back": _back(first), "beside": few(beside)}
+    shown |= {"has_life": bool(entry.summary.get("life")), "figures": drawn}
+    shown["prints"] = [(title, place.files("figure", address)) for title, address in addresses]
+    where = store.address or str(store.path.absolute())
+    again = f"wearlab figures --from FIGURE.png --store {quote(where)}   # a figure that was taken along"
+    shown["commands"] = f"wearlab show {entry.id} --store {quote(where)}\n{again}"
+    code = f"import wearlab as wl\nrun = wl.open({where!r}).run({entry.id!r})\nwl.figure(run, "
+    return shown | {"python": f"{code}{next(iter(kinds), 'wear-profile')!r})"}
 
 
 def _back(first: Mapping[str, str]) -> dict[str, str]:
@@ -212,8 +206,8 @@ def compare(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
         return {**told, "problem": str(error)}
     told["figures"] = [source.shown(drawn, place.files("figure", figures.address(asked)))]
     where = quote(store.address or str(store.path.absolute()))
-    again = f"wearlab figures --from {drawn.name}.png --store {where}"
-    told["commands"] = f"{again}   # the PNG that was taken along"
+    again = f"wearlab figures --from {drawn.name}.png --store {where}   # the PNG that was taken along"
+    told["commands"] = again
     if len(wanted.runs) == 2:
         told["commands"] += f"\nwearlab compare {' '.join(wanted.runs)} --store {where}"
     return told
@@ -251,19 +245,11 @@ def update(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     names = figures.put_first(FIRST, (name for name, kind in KINDS.items() if kind.of == "update"))
     plots = [(plot, name) for name in names if (plot := update_plot(store, known.subject, name))]
     lines, tables = report_text.text_of(tree)[1:], report_text.fleet_tables(tree)
-    return {
-        "heading": known.title or "Update",
-        "answers": report_text.answers(tree),
-        "alerts": report_text.alerts(lines),
-        "lines": lines,
-        "fleet": tables,
-        "about": report_text.fleet_about(tree) if tables else "",
-        "figures": [
-            figures.of_plot(plot, place.files("update", f"id={known.id}&kind={name}")) for plot, name in plots
-        ],
-        "runs": known.runs,
-        "id": known.id,
-    }
+    prints = (place.files("update", f"id={known.id}&kind={name}") for _, name in plots)
+    drawn = [figures.of_plot(plot, files) for (plot, _), files in zip(plots, prints, strict=True)]
+    shown = {"heading": known.title or "Update", "id": known.id, "runs": known.runs, "figures": drawn}
+    shown |= {"answers": report_text.answers(tree), "alerts": report_text.alerts(lines), "lines": lines}
+    return shown | {"fleet": tables, "about": report_text.fleet_about(tree) if tables else ""}
 
 
 def update_plot(store: Store, subject: str, kind: str) -> Any:

@@ -19,8 +19,7 @@ from markupsafe import Markup
 from wearlab.browsing import interactive, recorded
 from wearlab.browsing.interactive import WIDE
 from wearlab.campaign.campaign import RecordedCampaign
-from wearlab.figures import FigureError, doubt, drawing, render, runs, wording
-from wearlab.figures.kinds import KINDS
+from wearlab.figures import KINDS, FigureError, doubt, drawing, render, runs, wording
 from wearlab.figures.plot import Plot, narrow
 from wearlab.figures.question import KEYS, Question, table_of
 from wearlab.schema import VARIABLES
@@ -87,9 +86,7 @@ def wanted(arguments: Mapping[str, Sequence[str]]) -> WantedFigure:
         raise FigureError(f"{len(runs)} runs are more than the {MOST_RUNS} that one figure shows")
     given = {name: value for name, value in first(arguments).items() if value}
     chosen = (pair.partition("=") for pair in arguments.get("select", ()))
-    select: dict[str, Any] = {
-        dim: int(label) if WHOLE.fullmatch(label) else label for dim, sign, label in chosen if sign and dim
-    }
+    select: dict[str, Any] = {d: int(v) if WHOLE.fullmatch(v) else v for d, sign, v in chosen if sign and d}
     select |= AT.get(given.get("state", ""), {})
     options: dict[str, Any] = {name: given[name] for name in ROLES if name in given}
     if given.get("y_as") in ("logarithm", "difference"):
@@ -146,10 +143,8 @@ class Source:
 
     def of_campaign(self) -> list[Question]:
         """Return what the figures of its campaign ask."""
-        return [
-            Question(number, {key: v for key, v in vars(spec).items() if key in KEYS}, None, self.campaign)
-            for number, spec in enumerate(self.campaign.figures, 1)
-        ]
+        tables = ({key: v for key, v in vars(one).items() if key in KEYS} for one in self.campaign.figures)
+        return [Question(number, table, None, self.campaign) for number, table in enumerate(tables, 1)]
 
     def asked(self) -> list[Question]:
         """Return what the figures of its campaign ask; of one without any, some that its runs can answer."""
@@ -190,9 +185,9 @@ class Source:
         if not axes or not results or len(self.grid.run_id.dims) > len(axes) + 1:
             return []
         y = results[0][0]
+        select = {"select": AT["last"]} if "update" in self.grid[y].dims else {}
         roles = {role: axis.name for role, axis in zip(("x", "hue"), axes, strict=False)}
-        options: dict[str, Any] = {"y": y, **roles}
-        return [self.ask("line", options | ({"select": AT["last"]} if "update" in self.grid[y].dims else {}))]
+        return [self.ask("line", {"y": y, **roles, **select})]
 
     def plot(self, asked: Question) -> Plot:
         """Return a figure as data.
@@ -311,23 +306,22 @@ class Follower:
         ends: Any = {"start": 0, "end": self.last, "step": 1, "value": self.last}
         slider = Slider(title="Wear state", html_attributes=named, **ends, **WIDE)
         slider.on_change("value", lambda name, old, new: self.follow(int(new)))
-        buttons = []
-        for text, step in (("Less worn", -1), ("More worn", 1)):
-            buttons.append(Button(label=text))
-            buttons[-1].on_click(partial(self._step, slider, step))
+
+        def step(by: int) -> None:
+            slider.value = min(max(0, slider.value + by), self.last)
+
+        buttons = [Button(label=text) for text in ("Less worn", "More worn")]
+        for button, by in zip(buttons, (-1, 1), strict=True):
+            button.on_click(partial(step, by))
         self.document.add_timeout_callback(lambda: self.ahead(self.last - 1), PAUSE)
         return [slider, Row(*buttons)]
-
-    def _step(self, slider: Slider, step: int) -> None:
-        slider.value = min(max(0, slider.value + step), self.last)
 
     def _labels(self) -> list[str]:
         """Return what the wear states are called."""
         if "cycle" not in self.grid.variables or "update" not in self.grid.dims:
             return ["the only wear state"]
-        depth = self.grid.get("max_wear_depth")
         told = [wording.cycles(float(count)).text for count in np.atleast_1d(self.grid["cycle"].values)]
-        if depth is None:
+        if (depth := self.grid.get("max_wear_depth")) is None:
             return told
         deepest = (float(np.nanmax(depth.isel(update=number).values)) for number in range(len(told)))
         return [f"{text}, {1e6 * worn:.3g} µm worn" for text, worn in zip(told, deepest, strict=True)]

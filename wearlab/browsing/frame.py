@@ -22,8 +22,12 @@ from wearlab.version import __version__
 HERE = Path(__file__).parent
 PAGES = (("", "Campaigns"), ("runs", "Runs"), ("updates", "Updates"), ("progress", "Under way"))
 STYLE, NAMES = "style.css", "names.js"
-FORMATS = {"png": "image/png", "svg": "image/svg+xml", "pdf": "application/pdf"}
-FORMATS |= {"csv": "text/csv; charset=utf-8"}
+FORMATS = {
+    "png": "image/png",
+    "svg": "image/svg+xml",
+    "pdf": "application/pdf",
+    "csv": "text/csv; charset=utf-8",
+}
 """Of the files of a figure."""
 HOST = "127.0.0.1"
 SCRIPTS: Any = ["bokeh", "bokeh-widgets"]
@@ -32,12 +36,8 @@ STATIC = "/static/"
 SOCKET = "/figure/ws"
 """Only a page that was given a signed session can open it."""
 WRONG = "The token of this window is missing or wrong: open the address that 'wearlab browse' printed."
-HEADERS = {
-    "Cache-Control": "no-store",
-    "Referrer-Policy": "no-referrer",
-    "X-Content-Type-Options": "nosniff",
-    "Cross-Origin-Resource-Policy": "same-origin",
-}
+HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
+HEADERS |= {"Cross-Origin-Resource-Policy": "same-origin"}
 
 
 @cache
@@ -104,11 +104,9 @@ def rendered(template: str, place: Any, told: Mapping[str, Any]) -> str:
 
 def policy(nonce: str) -> str:
     """Return what a page may load: from here alone; of scripts the library's, and those of this nonce."""
-    return (
-        f"default-src 'none'; script-src 'self' blob: 'nonce-{nonce}'; style-src 'self' 'unsafe-inline'; "
-        "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self'; form-action 'self'; "
-        "base-uri 'none'"
-    )
+    drawn = "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self'; form-action 'self'"
+    code = f"script-src 'self' blob: 'nonce-{nonce}'; style-src 'self' 'unsafe-inline'"
+    return f"default-src 'none'; {code}; {drawn}; base-uri 'none'"
 
 
 class HeadedAnswer(RequestHandler):
@@ -123,9 +121,9 @@ class HeadedAnswer(RequestHandler):
 class RefusedRequest(HeadedAnswer):
     """Says no, and nothing else."""
 
-    def initialize(self, status: int, reason: str) -> None:
-        """Take up the answer."""
-        self.status, self.reason = status, reason
+    def initialize(self, problem: tuple[int, str]) -> None:
+        """Take up status and reason."""
+        self.status, self.reason = problem
 
     def prepare(self) -> None:
         """Answer."""
@@ -161,8 +159,7 @@ class Gate(BokehTornado):
     def find_handler(self, request: HTTPServerRequest, **more: Any) -> Any:
         """Return who answers a request, a refusal where it may not be asked."""
         if problem := self.refused(request):
-            status, reason = problem
-            return self.get_handler_delegate(request, RefusedRequest, {"status": status, "reason": reason})
+            return self.get_handler_delegate(request, RefusedRequest, {"problem": problem})
         return super().find_handler(request, **more)
 
     def refused(self, request: HTTPServerRequest) -> tuple[int, str] | None:

@@ -61,9 +61,8 @@ class DrawnFigure(NamedTuple):
     def follow(self, plot: Plot) -> bool:
         """Show the values of another plot of the same form; say whether it has that form."""
         columns = [_columns(panel) for panel in plot.panels]
-        if [[data.keys() for data in each] for each in columns] != [
-            [handle.source.data.keys() for handle in handles] for handles in self.curves
-        ]:
+        had = [[handle.source.data.keys() for handle in handles] for handles in self.curves]
+        if [[data.keys() for data in each] for each in columns] != had:
             return False
         drawn = zip(named(plot), chain(*columns), chain(*self.curves), strict=True)
         for (_, curve, name), data, handle in drawn:
@@ -112,21 +111,15 @@ def drawn(plot: Plot, *, titled: bool = True) -> DrawnFigure:
 
 
 def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tuple[Handle, ...]]:
-    kinds = {"x_axis_type": "log"} if plot.logarithmic_across else {}
-    kinds |= {"y_axis_type": "log"} if plot.logarithmic else {}
-    kinds |= {"x_axis_type": "datetime"} if panel.dates else {}
-    drawn: Any = figure(
-        title=plain(panel.title) or None,
-        x_axis_label=fill(plain(panel.x_label), LETTERS),
-        y_axis_label="" if panel.names else fill(plain(panel.y_label), LETTERS),
-        height=HEIGHT[plot.shape] if not panel.names else max(200, 90 + 26 * len(panel.names)),
-        min_width=NARROWEST,
-        styles={"flex": f"1 1 {NARROWEST}px"},
-        html_attributes={"role": "group", "aria-label": plain(panel.title or plot.title) or "Figure"},
-        **TOOLS,
-        **WIDE,
-        **kinds,
-    )
+    across, up = (fill(plain(label), LETTERS) for label in (panel.x_label, panel.y_label))
+    axes: Any = {"x_axis_label": across, "y_axis_label": "" if panel.names else up}
+    axes |= {"x_axis_type": "log"} if plot.logarithmic_across else {}
+    axes |= {"y_axis_type": "log"} if plot.logarithmic else {}
+    axes |= {"x_axis_type": "datetime"} if panel.dates else {}
+    tall = max(200, 90 + 26 * len(panel.names)) if panel.names else HEIGHT[plot.shape]
+    wide: Any = {**WIDE, "min_width": NARROWEST, "styles": {"flex": f"1 1 {NARROWEST}px"}}
+    wide["html_attributes"] = {"role": "group", "aria-label": plain(panel.title or plot.title) or "Figure"}
+    drawn: Any = figure(title=plain(panel.title) or None, height=tall, **axes, **wide, **TOOLS)
     drawn.toolbar.logo = None
     drawn.grid.grid_line_color = "#e6e6e6"
     drawn.outline_line_color = None
@@ -159,16 +152,11 @@ def _hover(columns: Sequence[str], renderers: Sequence[Any], *, dates: bool = Fa
     value = "@y{%.6g}" + (" ± @y_error{%.2g}" if "y_error" in columns else "")
     more = [("run", "@run")] if "run" in columns else []
     more += [("", "@level{%.6g}")] if "level" in columns else []
-    formats = dict.fromkeys(("@y", "@y_error", "@level"), "printf") | {
-        "@x": "datetime" if dates else "printf"
-    }
-    return HoverTool(
-        renderers=renderers,
-        tooltips=[("", "$name"), ("x", "@x{%F}" if dates else "@x{%.6g}"), ("y", value), *more],
-        formatters=formats,
-        point_policy="snap_to_data",
-        line_policy="nearest",
-    )
+    formats = dict.fromkeys(("@y", "@y_error", "@level"), "printf")
+    formats["@x"], across = ("datetime", "@x{%F}") if dates else ("printf", "@x{%.6g}")
+    told = [("", "$name"), ("x", across), ("y", value), *more]
+    snapping: Any = {"point_policy": "snap_to_data", "line_policy": "nearest"}
+    return HoverTool(renderers=renderers, tooltips=told, formatters=formats, **snapping)
 
 
 def _runs(curve: Curve) -> list[str]:
@@ -340,10 +328,8 @@ def _curve_in_words(curve: Curve, name: str, panel: Panel) -> str:
     if len(y) == 1:
         return f"{name}: {_number(y[0])} at {at(x[0])}{doubt}."
     low, high = int(np.argmin(y)), int(np.argmax(y))
-    return (
-        f"{name}: from {_number(y[0])} to {_number(y[-1])}; least {_number(y[low])} at {at(x[low])}, "
-        f"largest {_number(y[high])} at {at(x[high])}{doubt}."
-    )
+    ends = f"least {_number(y[low])} at {at(x[low])}, largest {_number(y[high])} at {at(x[high])}"
+    return f"{name}: from {_number(y[0])} to {_number(y[-1])}; {ends}{doubt}."
 
 
 def _day(value: float) -> str:

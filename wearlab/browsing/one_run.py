@@ -37,30 +37,25 @@ def content(store: Store, entry: catalogue.Entry) -> dict[str, Any]:
     alone = {entry.id: entry}
     layouts = store.catalogue.layouts([entry.layout] if entry.layout else [])
     stored = layouts[entry.layout]["variables"] if entry.layout else {}
-    scene, written = json.loads(entry.scene or "{}"), reported.written_in(store, entry.id)
+    written = reported.written_in(store, entry.id)
     facts = [(name, v if isinstance(v, list) else [v]) for name, v in reported.facts(store, entry).items()]
     known = [(name, values) for name, values in facts if any(v not in (None, "") for v in values)]
-    return {
-        "id": entry.id,
-        "title": provenance.name_of(store, entry.id).replace("*", "·") or f"Run {entry.id[:10]}",
-        "state": store.state_of(entry),
+    title = provenance.name_of(store, entry.id).replace("*", "·") or f"Run {entry.id[:10]}"
+    said: dict[str, Any] = {"id": entry.id, "title": title, "state": store.state_of(entry)}
+    said |= {
         "verdict": verdict(store, entry),
         "doubts": doubts(entry),
-        "remarks": [line for line, _ in page.remarks(alone)],
-        "model_errors": [line for line, _ in page.model_errors(alone)],
         "reason": (entry.reason or "").strip(),
-        "headlines": [(h.text, h.margin) for h in outcome.headlines(entry.summary)],
-        "results": reported.results(stored, entry),
-        "changes": changes(store, entry, written),
-        "scene": [
-            (path, reported.in_file_units(path, value, written))
-            for path, value in sorted(reported.flat(scene))
-        ],
-        "facts": {name: values for name, values in known if name not in TOLD_ABOVE},
-        "citation": citation(store, entry),
-        "remarked": remarks.remarks_on(store.catalogue, [entry.id]),
-        "stored": reported.groups(stored),
     }
+    said["remarks"] = [line for line, _ in page.remarks(alone)]
+    said["model_errors"] = [line for line, _ in page.model_errors(alone)]
+    said["headlines"] = [(line.text, line.margin) for line in outcome.headlines(entry.summary)]
+    said |= {"results": reported.results(stored, entry), "changes": changes(store, entry, written)}
+    asked = sorted(reported.flat(json.loads(entry.scene or "{}")))
+    said["scene"] = [(path, reported.in_file_units(path, value, written)) for path, value in asked]
+    said["facts"] = {name: values for name, values in known if name not in TOLD_ABOVE}
+    said |= {"citation": citation(store, entry), "stored": reported.groups(stored)}
+    return said | {"remarked": remarks.remarks_on(store.catalogue, [entry.id])}
 
 
 def verdict(store: Store, entry: catalogue.Entry) -> str:
@@ -125,14 +120,12 @@ def side_by_side(store: Store, ids: Sequence[str]) -> dict[str, Any]:
     layouts = store.catalogue.layouts(entry.layout for entry in entries if entry.layout)
     results = {name: [_result(name, entry, layouts) for entry in entries] for name in SUMMED}
     lived = [Lived(*pair) for pair in zip(entries, labels_of(store, entries, keys), strict=True)]
-    ranked = by_life(lived)
-    return {
-        "runs": [(e.id, name, verdict(store, e), doubts(e, e.summary.get("verdict"))) for e, name in lived],
-        "asked": [(key, [value_of_key(key, scene.get(key)) for scene in scenes]) for key in keys],
-        "came": [(name.replace("_", " "), cells) for name, cells in results.items() if any(cells)],
-        "lives": told(store, lived, keys),
-        "longest": ranked[-1].entry.id if ranked else "",
-    }
+    longest = "".join(run.entry.id for run in by_life(lived)[-1:])
+    runs = [(e.id, name, verdict(store, e), doubts(e, e.summary.get("verdict"))) for e, name in lived]
+    asked = [(key, [value_of_key(key, scene.get(key)) for scene in scenes]) for key in keys]
+    came = [(name.replace("_", " "), cells) for name, cells in results.items() if any(cells)]
+    lives = told(store, lived, keys)
+    return {"runs": runs, "asked": asked, "came": came, "lives": lives, "longest": longest}
 
 
 def _result(name: str, entry: catalogue.Entry, layouts: Any) -> str:
@@ -254,11 +247,9 @@ def worn_place(store: Store, entry: catalogue.Entry) -> WornPlace | None:
         return None
     at = {"flank": flank, "profile": end["profile"][int(end.sel(flank=flank).argmax("profile"))]}
     cycle = run["cycle"].values.tolist()
-    factors = {
-        name: abs(float(np.trapezoid(run[name].sel(at).values, cycle))) / (cycle[-1] - cycle[0])
-        for name in FACTORS
-        if name in run and set(run[name].dims) == ALONG
-    }
+    along = [name for name in FACTORS if name in run and set(run[name].dims) == ALONG]
+    lasted = cycle[-1] - cycle[0]
+    factors = {name: abs(float(np.trapezoid(run[name].sel(at).values, cycle))) / lasted for name in along}
     rate = float(depth.sel(at)[-1] - depth.sel(at)[0]) / cycle[-1]
     factor = run.get("dynamic_factor")
     ends = [] if factor is None else [float(factor.isel(update=at).max()) for at in (0, -1)]
@@ -291,11 +282,9 @@ def why(own: WornPlace, other: WornPlace) -> list[str]:
         ratios["their course over the life"] = rest
     shares = ", ".join(f"{words} {_change(part)}" for words, part in ratios.items())
     slower = f"{100.0 * abs(1.0 - ratio):.2g} % {'less' if ratio < 1.0 else 'more'} a cycle than the next"
-    told = [
-        f"It is worn out on the {own.flank} {_place(own, 'the pitch point')}, "
-        f"the next on the {other.flank} {_place(other, 'it')}.",
-        f"There it wears {slower}{': ' if shares else ''}{shares}.",
-    ]
+    where = f"on the {own.flank} {_place(own, 'the pitch point')}"
+    told = [f"It is worn out {where}, the next on the {other.flank} {_place(other, 'it')}."]
+    told.append(f"There it wears {slower}{': ' if shares else ''}{shares}.")
     if own.dynamic and other.dynamic:
         goes = "from {:.3g} unworn to {:.3g} worn".format(*own.dynamic)
         others = "that of the next from {:.3g} to {:.3g}".format(*other.dynamic)
@@ -342,10 +331,8 @@ def longest(runs: Sequence[Lived], keys: Sequence[str]) -> list[str]:
     last, first = ranked[0], ranked[-1]
     if first.life == last.life:
         return [f"All {len(ranked)} lives are {first.life:.4g} cycles."]
-    told = [
-        f"The longest life is {first.life:.4g} cycles, of {first.label}: {first.life / last.life:.3g} times "
-        f"the shortest, of {last.label}."
-    ]
+    times = f"{first.life / last.life:.3g} times the shortest, of {last.label}"
+    told = [f"The longest life is {first.life:.4g} cycles, of {first.label}: {times}."]
     if others := len(runs) - len(ranked):
         told.append(f"{others} of these runs reached no limit of wear: they may live longer.")
     if len(keys) <= MOST_TOLD:

@@ -1,6 +1,7 @@
 """Campaigns as a store knows them, without their files: how far they are, their cases and axes."""
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -12,7 +13,7 @@ from wearlab.campaign.axes import RESERVED, Axis
 from wearlab.campaign.campaign import RecordedCampaign, RecordedCase, from_record
 from wearlab.figures import doubt, kinds
 from wearlab.query.keys import differing_keys, in_usual_unit
-from wearlab.store import Store, StoreError, catalogue, files, grid, outcome, provenance
+from wearlab.store import Store, StoreError, catalogue, database, files, grid, outcome, provenance
 from wearlab.units import is_number, shown_unit, split
 
 MOST_WORDS = 3  # keys that tell runs apart by words
@@ -59,11 +60,9 @@ def campaigns(store: Store, limit: int | None = None, skip: int = 0) -> tuple[li
     store : asked by one question for all, so that many runs cost little
     limit, skip : so many, after the first ones
     """
-    rows = store.catalogue.read(
-        "SELECT key, title, reference, path, recorded FROM campaigns ORDER BY path IS NULL, recorded DESC"
-    )
     latest: dict[tuple[str, str], tuple[Any, ...]] = {}
-    for row in rows:
+    known = "SELECT key, title, reference, path, recorded FROM campaigns ORDER BY path IS NULL, recorded DESC"
+    for row in store.catalogue.read(known):
         latest.setdefault((str(row[1]), str(row[3] or "")), row)
     shown = list(latest.values())[skip:][:limit]
     counts = _counts(store, [row[0] for row in shown])
@@ -80,10 +79,9 @@ def _counts(store: Store, keys: Sequence[str]) -> dict[str, dict[str, Any]]:
     alive = [owner for (owner,) in owners if store.is_alive(str(owner or ""))]
     question = (
         "SELECT m.campaign, CASE WHEN r.state IS NULL THEN 'missing' WHEN r.state = 'running' AND "
-        f"coalesce(r.owner, '') NOT IN ({', '.join('?' * len(alive))}) THEN 'interrupted' ELSE r.state END, "
+        f"coalesce(r.owner, '') NOT IN ({database.marks(len(alive))}) THEN 'interrupted' ELSE r.state END, "
         "count(DISTINCT m.run), count(*), max(r.started), avg(r.seconds) FROM members AS m "
-        "LEFT JOIN runs AS r ON r.id = m.run "
-        f"WHERE m.campaign IN ({', '.join('?' * len(keys))}) GROUP BY 1, 2"
+        f"LEFT JOIN runs AS r ON r.id = m.run WHERE m.campaign IN ({database.marks(len(keys))}) GROUP BY 1, 2"
     )
     counts: dict[str, dict[str, Any]] = {key: {"cases": 0, "changed": ""} for key in keys}
     for key, state, runs, cases, started, seconds in store.catalogue.read(question, [*alive, *keys]):
@@ -101,10 +99,9 @@ def _doubtful(store: Store, keys: Sequence[str]) -> list[tuple[Any, ...]]:
     question = (
         "SELECT m.campaign, count(DISTINCT m.run) FROM keys AS k JOIN facts AS f ON f.key = k.number "
         "JOIN runs AS r ON r.number = f.run JOIN members AS m ON m.run = r.id "
-        f"WHERE ((k.name = 'verdict' AND f.value NOT IN ({firm})) "
-        f"OR (k.name = 'estimate_quality' AND f.value NOT IN ({trusted})) "
-        "OR (k.name = 'separation_fraction' AND f.value > 0)) "
-        f"AND m.campaign IN ({', '.join('?' * len(keys))}) GROUP BY 1"
+        f"WHERE ((k.name = 'verdict' AND f.value NOT IN ({firm})) OR (k.name = 'estimate_quality' AND "
+        f"f.value NOT IN ({trusted})) OR (k.name = 'separation_fraction' AND f.value > 0)) "
+        f"AND m.campaign IN ({database.marks(len(keys))}) GROUP BY 1"
     )
     return store.catalogue.read(question, keys)
 
@@ -130,7 +127,18 @@ def campaign_of(store: Store, key: str) -> RecordedCampaign:
         cases = [(str(run), str(label), dict(json.loads(place or "{}"))) for run, label, place in rows]
     except (ValueError, TypeError, AttributeError) as error:
         raise StoreError(f"{title}: what the catalogue says of it cannot be understood ({error})") from error
-    return _from_places(store, title, reference, cases)
+    # one of an older store: only the places of its cases are known, in words
+    texts: dict[str, dict[str, int]] = {}  # of every axis its values, numbered
+    for _, _, position in cases:
+        for name, text in position.items():
+            texts.setdefault(name, {}).setdefault(str(text), len(texts[name]))
+    scenes = [entry.values for entry in store.entries(run for run, _, _ in cases[:1]).values()]
+    axes = tuple(_axis(name, list(own), *scenes) for name, own in texts.items())
+    recorded = (
+        RecordedCase(label, run, {name: texts[name][str(text)] for name, text in position.items()})
+        for run, label, position in cases
+    )
+    return RecordedCampaign(title, reference, tuple(recorded), axes)
 
 
 def _figures(tables: Iterable[Any]) -> Iterator[SimpleNamespace]:
@@ -141,25 +149,6 @@ def _figures(tables: Iterable[Any]) -> Iterator[SimpleNamespace]:
         known = kinds.KINDS.get(table["kind"])
         if known is None or known.of == "runs":
             yield SimpleNamespace(**{str(key): value for key, value in table.items()})
-
-
-def _from_places(
-    store: Store, title: str, reference: str, cases: Sequence[tuple[str, str, dict[str, Any]]]
-) -> RecordedCampaign:
-    """Return a campaign of which only the places of its cases in words are known: one of an older store."""
-    texts: dict[str, dict[str, None]] = {}
-    for _, _, position in cases:
-        for name, text in position.items():
-            texts.setdefault(name, {})[str(text)] = None
-    scenes = [entry.values for entry in store.entries(run for run, _, _ in cases[:1]).values()]
-    axes = tuple(_axis(name, list(own), *scenes) for name, own in texts.items())
-    recorded = tuple(
-        RecordedCase(
-            label, run, {name: list(texts[name]).index(str(text)) for name, text in position.items()}
-        )
-        for run, label, position in cases
-    )
-    return RecordedCampaign(title, reference, recorded, axes)
 
 
 def _axis(name: str, texts: Sequence[str], scene: Iterable[str] = ()) -> Axis:
@@ -233,19 +222,13 @@ def progress(store: Store) -> dict[str, Any]:
     present = datetime.now(UTC)
     told = []
     for run, owner, started in store.catalogue.read(question):
-        reached, since = store.checkpoints.reached(run) if files.NAME.fullmatch(str(run)) else None, ""
+        at, since = store.checkpoints.reached(run) if files.NAME.fullmatch(str(run)) else None, ""
         with suppress(ValueError, TypeError):
             since = outcome.seconds_text((present - datetime.fromisoformat(str(started))).total_seconds())
-        told.append(
-            {
-                "id": str(run),
-                "name": provenance.name_of(store, run) or str(run)[:10],
-                "alive": store.is_alive(str(owner or "")),
-                "since": since,
-                "cycles": "" if reached is None else f"{reached.cycle:.4g}",
-                "depth": "" if reached is None else f"{1e6 * reached.depth:.3g} µm",
-            }
-        )
+        name, alive = provenance.name_of(store, run) or str(run)[:10], store.is_alive(str(owner or ""))
+        cycles, depth = ("", "") if at is None else (f"{at.cycle:.4g}", f"{1e6 * at.depth:.3g} µm")
+        reached = {"since": since, "cycles": cycles, "depth": depth}
+        told.append({"id": str(run), "name": name, "alive": alive, **reached})
     return {"under_way": told, "campaigns": under_way, "now": present.isoformat()}
 
 
@@ -253,12 +236,13 @@ def _under_way(store: Store) -> list[dict[str, Any]]:
     """Return the campaigns with runs under way: finished, in all, time left by those finished."""
     told = []
     for each in campaigns(store)[0]:
-        done, left, more = (
-            sum(each.counts.get(state, 0) for state in states)
-            for states in (("done", "failed", "refused"), ("running",), ("interrupted", "missing"))
-        )
+        counts = Counter(each.counts)
+        done, left = counts["done"] + counts["failed"] + counts["refused"], counts["running"]
         if left:
-            mean, total = each.counts.get("seconds done"), done + left + more
+            mean, total = (
+                each.counts.get("seconds done"),
+                done + left + counts["interrupted"] + counts["missing"],
+            )
             time = "" if mean is None else outcome.seconds_text(float(mean) * (total - done) / left)
             told.append({"title": each.title, "done": done, "total": total, "left": left, "time": time})
     return told

@@ -7,12 +7,12 @@ then, whether those that were asked are still there.
 
 import math
 import time
-import traceback
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from importlib.util import find_spec
+from traceback import format_exception_only
 from typing import TYPE_CHECKING, Any, cast
 
 from wearlab.runner import local
@@ -100,13 +100,11 @@ def wait_while_present(flow: Any, named: dict[Any, list[str]], present: Present,
     ------
     RunnerError : nobody was there for `ABSENT_SECONDS`
     """
-    now = time.monotonic()
-    looked = seen = now
+    looked = seen = time.monotonic()
     while not flow.has_ready():
         with flow.thread_condition:
             flow.thread_condition.wait(0.1)
-        now = time.monotonic()
-        if now - looked < LOOK_SECONDS or flow.has_ready():
+        if time.monotonic() - looked < LOOK_SECONDS or flow.has_ready():
             continue
         here = set(present())
         looked = time.monotonic()
@@ -138,6 +136,7 @@ CONNECT_SECONDS = 10
 MOST_DEATHS = 3  # of processes that computed one case by itself, after which it has failed
 AHEAD = 2  # batches per worker under way; the rest stays unclaimed, for another process to take
 Settle = Callable[[list[Outcome], Sequence[Task]], list[Task]]
+Resume = Callable[[Task], Task]
 
 
 class Cluster:
@@ -152,22 +151,16 @@ class Cluster:
     """
 
     def __init__(
-        self,
-        client: Any,
-        simulate: str,
-        crew: Crew | None = None,
-        resumed: Callable[[Task], Task] = lambda task: task,
+        self, client: Any, simulate: str, crew: Crew | None = None, resumed: Resume = lambda task: task
     ) -> None:
         self.client, self.simulate, self.crew, self.resumed = client, simulate, crew, resumed
         self.code = None if crew is None else source_hash()
-        self.pace, self.flow = Pace(), cast(Any, None)
-        self.waiting: deque[Task] = deque()
+        self.pace, self.on_trial, self.flow = Pace(), False, cast(Any, None)
+        self.waiting, self.suspects = deque[Task](), deque[Task]()
         self.in_progress: dict[Any, list[Task]] = {}  # by their futures
         self.named: dict[Any, list[str]] = {}  # the workers that each was asked of; none: of anybody
         self.returned: list[list[Task]] = []  # by a worker that was refused
-        self.suspects: deque[Task] = deque()
-        self.on_trial = False
-        self.deaths: Counter[str] = Counter()
+        self.deaths = Counter[str]()
 
     def workers(self) -> list[str]:
         """Return the addresses of the workers that may work."""
@@ -182,8 +175,7 @@ class Cluster:
         """
         from dask.distributed import as_completed
 
-        names = self.workers()
-        asked = {}
+        names, asked = self.workers(), {}
         for turn, name in enumerate(names):
             words = (scenes, self.simulate, turn, len(names))
             asked[self.client.submit(warm_up, *words, workers=[name], pure=False)] = [name]
@@ -226,11 +218,10 @@ class Cluster:
 
     def _next_batches(self, most: int) -> list[list[Task]]:
         """Take batches until so many are under way."""
-        batches = []
-        for _ in range(most - len(self.in_progress)):
-            if self.waiting:
-                size = self.pace.batch(len(self.waiting), most // AHEAD)
-                batches.append([self.waiting.popleft() for _ in range(size)])
+        batches: list[list[Task]] = []
+        while self.waiting and len(batches) + len(self.in_progress) < most:
+            size = self.pace.batch(len(self.waiting), most // AHEAD)
+            batches.append([self.waiting.popleft() for _ in range(size)])
         return batches
 
     def _send(self, batch: list[Task], fit: list[str]) -> None:
@@ -311,9 +302,7 @@ def refuse_unreachable(scheduler: "str | Client | None", dashboard: bool) -> Non
 
 
 @contextmanager
-def connect(
-    workers: int | None, scheduler: "str | Client | None", dashboard: bool = False
-) -> "Iterator[Client]":
+def connect(workers: int | None, scheduler: "str | Client | None", dashboard: bool) -> "Iterator[Client]":
     """Open a client of the given scheduler, or of a cluster of processes on this machine.
 
     Parameters
@@ -346,8 +335,9 @@ def _opened(scheduler: "str | Client") -> "Iterator[Client]":
 
     if isinstance(scheduler, Client):
         if scheduler.status != "running" or scheduler.asynchronous:
-            said = f"the client is {scheduler.status} or asynchronous; give an open one"
-            raise RunnerError(f"scheduler: {said}")
+            raise RunnerError(
+                f"scheduler: the client is {scheduler.status} or asynchronous; give an open one"
+            )
         yield scheduler
         return
     if not isinstance(scheduler, str):
@@ -372,7 +362,6 @@ def _refuse_threads(client: "Client") -> None:
 
 def _lost(task: Task, error: BaseException) -> Outcome:
     """Return the failure of a case whose process died, or whose result could not travel."""
-    reason = "".join(traceback.format_exception_only(error))
     started = datetime.now(UTC).isoformat(timespec="milliseconds")
-    message = f"the worker process died while it ran this case\n{reason}"
+    message = "".join(["the worker process died while it ran this case\n", *format_exception_only(error)])
     return Outcome(task.id, "failed", started, 0.0, task.scene.canonical(), reason=message)

@@ -140,18 +140,11 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
     with dask.config.set(quiet), _main_module_hidden(), quiet_logs(), steady_dask(), ExitStack() as opened:
         try:
             try:
-                cluster = LocalCluster(
-                    n_workers=size,
-                    threads_per_worker=1,
-                    processes=True,
-                    host="127.0.0.1",
-                    scheduler_kwargs={"dashboard": dashboard, "dashboard_address": "127.0.0.1:0"},
-                    worker_dashboard_address=None,
-                    worker_class=swift_nanny(),
-                    silence_logs=logging.CRITICAL,
-                    env={**os.environ, **ONE_THREAD},
-                    preload=[__name__],
-                )
+                here: dict[str, Any] = {"processes": True, "host": "127.0.0.1", "preload": [__name__]}
+                here |= {"worker_class": swift_nanny(), "env": {**os.environ, **ONE_THREAD}}
+                here |= {"worker_dashboard_address": None, "silence_logs": logging.CRITICAL}
+                page = {"dashboard": dashboard, "dashboard_address": "127.0.0.1:0"}
+                cluster = LocalCluster(n_workers=size, threads_per_worker=1, scheduler_kwargs=page, **here)
                 opened.callback(cluster.close)
                 client = opened.enter_context(Client(cluster))
                 opened.enter_context(_staffed(cluster, size))

@@ -104,11 +104,8 @@ def with_calibrations(
     known = store.entries({task.id for task in needed.values()}) if needed else {}
     there = (e.id for e in known.values() if e.state == "done" and not store.is_lost(e))
     lives = {run_id: _life(store, run_id) for run_id in there}
-    made = []
-    for task in tasks:
-        life = lives.get(needed[task.id].id) if task.id in needed else None
-        made.append(task if life is None else task._replace(scene=task.scene.with_calibration(life)))
-    return made
+    found = ((task, lives.get(needed[task.id].id) if task.id in needed else None) for task in tasks)
+    return [t if life is None else t._replace(scene=t.scene.with_calibration(life)) for t, life in found]
 
 
 def _life(store: "Store", run_id: str) -> "CalibrationLife":
@@ -144,14 +141,8 @@ FEWEST, ALONG_PHASE, FLOAT = 64, 8, 8  # points and variables that a run has at 
 MANY = 10_000  # runs above which a plan warns
 SAMPLE = 1_000  # recorded runs that an estimate looks at, the latest first
 SPREAD = 0.1  # shares of the recorded runs left out at both ends of a range
-WORDS = {
-    "new": "new",
-    "cached": "cached",
-    "running": "being computed by another process",
-    "failed": "failed before",
-    "refused": "refused before",
-    "lost": "lost: the file has gone",
-}
+WORDS = {"new": "new", "cached": "cached", "running": "being computed by another process"}
+WORDS |= {"failed": "failed before", "refused": "refused before", "lost": "lost: the file has gone"}
 
 
 class PlannedRun(NamedTuple):
@@ -254,11 +245,9 @@ def plan(
     for case in campaign.cases:
         if case.id not in runs:
             head = heads.get(case.id)
-            other = head is not None and sources.is_other_code(head.source_hash)
-            state = _state(store, head)
-            where = outcome.place(campaign, case)
-            run = PlannedRun(case.id, case.label, where, state, other and state == "cached")
-            runs[case.id], scenes[case.id] = run, case.scene
+            state, where = _state(store, head), outcome.place(campaign, case)
+            other = state == "cached" and head is not None and sources.is_other_code(head.source_hash)
+            runs[case.id], scenes[case.id] = PlannedRun(case.id, case.label, where, state, other), case.scene
     if exists:
         runs |= _changed(campaign, store, [run for run in runs.values() if run.state == "new"], scenes)
     again = ("new", "lost", "failed", "refused") if retry else ("new", "lost")
@@ -270,13 +259,10 @@ def plan(
     to_do = [scenes[run.id] for run in runs.values() if run.state in again]
     seconds, size, basis = _estimate(store, to_do) if exists else (None, None, "")
     free = _free(store.path)
+    warnings = tuple(_warnings(len(to_do), size, sum(map(least_bytes, to_do)), free))
     excluded = tuple((e.condition, outcome.place(campaign, e)) for e in getattr(campaign, "excluded", ()))
-    return Plan(
-        *(campaign.title, len(campaign.cases), tuple(runs.values()), excluded, seconds, size, basis),
-        workers=max(1, min(workers or local.available_cores(), len(to_do))),
-        free=free,
-        warnings=tuple(_warnings(len(to_do), size, sum(map(least_bytes, to_do)), free)),
-    )
+    told = (campaign.title, len(campaign.cases), tuple(runs.values()), excluded, seconds, size, basis)
+    return Plan(*told, max(1, min(workers or local.available_cores(), len(to_do))), free, warnings)
 
 
 def _changed(
@@ -288,13 +274,10 @@ def _changed(
     for member in store.catalogue.members() if new else ():
         if member.path == path and member.campaign == campaign.title:
             earlier.setdefault(_case(member.label, member.position), member.run)
-    before = {run.id: earlier[case] for run in new if (case := _case(run.label, run.position)) in earlier}
+    before = {run.id: earlier.get(_case(run.label, run.position), run.id) for run in new}
     known = store.entries(set(before.values()))
-    return {
-        run.id: run._replace(changed=differing(known[before[run.id]], scenes[run.id].canonical()))
-        for run in new
-        if before.get(run.id, run.id) != run.id and before[run.id] in known
-    }
+    pairs = ((run, known.get(before[run.id])) for run in new if before[run.id] != run.id)
+    return {r.id: r._replace(changed=differing(was, scenes[r.id].canonical())) for r, was in pairs if was}
 
 
 def _case(label: str, position: Mapping[str, Any]) -> str:
@@ -344,7 +327,7 @@ def _estimate(store: "Store", scenes: Sequence[Any]) -> tuple[Amount | None, Amo
     for entry in store.entries(run_id for (run_id,) in latest).values():
         cost = entry.seconds or 0.0, entry.size or 0.0
         recorded.setdefault(parts_of(entry.scene or "{}"), []).append(cost)
-    everything = [cost for costs in recorded.values() for cost in costs]
+    everything = list(chain.from_iterable(recorded.values()))
     if not everything or not scenes:
         return None, None, ""
     wanted = Counter(parts_of(scene.canonical()) for scene in scenes)

@@ -3,26 +3,27 @@
 import sys
 import threading
 import time
+from collections import Counter
+from contextlib import ExitStack
 from html import escape
-from typing import Any, Self
+from typing import Any
 
 from wearlab.store.outcome import Outcome
 
 CASES = "cases"
 
 
-class Progress:
-    """What ``run`` tells about its progress, and what it has told; this one shows it to nobody."""
+class Progress(ExitStack):
+    """What ``run`` tells about its progress, and what it has told; this one shows it to nobody.
+
+    It begins when it is made; what it has begun ends with the block that it stands for.
+    """
 
     def __init__(self) -> None:
+        super().__init__()
         self.text, self.what, self.total, self.done = "starting", CASES, 0, 0
-        self.counts: dict[str, int] = {}
+        self.counts: Counter[str] = Counter()
         self.at: dict[str, str] = {}
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, *told: Any) -> None: ...
 
     def step(self, text: str) -> None:
         """Say what is being done before cases run."""
@@ -42,7 +43,7 @@ class Progress:
         self.text, self.done = "", self.done + 1
         self.at.pop(outcome.id, None)
         if outcome.state in ("failed", "refused"):
-            self.counts[outcome.state] = self.counts.get(outcome.state, 0) + 1
+            self.counts[outcome.state] += 1
         self.show()
 
     def in_progress(self, run_id: str, text: str) -> None:
@@ -76,17 +77,11 @@ class Lines(Progress):
 
     def __init__(self, every: float = 30.0, stream: Any = None) -> None:
         super().__init__()
-        self._every, self._stream = every, stream or sys.stderr
-        self._ended = threading.Event()
-        self._clock = threading.Thread(target=self._tell, name="wearlab-progress", daemon=True)
-
-    def __enter__(self) -> Self:
-        self._clock.start()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, *told: Any) -> None:
-        self._ended.set()
-        self._clock.join()
+        self._every, self._stream, self._ended = every, stream or sys.stderr, threading.Event()
+        clock = threading.Thread(target=self._tell, name="wearlab-progress", daemon=True)
+        self.callback(clock.join)
+        self.callback(self._ended.set)
+        clock.start()
 
     def _tell(self) -> None:
         while not self._ended.wait(self._every):
@@ -108,20 +103,12 @@ class ProgressBar(Progress):
 
         super().__init__()
         self._console = console or Console(stderr=True)
-        columns = (
-            *(progress.SpinnerColumn(), "{task.description}", progress.BarColumn()),
-            *(progress.MofNCompleteColumn(), "{task.fields[trouble]}"),
-            *(progress.TimeElapsedColumn(), "left", progress.TimeRemainingColumn()),
-        )
-        self._bar = progress.Progress(*columns, console=self._console, transient=True)
-        self._task = self._bar.add_task("", total=None, trouble="")
-
-    def __enter__(self) -> Self:
-        self._bar.start()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, *told: Any) -> None:
-        self._bar.stop()
+        bar = (progress.SpinnerColumn(), "{task.description}", progress.BarColumn())
+        counts = (progress.MofNCompleteColumn(), "{task.fields[trouble]}")
+        times = (progress.TimeElapsedColumn(), "left", progress.TimeRemainingColumn())
+        shown = progress.Progress(*bar, *counts, *times, console=self._console, transient=True)
+        self._task = shown.add_task("", total=None, trouble="")
+        self._bar = self.enter_context(shown)
 
     def note(self, text: str) -> None:
         """Write a line above the bar."""
@@ -153,8 +140,9 @@ class NotebookBar(Progress):
         super().__init__()
         self._display, self._handle = display, None
         self._begun = self._drawn = time.monotonic()
+        self.push(self._end)
 
-    def __exit__(self, kind: type[BaseException] | None, *told: Any) -> None:
+    def _end(self, kind: type[BaseException] | None, *told: Any) -> None:
         self.text = "interrupted" if kind is KeyboardInterrupt else "" if kind else self.text
         if self._handle is not None:
             self._draw()

@@ -174,8 +174,7 @@ class Report:
     def to_dict(self) -> dict[str, Any]:
         """Return counts, times and troubled cases as plain data."""
         told = asdict(replace(self, campaign=None, store=None))
-        del told["campaign"], told["store"]
-        return told
+        return {name: value for name, value in told.items() if name not in ("campaign", "store")}
 
     def to_xarray(self, *, si: bool = False) -> "xr.Dataset":
         """Return the runs as one lazy dataset, as `Store.open` does.

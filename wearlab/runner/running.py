@@ -105,15 +105,15 @@ def run(
                 work.complete([*first.values(), *alone], staff, what, more=len(calibrated) > 1)
                 work.complete(plan.with_calibrations(calibrated, needed, store), staff)
         except KeyboardInterrupt:
-            _tidy(store, presence.token, work)
+            work.tidy()
             done = sum(head.state != "running" for head in store.heads(tasks).values())
             said = f"interrupted: {done} done, {len(tasks) - done} to go; run again to continue"
             raise report.Interrupted(said) from None
         except BaseException:
             with suppress(StoreError):  # what went wrong first is what is told
-                _tidy(store, presence.token, work)
+                work.tidy()
             raise
-        _tidy(store, presence.token, work)
+        work.tidy()
     return _report(campaign, store, key, work.finished, time.perf_counter() - clock, tuple(notes))
 
 
@@ -134,11 +134,6 @@ def _opened(store: "Store") -> list[str]:
     count = len(store.entries())
     more = f"; {len(left_out)} were left out: 'wearlab verify' tells why" if left_out else ""
     return [f"the catalogue had gone: {count} runs were taken back from their files{more}"]
-
-
-def _tidy(store: "Store", owner: str, work: "_Work") -> None:
-    """Forget what was begun and not finished; keep what has its file, written just now or long ago."""
-    store.give_back(owner, work.taken_again - work.finished)
 
 
 class _Work:
@@ -169,29 +164,26 @@ class _Work:
                 self.bar.start(len(left), what)
                 begun = True
             before = len(self.finished)
-            self._compute(here)
+            if self.cluster is not None:
+                self.cluster.compute(here, self._settle)
+            else:
+                for task in here:
+                    for taken in self._settle([], [task]):
+                        self._settle([execute(self.resumed(taken), self.simulate, self.receive)], [])
             if len(self.finished) == before:
                 self.bar.step(f"waiting for another process ({len(left)})")
                 time.sleep(POLL)
 
     def _begin(self, tasks: Sequence[Task], staff: Staff, more: bool) -> None:
-        scenes = [task.scene for task in tasks]
         if self.cluster is None and (len(tasks) > 1 or more):
             self.bar.step("starting workers")
             self.cluster = staff()
         self.bar.step("compiling")
+        scenes = [task.scene for task in tasks]
         if self.cluster is None:
             warm_up(scenes, self.simulate)
         else:
             self.cluster.warm_up(scenes)
-
-    def _compute(self, tasks: Sequence[Task]) -> None:
-        if self.cluster is not None:
-            self.cluster.compute(tasks, self._settle)
-            return
-        for task in tasks:
-            for taken in self._settle([], [task]):
-                self._settle([execute(self.resumed(taken), self.simulate, self.receive)], [])
 
     def _settle(self, outcomes: list[outcome.Outcome], wanted: Sequence[Task]) -> list[Task]:
         """Keep what is finished and take what is to be computed next; return what was taken."""
@@ -203,6 +195,10 @@ class _Work:
         for finished in outcomes:
             self.bar.advance(finished)
         return [task for task in wanted if task.id in taken]
+
+    def tidy(self) -> None:
+        """Forget what was begun and not finished; keep what has its file, written just now or long ago."""
+        self.store.give_back(self.owner, self.taken_again - self.finished)
 
     def resumed(self, task: Task) -> Task:
         """Return a task with what was kept of it when it last stopped."""
@@ -226,8 +222,7 @@ class _Work:
 
     def _left(self, tasks: Sequence[Task]) -> list[tuple[Task, bool]]:
         """Return the tasks nobody has finished, each with whether a living process is at it."""
-        known = self.store.heads(task.id for task in tasks)
-        left = []
+        known, left = self.store.heads(task.id for task in tasks), []
         for task in (task for task in tasks if task.id not in self.finished):
             if (head := known.get(task.id)) is None or head.state == "running" or self._free(head):
                 elsewhere = head is not None and head.state == "running" and not self.store.is_stale(head)
@@ -241,9 +236,8 @@ def _record(campaign: "Campaign", store: "Store") -> str:
 
     members = [(case.id, case.label, outcome.place(campaign, case)) for case in campaign.cases]
     path, metadata = (getattr(campaign, name, None) for name in ("path", "metadata"))
-    file, record = None if path is None else str(path), campaigns.with_figures(campaign)
-    title, reference = campaign.title, campaign.reference
-    return store.catalogue.record_campaign(title, reference, file, members, metadata, record)
+    told = (None if path is None else str(path), members, metadata, campaigns.with_figures(campaign))
+    return store.catalogue.record_campaign(campaign.title, campaign.reference, *told)
 
 
 def _report(
@@ -253,10 +247,8 @@ def _report(
     labels = {case.id: case.label for case in reversed(campaign.cases)}
     states = [head.state for head in heads.values()]
     noted = [h.id for h in heads.values() if h.state != "done" or (h.warnings and h.id in computed)]
-    troubled = tuple(
-        report.CaseReport(entry.id, labels[entry.id], entry.state, entry.reason, entry.warnings)
-        for entry in store.entries(noted).values()
-    )
+    known = store.entries(noted).values()
+    troubled = tuple(report.CaseReport(e.id, labels[e.id], e.state, e.reason, e.warnings) for e in known)
     counts = (states.count("done"), states.count("failed"), states.count("refused"))
     entries = store.entries(case.id for case in campaign.cases if getattr(case, "expect", None) is not None)
     compared, expected = [], []
@@ -267,7 +259,5 @@ def _report(
         if told is not None:
             expected.append(report.Expected(case.id, case.label, outcome.place(campaign, case), told))
     store.catalogue.record_comparisons(key, compared)
-    return report.Report(
-        *(len(labels), len(computed & labels.keys()), *counts, seconds),
-        *(troubled, tuple(expected), notes, campaign, store),
-    )
+    numbers = (len(labels), len(computed & labels.keys()), *counts, seconds)
+    return report.Report(*numbers, *(troubled, tuple(expected), notes, campaign, store))

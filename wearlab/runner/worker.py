@@ -158,10 +158,8 @@ def execute(task: Task, simulate: str = SIMULATE, send: Send | None = None) -> o
             state = "refused" if isinstance(error, GearError | Refused) else "failed"
             result = {"reason": str(error) if state == "refused" else traceback.format_exc()}
     distinct = dict.fromkeys(f"{warning.category.__name__}: {warning.message}" for warning in caught)
-    return outcome.Outcome(
-        *(task.id, state, started, time.perf_counter() - clock, scene),
-        **{"wearlab_version": version.__version__, "warnings": tuple(distinct), **result},
-    )
+    result = {"wearlab_version": version.__version__, "warnings": tuple(distinct), **result}
+    return outcome.Outcome(task.id, state, started, time.perf_counter() - clock, scene, **result)
 
 
 def warm_up(scenes: Sequence[Any], simulate: str = SIMULATE, turn: int = 0, workers: int = 1) -> None:
