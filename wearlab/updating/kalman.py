@@ -45,6 +45,8 @@ class Inspection(NamedTuple):
 
 
 Inspections = Sequence[Inspection]
+Compared = tuple[Array, Array, Array]  # measured minus model, variance of errors, limit minus model
+Sums = tuple[Array | None, Array, Array, Array]  # Σ r²/v, Σ a r/v, Σ a²/v, Σ ln 2πv
 
 
 @dataclass(frozen=True)
@@ -93,46 +95,43 @@ class Filtered:
 
 
 def filtered(
-    residual: Array,
-    variance: Array,
-    inspections: Inspections,
+    seen: Compared,
+    times: Inspections,
     known: Filtered,
-    rate: Array | float,
+    rate: Any,
+    loading: Any = None,
     *,
-    room: Array | None = None,
-    loading: Array | None = None,
     steps: bool = False,
 ) -> Filtered:
     """Return the likelihood of residuals and what is known of W.
 
     Parameters
     ----------
-    residual : (…, n) measured minus model; leading dimensions are lanes
-    variance : (…, n) or (…, 1) of the independent errors; lanes are broadcast
-    inspections : in order of time
+    seen : (…, n) measured minus model, leading dimensions being lanes; (…, n) or (…, 1) variance of the
+        independent errors, lanes being broadcast; (…, n) limit minus model of values of which only a limit is
+        known, NaN of those that were seen
+    times : inspections in order of time
     known : of W before
     rate : variance of W per cycle
-    room : (…, n) of values of which only a limit is known, limit minus model; NaN of those that were seen
     loading : (…, n) by which W and the offset count in a value [1]
     steps : whether each inspection's innovation is kept
     """
-    each = [residual[..., :1], variance[..., :1], np.ones(1) if loading is None else loading[..., :1]]
-    lanes = np.broadcast_shapes(*(part.shape[:-1] for part in each), np.shape(rate))
-    limited = np.zeros(residual.shape[-1], bool) if room is None else hidden(room)
+    (residual, variance, room), a = seen, np.ones(1) if loading is None else loading
+    each = [part[..., 0].shape for part in (residual[..., :1], variance, a)]
+    lanes = np.broadcast_shapes(*each, np.shape(rate))
+    limited = hidden(room)
     # each grows to the lanes that it depends on
     total, mean, spread, last = known.log_likelihood, known.mean, known.variance, known.cycle
     kept: list[Innovation] = []
-    for inspection in inspections:
-        scale, values = inspection.scale, inspection.values
-        before, before_spread = scale * mean, scale**2 * (spread + rate * (inspection.cycle - last))
-        last = inspection.cycle
-        shared, shared_spread = before, before_spread + inspection.offset_variance  # of W and the offset
+    for cycle, values, offset_variance, scale in times:
+        before, before_spread = scale * mean, scale**2 * (spread + rate * (cycle - last))
+        last, shared, shared_spread = cycle, before, before_spread + offset_variance  # of W and the offset
         whole, (off, chi, gained) = shared_spread, np.zeros((3, 1))[:, 0]
         under, told = values[limited[values]], values[~limited[values]]
         if len(told):
             sums = _sums(residual, variance, told, loading)
-            off, chi, gained, shared, shared_spread = learned(shared, shared_spread, *sums)
-        if room is not None and len(under):
+            off, chi, gained, shared, shared_spread = learned(shared, shared_spread, sums)
+        if len(under):
             wide = [np.broadcast_to(part, lanes) for part in (shared, shared_spread)]
             log_below, shared, shared_spread = below(room, variance, under, wide[0], np.sqrt(wide[1]))
             gained = gained + log_below
@@ -155,9 +154,7 @@ def hidden(room: Array) -> Flags:
     return np.asarray(~np.isnan(room[(0,) * (room.ndim - 1)]))
 
 
-def _sums(
-    residual: Array, variance: Array, values: Index, loading: Array | None
-) -> tuple[Array | None, Array, Array, Array]:
+def _sums(residual: Array, variance: Array, values: Index, loading: Array | None) -> Sums:
     """Return Σ r²/v, Σ a r/v, Σ a²/v and Σ ln 2πv of some values with their loadings a.
 
     Of one value there is no first: it is what follows from the other two, without what rounding leaves.
@@ -175,9 +172,7 @@ def _sums(
     return square, whole(a * r / v), whole(a * a / v), whole(np.log(v) + LOG_TWO_PI)
 
 
-def learned(
-    mean: Any, spread: Any, square: Array | None, cross: Array, precision: Array, logs: Any
-) -> tuple[Array, Array, Array, Array, Array]:
+def learned(mean: Any, spread: Any, sums: Sums) -> tuple[Array, Array, Array, Array, Array]:
     """Return what values tell of a state: surprise, chi², their log likelihood, its mean and variance after.
 
     With x the state that fits best, chi² = Σ r²/v − (Σ a r/v)²/Σ a²/v + (x − mean)²/(spread + 1/Σ a²/v), in
@@ -186,8 +181,9 @@ def learned(
     Parameters
     ----------
     mean, spread : of the state before, and its variance
-    square, cross, precision, logs : Σ r²/v, Σ a r/v, Σ a²/v, Σ ln 2πv
+    sums : Σ r²/v, Σ a r/v, Σ a²/v, Σ ln 2πv
     """
+    square, cross, precision, logs = sums
     least = np.maximum(precision, 1e-300)
     fits, expected, scale = cross / least, spread + 1.0 / least, 1.0 + spread * precision
     off = fits - mean
@@ -197,9 +193,7 @@ def learned(
     return off / np.sqrt(expected), chi, likelihood, mean + spread / expected * off, spread / scale
 
 
-def with_gain(
-    value: Array, model: Array, variance: Array, inspections: Inspections, error: ErrorModel
-) -> Filtered:
+def with_gain(value: Array, model: Array, variance: Array, times: Inspections, error: ErrorModel) -> Filtered:
     """Return the likelihood of values whose model has an unknown gain, N(1, s²), and the gain's law.
 
     It is a state that does not move, by which the model counts in each value. Of errors in parts of what is
@@ -209,17 +203,17 @@ def with_gain(
     ----------
     value, model : (…, n) measured, and the model
     variance : (…, n) or (…, 1) of the independent errors, without those in parts of the value
-    inspections : in order of time
+    times : inspections in order of time
     error : with s, and the standard error in parts of gain times model
     """
-    known = Filtered(0.0, 1.0, error.gain_sd**2)
-    if not error.relative or not inspections:
-        return filtered(value, variance, inspections, known, 0.0, loading=model, steps=True)
+    known, room = Filtered(0.0, 1.0, error.gain_sd**2), np.full_like(value, np.nan)
+    if not error.relative or not times:
+        return filtered((value, variance, room), times, known, 0.0, model, steps=True)
     v = np.broadcast_to(variance, np.broadcast_shapes(variance.shape, model.shape))
-    until = [np.concatenate([one.values for one in inspections[:n]]) for n in range(1, len(inspections) + 1)]
+    until = [np.concatenate([one.values for one in times[: n + 1]]) for n in range(len(times))]
     laws = [_over_gain(value[..., n], model[..., n], v[..., n], error) for n in until]
     v = v + (error.relative * laws[-1][1][..., None] * model) ** 2
-    seen = filtered(value, v, inspections, known, 0.0, loading=model, steps=True)
+    seen = filtered((value, v, room), times, known, 0.0, model, steps=True)
     before = np.zeros(())
     for n, (logs, mean, spread) in enumerate(laws):
         seen.steps[n] = replace(seen.steps[n], log_likelihood=logs - before, mean=mean, variance=spread)
@@ -254,9 +248,7 @@ def _over_gain(y: Array, model: Array, own: Array, error: ErrorModel) -> tuple[A
     return total + np.log(width), mean, np.sum(mass * (np.array(gains) - mean) ** 2, axis=0)
 
 
-def below(
-    room: Array, variance: Array, values: Index, mean: Array, spread: Array
-) -> tuple[Array, Array, Array]:
+def below(room: Array, variance: Array, values: Index, mean: Array, spread: Array) -> tuple[Array, ...]:
     """Return log probability that all these values are below, and mean and variance of u given that.
 
     Parameters

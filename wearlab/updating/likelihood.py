@@ -208,7 +208,7 @@ def modelled(block: Block, run: RunHistory, number: int, factor: Array) -> Array
     return np.asarray(depth - asked.curve.at(run.own_cycle(first, f, asked.clock), column))
 
 
-def compared(block: Block, model: Array, sd: Array) -> tuple[Array, Array, Array]:
+def compared(block: Block, model: Array, sd: Array) -> kalman.Compared:
     """Return measured minus model, the variance of independent errors, and limits minus model.
 
     The last is NaN of values that were seen, (n,) where all were; the first is 0 of those that were not.
@@ -288,7 +288,7 @@ def log_likelihood(
     times = steps or inspections_of(block, pairs[0][0], number)
     times = [one._replace(cycle=cycle[..., one.values[0]]) if len(one.values) else one for one in times]
     known = kalman.Filtered(cycle=start)
-    return kalman.filtered(residual, variance, times, known, rate, room=room, steps=len(steps) > 0)
+    return kalman.filtered((residual, variance, room), times, known, rate, steps=len(steps) > 0)
 
 
 def _independent(residual: Array, variance: Array, room: Array) -> Array:
@@ -393,9 +393,7 @@ def _condensed(block: Block, run: RunHistory, asked: Asked, factor: Array, sd: A
     parts = [_of_factors(bins, run, asked, flat[some], spread[some], block) for some in pieces]
     logs, chi, *more = np.concatenate(parts, axis=1).reshape(-1, *shape)
     if more:
-        cross, precision = more
-        known = 1.0, block.data.error.gain_sd**2
-        return np.stack(kalman.learned(*known, chi, cross, precision, logs + constant)[2:])
+        return np.stack(kalman.learned(1.0, block.data.error.gain_sd**2, (chi, *more, logs + constant))[2:])
     return np.stack([-0.5 * (chi + logs + constant), np.zeros(shape), np.zeros(shape)])
 
 

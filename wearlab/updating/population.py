@@ -24,7 +24,8 @@ from scipy.special import logsumexp, ndtri, softmax
 from scipy.stats import qmc
 
 from wearlab.arrays import Array, Index, Random
-from wearlab.campaign import distributions, update_options
+from wearlab.campaign.distributions import Distribution
+from wearlab.campaign.update_options import Fleet
 from wearlab.units import HOUR
 from wearlab.updating import grids, kalman, likelihood, measurements
 from wearlab.updating.run_curves import Asked, RunCurve, RunHistory
@@ -46,7 +47,7 @@ class Parameter(NamedTuple):
     """Something positive that all units share: its name, its prior, and the SI value of the prior's unit."""
 
     name: str
-    prior: distributions.Distribution
+    prior: Distribution
     scale: float = 1.0
 
 
@@ -99,9 +100,7 @@ class FleetMember:
     def up_to(self, cycle: float) -> "FleetMember":
         """Return the unit with what had been measured by a cycle."""
         n = len(self.blocks) if self.asked is None else self.asked
-        by, before = (
-            likelihood.held(self.blocks, self.run, holds, cycle) for holds in (np.less_equal, np.less)
-        )
+        by, before = (likelihood.held(self.blocks, self.run, how, cycle) for how in (np.less_equal, np.less))
         return replace(self, blocks=(*by[:n], *before[n:]))
 
 
@@ -155,15 +154,16 @@ def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool
         own._replace(cycle=shared.equal(run.equal(own.cycle)), values=own.values + begins[n], scale=worn[n])
         for n, own in unit.inspections
     ]
-    residual, variance, room = parts[0] if len(parts) == 1 else _side_by_side(parts)
-    return kalman.filtered(residual, variance, times, kalman.Filtered(), shared.rate, room=room, steps=steps)
+    seen = parts[0] if len(parts) == 1 else _side_by_side(parts)
+    return kalman.filtered(seen, times, kalman.Filtered(), shared.rate, steps=steps)
 
 
-def _side_by_side(parts: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, ...]:
+def _side_by_side(parts: Sequence[kalman.Compared]) -> kalman.Compared:
     """Return residuals, variances and limits of several blocks as those of one."""
     shape = np.broadcast_shapes(*(each.shape[:-1] for part in parts for each in part))
     wide = [[np.broadcast_to(each, (*shape, part[0].shape[-1])) for each in part] for part in parts]
-    return tuple(np.concatenate(each, axis=-1) for each in zip(*wide, strict=True))
+    residual, variance, room = (np.concatenate(each, axis=-1) for each in zip(*wide, strict=True))
+    return residual, variance, room
 
 
 class Law(NamedTuple):
@@ -192,40 +192,29 @@ class Law(NamedTuple):
         return Shared(power, columns.get(STRAYING, self.straying * one), sd, self.reference)
 
 
-def law_of(
-    fleet: update_options.Fleet, prior: distributions.Distribution, units: Sequence[FleetMember]
-) -> Law:
+def law_of(fleet: Fleet, prior: Distribution, units: Sequence[FleetMember]) -> Law:
     """Return what is unknown of all units together.
 
     Raises
     ------
     UpdateError : that is more than five numbers
     """
-    given = {POWER: fleet.power, STRAYING: fleet.straying}
-    unknown = {n: one for n, one in given.items() if isinstance(one, distributions.Distribution)}
-    known = {n: one for n, one in given.items() if not isinstance(one, distributions.Distribution)}
-    errors = [block.sd for block in units[0].blocks]
-    parameters = [
-        *(Parameter(n, one) for n, one in unknown.items()),
-        *(Parameter(f"sd_{n}", sd.prior, sd.scale) for n, sd in enumerate(errors) if sd.prior is not None),
-        Parameter(SPREAD, fleet.spread),
-        Parameter(MEDIAN, prior),
-    ]
+    given, sds = {POWER: fleet.power, STRAYING: fleet.straying}, [block.sd for block in units[0].blocks]
+    parameters = [Parameter(n, one) for n, one in given.items() if isinstance(one, Distribution)]
+    known = {n: one for n, one in given.items() if not isinstance(one, Distribution)}
+    parameters += [Parameter(f"sd_{n}", sd.prior, sd.scale) for n, sd in enumerate(sds) if sd.prior]
+    parameters += [Parameter(SPREAD, fleet.spread), Parameter(MEDIAN, prior)]
     if len(parameters) > MOST:
-        raise measurements.UpdateError(
-            f"update.population: {len(parameters)} numbers are unknown to all units, at most {MOST} can be: "
-            "give power or straying as a number, or an error.sd"
-        )
+        said = f"{len(parameters)} numbers are unknown to all units, at most {MOST} can be: give power or "
+        raise measurements.UpdateError(f"update.population: {said}straying as a number, or an error.sd")
     seen, run = np.concatenate([unit.run.equal(unit.cycles) for unit in units]), units[0].run
     reference = float(np.median(seen[seen > 0.0])) if (seen > 0.0).any() else run.end - run.start
     if fleet.reference is not None:
         reference = fleet.reference * HOUR / run.seconds_per_cycle
-    return Law(tuple(parameters), reference, sd=tuple(sd.known for sd in errors), **known)
+    return Law(tuple(parameters), reference, sd=tuple(sd.known for sd in sds), **known)
 
 
-def _table(
-    unit: FleetMember, shared: Shared, ends: tuple[float, float], cycles: Array | None
-) -> tuple[Array, Array]:
+def _table(unit: FleetMember, shared: Shared, ends: Array, cycles: Array | None) -> tuple[Array, Array]:
     """Return ln f on a fine grid of a unit, (n,), and the log of its likelihood times the spacing, (p, n).
 
     With cycles that likelihood is of what had been measured by each of them, (cycles, p, n).
@@ -238,11 +227,10 @@ def _table(
         gained = [np.broadcast_to(step.log_likelihood, shape) for step in seen.steps]
         return np.asarray(np.cumsum([np.zeros(shape), *gained], axis=0)[unit.inspected(cycles)])
 
-    low, high = ends
     middle = shared.middle  # the top moves little with what the units share
-    found = grids.peak(lambda u, _: log_likelihood(middle, u), np.array([low]), np.array([high]))
-    centre, width = float(found[0][0]), float(np.clip(found[1][0], 1e-4, 0.25 * (high - low)))
-    first, last = (float(np.arcsinh((end - centre) / width)) for end in ends)
+    found = grids.peak(lambda u, _: log_likelihood(middle, u), ends[:1], ends[1:])
+    centre, width = float(found[0][0]), float(np.clip(found[1][0], 1e-4, 0.25 * (ends[1] - ends[0])))
+    first, last = np.arcsinh((ends - centre) / width).tolist()
     coarse, fine = (np.linspace(first, last, n) for n in (NODES, FINER * (NODES - 1) + 1))
     logs = log_likelihood(shared, (centre + width * np.sinh(coarse))[None], cycles)
     logs = CubicSpline(coarse, np.maximum(logs, logs.max(axis=-1, keepdims=True) - 1e5), axis=-1)(fine)
@@ -251,17 +239,15 @@ def _table(
     return (centre + width * np.sinh(fine))[deep], (logs + np.log(spacing))[..., deep]
 
 
-def masses(
-    unit: FleetMember, law: Law, theta: Array, cycles: Array | None = None
-) -> tuple[Array, Array, Array]:
+def masses(unit: FleetMember, law: Law, theta: Array, cycles: Array | None = None) -> tuple[Array, ...]:
     """Return ln f of a unit, (n,), the mass there of L N(u; m, s²) over the largest, and ln of their sums.
 
     Masses are (…, p, n) for points (p, parameters): with cycles, of what had been measured by each of them.
     """
     spread, median = np.exp(theta[:, -2]), theta[:, -1]
-    low, high = float(np.min(median - REACH * spread)), float(np.max(median + REACH * spread))
+    ends = np.array([np.min(median - REACH * spread), np.max(median + REACH * spread)])
     _, first, which = np.unique(np.round(theta[:, :-2], 10), axis=0, return_index=True, return_inverse=True)
-    u, logs = _table(unit, law.shared(theta[first]), (low, high), cycles)
+    u, logs = _table(unit, law.shared(theta[first]), ends, cycles)
     z = (u - median[:, None]) / spread[:, None]
     logs = logs[..., which.ravel(), :]
     logs -= 0.5 * z * z + np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
@@ -301,9 +287,7 @@ class Population:
     def weight(self, without: int | None = None) -> Array:
         """Return the probability of each point, (p,); without a unit."""
         logs = self.log_prior + self.log_marginal.sum(axis=0)
-        if without is not None:
-            logs = logs - self.log_marginal[without]
-        return np.asarray(softmax(logs))
+        return np.asarray(softmax(logs if without is None else logs - self.log_marginal[without]))
 
     @cached_property
     def _between(self) -> tuple[Array, Array]:
