@@ -256,5 +256,5 @@ def test_what_a_hundred_units_cost(monkeypatch):
     assert len(work) < 16 * 100 and sum(work) < 100 * 17_000
     work.clear()
     rng = np.random.default_rng(0)
-    after(found, 0, units[0].cycles.tolist(), rng)
+    after(found, 0, units[0].cycles, rng)
     assert len(work) == 4  # twice to find the top, its table, the states: for all inspections at once

@@ -101,6 +101,7 @@ class Subject:
         return Campaign(f"{title}: {self.label}", None, {}, cases, (Axis(DRAW, tuple(range(len(cases)))),))
 
 
+Subjects = Sequence[Subject]
 Known = tuple[tuple[Observed, ...], OperatingRecord | None, Calendar | None]
 
 

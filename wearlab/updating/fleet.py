@@ -1,6 +1,5 @@
 """A fleet: each unit's next inspection and life by what all units tell, as a tree in ArviZ's layout."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
@@ -12,9 +11,9 @@ from scipy.special import ndtr
 
 from wearlab.arrays import Array, Random
 from wearlab.updating import answers, decision, layout, likelihood, lives, population, run_curves, sampling
-from wearlab.updating.cases import Subject
+from wearlab.updating.cases import Subjects
 from wearlab.updating.grids import along, equally
-from wearlab.updating.population import FleetMember, Population
+from wearlab.updating.population import FleetMember, Law, Population
 from wearlab.updating.scores import held_by
 
 DRAWS = 2000
@@ -75,9 +74,8 @@ class UnitState:
 
     def crps(self, cycle: float, value: float, rng: Random) -> float:
         """Return the continuous ranked probability score of a value: E|x − y| − ½ E|x − x′|."""
-        mean, sd = self.measured(cycle)
-        x = np.sort(mean + sd * rng.standard_normal(len(mean)))
-        n = len(x)
+        (mean, sd), n = self.measured(cycle), len(self.factor)
+        x = np.sort(mean + sd * rng.standard_normal(n))
         apart = 2.0 * float((2.0 * np.arange(n) - n + 1.0) @ x) / n**2
         return float(np.mean(np.abs(x - value)) - 0.5 * apart)
 
@@ -100,26 +98,25 @@ def _below(value: Array, mean: Array, sd: Array) -> Array:
     return np.asarray(ndtr((value[:, None] - mean) / np.maximum(sd, 1e-300)).mean(axis=1))
 
 
-def states_of(
-    found: Population, unit: FleetMember, theta: Array, log_factor: Array, cycles: Array
-) -> list[UnitState]:
+States = list[UnitState]
+
+
+def states_of(law: Law, unit: FleetMember, theta: Array, log_factor: Array, cycles: Array) -> States:
     """Return equally probable states of a unit after what had been measured by cycles.
 
     Parameters
     ----------
-    found : what is known of all units together
+    law : what is unknown of all units together
     unit : with its measurements
     theta, log_factor : (cycles, n, parameters), (cycles, n) draws of what units share and of ln f
     cycles : (cycles,) up to which measurements count
     """
     n, whole, none = log_factor.shape[1], unit.whole, np.zeros(log_factor.shape[1])
-    lanes = found.law.shared(theta.reshape(-1, theta.shape[-1]))
-    told = len(unit.inspections) > 0
-    seen = population.seen_by(unit, lanes, log_factor.reshape(-1, 1), steps=True).steps if told else []
-    states = []
+    lanes, states, seen = law.shared(theta.reshape(-1, theta.shape[-1])), [], []
+    if unit.inspections:
+        seen = population.seen_by(unit, lanes, log_factor.reshape(-1, 1), steps=True).steps
     for k, (cycle, count) in enumerate(zip(cycles, unit.inspected(cycles), strict=True)):
-        before = unit.inspections[:count]
-        shared, state = found.law.shared(theta[k]), (none, none, none)
+        before, shared, state = unit.inspections[:count], law.shared(theta[k]), (none, none, none)
         block = next((number for number, _ in reversed(before) if number in whole), next(iter(whole), None))
         if before:
             mine, step = slice(k * n, (k + 1) * n), seen[count - 1]
@@ -135,32 +132,29 @@ def joint(found: Population, n: int, rng: Random) -> tuple[Array, Array]:
     return theta, np.stack([population.factors(unit, found.law, near, rng) for unit in found.units])
 
 
-def states_now(found: Population, theta: Array, log_factor: Array) -> list[UnitState]:
+def states_now(found: Population, theta: Array, log_factor: Array) -> States:
     """Return the states of all units after all measurements, of some of such draws; they lie in order."""
     some, last = np.linspace(0, len(theta) - 1, min(len(theta), DRAWS)).astype(int), np.array([np.inf])
     both = zip(found.units, log_factor, strict=True)
-    return [states_of(found, unit, theta[None, some], own[None, some], last)[0] for unit, own in both]
+    return [states_of(found.law, unit, theta[None, some], own[None, some], last)[0] for unit, own in both]
 
 
-def after(
-    found: Population, number: int, cycles: Sequence[float], rng: Random, asked: int | None = None
-) -> list[UnitState]:
+def after(found: Population, number: int, until: Array, rng: Random, asked: int | None = None) -> States:
     """Return `FEW` states of a unit after its inspections up to cycles, all of the other units being known.
 
     With a block that is asked they are those before its inspections at these cycles.
     """
-    unit = replace(found.units[number], asked=asked).up_to(cycles[-1])
-    until = np.asarray(cycles, float)
+    unit = replace(found.units[number], asked=asked).up_to(until[-1])
     theta = found.theta[equally(found.weight(number), FEW, rng)]
     if not len(unit.cycles):
         log_factor = population.factors(unit, found.law, theta, rng)
-        return states_of(found, unit, theta[None], log_factor[None], until)
+        return states_of(found.law, unit, theta[None], log_factor[None], until)
     points, which = np.unique(theta, axis=0, return_inverse=True)
     u, mass, marginal = population.masses(unit, found.law, points, until)
     likely = np.exp(marginal - marginal.max(axis=1, keepdims=True))[:, which.ravel()]
     picks = [rng.choice(FEW, FEW, p=own / own.sum()) for own in likely]
     each = [along(u, own, which.ravel()[pick], rng) for own, pick in zip(mass, picks, strict=True)]
-    return states_of(found, unit, theta[np.array(picks)], np.array(each), until)
+    return states_of(found.law, unit, theta[np.array(picks)], np.array(each), until)
 
 
 PLACES = 200  # times at which a change is considered
@@ -168,7 +162,7 @@ FEWEST = 3  # other units from which one is compared with them
 IN_SI = ("value", "crps", "foreseen", "by_the_rate", "by_a_line")
 
 
-def fleet_groups(studies: Sequence[Subject], runs: run_curves.Runs, *, replay: bool) -> dict[str, xr.Dataset]:
+def fleet_groups(studies: Subjects, runs: run_curves.Runs, *, replay: bool) -> dict[str, xr.Dataset]:
     """Return the groups of a fleet's tree.
 
     Parameters
@@ -199,9 +193,9 @@ def fleet_groups(studies: Sequence[Subject], runs: run_curves.Runs, *, replay: b
     return groups
 
 
-def _blanks(found: Population, rng: Random) -> list[UnitState]:
+def _blanks(found: Population, rng: Random) -> States:
     """Return the states of units by what is known of the others alone."""
-    return [after(found, number, [-np.inf], rng)[0] for number in range(len(found.units))]
+    return [after(found, number, np.array([-np.inf]), rng)[0] for number in range(len(found.units))]
 
 
 def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
@@ -236,9 +230,7 @@ def _names(found: Population) -> np.ndarray:
     return np.array([unit.name for unit in found.units], dtype=object)
 
 
-def _predictions(
-    studies: Sequence[Subject], found: Population, states: list[UnitState], blanks: list[UnitState]
-) -> xr.Dataset:
+def _predictions(studies: Subjects, found: Population, states: States, blanks: States) -> xr.Dataset:
     """Return each unit's life, remaining life, day, wear now, and whether it is like the others."""
     middle = np.array([float(np.median(state.factor)) for state in states])
     pace, rows, costs = middle / np.exp(np.median(np.log(middle))), [], studies[0].spec.decision
@@ -247,8 +239,8 @@ def _predictions(
         run, now = state.unit.run, state.unit.now
         days = layout.calendar_of(study, run, now)
         row = layout.lives(state.lives, np.quantile(state.factor, layout.P), run, days)
-        row |= {"end_passed": state.lives.below(now), "pace": pace[k]}
-        row["worn"] = float(np.mean(state.wear(now)[0])) / run.level
+        worn = float(np.mean(state.wear(now)[0])) / run.level
+        row |= {"end_passed": state.lives.below(now), "pace": pace[k], "worn": worn}
         row["p_like_the_others"] = _like_the_others(found, k, blanks[k])
         if calendars:
             row["hours_per_year"] = np.nan if study.calendar is None else study.calendar.a_year
@@ -300,7 +292,7 @@ def _observed(found: Population, blanks: list[UnitState], rng: Random) -> xr.Dat
             # at the very first inspection of a unit the others alone tell what to expect
             new = int(not len(replace(unit, asked=n).up_to(values[0][0]).cycles))
             later = [at for at, *_ in values[new:]]
-            states = [blank] * new + (after(found, number, later, rng, n) if later else [])
+            states = [blank] * new + (after(found, number, np.array(later), rng, n) if later else [])
             for known, (cycle, value, count) in zip(states, values, strict=True):
                 state, off = replace(known, block=n), (np.nan, np.nan)
                 row: dict[str, Any] = {"unit_name": unit.name, "block": n, "cycle": cycle, "value": value}
@@ -353,17 +345,13 @@ def _scores(rows: xr.Dataset) -> dict[str, float]:
     q, value = held["foreseen"].values.T, held["value"].values
     if not len(value):
         return {}
-    off = {"replay_mean_error": q[2], "replay_error_of_rate": held["by_the_rate"].values}
-    off["replay_error_of_line"] = held["by_a_line"].values
-    return {
-        "replay_count": float(len(value)),
-        "replay_crps": float(np.nanmean(held["crps"].values)),
-        **{name: float(np.nanmean(np.abs(values - value))) for name, values in off.items()},
-        **held_by(q, value),
-    }
+    off = {"mean_error": q[2], "error_of_rate": held["by_the_rate"], "error_of_line": held["by_a_line"]}
+    mean = {name: np.abs(np.asarray(values) - value) for name, values in off.items()} | {"crps": held["crps"]}
+    found = {f"replay_{name}": float(np.nanmean(values)) for name, values in mean.items()}
+    return {"replay_count": float(len(value)), **found, **held_by(q, value)}
 
 
-def _notes(studies: Sequence[Subject], found: Population) -> list[str]:
+def _notes(studies: Subjects, found: Population) -> list[str]:
     """Return what a reader must know of the whole fleet, most important first."""
     units = []
     for one, unit in zip(studies, found.units, strict=True):

@@ -115,7 +115,7 @@ class Runner(NamedTuple):
     progress: bool = True
     workers: int | None = None
 
-    def run(self, wanted: Sequence[cases.Subject]) -> list[tuple[run_curves.Runs, Index]]:
+    def run(self, wanted: cases.Subjects) -> list[tuple[run_curves.Runs, Index]]:
         """Return the histories of each study, and which draw each one is; what is missing is run together."""
         conditions = [study.conditions for study in wanted]
         asked = [*(study.scenes for study in wanted), *(scenes.values() for scenes in conditions)]
@@ -135,7 +135,7 @@ class Runner(NamedTuple):
         self._compute([study], tuple(scenes.values()))
         return cases.stored(study, scenes, self.store)
 
-    def _compute(self, wanted: Sequence[cases.Subject], scenes: Sequence[Scene]) -> None:
+    def _compute(self, wanted: cases.Subjects, scenes: Sequence[Scene]) -> None:
         from wearlab import runner
 
         campaign = wanted[0].campaign(self.title, list({scene.id: scene for scene in scenes}.values()))
@@ -219,7 +219,7 @@ def identity(about: str, *, replay: bool, check: int) -> str:
     return _hash([FORMAT, code(), replay, check, about])
 
 
-def subject(wanted: Sequence[cases.Subject]) -> str:
+def subject(wanted: cases.Subjects) -> str:
     """Return the identity of what an update is of: its runs, the files' contents, its words.
 
     A campaign's title is none of it: what is kept belongs to whatever asks the same, and to nothing else.
@@ -255,9 +255,7 @@ def code() -> str:
     return sources.hash_of(sorted(file for file in Path(__file__).parent.iterdir() if file.is_file()))
 
 
-def kept(
-    wanted: Sequence[cases.Subject], store: "Store", *, replay: bool, check: int
-) -> "xr.DataTree | None":
+def kept(wanted: cases.Subjects, store: "Store", *, replay: bool, check: int) -> "xr.DataTree | None":
     """Return the update when it was made before, None otherwise."""
     from wearlab.store import updates
 

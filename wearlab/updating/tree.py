@@ -49,7 +49,7 @@ def tree_of(
 
 
 def tree_of_groups(
-    campaign: Campaign, studies: Sequence[cases.Subject], groups: Mapping[str, xr.Dataset]
+    campaign: Campaign, studies: cases.Subjects, groups: Mapping[str, xr.Dataset]
 ) -> xr.DataTree:
     """Return the tree of groups by name, with what it says of itself."""
     spec, now = studies[0].spec, datetime.now(UTC).isoformat(timespec="seconds")

@@ -13,12 +13,10 @@ from wearlab.store import Store, outcome
 from wearlab.units import convert
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from wearlab.campaign import Campaign, Case
     from wearlab.campaign.claims import Checked
     from wearlab.runner.plan import Plan
-    from wearlab.updating.cases import Subject
+    from wearlab.updating.cases import Subjects
 
 
 MOST_VALUES = 20
@@ -164,7 +162,7 @@ def _update(campaign: "Campaign") -> output.Text:
             yield f"  limit: {unit.long_name}{where}, {level:.4g} {unit.display_units}"
 
 
-def _told_together(wanted: "Sequence[Subject]") -> "list[Sequence[Subject]]":
+def _told_together(wanted: "Subjects") -> "list[Subjects]":
     """Return what is said at once: the units of a fleet, and each case by itself."""
     return [wanted] if wanted[0].spec.fleet is not None else [(study,) for study in wanted]
 
