@@ -213,17 +213,14 @@ def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
 def _posterior(found: Population, theta: Array, each: Array, rng: Random) -> xr.Dataset:
     """Return equally probable draws of what the units share, and of each unit's factor."""
     n, shown = len(theta), {}
-    for parameter, column in zip(found.law.parameters, theta.T, strict=True):
-        number = parameter.name.removeprefix("sd_")
-        if number.isdigit():
+    for (name, *_), value in zip(found.law.parameters, np.exp(theta.T), strict=True):
+        shown[name] = value
+        if (number := name.removeprefix("sd_")).isdigit():
             data = found.units[0].blocks[int(number)].data
-            shown[f"sd_{data.label}"] = layout.variable("sample", "sd", np.exp(column), units=data.si)
-        else:
-            shown[parameter.name] = layout.variable("fleet", parameter.name, np.exp(column))
-    new = np.exp(theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(n))
-    shown["factor"] = layout.variable("fleet", "factor", np.exp(each.T))
-    shown["factor_of_another"] = layout.variable("fleet", "factor_of_another", new)
-    return layout.sample(shown, n, unit=_names(found))
+            shown[f"sd_{data.label}"] = layout.variable("sample", "sd", shown.pop(name), units=data.si)
+    shown["factor"] = np.exp(each.T)
+    shown["factor_of_another"] = np.exp(theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(n))
+    return layout.sample(shown, n, "fleet", unit=_names(found))
 
 
 def _names(found: Population) -> np.ndarray:
@@ -252,7 +249,7 @@ def _predictions(studies: Subjects, found: Population, states: States, blanks: S
             told = told.merge(advice[[name for name, one in advice.data_vars.items() if not one.dims]])
         rows.append(told)
     # of a unit whose limit has been passed nothing is advised
-    both = xr.concat(rows, "unit", data_vars="all", coords="minimal", join="outer", **layout.MERGED)
+    both = layout.joined(rows, "unit")
     texts = {name: one.fillna("") for name, one in both.data_vars.items() if one.dtype == object}
     both = both.assign({**texts, "limit": layout.limit_of(studies[0].limit)})
     return both.assign_coords(unit=layout.variable("coordinates", "unit", _names(found)))

@@ -51,9 +51,14 @@ def dataset(group: str, values: Mapping[str, Any], of: str = "", over: str = "",
     return xr.Dataset(found, {name: variable("coordinates", name, at) for name, at in coords.items()})
 
 
-def sample(values: Mapping[str, xr.Variable], count: int, **coords: Any) -> xr.Dataset:
+def sample(values: Mapping[str, Any], count: int, group: str = "sample", **coords: Any) -> xr.Dataset:
     """Return variables of equally probable draws."""
-    return dataset("sample", values, chain=[0], draw=np.arange(count), **coords)
+    return dataset(group, values, chain=[0], draw=np.arange(count), **coords)
+
+
+def joined(each: Sequence[xr.Dataset], along: str) -> xr.Dataset:
+    """Return datasets along a new dimension, with what any of them has."""
+    return xr.concat(each, along, data_vars="all", coords="minimal", join="outer", **MERGED)
 
 
 def stacked(rows: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:

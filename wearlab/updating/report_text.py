@@ -21,15 +21,12 @@ BELIEVED = tuple((Path(__file__).parent / "believed.txt").read_text(encoding="ut
 MOST_LISTED = 24  # inspections of a block whose checks are listed
 FIRST = 2  # units that are named as those to open first
 FAST, MUCH = 1.25, 0.6  # times the others' pace, and share of the limit, that are a reason to open a unit
-BEFORE = "before "
 PASSED = "passed"
 MAYBE, SURE = 0.05, 0.95  # probabilities from which the limit may have, and has, been passed
 OVER = 0.5  # probability from which the limit is said to have been passed
-HEADS = ("unit", "hours", "worn", "limit reached", "90 % between", "pace")
+HEADS: tuple[str, ...] = ("unit", "hours", "worn", "limit reached", "90 % between", "pace")
 IF_WRONG = "if the readings marked ! are wrong"
-ABOUT = (
-    "limit: {}; worn: how much of it at the last inspection; pace: how many times as fast as the middle unit"
-)
+ABOUT = "worn: how much of it at the last inspection; pace: how many times as fast as the middle unit"
 SHARED = ("median", "spread", "straying", "power")
 
 
@@ -40,10 +37,9 @@ def text_of(tree: xr.DataTree) -> list[str]:
     lines = [str(tree.attrs.get("title", ""))]
     for label, groups in cases_of(tree).items():
         lines += ["", f"case {label}"] if label else []
-        own = f"case {label}: " if label else ""  # a warning is read alone, too
-        told = (line.replace("! ", f"! {own}", 1) if line.startswith("! ") else line
-                for line in rendered("case.txt", _case(groups)))  # fmt: skip
-        lines += [f"  {line}" for line in told]
+        alone = f"  ! case {label}: " if label else "  ! "  # a warning is read alone, too
+        told = [f"  {line}" for line in rendered("case.txt", _case(groups))]
+        lines += [alone + line[4:] if line.startswith("  ! ") else line for line in told]
     if "comparison" in tree.children:
         lines += ["", *text_of_models(tree["comparison"].to_dataset())]
     return lines
@@ -55,11 +51,10 @@ def answers(tree: xr.DataTree) -> list[str]:
         rows = _rows(tree["predictions"].to_dataset())
         return [*opened(tree), *rendered("answers.txt", {"rows": rows, "passed": PASSED})]
     lines = []
-    for label, groups in cases_of(tree).items():
-        predictions = groups["predictions"]
+    for label, predictions in ((label, groups["predictions"]) for label, groups in cases_of(tree).items()):
         rest = float(predictions["seconds_per_cycle"]) * _last(predictions["remaining_useful_life_quantile"])
-        values: dict[str, Any] = {"label": label, "wear": _limit(predictions), "times": rest[::2]}
-        values["days"] = _days(predictions)[::2] if "end_of_life_quantile" in predictions else None
+        days = _days(predictions)[::2] if "end_of_life_quantile" in predictions else None
+        values = {"label": label, "wear": _limit(predictions), "times": rest[::2], "days": days}
         lines += rendered("answers.txt", values)
     return lines
 
@@ -77,26 +72,24 @@ def _days(predictions: xr.Dataset) -> list[str]:
     """Return the days on which the limit is reached; of what has passed, that it was before the last look."""
     days = predictions["end_of_life_quantile"].values
     both = zip(days, _last(predictions["remaining_useful_life_quantile"]), strict=True)
-    return [f"{BEFORE if left <= 0.0 else ''}{day}" for day, left in both]
+    return [f"{'before ' if left <= 0.0 else ''}{day}" for day, left in both]
 
 
 def text_of_models(found: xr.Dataset) -> list[str]:
     """Return the models beside each other as a table and one sentence."""
-    names = ("log_evidence", "left_out_difference", "left_out_error")
-    gain, off, error = (found[name].values for name in names)
-    width = max(map(len, found["model"].values))
-    labels = (name.ljust(width) for name in found["model"].values)
+    names = ("model", "log_evidence", "left_out_difference", "left_out_error")
+    model, gain, off, error = (found[name].values for name in names)
+    labels = (name.ljust(max(map(len, model))) for name in model)
     return rendered("models.txt", {"rows": list(zip(labels, gain - gain[0], off, error, strict=True))})
 
 
 def cases_of(tree: xr.DataTree) -> dict[str, dict[str, xr.Dataset]]:
     """Return the groups of each case under its label, "" where there is one case."""
-    groups = {name: node.to_dataset() for name, node in tree.children.items()}
-    labels = groups["predictions"].coords.get("case", xr.DataArray([""], dims="case")).values
-    return {
-        str(label): {n: one.sel(case=label) if "case" in one.dims else one for n, one in groups.items()}
-        for label in labels
-    }
+    groups, found = {name: node.to_dataset() for name, node in tree.children.items()}, {}
+    for label in groups["predictions"].coords.get("case", xr.DataArray([""], dims="case")).values:
+        each = ((name, one.sel(case=label) if "case" in one.dims else one) for name, one in groups.items())
+        found[str(label)] = dict(each)
+    return found
 
 
 def latest(values: xr.DataArray) -> xr.DataArray:
@@ -120,30 +113,20 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     """Return what the text of a case is made from."""
     predictions, stats, sample = (groups[name] for name in ("predictions", "sample_stats", "posterior"))
     ahead, costs = (groups.get(name, xr.Dataset()) for name in ("virtual_inspection", "decision"))
-    hours = float(predictions["seconds_per_cycle"]) / HOUR
+    hours, calendar = float(predictions["seconds_per_cycle"]) / HOUR, calendar_of(predictions)
     life, rest = (_last(predictions[f"{name}_quantile"]) for name in DERIVED[1:])
-    found: dict[str, Any] = {
-        "notes": [*filter(None, str(stats["notes"].values).split(" | "))],
-        "stats": _numbers(stats),
-        "hours": hours if np.isfinite(hours) else None,
-        "at": partial(_at, hours=hours, calendar=calendar_of(predictions)),
-        "foreseen": partial(_foreseen, calendar=calendar_of(predictions)),
-        "now": float(predictions["now"]),
-        "life": life,
-        "rest": rest,
-        "coefficient": np.quantile(sample["wear_coefficient"], P),
-        "unknowns": list(_unknowns(groups["prior"], sample, predictions)),
-        "checks": list(_checks(stats)),
-        "alarm": ALARM,
-        "most": MOST_LISTED,
-        "sources": _sources(stats, rest, hours),
-        "ahead": _numbers(ahead),
-        "costs": _numbers(costs),
-    }
+    found: dict[str, Any] = {"life": life, "rest": rest, "now": float(predictions["now"])}
+    found |= {"hours": hours if np.isfinite(hours) else None, "alarm": ALARM, "most": MOST_LISTED}
+    found["at"] = partial(_at, hours=hours, calendar=calendar)
+    found["foreseen"] = partial(_foreseen, calendar=calendar)
+    found |= {"notes": _listed(stats), "checks": list(_checks(stats))}
+    found["sources"] = _sources(stats, rest, hours)
+    found |= {"stats": _numbers(stats), "ahead": _numbers(ahead), "costs": _numbers(costs)}
+    found["coefficient"] = np.quantile(sample["wear_coefficient"], P)
+    found["unknowns"] = list(_unknowns(groups["prior"], sample, predictions))
     if "end_of_life_quantile" in predictions:
-        found["days"] = _days(predictions)
         about = str(predictions["end_of_life_quantile"].attrs["long_name"])
-        found["days_about"] = about.rpartition(", ")[2]
+        found |= {"days": _days(predictions), "days_about": about.rpartition(", ")[2]}
     if predictions.sizes.get("inspection"):
         columns = ("inspection", "remaining_useful_life_quantile", "check_p_forward")
         each = zip(*(predictions[name].values for name in columns), strict=True)
@@ -158,6 +141,11 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     if "calibration" in groups:
         found["twins"] = _twins(groups["calibration"])
     return found
+
+
+def _listed(stats: xr.Dataset) -> list[str]:
+    """Return the notes, one by one."""
+    return [*filter(None, str(stats["notes"].values).split(" | "))]
 
 
 def calendar_of(predictions: xr.Dataset) -> Calendar | None:
@@ -204,13 +192,9 @@ def _unknowns(prior: xr.Dataset, sample: xr.Dataset, predictions: xr.Dataset) ->
         if not before[4] > before[0]:
             continue
         wide, narrow = np.log([before, after]) if before[0] > 0.0 < after[0] else (before, after)
-        yield {
-            "name": name.replace("_", " "),
-            "unit": "" if shown == "1" else shown_unit(shown),
-            "after": after,
-            "before": before,
-            "narrowed": np.ptp(wide) / max(np.ptp(narrow), 1e-300),
-        }
+        own = {"name": name.replace("_", " "), "unit": "" if shown == "1" else shown_unit(shown)}
+        narrowed = np.ptp(wide) / max(np.ptp(narrow), 1e-300)
+        yield {**own, "after": after, "before": before, "narrowed": narrowed}
 
 
 def _checks(stats: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float, str]]]]:
@@ -226,8 +210,8 @@ def _sources(stats: xr.Dataset, rest: Array, hours: float) -> list[tuple[Any, ..
     """Return the answer with all sources and without each."""
     scale = hours if np.isfinite(hours) else 1.0
     named = [n for n in map(str, stats.data_vars) if n.startswith(WITHOUT) and np.isfinite(stats[n]).any()]
-    shown = {n: n.removeprefix(WITHOUT).replace("_", " ") for n in named}
-    rows = [(f"  without {name}", *scale * stats[n].values) for n, name in shown.items()]
+    shown = (f"  without {n.removeprefix(WITHOUT).replace('_', ' ')}" for n in named)
+    rows = [(name, *scale * stats[n].values) for n, name in zip(named, shown, strict=True)]
     return [("remaining life with all sources", *scale * rest[::2]), *rows] if rows else []
 
 
@@ -235,16 +219,16 @@ def _twins(data: xr.Dataset) -> dict[str, Any]:
     """Return how often intervals of twins hold the truth, and whether that is as it should."""
     n, shares = data.sizes["twin"], []
     for name in (each for each in ("factor", "life") if f"{each}_rank" in data):
-        held = {w: float(data[f"{name}_coverage_{w}"]) for w in (50, 90)}
-        off = {w: abs(s - w / 100) > 3.0 * np.sqrt(w / 100 * (1.0 - w / 100) / n) for w, s in held.items()}
-        shares.append((name, [(w, share, off[w]) for w, share in held.items()]))
+        held = [(w, float(data[f"{name}_coverage_{w}"])) for w in (50, 90)]
+        off = (abs(s - w / 100) > 3.0 * np.sqrt(w / 100 * (1.0 - w / 100) / n) for w, s in held)
+        shares.append((name, [(*share, wrong) for share, wrong in zip(held, off, strict=True)]))
     return {"count": n, "shares": shares, **_numbers(data), "true_model": "true_model" in data.attrs}
 
 
 def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     """Return what the text of a fleet is made from."""
     predictions, rows = tree["predictions"].to_dataset(), tree["observed_data"].to_dataset()
-    stats, sample = _numbers(tree["sample_stats"].to_dataset()), tree["posterior"].to_dataset()
+    stats, sample = tree["sample_stats"].to_dataset(), tree["posterior"].to_dataset()
     hour = dict(zip(predictions["unit"].values, predictions["seconds_per_cycle"].values / HOUR, strict=True))
     p, pace = predictions["p_like_the_others"].values, predictions["pace"].values
     unlike = np.flatnonzero(p < ALARM / max(np.isfinite(p).sum(), 1))
@@ -252,23 +236,15 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     flagged = zip(*(rows[key].values[rows["flagged"].values] for key in keys if rows), strict=True)
     shown, scale = _shown(rows["value"].attrs["units"] if rows else "1")
     (_, heads, told), *without = fleet_tables(tree)
-    found: dict[str, Any] = {
-        "title": str(tree.attrs.get("title", "")),
-        "notes": [*filter(None, str(stats["notes"]).split(" | "))],
-        "flagged": [dict(zip(keys, row, strict=True)) | {"hours": hour[row[0]] * row[1]} for row in flagged],
-        "unlike": [{"unit": predictions["unit"].values[k], "pace": pace[k], "p": p[k]} for k in unlike],
-        "table": _table([heads, *told]),
-        "about": fleet_about(tree),
-        "first": _first(predictions),
-        "shared": list(_shared(sample)),
-        "stats": stats,
-        "shown": shown,
-        "scale": scale,
-    }
-    if without:
-        both = [row for row in without[0][2] if row not in told]
+    found: dict[str, Any] = {"title": str(tree.attrs.get("title", "")), "notes": _listed(stats)}
+    each = [dict(zip(keys, row, strict=True)) for row in flagged]
+    found["flagged"] = [row | {"hours": hour[row["unit_name"]] * row["cycle"]} for row in each]
+    found["unlike"] = [{"unit": predictions["unit"].values[k], "pace": pace[k], "p": p[k]} for k in unlike]
+    found |= {"table": _table([heads, *told]), "about": fleet_about(tree), "first": _first(predictions)}
+    found |= {"shared": list(_shared(sample)), "stats": _numbers(stats), "shown": shown, "scale": scale}
+    for _, heads, rest in without:
         own = _first(tree["predictions_without"].to_dataset())
-        found["without"] = [*_table([without[0][1], *both]), *own]
+        found["without"] = [*_table([heads, *(row for row in rest if row not in told)]), *own]
     return found
 
 
@@ -278,14 +254,14 @@ def fleet_tables(tree: xr.DataTree) -> list[tuple[str, tuple[str, ...], list[tup
     for name, words in (("predictions", ""), ("predictions_without", f"{IF_WRONG}:")):
         if name in tree.children and "unit" in tree[name].dims:
             predictions = tree[name].to_dataset()
-            heads = (*HEADS, *(["change at least cost"] if "best_change" in predictions else []))
+            heads = (*HEADS, "change at least cost") if "best_change" in predictions else HEADS
             found.append((words, heads, _rows(predictions)))
     return found
 
 
 def fleet_about(tree: xr.DataTree) -> str:
     """Return what the headings of that table mean."""
-    return ABOUT.format(_limit(tree["predictions"].to_dataset()))
+    return f"limit: {_limit(tree['predictions'].to_dataset())}; {ABOUT}"
 
 
 def alerts(text: Sequence[str]) -> list[str]:
@@ -315,8 +291,7 @@ def ends_of(predictions: xr.Dataset) -> tuple[np.ndarray, Array, bool]:
     rest = hour * predictions["remaining_useful_life_quantile"].values
     over = (rest <= 0.0) & (predictions["now"].values[:, None] > 0.0)
     told = [[f"{h:,.0f} h more" if np.isfinite(h) else NEVER for h in row] for row in rest]
-    texts = np.array(told, dtype=object)
-    days = np.full(rest.shape, "")
+    texts, days = np.array(told, dtype=object), np.full(rest.shape, "")
     if "end_of_life_quantile" in predictions:
         days = predictions["end_of_life_quantile"].values.astype(str)
     dated = (days != "").all(axis=1)
@@ -330,21 +305,19 @@ def ends_of(predictions: xr.Dataset) -> tuple[np.ndarray, Array, bool]:
 
 
 def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
-    texts, *_ = ends_of(predictions)
-    hours = predictions["now"].values * predictions["seconds_per_cycle"].values / HOUR
-    rows: list[tuple[str, ...]] = []
+    (texts, *_), rows = ends_of(predictions), list[tuple[str, ...]]()
     for k in np.argsort(predictions["end_passed"].values <= MAYBE, kind="stable"):
-        name = str(predictions["unit"].values[k])
-        worn, pace = float(predictions["worn"][k]), float(predictions["pace"][k])
-        end = PASSED if float(predictions["end_passed"][k]) > OVER else texts[k, 2]
-        measured = f"{100.0 * worn:.0f} %" if hours[k] > 0.0 else "not measured"
-        between = texts[k, 0] if texts[k, 0] == texts[k, 4] else f"{texts[k, 0]} and {texts[k, 4]}"
-        rows.append((name, f"{hours[k]:,.0f}", measured, end, between, f"{pace:.2f}"))
-        if "best_change" in predictions:
-            at = float(predictions["best_change"][k] * predictions["seconds_per_cycle"][k]) / HOUR
-            day = str(predictions["best_change_day"].values[k]) if "best_change_day" in predictions else ""
+        own = {str(name): one.values[()] for name, one in predictions.isel(unit=k).variables.items()}
+        hours, (low, _, middle, _, high) = own["now"] * own["seconds_per_cycle"] / HOUR, texts[k]
+        end = PASSED if own["end_passed"] > OVER else middle
+        measured = f"{100.0 * own['worn']:.0f} %" if hours > 0.0 else "not measured"
+        between = low if low == high else f"{low} and {high}"
+        rows.append((str(own["unit"]), f"{hours:,.0f}", measured, end, between, f"{own['pace']:.2f}"))
+        if "best_change" in own:
+            left = own["best_change"] * own["seconds_per_cycle"] / HOUR - hours
             other = "now" if end == PASSED else "not known"
-            rows[-1] += (day or (f"{at - hours[k]:,.0f} h more" if np.isfinite(at) else other),)
+            told = f"{left:,.0f} h more" if np.isfinite(left) else other
+            rows[-1] += (str(own.get("best_change_day", "")) or told,)
     return rows
 
 

@@ -1,5 +1,6 @@
 """An update as a tree of datasets in ArviZ's layout."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
@@ -11,17 +12,17 @@ from wearlab import schema, sources, units, version
 from wearlab.arrays import Array, Random
 from wearlab.campaign import Campaign, update_options
 from wearlab.store.export import credited
-from wearlab.updating import answers, cases, decision, layout, likelihood, sampling, scores, twins
+from wearlab.updating import cases, decision, layout, likelihood, sampling, scores, twins
+from wearlab.updating.answers import Finding
 
+Groups = Mapping[str, xr.Dataset]
 MOST_VALUES = 2_000_000  # of a variable with a value for each draw and observation
 MOST_STEPS = 500  # inspections whose log likelihoods are told apart
 PLACES = 121  # cycles at which the wear is predicted
 AHEAD = 1.25  # times the 95 % quantile of the life up to which it is
 
 
-def tree_of(
-    campaign: Campaign, outcomes: Sequence[answers.Finding], *, replay: bool, check: int
-) -> xr.DataTree:
+def tree_of(campaign: Campaign, outcomes: Sequence[Finding], *, replay: bool, check: int) -> xr.DataTree:
     """Return the tree of an update; several cases stand along the dimension ``case``.
 
     Parameters
@@ -35,11 +36,9 @@ def tree_of(
     joined = each[0]
     if len(each) > 1:
         labels = xr.Variable("case", [outcome.study.label for outcome in outcomes], {"long_name": "case"})
-        how: Any = {"join": "outer", "data_vars": "all", "coords": "minimal", **layout.MERGED}
-        names = dict.fromkeys(name for groups in each for name in groups)
-        for name in names:
-            group = xr.concat([groups.get(name, xr.Dataset()) for groups in each], "case", **how)
-            joined[name] = group.assign_coords(case=labels)
+        for name in dict.fromkeys(name for groups in each for name in groups):
+            own = [groups.get(name, xr.Dataset()) for groups in each]
+            joined[name] = layout.joined(own, "case").assign_coords(case=labels)
     same = len({tuple(seen.fingerprint for seen in outcome.study.seen) for outcome in outcomes}) == 1
     beside = scores.compared(outcomes if same else outcomes[:1])
     joined |= {} if beside is None else {"comparison": beside}
@@ -48,9 +47,7 @@ def tree_of(
     return tree
 
 
-def tree_of_groups(
-    campaign: Campaign, studies: cases.Subjects, groups: Mapping[str, xr.Dataset]
-) -> xr.DataTree:
+def tree_of_groups(campaign: Campaign, studies: cases.Subjects, groups: Groups) -> xr.DataTree:
     """Return the tree of groups by name, with what it says of itself."""
     spec, now = studies[0].spec, datetime.now(UTC).isoformat(timespec="seconds")
     measured = dict.fromkeys(data.quantity.replace("_", " ") for data in spec.data)
@@ -79,8 +76,8 @@ def tree_of_groups(
     return xr.DataTree.from_dict({"/": xr.Dataset(attrs=told), **groups})
 
 
-def _groups(outcome: answers.Finding, replay: bool, check: int) -> dict[str, xr.Dataset]:
-    spec, post, now = outcome.study.spec, outcome.posterior, outcome.answer.now
+def _groups(outcome: Finding, replay: bool, check: int) -> dict[str, xr.Dataset]:
+    spec, post = outcome.study.spec, outcome.posterior
     rng = np.random.default_rng([spec.seed, 1])
     groups = {
         "posterior": _sample(outcome),
@@ -92,7 +89,7 @@ def _groups(outcome: answers.Finding, replay: bool, check: int) -> dict[str, xr.
     if told := likelihood.told(post.blocks):
         groups["posterior_predictive"] = xr.merge([_replicas(outcome, n, rng) for n in told], **layout.MERGED)
         groups["log_likelihood"] = xr.merge([_pointwise(outcome, n) for n in told], **layout.MERGED)
-    days = layout.calendar_of(outcome.study, post.histories[0], now)
+    days = layout.calendar_of(outcome.study, post.histories[0], outcome.answer.now)
     look = decision.virtual_inspection(outcome, rng)
     change = None if spec.decision is None else decision.decided(outcome, spec.decision, rng)
     if look is not None and change is not None:
@@ -112,12 +109,12 @@ def _groups(outcome: answers.Finding, replay: bool, check: int) -> dict[str, xr.
 
 def names_of(keys: Sequence[str]) -> dict[str, str]:
     """Return what each unknown is called: its last word; by the whole key where two share it."""
-    last = [key.rpartition(".")[2] for key in keys]
-    both = zip(keys, last, strict=True)
-    return {key: word if last.count(word) == 1 else key.replace(".", "_") for key, word in both}
+    last = {key: key.rpartition(".")[2] for key in keys}
+    one = Counter(last.values())
+    return {key: word if one[word] == 1 else key.replace(".", "_") for key, word in last.items()}
 
 
-def block_name(outcome: answers.Finding, number: int) -> str:
+def block_name(outcome: Finding, number: int) -> str:
     """Return what the values of a block are called: quantity and place, and its number where two share it."""
     names = [block.data.label.replace("-", "_") for block in outcome.posterior.blocks]
     return names[number] if names.count(names[number]) == 1 else f"{names[number]}_{number + 1}"
@@ -130,14 +127,14 @@ def _units(block: likelihood.Block) -> dict[str, str]:
     return {"units": block.data.si, "display_units": shown}
 
 
-def _sample(outcome: answers.Finding, *, before: bool = False) -> xr.Dataset:
+def _sample(outcome: Finding, *, before: bool = False) -> xr.Dataset:
     """Return equally probable draws of everything unknown, and of the life, after or before."""
     known, draws = (outcome.prior, outcome.prior_draws) if before else (outcome.answer, outcome.draws)
     post = known.posterior
-    found: dict[str, xr.Variable] = {}
+    found: dict[str, Any] = {}
     for key, name in names_of(list(outcome.study.spec.unknown)).items():
         if key == cases.FACTOR:
-            found[name] = layout.variable("sample", "factor", draws.factor)
+            found[name] = draws.factor
             continue
         written, own = outcome.study.drawn[key], outcome.study.spec.unknown[key].unit
         values = np.array([cases.plain(written[i]) for i in outcome.which])[draws.run]
@@ -145,12 +142,9 @@ def _sample(outcome: answers.Finding, *, before: bool = False) -> xr.Dataset:
         scale = 1.0 if own in (None, unit) else units.convert(1.0, str(own), unit)
         shown = {"units": unit, "long_name": key, "display_units": own or "1"}
         found[name] = layout.variable("sample", "unknown", scale * values, **shown)
-    derived = {
-        "wear_coefficient": np.array([run.coefficient for run in post.histories])[draws.run] * draws.factor,
-        "life": draws.life,
-        "remaining_useful_life": np.maximum(draws.life - outcome.answer.now, 0.0),
-    }
-    found |= {name: layout.variable("sample", name, one) for name, one in derived.items()}
+    coefficient = np.array([run.coefficient for run in post.histories])[draws.run]
+    found |= {"wear_coefficient": coefficient * draws.factor, "life": draws.life}
+    found["remaining_useful_life"] = np.maximum(draws.life - outcome.answer.now, 0.0)
     rng = np.random.default_rng([outcome.study.spec.seed, 4])
     for number, block in enumerate(post.blocks):
         for name, spread in (("sd", block.sd), ("drift", block.drift)):
@@ -163,23 +157,23 @@ def _sample(outcome: answers.Finding, *, before: bool = False) -> xr.Dataset:
     return layout.sample(found, len(draws))
 
 
-def _replicas(outcome: answers.Finding, number: int, rng: Random) -> xr.Dataset:
+def _replicas(outcome: Finding, number: int, rng: Random) -> xr.Dataset:
     """Return measurements of a block as they could have come out, of every draw; of fewer for very many."""
-    block, name = outcome.posterior.blocks[number], block_name(outcome, number)
-    most = max(len(each.rows) for each in outcome.posterior.blocks)
+    blocks, name = outcome.posterior.blocks, block_name(outcome, number)
+    most = max(len(each.rows) for each in blocks)
     draws = outcome.draws[: max(min(len(outcome.draws), MOST_VALUES // max(most, 1)), 1)]
     values, _ = sampling.replicated(draws, number, rng)
-    made = layout.variable("sample", "replica", values, name, **_units(block))
+    made = layout.variable("sample", "replica", values, name, **_units(blocks[number]))
     return layout.sample({name: made}, len(draws))
 
 
-def _pointwise(outcome: answers.Finding, number: int) -> xr.Dataset:
+def _pointwise(outcome: Finding, number: int) -> xr.Dataset:
     """Return the log likelihood of each inspection given those before it; their sum is that of the block."""
-    post, draws, name = outcome.posterior, outcome.draws, block_name(outcome, number)
-    block = post.blocks[number]
-    cycles = np.unique(post.histories[0].asked[number].cycle[block.rows])
+    draws, name, block = outcome.draws, block_name(outcome, number), outcome.posterior.blocks[number]
+    asked = outcome.posterior.histories[0].asked[number]
+    cycles = np.unique(asked.cycle[block.rows])
     if len(cycles) > MOST_STEPS:
-        condensed = likelihood.condenses(block, post.histories[0].asked[number], draws.sd[number])
+        condensed = likelihood.condenses(block, asked, draws.sd[number])
         pieces = 1 if condensed else max(len(draws) * len(block.rows) // MOST_VALUES, 1)
         parts = [draws[some] for some in np.array_split(np.arange(len(draws)), pieces)]
         whole = np.concatenate([part.seen(number).log_likelihood for part in parts])
@@ -190,7 +184,7 @@ def _pointwise(outcome: answers.Finding, number: int) -> xr.Dataset:
     return found.assign_coords({f"cycle_{name}": layout.variable("statistics", "cycle_*", cycles, name)})
 
 
-def _predictions(outcome: answers.Finding, rng: Random) -> xr.Dataset:
+def _predictions(outcome: Finding, rng: Random) -> xr.Dataset:
     """Return exact quantiles of life and remaining life, and those of draws of depth and mass over cycles."""
     post, answer, limit = outcome.posterior, outcome.answer, outcome.study.limit
     run, life = post.histories[0], answer.life(layout.P)
@@ -215,7 +209,7 @@ def _predictions(outcome: answers.Finding, rng: Random) -> xr.Dataset:
     return layout.dataset("predictions", found, quantile=layout.P, cycle=cycles)
 
 
-def _observed_data(outcome: answers.Finding) -> xr.Dataset:
+def _observed_data(outcome: Finding) -> xr.Dataset:
     """Return what was measured, with its errors as the posterior has them."""
     parts, run = [], outcome.posterior.histories[0]
     for number, block in enumerate(outcome.posterior.blocks):
@@ -226,26 +220,23 @@ def _observed_data(outcome: answers.Finding) -> xr.Dataset:
         told = {"*": seen.value, "sd_*": sd, **({"below_*": seen.below} if seen.censored.any() else {})}
         shown = {**_units(block), "file": block.data.file.name}
         found = {key: layout.variable("observed", key, one, name, **shown) for key, one in told.items()}
-        found["*"].attrs |= {"long_name": f"measured: {name.replace('_', ' ')}"}
-        found["*"].attrs |= {"accumulating": int(block.drift is not None)}
+        about = f"measured: {name.replace('_', ' ')}"
+        found["*"].attrs |= {"long_name": about, "accumulating": int(block.drift is not None)}
         part = layout.dataset("observed", {**found, "cycle_*": run.asked[number].cycle}, name)
-        coords = [f"cycle_{name}"]
-        if seen.place_kind is not None:
-            coords.append(f"{seen.place_kind}_{name}")
-            part[coords[-1]] = xr.Variable(
-                f"observation_{name}", seen.place, schema.attributes(seen.place_kind)
-            )
-        parts.append(part.set_coords(coords))
+        if kind := seen.place_kind:
+            places = xr.Variable(f"observation_{name}", seen.place, schema.attributes(kind))
+            part = part.assign_coords({f"{kind}_{name}": places})
+        parts.append(part.set_coords(f"cycle_{name}"))
     parts.append(layout.dataset("observed", {"observed_life": _observed_life(outcome)}))
     return xr.merge(parts, **layout.MERGED)
 
 
-def _observed_life(outcome: answers.Finding) -> float:
+def _observed_life(outcome: Finding) -> float:
     """Return the cycle at which measurements of the limit's own quantity reach it, NaN where they do not."""
     limit, run = outcome.study.limit, outcome.posterior.histories[0]
-    for number, block in enumerate(outcome.posterior.blocks):
-        order = np.argsort(run.asked[number].cycle, kind="stable")
-        cycle, value = run.asked[number].cycle[order], block.seen.value[order]
+    for asked, block in zip(run.asked, outcome.posterior.blocks, strict=True):
+        order = np.argsort(asked.cycle, kind="stable")
+        cycle, value = asked.cycle[order], block.seen.value[order]
         over = value >= limit.value * (1.0 - 1e-9)
         if over.any() and block.measures(limit) and not block.seen.censored.any():
             some = slice(max(int(np.argmax(over)) - 1, 0), int(np.argmax(over)) + 1)
@@ -253,19 +244,19 @@ def _observed_life(outcome: answers.Finding) -> float:
     return float("nan")
 
 
-def _statistics(outcome: answers.Finding) -> xr.Dataset:
+def _statistics(outcome: Finding) -> xr.Dataset:
     """Return what is known about the update itself: evidence, checks of the inspections, notes."""
     values: dict[str, Any] = {**outcome.stats, "notes": " | ".join(outcome.notes)}
     values |= {"replaced": outcome.study.renewals} if outcome.study.renewals else {}
     if outcome.study.costly:
-        values["run_weight"] = outcome.posterior.weight
-        values["run_id"] = [run.id for run in outcome.posterior.histories]
+        ids = [run.id for run in outcome.posterior.histories]
+        values |= {"run_weight": outcome.posterior.weight, "run_id": ids}
     parts = [layout.dataset("statistics", values)]
     for number in range(len(outcome.posterior.blocks)):
         own, name = [check for check in outcome.checks if check.block == number], block_name(outcome, number)
+        columns = {"check_p_*": "p", "surprise_*": "surprise", "check_*": "verdict", "cycle_*": "cycle"}
         told: dict[str, Any] = {}
         if own:
-            columns = {"check_p_*": "p", "surprise_*": "surprise", "check_*": "verdict", "cycle_*": "cycle"}
             told = {key: [getattr(check, part) for check in own] for key, part in columns.items()}
         if number in outcome.courses:
             told["course_p_*"] = outcome.courses[number]
