@@ -15,7 +15,6 @@ expected cost until then is least; V(h) is that of a new one with h hours to go,
 """
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -29,6 +28,7 @@ from wearlab.campaign.update_options import Decision
 from wearlab.units import HOUR
 from wearlab.updating import answers, grids, layout, likelihood, lives, sampling
 from wearlab.updating.run_curves import RunHistory
+from wearlab.updating.sampling import Draws
 
 LOOKS = 9
 INSTRUMENTS = (0.3, 1.0, 3.0)  # times the error of the block
@@ -38,6 +38,7 @@ PLACES = 400  # times at which a change is considered
 LAST = 0.999  # quantile of the life up to which it is
 DEARER = (0.5, 1.0, 2.0)  # times the cost of a failure, for the sensitivity
 STEPS = 300  # of a horizon
+Seen = tuple[Array, Array, Array]  # what would be measured, the life as it then is, and a value's error
 
 
 def virtual_inspection(outcome: answers.Finding, rng: Random) -> xr.Dataset | None:
@@ -56,10 +57,9 @@ def virtual_inspection(outcome: answers.Finding, rng: Random) -> xr.Dataset | No
     present = float(np.ptp(grids.weighted_quantiles(rest, np.ones(len(draws)), ENDS)))
     if not present > 0.0:
         return None
-    expected, states = np.empty((len(INSTRUMENTS), len(looks))), states_at(answer, draws, number, looks, rng)
-    for k, (value, life, sd) in enumerate(states):
-        widths = [expected_width(value, life - looks[k], times * sd, rng) for times in INSTRUMENTS]
-        expected[:, k] = np.array(widths) / present
+    expected = np.empty((len(INSTRUMENTS), len(looks)))
+    for k, (value, life, sd) in enumerate(states_at(answer.drifting, draws, number, looks, rng)):
+        expected[:, k] = [expected_width(value, life - looks[k], n * sd, rng) / present for n in INSTRUMENTS]
     safe = looks <= max(early, looks[0])
     best = looks[safe][np.argmin(expected[1][safe])]
     found = {"expected_width": expected, "present_width": present, "recommended": best}
@@ -87,9 +87,7 @@ def virtual_block(outcome: answers.Finding) -> int | None:
     return next((n for n, b in enumerate(blocks) if b.seen.place_kind is None and not b.data.since), None)
 
 
-def states_at(
-    answer: lives.Answer, draws: sampling.Draws, number: int, looks: Array, rng: Random
-) -> Iterator[tuple[Array, Array, Array]]:
+def states_at(drifting: int | None, draws: Draws, number: int, looks: Array, rng: Random) -> Iterator[Seen]:
     """Yield for some draws the quantity at later cycles, the life as it then is, and a value's error."""
     n, block, drift = len(draws), draws.posterior.blocks[number], draws.drift[number]
     own = float(np.median(block.seen.sd)) if len(block.seen) else 0.0  # of its column, as until now
@@ -103,7 +101,7 @@ def states_at(
         for run, mine in runs:
             factor, asked = draws.factor[mine], run.asked[number]
             mean[mine] = asked.curve.at(run.own_cycle(np.array(look), factor, asked.clock))
-            if answer.drifting == number:
+            if drifting == number:
                 life[mine] = lives.ended(run, factor, w[mine], look, rate[mine], rng)
         square = draws.sd[number] ** 2 + own**2 + (block.relative * gain * mean) ** 2
         yield mean * gain + w, life, np.sqrt(square + block.data.error.offset_sd**2)
@@ -149,13 +147,11 @@ def decided(outcome: answers.Finding, costs: Decision, rng: Random) -> xr.Datase
     hour, draws = run.seconds_per_cycle / HOUR, outcome.draws
     age = hour * (answer.now - run.start)
     looks = np.linspace(answer.now, float(answer.life(np.array([0.5]))[0]), LOOKS + 1)[1:]
-    rates = []
-    for look, (value, life, sd) in zip(looks, states_at(answer, draws, number, looks, rng), strict=True):
-        early = draws.life <= look
-        rest = hour * np.where(early, draws.life - answer.now, life - answer.now)
-        rates.append(with_a_look(rest, value, sd, hour * (float(look) - answer.now), (age, costs), rng))
-    worth = min(rates) < float(found["best_rate"])
-    best = looks[int(np.argmin(rates))] if worth else np.nan
+    states, rates = states_at(answer.drifting, draws, number, looks, rng), []
+    for look, (value, life, sd) in zip(looks.tolist(), states, strict=True):
+        rest = hour * (np.where(draws.life <= look, draws.life, life) - answer.now)
+        rates.append(with_a_look(rest, (value, sd), hour * (look - answer.now), age, costs, rng))
+    best = looks[int(np.argmin(rates))] if min(rates) < float(found["best_rate"]) else np.nan
     return found.merge(layout.dataset("decision", {"rate_with_look": rates, "best_look": best}, look=looks))
 
 
@@ -171,13 +167,8 @@ def changes(known: lives.Lives, run: RunHistory, costs: Decision, places: int = 
     hours = np.maximum(age + cumulative_trapezoid(1.0 - below, hour * (cycles - now), initial=0.0), 1e-9)
     rates = np.stack([(costs.planned * (1.0 - below) + d * costs.failure * below) / hours for d in DEARER])
     best = rates.argmin(axis=1)
-    found: dict[str, Any] = {
-        "cost_rate": rates[1],
-        "best_change": cycles[best[1]],
-        "best_rate": rates[1, best[1]],
-        "rate_to_failure": rates[1, -1],
-        "best_change_if": cycles[best],
-    }
+    found = {"cost_rate": rates[1], "best_change": cycles[best[1]], "best_rate": rates[1, best[1]]}
+    found |= {"rate_to_failure": rates[1, -1], "best_change_if": cycles[best]}
     if costs.horizon_hours is not None:
         steps: Array = costs.horizon_hours / hour * np.linspace(0.0, 1.0, STEPS + 1)
         ahead, new = now + steps, known.life_below(run.start + steps)
@@ -219,26 +210,24 @@ def _costs_of_ages(below: Array, value: Array, costs: Decision) -> Array:
 
 
 def with_a_look(
-    rest: Array, value: Array, sd: Array, look: float, asked: tuple[float, Decision], rng: Random
+    rest: Array, seen: tuple[Array, Array], look: float, age: float, costs: Decision, rng: Random
 ) -> float:
     """Return the least cost per hour with a look, after which the change is chosen.
 
     Parameters
     ----------
     rest : of each draw, the life from now [h]
-    value, sd : what would be measured at the look, and the error
-    look : time of it from now [h]
-    asked : age now [h], costs
+    seen : what would be measured at the look, and the error
+    look, age : time of it from now, and age now [h]
+    costs : of changes, failures and looks
     rng : of the errors
     """
-    age, costs = asked
     early, inspection = rest <= look, costs.inspection or 0.0
     failed, lost = float(early.mean()), float(np.minimum(rest, look).mean())
     if early.all():
         return costs.failure / (age + lost)
-    left = rest[~early] - look
-    order = np.argsort(left)
-    value, left, sd = value[~early][order], left[order], sd[~early][order]
+    order = np.argsort((rest - look)[~early])
+    left, value, sd = (each[~early][order] for each in (rest - look, *seen))
     time = np.linspace(0.0, float(np.quantile(left, LAST)), PLACES + 1)
     at = np.searchsorted(left, time, side="right")
     mass = np.cumsum(virtual_weights(value, sd, rng), axis=1, dtype=float)

@@ -11,7 +11,7 @@ from scipy.special import gammaincc, kolmogorov, ndtr
 
 from wearlab.arrays import Array, Index, Random
 from wearlab.campaign.update_options import PREVIOUS
-from wearlab.updating import kalman, likelihood, lives, run_curves
+from wearlab.updating import kalman, likelihood, lives
 from wearlab.updating.grids import Posterior, along, equally, even_weights
 
 PIECE = 400  # draws whose errors are drawn at once
@@ -46,7 +46,7 @@ class Draws:
         sd, drift = (tuple(x[some] for x in each) for each in (self.sd, self.drift))
         return Draws(self.posterior, self.run[some], self.factor[some], sd, drift, self.life[some])
 
-    def by_run(self) -> list[tuple[run_curves.RunHistory, Index]]:
+    def by_run(self) -> likelihood.OfRuns:
         """Return each run that was drawn, with its draws."""
         runs = self.posterior.histories
         return [(runs[int(i)], np.flatnonzero(self.run == i)) for i in np.unique(self.run)]
@@ -85,41 +85,36 @@ def drawn(answer: lives.Answer, n: int, rng: Random) -> Draws:
         u = (rng.permutation(len(mine)) + rng.random(len(mine))) / len(mine)
         log_factor[mine] = np.interp(u, post.below[i], post.log_factor[i])
     spreads = [_errors(post, number, run, log_factor, rng) for number in range(len(post.blocks))]
-    order = rng.permutation(n)
-    sd, drift = (tuple(each[side][order] for each in spreads) for side in (0, 1))
-    alive = Draws(post, run[order], np.exp(log_factor)[order], sd, drift, np.empty(n))
+    sd, drift = (tuple(each[side] for each in spreads) for side in (0, 1))
+    found = Draws(post, run, np.exp(log_factor), sd, drift, np.empty(n))[rng.permutation(n)]
     if (number := answer.drifting) is None:
-        for history, mine in alive.by_run():
-            alive.life[mine] = history.life(alive.factor[mine])
-        return alive
-    seen, rate = alive.seen(number), drift[number] ** 2 / likelihood.PER
-    present = seen.drawn(answer.now, rate, rng)
-    for history, mine in alive.by_run():
-        own = alive.factor[mine], present[mine]
-        alive.life[mine] = lives.ended(history, *own, answer.now, rate[mine], rng)
-    return alive
+        for history, mine in found.by_run():
+            found.life[mine] = history.life(found.factor[mine])
+        return found
+    rate = found.drift[number] ** 2 / likelihood.PER
+    present = found.seen(number).drawn(answer.now, rate, rng)
+    for history, mine in found.by_run():
+        own = found.factor[mine], present[mine]
+        found.life[mine] = lives.ended(history, *own, answer.now, rate[mine], rng)
+    return found
 
 
 def _errors(post: Posterior, number: int, run: Index, log_factor: Array, rng: Random) -> tuple[Array, Array]:
     """Return draws of the unknown errors of a block given the factor; the known ones as they are."""
-    block = post.blocks[number]
-    unknown = [spread is not None and spread.prior is not None for spread in (block.sd, block.drift)]
+    unknown = [side for n, side, *_ in likelihood.unknown(post.blocks) if n == number]
     sd, drift = (np.exp(grid[run, 0]) for grid in post.spreads[number])
-    if not any(unknown):
-        return sd, drift
-    for i in np.unique(run):
+    for i in np.unique(run) if unknown else ():
         sd_grid, drift_grid = (grid[i] for grid in post.spreads[number])
         table, _ = post.conditional(i, number)
-        table = np.maximum(table, table.max() - 1e4)
-        mine = np.flatnonzero(run == i)
+        table, mine = np.maximum(table, table.max() - 1e4), np.flatnonzero(run == i)
         along = CubicSpline(post.nodes[i], table, axis=0) if len(post.nodes[i]) > 1 else None
         for some in np.array_split(mine, max(len(mine) // PIECE, 1)):
             own = np.repeat(table, len(some), axis=0) if along is None else along(log_factor[some])
             weight = np.exp(own - own.max(axis=(1, 2), keepdims=True))
             place = np.zeros(len(some))
-            if unknown[0]:
+            if 0 in unknown:
                 sd[some], place = _of_logs(sd_grid, weight.sum(axis=2), rng)
-            if unknown[1]:
+            if 1 in unknown:
                 j = np.minimum(place.astype(np.intp), max(weight.shape[1] - 2, 0))
                 share, which = (place - j)[:, None], np.arange(len(some))
                 after = np.minimum(j + 1, weight.shape[1] - 1)
@@ -139,11 +134,11 @@ def _of_logs(grid: Array, weight: Array, rng: Random) -> tuple[Array, Array]:
 
 def gains(draws: Draws, number: int, rng: Random, *, known: bool = True) -> Array:
     """Return a draw of a block's gain for every draw, (n,): given its values, or as it was before them."""
-    block, gain = draws.posterior.blocks[number], np.ones(len(draws))
+    block = draws.posterior.blocks[number]
     if not (sd := block.data.error.gain_sd):
-        return gain
+        return np.ones(len(draws))
     if not known or not len(block.rows):
-        return np.asarray(gain + sd * rng.standard_normal(len(draws)))
+        return 1.0 + sd * rng.standard_normal(len(draws))
     seen = draws.seen(number)
     return seen.drawn(seen.cycle, 0.0, rng)
 
@@ -186,7 +181,7 @@ def replicated(draws: Draws, number: int, rng: Random, *, known: bool = True) ->
     model, strayed = np.empty((n, len(block.rows))), np.zeros(n)
     for history, mine in draws.by_run():
         model[mine] = likelihood.modelled(block, history, number, draws.factor[mine])
-    model = model * gains(draws, number, rng, known=known)[:, None]
+    model *= gains(draws, number, rng, known=known)[:, None]
     square = draws.sd[number][:, None] ** 2 + block.seen.sd[block.rows] ** 2
     values = model + np.sqrt(square + (block.relative * model) ** 2) * rng.standard_normal(model.shape)
     offset = block.data.error.offset_sd
@@ -269,13 +264,11 @@ def checks(draws: Draws) -> tuple[list[Check], dict[int, float]]:
 
 def _course(z: Array, chi: Array, counts: Array) -> float:
     """Return the probability of a course as far off, (inspections, draws) averaged over draws."""
-    n = len(z)
-    sums = np.cumsum(z - z.mean(axis=0), axis=0) / np.sqrt(n)
-    together = kolmogorov(np.abs(sums).max(axis=0) + 0.12 / np.sqrt(n))
-    after, before = z[1:], z[:-1]
+    root, after, before = np.sqrt(len(z)), z[1:], z[:-1]
+    sums = np.cumsum(z - z.mean(axis=0), axis=0) / root
+    together = kolmogorov(np.abs(sums).max(axis=0) + 0.12 / root)
     squares = np.sum(after**2, axis=0) * np.sum(before**2, axis=0)
-    neighbours = np.sum(after * before, axis=0) / np.sqrt(squares)
-    alike = ndtr(-neighbours * np.sqrt(n))
+    alike = ndtr(-np.sum(after * before, axis=0) / np.sqrt(squares) * root)
     whole = gammaincc(0.5 * counts.sum(), 0.5 * chi.sum(axis=0))
     return float(min(1.0, 3.0 * min(np.mean(p) for p in (together, alike, whole))))
 
@@ -288,12 +281,11 @@ def _innovations(draws: Draws, number: int) -> tuple[Array, Array, Array, Array,
     each = [few[some].seen(number, times).steps for some in pieces]
     groups = np.array_split(np.arange(len(times)), min(len(times), MOST))
     count = np.array([sum(each[0][t].count for t in group) for group in groups])
-    z, chi, logs = (
-        np.stack(
-            [sum(np.concatenate([getattr(steps[t], part) for steps in each]) for t in g) for g in groups]
-        )
-        for part in ("surprise", "chi_square", "log_likelihood")
-    )
+    parts, told = [], ("surprise", "chi_square", "log_likelihood")
+    for name in told:
+        own = [np.concatenate([getattr(steps[t], name) for steps in each]) for t in range(len(times))]
+        parts.append(np.stack([sum(own[t] for t in group) for group in groups]))
+    z, chi, logs = parts
     middle = np.array([np.mean([times[t].cycle for t in group]) for group in groups])
     hidden = np.exp(np.minimum(logs, 0.0)) if few is draws else np.ones_like(z)
     return middle, count, z / np.sqrt([[len(group)] for group in groups]), chi, hidden

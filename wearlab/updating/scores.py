@@ -58,10 +58,9 @@ def simple_rules(study: cases.Subject, post: grids.Posterior, now: float) -> tup
     if number is None:
         return ratio, line
     rows = post.blocks[number].rows
+    rows = rows[np.argsort(run.asked[number].cycle[rows], kind="stable")]
     cycle, value = run.asked[number].cycle[rows], post.blocks[number].seen.value[rows]
-    held = np.flatnonzero(np.isfinite(value) & (cycle <= now))
-    held = held[np.argsort(cycle[held], kind="stable")]
-    cycle, value = cycle[held], value[held]
+    cycle, value = (each[np.isfinite(value) & (cycle <= now)] for each in (cycle, value))
     if len(cycle) and value[-1] > 0.0:
         begin = run.begin(number)
         ratio = begin + (cycle[-1] - begin) * limit.value / value[-1] - now
@@ -97,8 +96,7 @@ def replayed(study: cases.Subject, post: grids.Posterior, end: float = np.nan) -
         row |= {"remaining_useful_life_quantile": np.maximum(life - answer.now, 0.0)}
         row |= {"log_evidence": answer.posterior.evidence, "check_p_forward": min(last, default=np.nan)}
         row |= {"crps": crps(answer.life(EVEN), end) if cycle < end else np.nan}
-        rules = (*simple_rules(study, post, cycle), middle - cycle)
-        rows.append(row | dict(zip(RULES, rules, strict=True)))
+        rows.append(row | dict(zip(RULES, (*simple_rules(study, post, cycle), middle - cycle), strict=True)))
     told = layout.stacked(rows)
     return layout.dataset("replay", told, over="inspection", inspection=cycles, quantile=layout.P)
 
@@ -121,9 +119,9 @@ def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
         "replay_inspections": float(len(truth)),
         "replay_mean_error": np.mean(own),
         **held_by(rest, truth),
-        "replay_crps": np.mean(before["crps"].values / truth),
-        "replay_interval_score": np.mean(interval_score(rest[0], rest[4], truth) / truth),
     }
+    score["replay_crps"] = np.mean(before["crps"].values / truth)
+    score["replay_interval_score"] = np.mean(interval_score(rest[0], rest[4], truth) / truth)
     for rule in RULES:
         off = np.abs(before[rule] - truth) / truth
         score[f"replay_error_{rule}"] = float(off.mean())
@@ -169,16 +167,16 @@ def left_out(post: grids.Posterior) -> Array:
 def compared(outcomes: Sequence[answers.Finding]) -> xr.Dataset | None:
     """Return the models beside each other, the most probable first; None of a single one."""
     each = [model for outcome in outcomes for model in models_of(outcome)]
-    if len(each) < 2 or not any(len(block.rows) for block in each[0][2]):
+    if len(each) < 2 or not likelihood.told(each[0][2]):
         return None
     known = sorted(((post.by(blocks), name) for name, post, blocks in each), key=lambda one: -one[0].evidence)
     posts, names = zip(*known, strict=True)
     alone = [left_out(post) for post in posts]
     off = [one - alone[0] if len(one) == len(alone[0]) else np.full(1, np.nan) for one in alone]
+    error = [np.sqrt(len(o)) * float(np.std(o, ddof=1)) if len(o) > 1 else np.nan for o in off]
     values = {
-        "log_evidence": [post.evidence for post in posts],
+        "log_evidence": [p.evidence for p in posts],
         "log_left_out": [float(np.sum(one)) for one in alone],
-        "left_out_difference": [float(np.sum(o)) for o in off],
-        "left_out_error": [np.sqrt(len(o)) * float(np.std(o, ddof=1)) if len(o) > 1 else np.nan for o in off],
     }
+    values |= {"left_out_difference": [float(np.sum(one)) for one in off], "left_out_error": error}
     return layout.dataset("comparison", values, model=np.array(names, dtype=object))
