@@ -117,8 +117,7 @@ def filtered(
     steps : whether each inspection's innovation is kept
     """
     (residual, variance, room), a = seen, np.ones(1) if loading is None else loading
-    each = [part[..., 0].shape for part in (residual[..., :1], variance, a)]
-    lanes = np.broadcast_shapes(*each, np.shape(rate))
+    lanes = np.broadcast_shapes(*(part.shape[:-1] for part in (residual, variance, a)), np.shape(rate))
     limited = hidden(room)
     # each grows to the lanes that it depends on
     total, mean, spread, last = known.log_likelihood, known.mean, known.variance, known.cycle
