@@ -13,7 +13,7 @@ k: one run has one wear to begin with. The mates' own wear goes on from one run 
 so that it stays a function of f N.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -22,9 +22,9 @@ import xarray as xr
 
 from wearlab import options, units
 from wearlab.arrays import Array
-from wearlab.campaign.update_options import Replaced
 from wearlab.scene import Scene
-from wearlab.updating import answers, cases, grids, likelihood, measurements, run_curves
+from wearlab.updating import answers, grids, likelihood, run_curves
+from wearlab.updating.cases import OperatingRecord, Subject, UpdateError
 from wearlab.updating.run_curves import Clock, RunHistory, Runs
 
 RATIOS, IN_GAP, TIMES = 15, 3, 20  # points over ln r, cycles in a gap, cycles of running-in
@@ -42,7 +42,7 @@ Judge = Callable[[Runs], grids.Posterior]
 
 
 def clock_of(
-    record: measurements.OperatingRecord, own: RunHistory, runs: Runs, factor: float, block: int | None = None
+    record: OperatingRecord, own: RunHistory, runs: Runs, factor: float, block: int | None = None
 ) -> Clock:
     """Return the clock of equal wear of what ran, from a run of the scene and one of each condition.
 
@@ -74,7 +74,7 @@ def clock_of(
     return Clock(own.start + np.append(at, at[-1] + ahead), own.start + np.append(equal, equal[-1] + ahead))
 
 
-def clocked_run(study: cases.Subject, own: RunHistory, conditions: Runs) -> RunHistory:
+def clocked_run(study: Subject, own: RunHistory, conditions: Runs) -> RunHistory:
     """Return a run with the clock of its record, at the factor that the measurements tell with it."""
     assert study.record is not None
     factors = np.ones(3)
@@ -85,8 +85,7 @@ def clocked_run(study: cases.Subject, own: RunHistory, conditions: Runs) -> RunH
         off = float(abs(ends[2] - ends[0]) / max(ends[1], 1e-300))
         asked = list(own.asked)
         for n in weighed:
-            by_mass = clock_of(study.record, own, conditions, float(factors[1]), n)
-            asked[n] = asked[n]._replace(clock=by_mass)
+            asked[n] = asked[n]._replace(clock=clock_of(study.record, own, conditions, float(factors[1]), n))
         clocked = replace(own, clock=clocks[1]._replace(off=off), asked=tuple(asked))
         factors = answers.answered(study, (clocked,), answers.blocks_of(study, (clocked,))).factor(ENDS)
     return clocked
@@ -120,7 +119,7 @@ def changing(run: RunHistory, kind: str, judge: Judge) -> tuple[Runs, Array]:
     """
     cycles = np.unique(np.concatenate([[run.start], *(asked.cycle for asked in run.asked)]))
     if len(cycles) < 3:
-        raise measurements.UpdateError("update.change: at least two inspections are needed to see k change")
+        raise UpdateError("update.change: at least two inspections are needed to see k change")
     early = kind == "running-in"
     if early:
         at = run.start + (cycles[-1] - run.start) * np.geomspace(EARLIEST, 1.0, TIMES + 2)[1:-1]
@@ -160,108 +159,91 @@ class Era(NamedTuple):
     run: xr.Dataset
 
 
-def renewed(
-    study: cases.Subject, first: xr.Dataset, compute: Callable[[Scene], xr.Dataset]
-) -> tuple[cases.Subject, RunHistory]:
+def renewed(study: Subject, compute: Callable[[Scene], xr.Dataset]) -> tuple[Subject, RunHistory]:
     """Return a study whose measurements are parted by the gears they are of, and its history.
 
     Parameters
     ----------
     study : with gears that were replaced
-    first : its stored run, all gears new
     compute : runs a scene, and returns what is stored of it
 
     Raises
     ------
     UpdateError : a gear is not there, or a measurement or limit does not say of which gear it is
     """
-    scene, start = study.first, float(first["cycle"].values[0])
+    scene, first = study.first, compute(study.first)
     flanks = first["flank"].astype(str).values.tolist()
-    gears = list(dict.fromkeys(map(_gear, flanks)))
-    eras = {gear: [Era(start, first)] for gear in gears}
+    gears = list(dict.fromkeys(map(run_curves.gear, flanks)))
+    eras = {gear: [Era(float(first["cycle"].values[0]), first)] for gear in gears}
     _gear_of(study.limit.where, gears, "update.limit")
     told = []
-    for number, (event, at) in enumerate(_events(study, first, gears)):
+    for number, (members, at) in enumerate(_events(study, first, gears)):
         known, history = _history(study, scene, eras)
         before = likelihood.held(answers.blocks_of(known, (history,)), history, np.less_equal, at)
-        factor = float(answers.answered(known, (history,), before).factor(np.array([0.5]))[0])
-        factor = float(f"{factor:.{DIGITS}g}")
+        middle = answers.answered(known, (history,), before).factor(np.array([0.5]))[0]
+        factor = float(f"{middle:.{DIGITS}g}")
+        own = {gear: (at - each[-1].begin) * factor / history.factor for gear, each in eras.items()}
         worn: dict[str, Any] = {}
-        for flank in flanks:
-            begin, run = eras[_gear(flank)][-1]
-            own = (at - begin) * factor / history.factor
-            new = _gear(flank) in event.members
-            worn[f"wear.initial.{flank}"] = None if new else _profile(run, flank, own)
+        for flank, gear in zip(flanks, map(run_curves.gear, flanks), strict=True):
+            new = gear in members
+            worn[f"wear.initial.{flank}"] = None if new else _profile(eras[gear][-1].run, flank, own[gear])
         then = compute(scene.replace({key: one for key, one in worn.items() if one or number}))
-        for gear in gears:
-            begin, run = eras[gear][-1]
-            if gear in event.members:
-                eras[gear].append(Era(at, then))
+        for gear, each in eras.items():
+            if gear in members:
+                each.append(Era(at, then))
             else:
-                eras[gear][-1] = Era(begin, _joined(run, (at - begin) * factor / history.factor, then))
-        told.append(f"{' and '.join(event.members)} new at {at:.6g} cycles")
+                each[-1] = each[-1]._replace(run=_joined(each[-1].run, own[gear], then))
+        told.append(f"{' and '.join(members)} new at {at:.6g} cycles")
     known, history = _history(study, scene, eras)
     return replace(known, renewals="; ".join(told)), history
 
 
-def _gear(flank: str) -> str:
-    return flank.split("-")[0]
-
-
 def _gear_of(where: str | None, gears: list[str], place: str) -> str:
     if where is None:
-        raise measurements.UpdateError(
-            f"{place}: with update.replaced, say of which gear it is: {', '.join(gears)}"
-        )
-    return _gear(where)
+        raise UpdateError(f"{place}: with update.replaced, say of which gear it is: {', '.join(gears)}")
+    return run_curves.gear(where)
 
 
-def _events(study: cases.Subject, first: xr.Dataset, gears: list[str]) -> list[tuple[Replaced, float]]:
-    """Return when gears were replaced, in order: what was said, cycle."""
+def _events(study: Subject, first: xr.Dataset, gears: list[str]) -> list[tuple[Sequence[str], float]]:
+    """Return which gears were replaced when, in order: their names, cycle."""
     found = []
     for number, event in enumerate(study.spec.replaced):
         place = f"update.replaced[{number}]"
         for gear in event.members:
             if gear not in gears:
-                raise measurements.UpdateError(f"{place}.members: {gear!r} is not one of {', '.join(gears)}")
+                raise UpdateError(f"{place}.members: {gear!r} is not one of {', '.join(gears)}")
         at, hours = event.cycle, event.hours
         if at is None:
             if hours is None:
                 hours = np.nan if study.calendar is None else float(study.calendar.hours(event.date))
-                if np.isnan(hours):
-                    said = "needs update.calendar = { date, hours, hours_per_year }; or give hours"
-                    raise measurements.UpdateError(f"{place}.date: {said}")
+                said = "needs update.calendar = { date, hours, hours_per_year }; or give hours"
                 if hours < 0.0:
-                    said = "is before the first operating hour, by update.calendar"
-                    raise measurements.UpdateError(f"{place}.date: {event.date} {said}")
+                    said = f"{event.date} is before the first operating hour, by update.calendar"
+                if not hours >= 0.0:
+                    raise UpdateError(f"{place}.date: {said}")
             each = run_curves.per_cycle(first, "operating_hours")
             at = float(first["cycle"].values[0]) + hours * units.HOUR / each
-        found.append((event, at))
+        found.append((event.members, at))
     return sorted(found, key=lambda one: one[1])
 
 
-def _history(
-    study: cases.Subject, scene: Scene, eras: Mapping[str, list[Era]]
-) -> tuple[cases.Subject, RunHistory]:
+def _history(study: Subject, scene: Scene, eras: Mapping[str, list[Era]]) -> tuple[Subject, RunHistory]:
     """Return the study with its measurements parted, and its history; what is in service comes first."""
-    gears = list(eras)
+    gears, parts, asked = list(eras), [], []
     last = eras[_gear_of(study.limit.where, gears, "update.limit")][-1]
     own = run_curves.history_of(last.run, scene, (), study.limit)
-    parts, asked = [], []
     for seen in study.seen:
         mine = eras[_gear_of(seen.data.where, gears, seen.data.place)]
         cycles = run_curves.cycles_of(mine[0].run, seen)
         which = np.searchsorted([era.begin for era in mine[1:]], cycles, side="left")
-        for k in reversed(range(len(mine))):
+        for k, (begin, run) in reversed([*enumerate(mine)]):
             rows = np.flatnonzero(which == k)
             if len(rows) or k == len(mine) - 1:
-                names, run = ("time", "value", "sd", "below", "place", "row"), mine[k].run
-                part = replace(seen, **{name: getattr(seen, name)[rows] for name in names})
+                names = ("time", "value", "sd", "below", "place", "row")
+                parts.append(replace(seen, **{name: getattr(seen, name)[rows] for name in names}))
                 ended = own.limit if run is last.run else None
-                one = run_curves.asked_of(run_curves.distinct(run), part, study.limit, ended)
-                clock = _clock(mine[k].begin, own.start, own.end)
-                parts.append(part)
-                asked.append(one._replace(clock=clock, begin=mine[k].begin))
+                one = run_curves.asked_of(run_curves.distinct(run), parts[-1], study.limit, ended)
+                asked.append(one._replace(clock=_clock(begin, own.start, own.end), begin=begin))
     history = replace(own, asked=tuple(asked), clock=_clock(last.begin, own.start, own.end))
     return replace(study, seen=tuple(parts)), history
 
@@ -279,16 +261,12 @@ def _profile(run: xr.Dataset, flank: str, own: float) -> dict[str, Any]:
     names = ("cycle", "wear_depth", "wear_rate", "path_position")
     cycle, depth, rate, position = (np.asarray(mine[name].values, float) for name in names)
     held = np.flatnonzero(np.isfinite(position))
-    worn = run_curves.RunCurve(cycle, depth, rate).at(np.full(len(held), own), held)
-    worn = np.maximum(worn, 0.0)
+    worn = np.maximum(run_curves.RunCurve(cycle, depth, rate).at(np.full(len(held), own), held), 0.0)
     if not worn.any():
         return {}
-    across = {
-        "abscissa": tuple(map(options.Stored, position[held].tolist())),
-        "ordinate": tuple(map(options.Stored, worn.tolist())),
-        "continuation": "hold",
-    }
-    return {"shape": "measured", "x": "path_position", "y": "depth", **across}
+    x, y = (tuple(map(options.Stored, each.tolist())) for each in (position[held], worn))
+    named = {"shape": "measured", "x": "path_position", "y": "depth"}
+    return {**named, "abscissa": x, "ordinate": y, "continuation": "hold"}
 
 
 def _joined(run: xr.Dataset, own: float, then: xr.Dataset) -> xr.Dataset:
@@ -297,5 +275,4 @@ def _joined(run: xr.Dataset, own: float, then: xr.Dataset) -> xr.Dataset:
     shifts = {name: own * run_curves.per_cycle(run, name) for name in CLOCKS if name in run and name in then}
     later = then.assign({name: then[name] + shift for name, shift in shifts.items()})
     how: Any = {"data_vars": "minimal", "coords": "minimal", "compat": "override"}
-    both: xr.Dataset = xr.concat([held, later], "update", **how)
-    return both
+    return xr.concat([held, later], "update", **how)

@@ -8,9 +8,9 @@ to them, in scores of the prior (z, standard normal before), and all are weighte
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,7 +21,7 @@ from wearlab import sources
 from wearlab.arrays import Array, Index
 from wearlab.campaign import Campaign, distributions
 from wearlab.scene import Scene, SceneError
-from wearlab.updating import answers, cases, clocks, fleet, grids, lives, measurements, run_curves, tree
+from wearlab.updating import answers, cases, clocks, fleet, grids, measurements, run_curves, tree
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -78,9 +78,8 @@ def update(
     runner = Runner(campaign.title, store, progress, workers)
     if wanted[0].spec.fleet is not None:
         if check:
-            raise measurements.UpdateError(
-                "--check: twins are made of one unit; of a fleet, --replay scores what it foresaw"
-            )
+            said = "twins are made of one unit; of a fleet, --replay scores what it foresaw"
+            raise measurements.UpdateError(f"--check: {said}")
         runs = [runs[0] for runs, _ in runner.run(wanted)]
         made = tree.tree_of_groups(campaign, wanted, fleet.fleet_groups(wanted, runs, replay=replay))
         each = made["predictions"].to_dataset()
@@ -130,10 +129,10 @@ class Runner(NamedTuple):
             found.append((runs, which))
         return found
 
-    def stored(self, study: cases.Subject, scenes: Mapping[str, Scene]) -> "list[xr.Dataset]":
-        """Return what is stored of scenes, each under what it is called; those that are missing are run."""
-        self._compute([study], tuple(scenes.values()))
-        return cases.stored(study, scenes, self.store)
+    def stored(self, study: cases.Subject, worn: Scene) -> "xr.Dataset":
+        """Return what is stored of a scene with worn mates; where it is missing, it is run."""
+        self._compute([study], [worn])
+        return cases.stored(study, {"update.replaced: its run with worn mates": worn}, self.store)[0]
 
     def _compute(self, wanted: cases.Subjects, scenes: Sequence[Scene]) -> None:
         from wearlab import runner
@@ -147,13 +146,8 @@ def updated(study: cases.Subject, runner: Runner) -> answers.Finding:
     """Update one case: run what is missing, make runs longer, draw once more where few carry the weight."""
     ((runs, which),) = runner.run([study])
     if study.spec.replaced:
-
-        def compute(scene: Scene) -> "xr.Dataset":
-            return runner.stored(study, {"update.replaced: its run with worn mates": scene})[0]
-
-        study, history = clocks.renewed(study, compute(study.first), compute)
+        study, history = clocks.renewed(study, partial(runner.stored, study))
         return answers.outcome(study, (history,), which)
-    known: lives.Answer | None
     while True:
         answer = answers.answered(study, runs, answers.blocks_of(study, runs))
         if answer.beyond <= ENOUGH or study.longer >= MOST_LONGER:
@@ -166,30 +160,21 @@ def updated(study: cases.Subject, runner: Runner) -> answers.Finding:
         if after[0][0].end <= runs[0].end * 1.01:
             break
         study, (runs, which) = longer, after
-    proposal, known = None, answer
     if study.spec.change != "none":
-        blocks, asked = answers.blocks_of(study, runs), study
-
-        def judge(some: run_curves.Runs) -> grids.Posterior:
-            return grids.Posterior(some, blocks, asked.prior)
-
+        judge = partial(grids.Posterior, blocks=answers.blocks_of(study, runs), prior=study.prior)
         runs, proposal = clocks.changing(runs[0], study.spec.change, judge)
-        which, known = np.zeros(len(runs), np.intp), None
-    elif len(runs) > 1 and answer.posterior.effective_runs < min(FEWEST, 0.5 * len(runs)):
-        study, runs, which, proposal = _again(study, answer.posterior.weight, which, runner)
-        known = None
-    return answers.outcome(study, runs, which, proposal, known)
+        return answers.outcome(study, runs, np.zeros(len(runs), np.intp), proposal)
+    if len(runs) > 1 and answer.posterior.effective_runs < min(FEWEST, 0.5 * len(runs)):
+        return _again(study, answer.posterior.weight, which, runner)
+    return answers.outcome(study, runs, which, known=answer)
 
 
-def _again(
-    study: cases.Subject, weight: Array, which: Index, runner: Runner
-) -> tuple[cases.Subject, run_curves.Runs, Index, Array]:
-    """Return the study with a second round of draws, its runs, and how they were drawn."""
+def _again(study: cases.Subject, weight: Array, which: Index, runner: Runner) -> answers.Finding:
+    """Return what a study comes to with a second round of draws, and how they were drawn."""
     from scipy.stats import multivariate_normal, norm, qmc
 
     first, z = len(next(iter(study.drawn.values()))), scores_of(study)[which]
-    mean = weight @ z
-    spread = np.atleast_2d(np.cov(z.T, aweights=weight, bias=True))
+    mean, spread = weight @ z, np.atleast_2d(np.cov(z.T, aweights=weight, bias=True))
     covariance = WIDER**2 * (spread + 1e-4 * np.eye(len(mean)))
     size = 1 << max(first - 1, 0).bit_length()
     inside = qmc.Sobol(len(mean), rng=study.spec.seed + 1).random(size)[:first]
@@ -203,14 +188,13 @@ def _again(
     # how often two equal rounds have draws there, over the prior
     z = scores_of(both)[which]
     log_ratio = multivariate_normal(mean, covariance).logpdf(z) - norm.logpdf(z).sum(axis=1)
-    return both, runs, which, np.logaddexp(0.0, log_ratio) - np.log(2.0)
+    return answers.outcome(both, runs, which, np.logaddexp(0.0, log_ratio) - np.log(2.0))
 
 
 def scores_of(study: cases.Subject) -> Array:
     """Return the standard scores of a study's draws, (draws, keys), 0 at the prior's median."""
-    columns = [
-        prior.below(np.array([*map(cases.plain, study.drawn[key])])) for key, prior in study.costly.items()
-    ]
+    values = (np.array([*map(cases.plain, study.drawn[key])]) for key in study.costly)
+    columns = [prior.below(own) for prior, own in zip(study.costly.values(), values, strict=True)]
     return np.asarray(ndtri(np.clip(np.array(columns).T, 1e-12, 1.0 - 1e-12)))
 
 

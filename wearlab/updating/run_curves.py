@@ -20,20 +20,19 @@ from wearlab.arrays import Array, Index
 from wearlab.campaign.update_options import THICKNESS, Limit
 from wearlab.scene import Scene
 from wearlab.store.files import StoreError
-from wearlab.updating import calendar, measurements
-from wearlab.updating.measurements import UpdateError
+from wearlab.updating import calendar
+from wearlab.updating.measurements import Observed, UpdateError
 
 if TYPE_CHECKING:
     from wearlab.store import Store
 
 TINY = 1e-12
+Names = Collection[str]
 BITS, CLOSE = 60, 1e-12  # halvings to round-off; of its range, by which a root may move last
 WHOLE = ("max_wear_depth", "worn_mass")  # quantities that are one number of a gear
 
 
-def read_runs(
-    store: "Store", ids: Collection[str], names: Collection[str], once: Collection[str] = ()
-) -> dict[str, xr.Dataset]:
+def read_runs(store: "Store", ids: Names, names: Names, once: Names = ()) -> dict[str, xr.Dataset]:
     """Return the runs among ``ids`` that have data, with those variables of ``names`` that they have.
 
     Every file is opened once, and compared with its hash when first read; the catalogue has dims and labels.
@@ -111,9 +110,7 @@ class RunCurve:
         return np.where((i > 0) & (i < len(highest)), self.cycle[low] + within, beyond)
 
 
-def risen(
-    rising: Callable[[Array], Array], wanted: Array, low: Any, high: Any, close: float = CLOSE
-) -> Array:
+def risen(rising: Callable[..., Array], wanted: Array, low: Any, high: Any, close: float = CLOSE) -> Array:
     """Return where a rising function reaches values, by Ridders' method (1979); an end where it does not.
 
     ``close`` is the last move over the range; it converges faster than linearly.
@@ -249,15 +246,12 @@ def refuse_stages(scene: Scene) -> None:
     UpdateError : it has stages of operation
     """
     if scene.operation is not None and scene.operation.stage:
-        raise UpdateError(
-            "operation.stage: stages begin at given cycles, so that the wear is no function of k·N and one "
-            "run does not serve every k; update a campaign with operation.duty, mixed within each cycle"
-        )
+        said = "stages begin at given cycles, so that the wear is no function of k·N and one run does not "
+        said += "serve every k; update a campaign with operation.duty, mixed within each cycle"
+        raise UpdateError(f"operation.stage: {said}")
 
 
-def history_of(
-    run: xr.Dataset, scene: Scene, seen: Sequence[measurements.Observed], limit: Limit
-) -> RunHistory:
+def history_of(run: xr.Dataset, scene: Scene, seen: Sequence[Observed], limit: Limit) -> RunHistory:
     """Return what a stored run says over the cycles.
 
     Parameters
@@ -277,21 +271,12 @@ def history_of(
     run = distinct(run)
     ended = curve_of(run, limit.quantity, limit.where, {}, "update.limit")
     factor = float(getattr(scene.wear and scene.wear.coefficient, "factor", 1.0))
-    limit_cycle = float(ended.first_above(np.array(limit.value)))
-    return RunHistory(
-        id=str(scene.id),
-        factor=factor,
-        coefficient=_coefficient(run, limit.where) / factor,
-        start=float(ended.cycle[0]),
-        end=float(ended.cycle[-1]),
-        seconds_per_cycle=per_cycle(run, "operating_hours"),
-        asked=tuple(asked_of(run, inspection, limit, ended) for inspection in seen),
-        limit=ended,
-        level=limit.value,
-        limit_cycle=limit_cycle,
-        beside=_beside(run, limit, ended),
-        numerical=_numerical(run, limit_cycle),
-    )
+    asked = tuple(asked_of(run, inspection, limit, ended) for inspection in seen)
+    start, end, limit_cycle = map(float, (*ended.cycle[[0, -1]], ended.first_above(np.array(limit.value))))
+    known = str(scene.id), factor, _coefficient(run, limit.where) / factor
+    over = start, end, per_cycle(run, "operating_hours")
+    beside = _beside(run, limit, ended), _numerical(run, limit_cycle)
+    return RunHistory(*known, *over, asked, ended, limit.value, limit_cycle, *beside)
 
 
 def distinct(run: xr.Dataset) -> xr.Dataset:
@@ -301,7 +286,7 @@ def distinct(run: xr.Dataset) -> xr.Dataset:
     return run if keep.all() else run.isel(update=keep)
 
 
-def cycles_of(run: xr.Dataset, seen: measurements.Observed) -> Array:
+def cycles_of(run: xr.Dataset, seen: Observed) -> Array:
     """Return the cycles of a run at which a block was measured."""
     cycle, start = np.asarray(seen.time, float), float(run["cycle"].values[0])
     if seen.clock != "cycle":
@@ -312,7 +297,7 @@ def cycles_of(run: xr.Dataset, seen: measurements.Observed) -> Array:
     return cycle
 
 
-def asked_of(run: xr.Dataset, seen: measurements.Observed, limit: Limit, ended: RunCurve | None) -> Asked:
+def asked_of(run: xr.Dataset, seen: Observed, limit: Limit, ended: RunCurve | None) -> Asked:
     """Return what a block of observations asks of a run.
 
     Parameters
@@ -330,9 +315,7 @@ def asked_of(run: xr.Dataset, seen: measurements.Observed, limit: Limit, ended: 
     return Asked(_profile(run, seen, places), column.astype(np.intp), cycle)
 
 
-def curve_of(
-    run: xr.Dataset, name: str, where: str | None, select: Mapping[str, Any], place: str
-) -> RunCurve:
+def curve_of(run: xr.Dataset, name: str, where: str | None, select: dict[str, Any], place: str) -> RunCurve:
     """Return a scalar over the cycles; every dimension with several labels needs one."""
     if name not in run:
         raise UpdateError(f"{place}: the stored run has no {name}: ask for it in store.variables")
@@ -373,7 +356,7 @@ def _rate_at_the_deepest(run: xr.Dataset, where: str | None) -> Array:
     return np.asarray(fast[np.arange(len(at)), at])
 
 
-def _profile(run: xr.Dataset, seen: measurements.Observed, places: Array) -> RunCurve:
+def _profile(run: xr.Dataset, seen: Observed, places: Array) -> RunCurve:
     """Return the wear at places on a flank over the cycles; of a thickness, what the arc has lost."""
     data, flanks = seen.data, run["flank"].astype(str).values.tolist()
     if data.where not in flanks:
@@ -384,15 +367,18 @@ def _profile(run: xr.Dataset, seen: measurements.Observed, places: Array) -> Run
     outside = (seen.place < x[0] - TINY) | (seen.place > x[-1] + TINY)
     if outside.any():
         i = int(np.argmax(outside))
-        raise UpdateError(
-            f"{data.file}: line {seen.row[i]}, {seen.place_kind} {seen.place[i]:g}: outside the active "
-            f"flank, which goes from {x[0]:g} to {x[-1]:g} (SI)"
-        )
+        said = f"outside the active flank, which goes from {x[0]:g} to {x[-1]:g} (SI)"
+        raise UpdateError(f"{data.file}: line {seen.row[i]}, {seen.place_kind} {seen.place[i]:g}: {said}")
     both = [flank[name].values for name in ("wear_depth", "wear_rate")]
     if data.quantity == THICKNESS:  # along the arc: 1/cos of the pressure angle there, whose tan is the roll
         both = [values * np.hypot(1.0, flank["roll_angle"].values) for values in both]
     value, slope = (np.stack([np.interp(places, x, state) for state in values]) for values in both)
     return RunCurve(np.asarray(run["cycle"].values, float), value, slope)
+
+
+def gear(where: str) -> str:
+    """Return the gear that a flank, or what is called by it, belongs to."""
+    return where.split("-")[0]
 
 
 def per_cycle(run: xr.Dataset, clock: str) -> float:
@@ -406,7 +392,7 @@ def per_cycle(run: xr.Dataset, clock: str) -> float:
 def _beside(run: xr.Dataset, limit: Limit, ended: RunCurve) -> dict[str, RunCurve]:
     """Return depth and mass of the gear that ends the life, where the run has them."""
     curves: dict[str, RunCurve] = {}
-    member = None if limit.where is None else limit.where.split("-")[0]
+    member = limit.where and gear(limit.where)
     flank = limit.where if limit.quantity == "max_wear_depth" else member
     for name, dim, where in (("max_wear_depth", "flank", flank), ("worn_mass", "member", member)):
         if name == limit.quantity and where == limit.where:
@@ -422,8 +408,7 @@ def _coefficient(run: xr.Dataset, where: str | None) -> float:
     if "effective_wear_coefficient" not in run:
         return math.nan
     values = run["effective_wear_coefficient"].isel(update=0)
-    member = None if where is None else where.split("-")[0]
-    mine = [str(flank).split("-")[0] == member for flank in values["flank"].values]
+    mine = [gear(str(flank)) == (where and gear(where)) for flank in values["flank"].values]
     return float((values.isel(flank=mine) if any(mine) else values).max())
 
 
@@ -435,8 +420,7 @@ def _numerical(run: xr.Dataset, limit_cycle: float) -> tuple[float, float]:
     anywhere = 0.0
     if "error_estimate_wear_depth" in run and "max_wear_depth" in run:
         depth, error = run["max_wear_depth"].max("flank").values, run["error_estimate_wear_depth"].values
-        cycle = run["cycle"].values
-        before = cycle <= max(limit_cycle, cycle[1]) * (1.0 + 1e-9)
+        before = run["cycle"].values <= max(limit_cycle, run["cycle"].values[1]) * (1.0 + 1e-9)
         late = before & (depth > 0.05 * depth[before][-1])
         ratio = error[late] / depth[late]
         anywhere = float(np.nanmax(ratio)) if np.isfinite(ratio).any() else 0.0

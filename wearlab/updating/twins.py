@@ -10,7 +10,7 @@ would have been measured there. Cycles and places stay as the files have them, w
 """
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,17 +20,15 @@ import xarray as xr
 
 from wearlab import arrays, tables, units
 from wearlab.campaign import Campaign, load, update_options
-from wearlab.updating import answers, cases, grids, layout, likelihood, lives, run_curves, sampling, scores
-from wearlab.updating.measurements import Observed, UpdateError
+from wearlab.updating import answers, grids, layout, likelihood, lives, run_curves, sampling, scores
+from wearlab.updating.cases import Observed, Subject, UpdateError, studies
 
 MADE = "# Made by: "
 DIGITS = 5
 SKILLS = ("life_skill", "life_interval_skill")
 
 
-def calibrated(
-    study: cases.Subject, post: grids.Posterior, n: int, *, told: likelihood.Blocks = ()
-) -> xr.Dataset:
+def calibrated(study: Subject, post: grids.Posterior, n: int, *, told: likelihood.Blocks = ()) -> xr.Dataset:
     """Return the ranks of the truths of synthetic twins, and how often intervals hold them.
 
     Parameters
@@ -53,10 +51,9 @@ def calibrated(
         made, life = twin(truths[t : t + 1], before, rng)
         both = zip(told or made, made, strict=True)
         made = tuple(replace(own, seen=replace(real.seen, data=own.data)) for own, real in both)
-        kept = np.ones(len(post.histories), bool)
-        kept[truths.run[t]] = not study.costly  # its own run knows too much
-        runs = tuple(run for run, held in zip(post.histories, kept, strict=True) if held)
-        answer = answers.answered(study, runs, made, post.log_proposal[kept])
+        # its own run knows too much
+        kept = [i for i in range(len(post.histories)) if not study.costly or i != truths.run[t]]
+        answer = answers.answered(study, [post.histories[i] for i in kept], made, post.log_proposal[kept])
         if study.prior is not None:
             ranks["factor"].append(answer.factor_below(float(truths.factor[t])))
         over = life <= answer.now and answer.drifting is not None
@@ -78,8 +75,8 @@ def calibrated(
         rest, *each_rule = np.array(foreseen).T
         for name, told_rest in zip(("", *scores.RULES), each_rule, strict=True):
             if (ok := np.isfinite(told_rest)).any():
-                off_by = np.abs(told_rest - rest)[ok].sum() / rest[ok].sum()
-                values[f"life_error_{name}".rstrip("_")] = off_by
+                error = np.abs(told_rest - rest)[ok].sum() / rest[ok].sum()
+                values[f"life_error_{name}".rstrip("_")] = error
     found = layout.dataset("twins", values, twin=np.arange(n))
     return found if true is None else found.assign_attrs(true_model=repr(true))
 
@@ -128,9 +125,7 @@ def twin(truth: sampling.Draws, before: lives.Answer, rng: arrays.Random) -> tup
     return tuple(made), life
 
 
-def twin_files(
-    campaign: Campaign, truth: Mapping[str, str | float], seed: int
-) -> tuple[dict[Path, str], float]:
+def twin_files(campaign: Campaign, truth: dict[str, str | float], seed: int) -> tuple[dict[Path, str], float]:
     """Return the texts of a campaign's data files as a twin's measurements would be, and the twin's life.
 
     Parameters
@@ -145,14 +140,11 @@ def twin_files(
     """
     from wearlab.simulation import simulate
 
-    wanted = cases.studies(campaign)
+    wanted = studies(campaign)
     found: dict[tuple[object, ...], Observed] = {}  # those of all cases, each once
     for seen in (seen for study in wanted for seen in study.seen):
         found.setdefault((seen.data.file, seen.data.columns.value, seen.data.label), seen)
-    scene = wanted[0].scene
-    for key, true in truth.items():
-        scene = scene.replace(key, true)
-    measured = tuple(found.values())
+    scene, measured = wanted[0].scene.replace(dict(truth)), tuple(found.values())
     run = run_curves.history_of(simulate(scene), scene, measured, wanted[0].limit)
     for number, seen in enumerate(measured):
         if run.asked[number].cycle.max(initial=0.0) > run.end:
@@ -160,24 +152,22 @@ def twin_files(
     blocks = tuple(likelihood.block_of(seen, accumulating=True) for seen in measured)
     known = [[np.full(1, 0.0 if one is None else one.known) for one in (b.sd, b.drift)] for b in blocks]
     sd, drift = zip(*known, strict=True)
-    life = np.full(1, run.limit_cycle)
     post = grids.Posterior((run,), answers.unseen(blocks), None).but(blocks=blocks)
-    true_draw = sampling.Draws(post, np.zeros(1, np.intp), np.full(1, run.factor), sd, drift, life)
+    factor, life = np.full(1, run.factor), np.full(1, run.limit_cycle)
+    true_draw = sampling.Draws(post, np.zeros(1, np.intp), factor, sd, drift, life)
     made, true_life = twin(true_draw, lives.Answer(post, run.start, None), np.random.default_rng(seed))
     texts: dict[Path, str] = {}
     for block in made:
         file = Path(block.data.file)
-        text = texts.get(file, file.read_text(encoding="utf-8"))
-        texts[file] = _with(text, block.seen, block.seen.value)
+        texts[file] = _with(texts.get(file) or file.read_text(encoding="utf-8"), block.seen)
     return texts, true_life
 
 
-def _with(text: str, seen: Observed, value: np.ndarray) -> str:
+def _with(text: str, seen: Observed) -> str:
     """Return a file's text with the values of one column replaced."""
-    data = seen.data
-    column = data.columns.value or data.quantity
+    data, column = seen.data, seen.data.columns.value or seen.data.quantity
     own = data.units.get(column)
-    shown = value if own is None else value / units.convert(1.0, own, data.si)
+    shown = seen.value if own is None else seen.value / units.convert(1.0, own, data.si)
     table = tables.read_table(Path(data.file))
     at = table.names.index(str(table.find(column)))
     lines = text.splitlines()
