@@ -20,13 +20,13 @@ class WithExcluded(Campaign):
 def reads(monkeypatch):
     """Return a list that fills with every variable read from a file."""
     seen = []
-    original = reading.LazyVariable._values
+    original = reading.read_variable
 
-    def noted(self, file):
-        seen.append(self.name)
-        return original(self, file)
+    def noted(path, name, sha256):
+        seen.append(name)
+        return original(path, name, sha256)
 
-    monkeypatch.setattr(reading.LazyVariable, "_values", noted)
+    monkeypatch.setattr(reading, "read_variable", noted)
     return seen
 
 

@@ -22,11 +22,9 @@ CLOSE = 10.0 ** (1 - DIGITS)  # relative: the last digit that identity keeps, wh
 WHOLE = 10.0**DIGITS  # below it whole numbers have no digits that identity drops
 
 
-COMPARED: dict[str, Callable[[Any, Any], bool]] = {
-    **{"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge},
-    **{"=": operator.eq, "!=": operator.ne},
-    "contains": lambda text, piece: str(piece).lower() in str(text).lower(),
-}
+COMPARED: dict[str, Callable[[Any, Any], bool]] = {"=": operator.eq, "!=": operator.ne}
+COMPARED |= {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+COMPARED["contains"] = lambda text, piece: str(piece).lower() in str(text).lower()
 
 
 @lru_cache(1000)

@@ -138,18 +138,14 @@ class _FormulaReader:
                 listed = places.elts if isinstance(places, ast.Tuple) else [places]
                 return partial(_placed, self.read(inner, depth + 1), dict(map(self.place, listed)))
             case ast.Call(ast.Name(name), [inner, *along], []):
-                return self.applied(name, self.read(inner, depth + 1), along, node)
+                worked_out = self.read(inner, depth + 1)
+                if name not in FUNCTIONS:
+                    raise self.fail(f"no function {name!r}; there are {', '.join(FUNCTIONS)}", node)
+                named = len(along) < 2 and all(isinstance(dim, ast.Name) for dim in along)
+                if not named or (name.endswith("_at") and not along):
+                    raise self.fail(f"expected {name}(formula, dimension)", node)
+                return partial(_applied, name, worked_out, self.part(along[0]) if along else None)
         raise self.fail("expected a number, a name or '('", node)
-
-    def applied(self, name: str, inner: WorkedOut, along: list[ast.expr], node: ast.expr) -> WorkedOut:
-        if name not in FUNCTIONS:
-            raise self.fail(f"no function {name!r}; there are {', '.join(FUNCTIONS)}", node)
-        match along:
-            case [ast.Name() as dim]:
-                return partial(_applied, name, inner, self.part(dim))
-            case [] if not name.endswith("_at"):
-                return partial(_applied, name, inner, None)
-        raise self.fail(f"expected {name}(formula, dimension)", node)
 
     def place(self, node: ast.expr) -> tuple[str, float | str]:
         match node:
@@ -218,35 +214,31 @@ def _placed(inner: WorkedOut, own: Places, grid: Any, places: Places) -> Measure
 
 def _joined(sign: str, one: WorkedOut, other: WorkedOut, grid: Any, places: Places) -> Measured:
     """Return a sum in the unit of its left side, a product of which one side is plain, or a ratio."""
-    left, right = one(grid, places), other(grid, places)
-    a, b = left.values, right.values
+    (a, left), (b, right) = one(grid, places), other(grid, places)
     if sign in "+-":
-        zero = left.units in PLAIN and not np.any(a)
-        units = right.units if zero else left.units
-        b = _converted(b, right.units, units, f"the two sides of {sign}")
+        units = right if left in PLAIN and not np.any(a) else left
+        b = _converted(b, right, units, f"the two sides of {sign}")
         return Measured(a + b if sign == "+" else a - b, units)
-    if right.units in PLAIN:
-        return Measured(a * b if sign == "*" else a / b, left.units)
-    if sign == "*" and left.units in PLAIN:
-        return Measured(a * b, right.units)
+    if right in PLAIN:
+        return Measured(a * b if sign == "*" else a / b, left)
+    if sign == "*" and left in PLAIN:
+        return Measured(a * b, right)
     if sign == "/":
-        return Measured(a / _converted(b, right.units, left.units, "the two sides of /"), "1")
-    raise AmountError(f"a product of {left.units} and {right.units}: one side has to be a plain number")
+        return Measured(a / _converted(b, right, left, "the two sides of /"), "1")
+    raise AmountError(f"a product of {left} and {right}: one side has to be a plain number")
 
 
 def _applied(function: str, inner: WorkedOut, dim: str | None, grid: Any, places: Places) -> Measured:
     """Return a function of a formula, along one dimension or along all."""
-    found = inner(grid, places)
-    values = found.values
+    values, units = inner(grid, places)
     if function == "abs":
-        return Measured(abs(values), found.units)
+        return Measured(abs(values), units)
     if dim is not None and dim not in values.dims:
         raise AmountError(f"{function}(…, {dim}): {_not_there(dim, values.dims)}")
     if function in REDUCED:
-        return Measured(getattr(values, function)(dim), found.units)
+        return Measured(getattr(values, function)(dim), units)
     if function == "range":
-        return Measured(values.max(dim) - values.min(dim), found.units)
-    assert dim is not None
+        return Measured(values.max(dim) - values.min(dim), units)
     at = (values if function == "largest_at" else -values).fillna(-np.inf).argmax(dim)
     if dim not in grid.coords:
         return Measured(at, "1")
@@ -284,19 +276,16 @@ def _at(part: Any, name: str, dim: str, label: Any, grid: Any) -> Any:
         return part
     if dim == "update":
         size = grid.sizes[dim]
-        whole = isinstance(label, float) and label == int(label)
-        if not whole or not -size <= label < size:
+        if not (isinstance(label, float) and label.is_integer() and -size <= label < size):
             raise AmountError(f"update = {label}: it counts from 0 to {size - 1}, -1 is the last")
         at = part["n_updates"] * (label < 0) + int(label)
         return part.isel(update=at.clip(min=0).reset_coords(drop=True))
-    own = list(grid[dim].values) if dim in grid.coords else list(range(grid.sizes[dim]))
-    attributes = grid[dim].attrs if dim in grid.coords else {}
-    index = evaluate.index_of_quantity(label, own, attributes.get("units"), attributes.get("key", ""))
+    own, told = list(grid[dim].values), grid[dim].attrs  # without a coordinate counted from 0
+    index = evaluate.index_of_quantity(label, own, told.get("units"), told.get("key", ""))
     if index is None and dim in part[name].dims:
         raise AmountError(f"{dim} = {label}: {_not_there(str(label), map(str, own))}")
     return part if index is None else part.isel({dim: index})
 
 
 def _not_there(name: str, known: Any) -> str:
-    near = nearest.meant(name, [str(one) for one in known], "")
-    return f"is not there{near}"
+    return f"is not there{nearest.meant(name, [str(one) for one in known], '')}"

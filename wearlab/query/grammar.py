@@ -25,18 +25,15 @@ from wearlab.query.keys import PLAIN, Key, QueryError, Vocabulary, listed
 LONGEST = 4000
 KEYWORDS = ("and", "or", "not", "in", "between", "is", "missing", "contains", "true", "false")
 DATE = r"\d{4}-\d{2}-\d{2}(?:T\d{2}(?::\d{2}(?::\d{2}(?:\.\d+)?)?)?)?(?:Z|[+-]\d{2}:\d{2})?(?![\w.])"
-FACTOR = (
-    rf"(?!(?i:{'|'.join(KEYWORDS)})\b)[A-Za-zµμ°%]+(?:\s*(?:\^|\*\*)\s*[+-]?\d+|[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+|[+-]?\d+)?"
-)
+NO_WORD = rf"(?!(?i:{'|'.join(KEYWORDS)})\b)"
+FACTOR = rf"{NO_WORD}[A-Za-zµμ°%]+(?:\s*(?:\^|\*\*)\s*[+-]?\d+|[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+|[+-]?\d+)?"
 JOINT = r"(?:\s*[*/·⋅]\s*|\s+)"
 GROUP = rf"(?:{FACTOR}|\({FACTOR}(?:{JOINT}{FACTOR})*\))"
 TOKEN = re.compile(
-    r"(?P<space>\s+)|(?P<text>'(?:[^']|'')*'|\"(?:[^\"]|\"\")*\")"
-    rf"|(?P<date>{DATE})"
+    rf"(?P<space>\s+)|(?P<text>'(?:[^']|'')*'|\"(?:[^\"]|\"\")*\")|(?P<date>{DATE})"
     r"|(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
     rf"(?:(?P<over>\s*1\s*/)?\s*(?P<unit>{GROUP}(?:{JOINT}{GROUP})*))?"
-    r"|(?P<name>[^\W\d]\w*(?:[.-]\w+)*)"
-    r"|(?P<sign><=|>=|==|!=|<>|[<>=≤≥≠()\[\],])"
+    r"|(?P<name>[^\W\d]\w*(?:[.-]\w+)*)|(?P<sign><=|>=|==|!=|<>|[<>=≤≥≠()\[\],])"
 )
 SIGNS = {"==": "=", "<>": "!=", "≤": "<=", "≥": ">=", "≠": "!="}
 
@@ -82,10 +79,11 @@ def tokens(text: str) -> list[Token]:
             read.append(Token(kind, SIGNS.get(part, part) if kind == "sign" else part, at, unit))
         at = found.end()
     if at < len(text):
-        reason = f"{text[at]!r} belongs nowhere here; texts stand in quotes"
-        if text[at] in "'\"":
-            reason = f"the text that begins with {text[at]} does not end"
-        raise QueryError(reason, text, at)
+        endless, alien = (
+            f"the text that begins with {text[at]} does not end",
+            f"{text[at]!r} belongs nowhere here",
+        )
+        raise QueryError(endless if text[at] in "'\"" else f"{alien}; texts stand in quotes", text, at)
     return [*read, Token("end", "", len(text))]
 
 
@@ -271,8 +269,7 @@ class _Grammar:
             return Literal(given.text, given.at)  # a word without quotes
         if not isinstance(given, Literal):
             other = self.bound(given)
-            unit = "1" if isinstance(other, FirstCycle) else other.unit
-            if isinstance(other, Key) and other.kind == key.kind and _same(unit, key.unit):
+            if isinstance(other, Key) and other.kind == key.kind and _same(other.unit, key.unit):
                 return other
             raise QueryError(f"{key.name!r} and this have different units", self.text, given.at)
         if isinstance(given.value, str):

@@ -54,6 +54,9 @@ class Key:
     history: bool = False
 
 
+Elsewhere = Callable[[str], Key | str | None]
+
+
 class Vocabulary:
     """All keys that may be asked for, found by their name or by its last words.
 
@@ -66,14 +69,10 @@ class Vocabulary:
     """
 
     def __init__(
-        self,
-        keys: Iterable[Key],
-        aliases: dict[str, str] | None = None,
-        elsewhere: Callable[[str], Key | str | None] = lambda name: None,
+        self, keys: Iterable[Key], aliases: Mapping[str, str] = {}, elsewhere: Elsewhere = lambda name: None
     ) -> None:
-        self.elsewhere = elsewhere
+        self.aliases, self.elsewhere = aliases, elsewhere
         self.keys = {key.name: key for key in keys}
-        self.aliases = aliases or {}
         self.ends: dict[str, list[str]] = {}
         for key in self.keys.values():
             words = key.name.split(".") if key.is_path else [key.name]
@@ -98,9 +97,8 @@ class Vocabulary:
         if len(candidates) == 1:
             return self.keys[candidates[0]]
         if candidates:
-            raise QueryError(
-                f"{name!r} may mean {listed(sorted(candidates), 'or')}: write more of it", text, at
-            )
+            several = listed(sorted(candidates), "or")
+            raise QueryError(f"{name!r} may mean {several}: write more of it", text, at)
         elsewhere = self.elsewhere(wanted)
         if isinstance(elsewhere, Key):
             return elsewhere

@@ -84,19 +84,11 @@ def _values(progress: xr.DataArray, on: str) -> Array:
 def _aligned(variable: xr.DataArray, progress: xr.DataArray, values: Array, on: str) -> xr.DataArray:
     shared = [dim for dim in variable.dims if dim in progress.dims and dim != UPDATE]
     own = [dim for dim in variable.dims if dim not in (*shared, UPDATE)]
-    aligned: xr.DataArray = xr.apply_ufunc(
-        _interpolated,
-        progress,
-        variable.astype(float),
-        kwargs={"at": values},
-        input_core_dims=[[UPDATE], [*own, UPDATE]],
-        output_core_dims=[[*own, on]],
-        vectorize=True,
-        dask="parallelized",
-        output_dtypes=[float],
-        dask_gufunc_kwargs={"output_sizes": {on: len(values)}},
-        keep_attrs="override",
-    )
+    how: dict[str, Any] = {"vectorize": True, "dask": "parallelized", "keep_attrs": "override"}
+    how |= {"input_core_dims": [[UPDATE], [*own, UPDATE]], "output_core_dims": [[*own, on]]}
+    how |= {"output_dtypes": [float], "dask_gufunc_kwargs": {"output_sizes": {on: len(values)}}}
+    numbers = variable.astype(float)
+    aligned: xr.DataArray = xr.apply_ufunc(_interpolated, progress, numbers, kwargs={"at": values}, **how)
     extra = [dim for dim in aligned.dims if dim not in variable.dims and dim != on]
     order = [*extra, *(on if dim == UPDATE else dim for dim in variable.dims)]
     return aligned.transpose(*order).assign_attrs(variable.attrs)
@@ -144,14 +136,11 @@ def start_wear(parent: "xr.Dataset", start: "Start") -> StartWear:
     flanks = [str(flank) for flank in depths["flank"].values]
     position = parent["path_position"].transpose("flank", "profile").values
     held = [np.isfinite(position[i]) & np.isfinite(depth[i]) for i in range(len(flanks))]
-    return StartWear(
-        cycle,
-        error,
-        {flank: str(side) for flank, side in zip(flanks, sides, strict=True)},
-        {flank: tuple(position[i][held[i]].tolist()) for i, flank in enumerate(flanks)},
-        {flank: tuple(depth[i][held[i]].tolist()) for i, flank in enumerate(flanks)},
-        float(np.interp(cycle, parent["cycle"].values, parent[ERROR].values)) if ERROR in parent else np.nan,
-    )
+    sided = {flank: str(side) for flank, side in zip(flanks, sides, strict=True)}
+    along = {flank: tuple(position[i][held[i]].tolist()) for i, flank in enumerate(flanks)}
+    worn = {flank: tuple(depth[i][held[i]].tolist()) for i, flank in enumerate(flanks)}
+    known = np.interp(cycle, parent["cycle"].values, parent[ERROR].values) if ERROR in parent else np.nan
+    return StartWear(cycle, error, sided, along, worn, float(known))
 
 
 def _cycle(parent: "xr.Dataset", start: "Start", name: str) -> float:

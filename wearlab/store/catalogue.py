@@ -25,6 +25,11 @@ from wearlab.store.outcome import CALIBRATION, Comparison, Outcome, State
 OF_RUNS = "id, state, owner, size, sha256, started, seconds, source_hash, wearlab_version, layout"
 OF_DOCUMENTS = "reason, warnings, sizes, digests, summary, scene"
 OF_RUNS_BEFORE = ("runs", "layouts", "keys", "facts", "documents", "dictionaries")
+FACTS_OF = """SELECT k.name, k.source, k.kind, f.value FROM keys AS k JOIN facts AS f ON f.key = k.number
+WHERE f.run = (SELECT number FROM runs WHERE id = ?)"""
+MEMBERS = """SELECT title, path, run, label, position, coalesce(reference, ''), metadata, verdict, expected,
+measured, met, recorded, campaign, number FROM members JOIN campaigns ON campaign = key
+LEFT JOIN expectations USING (campaign, number)"""
 Row = tuple[Any, ...]
 
 
@@ -159,11 +164,7 @@ class Catalogue(rows.Database):
 
     def facts(self, run_id: str) -> dict[str, tuple[str, str, Any]]:
         """Return source, kind and value of every fact of a run by its key, histories marked by their name."""
-        question = (
-            "SELECT k.name, k.source, k.kind, f.value FROM keys AS k JOIN facts AS f ON f.key = k.number "
-            "WHERE f.run = (SELECT number FROM runs WHERE id = ?)"
-        )
-        return {name: tuple(told) for name, *told in self.read(question, [run_id])}
+        return {name: tuple(told) for name, *told in self.read(FACTS_OF, [run_id])}
 
     def matching(self, prefix: str) -> list[str]:
         """Return the ids that begin with ``prefix``."""
@@ -291,11 +292,9 @@ class Catalogue(rows.Database):
         key = key_of(json.dumps([title, path, told]))
         with self._transaction() as connection:
             ((latest,),) = connection.execute("SELECT max(recorded) FROM campaigns").fetchall()
-            connection.execute(
-                "INSERT OR REPLACE INTO campaigns VALUES (?, ?, ?, ?, ?, ?)",
-                (key, title, reference, path, _after(latest), json.dumps(dict(metadata or {}))),
-            )
-            numbered = [(key, number, *row) for number, row in enumerate(told)]
+            row = (key, title, reference, path, _after(latest), json.dumps(dict(metadata or {})))
+            connection.execute("INSERT OR REPLACE INTO campaigns VALUES (?, ?, ?, ?, ?, ?)", row)
+            numbered = [(key, number, *one) for number, one in enumerate(told)]
             connection.executemany("INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)", numbered)
             if record is not None:
                 connection.execute("INSERT OR REPLACE INTO records VALUES (?, ?)", (key, json.dumps(record)))
@@ -330,12 +329,7 @@ class Catalogue(rows.Database):
 
     def members(self, runs: Sequence[str] | None = None) -> list[Member]:
         """Return the cases of campaigns with these runs (all when None), the campaign recorded last first."""
-        question = (
-            "SELECT title, path, run, label, position, coalesce(reference, ''), metadata, verdict, expected, "
-            "measured, met, recorded, campaign, number FROM members JOIN campaigns ON campaign = key "
-            "LEFT JOIN expectations USING (campaign, number)"
-        )
-        found = self.read(question) if runs is None else self.read_many(f"{question} WHERE run IN", runs)
+        found = self.read(MEMBERS) if runs is None else self.read_many(f"{MEMBERS} WHERE run IN", runs)
         ordered = sorted(found, key=itemgetter(12, 13))
         ordered.sort(key=lambda row: str(row[11]), reverse=True)
         told = (ArgsKwargs((*row[:7], None if row[10] is None else row[7:11])) for row in ordered)

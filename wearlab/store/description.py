@@ -27,6 +27,7 @@ CODE = ("commit", "model_version")
 PARENT_CYCLE = "parent_cycle"
 LONGEST = 200  # characters of a text that can be asked for
 Fact = tuple[str, str, Any]  # source, name, value
+NEW_KEY = "INSERT INTO keys VALUES (NULL, ?, ?, ?, ?, ?, ?) RETURNING number"
 FACTS = "facts WHERE run = ? AND key IN (SELECT number FROM keys)"  # those of a run, found by their key
 
 
@@ -44,24 +45,18 @@ def describe(dataset: "xr.Dataset") -> dict[str, Any]:
         smallest, largest and mean; the code that made it
     histories : each result at the wear states, smallest and largest where there are several; float64
     """
-    variables = {
-        str(name): {
-            "dims": list(variable.dims),
-            "dtype": "str" if variable.dtype.kind in "OUS" else variable.dtype.str,
-            "attrs": {str(key): plain(value) for key, value in variable.attrs.items()},
-            "coordinate": name in dataset.coords,
-        }
-        for name, variable in dataset.variables.items()
-    }
+    variables: dict[str, dict[str, Any]] = {}
+    for name, variable in dataset.variables.items():
+        dtype = "str" if variable.dtype.kind in "OUS" else variable.dtype.str
+        attributes = {str(key): plain(value) for key, value in variable.attrs.items()}
+        variables[str(name)] = {"dims": list(variable.dims), "dtype": dtype, "attrs": attributes}
+        variables[str(name)]["coordinate"] = name in dataset.coords
     labels = {str(dim): dataset[dim].values.tolist() for dim in dataset.dims if dim in dataset.coords}
     summary, histories = _results(dataset)
-    return {
-        "sizes": {str(dim): n for dim, n in dataset.sizes.items()},
-        "layout": json.dumps({"variables": variables, "labels": labels}, sort_keys=True),
-        "digests": {str(name): _digest(values) for name, values in dataset.coords.items()},
-        "summary": summary,
-        "histories": histories,
-    }
+    sizes = {str(dim): n for dim, n in dataset.sizes.items()}
+    layout = json.dumps({"variables": variables, "labels": labels}, sort_keys=True)
+    digests = {str(name): _digest(values) for name, values in dataset.coords.items()}
+    return {"sizes": sizes, "layout": layout, "digests": digests, "summary": summary, "histories": histories}
 
 
 def _digest(values: "xr.DataArray") -> str:
@@ -138,11 +133,8 @@ def write_facts(connection: sqlite3.Connection, run: int, facts: Iterator[Fact])
         if name not in known:
             kind = kind_of(value)
             key = keys.key_of(name.removesuffix(evaluate.HISTORY), source, kind)
-            ((number,),) = connection.execute(
-                "INSERT INTO keys (name, source, kind, unit, quantity, display_unit) "
-                "VALUES (?, ?, ?, ?, ?, ?) RETURNING number",
-                (name, source, kind, key.unit, key.quantity, key.display_unit),
-            ).fetchall()
+            told = (name, source, kind, key.unit, key.quantity, key.display_unit)
+            ((number,),) = connection.execute(NEW_KEY, told).fetchall()
             known[name] = [number, kind]
         number, kind = known[name]
         rows[number] = (number, run, stored(value, kind))
@@ -206,11 +198,9 @@ def outcome_of(path: Path) -> outcome.Outcome:
             raise files.StoreError(f"{path}: its content is not what was sealed in it")
         if (name := str(dataset.attrs.get("id", path.stem))) != path.stem:
             raise ForeignRun(f"{path}: holds run {name}, which is not its name")
-        seconds = float(dataset.get("run_time_total", 0.0))
-        return outcome.Outcome(
-            *(path.stem, "done", str(dataset.attrs.get("date_created", "")), seconds),
-            **{"scene": str(dataset.attrs.get("scene", "{}")), **recorded(dataset, path.read_bytes())},
-        )
+        begun, seconds = str(dataset.attrs.get("date_created", "")), float(dataset.get("run_time_total", 0.0))
+        told = {"scene": str(dataset.attrs.get("scene", "{}")), **recorded(dataset, path.read_bytes())}
+        return outcome.Outcome(path.stem, "done", begun, seconds, **told)
 
 
 def outcomes_of(runs: files.RunFiles, problems: list[files.Problem]) -> Iterator[outcome.Outcome]:

@@ -59,14 +59,11 @@ def indicators(signal: Array) -> dict[str, Array]:
     lowest = np.min(signal, axis=(-2, -1), where=held, initial=np.inf)
     one_period = kept.sum(axis=-2) / periods[..., None]
     amplitudes = 2.0 * np.abs(np.fft.rfft(one_period)[..., 1 : ORDERS + 1]) / signal.shape[-1]
-    return {
-        "mean": mean,
-        "rms": rms,
-        "peak_to_peak": np.where(np.isfinite(periods), highest - lowest, np.nan),
-        "crest_factor": np.abs(moving).max(axis=(-2, -1), initial=0.0) / shaped,
-        "kurtosis": (moving**4).sum(axis=(-2, -1)) / count / shaped**4,
-        **{f"order_{k}": amplitudes[..., k - 1] for k in range(1, amplitudes.shape[-1] + 1)},
-    }
+    told = {"mean": mean, "rms": rms}
+    told["peak_to_peak"] = np.where(np.isfinite(periods), highest - lowest, np.nan)
+    told["crest_factor"] = np.abs(moving).max(axis=(-2, -1), initial=0.0) / shaped
+    told["kurtosis"] = (moving**4).sum(axis=(-2, -1)) / count / shaped**4
+    return told | {f"order_{k}": amplitudes[..., k - 1] for k in range(1, amplitudes.shape[-1] + 1)}
 
 
 STATE = "update"
@@ -95,15 +92,7 @@ class _Alike:
 
     def __init__(self, layout: dict[str, Any], sizes: dict[str, int], wanted: Sequence[str] | None) -> None:
         self.variables, self.labels, self.states = layout["variables"], layout["labels"], sizes.get(STATE, 1)
-        self.names = [
-            name
-            for name, variable in self.variables.items()
-            if np.dtype(variable["dtype"]).kind in "fiu"
-            and not variable.get("coordinate")
-            and declared_key(name) is not None
-            and (not name.startswith(LEFT_OUT) if wanted is None else name in wanted)
-            and set(variable["dims"]) <= {STATE, *NAMED, *ALONG}
-        ]
+        self.names = [name for name, told in self.variables.items() if _has_columns(name, told, wanted)]
 
     def rows(self, run: "catalogue.Entry", path: str, given: Mapping[Column, Any]) -> Values:
         """Return the values of each column of one run, one a wear state, None for what is not finite."""
@@ -136,6 +125,14 @@ class _Alike:
                 of = Column(head, *(("1", "1") if what in UNITLESS else units))
                 made[of] = np.broadcast_to(column[:, place], self.states)
         return made
+
+
+def _has_columns(name: str, told: Mapping[str, Any], wanted: Sequence[str] | None) -> bool:
+    asked = not name.startswith(LEFT_OUT) if wanted is None else name in wanted
+    result = np.dtype(told["dtype"]).kind in "fiu" and not told.get("coordinate")
+    return (
+        asked and result and set(told["dims"]) <= {STATE, *NAMED, *ALONG} and declared_key(name) is not None
+    )
 
 
 def features(store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str] | None = None) -> Table:

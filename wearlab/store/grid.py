@@ -20,21 +20,20 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from wearlab.query.evaluate import met
+from wearlab.query.evaluate import compared
 from wearlab.query.keys import differences, flat, quantity_at
 from wearlab.store import catalogue, outcome, reading
 from wearlab.store.files import StoreError, refuse_oversized
-from wearlab.units import KINDS, convert
+from wearlab.units import KINDS, convert, is_number
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from wearlab.campaign import Axis, Campaign, Coordinate
     from wearlab.store import kept_runs
 
 BASE = "base"
 MISSING, EXCLUDED, DONE = "missing", "excluded", "done"
 UPDATE = "update"
+STATES = {"status": "state of the run", "reason": "why the run has no data", "run_id": "identity of the run"}
 TEXT = np.dtype(object, metadata={"element_type": str})  # as xarray marks texts that it need not look through
 NUMBER = re.compile(r"[<>|=]?[biuf][1248]")
 MOST_MISSING = 5  # points that are named
@@ -62,18 +61,16 @@ def open_grid(campaign: "Campaign", store: "kept_runs.KeptRuns", si: bool = Fals
     points without data are NaN (text: ""); ``attrs["missing"]`` names the first of them.
     """
     known = store.catalogue.entries((case.id for case in campaign.cases), PLACED)
-    runs = {
-        run.id: replace(run, state="interrupted") if store.is_stale(run) else run for run in known.values()
-    }
+    runs = {i: replace(run, state="interrupted") if store.is_stale(run) else run for i, run in known.items()}
     layouts = store.catalogue.layouts(run.layout for run in known.values() if run.layout)
     of_cases = {case.label: case.id for case in reversed(campaign.cases)}
     scenes = {run_id: entry.scene or "" for run_id, entry in store.entries(of_cases.values()).items()}
     cases = _Cases(campaign, runs, si)
     stored = _Stored(cases, layouts, store.files.folder.absolute())
     variables, coordinates = cases.states(), cases.axis_coordinates()
-    updates = [stored.groups[file.group].sizes.get(UPDATE, 1) for file in stored.files]
+    updates = np.array([*(stored.groups[f.group].sizes.get(UPDATE, 1) for f in stored.files), 0], np.int64)
     about = {"long_name": "number of wear states of the run"}
-    variables["n_updates"] = (stored.dims, np.array([*updates, 0], np.int64)[stored.numbers], about)
+    variables["n_updates"] = (stored.dims, updates[stored.numbers], about)
     if words := _base_text(campaign, scenes):
         coordinates["case"][2]["base"] = words
     if "case" in cases.axes and campaign.axes:
@@ -86,10 +83,9 @@ def open_grid(campaign: "Campaign", store: "kept_runs.KeptRuns", si: bool = Fals
     for dim in stored.sizes.keys() - coordinates.keys():  # so that grids of unequal lengths are joined
         words = "wear state" if dim == UPDATE else dim.replace("_", " ")
         coordinates[dim] = (dim, np.arange(stored.sizes[dim]), {"long_name": f"number of the {words}"})
-    attributes: dict[str, Any] = {"title": campaign.title}
-    if campaign.reference:  # CF: no attribute is an empty text
-        attributes["references"] = campaign.reference
-    return xr.Dataset(variables, coordinates, attributes | {"missing": cases.missing()})
+    referred = {"references": campaign.reference} if campaign.reference else {}  # CF: none is an empty text
+    attributes = {"title": campaign.title, **referred, "missing": cases.missing()}
+    return xr.Dataset(variables, coordinates, attributes)
 
 
 class _Cases:
@@ -122,19 +118,15 @@ class _Cases:
     def states(self) -> Variables:
         """Return what is known of every point: state, why there are no data, and the run."""
         reasons = ["" if run is None else outcome.last_line(run.reason) for run in self.runs]
-        told = {
-            "status": (self.status, "state of the run"),
-            "reason": (reasons, "why the run has no data"),
-            "run_id": ([case.id for case in self.campaign.cases], "identity of the run"),
-        }
-        texts = {name: np.array([*each, ""], object)[self.points, ...] for name, (each, _) in told.items()}
+        told = {"status": self.status, "reason": reasons, "run_id": [case.id for case in self.campaign.cases]}
+        texts = {name: np.array([*each, ""], object)[self.points, ...] for name, each in told.items()}
         for exclusion in getattr(self.campaign, "excluded", ()):
             place = self.place(exclusion)
             free = np.broadcast_to(self.points[place] < 0, np.shape(texts["status"][place]))
             for name, text in (("status", EXCLUDED), ("reason", exclusion.condition)):
                 texts[name][place] = np.where(free, text, texts[name][place])
         dims = tuple(self.axes)
-        return {name: (dims, texts[name].astype(str), {"long_name": told[name][1]}) for name in told}
+        return {name: (dims, text.astype(str), {"long_name": STATES[name]}) for name, text in texts.items()}
 
     def axis_coordinates(self) -> Variables:
         """Return the sweep axes, what advances along them, and the labels of the cases."""
@@ -159,7 +151,7 @@ class _Cases:
             at_own = np.ones(np.shape(done[place]), bool)
             for number, keys in enumerate(self.along.values()):
                 given |= {name: _own_value(scene.get(along.key), along) for name, along in keys.items()}
-                same = [[_same(given[n], v) for v in along.values] for n, along in keys.items()]
+                same = [[compared("=", given[n], v) for v in along.values] for n, along in keys.items()]
                 at_own &= np.all(same, axis=0).reshape([-1 if i == number else 1 for i in range(at_own.ndim)])
             computed[place] &= at_own
             own[case.label] = {name: value for name, value in given.items() if value is not None}
@@ -195,12 +187,12 @@ class _Stored:
         self.done = list(done.values())
         kinds = {form: number for number, form in enumerate(dict.fromkeys(run.form for run in self.done))}
         self.groups = [reading.RunGroup(dict(sizes), **layouts[key or ""]) for key, sizes in kinds]
-        self.files = tuple(
-            reading.RunFile(f"{folder}/{run.id[:2]}/{run.id}.nc", run.sha256, kinds[run.form])
-            for run in self.done
-        )
+        told = [(f"{folder}/{run.id[:2]}/{run.id}.nc", run.sha256, kinds[run.form]) for run in self.done]
+        self.files = tuple(map(reading.RunFile._make, told))
         for number, group in enumerate(self.groups):
-            refuse_oversized(next(file.path for file in self.files if file.group == number), _claimed(group))
+            sizes = ([group.sizes[dim] for dim in variable["dims"]] for variable in group.variables.values())
+            claimed = max((8 * math.prod(lengths) for lengths in sizes), default=0)  # by the largest variable
+            refuse_oversized(next(file.path for file in self.files if file.group == number), claimed)
         # the number of the run with data at each point, −1 where there is none
         of_run = {run_id: number for number, run_id in enumerate(done)}
         of_case = [of_run.get(case.id, -1) for case in cases.campaign.cases]
@@ -251,14 +243,9 @@ class _Stored:
         whole = bool((numbers >= 0).all()) and len(places) == len(self.groups) and equal
         dtype, fill = _dtype(first["dtype"], whole)
         lazy = reading.LazyVariable(name, numbers, self.files, places, padded, dtype, fill)
-        data = dask.array.from_array(
-            lazy,
-            chunks=tuple((1,) * n for n in numbers.shape) + tuple((n,) for n in padded),
-            name=f"{name}-{self.token}",
-            asarray=False,
-            meta=np.empty((0,) * lazy.ndim, dtype),
-            inline_array=True,
-        )
+        chunks = tuple((1,) * n for n in numbers.shape) + tuple((n,) for n in padded)
+        told = {"asarray": False, "meta": np.empty((0,) * lazy.ndim, dtype), "inline_array": True}
+        data = dask.array.from_array(lazy, chunks, f"{name}-{self.token}", **told)
         return first, xr.Variable(dims + own, data, first["attrs"], fastpath=True)
 
     def _place(self, labels: list[Any] | None, dim: str) -> list[int] | None:
@@ -269,19 +256,14 @@ class _Stored:
         return [union.index(label) for label in labels]
 
 
-def _claimed(group: reading.RunGroup) -> int:
-    """Return the bytes of the largest variable."""
-    sizes = ([group.sizes[dim] for dim in variable["dims"]] for variable in group.variables.values())
-    return max((8 * math.prod(lengths) for lengths in sizes), default=0)
-
-
 def _dtype(stored: str, whole: bool) -> tuple[np.dtype[Any], Any]:
     """Return dtype and filling: text stays text, numbers with holes become float64."""
     if stored == "str":
         return TEXT, ""
     if not NUMBER.fullmatch(stored):
-        said = f"{stored[:40]!r} as a type of numbers"
-        raise StoreError(f"the catalogue names {said}; 'wearlab reindex' mends it")
+        raise StoreError(
+            f"the catalogue names {stored[:40]!r} as a type of numbers; 'wearlab reindex' mends it"
+        )
     return (np.dtype(stored), 0) if whole and np.dtype(stored).kind != "f" else (np.dtype(float), np.nan)
 
 
@@ -345,16 +327,9 @@ def own_values(grid: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 def _own_value(stored: Any, along: "Coordinate") -> Any:
     """Return a value of a scene in the unit of an axis, None where the scene has no such key."""
-    kind = quantity_at(along.key)
-    if not isinstance(stored, int | float) or isinstance(stored, bool) or kind is None or not along.units:
+    if not is_number(stored) or not along.units or (kind := quantity_at(along.key)) is None:
         return stored
     return convert(float(stored), KINDS[kind].unit, along.units)
-
-
-def _same(value: Any, other: Any) -> bool:
-    if isinstance(value, int | float) and isinstance(other, int | float):
-        return met("=", float(value), float(other))
-    return bool(value == other)
 
 
 def key_text(key: str) -> str:

@@ -88,10 +88,10 @@ def _storage(values: "NDArray[Any]") -> dict[str, Any]:
     """Return how HDF5 keeps an array: in chunks with a checksum unless tiny, deflated when large."""
     if not values.ndim or values.dtype.kind in "OUS" or values.nbytes < TINY:
         return {}
-    if values.nbytes <= SMALL:
-        return {"fletcher32": True, "chunksizes": values.shape}
-    chunks = {"chunksizes": values.shape} if values.nbytes <= ONE_CHUNK else {}
-    return {"fletcher32": True, "zlib": True, "complevel": 1, **chunks}
+    deflated = {"zlib": True, "complevel": 1} if values.nbytes > SMALL else {}
+    return (
+        deflated | {"fletcher32": True} | ({"chunksizes": values.shape} if values.nbytes <= ONE_CHUNK else {})
+    )
 
 
 def sealed(dataset: "xr.Dataset") -> "xr.Dataset":
@@ -226,15 +226,12 @@ class _Walk:
         count = h5a.get_num_attrs(entry)
         if count > MOST_ATTRIBUTES:
             self.refuse(where, f"has {count} attributes")
-        names: list[bytes] = []
-
-        def note(name: bytes, about: Any) -> None:
+        told: dict[bytes, Any] = {}
+        h5a.iterate(entry, told.__setitem__, info=True)
+        for name, about in told.items():
             usual = name == DIMENSIONS and about.data_size <= MOST_DIMS * self.reference
-            if not usual and about.data_size % self.reference == 0:
-                names.append(name)
-
-        h5a.iterate(entry, note, info=True)
-        for name in names:
+            if usual or about.data_size % self.reference:
+                continue
             attribute = h5a.open(entry, name)
             kind, many = attribute.get_type(), math.prod(attribute.shape)
             is_long = kind.get_class() == h5t.VLEN or _is_text(kind)  # its values stand elsewhere in the file
@@ -270,14 +267,10 @@ def leads_elsewhere(made: Any) -> bool:
 
 def _is_plain(kind: Any) -> bool:
     """Say whether a type is of texts, or of numbers that netCDF knows: of others it dies."""
-    match kind.get_class():
-        case h5t.STRING:
-            return True
-        case h5t.FLOAT:
-            return bool(FLOATS.get(kind.get_size()) == kind.get_fields())
-        case h5t.INTEGER:
-            return bool(kind.get_size() in (1, 2, 4, 8) and kind.get_precision() == 8 * kind.get_size())
-    return False
+    form, size = kind.get_class(), kind.get_size()
+    if form == h5t.INTEGER:
+        return bool(size in (1, 2, 4, 8) and kind.get_precision() == 8 * size)
+    return bool(form == h5t.STRING or (form == h5t.FLOAT and FLOATS.get(size) == kind.get_fields()))
 
 
 def _is_text(kind: Any) -> bool:

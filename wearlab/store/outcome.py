@@ -126,16 +126,12 @@ class _Kind(NamedTuple):
     hours: str = ""
 
 
-WORN = (
-    _Kind("life", 1.0, "cycles of life", "cycles", "life", "error_estimate_life", "service_life"),
-    _Kind("max_wear_depth", 1e6, "µm worn", "µm", "wear", "error_estimate_wear_depth", "operating_hours"),
+LIFE = _Kind("life", 1.0, "cycles of life", "cycles", "life", "error_estimate_life", "service_life")
+WEAR = _Kind("max_wear_depth", 1e6, "µm worn", "µm", "wear", "error_estimate_wear_depth", "operating_hours")
+FORCE = _Kind(
+    "mesh_force_max", 1.0, "N largest mesh force", "N in mesh", "force", "error_estimate_mesh_force_max"
 )
-FORCE_ERROR = "error_estimate_mesh_force_max"
-ONE_STATE = (
-    _Kind("mesh_force_max", 1.0, "N largest mesh force", "N in mesh", "force", FORCE_ERROR),
-    _Kind("ste_peak_to_peak", 1e6, "µm range of STE", "µm STE", "STE", ""),
-    WORN[1],
-)
+STE = _Kind("ste_peak_to_peak", 1e6, "µm range of STE", "µm STE", "STE", "")
 
 WORST = "N largest mesh force of the worst other attractor found"
 RIVAL = _Kind("coexisting_force_max", 1.0, WORST, "N in another attractor", "force", "")
@@ -168,7 +164,7 @@ def headlines(summary: Mapping[str, Any]) -> list[Headline]:
     ----------
     summary : results by name, SI, as the catalogue has them; a run whose last ``cycle`` is 0 wears nothing
     """
-    kinds = ONE_STATE if summary.get("cycle") == 0.0 else WORN
+    kinds = (FORCE, STE, WEAR) if summary.get("cycle") == 0.0 else (LIFE, WEAR)
     told = [_headline(kind, summary) for kind in (*kinds, RIVAL) if summary.get(kind.name) is not None]
     end = unasked_end(summary)
     if not end:

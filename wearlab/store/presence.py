@@ -34,7 +34,7 @@ class Presence:
     def __init__(self, folder: Path) -> None:
         host = re.sub(r"[^A-Za-z0-9_.-]", "-", socket.gethostname())[:LONGEST_HOST]
         self.token = f"{host}-{os.getpid()}-{secrets.token_hex(4)}"
-        self._file = _lock_file(folder, self.token)
+        self._file = folder / f"{self.token}.lock"
         try:
             folder.mkdir(parents=True, exist_ok=True)
             with suppress(OSError):  # clear away the locks of processes that are no more
@@ -61,7 +61,7 @@ def alive(folder: Path, token: str) -> bool:
 
     A lock of another user that cannot be looked at counts as held: nothing of theirs is taken.
     """
-    file = _lock_file(folder, token)
+    file = folder / f"{token}.lock"
     if not files.WRITER.fullmatch(token) or file.is_symlink():
         return False  # a name that no process of ours took
     try:
@@ -83,10 +83,6 @@ def alive(folder: Path, token: str) -> bool:
     with suppress(OSError):
         file.unlink()
     return False
-
-
-def _lock_file(folder: Path, token: str) -> Path:
-    return folder / f"{token}.lock"
 
 
 class ReachedCycle(NamedTuple):

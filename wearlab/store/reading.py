@@ -12,7 +12,7 @@ import math
 import os
 import threading
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -72,13 +72,10 @@ def checked_source(path: str, sha256: str | None) -> str | io.BytesIO:
     ------
     StoreError : as of `checked_bytes`
     """
-    try:
-        seen = _mark(os.lstat(path), sha256 or "")
-    except OSError:
-        seen = None
-    if seen is not None and _sound.get(path) == seen:
-        refuse_links(path)
-        return path
+    with suppress(OSError):
+        if _sound.get(path) == _mark(os.lstat(path), sha256 or ""):
+            refuse_links(path)
+            return path
     return io.BytesIO(checked_bytes(path, sha256))
 
 
@@ -144,12 +141,8 @@ def read_variables(path: str, names: Iterable[str], sha256: str | None = None) -
     StoreError : the file is gone, altered or damaged, or has no such variable of numbers or texts
     """
     source = checked_source(path, sha256)
-    variables: dict[str, NDArray[Any]] = {}
     with readable(f"{path}:"), _one_door, h5py.File(source, "r", locking=False) as file:
-        for name in names:
-            with readable(f"{path}: {name}"):
-                variables[name] = _values(file, path, name)
-    return variables
+        return {name: _values(file, path, name) for name in names}
 
 
 def _values(file: h5py.File, path: str, name: str) -> NDArray[Any]:
@@ -157,24 +150,24 @@ def _values(file: h5py.File, path: str, name: str) -> NDArray[Any]:
 
     HDF5 is asked itself, without the objects that h5py makes of every answer: a third of the time.
     """
-    key = name.encode()
-    try:
-        hard = file.id.links.get_info(key).type == h5py.h5l.TYPE_HARD
-    except KeyError:
+    with readable(f"{path}: {name}"):
+        key = name.encode()
         hard = False
-    dataset = h5py.h5o.open(file.id, key) if hard else None
-    if not isinstance(dataset, h5py.h5d.DatasetID) or netcdf.leads_elsewhere(dataset.get_create_plist()):
-        raise StoreError(f"{path}: {name} is no variable of this file")
-    dtype = dataset.dtype
-    refuse_oversized(path, math.prod(dataset.shape) * dtype.itemsize)
-    if h5py.check_string_dtype(dtype) is not None:
-        return np.asarray(h5py.Dataset(dataset).asstr()[()], object)
-    if dtype.kind not in "biuf" or dtype.subdtype is not None:
-        raise StoreError(f"{path}: {name} holds neither numbers nor texts")
-    values = np.empty(dataset.shape, dtype)
-    if values.size:
-        dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
-    return values
+        with suppress(KeyError):
+            hard = file.id.links.get_info(key).type == h5py.h5l.TYPE_HARD
+        dataset = h5py.h5o.open(file.id, key) if hard else None
+        if not isinstance(dataset, h5py.h5d.DatasetID) or netcdf.leads_elsewhere(dataset.get_create_plist()):
+            raise StoreError(f"{path}: {name} is no variable of this file")
+        dtype = dataset.dtype
+        refuse_oversized(path, math.prod(dataset.shape) * dtype.itemsize)
+        if h5py.check_string_dtype(dtype) is not None:
+            return np.asarray(h5py.Dataset(dataset).asstr()[()], object)
+        if dtype.kind not in "biuf" or dtype.subdtype is not None:
+            raise StoreError(f"{path}: {name} holds neither numbers nor texts")
+        values = np.empty(dataset.shape, dtype)
+        if values.size:
+            dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
+        return values
 
 
 Places = tuple[list[int] | None, ...]
@@ -249,12 +242,9 @@ class LazyVariable:
         for point in np.ndindex(numbers.shape):
             number = int(numbers[point])
             if number >= 0 and (places := self.places.get(self.files[number].group)) is not None:
-                values = self._values(self.files[number])
+                values = read_variable(self.files[number].path, self.name, self.files[number].sha256)
                 along = zip(values.shape, places, strict=True)
                 where = np.ix_(*(np.arange(n) if place is None else np.asarray(place) for n, place in along))
                 # a 0-d array of texts would stand in an object array as an array
                 result[(*point, *where)] = values[()]
         return np.asarray(result[(slice(None),) * numbers.ndim + index[self.numbers.ndim :]])
-
-    def _values(self, file: RunFile) -> NDArray[Any]:
-        return read_variable(file.path, self.name, file.sha256)

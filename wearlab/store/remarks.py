@@ -20,12 +20,9 @@ from wearlab.store.files import Problem, RunFiles, StoreError, refuse_links, wri
 
 COLUMNS = "subject, what, text, who, recorded, campaign"
 OF_RUNS = """
-SELECT run, text, recorded FROM (
-    SELECT subject AS run, text, recorded, what, stands FROM remarks
+SELECT run, text, recorded FROM (SELECT subject AS run, text, recorded, what, stands FROM remarks
     UNION ALL SELECT run, text, r.recorded, what, stands FROM remarks AS r
-    JOIN campaigns AS c ON c.title = r.campaign JOIN members AS m ON m.campaign = c.key
-)
-"""
+    JOIN campaigns AS c ON c.title = r.campaign JOIN members AS m ON m.campaign = c.key)"""
 KINDS = ("tag", "untag", "note")
 LONGEST = {"tag": 100, "untag": 100, "note": 10_000}  # characters
 LARGEST = 10_000_000  # bytes of one file
@@ -114,10 +111,6 @@ def texts_of(catalogue: Catalogue, run_ids: Iterable[str], what: str) -> dict[st
     return {run_id: tuple(texts) for run_id, texts in told.items()}
 
 
-class RemarkError(StoreError):
-    """A remark that cannot be made; the message says what can."""
-
-
 def files_of(catalogue: Catalogue) -> RunFiles:
     """Return the folder of the remarks of a store."""
     return RunFiles(catalogue.path.parent / "remarks", ".jsonl", slice(-2, None))
@@ -143,11 +136,11 @@ def add(catalogue: Catalogue, subject: str, what: What, text: str, campaign: str
     seen = (c for c in text if c in "\n\t" or unicodedata.category(c) not in ("Cc", "Cf", "Cs"))
     kept = "".join(seen).strip()
     if not kept:
-        raise RemarkError(f"{what}: write a word or a sentence")
+        raise StoreError(f"{what}: write a word or a sentence")
     if len(kept) > LONGEST[what]:
-        raise RemarkError(f"{what}: {len(kept)} characters are more than {LONGEST[what]}")
+        raise StoreError(f"{what}: {len(kept)} characters are more than {LONGEST[what]}")
     if what != "note" and ("\n" in kept or "\t" in kept):
-        raise RemarkError(f"{what}: a tag is one line; write a note")
+        raise StoreError(f"{what}: a tag is one line; write a note")
     who = ""
     with suppress(OSError, KeyError, ImportError):
         who = getpass.getuser()

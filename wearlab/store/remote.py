@@ -94,25 +94,22 @@ def _copy(address: str, part: Path, most: int) -> None:
     ------
     StoreError : there is none, it cannot be reached, or is larger
     """
-    left = most
-    with _reached(address):
-        import fsspec
-
-        files, name = fsspec.core.url_to_fs(address)
-        with files.open(name, "rb", **_streamed(files)) as source, part.open("wb") as copy:
-            while piece := source.read(PIECE):
-                left -= len(piece)
-                if left < 0:
-                    said = f"is larger than the {most} bytes that the catalogue says; not read"
-                    raise StoreError(f"{address}: {said}")
-                copy.write(piece)
+    said, left = f"is larger than the {most} bytes that the catalogue says; not read", most
+    with _reached(address) as (files, name), _opened(files, name) as source, part.open("wb") as copy:
+        while piece := source.read(PIECE):
+            left -= len(piece)
+            if left < 0:
+                raise StoreError(f"{address}: {said}")
+            copy.write(piece)
 
 
 @contextmanager
-def _reached(address: str) -> Iterator[None]:
-    """Say what could not be read elsewhere, and why."""
+def _reached(address: str, file: str = "") -> Iterator[tuple[Any, str]]:
+    """Give a file system and the name of a file there; say what could not be read elsewhere, and why."""
     try:
-        yield
+        import fsspec
+
+        yield fsspec.core.url_to_fs(f"{address}{file}")
     except (StoreError, KeyboardInterrupt):
         raise
     except FileNotFoundError as error:
@@ -126,13 +123,13 @@ def _reached(address: str) -> Iterator[None]:
 
 def _head(files: Any, name: str) -> bytes:
     """Return the first bytes of a file, and take few more: a server may answer a range with the whole."""
-    with files.open(name, "rb", **_streamed(files)) as file:
+    with _opened(files, name) as file:
         return bytes(file.read(HEAD))[:HEAD]
 
 
-def _streamed(files: Any) -> dict[str, Any]:
-    """Return how a file is opened so that it is read from its begin, without ranges."""
-    return {"block_size": 0} if "http" in files.protocol else {}
+def _opened(files: Any, name: str) -> Any:
+    """Return a file that is read from its begin, without ranges."""
+    return files.open(name, "rb", **({"block_size": 0} if "http" in files.protocol else {}))
 
 
 def _state(address: str) -> tuple[bytes, bool, int]:
@@ -144,10 +141,7 @@ def _state(address: str) -> tuple[bytes, bool, int]:
     idle : whether its journal says that none is under way
     size : of the file, by its head [bytes]
     """
-    with _reached(address):
-        import fsspec
-
-        files, root = fsspec.core.url_to_fs(f"{address}/catalogue.sqlite")
+    with _reached(address, "/catalogue.sqlite") as (files, root):
         told, begun = _head(files, root), False
         with suppress(FileNotFoundError):  # a journal that goes while it is looked at holds no change
             begun = files.exists(f"{root}-journal") and any(_head(files, f"{root}-journal")[:8])

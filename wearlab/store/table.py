@@ -93,10 +93,8 @@ class Table:
         si : values of scenes in SI units instead of those in which files write them
         """
         values = zip(*self.records, strict=True) if self.records else ((),) * len(self.columns)
-        return {
-            column.name: _converted(list(value), column.unit, column.unit_of(si))
-            for column, value in zip(self.columns, values, strict=True)
-        }
+        told = zip(self.columns, values, strict=True)
+        return {column.name: _converted(list(some), column.unit, column.unit_of(si)) for column, some in told}
 
     def to_rows(self, *, si: bool = False) -> list[dict[str, Any]]:
         """Return every row by the names of the columns, ``si`` as of `to_dict`."""

@@ -17,6 +17,7 @@ from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.outcome import CALIBRATION_LIFE, Outcome
 
 OF_FILE = ("scene", "sizes", "digests", "summary", "source_hash", "wearlab_version")
+Entry = catalogue.Entry
 SAME = 1e-9  # of two lives of one scene on two machines
 
 
@@ -45,9 +46,7 @@ def verify(store: KeptRuns) -> Iterator[files.Problem]:
     begun = [e for e in entries.values() if e.state == "running"]
     parts = {store.files.part(e.id, e.owner or "") for e in begun if files.WRITER.fullmatch(e.owner or "")}
     unrecorded = {store.files.path(e.id) for e in begun}
-    for path in store.files:
-        if path in done or path in parts:
-            continue
+    for path in [path for path in store.files if path not in done and path not in parts]:
         if (problem := store.files.stray(path)) is None:
             said = "a run that the catalogue does not know; 'wearlab reindex' takes it in"
             problem = files.Problem(path, "unknown", said)
@@ -62,9 +61,7 @@ def verify(store: KeptRuns) -> Iterator[files.Problem]:
     yield from remarks.verify(store.catalogue)
 
 
-def _uncalibrated(
-    done: dict[Path, catalogue.Entry], entries: dict[str, catalogue.Entry]
-) -> Iterator[files.Problem]:
+def _uncalibrated(done: dict[Path, Entry], entries: dict[str, Entry]) -> Iterator[files.Problem]:
     """Yield the runs whose wear coefficient was calibrated by a life that has become another."""
     for path, entry in done.items():
         by = entries.get(entry.calibration)
@@ -74,7 +71,7 @@ def _uncalibrated(
             yield files.Problem(path, "altered", said)
 
 
-def check_entry(store: KeptRuns, path: Path, entry: catalogue.Entry) -> files.Problem | None:
+def check_entry(store: KeptRuns, path: Path, entry: Entry) -> files.Problem | None:
     """Return how the catalogue's entry of a run, and what can be asked of it, differ from its sealed file.
 
     Parameters
@@ -86,8 +83,7 @@ def check_entry(store: KeptRuns, path: Path, entry: catalogue.Entry) -> files.Pr
         outcome = description.outcome_of(path)
     except files.StoreError as error:
         return _unlike(path, error)
-    own = {name: getattr(outcome, name) for name in OF_FILE}
-    wrong = [name for name, value in own.items() if value not in ("", getattr(entry, name))]
+    wrong = [name for name in OF_FILE if getattr(outcome, name) not in ("", getattr(entry, name))]
     layouts = store.catalogue.read("SELECT layout FROM layouts WHERE key = ?", [entry.layout])
     if layouts != [(outcome.layout,)]:
         wrong.append("variables")
@@ -98,11 +94,9 @@ def check_entry(store: KeptRuns, path: Path, entry: catalogue.Entry) -> files.Pr
         if known_source != source or type(known) is not type(expected) or known != expected:
             wrong.append(name if known is None else f"{name} = {_shown(known)}, not {_shown(value)}")
     wrong += told
-    if not wrong:
-        return None
     some = "; ".join(wrong[:3]) + (f" and {len(wrong) - 3} more" if len(wrong) > 3 else "")
     said = f"the catalogue says otherwise than its file ({some}); 'wearlab reindex' mends it"
-    return files.Problem(path, "altered", said)
+    return files.Problem(path, "altered", said) if wrong else None
 
 
 def _other_units(store: KeptRuns) -> Iterator[files.Problem]:
@@ -193,14 +187,12 @@ def merge(store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda
                 try:
                     word, outcome = _judged(store, other, entry)
                 except files.StoreError as error:
-                    made.damaged[entry.id[:64]] = str(error)
-                    word, outcome = "", None
+                    made.damaged[entry.id[:64]], word, outcome = str(error), "", None
                 # a file that appears is never one that nobody knows, wherever this is interrupted
                 if outcome and store.claim([entry.id], presence.token, lambda head: head.state != "running"):
                     store.save([outcome], presence.token)
-                elif outcome:
-                    word = ""
-                if word:
+                    outcome = None
+                if word and outcome is None:
                     getattr(made, word).append(entry.id)
                 tell(entry.id)
         finally:
@@ -221,7 +213,7 @@ def merge(store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda
     return made
 
 
-def _judged(store: KeptRuns, other: KeptRuns, entry: catalogue.Entry) -> tuple[str, Outcome | None]:
+def _judged(store: KeptRuns, other: KeptRuns, entry: Entry) -> tuple[str, Outcome | None]:
     """Return what becomes of a run of the other store, "" of one that stays there; and what is to be saved.
 
     Raises
@@ -285,18 +277,16 @@ def prunable(store: KeptRuns, kept: Iterable[str] = ()) -> list[Prunable]:
     entries = store.entries()
     kept = set(kept)
     if entries and not kept and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
-        raise files.StoreError(
-            f"{store.path}: its catalogue knows no campaign, as after a reindex without the old one, so that "
-            "every run would go: 'wearlab run FILE' records one anew, and --keep FILE names what is wanted"
-        )
+        said = "as after a reindex without the old one, so that every run would go"
+        remedy = "'wearlab run FILE' records one anew, and --keep FILE names what is wanted"
+        raise files.StoreError(f"{store.path}: its catalogue knows no campaign, {said}: {remedy}")
     wanted = referred(store) | kept
     for run_id in [asked for asked in wanted if asked in entries]:
         wanted |= provenance.rests_on(store, entries[run_id])
     known = {member.run for member in store.catalogue.members()}
     left = [e for e in entries.values() if e.id not in wanted and (e.state != "running" or store.is_stale(e))]
-    reasons = {e.id: "an earlier version of a" if e.id in known else "no" for e in left}
-    why = {run: f"{reason} campaign asked for it" for run, reason in reasons.items()}
-    return [Prunable(e.id, e.state, store.files.size(e.id) or 0, why[e.id]) for e in left]
+    why = ("no campaign asked for it", "an earlier version of a campaign asked for it")
+    return [Prunable(e.id, e.state, store.files.size(e.id) or 0, why[e.id in known]) for e in left]
 
 
 def referred(store: KeptRuns) -> set[str]:
