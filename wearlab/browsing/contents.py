@@ -60,8 +60,7 @@ def campaign(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     """
     first, key = figures.first(asked), _named(asked, "key", "campaign")
     number = listing.whole(first.get("page", ""))
-    told = next((each for each in recorded.campaigns(store)[0] if each.key == key), None)
-    if told is None:
+    if (told := next((each for each in recorded.campaigns(store)[0] if each.key == key), None)) is None:
         raise StoreError(f"campaign {key[:40]!r} is not in this store")
     few, most = told.cases <= MOST_DRAWN, listing.ROWS if place.live else MOST_DRAWN
     sort = first.get("sort", "") if few else ""
@@ -79,15 +78,8 @@ def campaign(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     subject = remarks.subject_of(told.title)
     mark = next((sign for sign in "\"'" if sign not in told.title), "")
     where = f"campaign = {mark}{told.title}{mark}" if mark and place.live else ""
-    shown = {
-        "heading": told.title,
-        "told": told,
-        "heads": heads,
-        "rows": rows,
-        "sort": sort,
-        "number": number,
-    }
-    shown |= {"sortable": place.live and few, "pages": max(1, -(-told.cases // most)), "where": where}
+    shown = {"heading": told.title, "told": told, "heads": heads, "rows": rows, "sort": sort, "where": where}
+    shown |= {"sortable": place.live and few, "number": number, "pages": max(1, -(-told.cases // most))}
     shown |= {"figures": drawn, "others": others, "subject": subject}
     return shown | {"remarked": remarks.remarks_on(store.catalogue, [subject])}
 
@@ -135,11 +127,11 @@ def _in_order(cell: str) -> tuple[bool, float, str]:
 def runs(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     """Return a page of runs."""
     told = listing.listed(store, figures.first(asked))
-    beside = few([row[0] for row in told.rows])
+    beside = comparable([row[0] for row in told.rows])
     return {"told": told, "signs": listing.SIGNS, "back": urlencode(told.asked), "beside": beside}
 
 
-def few(runs: Sequence[str]) -> Sequence[str]:
+def comparable(runs: Sequence[str]) -> Sequence[str]:
     """Return runs that can be told side by side, none where there are too many or one alone."""
     return runs if 1 < len(runs) <= MOST_BESIDE else []
 
@@ -164,7 +156,7 @@ def run(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
         drawn += [source.shown(source.ask(kind)) for kind in kinds]
     addresses = [(KINDS[kind].title or kind, f"run={entry.id}&kind={kind}") for kind in kinds if place.live]
     beside = [row[0] for row in store.catalogue.read(BESIDE, [entry.id])] if place.live else []
-    shown = {"heading": told["title"], "told": told, "back": _back(first), "beside": few(beside)}
+    shown = {"heading": told["title"], "told": told, "back": _back(first), "beside": comparable(beside)}
     shown |= {"has_life": bool(entry.summary.get("life")), "figures": drawn}
     shown["prints"] = [(title, place.files("figure", address)) for title, address in addresses]
     where = store.address or str(store.path.absolute())

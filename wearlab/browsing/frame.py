@@ -20,19 +20,13 @@ from wearlab.store import Store
 from wearlab.version import __version__
 
 HERE = Path(__file__).parent
-PAGES = (("", "Campaigns"), ("runs", "Runs"), ("updates", "Updates"), ("progress", "Under way"))
 STYLE, NAMES = "style.css", "names.js"
-FORMATS = {
-    "png": "image/png",
-    "svg": "image/svg+xml",
-    "pdf": "application/pdf",
-    "csv": "text/csv; charset=utf-8",
-}
+FORMATS = {"png": "image/png", "svg": "image/svg+xml", "pdf": "application/pdf"}
+FORMATS |= {"csv": "text/csv; charset=utf-8"}
 """Of the files of a figure."""
 HOST = "127.0.0.1"
 SCRIPTS: Any = ["bokeh", "bokeh-widgets"]
 """Parts of Bokeh that pages load; not that which typesets formulas: texts of others could hold some."""
-STATIC = "/static/"
 SOCKET = "/figure/ws"
 """Only a page that was given a signed session can open it."""
 WRONG = "The token of this window is missing or wrong: open the address that 'wearlab browse' printed."
@@ -50,10 +44,8 @@ def templates() -> Environment:
 @cache
 def beside(name: str) -> str:
     """Return what pages load: their style, that of reports and what windows need besides; or a script."""
-    parts = [HERE / "templates" / name]
-    if name == STYLE:
-        parts.insert(0, HERE.parent / "report" / "page.css")
-    return "\n".join(part.read_text(encoding="utf-8") for part in parts)
+    above = [HERE.parent / "report" / "page.css"] if name == STYLE else []
+    return "\n".join(part.read_text(encoding="utf-8") for part in (*above, HERE / "templates" / name))
 
 
 class Place:
@@ -66,7 +58,7 @@ class Place:
     libraries : addresses of Bokeh's scripts
     """
 
-    pages = PAGES
+    pages = (("", "Campaigns"), ("runs", "Runs"), ("updates", "Updates"), ("progress", "Under way"))
     live = True
 
     def __init__(self, token: str, store: Store, libraries: Sequence[str]) -> None:
@@ -168,7 +160,7 @@ class Gate(BokehTornado):
             return 403, "This window answers under its own address only."
         if request.method not in ("GET", "HEAD", "POST"):
             return 405, "This window is looked at."
-        if request.path.startswith(STATIC) or request.path == SOCKET:
+        if request.path.startswith("/static/") or request.path == SOCKET:
             return None
         given = [value.decode("utf-8", "replace") for value in request.query_arguments.get("token", [])]
         if len(given) != 1 or not secrets.compare_digest(given[0].encode(), self.token.encode()):

@@ -41,12 +41,8 @@ def content(store: Store, entry: catalogue.Entry) -> dict[str, Any]:
     facts = [(name, v if isinstance(v, list) else [v]) for name, v in reported.facts(store, entry).items()]
     known = [(name, values) for name, values in facts if any(v not in (None, "") for v in values)]
     title = provenance.name_of(store, entry.id).replace("*", "·") or f"Run {entry.id[:10]}"
-    said: dict[str, Any] = {"id": entry.id, "title": title, "state": store.state_of(entry)}
-    said |= {
-        "verdict": verdict(store, entry),
-        "doubts": doubts(entry),
-        "reason": (entry.reason or "").strip(),
-    }
+    said: dict[str, Any] = {"id": entry.id, "title": title, "reason": (entry.reason or "").strip()}
+    said |= {"state": store.state_of(entry), "verdict": verdict(store, entry), "doubts": doubts(entry)}
     said["remarks"] = [line for line, _ in page.remarks(alone)]
     said["model_errors"] = [line for line, _ in page.model_errors(alone)]
     said["headlines"] = [(line.text, line.margin) for line in outcome.headlines(entry.summary)]
@@ -63,13 +59,13 @@ def verdict(store: Store, entry: catalogue.Entry) -> str:
     state = store.state_of(entry)
     if state != "done":
         reason = outcome.last_line(entry.reason)
-        return {
-            "failed": f"It failed: {reason}",
-            "refused": f"It was refused: {reason}",
-            "running": "It is being computed.",
-            "interrupted": "The process that computed it is no more; its campaign, run again, continues it.",
-            "lost": "Its file has gone or changed its length: 'wearlab verify' tells more.",
-        }.get(state, f"It is {state}.")
+        said = {"failed": f"It failed: {reason}", "refused": f"It was refused: {reason}"}
+        said |= {"running": "It is being computed."}
+        said["interrupted"] = (
+            "The process that computed it is no more; its campaign, run again, continues it."
+        )
+        said["lost"] = "Its file has gone or changed its length: 'wearlab verify' tells more."
+        return said.get(state, f"It is {state}.")
     words = str(entry.summary.get("verdict") or "completed")
     if end := outcome.unasked_end(entry.summary):
         return f"It ended: {words}. {end[:1].upper()}{end[1:]}.".replace(" .", "")

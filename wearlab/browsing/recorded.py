@@ -239,10 +239,7 @@ def _under_way(store: Store) -> list[dict[str, Any]]:
         counts = Counter(each.counts)
         done, left = counts["done"] + counts["failed"] + counts["refused"], counts["running"]
         if left:
-            mean, total = (
-                each.counts.get("seconds done"),
-                done + left + counts["interrupted"] + counts["missing"],
-            )
+            total, mean = done + left + counts["interrupted"] + counts["missing"], counts.get("seconds done")
             time = "" if mean is None else outcome.seconds_text(float(mean) * (total - done) / left)
             told.append({"title": each.title, "done": done, "total": total, "left": left, "time": time})
     return told

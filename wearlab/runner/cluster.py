@@ -66,11 +66,9 @@ class Crew:
 
     def reasons(self) -> list[str]:
         """Return one sentence about each worker that was refused."""
-        return [
-            f"worker {address} is refused: the source hash of its wearlab is {code}, here it is "
-            f"{source_hash()}; install the same version there"
-            for address, code in self.refused.items()
-        ]
+        here = f"here it is {source_hash()}; install the same version there"
+        said = "worker {} is refused: the source hash of its wearlab is {}, {}"
+        return [said.format(address, code, here) for address, code in self.refused.items()]
 
     def choice(self, fit: list[str]) -> dict[str, Any]:
         """Return how dask is told whom to give work: anybody, until somebody had to be refused.
@@ -110,10 +108,9 @@ def wait_while_present(flow: Any, named: dict[Any, list[str]], present: Present,
         looked = time.monotonic()
         seen = looked if here else seen
         if bounded and looked - seen > ABSENT_SECONDS:
-            raise RunnerError(
-                f"all worker processes ended, and none could be started for {ABSENT_SECONDS:g} s: is there "
-                "memory enough? What was finished is kept; run again, with fewer workers"
-            )
+            said = f"all worker processes ended, and none could be started for {ABSENT_SECONDS:g} s"
+            remedy = "is there memory enough? What was finished is kept; run again, with fewer workers"
+            raise RunnerError(f"{said}: {remedy}")
         for future, names in named.items():
             if names and here.isdisjoint(names) and not future.done():
                 future.cancel()
@@ -335,9 +332,8 @@ def _opened(scheduler: "str | Client") -> "Iterator[Client]":
 
     if isinstance(scheduler, Client):
         if scheduler.status != "running" or scheduler.asynchronous:
-            raise RunnerError(
-                f"scheduler: the client is {scheduler.status} or asynchronous; give an open one"
-            )
+            said = f"the client is {scheduler.status} or asynchronous; give an open one"
+            raise RunnerError(f"scheduler: {said}")
         yield scheduler
         return
     if not isinstance(scheduler, str):
@@ -354,10 +350,8 @@ def _refuse_threads(client: "Client") -> None:
     """Refuse workers that run several cases in one process: HDF5 cannot be written by two threads of it."""
     for name, worker in client.scheduler_info(n_workers=-1)["workers"].items():
         if worker["nthreads"] > 1:
-            raise RunnerError(
-                f"scheduler: worker {name} has {worker['nthreads']} threads; wearlab needs one a process: "
-                "dask worker --nthreads 1, or threads_per_worker=1"
-            )
+            said = f"scheduler: worker {name} has {worker['nthreads']} threads; wearlab needs one a process"
+            raise RunnerError(f"{said}: dask worker --nthreads 1, or threads_per_worker=1")
 
 
 def _lost(task: Task, error: BaseException) -> Outcome:

@@ -154,10 +154,9 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
                 _refuse_other_code(client)
             except (RuntimeError, OSError, TimeoutError, EOFError) as error:  # in many ways
                 reason = str(error.__cause__ or error) or type(error).__name__
-                raise report.RunnerError(
-                    f"the worker processes did not start ({reason}): is there memory enough? "
-                    "Nothing was lost; run again, with fewer workers"
-                ) from error
+                said = f"the worker processes did not start ({reason}): is there memory enough?"
+                remedy = "Nothing was lost; run again, with fewer workers"
+                raise report.RunnerError(f"{said} {remedy}") from error
             yield client
         except KeyboardInterrupt:  # busy workers would take seconds to say goodbye
             for worker in set(multiprocessing.active_children()) - others:
@@ -218,10 +217,9 @@ def _refuse_other_code(client: Any) -> None:
         if code != source_hash():
             if place == code_and_place()[1]:
                 raise report.RunnerError("the sources of wearlab were changed just now; run again")
-            raise report.RunnerError(
-                f"the worker processes import another wearlab than this process ({place} there, "
-                f"{code_and_place()[1]} here): run from another folder, or mend PYTHONPATH"
-            )
+            said = "the worker processes import another wearlab than this process"
+            where = f"{place} there, {code_and_place()[1]} here"
+            raise report.RunnerError(f"{said} ({where}): run from another folder, or mend PYTHONPATH")
 
 
 @contextmanager

@@ -69,10 +69,8 @@ def with_parents(tasks: Mapping[str, worker.Task], store: "Store") -> dict[str, 
     waiting = {i: task for i, task in continuing.items() if i not in done}
     absent = sorted({task.scene.start.run for task in waiting.values()} - done)
     if absent:
-        raise report.RunnerError(
-            f"{len(waiting)} cases continue runs that are not in the store: {', '.join(absent[:4])}; "
-            "run their campaign first"
-        )
+        said = f"{len(waiting)} cases continue runs that are not in the store: {', '.join(absent[:4])}"
+        raise report.RunnerError(f"{said}; run their campaign first")
     made = dict(tasks)
     for run_id, task in waiting.items():
         wear = align.start_wear(store.run(task.scene.start.run), task.scene.start)

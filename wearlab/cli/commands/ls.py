@@ -117,15 +117,11 @@ def _row(store: Store, member: "catalogue.Member", entry: "catalogue.Entry") -> 
     came, expected = entry.summary, member.comparison and member.comparison._asdict()
     result, error = next(((line.short, line.error) for line in outcome.headlines(came)), ("", None))
     errors = {name: value for name, value in came.items() if name.startswith("error_estimate")}
-    row: dict[str, Any] = {
-        "id": entry.id,
-        "campaign": member.campaign,
-        "file": member.path,
-        "label": member.label,
-    }
-    row |= {"position": member.position, "state": store.state_of(entry), "life": came.get("life")}
-    row |= {"max_wear_depth": came.get("max_wear_depth"), "error_estimates": errors, "result": result}
-    row |= {"relative_error": error, "verdict": came.get("verdict"), "expected": expected}
+    row: dict[str, Any] = {"id": entry.id, "campaign": member.campaign, "file": member.path}
+    row |= {"label": member.label, "position": member.position, "state": store.state_of(entry)}
+    row |= {name: came.get(name) for name in ("life", "max_wear_depth")}
+    row |= {"error_estimates": errors, "result": result, "relative_error": error}
+    row |= {"verdict": came.get("verdict"), "expected": expected}
     row |= {"seconds": entry.seconds, "started": entry.started, "bytes": entry.size, "reason": entry.reason}
     return row | {"warnings": list(entry.warnings), "other_code": is_other_code(entry.source_hash)}
 
@@ -137,14 +133,10 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
     notes += [f"{len(row['warnings'])} warnings"] if row["warnings"] else []
     notes += ["made by other code"] if row["other_code"] else []
     error = "" if row["relative_error"] is None else f"{100 * row['relative_error']:.2g} %"
-    case = (row["id"][:SHORT_ID], row["campaign"], row["label"], output.place(row["position"]))
-    came = (row["state"], row["result"], error, outcome.seconds_text(row["seconds"]), "; ".join(notes))
-    return (
-        *case,
-        *came,
-        expected["expected"],
-        f"{'' if expected['met'] else 'MISSED '}{expected['measured']}",
-    )
+    case = (row["id"][:SHORT_ID], row["campaign"], row["label"], output.place(row["position"]), row["state"])
+    came = (row["result"], error, outcome.seconds_text(row["seconds"]), "; ".join(notes))
+    measured = f"{'' if expected['met'] else 'MISSED '}{expected['measured']}"
+    return (*case, *came, expected["expected"], measured)
 
 
 @app.command()

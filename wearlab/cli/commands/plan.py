@@ -48,10 +48,8 @@ def refuse_the_impossible(campaign: "Campaign") -> list[dict[str, Any]]:
             refused.append({"case": name, "id": case.id, "reason": reason, "expected": expected})
             reasons.setdefault(reason, []).append(name)
     if len(refused) == len(cases) and not any(case["expected"] for case in refused):
-        told = (
-            (first, f" and {len(more)} more" * bool(more), why) for why, (first, *more) in reasons.items()
-        )
-        raise output.Stop("\n".join(f"{first}{more}: {why}" for first, more, why in told))
+        told = ((one, f" and {len(more)} more" * bool(more), why) for why, (one, *more) in reasons.items())
+        raise output.Stop("\n".join(f"{one}{more}: {why}" for one, more, why in told))
     return refused
 
 

@@ -64,11 +64,10 @@ def _merged(theirs: Store, store: Store) -> output.Findings:
 
     with output.bar(len(theirs.entries()), "runs") as tell:
         made = upkeep.merge(store, theirs, tell)
-    said = (
-        f"{len(made.copied)} runs copied, {len(made.same)} were here already, {made.campaigns} campaigns and "
-    )
-    said += f"{made.updates} updates copied{f', {made.remarks} tags and notes' if made.remarks else ''}"
-    text = [said, *(f"repaired: run {run_id}: its file here was damaged" for run_id in made.repaired)]
+    more = f", {made.remarks} tags and notes" if made.remarks else ""
+    text = [f"{len(made.copied)} runs copied, {len(made.same)} were here already, "]
+    text[0] += f"{made.campaigns} campaigns and {made.updates} updates copied{more}"
+    text += [f"repaired: run {run_id}: its file here was damaged" for run_id in made.repaired]
     wrong = [f"conflict: run {run_id} has other results here; ours stay" for run_id in made.conflicting]
     wrong += [f"not taken over: {run_id}: {reason}" for run_id, reason in made.damaged.items()]
     return output.Findings(vars(made), text, not wrong, wrong)
@@ -130,10 +129,9 @@ def reindex(store: Store) -> output.Findings:
     count = len(store.entries())
     wrong = [f"left out: {problem.message}" for problem in problems]
     if count and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
-        wrong.append(
-            "campaigns stand in no run's file: 'wearlab run FILE' records one anew, and computes nothing "
-            "that is there; until then prune does not know what is wanted"
-        )
+        anew = "'wearlab run FILE' records one anew, and computes nothing that is there"
+        later = "until then prune does not know what is wanted"
+        wrong.append(f"campaigns stand in no run's file: {anew}; {later}")
     content = {"runs": count, "left_out": _plain(problems)}
     return output.Findings(content, [f"{count} runs in the catalogue"], not problems, wrong)
 
