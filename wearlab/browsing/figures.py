@@ -224,7 +224,7 @@ def source_of(store: Store, of: WantedFigure) -> Source:
 
 
 PAUSE = 100  # ms between two states that are made ahead
-MOST_AHEAD = 24
+
 PROBLEMS = (FigureError, StoreError, OSError, ValueError, KeyError)
 
 
@@ -292,8 +292,7 @@ class Follower:
         self.grid[list(needed)].load(scheduler="synchronous")
         self.asked = [self.source.ask(kind) for kind in kinds]
         self.drawn: list[interactive.DrawnFigure | None] = [None for _ in kinds]
-        self.places = [column(**WIDE) for _ in kinds]
-        self.said = Div(**WIDE)
+        self.places, self.said = [column(**WIDE) for _ in kinds], Div(**WIDE)
         self.made: dict[int, list[Plot | str]] = {}
         self.states = self._labels()
         self.last = len(self.states) - 1
@@ -334,7 +333,7 @@ class Follower:
 
     def ahead(self, state: int) -> None:
         """Make the figures of a state that may be asked for next, and then those before it, one at a time."""
-        if state >= 0 and len(self.made) < MOST_AHEAD:
+        if state >= 0 and len(self.made) < 24:
             self.at(state)
             self.document.add_timeout_callback(lambda: self.ahead(state - 1), PAUSE)
 
@@ -364,11 +363,11 @@ class Follower:
             if drawn is None or not drawn.follow(plot):
                 self.drawn[number] = drawn = interactive.drawn(plot)
                 self.places[number].children = [*drawn.parts]
-        self.said.text = (  # what is seen, for readers who do not see it
-            f'<p role="status" aria-live="polite"><b>State {state} of {self.last}: '
-            f"{escape(self.states[state])}</b>, beside the first and the last.</p><details><summary>In words"
-            f"</summary><ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul></details>"
-        )
+        # what is seen, for readers who do not see it
+        where = f"<b>State {state} of {self.last}: {escape(self.states[state])}</b>"
+        words = f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
+        told = f'<p role="status" aria-live="polite">{where}, beside the first and the last.</p>'
+        self.said.text = f"{told}<details><summary>In words</summary>{words}</details>"
 
 
 def follow(store: Store) -> Callable[[Document], None]:

@@ -26,14 +26,9 @@ DASHES = {"-": "solid", "--": "dashed", "-.": "dashdot", ":": "dotted", "": "sol
 MARKERS = {"o": "circle", "s": "square", "^": "triangle", "D": "diamond", "v": "inverted_triangle"}
 MARKERS |= {"P": "cross", "X": "x", "": "circle"}
 MILLISECONDS = 86_400_000.0  # of a day
-SHADES = 64
-"""Colours of a map."""
 POINTED = ("points", "dots", "published", "line-points", "stem", "horizontal")
 LINED = ("line", "line-points", "hairline", "horizontal", "reference", "level", "dashed", "dash-dot")
 THIN = ("hairline", "reference", "level", "dashed", "dash-dot")
-MOST_BARS = 60  # points: errors of more are a band
-HEIGHT = {"wide": 300, "square": 380}
-LETTERS = 44  # of an axis label in one line
 NARROWEST = 300  # pixels of a panel
 WIDE: Any = {"sizing_mode": "stretch_width"}
 TOOLS: Any = {"tools": "pan,box_zoom,wheel_zoom,reset", "active_drag": "box_zoom"}
@@ -70,8 +65,9 @@ class DrawnFigure(NamedTuple):
                 handle.source.data = data
             for renderer in handle.renderers:
                 renderer.name = _told(curve, name)
-                stroke = renderer.glyph
-                stroke.update(**{side: curve.pen.colour for side in COLOURED if _is_plain(stroke, side)})
+                stroke = renderer.glyph  # a side of one colour of its own: not that of hollow marks
+                told = {side: str(getattr(stroke, side, None)) for side in ("line_color", "fill_color")}
+                stroke.update(**{side: curve.pen.colour for side in told if told[side].startswith("#")})
         self.parts[1].text = legend_html(plot)
         return True
 
@@ -80,15 +76,6 @@ def _alike(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
     """Say whether a curve has the data that it had: those of the first and the last wear state stay."""
     floats = {name for name, values in new.items() if getattr(values, "dtype", None) == np.float64}
     return all(np.array_equal(old[name], new[name], equal_nan=name in floats) for name in new)
-
-
-COLOURED = ("line_color", "fill_color")
-
-
-def _is_plain(stroke: Any, name: str) -> bool:
-    """Say whether a stroke has one colour of its own, which is not that of hollow marks."""
-    own = getattr(stroke, name, None)
-    return isinstance(own, str) and own.startswith("#")
 
 
 def drawn(plot: Plot, *, titled: bool = True) -> DrawnFigure:
@@ -111,12 +98,11 @@ def drawn(plot: Plot, *, titled: bool = True) -> DrawnFigure:
 
 
 def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tuple[Handle, ...]]:
-    across, up = (fill(plain(label), LETTERS) for label in (panel.x_label, panel.y_label))
+    across, up = (fill(plain(label), 44) for label in (panel.x_label, panel.y_label))
     axes: Any = {"x_axis_label": across, "y_axis_label": "" if panel.names else up}
-    axes |= {"x_axis_type": "log"} if plot.logarithmic_across else {}
-    axes |= {"y_axis_type": "log"} if plot.logarithmic else {}
-    axes |= {"x_axis_type": "datetime"} if panel.dates else {}
-    tall = max(200, 90 + 26 * len(panel.names)) if panel.names else HEIGHT[plot.shape]
+    axes["x_axis_type"] = "datetime" if panel.dates else "log" if plot.logarithmic_across else "auto"
+    axes["y_axis_type"] = "log" if plot.logarithmic else "auto"
+    tall = max(200, 90 + 26 * len(panel.names)) if panel.names else {"wide": 300, "square": 380}[plot.shape]
     wide: Any = {**WIDE, "min_width": NARROWEST, "styles": {"flex": f"1 1 {NARROWEST}px"}}
     wide["html_attributes"] = {"role": "group", "aria-label": plain(panel.title or plot.title) or "Figure"}
     drawn: Any = figure(title=plain(panel.title) or None, height=tall, **axes, **wide, **TOOLS)
@@ -211,8 +197,8 @@ def _curve(drawn: Any, curve: Curve, source: ColumnDataSource) -> tuple[tuple[An
         area = drawn.patch("x", "y", source=source, fill_color=colour, fill_alpha=0.25, line_color=None)
         return (area,), []
     if curve.level is not None:
-        fill_color = linear_cmap("level", interp_palette(WEAR, SHADES), *curve.reach)
-        filled = {"fill_color": fill_color, "line_color": None, "dilate": True}
+        shades = linear_cmap("level", interp_palette(WEAR, 64), *curve.reach)
+        filled = {"fill_color": shades, "line_color": None, "dilate": True}
         cells = drawn.rect("x", "y", "width", "height", source=source, **filled)
         return (cells,), [cells]
     if curve.look in LINED:
@@ -232,7 +218,7 @@ def _curve(drawn: Any, curve: Curve, source: ColumnDataSource) -> tuple[tuple[An
         return tuple(shown), []
     if "low" not in source.data:
         return tuple(shown), shown
-    if len(curve.x) > MOST_BARS and curve.look == "line":
+    if len(curve.x) > 60 and curve.look == "line":  # many errors are a band
         bars = drawn.varea("x", "low", "high", source=source, fill_color=colour, fill_alpha=0.2)
     else:
         bars = drawn.segment("x", "low", "x", "high", source=source, line_color=colour, line_width=1.2)
@@ -260,7 +246,6 @@ def legend_html(plot: Plot) -> str:
 POWER = re.compile(r"\$10\^\{(-?\d+)\}\$")
 MOST_CURVES = 8
 """Curves of a panel that are told one by one."""
-NAMELESS = "the curve"
 
 
 def plain(text: str) -> str:
@@ -314,7 +299,7 @@ def _panel_in_words(panel: Panel, count: int) -> str:
 
 
 def _curve_in_words(curve: Curve, name: str, panel: Panel) -> str:
-    name = name or NAMELESS
+    name = name or "the curve"
     held = np.isfinite(curve.x) & np.isfinite(curve.y)
     x, y = curve.x[held], curve.y[held]
     if not len(y):

@@ -26,11 +26,8 @@ TEXTS = {
     **{"started": "when it was computed", "seconds": "how long that took", "bytes": "size of its file"},
     "other_code": "whether other code than the present made it",
 }
-MOST_WORDS = 400
 BARE = re.compile(r"[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?", re.IGNORECASE)
 IN_CYCLES = ("life", "remaining_useful_life", "load_cycles")
-NO_LIFE = ("life", "service_life")
-LARGE = 1e5  # from which a number of cycles would be written with an exponent
 
 
 class ConditionWord(NamedTuple):
@@ -131,9 +128,9 @@ def rows_of(store: Store, page: Page) -> tuple[Any, Any]:
 
 def _cell(value: Any, name: str = "", state: str = "") -> str:
     """Return a value as a table shows it: to five digits, a large one in full."""
-    if value is None and name in NO_LIFE and state == "done":
+    if value is None and name in ("life", "service_life") and state == "done":
         return "no limit reached"
-    if isinstance(value, float) and LARGE <= abs(value) < 1e15:
+    if isinstance(value, float) and 1e5 <= abs(value) < 1e15:  # it would be written with an exponent
         return f"{float(f'{value:.5g}'):,.0f}"
     return value_text(float(f"{value:.5g}") if isinstance(value, float) else value)
 
@@ -173,7 +170,7 @@ def _words(keys: Iterable[Key]) -> tuple[ConditionWord, ...]:
     """Return what can be asked for, results before the values of scenes; nothing of an entry of a list."""
     named = ((key, key.name.split(".")) for key in keys if not key.name.endswith("()"))
     told = [_word(key) for key, words in named if not any(map(str.isdigit, words))]
-    return tuple(sorted(told, key=lambda word: (word.name.count("."), word.name))[:MOST_WORDS])
+    return tuple(sorted(told, key=lambda word: (word.name.count("."), word.name))[:400])
 
 
 def _word(key: Key) -> ConditionWord:

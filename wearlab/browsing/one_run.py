@@ -15,7 +15,6 @@ from wearlab.report import run as reported
 from wearlab.store import Store, StoreError, catalogue, grid, outcome, provenance, remarks
 from wearlab.units import is_number, shown_unit
 
-MOST_KEYS = 200  # of a comparison
 SUMMED = (
     *("life", "service_life", "max_wear_depth", "contact_ratio", "dynamic_factor", "equivalent_load"),
     *("mesh_force_max", "stiffness_mean", "lambda_ratio", "contact_pressure", "run_time_total"),
@@ -112,7 +111,7 @@ def side_by_side(store: Store, ids: Sequence[str]) -> dict[str, Any]:
     """Return what differs between runs, and what they came to: a row a key, a column a run."""
     entries = list(store.entries(ids).values())
     scenes = [entry.values for entry in entries]
-    keys = differing_keys(scenes)[:MOST_KEYS]
+    keys = differing_keys(scenes)[:200]
     layouts = store.catalogue.layouts(entry.layout for entry in entries if entry.layout)
     results = {name: [_result(name, entry, layouts) for entry in entries] for name in SUMMED}
     lived = [Lived(*pair) for pair in zip(entries, labels_of(store, entries, keys), strict=True)]
@@ -157,8 +156,6 @@ FACTORS = {"tooth_force": "force on the tooth", "specific_sliding": "specific sl
 FACTORS |= {"effective_wear_coefficient": "wear coefficient"}
 """What a depth is the product of, at a place of a flank."""
 MOST_TOLD = 4  # keys by which runs differ
-MUCH = 5e-3  # of a rate, that the means of its factors leave
-SAME = 5e-4  # relative difference of two values that are told as the same
 
 
 class WornPlace(NamedTuple):
@@ -274,7 +271,7 @@ def why(own: WornPlace, other: WornPlace) -> list[str]:
     held = [name for name in FACTORS if own.factors.get(name) and other.factors.get(name)]
     ratios = {FACTORS[name]: own.factors[name] / other.factors[name] for name in held}
     rest = ratio / math.prod(ratios.values())
-    if ratios and abs(rest - 1.0) > MUCH:
+    if ratios and abs(rest - 1.0) > 5e-3:
         ratios["their course over the life"] = rest
     shares = ", ".join(f"{words} {_change(part)}" for words, part in ratios.items())
     slower = f"{100.0 * abs(1.0 - ratio):.2g} % {'less' if ratio < 1.0 else 'more'} a cycle than the next"
@@ -295,7 +292,7 @@ def _place(place: WornPlace, pitch: str) -> str:
 
 
 def _change(ratio: float) -> str:
-    if abs(ratio - 1.0) < SAME:
+    if abs(ratio - 1.0) < 5e-4:
         return "the same"
     return f"{'+' if ratio > 1.0 else '−'}{100.0 * abs(ratio - 1.0):.2g} %"
 

@@ -11,8 +11,6 @@ from typing import Any
 from wearlab.store import Store, StoreError, open_store
 
 HOST = "127.0.0.1"
-TALL = 900  # pixels of a notebook's cell
-MISSING = "a window needs Bokeh ({}): pip install 'wearlab[browse]'"
 
 
 class BrowseError(ValueError):
@@ -54,7 +52,7 @@ class Window:
             from wearlab.browsing import frame, pages
             from wearlab.browsing.figures import follow
         except ImportError as error:
-            raise BrowseError(MISSING.format(error)) from error
+            raise BrowseError(f"a window needs Bokeh ({error}): pip install 'wearlab[browse]'") from error
         try:
             sockets = bind_sockets(self.port, HOST)
         except (OSError, OverflowError) as error:
@@ -118,7 +116,7 @@ class Window:
         return f"<Window on {self.store!r}: {self.address}>"
 
     def _repr_html_(self) -> str:
-        style = f"width:100%;height:{TALL}px;border:0"
+        style = "width:100%;height:900px;border:0"
         frame = f'<iframe title="wearlab browse" src="{self.address}" style="{style}"></iframe>'
         return f"{frame}<p>{self.address}</p>"
 

@@ -112,8 +112,7 @@ OURS = re.compile(r"wearlab\..*Error")
 
 
 # everything heavy is imported by the command that needs it
-_modules = {module.name for module in pkgutil.iter_modules(commands.__path__)}
-for _name in [*FIRST, *sorted(_modules.difference(FIRST))]:
+for _name in [*FIRST, *sorted({one.name for one in pkgutil.iter_modules(commands.__path__)} - {*FIRST})]:
     import_module(f"{commands.__name__}.{_name}")
 
 

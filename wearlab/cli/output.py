@@ -80,7 +80,6 @@ TRUSTED: ContextVar[bool] = ContextVar("trusted", default=False)
 """Whether the command was told ``--plugins``: that plug-ins of campaign files may be run."""
 AS_JSON: ContextVar[bool] = ContextVar("as JSON", default=False)
 """Whether the command was told ``--json``: that a program reads what it found."""
-MOST_STYLED = 500  # rows of a table that is fitted to the terminal
 
 
 class Status(IntEnum):
@@ -291,7 +290,7 @@ def show_table(heads: Sequence[str], rows: Rows, title: str | None = None, empty
         return complain(empty)
     used = [i for i, _ in enumerate(heads) if any(row[i] for row in rows)]
     lines = [[row[i] for i in used] for row in (heads, *rows)]
-    if not sys.stdout.isatty() or len(rows) > MOST_STYLED:
+    if not sys.stdout.isatty() or len(rows) > 500:
         _show_plain(lines, title)
         return
     from rich.console import Console

@@ -78,8 +78,6 @@ class Crew:
         return {"workers": fit, "allow_other_workers": True} if self.refused and fit else {}
 
 
-LOOK_SECONDS = 0.5  # between looks
-FETCH_SECONDS = 60.0  # for one result to come here
 ABSENT_SECONDS = 150.0  # without any worker of this machine, after which its work is given up
 Present = Callable[[], Sequence[str]]
 
@@ -102,7 +100,7 @@ def wait_while_present(flow: Any, named: dict[Any, list[str]], present: Present,
     while not flow.has_ready():
         with flow.thread_condition:
             flow.thread_condition.wait(0.1)
-        if time.monotonic() - looked < LOOK_SECONDS or flow.has_ready():
+        if time.monotonic() - looked < 0.5 or flow.has_ready():
             continue
         here = set(present())
         looked = time.monotonic()
@@ -116,21 +114,10 @@ def wait_while_present(flow: Any, named: dict[Any, list[str]], present: Present,
                 future.cancel()
 
 
-def result_of(future: Any) -> Any:
-    """Return the result of a future that is done, or what was raised.
-
-    Its worker may have died since: then a `TimeoutError` says that it is under way again.
-    """
-    try:
-        return future.result(timeout=FETCH_SECONDS)
-    except Exception as error:
-        return error
-
-
 BATCH_SECONDS = 0.4  # a batch of short cases lasts about so long: dask costs 1.7 ms a task
 LARGEST_BATCH = 64
 CONNECT_SECONDS = 10
-MOST_DEATHS = 3  # of processes that computed one case by itself, after which it has failed
+
 AHEAD = 2  # batches per worker under way; the rest stays unclaimed, for another process to take
 Settle = Callable[[list[Outcome], Sequence[Task]], list[Task]]
 Resume = Callable[[Task], Task]
@@ -235,7 +222,10 @@ class Cluster:
         alone = len(self.in_progress) == 1 and self.on_trial
         wait_while_present(self.flow, self.named, self.workers, bounded=self.crew is None)
         for future in self.flow.next_batch():
-            result = result_of(future)
+            try:
+                result = future.result(timeout=60.0)
+            except Exception as error:
+                result = error
             if isinstance(result, TimeoutError):  # it went with its worker, and is computed again
                 self.flow.add(future)
                 continue
@@ -258,11 +248,11 @@ class Cluster:
         return finished
 
     def _is_given_up(self, task: Task, error: BaseException) -> bool:
-        """Say whether a case computed by itself failed, not only its process, which others may kill."""
+        """Say whether a case computed by itself failed, not only its process, which others may kill twice."""
         from dask.distributed import KilledWorker
 
         self.deaths[task.id] += 1
-        return not isinstance(error, KilledWorker) or self.deaths[task.id] >= MOST_DEATHS
+        return not isinstance(error, KilledWorker) or self.deaths[task.id] > 2
 
 
 class Pace:

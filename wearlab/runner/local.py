@@ -63,13 +63,7 @@ def dask_setup(worker: Any) -> None:
     _changed()
 
 
-RESTAFF_SECONDS = 2.0
 LOST_SECONDS = 10  # after which a worker that was not replaced is given up, and another one started
-START_SECONDS = 120
-ATTEMPTS = 4  # to start a worker process that is killed before it has begun
-TOGETHER_SECONDS = 1.0  # that the first worker waits for the others: they share what is to be compiled
-EVENTS = 4  # of a topic that the scheduler remembers: checkpoints are large
-SILENT_SECONDS = 600  # of a living process before it is given up; one that ended is seen at once
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
 NOISY = ("distributed", "asyncio", "tornado")
 FORKS = sys.platform == "linux"
@@ -133,8 +127,8 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
     others = set(multiprocessing.active_children())
     quiet: dict[str, Any] = {"distributed.scheduler.allowed-failures": 0, "distributed.worker.daemon": True}
     quiet["distributed.deploy.lost-worker-timeout"] = f"{LOST_SECONDS}s"
-    quiet["distributed.admin.low-level-log-length"] = EVENTS
-    quiet["distributed.comm.timeouts.tcp"] = f"{SILENT_SECONDS}s"
+    quiet["distributed.admin.low-level-log-length"] = 4  # events of a topic: checkpoints are large
+    quiet["distributed.comm.timeouts.tcp"] = "600s"  # a silent process is given up; one that ended, at once
     if FORKS:
         quiet["distributed.worker.multiprocessing-method"] = "forkserver"
     with dask.config.set(quiet), _main_module_hidden(), quiet_logs(), steady_dask(), ExitStack() as opened:
@@ -148,9 +142,9 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
                 opened.callback(cluster.close)
                 client = opened.enter_context(Client(cluster))
                 opened.enter_context(_staffed(cluster, size))
-                client.wait_for_workers(1, timeout=START_SECONDS)
-                with suppress(TimeoutError):
-                    client.wait_for_workers(size, timeout=TOGETHER_SECONDS)
+                client.wait_for_workers(1, timeout=120)
+                with suppress(TimeoutError):  # the first waits for the others: they share what is compiled
+                    client.wait_for_workers(size, timeout=1.0)
                 _refuse_other_code(client)
             except (RuntimeError, OSError, TimeoutError, EOFError) as error:  # in many ways
                 reason = str(error.__cause__ or error) or type(error).__name__
@@ -182,7 +176,7 @@ def swift_nanny() -> type:
 
         async def instantiate(self) -> Status:
             """Start the worker process, again when it ended before it was up."""
-            for _ in range(ATTEMPTS - 1):
+            for _ in range(3):
                 status = await super().instantiate()
                 if status == Status.running or self.status in going:
                     return status
@@ -229,7 +223,7 @@ def _staffed(cluster: Any, size: int) -> Iterator[None]:
 
     def watch() -> None:
         bereft: set[Any] = set()
-        while not ended.wait(RESTAFF_SECONDS):
+        while not ended.wait(2.0):
             with suppress(Exception):
                 without = {name for name, nanny in list(cluster.workers.items()) if nanny.pid is None}
                 for name in without & bereft:  # at two looks in a row: none is about to start

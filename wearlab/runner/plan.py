@@ -15,18 +15,16 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 from wearlab import plugins, sources
 from wearlab.query.keys import differences, flat
 from wearlab.runner import local, report, worker
-from wearlab.store import files, outcome
+from wearlab.store import Store, catalogue, files, outcome
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign, reading
     from wearlab.scene.scene import CalibrationLife
-    from wearlab.store import Store, catalogue
 
 Recompute = Literal["failed", "stale", "all"]
-WITHOUT_DATA = ("failed", "refused")
 
 
-def chosen(recompute: str | None, retry: bool) -> "Callable[[catalogue.Entry], bool]":
+def chosen(recompute: str | None, retry: bool) -> Callable[[catalogue.Entry], bool]:
     """Return which runs, not running, are computed again.
 
     Parameters
@@ -41,15 +39,15 @@ def chosen(recompute: str | None, retry: bool) -> "Callable[[catalogue.Entry], b
     if recompute is not None and recompute not in get_args(Recompute):
         raise report.RunnerError(f"recompute = {recompute!r}: there are {', '.join(get_args(Recompute))}")
 
-    def again(head: "catalogue.Entry") -> bool:
-        lacks = head.state in WITHOUT_DATA and (retry or recompute == "failed")
+    def again(head: catalogue.Entry) -> bool:
+        lacks = head.state in ("failed", "refused") and (retry or recompute == "failed")
         stale = recompute == "stale" and sources.is_other_code(head.source_hash)
         return lacks or stale or recompute == "all"
 
     return again
 
 
-def with_parents(tasks: Mapping[str, worker.Task], store: "Store") -> dict[str, worker.Task]:
+def with_parents(tasks: Mapping[str, worker.Task], store: Store) -> dict[str, worker.Task]:
     """Return the tasks, those that continue a run with its wear at hand; finished ones as they are.
 
     Only this process reads the store: the wear travels to the workers within the scene.
@@ -87,7 +85,7 @@ def calibrations(tasks: Iterable[worker.Task]) -> dict[str, worker.Task]:
 
 
 def with_calibrations(
-    tasks: Iterable[worker.Task], needed: Mapping[str, worker.Task], store: "Store"
+    tasks: Iterable[worker.Task], needed: Mapping[str, worker.Task], store: Store
 ) -> list[worker.Task]:
     """Return the tasks with the lives that calibrate them at hand, where the store has these.
 
@@ -106,7 +104,7 @@ def with_calibrations(
     return [t if life is None else t._replace(scene=t.scene.with_calibration(life)) for t, life in found]
 
 
-def _life(store: "Store", run_id: str) -> "CalibrationLife":
+def _life(store: Store, run_id: str) -> "CalibrationLife":
     from wearlab.scene.scene import CalibrationLife
 
     run = store.run(run_id)
@@ -134,10 +132,9 @@ def declare(used: Iterable[plugins.Plugin], store: Path) -> None:
             files.write_whole(file, text.encode())
 
 
-POINTS = ("phase_points", "profile_points")
 FEWEST, ALONG_PHASE, FLOAT = 64, 8, 8  # points and variables that a run has at least; bytes of a number
 MANY = 10_000  # runs above which a plan warns
-SAMPLE = 1_000  # recorded runs that an estimate looks at, the latest first
+
 SPREAD = 0.1  # shares of the recorded runs left out at both ends of a range
 WORDS = {"new": "new", "cached": "cached", "running": "being computed by another process"}
 WORDS |= {"failed": "failed before", "refused": "refused before", "lost": "lost: the file has gone"}
@@ -203,10 +200,8 @@ class Plan:
         return sum(run.state == state for run in self.runs)
 
 
-def store_of(given: "Store | str | PathLike[str] | None") -> "Store":
+def store_of(given: Store | str | PathLike[str] | None) -> Store:
     """Return the store at a path, or the one of this process [``WEARLAB_STORE``, else ``wearlab-store``]."""
-    from wearlab.store import Store
-
     if given is None:
         return Store(os.environ.get("WEARLAB_STORE", "wearlab-store"))
     return Store(given) if isinstance(given, str | PathLike) else given
@@ -214,7 +209,7 @@ def store_of(given: "Store | str | PathLike[str] | None") -> "Store":
 
 def plan(
     campaign: "reading.Given",
-    store: "Store | str | PathLike[str] | None" = None,
+    store: Store | str | PathLike[str] | None = None,
     *,
     workers: int | None = None,
     retry: bool = False,
@@ -264,7 +259,7 @@ def plan(
 
 
 def _changed(
-    campaign: "Campaign", store: "Store", new: Sequence[PlannedRun], scenes: Mapping[str, Any]
+    campaign: "Campaign", store: Store, new: Sequence[PlannedRun], scenes: Mapping[str, Any]
 ) -> dict[str, PlannedRun]:
     """Return those of the new runs whose case has run before, with the keys that have changed since."""
     path = None if campaign.path is None else str(campaign.path)
@@ -282,12 +277,12 @@ def _case(label: str, position: Mapping[str, Any]) -> str:
     return json.dumps([label, position], sort_keys=True)
 
 
-def differing(entry: "catalogue.Entry", scene: str) -> tuple[str, ...]:
+def differing(entry: catalogue.Entry, scene: str) -> tuple[str, ...]:
     """Return the keys by which a scene differs from a recorded run's; only the model where none does."""
     return tuple(d.key for d in differences(entry.scene or "", scene)) or ("the version of the model",)
 
 
-def _state(store: "Store", head: "catalogue.Entry | None") -> str:
+def _state(store: Store, head: catalogue.Entry | None) -> str:
     state = "new" if head is None else store.state_of(head)
     return {"interrupted": "new", "done": "cached"}.get(state, state)
 
@@ -299,7 +294,8 @@ def least_bytes(scene: Any) -> int:
     """
     table = json.loads(scene.canonical())
     numerics = table.get("numerics") or {}
-    points = max((v for k in POINTS if isinstance(v := numerics.get(k), int)), default=FEWEST)
+    given = map(numerics.get, ("phase_points", "profile_points"))
+    points = max((value for value in given if isinstance(value, int)), default=FEWEST)
     snapshots = (table.get("wear") or {}).get("snapshots") or {}
     states = 1 + max((len(some) for some in snapshots.values() if isinstance(some, list)), default=0)
     return int(states * points * ALONG_PHASE * FLOAT // 2)
@@ -317,11 +313,10 @@ def _free(path: Path) -> int:
     return shutil.disk_usage(next(filter(Path.exists, (path.absolute(), *path.absolute().parents)))).free
 
 
-def _estimate(store: "Store", scenes: Sequence[Any]) -> tuple[Amount | None, Amount | None, str]:
+def _estimate(store: Store, scenes: Sequence[Any]) -> tuple[Amount | None, Amount | None, str]:
     """Return time and size of scenes from recorded runs: those with the same parts, else all."""
     recorded: dict[tuple[Any, ...], list[tuple[float, float]]] = {}
-    question = "SELECT id FROM runs WHERE state = 'done' ORDER BY number DESC LIMIT ?"
-    latest = store.catalogue.read(question, [SAMPLE])
+    latest = store.catalogue.read("SELECT id FROM runs WHERE state = 'done' ORDER BY number DESC LIMIT 1000")
     for entry in store.entries(run_id for (run_id,) in latest).values():
         cost = entry.seconds or 0.0, entry.size or 0.0
         recorded.setdefault(parts_of(entry.scene or "{}"), []).append(cost)

@@ -125,9 +125,6 @@ class ProgressBar(Progress):
         self._bar.update(self._task, completed=self.done, description=self.description, trouble=trouble)
 
 
-LEAST = 0.2  # s between two drawings
-
-
 class NotebookBar(Progress):
     """Progress in a notebook, through IPython's display.
 
@@ -158,7 +155,7 @@ class NotebookBar(Progress):
 
     def show(self) -> None:
         """Draw the bar, unless that was just done."""
-        if self.done in (0, self.total) or time.monotonic() - self._drawn > LEAST:
+        if self.done in (0, self.total) or time.monotonic() - self._drawn > 0.2:
             self._draw()
 
     def _repr_html_(self) -> str:

@@ -3,16 +3,13 @@
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from wearlab.store import StoreError, outcome
+from wearlab.store import Store, StoreError, catalogue, outcome
 from wearlab.units import convert
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from wearlab.campaign import Campaign, Case, Expectation, Wanted
-    from wearlab.store import Store, catalogue
-
-COMPLETED = "completed"
 
 
 @dataclass(frozen=True)
@@ -32,7 +29,7 @@ class Expected:
 
 
 def compare(
-    expectation: "Expectation", case: "Case", store: "Store", entry: "catalogue.Entry | None"
+    expectation: "Expectation", case: "Case", store: Store, entry: catalogue.Entry | None
 ) -> outcome.Comparison:
     """Return how a finished case compares with its expectation.
 
@@ -42,7 +39,7 @@ def compare(
     done = entry is not None and entry.state == "done"
     verdict: str = "not computed" if entry is None else entry.state
     if entry is not None and done:
-        verdict = str(entry.summary.get("verdict") or COMPLETED)
+        verdict = str(entry.summary.get("verdict") or "completed")
     checks: list[tuple[str, str, bool]] = []  # what is wanted, what came, whether they agree
     if expectation.verdict is not None:
         checks.append((expectation.verdict, verdict, verdict == expectation.verdict))
@@ -57,7 +54,7 @@ def compare(
     return outcome.Comparison(verdict, wanted, came, all(near for _, _, near in checks))
 
 
-def _measured(store: "Store", entry: "catalogue.Entry", name: str, wanted: "Wanted") -> float | None:
+def _measured(store: Store, entry: catalogue.Entry, name: str, wanted: "Wanted") -> float | None:
     """Return the value that counts, in the stored unit; None when the run has no such numbers."""
     import numpy as np
 
@@ -146,7 +143,7 @@ class Report:
     expected: "tuple[Expected, ...]" = ()
     notes: tuple[str, ...] = ()
     campaign: "Campaign | None" = field(default=None, repr=False, compare=False)
-    store: "Store | None" = field(default=None, repr=False, compare=False)
+    store: Store | None = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:
         return f"<Report: {self.headline}>"

@@ -10,24 +10,22 @@ from wearlab.runner import cluster, plan, report
 from wearlab.runner.progress import CASES, Progress, watched
 from wearlab.runner.worker import SIMULATE, TOPIC, Task, execute, warm_up
 from wearlab.sources import source_hash
-from wearlab.store import StoreError, catalogue, outcome, presence
+from wearlab.store import Store, StoreError, catalogue, outcome, presence
 
 if TYPE_CHECKING:
     from dask.distributed import Client
 
     from wearlab.campaign import Campaign, reading
-    from wearlab.store import Store
 
 CALIBRATING = "lives that calibrate the wear coefficient of the other cases"
 Again = Callable[[catalogue.Entry], bool]
 """Says whether a run that is known is computed again."""
 Staff = Callable[[], cluster.Cluster]
-POLL = 0.2  # s between two looks at runs that another process computes
 
 
 def run(
     campaign: "reading.Given",
-    store: "Store | str | PathLike[str] | None" = None,
+    store: Store | str | PathLike[str] | None = None,
     *,
     workers: int | None = None,
     scheduler: "str | Client | None" = None,
@@ -117,14 +115,14 @@ def run(
     return _report(campaign, store, key, work.finished, time.perf_counter() - clock, tuple(notes))
 
 
-def _wanting(tasks: dict[str, Task], store: "Store", again: Again) -> list[Task]:
+def _wanting(tasks: dict[str, Task], store: Store, again: Again) -> list[Task]:
     """Return the tasks that are not finished, as far as can be told before: only these need plug-ins run."""
     known = store.heads(tasks).values() if store.catalogue.exists() else ()
     finished = {h.id for h in known if h.state != "running" and not again(h) and not store.is_lost(h)}
     return [task for i, task in tasks.items() if i not in finished]
 
 
-def _opened(store: "Store") -> list[str]:
+def _opened(store: Store) -> list[str]:
     """Make the store where there is none; make its catalogue anew where only that has gone."""
     lost = not store.catalogue.exists() and any(True for _ in store.files)
     store.create()
@@ -139,7 +137,7 @@ def _opened(store: "Store") -> list[str]:
 class _Work:
     """One call of ``run``: what is left, what is finished."""
 
-    def __init__(self, store: "Store", owner: str, again: Again, bar: Progress, simulate: str) -> None:
+    def __init__(self, store: Store, owner: str, again: Again, bar: Progress, simulate: str) -> None:
         self.store, self.owner, self.again, self.bar, self.simulate = store, owner, again, bar, simulate
         self.taken_again: set[str] = set()
         self.finished: set[str] = set()
@@ -172,7 +170,7 @@ class _Work:
                         self._settle([execute(self.resumed(taken), self.simulate, self.receive)], [])
             if len(self.finished) == before:
                 self.bar.step(f"waiting for another process ({len(left)})")
-                time.sleep(POLL)
+                time.sleep(0.2)
 
     def _begin(self, tasks: Sequence[Task], staff: Staff, more: bool) -> None:
         if self.cluster is None and (len(tasks) > 1 or more):
@@ -230,7 +228,7 @@ class _Work:
         return left
 
 
-def _record(campaign: "Campaign", store: "Store") -> str:
+def _record(campaign: "Campaign", store: Store) -> str:
     """Enter the campaign's cases into the catalogue, with the values that set each apart; return its key."""
     from wearlab.campaign import campaign as campaigns
 
@@ -241,7 +239,7 @@ def _record(campaign: "Campaign", store: "Store") -> str:
 
 
 def _report(
-    campaign: "Campaign", store: "Store", key: str, computed: set[str], seconds: float, notes: tuple[str, ...]
+    campaign: "Campaign", store: Store, key: str, computed: set[str], seconds: float, notes: tuple[str, ...]
 ) -> report.Report:
     heads = store.heads(case.id for case in campaign.cases)
     labels = {case.id: case.label for case in reversed(campaign.cases)}

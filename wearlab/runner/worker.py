@@ -6,8 +6,8 @@ Workers say how far a life is and what it needs to go on; the parent keeps it.
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from datetime import UTC, datetime
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -28,8 +28,7 @@ Send = Callable[[dict[str, Any]], None]
 """Called with ``id``, ``cycle``, ``depth`` [m] and ``image`` (bytes) of a run."""
 
 
-@contextmanager
-def in_progress(run_id: str, resumed: bytes | None, send: Send | None) -> Iterator[None]:
+def in_progress(run_id: str, resumed: bytes | None, send: Send | None) -> AbstractContextManager[None]:
     """Let the lives of one run be told of, and go on from where an earlier process was killed.
 
     Parameters
@@ -39,8 +38,7 @@ def in_progress(run_id: str, resumed: bytes | None, send: Send | None) -> Iterat
     send : tells of it; None: nobody is told
     """
     if send is None:
-        yield
-        return
+        return nullcontext()
     from wearlab.simulation import checkpoints
 
     last = time.monotonic()
@@ -52,8 +50,7 @@ def in_progress(run_id: str, resumed: bytes | None, send: Send | None) -> Iterat
         send({"id": run_id, "cycle": float(told.cycle), "depth": float(told.depth), "image": image()})
         last = time.monotonic()
 
-    with checkpoints(tell, resumed):
-        yield
+    return checkpoints(tell, resumed)
 
 
 def from_worker() -> Send | None:

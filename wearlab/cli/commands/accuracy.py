@@ -13,9 +13,6 @@ if TYPE_CHECKING:
     from wearlab.campaign import Campaign
 
 
-FILE = "accuracy.nc"
-
-
 @app.command()
 def accuracy(file: str, out: Path = Path("accuracy"), error: float | None = None) -> output.Findings:
     """Measure error against run time of FILE's scenes, beside other integrators.
@@ -62,7 +59,7 @@ def _write(made: Any, out: Path) -> list[Path]:
 
     texts = {"Title": made.attrs["title"], "runs": " ".join(made.run_id.values.tolist())}
     images = {f"{file}.png": rendered(plot, texts) for file, plot in pages.pages(made).items()}
-    for file, image in (contents := {FILE: study.netcdf(made), **images}).items():
+    for file, image in (contents := {"accuracy.nc": study.netcdf(made), **images}).items():
         write_whole(out / file, image)
     return [out / file for file in contents]
 

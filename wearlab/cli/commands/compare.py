@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-ENDINGS = (".png", ".svg", ".pdf")
 NUMBERS = (
     *("largest_relative_difference", "first_difference"),
     *("life", "service_life", "relative_difference", "largest_value"),
@@ -44,7 +43,7 @@ def compare(
     """
     from wearlab.comparison import compare as compared
 
-    if figure is not None and figure.suffix.lower() not in ENDINGS:
+    if figure is not None and figure.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise output.Stop(f"--figure {figure}: a figure ends in .png, .svg or .pdf")
     left, right = (_meant(side, store) for side in (a, b))
     comparison = compared(left, right, on=on, tolerance=tolerance, store=store)  # type: ignore[arg-type]

@@ -19,10 +19,6 @@ if TYPE_CHECKING:
     from wearlab.updating.cases import Subjects
 
 
-MOST_VALUES = 20
-"""Values of an axis that are listed one by one."""
-
-
 def refuse_the_impossible(campaign: "Campaign") -> list[dict[str, Any]]:
     """Return the cases whose gears, flanks or supports cannot be, why, and whether the file expects it.
 
@@ -96,7 +92,7 @@ def _asked_for(
     """Yield what a campaign asks for; what is wrong with it goes to standard error."""
     yield campaign.title
     for axis in campaign.axes:
-        ends = axis.values if len(axis.values) <= MOST_VALUES else (*axis.values[:3], "…", axis.values[-1])
+        ends = axis.values if len(axis.values) <= 20 else (*axis.values[:3], "…", axis.values[-1])
         values = ", ".join(outcome.value_text(value, None) for value in ends)
         count = "" if len(ends) == len(axis.values) else f" ({len(axis.values)} values)"
         yield f"  {axis.name}: {values} {axis.units or ''}".rstrip() + count

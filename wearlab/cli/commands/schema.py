@@ -29,7 +29,6 @@ def schema(file: str | None = None, added: bool = False, figures: bool = False) 
     output.say(added_json(plugins) if added else schema_json())
 
 
-SHOWN = ("name", "dims", "units", "display_units", "meaning", "made_by")
 HEADS = ("name", "dims", "unit", "shown in", "meaning", "made by")
 
 
@@ -58,7 +57,7 @@ def variables(like: str = "") -> output.Findings:
 def _cells(row: dict[str, Any]) -> list[str]:
     meaning = f"{row['long_name']} ({row['comment']})" if row["comment"] else row["long_name"]
     told = row | {"dims": ", ".join(row["dims"]), "meaning": meaning}
-    return [told[key] for key in SHOWN]
+    return [told[key] for key in ("name", "dims", "units", "display_units", "meaning", "made_by")]
 
 
 STARTS = Path(__file__).parents[2] / "campaign" / "starts"
