@@ -19,7 +19,6 @@ from wearlab.files import cache_folder, writable
 from wearlab.sources import PACKAGE, hash_of
 
 KEPT_FOLDERS = 6
-__all__ = ["KERNEL", "UNCOUNTED", "by_type", "jit", "jit_inner"]
 
 
 def _cache_folder() -> Path:

@@ -145,7 +145,7 @@ class Part(OptionTable):
 class ClosedTable(OptionTable):
     """A table of a campaign file that is no section of a scene: fixed, without unknown keys."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 def option(

@@ -270,7 +270,7 @@ def test_a_fault_of_ours_in_one_figure_stops_no_other(many, monkeypatch, tmp_pat
     def broken(run, ask):
         raise KeyError(4)
 
-    monkeypatch.setitem(KINDS, "tvms", replace(KINDS["tvms"], series=broken))
+    monkeypatch.setitem(KINDS, "tvms", KINDS["tvms"]._replace(series=broken))
     figures = tuple(SimpleNamespace(kind=kind) for kind in ("tvms", "max-wear"))
     with pytest.raises(FigureError, match=r"figure 1 \(tvms\): a fault of wearlab.*KeyError: 4") as caught:
         draw(replace(swept(3), figures=figures), many, tmp_path)

@@ -121,8 +121,8 @@ def test_spectra_in_doubt_are_not_covered_by_their_marks(grid):
     plot = plot_of(grid, kind="waterfall", select={"torque": 30})
     (curve, *_) = plot.panels[0].curves
     long = replace(curve, x=np.arange(1000.0), y=np.ones(1000), doubtful=np.ones(1000, bool), runs=None)
-    panel = replace(plot.panels[0], curves=(long,))
-    _, marks = drawn(replace(plot, panels=(panel,), rows=1, columns=1)).axes[0].lines[:2]
+    panel = plot.panels[0]._replace(curves=(long,))
+    _, marks = drawn(plot._replace(panels=(panel,), rows=1, columns=1)).axes[0].lines[:2]
     assert len(marks.get_xdata()) < 12
 
 

@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -97,5 +96,5 @@ def test_letters_of_close_marks_turn_away_from_each_other():
     panel = Panel(0, 0, "", "", "", (curve,), marks)
     assert _sides(panel, 1) == ["center", "right", "left", "center"]
     apart = (*marks[:2], Mark(0.55, "D"), *marks[3:])
-    assert _sides(replace(panel, marks=apart), 1) == ["center"] * 4
-    assert _sides(replace(panel, marks=apart), 3) == ["center", "right", "left", "center"]
+    assert _sides(panel._replace(marks=apart), 1) == ["center"] * 4
+    assert _sides(panel._replace(marks=apart), 3) == ["center", "right", "left", "center"]

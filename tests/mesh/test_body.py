@@ -1,4 +1,3 @@
-import dataclasses
 import math
 
 import numpy as np
@@ -42,7 +41,7 @@ def test_grows_towards_the_tip_and_falls_with_the_width():
     radius = np.linspace(0.073, 0.078, 6)
     compliance = foundation_compliance(gear, radius)
     assert np.all(np.diff(compliance) > 0)
-    wide = dataclasses.replace(gear, face_width=0.04)
+    wide = gear._replace(face_width=0.04)
     assert foundation_compliance(wide, radius) == pytest.approx(0.5 * compliance, rel=1e-14, abs=0)
 
 

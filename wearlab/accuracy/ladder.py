@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Literal, NamedTuple
 
@@ -77,8 +76,7 @@ def told(rung: Rung, uncertainty: float) -> bool:
     return rung.error < TOLD * uncertainty
 
 
-@dataclass(frozen=True)
-class WorkPrecision:
+class WorkPrecision(NamedTuple):
     """A work–precision curve.
 
     Parameters

@@ -64,7 +64,7 @@ def _plot(title: str, note: str, sides: Sequence[Axes]) -> Plot:
     """Return a figure of panels that share their errors, with the orders beside the curves."""
     columns = 2 if len(sides) == 4 else max(1, min(3, len(sides)))
     places = (divmod(i, columns) for i in range(len(sides)))
-    panels = tuple(replace(s.panel, row=i, column=j) for s, (i, j) in zip(sides, places, strict=True))
+    panels = tuple(s.panel._replace(row=i, column=j) for s, (i, j) in zip(sides, places, strict=True))
     pens = {name: pen for side in sides for name, pen in side.pens.items()}
     legend = tuple(LegendEntry(name, pen, "line-points") for name, pen in pens.items())
     if any(curve.look == "reference" for panel in panels for curve in panel.curves):

@@ -1,6 +1,5 @@
 """The steady state of a scene as a problem, and a tight reference of it that a second method confirms."""
 
-from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,8 +25,7 @@ NEIGHBOUR = 1e-7
 """How much deeper the flanks of the neighbouring wear state are worn [m]."""
 
 
-@dataclass(frozen=True)
-class Steady:
+class Steady(NamedTuple):
     """The first wear state of a scene, ready for any integrator.
 
     Parameters
@@ -63,11 +61,11 @@ class Steady:
         parts, chosen = self.parts, method or self.vibration.method
         grid = stages.stage_grid(parts.edges[:-1], steps)
         stepped = parts.with_steps(grid, self.vibration.hunting, self.vibration.period)
-        return replace(stepped, method=chosen, slow=None)
+        return stepped._replace(method=chosen, slow=None)
 
     def solve(self, vibration: Vibration, start: Response | None = None, kinds: Any = None) -> Response:
         """Return the response, tables included, slow errors left out; ``kinds`` [of the first state]."""
-        free = vibration if vibration.slow is None else replace(vibration, slow=None)
+        free = vibration if vibration.slow is None else vibration._replace(slow=None)
         return free.solve(kinds or self.kinds, None if start is None else (start,))[0]
 
     def force_of(self, vibration: Vibration, response: Response, phase: Array | None = None) -> Array:

@@ -1,7 +1,6 @@
 """A campaign's scenes studied one by one, and all of it as one labelled dataset."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -19,8 +18,7 @@ TARGETS = (1e-3, 1e-6)
 """Relative errors at which wall times are compared."""
 
 
-@dataclass(frozen=True)
-class Study:
+class Study(NamedTuple):
     """What was found of one scene.
 
     Parameters

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from html import escape
 from typing import Any
@@ -269,7 +269,7 @@ def thumbnail(store: Store, key: str) -> bytes:
             seen = narrow(source.plot(each))
         except PROBLEMS:
             continue
-        bare = replace(seen, notes=(), title="", panels=seen.panels[:1], rows=1, legend=(), bar=None)
+        bare = seen._replace(notes=(), title="", panels=seen.panels[:1], rows=1, legend=(), bar=None)
         return render.lightened(render.rendered(bare, {}))
     raise FigureError("none of its figures can be drawn")
 
@@ -342,7 +342,7 @@ class Follower:
         last = self.grid.sizes.get("update", 1) - 1
         select = {"select": {"update": [0, min(state, last), last]}} if last else {}
         try:
-            return self.source.plot(replace(asked, table={**asked.table, **select}))
+            return self.source.plot(asked._replace(table={**asked.table, **select}))
         except PROBLEMS as error:
             return str(error)
 

@@ -6,19 +6,3 @@ from wearlab.campaign.case import Case, Excluded, Expectation, Wanted
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.json_schema import added_json, editors_schema, schema_json
 from wearlab.campaign.reading import load, read_plugins
-
-__all__ = [
-    "Axis",
-    "Campaign",
-    "CampaignError",
-    "Case",
-    "Coordinate",
-    "Excluded",
-    "Expectation",
-    "Wanted",
-    "added_json",
-    "editors_schema",
-    "load",
-    "read_plugins",
-    "schema_json",
-]

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from annotated_types import Ge
 
@@ -154,8 +154,7 @@ class Campaign:
 FORMAT = 1
 
 
-@dataclass(frozen=True)
-class RecordedCase:
+class RecordedCase(NamedTuple):
     """A run of a recorded campaign: its label, identity and place."""
 
     label: str
@@ -163,8 +162,7 @@ class RecordedCase:
     position: dict[str, int]
 
 
-@dataclass(frozen=True)
-class RecordedCampaign:
+class RecordedCampaign(NamedTuple):
     """What `Store.open` asks of a campaign."""
 
     title: str

@@ -218,8 +218,7 @@ class CaseValues:
         return self.critical[same]
 
 
-@dataclass(frozen=True)
-class Excluded:
+class Excluded(NamedTuple):
     """A case that is not run.
 
     Parameters

@@ -148,9 +148,7 @@ def read_differences(blocks: Any, axes: Axes) -> Differences:
 def _sets(own: Any, key: str) -> bool:
     """Return whether a table gives a value at a dotted key, or above it."""
     word, _, rest = key.partition(".")
-    if not isinstance(own, dict):
-        return True
-    return word in own and (not rest or _sets(own[word], rest))
+    return not isinstance(own, dict) or (word in own and (not rest or _sets(own[word], rest)))
 
 
 def expand(table: merge.Table, axes: Axes, differences: Differences, read: Reader) -> tuple[case.Case, ...]:

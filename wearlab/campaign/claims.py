@@ -2,9 +2,8 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -180,8 +179,7 @@ def _placeholders(note: str) -> Iterator[re.Match[str]]:
     return (found for found in PLACEHOLDER.finditer(note) if FORMAT.fullmatch(found[2] or ""))
 
 
-@dataclass(frozen=True)
-class Checked:
+class Checked(NamedTuple):
     """A claim and what the runs say.
 
     Parameters

@@ -4,7 +4,7 @@ import math
 import warnings
 from collections.abc import Callable, Sequence
 from functools import cache
-from math import pi, sin
+from math import log1p, pi, sin, sqrt
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -28,29 +28,27 @@ class Word(NamedTuple):
     Parameters
     ----------
     law : law of its numbers, given `scipy.stats`, which takes longer to import than most files to read
-    names : of its numbers
     listed : whether they may stand in a list
     """
 
     law: Callable[..., Any]
-    names: tuple[str, ...]
     listed: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of its numbers: what its law is called with."""
+        return self.law.__code__.co_varnames[1:]
 
 
 WORDS = {
-    "lognormal": Word(
-        lambda stats, median, cov: stats.lognorm(math.sqrt(math.log1p(cov**2)), scale=median),
-        ("median", "cov"),
-    ),
-    "normal": Word(lambda stats, mean, sd: stats.norm(mean, sd), ("mean", "sd")),
-    "uniform": Word(lambda stats, low, high: stats.uniform(low, high - low), ("low", "high"), listed=True),
-    "loguniform": Word(lambda stats, low, high: stats.loguniform(low, high), ("low", "high"), listed=True),
+    "lognormal": Word(lambda stats, median, cov: stats.lognorm(sqrt(log1p(cov**2)), scale=median)),
+    "normal": Word(lambda stats, mean, sd: stats.norm(mean, sd)),
+    "uniform": Word(lambda stats, low, high: stats.uniform(low, high - low), listed=True),
+    "loguniform": Word(lambda stats, low, high: stats.loguniform(low, high), listed=True),
     "triangular": Word(
-        lambda stats, low, mode, high: stats.triang((mode - low) / (high - low), low, high - low),
-        ("low", "mode", "high"),
-        listed=True,
+        lambda stats, low, mode, high: stats.triang((mode - low) / (high - low), low, high - low), listed=True
     ),
-    "weibull": Word(lambda stats, scale, shape: stats.weibull_min(shape, scale=scale), ("scale", "shape")),
+    "weibull": Word(lambda stats, scale, shape: stats.weibull_min(shape, scale=scale)),
 }
 PLAIN = {"cov": "the standard deviation over the mean", "shape": "the exponent"}
 """Numbers that have no unit; the others of a word share one."""
@@ -122,8 +120,7 @@ def read_distribution(given: dict[str, Any], where: str) -> Distribution:
     extra = [key for key in given if key not in (kind, TRUNCATE)]
     if extra:
         raise CampaignError(f"{where}: {extra[0]!r} does not belong here; units stand in the values")
-    numbers, unit = _numbers(WORDS[kind], given[kind], f"{where}.{kind}")
-    _check(kind, numbers, f"{where}.{kind}")
+    numbers, unit = _numbers(kind, given[kind], f"{where}.{kind}")
     whole = Distribution(kind, tuple(numbers), unit)
     if TRUNCATE not in given:
         return whole
@@ -138,8 +135,9 @@ def read_distribution(given: dict[str, Any], where: str) -> Distribution:
     return whole._replace(low=low, high=high)
 
 
-def _numbers(word: Word, given: Any, where: str) -> tuple[list[float], str | None]:
+def _numbers(kind: str, given: Any, where: str) -> tuple[list[float], str | None]:
     """Return the numbers of a word in the unit of the first, and that unit."""
+    word = WORDS[kind]
     if word.listed and isinstance(given, list) and len(given) == len(word.names):
         given = dict(zip(word.names, given, strict=True))
     if not isinstance(given, dict) or set(given) != set(word.names):
@@ -155,6 +153,7 @@ def _numbers(word: Word, given: Any, where: str) -> tuple[list[float], str | Non
         elif own is not None:
             raise CampaignError(f"{where}.{name}: a plain number, {PLAIN[name]}")
         numbers.append(value)
+    _check(kind, numbers, where)
     return numbers, unit
 
 
@@ -182,7 +181,7 @@ def in_unit(value: float, own: str | None, unit: str | None, where: str) -> floa
 
 def _check(word: str, numbers: Sequence[float], where: str) -> None:
     """Refuse numbers that make no distribution."""
-    said: tuple[Any, ...] = (word, *numbers)
+    said: Any = (word, *numbers)
     match said:
         case ["uniform" | "loguniform", low, high] if not low < high:
             raise CampaignError(f"{where}: from {low:g} to {high:g} there is nothing to draw")

@@ -93,9 +93,7 @@ def _of_key(key: str) -> str | None:
         return "an empty key"
     if len(key) > LONGEST:
         return f"a key of {len(key)} characters, {key[:20]!r}…"
-    if key.count(".") > DEEPEST:
-        return f"a key of {key.count('.') + 1} parts, {key[:20]!r}…"
-    return None
+    return f"a key of {key.count('.') + 1} parts, {key[:20]!r}…" if key.count(".") > DEEPEST else None
 
 
 def _short(path: str) -> str:
@@ -352,10 +350,8 @@ def _names(value: Any, key: str, file: Path) -> tuple[str, ...]:
 def _anchored(value: Any, folder: Path, key: str = "") -> Any:
     """Return values in which every path starts from the folder of the file that wrote it."""
     if isinstance(value, dict):
-        return {
-            word: inner if word == "metadata" else _anchored(inner, folder, word)
-            for word, inner in value.items()
-        }
+        inner = {word: _anchored(own, folder, word) for word, own in value.items() if word != "metadata"}
+        return value | inner
     if isinstance(value, list):
         return [_anchored(inner, folder, key) for inner in value]
     if not isinstance(value, str):
@@ -376,10 +372,8 @@ def source_text(path: Path | None) -> str:
     if path is None or not path.is_file():
         return ""
     files = dict.fromkeys(layer.file for layer in reversed(inherit(path.resolve()).layers))
-    return "\n".join(
-        f"# ---- {_name(file, path.resolve().parent)}\n{file.read_text(encoding='utf-8-sig')}"
-        for file in files
-    )
+    texts = ((_name(file, path.resolve().parent), file.read_text(encoding="utf-8-sig")) for file in files)
+    return "\n".join(f"# ---- {name}\n{text}" for name, text in texts)
 
 
 def fingerprint(text: str) -> str:

@@ -32,20 +32,16 @@ def undone(layers: Sequence[inheritance.Layer]) -> Iterator[str]:
     for again, file in enumerate(files):
         first = files.index(file)
         for key, value in written[again].items() if first < again else ():
-            between = [
-                other.name
-                for other, own in zip(files[first:again], written[first:again], strict=True)
-                if other != file
-                and any(
-                    axes.overlap(key, theirs) and (theirs, x) != (key, value) for theirs, x in own.items()
-                )
-            ]
-            later = any(axes.overlap(key, other) for own in written[again + 1 :] for other in own)
-            if between and not later:
-                yield (
-                    f"extends: {file.name} is reached again after {between[-1]} and sets {key} "
-                    f"back to {problems.shown(value)}: put {between[-1]} last"
-                )
+            others = range(first, again) if not any(_sets(own, key) for own in written[again + 1 :]) else ()
+            between = [files[n].name for n in others if files[n] != file and _sets(written[n], key, value)]
+            if between:
+                said = f"is reached again after {between[-1]} and sets {key} back to {problems.shown(value)}"
+                yield f"extends: {file.name} {said}: put {between[-1]} last"
+
+
+def _sets(table: Mapping[str, Any], key: str, but: Any = None) -> bool:
+    """Return whether a table of dotted keys sets a key, or what lies within or above, to another value."""
+    return any(axes.overlap(key, own) and (own, x) != (key, but) for own, x in table.items())
 
 
 TABLE = Path("campaign")  # what errors call a campaign that is no file

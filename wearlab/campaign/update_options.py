@@ -1,13 +1,12 @@
 """``[update]`` as files write it and as it comes to in SI: what was measured and what ends the life."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import date as date_
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from annotated_types import Ge, Le, Lt, MinLen
-from pydantic import ConfigDict, ValidationInfo, field_validator, model_validator
+from pydantic import ValidationInfo, field_validator, model_validator
 
 from wearlab import nearest
 from wearlab.campaign import axes, distributions
@@ -31,13 +30,7 @@ DATE_FORMAT: Any = option(
 )
 
 
-class Strict(ClosedTable):
-    """A table of ``[update]``: its numbers are finite."""
-
-    model_config = ConfigDict(allow_inf_nan=False)
-
-
-class Columns(Strict):
+class Columns(ClosedTable):
     """Which column of a file says what."""
 
     cycle: str | None = None
@@ -72,7 +65,7 @@ class Columns(Strict):
         return self
 
 
-class ErrorBlock(Strict):
+class ErrorBlock(ClosedTable):
     """How far measurements are off."""
 
     sd: str | float | dict[str, Any] | None = None
@@ -133,7 +126,7 @@ def _number(given: Any, unit: str, where: str) -> float:
     return value
 
 
-class DataBlock(Strict):
+class DataBlock(ClosedTable):
     """Measurements of one quantity."""
 
     file: Path
@@ -197,7 +190,7 @@ class DataBlock(Strict):
         return Data.model_construct(**{**dict(self), "number": number, "error": error})
 
 
-class LimitBlock(Strict):
+class LimitBlock(ClosedTable):
     """The wear that ends the life."""
 
     depth: Annotated[Depth, POSITIVE] | None = None
@@ -226,7 +219,7 @@ class LimitBlock(Strict):
         return Limit("max_wear_depth", self.depth or 0.0, self.flank)
 
 
-class Days(Strict):
+class Days(ClosedTable):
     """Which day it was after how many operating hours, and how the hours go on."""
 
     date: date_
@@ -237,7 +230,7 @@ class Days(Strict):
     """operating hours in a year from then on; 8766 without a stop"""
 
 
-class CheckBlock(Strict):
+class CheckBlock(ClosedTable):
     """What is true of the synthetic twins of ``--check``, where that is not what the study believes."""
 
     error: ErrorBlock | None = None
@@ -257,7 +250,7 @@ class CheckBlock(Strict):
         return TrueModel(errors, self.power)
 
 
-class PopulationBlock(Strict):
+class PopulationBlock(ClosedTable):
     """What the units of a fleet share."""
 
     spread: dict[str, Any] | None = None
@@ -303,11 +296,10 @@ def _shared(given: float | dict[str, Any] | None, name: str) -> float | distribu
         if not LEAST[name] <= law < 10.0:
             raise CampaignError(f"{where}: {law:g} is not from {LEAST[name]:g} to 10")
         return law
-    read: distributions.Distribution = _positive(law, "1", where)
-    return read
+    return _positive(law, "1", where)
 
 
-class UnitBlock(Strict):
+class UnitBlock(ClosedTable):
     """One unit of a fleet."""
 
     name: str
@@ -318,7 +310,7 @@ class UnitBlock(Strict):
     """date, hours and hours_per_year of this unit [columns, or update.calendar]"""
 
 
-class RecordColumns(Strict):
+class RecordColumns(ClosedTable):
     """Which column of a load record says what."""
 
     hours: str | None = None
@@ -336,13 +328,12 @@ class RecordColumns(Strict):
 
     @model_validator(mode="after")
     def _one_time(self) -> "RecordColumns":
-        when = [each for each in (self.hours, self.date, self.duration) if each is not None]
-        if len(when) != 1:
-            raise ValueError(f"name one of hours, date, duration, not {len(when)} of them")
+        if (when := sum(each is not None for each in (self.hours, self.date, self.duration))) != 1:
+            raise ValueError(f"name one of hours, date, duration, not {when} of them")
         return self
 
 
-class RecordBlock(Strict):
+class RecordBlock(ClosedTable):
     """What really ran until now; from its end on the conditions of ``[operation]`` go on."""
 
     file: Path
@@ -362,7 +353,7 @@ class RecordBlock(Strict):
         return f"{SECTION}.record"
 
 
-class Replaced(Strict):
+class Replaced(ClosedTable):
     """Gears that were replaced by new ones; their mates went on as worn as they were."""
 
     members: Annotated[tuple[str, ...], MinLen(1)]
@@ -381,7 +372,7 @@ class Replaced(Strict):
         return self
 
 
-class Decision(Strict):
+class Decision(ClosedTable):
     """What changes and inspections cost, in any currency."""
 
     planned: Annotated[float, POSITIVE]
@@ -403,7 +394,7 @@ class Decision(Strict):
         return failure
 
 
-class UpdateBlock(Strict):
+class UpdateBlock(ClosedTable):
     """What was measured, what is unknown, and which wear ends the life."""
 
     limit: LimitBlock | None = None
@@ -437,8 +428,7 @@ class UpdateBlock(Strict):
     """what was measured"""
 
 
-@dataclass(frozen=True)
-class Limit:
+class Limit(NamedTuple):
     """The wear that ends the life [SI]; ``where`` is its flank or member, None where it is not said."""
 
     quantity: Literal["max_wear_depth", "worn_mass"]
@@ -446,8 +436,7 @@ class Limit:
     where: str | None = None
 
 
-@dataclass(frozen=True)
-class ErrorModel:
+class ErrorModel(NamedTuple):
     """Errors of one block [SI of the quantity]; a distribution is in the unit that it says."""
 
     sd: float | distributions.Distribution | None = None
@@ -496,8 +485,7 @@ class Data(DataBlock):
         return unit_of(self.quantity)
 
 
-@dataclass(frozen=True)
-class TrueModel:
+class TrueModel(NamedTuple):
     """What is true of synthetic twins: errors of each block (None: its own), and a power of the cycles."""
 
     errors: tuple[ErrorModel, ...] | None
@@ -524,6 +512,4 @@ class UpdateSpec(UpdateBlock):
 
 def unit_of(quantity: str) -> str:
     """Return the SI unit of a quantity that may be measured, "1" for a plain number."""
-    if quantity == THICKNESS:
-        return "m"
-    return VARIABLES[quantity].units
+    return "m" if quantity == THICKNESS else VARIABLES[quantity].units

@@ -1,5 +1,3 @@
 """The command line: every command is a few calls of the rooms before it."""
 
 from wearlab.cli.app import main
-
-__all__ = ["main"]

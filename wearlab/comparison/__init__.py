@@ -3,5 +3,3 @@
 from wearlab.comparison.campaigns import compare
 from wearlab.comparison.runs import CompareError
 from wearlab.comparison.sobol import sobol_indices
-
-__all__ = ["CompareError", "compare", "sobol_indices"]

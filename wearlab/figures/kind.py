@@ -102,8 +102,7 @@ def read(spec: Any, number: int, folder: Path | None) -> Ask:
 Role = Literal["hue", "rows", "cols"]
 
 
-@dataclass(frozen=True)
-class Kind:
+class Kind(NamedTuple):
     """A kind of figure, one line of the table.
 
     Parameters

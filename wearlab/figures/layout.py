@@ -300,7 +300,7 @@ def _closed(panels: list[plot.Panel], rows: list[int], columns: list[int]) -> tu
     for i, panel in enumerate(panels):
         letter = f"({chr(ord('a') + i)}) " if len(panels) > 1 and i < 26 else ""
         place: Any = {"row": rows.index(panel.row), "column": columns.index(panel.column)}
-        closed.append(replace(panel, title=f"{letter}{panel.title}".rstrip(), **place))
+        closed.append(panel._replace(title=f"{letter}{panel.title}".rstrip(), **place))
     return tuple(closed)
 
 

@@ -207,8 +207,7 @@ class Curve(BesidePoints):
     reach: tuple[float, float] = (0.0, 1.0)
 
 
-@dataclass(frozen=True)
-class Panel:
+class Panel(NamedTuple):
     """One pair of axes.
 
     Parameters
@@ -265,13 +264,12 @@ class Bar(NamedTuple):
 
 def narrow(plot: "Plot") -> "Plot":
     """Return the same figure with one panel below the other, for small screens."""
-    panels = [replace(panel, row=row, column=0) for row, panel in enumerate(plot.panels)]
+    panels = [panel._replace(row=row, column=0) for row, panel in enumerate(plot.panels)]
     share = plot.share_y if plot.share_y == "all" else "none"
-    return replace(plot, panels=tuple(panels), rows=len(panels), columns=1, share_y=share, small=True)
+    return plot._replace(panels=tuple(panels), rows=len(panels), columns=1, share_y=share, small=True)
 
 
-@dataclass(frozen=True)
-class Plot:
+class Plot(NamedTuple):
     """A whole figure.
 
     Parameters

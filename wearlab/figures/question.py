@@ -3,10 +3,10 @@
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 from wearlab import nearest, schema
@@ -63,8 +63,7 @@ QUESTION = "question"
 KEYS = ("kind", "select", "x", "y", "hue", "rows", "cols", "units", "y_as", "title", "note")
 
 
-@dataclass(frozen=True)
-class Question:
+class Question(NamedTuple):
     """What a figure asks.
 
     Parameters

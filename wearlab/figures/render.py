@@ -4,7 +4,6 @@ import io
 import json
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -189,11 +188,11 @@ def _for_latex(plot: Plot) -> Plot:
     for panel in plot.panels:
         told: Any = {name: latex(getattr(panel, name)) for name in ("title", "x_label", "y_label")}
         marks = tuple(mark._replace(text=latex(mark.text)) for mark in panel.marks)
-        panels.append(replace(panel, **told, marks=marks, names=tuple(map(latex, panel.names))))
+        panels.append(panel._replace(**told, marks=marks, names=tuple(map(latex, panel.names))))
     legend = tuple(entry._replace(text=latex(entry.text)) for entry in plot.headed)
     bar = plot.bar and plot.bar._replace(label=latex(plot.bar.label))
     title, notes = latex(plot.title), tuple(map(latex, plot.notes))
-    return replace(plot, head="", title=title, panels=tuple(panels), legend=legend, bar=bar, notes=notes)
+    return plot._replace(head="", title=title, panels=tuple(panels), legend=legend, bar=bar, notes=notes)
 
 
 def _colours(bar: Bar, power: int) -> ScalarMappable:

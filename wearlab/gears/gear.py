@@ -1,7 +1,6 @@
 """One involute gear with every dimension resolved, and two of them in mesh with their path of contact."""
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -12,8 +11,7 @@ from wearlab.gears import root, specification
 from wearlab.gears.shifts import ROUNDING, involute
 
 
-@dataclass(frozen=True)
-class Gear:
+class Gear(NamedTuple):
     """An involute spur gear, external or internal (a ring).
 
     Parameters
@@ -107,8 +105,7 @@ class PathOfContact(NamedTuple):
     E: float
 
 
-@dataclass(frozen=True)
-class GearPair:
+class GearPair(NamedTuple):
     """Two gears that mesh; arrays over the gears are ordered (driving, driven).
 
     Parameters

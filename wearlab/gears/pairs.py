@@ -9,7 +9,6 @@ circle, but still on its involute, practice shortens the ring's teeth, or rounds
 """
 
 import math
-from dataclasses import replace
 
 from wearlab.gears import making, root
 from wearlab.gears.gear import DRIVEN, DRIVING, Gear, GearPair, in_mesh
@@ -211,7 +210,7 @@ def make_room(pinion: Gear, ring: Gear, centre_distance: float, *, shorten: bool
             f"tip shortened by {(tip - ring.tip_radius) / ring.module:.3g} modules: it touches the "
             f"{pinion.name} where its involute begins"
         )
-        return pinion, replace(ring, tip_radius=tip, assumed=(*ring.assumed, flag))
+        return pinion, ring._replace(tip_radius=tip, assumed=(*ring.assumed, flag))
     return _less_rounded(pinion, ring, start), ring
 
 
@@ -231,7 +230,7 @@ def _less_rounded(pinion: Gear, ring: Gear, start: float) -> Gear:
         f"rounding of the rack reduced from {pinion.fillet_radius / pinion.module:.3g} to "
         f"{rounding / pinion.module:.3g} modules: the tip of {ring.name} reaches below the form circle"
     )
-    return replace(pinion, fillet_radius=rounding, form_radius=form, assumed=(*pinion.assumed, flag))
+    return pinion._replace(fillet_radius=rounding, form_radius=form, assumed=(*pinion.assumed, flag))
 
 
 def tip_clearance(pinion: Gear, ring: Gear, centre_distance: float) -> float:

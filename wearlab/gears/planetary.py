@@ -15,7 +15,7 @@ and ``γ_rs = z_p (χ_ring − χ_sun) / 2π``.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, NamedTuple, get_args
 
@@ -238,8 +238,7 @@ ONE_DISTANCE, TWO_DISTANCES = 0.005, 0.1
 """How far pins may be from the centre distance, as a share: where there is one, where a paper prints two."""
 
 
-@dataclass(frozen=True)
-class Carrier:
+class Carrier(NamedTuple):
     """What carries the planets' pins.
 
     Parameters
@@ -255,8 +254,7 @@ class Carrier:
     name: str = "carrier"
 
 
-@dataclass(frozen=True)
-class PlanetarySet:
+class PlanetarySet(NamedTuple):
     """A planetary set in its operating position.
 
     Meshes are ordered sun–planet 1 … N, then planet–ring 1 … N.
@@ -367,7 +365,7 @@ def planetary_set(
     pairs.check_pair(external)
     internal = gear.in_mesh(*((middle, around) if sun_drives else (around, middle)), a_pr)
     pairs.check_pair(internal)
-    held = replace(carrier, pin_circle_radius=_pin_circle(carrier, a_sp, a_pr))
+    held = carrier._replace(pin_circle_radius=_pin_circle(carrier, a_sp, a_pr))
     angles = assembled_angles(sun.teeth + ring.teeth, planets, planet_angles)
     check_neighbours(angles, held.pin_circle_radius or a_sp, middle)
     return PlanetarySet(centre, middle, around, external, internal, held, angles, sun_drives)

@@ -1,10 +1,9 @@
 """What a kind of gear set is, in words: members, flanks, meshes and who may drive, each said once."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class SetDescriptor:
+class SetDescriptor(NamedTuple):
     """A kind of gear set.
 
     Parameters

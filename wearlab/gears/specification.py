@@ -80,8 +80,7 @@ POWERS = {"linear": 1, "parabolic": 2}
 """Power of the distance from its beginning with which a relief of each shape grows."""
 
 
-@dataclass(frozen=True)
-class Relief:
+class Relief(NamedTuple):
     """Material removed over a length of the path of contact at one end of the active profile.
 
     Parameters
@@ -100,8 +99,7 @@ class Relief:
         return self.amount * np.clip(1.0 - distance / self.length, 0.0, None) ** POWERS[self.shape]
 
 
-@dataclass(frozen=True)
-class ReliefFrom:
+class ReliefFrom(NamedTuple):
     """A tip relief by where it starts on the flank.
 
     Parameters
@@ -139,8 +137,7 @@ class ReliefFrom:
         return Relief(self.amount, abs(tip - start), self.shape)
 
 
-@dataclass(frozen=True)
-class Modification:
+class Modification(NamedTuple):
     """All profile modifications of one flank.
 
     Parameters

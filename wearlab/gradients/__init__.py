@@ -2,5 +2,3 @@
 
 from wearlab.gradients.derivatives import gradient
 from wearlab.gradients.lived import GradientError
-
-__all__ = ["GradientError", "gradient"]

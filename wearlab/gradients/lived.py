@@ -169,7 +169,7 @@ class HeldNumerics(NamedTuple):
             raise GradientError(f"no such gears: {error}") from error
         moves = parts.vibration
         if moves is not None and isinstance(moves.method, Periodic):  # orbits close to round-off
-            closing = replace(moves, method=replace(moves.method, closed=CLOSED))
+            closing = moves._replace(method=replace(moves.method, closed=CLOSED))
             parts = replace(parts, coupling=replace(parts.coupling, vibration=closing))
         return held, parts
 

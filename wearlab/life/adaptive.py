@@ -29,8 +29,7 @@ nodes relax at different speeds, or the body couples them, the profile becomes a
 the whole flank swings from step to step. Either mark is enough.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -64,8 +63,7 @@ PROBES, CONTINUOUS = (1.0 / 8.0, 1.0 / 2.0), 0.2
 """where it does, rates inside are nearer to one of its ends than this share of their difference."""
 
 
-@dataclass(frozen=True)
-class Adaptive:
+class Adaptive(NamedTuple):
     """Kutta's fourth order or RKC2, with error control: the default."""
 
     def start(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> "AdaptiveStepper":
@@ -291,8 +289,7 @@ class SawTooth(Exception):
     """A step of fixed size is beyond the stability limit: its wear alternates and does not die out."""
 
 
-@dataclass(frozen=True)
-class Euler:
+class Euler(NamedTuple):
     """Euler's method with the papers' update rule: the geometry is renewed when the wear anywhere reaches ε.
 
     ``ΔN = ε / max r(h)`` (L16 Eq. 22). A saw-tooth is flagged and the run goes on, as published.
@@ -311,8 +308,7 @@ class Euler:
         return EulerStepper(rate, threshold=self.threshold)
 
 
-@dataclass(frozen=True)
-class Fixed:
+class Fixed(NamedTuple):
     """Euler's method with a fixed step; a saw-tooth rejects the step and ends the run.
 
     Parameters

@@ -16,7 +16,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -211,8 +211,7 @@ def _parts(image: bytes) -> dict[str, bytes]:
     return kept
 
 
-@dataclass(frozen=True)
-class Checkpoint:
+class Checkpoint(NamedTuple):
     """The place of one life among those of a run, which put down what they need and find what was put down.
 
     Parameters
@@ -292,4 +291,4 @@ def checkpoint(begins: tuple[Any, ...], shared: tuple[Any, ...]) -> Checkpoint |
             hashed.update(encoded(each))
         except CheckpointError:  # a step of a plug-in
             hashed.update(repr(each).encode())
-    return replace(run, key=hashed.hexdigest(), shared=shared)
+    return run._replace(key=hashed.hexdigest(), shared=shared)

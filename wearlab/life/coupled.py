@@ -31,8 +31,7 @@ Wear = tuple[Array, ...]
 Responses = tuple[Response, ...]
 
 
-@dataclass(frozen=True)
-class Vibration:
+class Vibration(NamedTuple):
     """What it takes to find the steady responses of one wear state.
 
     Parameters
@@ -229,8 +228,7 @@ class Account:
             self.counts["right_hand_sides"] += response.counts.right_hand_sides
 
 
-@dataclass(frozen=True)
-class MeshKind:
+class MeshKind(NamedTuple):
     """One kind of mesh: its contact, its wear law, and when its meshes meet on the clock.
 
     Parameters

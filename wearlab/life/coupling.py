@@ -183,8 +183,7 @@ class FaceState(NamedTuple):
     flanks: FaceFlanks | None = None
 
 
-@dataclass(frozen=True)
-class FaceKind:
+class FaceKind(NamedTuple):
     """One kind of mesh whose flanks have a width.
 
     Parameters

@@ -8,9 +8,8 @@ A life as it was found: accepted states, snapshots, how it ended, and its error 
 from bisect import bisect_left
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,8 +39,7 @@ GIVEN = ("rate", "limits", "tolerance", "scale", "stepper")
 """What a life and its stepper are given anew when they are taken up."""
 
 
-@dataclass(frozen=True)
-class Life:
+class Life(NamedTuple):
     """Wear over cycles.
 
     Parameters

@@ -7,7 +7,6 @@ A `Sampling` holds at which phases an integration asks for the meshes, and what 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -128,8 +127,7 @@ class Friction(NamedTuple):
     sense: tuple[float, ...]
 
 
-@dataclass(frozen=True)
-class Sampling:
+class Sampling(NamedTuple):
     """The stages of one integration, and the look-ups that serve them.
 
     Parameters

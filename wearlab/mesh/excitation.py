@@ -6,7 +6,6 @@ the pairs by the quasi-static share. Either is tabulated at the stages of an int
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -152,8 +151,7 @@ def pair_springs(flanks: Flanks, where: profile.Lookup, stages: int = 1) -> Spri
     return Springs(stiffness, gaps, rates, lead, part)
 
 
-@dataclass(frozen=True)
-class Between:
+class Between(NamedTuple):
     """The meshes of one wear state anywhere within the steps of an integration.
 
     Parameters

@@ -1,7 +1,6 @@
 """A gear set in operation: its pairs, its meshes on one clock, its load."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -50,8 +49,7 @@ class Body(NamedTuple):
         return self.inertia / self.radius**2
 
 
-@dataclass(frozen=True)
-class PairOfSet:
+class PairOfSet(NamedTuple):
     """One kind of mesh of a gear set.
 
     Parameters
@@ -78,8 +76,7 @@ class PairOfSet:
         return ".".join(part for part in ("mesh", self.section, name) if part)
 
 
-@dataclass(frozen=True)
-class GearSet:
+class GearSet(NamedTuple):
     """A gear set in operation.
 
     Parameters

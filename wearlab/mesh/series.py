@@ -304,8 +304,8 @@ def finite_element(asked: Any, pair: GearPair, grid: profile.ProfileGrid) -> InS
 
 def in_plane(pair: GearPair, plane: elements.Plane) -> GearPair:
     """Return a pair of materials that in plane stress are what its own are in a plane state."""
-    driving, driven = (replace(gear, material=gear.material.in_plane(plane)) for gear in pair.gears)
-    return replace(pair, driving=driving, driven=driven)
+    driving, driven = (gear._replace(material=gear.material.in_plane(plane)) for gear in pair.gears)
+    return pair._replace(driving=driving, driven=driven)
 
 
 def _teeth(pair: GearPair, grid: profile.ProfileGrid, **options: Any) -> Teeth:

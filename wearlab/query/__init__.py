@@ -2,5 +2,3 @@
 
 from wearlab.query.grammar import read_column, read_condition
 from wearlab.query.keys import Key, QueryError, Vocabulary
-
-__all__ = ["Key", "QueryError", "Vocabulary", "read_column", "read_condition"]

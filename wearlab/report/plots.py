@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -33,9 +32,9 @@ def comparison_figure(comparison: xr.Dataset, ending: str = "png") -> bytes:
 def _runs(comparison: xr.Dataset) -> Plot:
     panels = [*_over_life(comparison), *_waves(comparison)]
     lettered = (
-        replace(panel, title=f"({chr(ord('a') + i)}) {panel.title}") for i, panel in enumerate(panels)
+        panel._replace(title=f"({chr(ord('a') + i)}) {panel.title}") for i, panel in enumerate(panels)
     )
-    placed = [replace(panel, row=i // 2, column=i % 2) for i, panel in enumerate(lettered)]
+    placed = [panel._replace(row=i // 2, column=i % 2) for i, panel in enumerate(lettered)]
     ids = {side: comparison.attrs[f"run_{side.lower()}"][:10] or "unnamed" for side in PENS}
     legend = tuple(LegendEntry(f"{side}: run {run_id}", PENS[side], "line") for side, run_id in ids.items())
     shape = -(-len(placed) // 2), min(2, len(placed))

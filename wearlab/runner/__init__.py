@@ -3,5 +3,3 @@
 from wearlab.runner.local import foresee
 from wearlab.runner.report import CaseReport, Interrupted, Report, RunnerError
 from wearlab.runner.running import run
-
-__all__ = ["CaseReport", "Interrupted", "Report", "RunnerError", "foresee", "run"]

@@ -4,14 +4,3 @@ from wearlab.scene.identity import MODEL_VERSION
 from wearlab.scene.presence import oversights, parts_left_out, parts_present
 from wearlab.scene.problems import SceneError
 from wearlab.scene.scene import Scene, calibrated_coefficient, calibrating
-
-__all__ = [
-    "MODEL_VERSION",
-    "Scene",
-    "SceneError",
-    "calibrated_coefficient",
-    "calibrating",
-    "oversights",
-    "parts_left_out",
-    "parts_present",
-]

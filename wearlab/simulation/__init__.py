@@ -5,5 +5,3 @@ from wearlab.simulation.label import Refused
 from wearlab.simulation.run import simulate
 from wearlab.simulation.vibration import modes_table
 from wearlab.simulation.warm import warm_up
-
-__all__ = ["Refused", "checkpoints", "modes_table", "simulate", "warm_up"]

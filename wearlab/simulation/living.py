@@ -5,10 +5,9 @@ datasets, which become one. What a run may do is bounded by the cost of its righ
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -24,8 +23,7 @@ from wearlab.scene.wear import is_replaced
 from wearlab.simulation import label
 
 
-@dataclass(frozen=True)
-class Stage:
+class Stage(NamedTuple):
     """What runs at a time: one condition, or several that take turns.
 
     Parameters
@@ -359,7 +357,7 @@ def _joined(each: list[history.History], stages: Sequence[Stage], reason: str) -
         moved["jumps"] = tuple(jump._replace(cycle=jump.cycle + cycle) for jump in life.jumps)
         moved["accumulated_error"] = life.accumulated_error + error
         moved["depth_error"] = life.depth_error + np.copysign(error, life.depth_error)
-        later.append(replace(life, **moved))
+        later.append(life._replace(**moved))
         cycle, error = cycle + float(life.cycle[-1]), error + float(life.accumulated_error[-1])
         clock += _seconds(stage, float(life.cycle[-1]))
 
@@ -374,7 +372,7 @@ def _joined(each: list[history.History], stages: Sequence[Stage], reason: str) -
     joined |= {name: max(of_all(name)) for name in ("saw_tooth", "wave_growth", "hurried")}
     joined |= {name: sum(of_all(name)) for name in ("count_rate_evaluations", "count_rejected")}
     states = tuple(state for number in range(len(lives)) for state in whole.kept(number).state)
-    whole = whole._replace(cycle=np.concatenate(cycles), state=states, life=replace(later[-1], **joined))
+    whole = whole._replace(cycle=np.concatenate(cycles), state=states, life=later[-1]._replace(**joined))
     return whole._replace(sampled=None, seconds=np.concatenate(seconds))
 
 

@@ -4,5 +4,3 @@ from wearlab.store.files import StoreError
 from wearlab.store.store import Store, open_store
 
 open = open_store  # wearlab.open, which type checkers know by that name
-
-__all__ = ["Store", "StoreError", "open", "open_store"]

@@ -2,5 +2,3 @@
 
 from wearlab.updating.inference import update
 from wearlab.updating.measurements import UpdateError
-
-__all__ = ["UpdateError", "update"]

@@ -311,8 +311,7 @@ class WornFlanks:
             )
 
 
-@dataclass(frozen=True)
-class MeetingGaps:
+class MeetingGaps(NamedTuple):
     """Gaps from the points of both flanks that meet, beyond A and E against the tip corners.
 
     Parameters

@@ -18,9 +18,8 @@ Thomas, Int. J. Numer. Methods Eng. 14 (1979) 81–102: rotationally periodic st
 """
 
 import math
-from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -101,8 +100,7 @@ def _turn(angle: float, count: int, axes: int) -> Array:
     return whole
 
 
-@dataclass(frozen=True)
-class GearCompliance:
+class GearCompliance(NamedTuple):
     """Compliance of a gear along the line of action, per unit face width, without the local indentation.
 
     Parameters
@@ -151,7 +149,7 @@ def of_unit_size(gear: Gear) -> Gear:
     # significant digits in which shapes are compared
     own: dict[str, Any] = {name: float(f"{getattr(gear, name) / gear.module:.11e}") for name in LENGTHS}
     own["material"] = gear.material._replace(youngs_modulus=1.0, density=1.0)
-    return replace(gear, name="", face_width=1.0, mass=0.0, inertia=0.0, assumed=(), modification=None, **own)
+    return gear._replace(name="", face_width=1.0, mass=0.0, inertia=0.0, assumed=(), modification=None, **own)
 
 
 def solve_gear(gear: Gear, options: elements.Options, wear: outline.Wear | None = None) -> GearCompliance:

@@ -20,7 +20,6 @@ Vedmar & Henriksson, J. Mech. Des. 120 (1998) 665–673: elements for the tooth,
 """
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -58,8 +57,7 @@ class Options(NamedTuple):
     teeth_apart: int = 3
 
 
-@dataclass(frozen=True)
-class Sector:
+class Sector(NamedTuple):
     """One sector of a gear, of unit face width.
 
     Parameters

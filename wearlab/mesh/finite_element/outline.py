@@ -8,7 +8,7 @@ is inclined by 45°, so that no element has a flat corner.
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,8 +20,7 @@ from wearlab.gears.outline import involute_point, load_angle, root_curve
 DEEP = 0.5  # v where that ends
 
 
-@dataclass(frozen=True)
-class Wear:
+class Wear(NamedTuple):
     """Wear of a flank, linear between contact radii.
 
     Parameters
@@ -34,8 +33,7 @@ class Wear:
     depth: Array
 
 
-@dataclass(frozen=True)
-class LoadedFlank:
+class LoadedFlank(NamedTuple):
     """The loaded flank of a gear's tooth.
 
     Parameters
@@ -83,8 +81,7 @@ class LoadedFlank:
         return start + (end - start) * (parameter - 1.0)
 
 
-@dataclass(frozen=True)
-class Chart:
+class Chart(NamedTuple):
     """The sector of one tooth.
 
     Parameters

@@ -28,7 +28,6 @@ import math
 import os
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import cache, lru_cache, partial
 from io import BytesIO
 from pathlib import Path
@@ -336,7 +335,7 @@ def wheel_beyond(gear: Gear, waves: Sequence[float], options: Options = SOLID) -
     each = []
     for k in waves:
         stiffness = across + k * k * along + k * (diags(sign) @ (mixed - mixed.T))
-        strip = replace(at.flat, dofs=at.dofs, stiffness=stiffness.tocsr())
+        strip = at.flat._replace(dofs=at.dofs, stiffness=stiffness.tocsr())
         each.append(compliance.through_cuts(strip, at.loads, 0)[1][0])
     return np.stack(each)
 

@@ -1,7 +1,7 @@
 """A scene becomes physics: only here do sections of a campaign file meet gears, mesh, dynamics and wear."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
@@ -109,8 +109,7 @@ class Parts:
 
     def with_steps(self, grid: stages.StageGrid, hunting: int, period: float) -> Vibration:
         """Return the dynamics by these steps of a mesh period that lasts so long [s]."""
-        return replace(
-            self.moving,
+        return self.moving._replace(
             sampling=self.on_clock.sampled(self.scene, self.gears, grid),
             period=period,
             fluctuation=fluctuation(self.scene, grid, hunting, period),

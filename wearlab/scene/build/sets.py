@@ -1,6 +1,6 @@
 """Gears and gear sets of a scene, from their tables."""
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -120,7 +120,7 @@ def build_set(scene: Scene) -> GearSet:
     # it does in every mesh of a set: the next gear turns the other way with the other hand, or is a ring
     right = scene.hands()[gears.kinds[0].pair.driving.name] == "right"
     sense = 1.0 if right == (scene.operation.drive_flank == "right") else -1.0
-    return replace(gears, helix=helix.helix(scene.gears.helix_angle, scene.gears.pressure_angle, sense))
+    return gears._replace(helix=helix.helix(scene.gears.helix_angle, scene.gears.pressure_angle, sense))
 
 
 def _of_planetary(scene: Scene) -> GearSet:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import FunctionType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,8 +24,7 @@ from wearlab.wear.path import WearPath, contact_half_width, wear_path
 from wearlab.wear.setting import Setting
 
 
-@dataclass(frozen=True)
-class KindParts:
+class KindParts(NamedTuple):
     """The physics of one kind of mesh; what the scene leaves out is ``None``.
 
     Parameters
