@@ -1,6 +1,5 @@
 """What foreign integrators are given is the equation of motion that ours tabulate."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ def by_hand(problem: Steady, time: float, y: np.ndarray) -> np.ndarray:
     vibration, system = problem.vibration, problem.vibration.system
     phase = (time / vibration.period) % 1.0
     where = problem.parts.look(0, np.array([phase]))
-    stages = replace(vibration.sampling, grid=_one_step(phase), where=(_thrice(where),))
+    stages = vibration.sampling._replace(grid=_one_step(phase), where=(_thrice(where),))
     tables = stage_tables(problem.kinds, stages, None)
     k, g = tables.stiffness[0, 0, 0], tables.gap[0, 0, 0]
     n, d = len(system.load), system.direction[0]
