@@ -15,18 +15,9 @@ from functools import cache
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, get_args
 
+import pydantic
 from annotated_types import Ge, Gt
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    GetJsonSchemaHandler,
-    StrictBool,
-    ValidationInfo,
-    WithJsonSchema,
-    model_validator,
-)
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema
 
 from wearlab.units import HOUR, KINDS, is_number, quantity
@@ -43,7 +34,7 @@ UNDER = re.compile(r"(?P<description>.*?)(?: \[(?P<derived>[^][]*)\])?(?:\. Sour
 """The text under a field: what it means [what its absence means]. Source: where it comes from."""
 
 
-class OptionTable(BaseModel):
+class OptionTable(pydantic.BaseModel):
     """A table of a campaign file; the text under a field tells its meaning, as `UNDER` reads it."""
 
     @classmethod
@@ -98,7 +89,7 @@ class Part(OptionTable):
     the choices share options; ``per_member`` says that members may override it, table by table.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=False, allow_inf_nan=False)
+    model_config = pydantic.ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     alternatives: ClassVar[Alternatives] = ()
     chooser: ClassVar[str] = "model"
     implied_by: ClassVar[frozenset[str]] = frozenset()
@@ -114,7 +105,7 @@ class Part(OptionTable):
         """Return a table of this part's options as it is written."""
         return table
 
-    @model_validator(mode="before")
+    @pydantic.model_validator(mode="before")
     @classmethod
     def _completed(cls, given: Any, info: ValidationInfo) -> Any:
         return cls._complete(given, info) if isinstance(given, dict) else given
@@ -124,7 +115,7 @@ class Part(OptionTable):
         """Return a table as it is written with what goes without saying."""
         return given
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _checked(self) -> "Part":
         self._one_alternative()
         self._check()
@@ -145,7 +136,7 @@ class Part(OptionTable):
 class ClosedTable(OptionTable):
     """A table of a campaign file that is no section of a scene: fixed, without unknown keys."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = pydantic.ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 def option(
@@ -224,10 +215,10 @@ Number = Annotated[float, BeforeValidator(_number)]
 Hours = Annotated[
     float,
     BeforeValidator(_hours),
-    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "kind": "time", "unit": "s"}]}),
+    pydantic.WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "kind": "time", "unit": "s"}]}),
 ]
 Count = Annotated[int, BeforeValidator(_count)]
-Switch = StrictBool
+Switch = pydantic.StrictBool
 
 Length = measured("length")
 Depth = measured("depth")

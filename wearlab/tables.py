@@ -339,19 +339,11 @@ def _parsed(file: str, lines: Sequence[tuple[int, str]], encoding: str, reading:
     kept = [row for row in fitted[: last + 1] if row]
     units = [given or below.strip(BRACKETS) for (_, given), below in zip(parts, reading.units, strict=True)]
     return ReadTable(
-        file,
-        reading.headers,
-        names,
-        dict(zip(names, units, strict=True)),
+        file, reading.headers, names, dict(zip(names, units, strict=True)),
         dict(zip(names, zip(*kept, strict=True), strict=True)),
-        tuple(number for number, _ in body[: last + 1]),
-        encoding,
-        reading.separator,
-        reading.decimal,
-        header_line,
-        tuple(line for _, line in lines[: reading.header]),
-        len(body) - last - 1,
-    )
+        tuple(number for number, _ in body[: last + 1]), encoding, reading.separator, reading.decimal,
+        header_line, tuple(line for _, line in lines[: reading.header]), len(body) - last - 1,
+    )  # fmt: skip
 
 
 def _is_row(row: Sequence[str], width: int, decimal: str) -> bool:

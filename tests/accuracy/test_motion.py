@@ -1,6 +1,5 @@
 """What foreign integrators are given is the equation of motion that ours tabulate."""
 
-
 import numpy as np
 import pytest
 

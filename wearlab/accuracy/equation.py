@@ -87,23 +87,12 @@ def motion(
     tables = excitation.stage_tables(kinds, sampled, None)
     meshes, inverse = len(given.meshes), np.linalg.inv(system.mass)
     return Motion(
-        inverse @ system.total_stiffness,
-        inverse @ system.total_damping,
-        system.direction,
-        system.mesh_damping,
-        np.full(meshes, NEVER) if system.backlash is None else system.backlash,
-        inverse @ system.load,
-        system.force_vectors[1] @ inverse.T,
-        edges,
-        _coefficients(tables),
-        given.edges,
-        np.searchsorted(edges, given.edges - 1e-12),
-        tables.stiffness.shape[3],
-        moves.period,
-        not system.damping_always,
-        tables.sliding is not None,
-        tables.part is not None,
-    )
+        inverse @ system.total_stiffness, inverse @ system.total_damping, system.direction,
+        system.mesh_damping, np.full(meshes, NEVER) if system.backlash is None else system.backlash,
+        inverse @ system.load, system.force_vectors[1] @ inverse.T, edges, _coefficients(tables), given.edges,
+        np.searchsorted(edges, given.edges - 1e-12), tables.stiffness.shape[3], moves.period,
+        not system.damping_always, tables.sliding is not None, tables.part is not None,
+    )  # fmt: skip
 
 
 def _edges(kinds: Sequence[excitation.MeshFlanks], vibration: Vibration) -> tuple[Array, Index]:

@@ -148,15 +148,10 @@ def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campa
     unmeant = dict.fromkeys(line for one in told["cases"] for line in oversights(one.scene))
     tables = [sections, *({key: list(texts) for key, texts in axis.written.items()} for axis in swept)]
     return campaign.Campaign(
-        title=title or (file.stem if file else "untitled"),
-        reference=reference or None,
-        axes=swept,
-        path=file,
-        plugins=plugins,
-        warnings=(*undone(inherited.layers), *unmeant),
-        written=written_quantities([*tables, *(each.own for each in differences or ())]),
-        **told,
-    )
+        title=title or (file.stem if file else "untitled"), reference=reference or None, axes=swept,
+        path=file, plugins=plugins, warnings=(*undone(inherited.layers), *unmeant),
+        written=written_quantities([*tables, *(each.own for each in differences or ())]), **told,
+    )  # fmt: skip
 
 
 MOST_WRITTEN = 100  # quantities of a key

@@ -149,12 +149,9 @@ def pairs(a: Side, b: Side) -> tuple[list[tuple[SideRun, SideRun]], list[str], l
 
 
 def compare(
-    a: Any,
-    b: Any,
-    on: Literal["cycle", "wear_depth"] = "cycle",
-    tolerance: float = 0.01,
+    a: Any, b: Any, on: Literal["cycle", "wear_depth"] = "cycle", tolerance: float = 0.01,
     store: Store | None = None,
-) -> xr.Dataset:
+) -> xr.Dataset:  # fmt: skip
     """Compare two runs, or two campaigns.
 
     Parameters

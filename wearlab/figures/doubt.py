@@ -20,13 +20,10 @@ NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 AT_INSTANTS = ("dynamic_mesh_force", "normal_mesh_force", "pair_force", "pair_normal_force", "mesh_force_min")
 FACTORS = ("dynamic_factor", "normal_force_factor")
 ESTIMATED = {
-    "wear_depth": ("wear_depth", "max_wear_depth", "flank_deviation"),
-    "mesh_force": AT_INSTANTS,
-    "mesh_force_max": (*FACTORS, "mesh_force_max"),
-    "life": ("life", "service_life", "remaining_useful_life"),
-    "bearing_force": ("bearing_force",),
-    "wear_coefficient": ("calibrated_wear_coefficient",),
-}
+    "wear_depth": ("wear_depth", "max_wear_depth", "flank_deviation"), "mesh_force": AT_INSTANTS,
+    "mesh_force_max": (*FACTORS, "mesh_force_max"), "life": ("life", "service_life", "remaining_useful_life"),
+    "bearing_force": ("bearing_force",), "wear_coefficient": ("calibrated_wear_coefficient",),
+}  # fmt: skip
 ESTIMATES = {name: f"error_estimate_{of}" for of, names in ESTIMATED.items() for name in names}
 """Variable → the estimate of its error; of a factor times the static force, of hours in cycles."""
 WITNESSES = ("verdict", "estimate_quality", "validity", "separation_fraction")

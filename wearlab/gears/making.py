@@ -8,14 +8,9 @@ from wearlab.gears.specification import Basics, GearSpec, refuse
 
 
 def build_gear(
-    spec: GearSpec,
-    basics: Basics,
-    profile_shift: float,
-    tip_alteration: float = 0.0,
-    assumed: tuple[str, ...] = (),
-    *,
-    internal: bool = False,
-) -> Gear:
+    spec: GearSpec, basics: Basics, profile_shift: float, tip_alteration: float = 0.0,
+    assumed: tuple[str, ...] = (), *, internal: bool = False,
+) -> Gear:  # fmt: skip
     """Resolve every dimension of one gear.
 
     ``r_a = m (z/2 + x ± (h_a + k))``, ``r_f = m (z/2 + x ∓ h_f)``, or the given diameters; lower signs of a

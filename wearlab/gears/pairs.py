@@ -17,14 +17,9 @@ from wearlab.gears.specification import Basics, GearError, GearSpec, check_relie
 
 
 def gear_pair(
-    first: GearSpec,
-    second: GearSpec,
-    basics: Basics,
-    *,
-    centre_distance: float | None = None,
-    driving: str | None = None,
-    internal: bool = False,
-) -> GearPair:
+    first: GearSpec, second: GearSpec, basics: Basics, *, centre_distance: float | None = None,
+    driving: str | None = None, internal: bool = False,
+) -> GearPair:  # fmt: skip
     """Return the pair of two gears, or refuse it.
 
     ``inv α_w = inv α + 2 (x_2 ± x_1) tanα / (z_2 ± z_1)``, ``a = ½ m (z_2 ± z_1) cosα / cosα_w``; lower signs

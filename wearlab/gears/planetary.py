@@ -311,17 +311,10 @@ class PlanetarySet(NamedTuple):
 
 
 def planetary_set(
-    sun: GearSpec,
-    planet: GearSpec,
-    ring: GearSpec,
-    carrier: Carrier,
-    basics: Basics,
-    *,
-    planets: int,
-    planet_angles: Sequence[float] | None = None,
-    centre_distance: float | tuple[float, float] | None = None,
+    sun: GearSpec, planet: GearSpec, ring: GearSpec, carrier: Carrier, basics: Basics, *, planets: int,
+    planet_angles: Sequence[float] | None = None, centre_distance: float | tuple[float, float] | None = None,
     sun_drives: bool = True,
-) -> PlanetarySet:
+) -> PlanetarySet:  # fmt: skip
     """Return the planetary set of these members, or refuse it.
 
     Parameters

@@ -41,15 +41,11 @@ def _pair(kind: str, mate: str) -> SetDescriptor:
 EXTERNAL_PAIR = _pair("external-pair", "gear")
 INTERNAL_PAIR = _pair("internal-pair", "ring")
 PLANETARY = SetDescriptor(
-    kind="planetary",
-    members=("sun", "planet", "ring", "carrier"),
-    toothed=("sun", "planet", "ring"),
-    flanks=("sun", "planet-sun", "planet-ring", "ring"),
-    meshes=("sun-planet", "planet-ring"),
-    sections=("sun_planet", "planet_ring"),
-    central=("sun", "ring", "carrier"),
+    kind="planetary", members=("sun", "planet", "ring", "carrier"), toothed=("sun", "planet", "ring"),
+    flanks=("sun", "planet-sun", "planet-ring", "ring"), meshes=("sun-planet", "planet-ring"),
+    sections=("sun_planet", "planet_ring"), central=("sun", "ring", "carrier"),
     roles=("sun", "carrier", "ring"),
-)
+)  # fmt: skip
 SETS = {descriptor.kind: descriptor for descriptor in (EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY)}
 """Every kind of gear set, by name."""
 

@@ -132,14 +132,9 @@ class SetRate:
 
 
 def history(
-    coupling: coupled.Coupled,
-    wear: coupled.Wear,
-    integration: Callable[..., integrate.Life],
-    *,
-    snapshots: limits.Snapshots,
-    kept_work: float = np.inf,
-    most_kept: int | None = None,
-) -> History:
+    coupling: coupled.Coupled, wear: coupled.Wear, integration: Callable[..., integrate.Life], *,
+    snapshots: limits.Snapshots, kept_work: float = np.inf, most_kept: int | None = None,
+) -> History:  # fmt: skip
     """Integrate the wear of a gear set to its limit and evaluate every kept state.
 
     Parameters

@@ -176,18 +176,10 @@ class AccumulatedError:
 
 
 def integrate(
-    rate: Callable[[Array], Array],
-    initial: ArrayLike,
-    *,
-    limits: Limits,
-    method: Method | None = None,
-    snapshots: Snapshots | None = None,
-    tolerance: float = 1e-3,
-    scale: float = ELASTIC_SCALE,
-    most_evaluations: int = 100_000,
-    most_work: float = np.inf,
-    progress: Progress = None,
-) -> Life:
+    rate: Callable[[Array], Array], initial: ArrayLike, *, limits: Limits, method: Method | None = None,
+    snapshots: Snapshots | None = None, tolerance: float = 1e-3, scale: float = ELASTIC_SCALE,
+    most_evaluations: int = 100_000, most_work: float = np.inf, progress: Progress = None,
+) -> Life:  # fmt: skip
     """Return the wear over cycles from a first state to a limit.
 
     Parameters
@@ -354,21 +346,12 @@ class _Integration:
         return Life(
             cycle=np.array([node.cycle for node in self.nodes]),
             depth=np.stack([node.depth for node in self.nodes]),
-            rate=np.stack([node.rate for node in self.nodes]),
-            accumulated_error=np.array(self.error.largest),
-            depth_error=self.error.total,
-            scatter=self.error.scatter,
-            snapshot_cycle=cycle,
-            snapshot_depth=depth,
-            end_reason=self.reason,
-            jumps=tuple(self.jumps),
-            saw_tooth=done.saw_tooth,
-            wave_growth=done.wave_growth,
-            hurried=done.hurried,
-            count_rate_evaluations=self.rate.count,
-            count_rejected=done.rejected,
-            steps=tuple(self.curves),
-        )
+            rate=np.stack([node.rate for node in self.nodes]), accumulated_error=np.array(self.error.largest),
+            depth_error=self.error.total, scatter=self.error.scatter, snapshot_cycle=cycle,
+            snapshot_depth=depth, end_reason=self.reason, jumps=tuple(self.jumps), saw_tooth=done.saw_tooth,
+            wave_growth=done.wave_growth, hurried=done.hurried, count_rate_evaluations=self.rate.count,
+            count_rejected=done.rejected, steps=tuple(self.curves),
+        )  # fmt: skip
 
 
 def longest_step(node: Node, limits: Limits, last: Step | None) -> float:

@@ -152,12 +152,9 @@ class Sampling(NamedTuple):
 
 
 def sampling(
-    grids: Sequence[ProfileGrid],
-    meshes: tuple[Mesh, ...],
-    edges: Array,
-    grid: stages.StageGrid,
+    grids: Sequence[ProfileGrid], meshes: tuple[Mesh, ...], edges: Array, grid: stages.StageGrid,
     friction: Friction | None = None,
-) -> Sampling:
+) -> Sampling:  # fmt: skip
     """Prepare the look-ups of an integrator's stages among the profile nodes of every kind of mesh.
 
     Sliding turns at the pitch point, where steps end.

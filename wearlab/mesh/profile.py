@@ -154,12 +154,9 @@ NO_EXTENSION = Extension(0.0, 0.0)
 
 
 def profile_grid(
-    pair: GearPair,
-    points: int,
-    kinks: tuple[float, ...] = (),
-    jumps: tuple[float, ...] = (),
+    pair: GearPair, points: int, kinks: tuple[float, ...] = (), jumps: tuple[float, ...] = (),
     extension: Extension = NO_EXTENSION,
-) -> ProfileGrid:
+) -> ProfileGrid:  # fmt: skip
     """Lay about ``points`` nodes on the path of contact.
 
     Parameters

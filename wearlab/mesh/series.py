@@ -70,12 +70,9 @@ class ToothFlexibility(NamedTuple):
 
 
 def tooth_flexibility(
-    gear: Gear,
-    radius: ArrayLike,
-    *,
-    shear_factor: float = 1.2,
+    gear: Gear, radius: ArrayLike, *, shear_factor: float = 1.2,
     body: Callable[[Gear, Array], Array] = body.foundation_compliance,
-) -> ToothFlexibility:
+) -> ToothFlexibility:  # fmt: skip
     """Prepare the tooth of a gear for contact at given radii.
 
     Parameters

@@ -154,17 +154,14 @@ def _row(campaign: Campaign, case: Case, entry: Entry | None, store: Store, comp
     summary = entry.summary if entry else {}
     told = outcome.headlines(summary)
     return dict(
-        case=case.label,
-        places=tuple(where.get(axis.name, "all") for axis in campaign.axes),
+        case=case.label, places=tuple(where.get(axis.name, "all") for axis in campaign.axes),
         state="missing" if entry is None else store.state_of(entry),
-        verdict=str(summary.get("verdict") or ""),
-        result=", ".join(text.text for text in told),
+        verdict=str(summary.get("verdict") or ""), result=", ".join(text.text for text in told),
         error=", ".join(f"{100 * t.error:.2g} % of the {t.of}" for t in told if t.error is not None),
-        seconds=outcome.seconds_text(entry.seconds if entry else None),
-        run=case.id,
+        seconds=outcome.seconds_text(entry.seconds if entry else None), run=case.id,
         note=f"{len(entry.warnings)} warnings" if entry and entry.warnings else "",
         comparison=compared.get((case.id, case.label, json.dumps(where, sort_keys=True))),
-    )
+    )  # fmt: skip
 
 
 def _dates(entries: Entries) -> str:

@@ -326,27 +326,13 @@ def _mesh_of_a_face(own: mesh.OneMesh, path: str, key: str) -> Problems:
 
 
 RULES: tuple[tuple[str, Callable[[sections.Sections, Any], Problems]], ...] = (
-    ("mesh", _meshes_of_the_set),
-    ("errors.harmonic", _harmonics),
-    ("errors.members", _pins),
-    ("gears", _widths),
-    ("dynamics.friction", _friction),
-    ("dynamics", _moving_parts),
-    ("dynamics", _asked_itself),
-    ("dynamics.response", _response),
-    ("dynamics", _fluctuation),
-    ("store.requested", _requested),
-    ("mesh", _extended),
-    ("start", _start),
-    ("operation", _conditions),
-    ("wear.coefficient", _calibrated),
-    ("wear.load", _asked_itself),
-    ("wear", _limits),
-    ("wear.initial", _initial),
-    ("wear", _needs),
-    ("gears", _face),
-    ("rating", _rating),
-)
+    ("mesh", _meshes_of_the_set), ("errors.harmonic", _harmonics), ("errors.members", _pins),
+    ("gears", _widths), ("dynamics.friction", _friction), ("dynamics", _moving_parts),
+    ("dynamics", _asked_itself), ("dynamics.response", _response), ("dynamics", _fluctuation),
+    ("store.requested", _requested), ("mesh", _extended), ("start", _start), ("operation", _conditions),
+    ("wear.coefficient", _calibrated), ("wear.load", _asked_itself), ("wear", _limits),
+    ("wear.initial", _initial), ("wear", _needs), ("gears", _face), ("rating", _rating),
+)  # fmt: skip
 """Rules in the order in which they are told, each with what a scene must have to be asked: it gets that."""
 
 

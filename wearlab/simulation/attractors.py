@@ -225,18 +225,14 @@ def _read_off(parts: build.Parts, state: coupled.WearState, point: continuation.
     moved, moving = (each @ moves.system.direction[0] for each in np.split(point.strobe, 2, axis=1))
     return {
         "dynamic_factor": extreme.largest[0] / static if static > 0.0 else np.nan,
-        "force_peak_to_peak": extreme.largest[0] - extreme.least[0],
-        "force_rms": elastic.std(),
-        "dte_peak_to_peak": np.ptp(transmission),
-        "dte_rms": transmission.std(),
-        "separation_fraction": extreme.separated[0],
-        "orbit_period": response.period,
+        "force_peak_to_peak": extreme.largest[0] - extreme.least[0], "force_rms": elastic.std(),
+        "dte_peak_to_peak": np.ptp(transmission), "dte_rms": transmission.std(),
+        "separation_fraction": extreme.separated[0], "orbit_period": response.period,
         "multiplier": abs(response.multipliers[0]) if len(response.multipliers) else np.nan,
-        "dte_orders": order_amplitudes(transmission),
-        "force_orders": order_amplitudes(elastic),
+        "dte_orders": order_amplitudes(transmission), "force_orders": order_amplitudes(elastic),
         "poincare_deflection": moved - tables.error[0, 0, 0],
         "poincare_rate": moving - tables.error_rate[0, 0, 0] / response.mesh_period,
-    }
+    }  # fmt: skip
 
 
 def order_amplitudes(values: Array) -> Array:

@@ -171,16 +171,11 @@ def provenance(scene: Scene, begun: float, calibration: CalibrationLife | None =
     calibration : the life that calibrated its wear coefficient, None where none did
     """
     return {
-        "scene": scene.canonical(),
-        "id": scene.id,
-        **_lineage(scene, calibration),
-        "model_version": str(identity.MODEL_VERSION),
-        "source": f"wearlab {__version__}",
-        "wearlab_version": __version__,
-        "source_hash": sources.used_hash(scene.dynamics is not None),
-        **_circumstances(),
-        "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),
-    }
+        "scene": scene.canonical(), "id": scene.id, **_lineage(scene, calibration),
+        "model_version": str(identity.MODEL_VERSION), "source": f"wearlab {__version__}",
+        "wearlab_version": __version__, "source_hash": sources.used_hash(scene.dynamics is not None),
+        **_circumstances(), "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),
+    }  # fmt: skip
 
 
 @cache

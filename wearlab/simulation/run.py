@@ -77,12 +77,9 @@ def simulate(scene: Scene) -> xr.Dataset:
 
 
 def _dataset(
-    scene: Scene,
-    stages: tuple[living.Stage, ...],
-    lived: history.History,
-    calibration: Calibration | None,
+    scene: Scene, stages: tuple[living.Stage, ...], lived: history.History, calibration: Calibration | None,
     clock: float,
-) -> xr.Dataset:
+) -> xr.Dataset:  # fmt: skip
     """Return what every condition of operation says for itself, and what is the life's."""
     reached, first = stages[: len(lived.stages)], stages[0].first
     inherited = living.inherited_error(scene, first)

@@ -35,19 +35,14 @@ def coordinates(parts: build.Parts) -> label.Values:
     slots = max(mesh_kind.analysis.grid.slots for mesh_kind in parts.kinds)
     slices = () if parts.face is None else (("face_position", parts.face.kinds[0].contact.grid.position),)
     return dict(slices) | {
-        "flank": list(parts.gears.flanks),
-        "member": list(parts.gears.members),
-        "mesh": list(parts.gears.mesh_names),
-        "phase": parts.phase,
-        "pair": np.arange(1, slots + 1),
-        "harmonic": np.arange(1, parts.harmonics + 1),
-        "path_position": nodal(parts, lambda pair, gear, s: s),
-        "diameter": 2.0 * nodal(parts, GearPair.radius),
-        "roll_angle": nodal(parts, GearPair.roll_angle),
+        "flank": list(parts.gears.flanks), "member": list(parts.gears.members),
+        "mesh": list(parts.gears.mesh_names), "phase": parts.phase, "pair": np.arange(1, slots + 1),
+        "harmonic": np.arange(1, parts.harmonics + 1), "path_position": nodal(parts, lambda pair, gear, s: s),
+        "diameter": 2.0 * nodal(parts, GearPair.radius), "roll_angle": nodal(parts, GearPair.roll_angle),
         "distance_to_pitch_circle": nodal(parts, _beyond_pitch),
         "characteristic_point": characteristic_points(parts),
         "flank_side": [parts.scene.operation.drive_flank] * len(parts.gears.flanks),
-    }
+    }  # fmt: skip
 
 
 def nodal(parts: build.Parts, of: Callable[[GearPair, int, Array], Array]) -> Array:

@@ -31,12 +31,9 @@ ENDS_OF_WORK = {
 
 
 def trust_values(
-    stages: Sequence[living.Stage],
-    lived: history.History,
-    errors: Sequence[estimates.Estimates],
-    searches: Sequence[Search],
-    inherited: float,
-) -> dict[str, Any]:
+    stages: Sequence[living.Stage], lived: history.History, errors: Sequence[estimates.Estimates],
+    searches: Sequence[Search], inherited: float,
+) -> dict[str, Any]:  # fmt: skip
     """Return verdict, validity, error estimates, run times and counts.
 
     Parameters

@@ -63,16 +63,13 @@ def _values_of(parts: build.Parts, state: coupled.WearState, response: Response,
     multipliers, known = np.full((2 * len(vibration.system.coordinates), 2), np.nan), response.multipliers
     multipliers[: len(known)] = np.stack([np.real(known), np.imag(known)], axis=-1)
     values |= {
-        "mesh_force_min": found.least,
-        "mesh_force_max": found.largest,
-        "dynamic_factor": over(found.largest, load),
-        "normal_force_factor": over(found.largest_normal, load),
-        "separation_fraction": found.separated,
-        "response_period": response.period * vibration.hunting,
+        "mesh_force_min": found.least, "mesh_force_max": found.largest,
+        "dynamic_factor": over(found.largest, load), "normal_force_factor": over(found.largest_normal, load),
+        "separation_fraction": found.separated, "response_period": response.period * vibration.hunting,
         "floquet_multiplier": multipliers,
         "residual_mean_force": mesh_forces.mean_force_residual(parts.gears.kinds, list(of_kind), means, rubs),
         "residual_orbit": response.residual,
-    }
+    }  # fmt: skip
     if vibration.nominal is not None and rubs:
         balance = energy.energy_balance(response, vibration.nominal)
         values |= {f"energy_{name}": power for name, power in balance._asdict().items()}
@@ -158,14 +155,10 @@ def _mesh_response(
     forces = parts.forces(kinds, mesh, where, motions)
     deflection, rate = (each[:, mesh] for each in motions)
     values = {
-        "dynamic_mesh_force": forces.elastic,
-        "normal_mesh_force": forces.normal,
-        "mesh_damping_force": forces.normal - forces.elastic,
-        "mesh_deflection": deflection,
-        "mesh_deflection_rate": rate,
-        "poincare_deflection": deflection[:, 0],
-        "poincare_rate": rate[:, 0],
-    }
+        "dynamic_mesh_force": forces.elastic, "normal_mesh_force": forces.normal,
+        "mesh_damping_force": forces.normal - forces.elastic, "mesh_deflection": deflection,
+        "mesh_deflection_rate": rate, "poincare_deflection": deflection[:, 0], "poincare_rate": rate[:, 0],
+    }  # fmt: skip
     if parts.face is None:
         for name, each in (("pair_force", forces.pair), ("pair_normal_force", forces.pair_normal)):
             values[name] = np.stack([mine.analysis.grid.into_slots(row.T, 0.0) for row in each], axis=1)

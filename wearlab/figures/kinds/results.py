@@ -18,22 +18,10 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures import curves as of_samples
-from wearlab.figures import runs, wording
+from wearlab.figures import plot, runs, wording
 from wearlab.figures.kind import Ask, FigureError, Run, Slice, companion, kind, lone, shown, slices
 from wearlab.figures.kinds.cycles import at_states, hours_a_cycle
-from wearlab.figures.plot import (
-    Look,
-    Mark,
-    Scale,
-    Series,
-    band,
-    bars,
-    flat,
-    gathered,
-    grouped,
-    merged,
-    without,
-)
+from wearlab.figures.plot import Look, Mark, Scale, Series, flat, grouped
 from wearlab.nearest import choices
 
 DEPTH = "max_wear_depth"
@@ -46,7 +34,7 @@ def _numbers(run: Run, ask: Ask) -> Iterator[Series]:
     """
     called = ", ".join(dict.fromkeys(label.text for label in run.place.values())) or "run"
     for piece in slices(run.at_states([-1]), ask.y[0], ask):
-        named = without(piece.key, *run.place, "update") | {"run": wording.Label(called, called)}
+        named = plot.without(piece.key, *run.place, "update") | {"run": wording.Label(called, called)}
         values = np.atleast_1d(piece.values)
         scales = piece.scale, Scale("run", "1")
         yield Series(named, values, np.zeros(1), *scales, "points", x_error=piece.error)
@@ -64,9 +52,9 @@ def listed(series: list[Series]) -> list[Series]:
         said = f"cases: {len(names)} runs cannot be told by name (at most 80)"
         raise FigureError(f"{said}: narrow them with select, or take histogram or scatter")
     places = [np.array([1.0 + names.index(curve.key["run"].text)]) for curve in series]
-    apart = [without(curve.key, "run") for curve in series]
+    apart = [plot.without(curve.key, "run") for curve in series]
     told = [replace(c, key=k, y=y, names=names) for c, k, y in zip(series, apart, places, strict=True)]
-    rows = [merged(group) for group in grouped(told).values()]
+    rows = [plot.merged(group) for group in grouped(told).values()]
     if len(rows) == 1 and len(names) > 1:
         first = rows[0]
         level = flat((0.5, len(names) + 0.5), first.x[0])[::-1]
@@ -84,7 +72,7 @@ def _points(run: Run, ask: Ask) -> Iterator[Series]:
     """One point a run: a result y (at the last wear state) over an input or another result x."""
     for piece in slices(run.at_states([-1]), ask.y[0], ask):
         x, across, own = _abscissa(run, ask, piece)
-        key = without(piece.key, *run.place, "update") | _kept(run.along, ask)
+        key = plot.without(piece.key, *run.place, "update") | _kept(run.along, ask)
         yield piece._replace(key=key).over(x, across, "points", own=own)
 
 
@@ -110,7 +98,7 @@ def _abscissa(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, float | N
 def _gathered(series: list[Series]) -> list[Series]:
     """Join the points that nothing tells apart; a case without a place on x becomes a level."""
     look: Look = "dots" if len(series) > 60 else "points"
-    return [replace(c, look=look) if c.look == "points" else c for c in gathered(series)]
+    return [replace(c, look=look) if c.look == "points" else c for c in plot.gathered(series)]
 
 
 def _polyline(run: Run, ask: Ask) -> Iterator[Series]:
@@ -128,7 +116,7 @@ def _polyline(run: Run, ask: Ask) -> Iterator[Series]:
         values = np.array([*(float(run.along[name].value) for name in names), float(result[0])])
         scales = [*(run.scales[name] for name in names), piece.scale]
         marks = [Mark(float(at), "|".join(scale)) for at, scale in enumerate(scales)]
-        key = without(piece.key, *run.place, "update")
+        key = plot.without(piece.key, *run.place, "update")
         text = f"{result[0]:.4g} {wording.typeset(piece.scale.units)}".strip()
         key |= {"result": wording.Label(float(result[0]), text)}
         places = np.arange(len(values), dtype=float)
@@ -173,7 +161,7 @@ def _case(run: Run, ask: Ask) -> Iterator[Series]:
     what, between, _ = label.partition(": ")
     what = what if between else "" if label == runs.BASE else label
     # a case that is broadcast stands nowhere along the axes; keys that advance with an axis stand for it
-    axes = {} if what else {run.scales[n].label: x for n, x in without(run.along, "case").items()}
+    axes = {} if what else {run.scales[n].label: x for n, x in plot.without(run.along, "case").items()}
     key = {**axes, "influence": wording.Label(what, what)}
     yield Series(key, values.reshape(1), np.zeros(1), scale, RANK, "line-points")
 
@@ -216,7 +204,7 @@ def _of_axes(outcomes: Sequence[Series]) -> dict[str, Array]:
     """Return the mean results along every axis and every key that advances with one."""
     values = np.array([float(outcome.x[0]) for outcome in outcomes])
     spread = {}
-    for name in dict.fromkeys(name for outcome in outcomes for name in without(outcome.key, "influence")):
+    for name in dict.fromkeys(name for each in outcomes for name in plot.without(each.key, "influence")):
         at = [outcome.key[name].value if name in outcome.key else None for outcome in outcomes]
         distinct = list(dict.fromkeys(at))
         if len(distinct) < 2 or (len(distinct) == len(at) and name in ("seed", "sample", "run")):
@@ -319,11 +307,11 @@ def _histograms(series: list[Series]) -> list[Series]:
         values, key, scales = _values(group), group[0].key, (group[0].across, COUNT)
         edges, counts = histogram(values)
         top, units = float(counts.max()), scales[0].units
-        curves.append(Series(key, *bars(edges, counts), *scales, "area"))
+        curves.append(Series(key, *plot.bars(edges, counts), *scales, "area"))
         for probability in (0.05, 0.5, 0.95):
             mark, name = quantile(values, probability), f"{100 * probability:g} %"
             low, high = 1.03 * top, 1.08 * top  # its confidence is a strip above the bars
-            strip = band(np.array([mark.low, mark.high]), np.full(2, low), np.full(2, high))
+            strip = plot.band(np.array([mark.low, mark.high]), np.full(2, low), np.full(2, high))
             alone = len(groups) == 1
             said = f"{name}: {_said(mark, units)}" if alone else ""
             curves.append(Series(key, *strip, *scales, "area", said))
@@ -360,7 +348,7 @@ def _probabilities(series: list[Series]) -> list[Series]:
         limits = [mean + spread * norm.ppf(beta.ppf(p, rank, n + 1 - rank)) for p in (TAIL, 1.0 - TAIL)]
         ends, scales = scores[[0, -1]], (across, Scale("standard score of the share of runs", "1"))
         curves.append(Series(first.key, logs, scores, *scales, "dots"))
-        curves.append(Series(first.key, *band(scores, *limits)[::-1], *scales, "area"))
+        curves.append(Series(first.key, *plot.band(scores, *limits)[::-1], *scales, "area"))
         curves.append(Series(first.key, mean + spread * ends, ends, *scales))
     return curves
 

@@ -105,14 +105,9 @@ def layer_of(slices: Slices, position: Array, body: Array, shear_length: float) 
 
 @jit
 def solve_phases(
-    slices: Slices,
-    section: Section,
-    gap: Array,
-    force: Array,
-    start: Array,
-    layer: ShearLayer | None,
+    slices: Slices, section: Section, gap: Array, force: Array, start: Array, layer: ShearLayer | None,
     solid: Array | None,
-) -> tuple[Array, Array, Array]:
+) -> tuple[Array, Array, Array]:  # fmt: skip
     """Return line loads, deflection and stiffness of every phase.
 
     Parameters

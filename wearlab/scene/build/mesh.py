@@ -196,15 +196,10 @@ def build_face_contact(
         share, own = pair.from_root(number, grid.profile.position), lead(getattr(scene.gears, turning.name))
         removed.append(own.removed(grid.position, share, grid.face_width))
     return over_face.FaceContact(
-        grid=grid,
-        analysis=analysis,
-        lead=np.stack(removed),
-        opening=over * grid.position / grid.face_width,
-        shear_length=coupling.shear_length(scene.gears.module),
-        pitch=kind.pair.base_pitch,
-        helix=turned,
+        grid=grid, analysis=analysis, lead=np.stack(removed), opening=over * grid.position / grid.face_width,
+        shear_length=coupling.shear_length(scene.gears.module), pitch=kind.pair.base_pitch, helix=turned,
         solid=coupling.lines(pair, grid, turned),
-    )
+    )  # fmt: skip
 
 
 def sliced_flank(

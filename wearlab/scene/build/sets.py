@@ -49,16 +49,10 @@ def build_planetary(scene: Scene, *, sun_drives: bool) -> planetary.PlanetarySet
     (sun, planet, ring), basics = transverse_section(gears)
     carrier = planetary.Carrier(given.mass, given.inertia, _half(given.pin_circle_diameter))
     return planetary.planetary_set(
-        sun,
-        planet,
-        ring,
-        carrier,
-        basics,
-        planets=gears.planets,
-        planet_angles=gears.planet_angles,
+        sun, planet, ring, carrier, basics, planets=gears.planets, planet_angles=gears.planet_angles,
         centre_distance=None if distances is None else (distances.sun_planet, distances.planet_ring),
         sun_drives=sun_drives,
-    )
+    )  # fmt: skip
 
 
 def specification(name: str, member: Any) -> GearSpec:
@@ -136,14 +130,10 @@ def _of_planetary(scene: Scene) -> GearSet:
     def kind(pair: GearPair, section: str, of_planet: str) -> PairOfSet:
         first, second = (of_planet if gear.name == built.planet.name else gear.name for gear in pair.gears)
         return PairOfSet(
-            pair=pair,
-            flanks=(first, second),
-            section=section,
-            speed=abs(turning[pair.driving.name]),
-            passes=np.array([built.passes[flank] for flank in (first, second)]),
-            load=load,
+            pair=pair, flanks=(first, second), section=section, speed=abs(turning[pair.driving.name]),
+            passes=np.array([built.passes[flank] for flank in (first, second)]), load=load,
             loaded=int(pair.driving.name == built.planet.name),
-        )
+        )  # fmt: skip
 
     gears = {"sun": built.sun, "planet": built.planet, "ring": built.ring}
     bodies = {name: Body(gear.mass, gear.inertia, gear.base_radius) for name, gear in gears.items()}
@@ -159,20 +149,14 @@ def _of_planetary(scene: Scene) -> GearSet:
             kind(built.planet_ring, "planet_ring", "planet-ring"),
         ),
         mesh_names=tuple(f"{name}-{n + 1}" for name in ("sun-planet", "planet-ring") for n in range(count)),
-        mesh_kinds=(0,) * count + (1,) * count,
-        mesh_lags=built.mesh_phase_offset,
+        mesh_kinds=(0,) * count + (1,) * count, mesh_lags=built.mesh_phase_offset,
         flanks=scene.gears.descriptor.flanks,
-        members=("sun", *(f"planet-{n + 1}" for n in range(count)), "ring", "carrier"),
-        gears=gears,
-        reference_teeth=built.sun.teeth,
-        input_teeth=built.sun.teeth * abs(of.speeds(1.0).sun_relative),
-        speed=abs(speeds.sun_relative),
-        bodies=bodies,
-        coordinate_speeds=_nominal_speeds(speeds, sense, bodies, angles),
-        angles=tuple(angles.tolist()),
-        sense=mirrored,
-        notes=(APART,),
-    )
+        members=("sun", *(f"planet-{n + 1}" for n in range(count)), "ring", "carrier"), gears=gears,
+        reference_teeth=built.sun.teeth, input_teeth=built.sun.teeth * abs(of.speeds(1.0).sun_relative),
+        speed=abs(speeds.sun_relative), bodies=bodies,
+        coordinate_speeds=_nominal_speeds(speeds, sense, bodies, angles), angles=tuple(angles.tolist()),
+        sense=mirrored, notes=(APART,),
+    )  # fmt: skip
 
 
 def _nominal_speeds(
@@ -194,25 +178,14 @@ def _of_pair(scene: Scene) -> GearSet:
     gears = {gear.name: gear for gear in pair.gears}
     speed, teeth = scene.operation.speed or 0.0, gears[names[0]].teeth
     kind = PairOfSet(
-        pair=pair,
-        flanks=(pair.driving.name, pair.driven.name),
-        section="",
-        speed=speed,
+        pair=pair, flanks=(pair.driving.name, pair.driven.name), section="", speed=speed,
         passes=np.array([teeth / gear.teeth for gear in pair.gears]),
-        load=mesh_load(scene.operation.torque, pair.driving.base_radius),
-        loaded=0,
-    )
+        load=mesh_load(scene.operation.torque, pair.driving.base_radius), loaded=0,
+    )  # fmt: skip
     return GearSet(
-        kinds=(kind,),
-        mesh_names=("-".join(names),),
-        mesh_kinds=(0,),
-        mesh_lags=np.zeros(1),
-        flanks=names,
-        members=names,
-        gears={name: gears[name] for name in names},
-        reference_teeth=teeth,
-        input_teeth=pair.driving.teeth,
-        speed=speed * pair.driving.teeth / teeth,
+        kinds=(kind,), mesh_names=("-".join(names),), mesh_kinds=(0,), mesh_lags=np.zeros(1), flanks=names,
+        members=names, gears={name: gears[name] for name in names}, reference_teeth=teeth,
+        input_teeth=pair.driving.teeth, speed=speed * pair.driving.teeth / teeth,
         bodies={name: Body(gear.mass, gear.inertia, gear.base_radius) for name, gear in gears.items()},
         coordinate_speeds={f"{name}.u": speed * pair.driving.base_radius for name in gears},
-    )
+    )  # fmt: skip

@@ -41,15 +41,11 @@ IN_NORMAL_SECTION = {"x_E": -1, "s_n": 1}
 
 
 MODIFICATIONS = {
-    "tip_relief": ("C_αa", "tip relief"),
-    "root_relief": ("C_αf", "root relief"),
-    "profile_crowning": ("C_α", "profile crowning"),
-    "profile_slope": ("C_Hα", "profile slope"),
-    "lead_crowning": ("C_β", "lead crowning"),
-    "lead_slope": ("C_Hβ", "lead slope"),
-    "end_relief": ("C_βe", "end relief"),
-    "bias": ("", "bias"),
-}
+    "tip_relief": ("C_αa", "tip relief"), "root_relief": ("C_αf", "root relief"),
+    "profile_crowning": ("C_α", "profile crowning"), "profile_slope": ("C_Hα", "profile slope"),
+    "lead_crowning": ("C_β", "lead crowning"), "lead_slope": ("C_Hβ", "lead slope"),
+    "end_relief": ("C_βe", "end relief"), "bias": ("", "bias"),
+}  # fmt: skip
 """Options of a gear that remove something from its flanks: symbol and meaning."""
 Row = tuple[str, str, str, Sequence[float | str]]
 """A row as it is computed: symbol, meaning, unit, and a number or text a gear (or one for all)."""

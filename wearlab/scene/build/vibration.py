@@ -108,17 +108,14 @@ def build_vibration(scene: Scene, gears: gear_set.GearSet, clock: OnClock, stiff
     hunting = hunting_period(scene, gears, clock.meshes)
     turning = [gears.coordinate_speeds.get(name, 0.0) for name in system.coordinates]
     return Vibration(
-        system=system,
-        method=patient(METHODS[scene.dynamics.method](scene), system, len(grid.width)),
+        system=system, method=patient(METHODS[scene.dynamics.method](scene), system, len(grid.width)),
         excitation=scene.mesh.of(gears.kinds[0].section).excitation.build(),
-        sampling=clock.sampled(scene, gears, grid),
-        period=gears.period,
-        fluctuation=fluctuation(scene, grid, hunting, gears.period),
-        hunting=hunting,
+        sampling=clock.sampled(scene, gears, grid), period=gears.period,
+        fluctuation=fluctuation(scene, grid, hunting, gears.period), hunting=hunting,
         revolving=scene.errors is not None and scene.errors.slow.turns,
         slow=slow_errors(scene, gears, clock.meshes, system),
         nominal=np.array(turning) if system.turns.any() else None,
-    )
+    )  # fmt: skip
 
 
 def damping_law(scene: Scene, gears: gear_set.GearSet, system: system.System) -> Any:

@@ -182,12 +182,9 @@ def flank_entries(flank: str | None, gears: gear_set.GearSet, coupling: coupled.
 
 
 def build_limits(
-    scene: Scene,
-    gears: gear_set.GearSet,
-    coupling: coupled.Coupled,
-    speed: float | None = None,
+    scene: Scene, gears: gear_set.GearSet, coupling: coupled.Coupled, speed: float | None = None,
     passed: tuple[float, float] = (0.0, 0.0),
-) -> limits.Limits:
+) -> limits.Limits:  # fmt: skip
     """Return where the life ends, in cycles of the reference gear and depth; nowhere if nothing is said.
 
     Parameters
