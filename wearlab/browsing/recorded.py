@@ -4,7 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from types import SimpleNamespace
 from typing import Any
@@ -121,7 +121,7 @@ def campaign_of(store: Store, key: str) -> RecordedCampaign:
     try:
         if record:
             figures = tuple(_figures(record.get("figures") or ()))
-            return from_record(record)._replace(title=title, reference=reference, figures=figures)
+            return replace(from_record(record), title=title, reference=reference, figures=figures)
         question = "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY number"
         rows = store.catalogue.read(question, [key])
         cases = [(str(run), str(label), dict(json.loads(place or "{}"))) for run, label, place in rows]

@@ -162,7 +162,8 @@ class RecordedCase(NamedTuple):
     position: dict[str, int]
 
 
-class RecordedCampaign(NamedTuple):
+@dataclass(frozen=True)
+class RecordedCampaign:
     """What `Store.open` asks of a campaign."""
 
     title: str

@@ -121,7 +121,7 @@ def transverse(spec: GearSpec, turned: Helix) -> GearSpec:
     changed |= {key: given[key] / normal for key in ("profile_crowning", "profile_slope") if key in given}
     for key in ("tip_relief", "root_relief"):
         if key in given:
-            changed[key] = replace(given[key], amount=given[key].amount / normal)
+            changed[key] = given[key]._replace(amount=given[key].amount / normal)
     return replace(spec, tooth_thickness_allowance=spec.tooth_thickness_allowance / cosine, **changed)
 
 
