@@ -64,3 +64,10 @@ def test_a_case_where_there_are_none(drawn, campaign):
     assert len(drawn({"kind": "tvms", "select": {"case": "base"}}, of=alone)) == 1
     with pytest.raises(FigureError, match=r"select\.case: no such dimension"):
         drawn({"kind": "tvms", "select": {"case": "static"}}, of=alone)
+
+
+@pytest.mark.parametrize("kind", ["stiffness-harmonics", "load-share", "phase-plane"])
+def test_a_kind_of_its_own_variables_draws_no_other(plot, kind):
+    """Harmonics and lines of contact were a KeyError; others drew their own variable and said nothing."""
+    with pytest.raises(FigureError, match=rf'\({kind}\): y = .wear_rate.: this kind draws .*"line" draws it'):
+        plot(kind=kind, y="wear_rate")

@@ -280,6 +280,9 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, points: Sequence[Point]) -> li
             raise ask.wrong(f"y = {name!r} is not there; {takes}")
         if grid[name].dtype.kind not in "fiub":
             raise ask.wrong(f"y = {name!r} holds text, not numbers")
+    own = [*kind.needs, *kind.also] if kind.needs and not (kind.y or kind.titled) else []
+    if other := [name for name in ask.y if own and name not in own]:
+        raise ask.wrong(f'y = {other[0]!r}: this kind draws {" and ".join(own)}; kind = "line" draws it')
     lacking = [d for d in kind.dims if ask.y and not set(d.split("|")) & set(grid[ask.y[0]].dims)]
     if lacking:
         said = f"y = {ask.y[0]!r} does not run along {' and '.join(lacking)}, which this kind shows"
@@ -287,7 +290,7 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, points: Sequence[Point]) -> li
     if ask.x in along_axes(grid) and not kind.over_sweeps:
         said = f'x = {ask.x!r} is a sweep, which kind = "line" or "scatter" draws over'
         raise ask.wrong(f"{said}; here it may be hue, rows or cols")
-    needed = [*(kind.needs if not ask.y else [n for n in kind.needs if n in grid.coords]), *ask.y[:1]]
+    needed = [*(kind.needs if own or not ask.y else [n for n in kind.needs if n in grid.coords]), *ask.y[:1]]
     if ask.x and ask.x not in grid.variables and ask.x not in grid.dims:
         raise ask.wrong(f"x = {ask.x!r} is not there; {_near(ask.x, grid.coords)}")
     ends = grid["end_reason"].isel if "end_reason" in grid.variables else None
