@@ -1,6 +1,5 @@
 """Error estimates against tight references, on scenes of a seed that was not used to set their weights."""
 
-from dataclasses import replace
 from functools import cache
 
 import estimate_score as scoring
@@ -281,7 +280,7 @@ def test_the_error_of_a_life_is_that_of_the_place_that_ends_it() -> None:
     def told(node: int, error: float) -> float:
         off = own.copy()
         off[node] = error
-        found = estimated(stage, lived._replace(life=replace(lived.life, depth_error=off))).life
+        found = estimated(stage, lived._replace(life=lived.life._replace(depth_error=off))).life
         assert found is not None
         return found
 
