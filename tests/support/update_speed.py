@@ -85,7 +85,7 @@ def worn(campaign: wearlab.Campaign, store: wearlab.Store, equal: np.ndarray) ->
     """Return the depth of the stored run after cycles [um]."""
     from wearlab.updating.cases import histories, studies
 
-    return 1e6 * histories(studies(campaign)[0], store)[0][0].limit.at(equal)
+    return 1e6 * histories(studies(campaign)[0], store)[0].limit.at(equal)
 
 
 def readings(campaign: wearlab.Campaign, store: wearlab.Store, count: int) -> str:
@@ -119,7 +119,7 @@ def answers(campaign: wearlab.Campaign, store: wearlab.Store) -> tuple[float, fl
 
     clock, cpu = time.perf_counter(), time.process_time()
     (one,) = studies(campaign)
-    outcome(one, *histories(one, store))
+    outcome(one, histories(one, store))
     return time.perf_counter() - clock, time.process_time() - cpu
 
 

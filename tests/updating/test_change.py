@@ -24,8 +24,8 @@ def worn(factor, ratio, at, cycle):
 def updated(values, kind="once"):
     seen = (observed(CYCLES, values, ErrorModel(SD)),)
     asked, some = study(PRIOR, seen), blocks(seen)
-    runs, often = changing(history(seen), kind, lambda runs: Posterior(runs, some, asked.prior))
-    return answered(asked, runs, some, often)
+    runs = changing(history(seen), kind, lambda runs: Posterior(runs, some, asked.prior))
+    return answered(asked, runs, some)
 
 
 def by_grid(values, at, log_ratio, weight):

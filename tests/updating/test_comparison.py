@@ -17,7 +17,7 @@ def made(rate, values, label, error=None):
     seen = (observed(CYCLES, values, error or ErrorModel(SD)),)
     asked = study(WIDE, seen, draws=200)
     object.__setattr__(asked, "label", label)
-    return outcome(asked, (history(seen, rate=rate),), np.zeros(1, np.intp))
+    return outcome(asked, (history(seen, rate=rate),))
 
 
 def by_quadrature(rate, values):

@@ -33,7 +33,7 @@ def advice():
     seen = (observed(CYCLES, value, ErrorModel(SD)),)
     asked = study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen, draws=8000)
     asked = replace(asked, spec=asked.spec.model_copy(update={"decision": COSTS}))
-    one = outcome(asked, (history(seen),), np.zeros(1, np.intp))
+    one = outcome(asked, (history(seen),))
     return decided(one, COSTS, np.random.default_rng(0)), *posterior(value)
 
 

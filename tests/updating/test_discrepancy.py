@@ -63,7 +63,7 @@ def test_a_drift_widens_what_the_prior_leads_to_expect():
     values = 1.3 * RATE * CYCLES + 2.2 * whole
     seen = (observed(CYCLES, values, ErrorModel(sd, drift=drift)),)
     asked = study(TIGHT, seen, "accumulating", draws=40_000)
-    found = outcome(asked, (history(seen),), np.zeros(1, np.intp)).stats["prior_predictive_p"]
+    found = outcome(asked, (history(seen),)).stats["prior_predictive_p"]
     assert found == pytest.approx(2.0 * stats.norm.sf(2.2), abs=4e-3)
 
 

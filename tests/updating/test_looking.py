@@ -23,7 +23,7 @@ def test_later_and_better_looks_are_worth_more():
     cycles = np.array([1e5, 2e5])
     seen = (observed(cycles, 1.3 * RATE * cycles, ErrorModel(4e-4)),)
     asked = study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen)
-    one = outcome(asked, (history(seen),), np.zeros(1, np.intp))
+    one = outcome(asked, (history(seen),))
     found = virtual_inspection(one, np.random.default_rng(0))["expected_width"].values
     assert (found[0] <= found[1]).all() and (found[1] <= found[2]).all()
     assert found[1, -1] < 0.5 * found[1, 0] and found.max() < 1.1
@@ -43,7 +43,7 @@ def test_an_offset_common_to_an_inspection_counts(offset):
     cycles, sd = np.array([4e5, 6e5]), 2e-4
     seen = (observed(cycles, 1.3 * RATE * cycles, ErrorModel(sd, 0.0, offset)),)
     asked = study({"lognormal": {"median": 1.0, "cov": 14.0}}, seen, draws=4000)
-    one = outcome(asked, (history(seen),), np.zeros(1, np.intp))
+    one = outcome(asked, (history(seen),))
     found = virtual_inspection(one, np.random.default_rng(0))
     early = one.answer.life(np.array([0.01]))[0]  # later the remaining lives that have ended are all 0
     assert (found["look"].values < early).sum() >= 3
@@ -56,9 +56,7 @@ def test_a_column_of_errors_makes_no_nan():
     cycles = np.array([4e5, 6e5])
     one = replace(observed(cycles, 1.3 * RATE * cycles, ErrorModel(None)), sd=np.full(2, 4e-4))
     asked = study({"lognormal": {"median": 1.0, "cov": 14.0}}, (one,), draws=2000)
-    found = virtual_inspection(
-        outcome(asked, (history((one,)),), np.zeros(1, np.intp)), np.random.default_rng(0)
-    )
+    found = virtual_inspection(outcome(asked, (history((one,)),)), np.random.default_rng(0))
     assert np.isfinite(found["expected_width"].values).all() and found["expected_width"].max() < 1.03
 
 
@@ -68,7 +66,7 @@ def test_a_measurement_loses_no_information_with_few_runs():
     seen = (observed(cycles, 1.3 * RATE * cycles, ErrorModel(1e-3)),)
     runs = tuple(history(seen, rate=RATE * f, run=str(f)) for f in np.linspace(0.9, 1.1, 12))
     asked = study({"lognormal": {"median": 1.0, "cov": 14.0}}, seen, draws=2000)
-    found = virtual_inspection(outcome(asked, runs, np.arange(12)), np.random.default_rng(0))
+    found = virtual_inspection(outcome(asked, runs), np.random.default_rng(0))
     assert found["expected_width"].max() < 1.03
 
 
@@ -77,5 +75,5 @@ def test_no_look_is_advised_before_it_is_known_which_file_is_wrong():
     cycle = np.array([5e5])
     ones = [observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n) for n, f in ((1, 1.0), (2, 1.2))]
     asked = study({"lognormal": {"median": 1.0, "cov": 14.0}}, ones, draws=300)
-    one = outcome(asked, (history(ones),), np.zeros(1, np.intp))
+    one = outcome(asked, (history(ones),))
     assert virtual_inspection(one, np.random.default_rng(0)) is None

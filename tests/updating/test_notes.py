@@ -14,7 +14,7 @@ CYCLES = np.array([1e5, 2e5, 3e5])
 def notes(values, prior=WIDE, cycles=CYCLES, more=()):
     seen = (observed(cycles, values, ErrorModel(SD)), *more)
     runs = (history(seen),)
-    return outcome(study(prior, seen, draws=200), runs, np.zeros(1, np.intp)).notes
+    return outcome(study(prior, seen, draws=200), runs).notes
 
 
 @pytest.mark.parametrize(

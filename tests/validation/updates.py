@@ -110,7 +110,7 @@ def contradicting_files(seed: int) -> bool:
         observed(cycle, RATE * f * cycle + 1e-4 * rng.standard_normal(1), ErrorModel(1e-4), number=n)
         for n, f in ((1, 1.0), (2, 1.2))
     ]
-    found = outcome(study(WIDE, ones, draws=50), (history(ones),), np.zeros(1, np.intp))
+    found = outcome(study(WIDE, ones, draws=50), (history(ones),))
     return any("contradict" in note for note in found.notes)
 
 
@@ -162,9 +162,7 @@ def looks() -> list[str]:
         case = replace(CASES[name], many=1)
         value = measured(case, 1.3, case.sd[0], 0.0, np.random.default_rng(2))
         asked = answer_to(case, value).posterior
-        one = outcome(
-            study(PRIOR, (asked.blocks[0].seen,), draws=4000), asked.histories, np.zeros(1, np.intp)
-        )
+        one = outcome(study(PRIOR, (asked.blocks[0].seen,), draws=4000), asked.histories)
         found = virtual_inspection(one, np.random.default_rng(0))
         mine = found["expected_width"].values[1]
         theirs = [nested_width(case, value, look) for look in found["look"].values]

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import norm
 
-from wearlab.arrays import Array, Index, Random
+from wearlab.arrays import Random
 from wearlab.updating import grids, layout, likelihood, sampling
 from wearlab.updating.cases import Subject, UpdateError
 from wearlab.updating.likelihood import Block, Blocks
@@ -41,7 +41,6 @@ class Finding:
     checks : of every inspection
     courses : of each block, the probability of a course of its inspections as far off
     sources : for each block that was measured, the answer without it; none where there is one block
-    which : the number of the draw that each stored run is
     notes : what a reader must know
     stats : numbers about the update itself
     """
@@ -54,7 +53,6 @@ class Finding:
     checks: Sequence[sampling.Check]
     courses: dict[int, float]
     sources: dict[int, Answer]
-    which: Index
     notes: tuple[str, ...]
     stats: dict[str, float]
 
@@ -86,11 +84,11 @@ def blocks_of(study: Subject, runs: Runs) -> tuple[Block, ...]:
     return tuple(blocks)
 
 
-def answered(study: Subject, runs: Runs, blocks: Blocks, log_proposal: Array | None = None) -> Answer:
+def answered(study: Subject, runs: Runs, blocks: Blocks) -> Answer:
     """Return what is known after the observations that count in these blocks."""
     now = float(max(likelihood.cycles_of(blocks, runs[0]), default=runs[0].start))
     drift = (n for n, b in enumerate(blocks) if b.drift is not None and b.measures(study.limit))
-    post = grids.Posterior(runs, blocks, study.prior, log_proposal)
+    post = grids.Posterior(runs, blocks, study.prior)
     answer = Answer(post, now, next(drift, None))
     told = likelihood.told(blocks)
     if len(told) < 2 or study.prior is None:
@@ -106,32 +104,28 @@ def unseen(blocks: Blocks, but: Collection[int] = ()) -> tuple[Block, ...]:
     return tuple(b if n in but else replace(b, rows=b.rows[:0]) for n, b in enumerate(blocks))
 
 
-def outcome(
-    study: Subject, runs: Runs, which: Index, log_proposal: Array | None = None, known: Answer | None = None
-) -> Finding:
+def outcome(study: Subject, runs: Runs, known: Answer | None = None) -> Finding:
     """Update one case.
 
     Parameters
     ----------
     study, runs : what was asked, and what the stored runs say
-    which : the number of the draw that each run is
-    log_proposal : of the runs, see `posterior`
     known : the answer by these runs, where it is known already
     """
     rng = np.random.default_rng(study.spec.seed)
-    answer = known or answered(study, runs, blocks_of(study, runs), log_proposal)
+    answer = known or answered(study, runs, blocks_of(study, runs))
     blocks = answer.posterior.blocks
     draws = sampling.drawn(answer, study.spec.draws, rng)
-    before = answered(study, runs, unseen(blocks), log_proposal)
+    before = answered(study, runs, unseen(blocks))
     prior_draws = sampling.drawn(before, study.spec.draws, rng)
     each, courses = sampling.checks(draws)
     told, sources = likelihood.told(blocks), {}
     for n in told if len(told) > 1 else ():
         rest = unseen(blocks, but={*told} - {n})
-        sources[n] = replace(answered(study, runs, rest, log_proposal), now=answer.now)
+        sources[n] = replace(answered(study, runs, rest), now=answer.now)
     stats = _stats(study, answer) | {"prior_predictive_p": _prior_p(before, prior_draws, blocks, rng)}
     notes = _notes(study, answer, stats, tuple(_larger_errors(blocks, draws, prior_draws)))
-    return Finding(study, answer, draws, before, prior_draws, each, courses, sources, which, notes, stats)
+    return Finding(study, answer, draws, before, prior_draws, each, courses, sources, notes, stats)
 
 
 def _stats(study: Subject, answer: Answer) -> dict[str, float]:
@@ -159,7 +153,7 @@ def facts_of(post: grids.Posterior) -> dict[str, float]:
     changed = np.array([run.change is not None for run in post.histories])
     if not changed.any():
         return {}
-    relative = post.log_evidence - post.log_proposal
+    relative = post.relative
     at, ratio, width = np.array([run.change for run in post.histories if run.change is not None]).T
     found = {"log_evidence_of_change": float(logsumexp(relative[changed]) - logsumexp(relative[~changed]))}
     inside = at + np.outer((np.arange(WITHIN) + 0.5) / WITHIN - 0.5, width)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from wearlab.arrays import Index
 from wearlab.campaign import Axis, Campaign, Case
 from wearlab.campaign.distributions import Distribution, SampleTable, draw
 from wearlab.campaign.update import FACTOR
@@ -212,8 +211,8 @@ def _lengthened(scene: Scene, times: float) -> Scene:
     if times == 1.0 or scene.wear is None or scene.wear.until is None:
         return scene
     until, snapshots = scene.wear.until, scene.wear.snapshots
-    ends = {key: getattr(until, key) for key in ("cycles", "mesh_cycles", "hours")}
-    longer: dict[str, Any] = {f"wear.until.{k}": end * times for k, end in ends.items() if end is not None}
+    ends = until.model_dump(include={"cycles", "mesh_cycles", "hours"}, exclude_none=True)
+    longer: dict[str, Any] = {f"wear.until.{key}": end * times for key, end in ends.items()}
     if until.depth is not None:
         longer["wear.until.depth"] = f"{until.depth * times!r} m"
     if snapshots is not None and snapshots.depth is not None:
@@ -240,8 +239,8 @@ def wanted_of(study: Subject) -> set[str]:
     return wanted - {"verdict", "end_reason"}  # those are for people
 
 
-def histories(study: Subject, store: "Store") -> tuple[run_curves.Runs, Index]:
-    """Return what the stored runs of a study say, and which draw each is.
+def histories(study: Subject, store: "Store") -> run_curves.Runs:
+    """Return what the stored runs of a study say.
 
     Raises
     ------
@@ -253,17 +252,18 @@ def histories(study: Subject, store: "Store") -> tuple[run_curves.Runs, Index]:
         entry = store.heads(ids).get(ids[0])
         told = "is not there " if entry is None else f"{entry.state} {last_line(store.find(ids[0]).reason)}"
         raise UpdateError(f"{study.label}: its run {told}".strip())
-    read = {}
+    read = []
     for i, (run_id, scene) in enumerate(zip(ids, study.scenes, strict=True)):
         try:
             if run_id in runs:
-                read[i] = run_curves.history_of(runs[run_id], scene, study.seen, study.limit)
+                own = run_curves.history_of(runs[run_id], scene, study.seen, study.limit)
+                read.append(replace(own, draw=i))
         except UpdateError:
             if i == 0:
                 raise
     if not read:
         raise UpdateError(f"{study.label}: none of its {len(ids)} runs has data")
-    return tuple(read.values()), np.array([*read], np.intp)
+    return read
 
 
 def stored(study: Subject, scenes: Mapping[str, Scene], store: "Store") -> list[xr.Dataset]:

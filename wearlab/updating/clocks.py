@@ -21,7 +21,6 @@ import numpy as np
 import xarray as xr
 
 from wearlab import options, units
-from wearlab.arrays import Array
 from wearlab.scene import Scene
 from wearlab.updating import answers, grids, likelihood, run_curves
 from wearlab.updating.cases import OperatingRecord, Subject, UpdateError
@@ -104,8 +103,8 @@ def stepped(run: RunHistory, at: float, ratio: float, width: float = 0.0) -> Run
     return replace(run, clock=Clock(knots, run.start + passed, own.off), change=(at, 1.0 / ratio, width))
 
 
-def changing(run: RunHistory, kind: str, judge: Judge) -> tuple[Runs, Array]:
-    """Return a run of constant k and those with a change that counts, and ln of how often each stands.
+def changing(run: RunHistory, kind: str, judge: Judge) -> Runs:
+    """Return a run of constant k and those with a change that counts, which say how often each stands.
 
     Parameters
     ----------
@@ -149,7 +148,8 @@ def changing(run: RunHistory, kind: str, judge: Judge) -> tuple[Runs, Array]:
     before = np.log(0.5 * scale * step[:, None]) - 0.5 * grid**2
     kept = np.argwhere(before + evidence > (before + evidence).max() - DEPTH)
     runs = (run, *(stepped(run, float(at[t]), float(np.exp(grid[t, r])), float(width[t])) for t, r in kept))
-    return runs, -np.append(np.log(0.5), before[tuple(kept.T)]) - np.log(len(runs))
+    often = -np.append(np.log(0.5), before[tuple(kept.T)]) - np.log(len(runs))
+    return [replace(one, often=ratio) for one, ratio in zip(runs, often.tolist(), strict=True)]
 
 
 class Era(NamedTuple):

@@ -67,11 +67,10 @@ class Posterior:
     runs : stored runs, each with a draw of the unknowns that cost runs
     blocks : the observations that count
     prior : of the factor on the wear coefficient; None: it is what the runs have
-    often : (runs,) log of how much more often each was drawn than its prior has it [0]
 
     Attributes
     ----------
-    histories, log_proposal : the runs, and that of each
+    histories : the runs
     nodes : (runs, n) ln factor where the likelihood is known
     spreads : for each block the grids over ln of its errors, (sd, drift), each (runs, n); (runs, 1) of known
     centre, width : (runs,) of the map ln factor = c + w sinh s
@@ -84,9 +83,8 @@ class Posterior:
     resolved : whether the grids are fine enough
     """
 
-    def __init__(self, runs: Runs, blocks: Blocks, prior: Distribution | None, often: Array | None = None):
+    def __init__(self, runs: Runs, blocks: Blocks, prior: Distribution | None):
         self.histories, self.blocks, self.prior = tuple(runs), tuple(blocks), prior
-        self.log_proposal = np.zeros(len(runs)) if often is None else often
         self._all, self.resolved = np.arange(len(self.histories)), True
         each = likelihood.unknown(self.blocks)
         self._axes = {(n, side): range_of(prior, len(self._all), own.scale) for n, side, own, prior in each}
@@ -109,12 +107,17 @@ class Posterior:
 
     def by(self, blocks: Blocks) -> "Posterior":
         """Return what is known after other observations."""
-        return Posterior(self.histories, blocks, self.prior, self.log_proposal)
+        return Posterior(self.histories, blocks, self.prior)
+
+    @property
+    def relative(self) -> Array:
+        """Logs of evidence over how much more often each run was drawn than its prior has it, (runs,)."""
+        return self.log_evidence - np.array([run.often for run in self.histories])
 
     @property
     def evidence(self) -> float:
         """The log of the probability of all observations."""
-        return float(logsumexp(self.log_evidence - self.log_proposal) - np.log(len(self.log_evidence)))
+        return float(logsumexp(self.relative) - np.log(len(self.log_evidence)))
 
     @property
     def effective_runs(self) -> float:
@@ -161,8 +164,7 @@ class Posterior:
             total = below[:, -1:]
         self.density, self.below = density / total, below / total
         self.log_evidence = (top + np.log(total))[:, 0]
-        often = self.log_evidence - self.log_proposal
-        self.weight = np.exp(often - logsumexp(often))
+        self.weight = np.exp(self.relative - logsumexp(self.relative))
         mass = self.density * even_weights(n)
         self.mass = mass / mass.sum(axis=1, keepdims=True) * self.weight[:, None]
 

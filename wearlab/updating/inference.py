@@ -18,7 +18,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from wearlab import sources
-from wearlab.arrays import Array, Index
+from wearlab.arrays import Array
 from wearlab.campaign import Campaign, distributions
 from wearlab.scene import Scene, SceneError
 from wearlab.updating import answers, cases, clocks, fleet, grids, measurements, run_curves, tree
@@ -80,7 +80,7 @@ def update(
         if check:
             said = "twins are made of one unit; of a fleet, --replay scores what it foresaw"
             raise measurements.UpdateError(f"--check: {said}")
-        runs = [runs[0] for runs, _ in runner.run(wanted)]
+        runs = [own[0] for own in runner.run(wanted)]
         made = tree.tree_of_groups(campaign, wanted, fleet.fleet_groups(wanted, runs, replay=replay))
         each = made["predictions"].to_dataset()
         told = list(zip(each["unit"].values, each["now"].values, each[REST].values[:, ::2], strict=True))
@@ -114,19 +114,19 @@ class Runner(NamedTuple):
     progress: bool = True
     workers: int | None = None
 
-    def run(self, wanted: cases.Subjects) -> list[tuple[run_curves.Runs, Index]]:
-        """Return the histories of each study, and which draw each one is; what is missing is run together."""
+    def run(self, wanted: cases.Subjects) -> list[run_curves.Runs]:
+        """Return the histories of each study; what is missing is run together."""
         conditions = [study.conditions for study in wanted]
         asked = [*(study.scenes for study in wanted), *(scenes.values() for scenes in conditions)]
         self._compute(wanted, [scene for scenes in asked for scene in scenes])
         found = []
         for study, scenes in zip(wanted, conditions, strict=True):
-            runs, which = cases.histories(study, self.store)
+            runs = cases.histories(study, self.store)
             if scenes:
                 read = zip(cases.stored(study, scenes, self.store), scenes.values(), strict=True)
                 each = [run_curves.history_of(run, scene, study.seen, study.limit) for run, scene in read]
-                runs = (clocks.clocked_run(study, runs[0], each),)
-            found.append((runs, which))
+                runs = [clocks.clocked_run(study, runs[0], each)]
+            found.append(runs)
         return found
 
     def stored(self, study: cases.Subject, worn: Scene) -> "xr.Dataset":
@@ -144,10 +144,10 @@ class Runner(NamedTuple):
 
 def updated(study: cases.Subject, runner: Runner) -> answers.Finding:
     """Update one case: run what is missing, make runs longer, draw once more where few carry the weight."""
-    ((runs, which),) = runner.run([study])
+    (runs,) = runner.run([study])
     if study.spec.replaced:
         study, history = clocks.renewed(study, partial(runner.stored, study))
-        return answers.outcome(study, (history,), which)
+        return answers.outcome(study, [history])
     while True:
         answer = answers.answered(study, runs, answers.blocks_of(study, runs))
         if answer.beyond <= ENOUGH or study.longer >= MOST_LONGER:
@@ -157,24 +157,23 @@ def updated(study: cases.Subject, runner: Runner) -> answers.Finding:
             (after,) = runner.run([longer])
         except (SceneError, measurements.UpdateError):
             break
-        if after[0][0].end <= runs[0].end * 1.01:
+        if after[0].end <= runs[0].end * 1.01:
             break
-        study, (runs, which) = longer, after
+        study, runs = longer, after
     if study.spec.change != "none":
         judge = partial(grids.Posterior, blocks=answers.blocks_of(study, runs), prior=study.prior)
-        runs, proposal = clocks.changing(runs[0], study.spec.change, judge)
-        return answers.outcome(study, runs, np.zeros(len(runs), np.intp), proposal)
+        return answers.outcome(study, clocks.changing(runs[0], study.spec.change, judge))
     if len(runs) > 1 and answer.posterior.effective_runs < min(FEWEST, 0.5 * len(runs)):
-        return _again(study, answer.posterior.weight, which, runner)
-    return answers.outcome(study, runs, which, known=answer)
+        return _again(study, answer.posterior, runner)
+    return answers.outcome(study, runs, answer)
 
 
-def _again(study: cases.Subject, weight: Array, which: Index, runner: Runner) -> answers.Finding:
-    """Return what a study comes to with a second round of draws, and how they were drawn."""
+def _again(study: cases.Subject, post: grids.Posterior, runner: Runner) -> answers.Finding:
+    """Return what a study comes to with a second round of draws, whose runs say how often they were drawn."""
     from scipy.stats import multivariate_normal, norm, qmc
 
-    first, z = len(next(iter(study.drawn.values()))), scores_of(study)[which]
-    mean, spread = weight @ z, np.atleast_2d(np.cov(z.T, aweights=weight, bias=True))
+    first, z = len(next(iter(study.drawn.values()))), scores_of(study, post.histories)
+    mean, spread = post.weight @ z, np.atleast_2d(np.cov(z.T, aweights=post.weight, bias=True))
     covariance = WIDER**2 * (spread + 1e-4 * np.eye(len(mean)))
     size = 1 << max(first - 1, 0).bit_length()
     inside = qmc.Sobol(len(mean), rng=study.spec.seed + 1).random(size)[:first]
@@ -184,16 +183,18 @@ def _again(study: cases.Subject, weight: Array, which: Index, runner: Runner) ->
         for (key, old), prior, column in zip(study.drawn.items(), study.costly.values(), more.T, strict=True)
     }
     both = replace(study, drawn=values)
-    ((runs, which),) = runner.run([both])
+    (runs,) = runner.run([both])
     # how often two equal rounds have draws there, over the prior
-    z = scores_of(both)[which]
+    z = scores_of(both, runs)
     log_ratio = multivariate_normal(mean, covariance).logpdf(z) - norm.logpdf(z).sum(axis=1)
-    return answers.outcome(both, runs, which, np.logaddexp(0.0, log_ratio) - np.log(2.0))
+    often = np.logaddexp(0.0, log_ratio) - np.log(2.0)
+    drawn = [replace(run, often=ratio) for run, ratio in zip(runs, often.tolist(), strict=True)]
+    return answers.outcome(both, drawn)
 
 
-def scores_of(study: cases.Subject) -> Array:
-    """Return the standard scores of a study's draws, (draws, keys), 0 at the prior's median."""
-    values = (np.array([*map(cases.plain, study.drawn[key])]) for key in study.costly)
+def scores_of(study: cases.Subject, runs: run_curves.Runs) -> Array:
+    """Return the standard scores of the draws that runs are of, (runs, keys), 0 at the prior's median."""
+    values = (np.array([cases.plain(study.drawn[key][run.draw]) for run in runs]) for key in study.costly)
     columns = [prior.below(own) for prior, own in zip(study.costly.values(), values, strict=True)]
     return np.asarray(ndtri(np.clip(np.array(columns).T, 1e-12, 1.0 - 1e-12)))
 

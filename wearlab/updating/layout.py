@@ -10,11 +10,11 @@ import numpy as np
 import xarray as xr
 
 from wearlab import arrays, schema
-from wearlab.campaign.update_options import Limit
 from wearlab.store.outcome import hours_text
-from wearlab.updating import cases, run_curves
 from wearlab.updating.calendar import NEVER, Calendar
+from wearlab.updating.cases import Limit, Subject
 from wearlab.updating.lives import Lives
+from wearlab.updating.run_curves import RunHistory
 
 MERGED: Any = {"compat": "override", "combine_attrs": "override"}
 P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
@@ -44,10 +44,10 @@ def variable(group: str, name: str, values: Any, of: str = "", over: str = "", *
 
 def dataset(group: str, values: Mapping[str, Any], of: str = "", over: str = "", **coords: Any) -> xr.Dataset:
     """Return the variables of a group, those that are labelled already as they are, with coordinates."""
-    found = {
-        name.replace("*", of): one if isinstance(one, xr.Variable) else variable(group, name, one, of, over)
-        for name, one in values.items()
-    }
+    found = {}
+    for name, one in values.items():
+        known = one if isinstance(one, xr.Variable) else variable(group, name, one, of, over)
+        found[name.replace("*", of)] = known
     return xr.Dataset(found, {name: variable("coordinates", name, at) for name, at in coords.items()})
 
 
@@ -67,9 +67,7 @@ def stacked(rows: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:
     return {name: np.stack([np.asarray(row[name]) for row in rows]) for name in names}
 
 
-def lives(
-    known: Lives, factor: arrays.Array, run: run_curves.RunHistory, calendar: Calendar | None
-) -> dict[str, Any]:
+def lives(known: Lives, factor: arrays.Array, run: RunHistory, calendar: Calendar | None) -> dict[str, Any]:
     """Return quantiles of life, remaining life and factor, and the day by cycles, of one unit."""
     life = known.life(P)
     rest = np.maximum(life - known.now, 0.0)
@@ -78,7 +76,7 @@ def lives(
     return found if calendar is None else found | {"end_of_life_quantile": calendar.texts(known.now + rest)}
 
 
-def calendar_of(study: cases.Subject, run: run_curves.RunHistory, now: float) -> Calendar | None:
+def calendar_of(study: Subject, run: RunHistory, now: float) -> Calendar | None:
     """Return the calendar of a unit in cycles of its run."""
     return study.calendar and study.calendar.in_cycles(run.start, now, run.seconds_per_cycle)
 
@@ -101,9 +99,9 @@ def limit_of(limit: Limit) -> xr.Variable:
 def dated(found: xr.Dataset, calendar: Calendar | None) -> xr.Dataset:
     """Return advice with the days of what it advises."""
     advised = ("recommended", "best_change", "best_change_if", "best_look", "horizon_change")
-    for name in advised if calendar is not None else ():
-        if name in found and np.isfinite(found[name]).all():
-            on = calendar.texts(np.atleast_1d(found[name].values))  # type: ignore[union-attr]
+    for name in advised:
+        if calendar is not None and name in found and np.isfinite(found[name]).all():
+            on = calendar.texts(np.atleast_1d(found[name].values))
             about = {"long_name": f"day of: {found[name].attrs['long_name']}"}
             found[f"{name}_day"] = xr.Variable(found[name].dims, on.reshape(found[name].shape), about)
     return found

@@ -295,8 +295,7 @@ def _independent(residual: Array, variance: Array, room: Array) -> Array:
     """Return the sum of the logs of independent normal densities; of probabilities where values are below."""
     n, hidden = residual.shape[-1], kalman.hidden(room)
     if variance.shape[-1] == 1 and not hidden.any():
-        square = np.einsum("...i,...i->...", residual, residual)
-        v = variance[..., 0]
+        square, v = np.einsum("...i,...i->...", residual, residual), variance[..., 0]
         return np.asarray(-0.5 * (square / v + n * (np.log(v) + kalman.LOG_TWO_PI)))
     total = np.zeros(np.broadcast_shapes(residual.shape[:-1], variance.shape[:-1]))
     for part in (slice(begin, begin + PIECE) for begin in range(0, n, PIECE)):
@@ -311,12 +310,11 @@ def _independent(residual: Array, variance: Array, room: Array) -> Array:
 
 def condenses(block: Block, asked: Asked, sd: Array) -> bool:
     """Whether the values are very many, and their errors differ by the model alone."""
-    seen, rows = block.seen, block.rows
+    seen, rows, error = block.seen, block.rows, block.data.error
     if len(rows) <= MANY or _size(len(rows)) * asked.curve.value.shape[-1] > len(rows):
         return False
-    if block.shares or block.data.since is not None or seen.censored[rows].any():
-        return False
-    if block.data.error.gain_sd and block.data.error.relative:  # their variance goes with the gain
+    alone = not block.shares and block.data.since is None and not seen.censored[rows].any()
+    if not alone or (error.gain_sd and error.relative):  # the variance goes with the gain
         return False
     return not seen.sd[rows].any() or (not block.relative and bool((sd == sd.flat[0]).all()))
 
@@ -358,9 +356,8 @@ class Condensed(NamedTuple):
 
 def condensed(cycle: Array, column: Index, value: Array, weight: Array) -> Condensed:
     """Return bins of values: when, which column of the curve, what was measured, of its square; each (n,)."""
-    order, counts = np.lexsort((cycle, column)), np.bincount(column)
+    order, size, counts = np.lexsort((cycle, column)), _size(len(cycle)), np.bincount(column)
     counts = counts[counts > 0]
-    size = _size(len(cycle))
     bins, ends = -(-counts // size), np.cumsum(counts)
     start = np.concatenate([f + size * np.arange(b) for f, b in zip(ends - counts, bins, strict=True)])
     end = np.repeat(ends, bins)[:, None]
@@ -390,16 +387,14 @@ def _condensed(block: Block, run: RunHistory, asked: Asked, factor: Array, sd: A
     shape, flat = np.broadcast_shapes(np.shape(factor), np.shape(sd)), np.ravel(factor)
     spread = np.broadcast_to(sd, shape).reshape(flat.size, -1)
     pieces = np.array_split(np.arange(flat.size), max(flat.size * bins.node.size // NUMBERS, 1))
-    parts = [_of_factors(bins, run, asked, flat[some], spread[some], block) for some in pieces]
+    parts = [_sums(bins, run, asked, flat[some], spread[some], block) for some in pieces]
     logs, chi, *more = np.concatenate(parts, axis=1).reshape(-1, *shape)
     if more:
         return np.stack(kalman.learned(1.0, block.data.error.gain_sd**2, (chi, *more, logs + constant))[2:])
     return np.stack([-0.5 * (chi + logs + constant), np.zeros(shape), np.zeros(shape)])
 
 
-def _of_factors(
-    bins: Condensed, run: RunHistory, asked: Asked, factor: Array, sd: Array, block: Block
-) -> Array:
+def _sums(bins: Condensed, run: RunHistory, asked: Asked, factor: Array, sd: Array, block: Block) -> Array:
     """Return sums of values for a few factors, (sums, factors, deviations).
 
     Σ ln 2πv and Σ (y − m)²/v; with a gain Σ ln 2πv, Σ y²/v, Σ m y/v and Σ m²/v.
@@ -422,9 +417,8 @@ def _of_factors(
     held = smooth[..., None]
     total = _added([np.where(held, each, 0.0) for each in sums], held * bins.many, model, sd, block.relative)
     lane, uneven = np.nonzero(~smooth)
-    size = bins.value.shape[1]
-    for some in np.array_split(np.arange(len(lane)), max(len(lane) * size // NUMBERS, 1)):
-        i, b = lane[some], uneven[some]
+    pieces = max(len(lane) * bins.value.shape[1] // NUMBERS, 1)
+    for i, b in zip(np.array_split(lane, pieces), np.array_split(uneven, pieces), strict=True):
         own = curve.at(run.own_cycle(bins.cycle[b], factor[i, None], asked.clock), bins.column[b])
         value, weight = bins.value[b], bins.weight[b]
         squares = (value * value, own * value, own * own) if len(sums) > 1 else ((value - own) ** 2,)

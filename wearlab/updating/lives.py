@@ -72,9 +72,8 @@ class Answer:
         """Return the probability of a shorter life, (q,)."""
         if self.passage is not None:
             return self.passage.life_below(cycle)
-        cycle = np.atleast_1d(np.asarray(cycle, float))
         post, runs = self.posterior, self.posterior.histories
-        passed = np.stack([run.equal(cycle) for run in runs])
+        passed = np.stack([run.equal(np.atleast_1d(np.asarray(cycle, float))) for run in runs])
         spans = np.array([max(run.limit_cycle - run.start, 0.0) * run.factor for run in runs])  # at factor 1
         with np.errstate(divide="ignore", invalid="ignore"):
             needed = np.log(spans[:, None] / np.maximum(passed, 0.0))
@@ -105,7 +104,7 @@ class Answer:
             return None
         held = np.flatnonzero(self.posterior.weight > LEAST)
         parts = [_states(self.posterior, int(i), self.drifting, self.now) for i in held]
-        lanes = [np.concatenate([part[k] for part in parts]) for k in range(4)]
+        lanes = [np.concatenate(each) for each in zip(*parts, strict=True)]
         return Passage(self.now, lanes, lambda cycle: np.asarray(cycle - self.now))
 
 
@@ -120,20 +119,18 @@ class Passage:
     """
 
     def __init__(self, now: float, lanes: Sequence[Array], ahead: Callable[[float], Array]) -> None:
-        weight, gap, mean, rate = lanes
-        self.now, self.ahead = now, ahead
+        (weight, gap, mean, rate), self.now, self.ahead = lanes, now, ahead
         weight = weight / weight.sum()
         self.held = (gap > 0.0) & np.isfinite(mean)
         self.over = float(weight[gap <= 0.0].sum())
-        self.mean, self.weight = mean[self.held], weight[self.held]
-        shape = gap[self.held] ** 2 / np.maximum(rate[self.held], 1e-300)
-        self.shape = np.minimum(shape, STIFFEST * self.mean)
+        self.weight, gap, self.mean, rate = (each[self.held] for each in (weight, gap, mean, rate))
+        self.shape = np.minimum(gap**2 / np.maximum(rate, 1e-300), STIFFEST * self.mean)
 
     def below(self, cycle: float, thinned: int = 1) -> float:
         """Return the probability of a shorter life; by every so manieth state only, as a first guess."""
         if cycle < self.now or not len(self.weight):
             return 0.0 if cycle < self.now else self.over
-        mean, shape, weight = self.mean[::thinned], self.shape[::thinned], self.weight[::thinned]
+        mean, shape, weight = (each[::thinned] for each in (self.mean, self.shape, self.weight))
         ahead = self.ahead(cycle)
         ahead = ahead[self.held][::thinned] if np.ndim(ahead) else ahead
         reached = first_passage(np.maximum(ahead, 1e-30), mean, shape)
@@ -216,11 +213,9 @@ def ended(run: RunHistory, factor: Array, mean: Array, now: float, rate: Array, 
     rng : of its ways
     """
     gap, ahead = present_state(run, factor, mean, now)
-    closed = gap <= 0.0
-    mean = np.where(np.isfinite(ahead), ahead, 1e300)
     with np.errstate(over="ignore", divide="ignore"):
-        shape = np.clip(np.where(closed, 1.0, gap) ** 2 / np.maximum(rate, 1e-300), 1e-300, 1e300)
-    return now + np.where(closed, 0.0, rng.wald(mean, shape))
+        shape = np.clip(np.where(gap <= 0.0, 1.0, gap) ** 2 / np.maximum(rate, 1e-300), 1e-300, 1e300)
+    return now + np.where(gap <= 0.0, 0.0, rng.wald(np.where(np.isfinite(ahead), ahead, 1e300), shape))
 
 
 def _states(post: grids.Posterior, i: int, number: int, now: float) -> tuple[Array, Array, Array, Array]:

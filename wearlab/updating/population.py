@@ -74,8 +74,8 @@ class FleetMember:
     @cached_property
     def inspections(self) -> list[tuple[int, kalman.Inspection]]:
         """The inspections and the block of each, in order of time; those of one time in order of blocks."""
-        each = [likelihood.inspections_of(block, self.run, n) for n, block in enumerate(self.blocks)]
-        told = [(n, own) for n, inspections in enumerate(each) for own in inspections]
+        both = enumerate(self.blocks)
+        told = [(n, one) for n, block in both for one in likelihood.inspections_of(block, self.run, n)]
         return sorted(told, key=lambda one: one[1].cycle)
 
     @cached_property
@@ -92,10 +92,9 @@ class FleetMember:
 
     def inspected(self, cycles: Array) -> Index:
         """Return how many inspections there had been by cycles."""
-        count = len(self.blocks) if self.asked is None else self.asked
-        before = np.array([(own.cycle, number >= count) for number, own in self.inspections]).reshape(-1, 2)
-        at = cycles[:, None]
-        return np.sum((before[:, 0] < at) | ((before[:, 0] == at) & (before[:, 1] == 0.0)), axis=1)
+        count, at = len(self.blocks) if self.asked is None else self.asked, cycles[:, None]
+        cycle, later = np.array([(own.cycle, n >= count) for n, own in self.inspections]).reshape(-1, 2).T
+        return np.sum((cycle < at) | ((cycle == at) & (later == 0.0)), axis=1)
 
     def up_to(self, cycle: float) -> "FleetMember":
         """Return the unit with what had been measured by a cycle."""
@@ -144,11 +143,10 @@ def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool
     """Return how probable a unit's measurements are, and what is known of its W, for lanes (p, nodes)."""
     run, factor = unit.run, np.exp(log_factor)
     begins, parts = [0], []
-    for number, block in enumerate(unit.blocks):
-        asked, rows = run.asked[number], block.rows
-        model = shared.mean(run, asked, factor, asked.cycle[rows], asked.column[rows])
-        parts.append(likelihood.compared(block, model, shared.sd[number]))
-        begins.append(begins[-1] + len(rows))
+    for asked, block, sd in zip(run.asked, unit.blocks, shared.sd, strict=False):
+        model = shared.mean(run, asked, factor, asked.cycle[block.rows], asked.column[block.rows])
+        parts.append(likelihood.compared(block, model, sd))
+        begins.append(begins[-1] + len(block.rows))
     worn = [shared.worn(run, asked.curve, factor) for asked in run.asked]
     times = [
         own._replace(cycle=shared.equal(run.equal(own.cycle)), values=own.values + begins[n], scale=worn[n])
@@ -338,8 +336,7 @@ def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
 
     thirds = np.array([0.159, 0.5, 0.841])  # a standard deviation about the prior's median
     low, mean, high = np.log([p.scale * np.asarray(p.prior.at(thirds)) for p in law.parameters]).T
-    root, temper, d = np.diag(0.5 * (high - low)), 0.0, len(mean)
-    some = units[:: max(len(units) // SOME, 1)]
+    root, temper, d, some = np.diag(0.5 * (high - low)), 0.0, len(mean), units[:: max(len(units) // SOME, 1)]
     for n in range(ROUNDS):
         z = ndtri(np.clip(qmc.Sobol(d, rng=seed + n).random(GUIDES), 1e-6, 1.0 - 1e-6))
         theta = mean + z @ root.T

@@ -183,6 +183,8 @@ class RunHistory:
     clock : where coefficient or load change in time: cycles of equal wear
     change : at which cycle the coefficient changed, the ratio of that after it to that before, and the width
         of the cycles that this one stands for
+    draw : which draw it is of the unknowns that cost runs
+    often : ln of how much more often it was drawn than its prior has it
     """
 
     id: str
@@ -199,6 +201,8 @@ class RunHistory:
     numerical: tuple[float, float]
     clock: Clock | None = None
     change: tuple[float, float, float] | None = None
+    draw: int = 0
+    often: float = 0.0
 
     def numerical_of(self, quantity: str) -> float:
         """Return the relative numerical error of a quantity: of one number, or of any place of a profile."""

@@ -83,12 +83,12 @@ def replayed(study: cases.Subject, post: grids.Posterior, end: float = np.nan) -
     if len(cycles) > MOST:
         cycles = cycles[np.linspace(0, len(cycles) - 1, MOST).astype(int)]
     rng = np.random.default_rng([study.spec.seed, 3])
-    prior = answers.answered(study, post.histories, answers.unseen(post.blocks), post.log_proposal)
+    prior = answers.answered(study, post.histories, answers.unseen(post.blocks))
     known, middle = sampling.drawn(prior, DRAWS, rng), float(prior.life(np.array([0.5]))[0])
     rows: list[dict[str, Any]] = []
     for cycle in map(float, cycles):
         until = likelihood.held(post.blocks, run, np.less_equal, cycle)
-        answer = answers.answered(study, post.histories, until, post.log_proposal)
+        answer = answers.answered(study, post.histories, until)
         each, _ = sampling.checks(replace(known, posterior=answer.posterior))
         last = [check.p for check in each if check.cycle == cycle]
         known, life = sampling.drawn(answer, DRAWS, rng), answer.life(layout.P)
@@ -150,7 +150,7 @@ def models_of(outcome: answers.Finding) -> Iterator[Model]:
     if drifts:
         yield name(errors[1], change), post, [block.drifting(not accumulates) for block in post.blocks]
     if changes:
-        constant = post.but(histories=post.histories[:1], log_proposal=np.zeros(1))
+        constant = post.but(histories=(replace(post.histories[0], often=0.0),))
         yield name(errors[0], "k constant"), constant, post.blocks
 
 

@@ -137,7 +137,7 @@ def _sample(outcome: Finding, *, before: bool = False) -> xr.Dataset:
             found[name] = draws.factor
             continue
         written, own = outcome.study.drawn[key], outcome.study.spec.unknown[key].unit
-        values = np.array([cases.plain(written[i]) for i in outcome.which])[draws.run]
+        values = np.array([cases.plain(written[run.draw]) for run in post.histories])[draws.run]
         unit = next((kind.unit for kind in units.KINDS.values() if own in kind.units), own or "1")
         scale = 1.0 if own in (None, unit) else units.convert(1.0, str(own), unit)
         shown = {"units": unit, "long_name": key, "display_units": own or "1"}

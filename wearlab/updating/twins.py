@@ -41,7 +41,7 @@ def calibrated(study: Subject, post: grids.Posterior, n: int, *, told: likelihoo
     if true is not None:
         runs = tuple(_bent(run, true.power) for run in post.histories)
         source, told = post.but(histories=runs, blocks=_true_blocks(post, true)), told or post.blocks
-    before = answers.answered(study, source.histories, answers.unseen(source.blocks), post.log_proposal)
+    before = answers.answered(study, source.histories, answers.unseen(source.blocks))
     truths = replace(sampling.drawn(before, n, rng), posterior=source)
     unmeasured = before.life(scores.EVEN)
     ranks: dict[str, list[float]] = {"factor": [], "life": []}
@@ -52,8 +52,8 @@ def calibrated(study: Subject, post: grids.Posterior, n: int, *, told: likelihoo
         both = zip(told or made, made, strict=True)
         made = tuple(replace(own, seen=replace(real.seen, data=own.data)) for own, real in both)
         # its own run knows too much
-        kept = [i for i in range(len(post.histories)) if not study.costly or i != truths.run[t]]
-        answer = answers.answered(study, [post.histories[i] for i in kept], made, post.log_proposal[kept])
+        kept = [run for i, run in enumerate(post.histories) if not study.costly or i != truths.run[t]]
+        answer = answers.answered(study, kept, made)
         if study.prior is not None:
             ranks["factor"].append(answer.factor_below(float(truths.factor[t])))
         over = life <= answer.now and answer.drifting is not None
