@@ -121,27 +121,21 @@ def outcome(study: Subject, runs: Runs, known: Answer | None = None) -> Finding:
     each, courses = sampling.checks(draws)
     told, sources = likelihood.told(blocks), {}
     for n in told if len(told) > 1 else ():
-        rest = unseen(blocks, but={*told} - {n})
-        sources[n] = replace(answered(study, runs, rest), now=answer.now)
+        sources[n] = replace(answered(study, runs, unseen(blocks, but={*told} - {n})), now=answer.now)
     stats = _stats(study, answer) | {"prior_predictive_p": _prior_p(before, prior_draws, blocks, rng)}
-    notes = _notes(study, answer, stats, tuple(_larger_errors(blocks, draws, prior_draws)))
+    notes = tuple(_notes(study, answer, stats, tuple(_larger_errors(blocks, draws, prior_draws))))
     return Finding(study, answer, draws, before, prior_draws, each, courses, sources, notes, stats)
 
 
 def _stats(study: Subject, answer: Answer) -> dict[str, float]:
     post, blocks, run = answer.posterior, answer.posterior.blocks, answer.posterior.histories[0]
-    stats = {
-        "log_evidence": post.evidence,
-        "effective_runs": post.effective_runs,
-        "runs": float(len({run.id for run in post.histories})),
-        "beyond_the_runs": answer.beyond,
-        "end_passed": answer.passed,
-        "numerical_error": max(
-            [run.numerical_of(b.data.quantity) for b in blocks if len(b.seen)], default=0.0
-        ),
-        "numerical_share": max([likelihood.numerical_share(b, run) for b in blocks], default=0.0),
-        "contradiction": answer.contradiction,
-    } | facts_of(post)
+    off = [run.numerical_of(block.data.quantity) for block in blocks if len(block.seen)]
+    share = [likelihood.numerical_share(block, run) for block in blocks]
+    stats = {"log_evidence": post.evidence, "effective_runs": post.effective_runs}
+    stats |= {"runs": float(len({run.id for run in post.histories})), "beyond_the_runs": answer.beyond}
+    stats |= {"end_passed": answer.passed, "numerical_error": max(off, default=0.0)}
+    stats |= {"numerical_share": max(share, default=0.0), "contradiction": answer.contradiction}
+    stats |= facts_of(post)
     if any(block.data.error.drift is not None for block in blocks):
         gain = post.evidence - post.by([block.drifting(block.drift is None) for block in blocks]).evidence
         stats["log_evidence_of_drift"] = gain if study.spec.discrepancy == ACCUMULATING else -gain
@@ -192,9 +186,7 @@ def _widens(answer: Answer) -> bool:
     return answer.drifting is None and len(answer.posterior.histories) <= MOST_WIDENED
 
 
-def _notes(
-    study: Subject, answer: Answer, stats: dict[str, float], larger: Sequence[Larger]
-) -> tuple[str, ...]:
+def _notes(study: Subject, answer: Answer, stats: dict[str, float], larger: Sequence[Larger]) -> list[str]:
     """Return what a reader must know, most important first."""
     blocks, runs = answer.posterior.blocks, answer.posterior.histories
     silent = study.spec.discrepancy == ACCUMULATING and answer.drifting is None
@@ -206,7 +198,7 @@ def _notes(
     values["oddities"] = [one for n, block in enumerate(blocks) for one in oddities(n, block, runs[0])]
     values["hours"] = study.record and study.record.excess(study.calendar and study.calendar.a_year)
     values["no_drift"] = study.limit.quantity if silent else ""
-    return tuple(layout.rendered("notes.txt", values))
+    return layout.rendered("notes.txt", values)
 
 
 def _larger_errors(blocks: Blocks, draws: sampling.Draws, before: sampling.Draws) -> Iterator[Larger]:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,14 +15,12 @@ from wearlab.campaign.update_options import THICKNESS, Days, Fleet, Limit, UnitB
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
 from wearlab.scene.build import contact, sets
+from wearlab.store import Store
 from wearlab.store.outcome import last_line, place
 from wearlab.units import is_quantity, split
 from wearlab.updating import measurements, run_curves
 from wearlab.updating.calendar import Calendar
 from wearlab.updating.measurements import Observed, OperatingRecord, UpdateError
-
-if TYPE_CHECKING:
-    from wearlab.store import Store
 
 DRAW = "draw"
 DEPTHS = ("max_wear_depth", "wear_depth", THICKNESS)
@@ -195,10 +193,8 @@ def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
     except UpdateError as error:
         raise UpdateError(f"{about}{error}") from None
     if FACTOR in spec.unknown and isinstance(scene.wear.coefficient, dict):
-        said = (
-            'the members have coefficients of their own: name one, such as "wear.coefficient.sun.factor"; it '
-        )
-        said += "costs runs, as the other flanks go on as they are"
+        said = 'the members have coefficients of their own: name one, such as "wear.coefficient.sun.factor"; '
+        said += "it costs runs, as the other flanks go on as they are"
         raise UpdateError(f"{about}update.unknown.{FACTOR}: {said}")
     if spec.limit is None and until.depth is None:
         said = 'required: wear.until has no depth; such as limit = { depth = "200 um" }'
@@ -239,7 +235,7 @@ def wanted_of(study: Subject) -> set[str]:
     return wanted - {"verdict", "end_reason"}  # those are for people
 
 
-def histories(study: Subject, store: "Store") -> run_curves.Runs:
+def histories(study: Subject, store: Store) -> run_curves.Runs:
     """Return what the stored runs of a study say.
 
     Raises
@@ -266,7 +262,7 @@ def histories(study: Subject, store: "Store") -> run_curves.Runs:
     return read
 
 
-def stored(study: Subject, scenes: Mapping[str, Scene], store: "Store") -> list[xr.Dataset]:
+def stored(study: Subject, scenes: Mapping[str, Scene], store: Store) -> list[xr.Dataset]:
     """Return what is stored of scenes, each under what it is called.
 
     Raises

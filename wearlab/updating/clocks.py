@@ -40,9 +40,7 @@ FAR = 1e6  # times a run's length that a clock reaches
 Judge = Callable[[Runs], grids.Posterior]
 
 
-def clock_of(
-    record: OperatingRecord, own: RunHistory, runs: Runs, factor: float, block: int | None = None
-) -> Clock:
+def clock_of(record: OperatingRecord, own: RunHistory, runs: Runs, factor: float, block: int | None) -> Clock:
     """Return the clock of equal wear of what ran, from a run of the scene and one of each condition.
 
     Wear is what ends the life, or what a block tells: at equal depth a harder load has worn less mass.
@@ -79,7 +77,7 @@ def clocked_run(study: Subject, own: RunHistory, conditions: Runs) -> RunHistory
     factors = np.ones(3)
     weighed = [n for n, seen in enumerate(study.seen) if seen.data.quantity == "worn_mass" and len(seen)]
     for _ in range(3 if any(len(seen) for seen in study.seen) else 1):
-        clocks = [clock_of(study.record, own, conditions, float(factor)) for factor in factors]
+        clocks = [clock_of(study.record, own, conditions, float(factor), None) for factor in factors]
         ends = [clock.equal[-2] - own.start for clock in clocks]
         off = float(abs(ends[2] - ends[0]) / max(ends[1], 1e-300))
         asked = list(own.asked)
@@ -180,8 +178,8 @@ def renewed(study: Subject, compute: Callable[[Scene], xr.Dataset]) -> tuple[Sub
     for number, (members, at) in enumerate(_events(study, first, gears)):
         known, history = _history(study, scene, eras)
         before = likelihood.held(answers.blocks_of(known, (history,)), history, np.less_equal, at)
-        middle = answers.answered(known, (history,), before).factor(np.array([0.5]))[0]
-        factor = float(f"{middle:.{DIGITS}g}")
+        answer = answers.answered(known, (history,), before)
+        factor = float(f"{answer.factor(np.array([0.5]))[0]:.{DIGITS}g}")
         own = {gear: (at - each[-1].begin) * factor / history.factor for gear, each in eras.items()}
         worn: dict[str, Any] = {}
         for flank, gear in zip(flanks, map(run_curves.gear, flanks), strict=True):

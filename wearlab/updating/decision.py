@@ -148,9 +148,9 @@ def decided(outcome: answers.Finding, costs: Decision, rng: Random) -> xr.Datase
     age = hour * (answer.now - run.start)
     looks = np.linspace(answer.now, float(answer.life(np.array([0.5]))[0]), LOOKS + 1)[1:]
     states, rates = states_at(answer.drifting, draws, number, looks, rng), []
-    for look, (value, life, sd) in zip(looks.tolist(), states, strict=True):
-        rest = hour * (np.where(draws.life <= look, draws.life, life) - answer.now)
-        rates.append(with_a_look(rest, (value, sd), hour * (look - answer.now), age, costs, rng))
+    for look, seen in zip(looks.tolist(), states, strict=True):
+        rest = hour * (np.where(draws.life <= look, draws.life, seen[1]) - answer.now)
+        rates.append(with_a_look(rest, seen, hour * (look - answer.now), age, costs, rng))
     best = looks[int(np.argmin(rates))] if min(rates) < float(found["best_rate"]) else np.nan
     return found.merge(layout.dataset("decision", {"rate_with_look": rates, "best_look": best}, look=looks))
 
@@ -209,15 +209,13 @@ def _costs_of_ages(below: Array, value: Array, costs: Decision) -> Array:
     return own
 
 
-def with_a_look(
-    rest: Array, seen: tuple[Array, Array], look: float, age: float, costs: Decision, rng: Random
-) -> float:
+def with_a_look(rest: Array, seen: Seen, look: float, age: float, costs: Decision, rng: Random) -> float:
     """Return the least cost per hour with a look, after which the change is chosen.
 
     Parameters
     ----------
     rest : of each draw, the life from now [h]
-    seen : what would be measured at the look, and the error
+    seen : what would be measured at the look, the life as it then is, and the error
     look, age : time of it from now, and age now [h]
     costs : of changes, failures and looks
     rng : of the errors
@@ -227,7 +225,7 @@ def with_a_look(
     if early.all():
         return costs.failure / (age + lost)
     order = np.argsort((rest - look)[~early])
-    left, value, sd = (each[~early][order] for each in (rest - look, *seen))
+    left, value, sd = (each[~early][order] for each in (rest - look, seen[0], seen[2]))
     time = np.linspace(0.0, float(np.quantile(left, LAST)), PLACES + 1)
     at = np.searchsorted(left, time, side="right")
     mass = np.cumsum(virtual_weights(value, sd, rng), axis=1, dtype=float)

@@ -179,12 +179,9 @@ def fleet_groups(studies: Subjects, runs: run_curves.Runs, *, replay: bool) -> d
     rows = _observed(found, blanks, rng)
     stats: dict[str, Any] = {"log_evidence": found.evidence, "points": float(len(found.theta))}
     stats |= {"notes": " | ".join(_notes(studies, found)), **(_scores(rows) if replay else {})}
-    groups = {
-        "posterior": _posterior(found, theta, each, rng),
-        "predictions": _predictions(studies, found, states_now(found, theta, each), blanks),
-        "observed_data": rows,
-        "sample_stats": layout.dataset("statistics", stats),
-    }
+    now = _predictions(studies, found, states_now(found, theta, each), blanks)
+    groups = {"posterior": _posterior(found, theta, each, rng), "predictions": now, "observed_data": rows}
+    groups["sample_stats"] = layout.dataset("statistics", stats)
     if rows and rows["flagged"].values.any():
         sound = _without(found, rows.isel(observation=rows["flagged"].values))
         rest = population.population(sound, found.law, 0)
@@ -343,7 +340,7 @@ def _scores(rows: xr.Dataset) -> dict[str, float]:
     if not len(value):
         return {}
     off = {"mean_error": q[2], "error_of_rate": held["by_the_rate"], "error_of_line": held["by_a_line"]}
-    mean = {name: np.abs(np.asarray(values) - value) for name, values in off.items()} | {"crps": held["crps"]}
+    mean = {"crps": held["crps"]} | {name: np.abs(np.asarray(each) - value) for name, each in off.items()}
     found = {f"replay_{name}": float(np.nanmean(values)) for name, values in mean.items()}
     return {"replay_count": float(len(value)), **found, **held_by(q, value)}
 

@@ -12,21 +12,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from scipy.special import ndtr, ndtri
 
 from wearlab import sources
 from wearlab.arrays import Array
 from wearlab.campaign import Campaign, distributions
 from wearlab.scene import Scene, SceneError
+from wearlab.store import Store, netcdf, updates
 from wearlab.updating import answers, cases, clocks, fleet, grids, measurements, run_curves, tree
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from wearlab.store import Store
 
 FORMAT = 2  # of what is kept
 ENOUGH = 1e-3  # posterior probability beyond the stored runs that they are not made longer for
@@ -38,13 +35,13 @@ REST, ENDS = "remaining_useful_life_quantile", np.array([0.05, 0.5, 0.95])
 
 def update(
     campaign: Campaign,
-    store: "Store",
+    store: Store,
     *,
     replay: bool = False,
     check: int = 0,
     progress: bool = True,
     workers: int | None = None,
-) -> "xr.DataTree":
+) -> xr.DataTree:
     """Return what a campaign's measurements say of its wear coefficient and remaining life.
 
     Missing runs are computed first; an update that was made before of the same runs and data is read.
@@ -68,8 +65,6 @@ def update(
     UpdateError : nothing was measured, a file cannot be read, or no run has data
     StoreError : the store cannot be read or written
     """
-    from wearlab.store import netcdf, updates
-
     wanted = cases.studies(campaign)
     if (known := kept(wanted, store, replay=replay, check=check)) is not None:
         return known
@@ -110,7 +105,7 @@ class Runner(NamedTuple):
     """
 
     title: str
-    store: "Store"
+    store: Store
     progress: bool = True
     workers: int | None = None
 
@@ -129,7 +124,7 @@ class Runner(NamedTuple):
             found.append(runs)
         return found
 
-    def stored(self, study: cases.Subject, worn: Scene) -> "xr.Dataset":
+    def stored(self, study: cases.Subject, worn: Scene) -> xr.Dataset:
         """Return what is stored of a scene with worn mates; where it is missing, it is run."""
         self._compute([study], [worn])
         return cases.stored(study, {"update.replaced: its run with worn mates": worn}, self.store)[0]
@@ -240,8 +235,6 @@ def code() -> str:
     return sources.hash_of(sorted(file for file in Path(__file__).parent.iterdir() if file.is_file()))
 
 
-def kept(wanted: cases.Subjects, store: "Store", *, replay: bool, check: int) -> "xr.DataTree | None":
+def kept(wanted: cases.Subjects, store: Store, *, replay: bool, check: int) -> xr.DataTree | None:
     """Return the update when it was made before, None otherwise."""
-    from wearlab.store import updates
-
     return updates.read_update(store, identity(subject(wanted), replay=replay, check=check))

@@ -95,13 +95,7 @@ class Filtered:
 
 
 def filtered(
-    seen: Compared,
-    times: Inspections,
-    known: Filtered,
-    rate: Any,
-    loading: Any = None,
-    *,
-    steps: bool = False,
+    seen: Compared, times: Inspections, known: Filtered, rate: Any, loading: Any = None, steps: bool = False
 ) -> Filtered:
     """Return the likelihood of residuals and what is known of W.
 

@@ -63,9 +63,8 @@ class MeasuredColumns:
         """
         for role, column in ((role, column) for role, column in wanted.items() if column is not None):
             if (found := self.table.find(column)) is None:
-                strange = next(
-                    (n for n in self.table.names if n.startswith((f"{column} [", f"{column} ("))), ""
-                )
+                begins = f"{column} [", f"{column} ("
+                strange = next((n for n in self.table.names if n.startswith(begins)), "")
                 unit_of = f"{strange[len(column) :].strip()} in its header is no unit that is known: "
                 own = f" as {strange!r}, and its unit in units"
                 raise UpdateError(
@@ -234,10 +233,8 @@ def _seconds(columns: MeasuredColumns, calendar: Calendar | None) -> Array:
     """Return the operating seconds at dates, by a record, or by the hours of a year in operation."""
     dates = columns.dates("time")
     if calendar is None or np.isnan(calendar.time[-1]):
-        said = (
-            "dates need update.calendar = { date, hours, hours_per_year }: a day, the operating hours on it, "
-        )
-        raise UpdateError(f"{columns.block.place}.columns.date: {said}and how they go on")
+        said = "dates need update.calendar = { date, hours, hours_per_year }: a day, the operating hours on "
+        raise UpdateError(f"{columns.block.place}.columns.date: {said}it, and how they go on")
     hours = calendar.hours(dates)
     said = f"is before the first operating hour: {calendar.time[-1]:g} h on {day_text(calendar.day[-1])}, "
     said += f"{calendar.a_year:g} h a year, by update.calendar"

@@ -148,10 +148,8 @@ def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool
         parts.append(likelihood.compared(block, model, sd))
         begins.append(begins[-1] + len(block.rows))
     worn = [shared.worn(run, asked.curve, factor) for asked in run.asked]
-    times = [
-        own._replace(cycle=shared.equal(run.equal(own.cycle)), values=own.values + begins[n], scale=worn[n])
-        for n, own in unit.inspections
-    ]
+    when = ((n, own, shared.equal(run.equal(own.cycle))) for n, own in unit.inspections)
+    times = [own._replace(cycle=t, values=own.values + begins[n], scale=worn[n]) for n, own, t in when]
     seen = parts[0] if len(parts) == 1 else _side_by_side(parts)
     return kalman.filtered(seen, times, kalman.Filtered(), shared.rate, steps=steps)
 

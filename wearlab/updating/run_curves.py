@@ -5,12 +5,11 @@ under static and under instant loads, with a film or a regression whose k depend
 duty mixed within each cycle. It ends where something happens at a given cycle: stages of operation.
 """
 
-import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,12 +18,9 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 from wearlab.arrays import Array, Index
 from wearlab.campaign.update_options import THICKNESS, Limit
 from wearlab.scene import Scene
-from wearlab.store.files import StoreError
+from wearlab.store import Store, StoreError, reading
 from wearlab.updating import calendar
 from wearlab.updating.measurements import Observed, UpdateError
-
-if TYPE_CHECKING:
-    from wearlab.store import Store
 
 TINY = 1e-12
 Names = Collection[str]
@@ -32,7 +28,7 @@ BITS, CLOSE = 60, 1e-12  # halvings to round-off; of its range, by which a root 
 WHOLE = ("max_wear_depth", "worn_mass")  # quantities that are one number of a gear
 
 
-def read_runs(store: "Store", ids: Names, names: Names, once: Names = ()) -> dict[str, xr.Dataset]:
+def read_runs(store: Store, ids: Names, names: Names, once: Names = ()) -> dict[str, xr.Dataset]:
     """Return the runs among ``ids`` that have data, with those variables of ``names`` that they have.
 
     Every file is opened once, and compared with its hash when first read; the catalogue has dims and labels.
@@ -47,8 +43,6 @@ def read_runs(store: "Store", ids: Names, names: Names, once: Names = ()) -> dic
     ------
     StoreError : a file is gone or was altered, or the catalogue does not describe it
     """
-    from wearlab.store import reading
-
     placed = {run.id: run for run in store.heads(ids).values() if run.state == "done" and run.layout}
     layouts = store.catalogue.layouts(str(run.layout) for run in placed.values())
     runs: dict[str, xr.Dataset] = {}
@@ -105,7 +99,7 @@ class RunCurve:
         rate, low = self.slope[-1, 0], np.clip(i, 1, len(highest) - 1) - 1
         piece = self._cubics.c[:, low, 0]
         within = risen(lambda x: np.polyval(piece, x), level, 0.0, np.diff(self.cycle)[low])
-        ahead = (level - self.value[-1, 0]) / rate if rate > 0.0 else np.full(level.shape, math.inf)
+        ahead = (level - self.value[-1, 0]) / rate if rate > 0.0 else np.full(level.shape, np.inf)
         beyond = np.where(i == 0, self.cycle[0], self.cycle[-1] + ahead)
         return np.where((i > 0) & (i < len(highest)), self.cycle[low] + within, beyond)
 
@@ -388,7 +382,7 @@ def gear(where: str) -> str:
 def per_cycle(run: xr.Dataset, clock: str) -> float:
     """Return how much of a clock one cycle takes; conditions are constant, so any span tells."""
     if clock not in run:
-        return math.nan
+        return np.nan
     cycle, other = run["cycle"].values, run[clock].values
     return float((other[-1] - other[0]) / (cycle[-1] - cycle[0]))
 
@@ -410,7 +404,7 @@ def _beside(run: xr.Dataset, limit: Limit, ended: RunCurve) -> dict[str, RunCurv
 def _coefficient(run: xr.Dataset, where: str | None) -> float:
     """Return the largest wear coefficient along the flank at the first state [m²/N]."""
     if "effective_wear_coefficient" not in run:
-        return math.nan
+        return np.nan
     values = run["effective_wear_coefficient"].isel(update=0)
     mine = [gear(str(flank)) == (where and gear(where)) for flank in values["flank"].values]
     return float((values.isel(flank=mine) if any(mine) else values).max())

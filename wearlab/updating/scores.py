@@ -115,11 +115,8 @@ def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
     truth = end - before["inspection"].values
     rest = before["remaining_useful_life_quantile"].transpose("quantile", "inspection").values
     own = np.abs(rest[2] - truth) / truth
-    score = {
-        "replay_inspections": float(len(truth)),
-        "replay_mean_error": np.mean(own),
-        **held_by(rest, truth),
-    }
+    score = {"replay_inspections": float(len(truth)), "replay_mean_error": np.mean(own)}
+    score |= held_by(rest, truth)
     score["replay_crps"] = np.mean(before["crps"].values / truth)
     score["replay_interval_score"] = np.mean(interval_score(rest[0], rest[4], truth) / truth)
     for rule in RULES:
@@ -174,9 +171,7 @@ def compared(outcomes: Sequence[answers.Finding]) -> xr.Dataset | None:
     alone = [left_out(post) for post in posts]
     off = [one - alone[0] if len(one) == len(alone[0]) else np.full(1, np.nan) for one in alone]
     error = [np.sqrt(len(o)) * float(np.std(o, ddof=1)) if len(o) > 1 else np.nan for o in off]
-    values = {
-        "log_evidence": [p.evidence for p in posts],
-        "log_left_out": [float(np.sum(one)) for one in alone],
-    }
+    values = {"log_evidence": [post.evidence for post in posts]}
+    values["log_left_out"] = [float(np.sum(one)) for one in alone]
     values |= {"left_out_difference": [float(np.sum(one)) for one in off], "left_out_error": error}
     return layout.dataset("comparison", values, model=np.array(names, dtype=object))

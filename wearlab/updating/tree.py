@@ -79,13 +79,9 @@ def tree_of_groups(campaign: Campaign, studies: cases.Subjects, groups: Groups) 
 def _groups(outcome: Finding, replay: bool, check: int) -> dict[str, xr.Dataset]:
     spec, post = outcome.study.spec, outcome.posterior
     rng = np.random.default_rng([spec.seed, 1])
-    groups = {
-        "posterior": _sample(outcome),
-        "prior": _sample(outcome, before=True),
-        "predictions": _predictions(outcome, rng),
-        "observed_data": _observed_data(outcome),
-        "sample_stats": _statistics(outcome),
-    }
+    groups = {"posterior": _sample(outcome), "prior": _sample(outcome, before=True)}
+    groups |= {"predictions": _predictions(outcome, rng), "observed_data": _observed_data(outcome)}
+    groups["sample_stats"] = _statistics(outcome)
     if told := likelihood.told(post.blocks):
         groups["posterior_predictive"] = xr.merge([_replicas(outcome, n, rng) for n in told], **layout.MERGED)
         groups["log_likelihood"] = xr.merge([_pointwise(outcome, n) for n in told], **layout.MERGED)
