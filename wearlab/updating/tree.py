@@ -130,7 +130,7 @@ def _sample(outcome: Finding, *, before: bool = False) -> xr.Dataset:
     found: dict[str, Any] = {}
     for key, name in names_of(list(outcome.study.spec.unknown)).items():
         if key == cases.FACTOR:
-            found[name] = draws.factor
+            found[name] = layout.variable("sample", "factor", draws.factor)
             continue
         written, own = outcome.study.drawn[key], outcome.study.spec.unknown[key].unit
         values = np.array([cases.plain(written[run.draw]) for run in post.histories])[draws.run]
