@@ -228,8 +228,7 @@ def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
 def wanted_of(study: Subject) -> set[str]:
     """Return the variables that the histories of a study are made of."""
     wanted = needed(study.seen, study.limit) | {"cycle", "operating_hours"}
-    wanted |= {block.place_kind for block in study.seen if block.place_kind}
-    wanted |= {block.clock for block in study.seen if block.clock == "mesh_cycles"}
+    wanted |= {each for block in study.seen for each in (block.place_kind, block.clock) if each}
     wanted |= {"roll_angle" for block in study.seen if block.data.quantity == THICKNESS}
     wanted |= {"wear_depth", "wear_rate", "path_position", "worn_mass"} if study.spec.replaced else set()
     return wanted - {"verdict", "end_reason"}  # those are for people
@@ -246,7 +245,7 @@ def histories(study: Subject, store: Store) -> run_curves.Runs:
     runs = run_curves.read_runs(store, dict.fromkeys(ids), wanted - ERRORS, ERRORS)
     if len(ids) == 1 and not runs:
         entry = store.heads(ids).get(ids[0])
-        told = "is not there " if entry is None else f"{entry.state} {last_line(store.find(ids[0]).reason)}"
+        told = "is not there" if entry is None else f"{entry.state} {last_line(store.find(ids[0]).reason)}"
         raise UpdateError(f"{study.label}: its run {told}".strip())
     read = []
     for i, (run_id, scene) in enumerate(zip(ids, study.scenes, strict=True)):

@@ -312,8 +312,7 @@ def _observed(found: Population, blanks: list[UnitState], rng: Random) -> xr.Dat
         rate[k] = np.median(others) if len(others) else np.nan
     told |= {"first": first, "flagged": told["check_p"] < sampling.ALARM / len(rows), "by_a_line": line * at}
     told["by_the_rate"] = np.where(first, np.nan, worn + rate * (at - before))
-    si = found.units[0].blocks[_main(block)].data.si
-    in_si = {name: {"units": si} for name in IN_SI}
+    in_si = dict.fromkeys(IN_SI, {"units": found.units[0].blocks[np.bincount(block).argmax()].data.si})
     labelled = {n: layout.variable("fleet", n, v, **in_si.get(n, {})) for n, v in told.items()}
     return layout.dataset("fleet", labelled, quantile=layout.P)
 
@@ -325,16 +324,12 @@ def _named(unit: FleetMember, number: int | None) -> str:
     return f"{data.label.replace('_', ' ')} ({data.file.name})" if several else ""
 
 
-def _main(block: Array) -> int:
-    """Return the block that most inspections are of: averages over several would mix quantities."""
-    return int(np.bincount(block.astype(int)).argmax()) if len(block) else 0
-
-
 def _scores(rows: xr.Dataset) -> dict[str, float]:
     """Return how what was foreseen did, beside two simple rules."""
     if not rows:
         return {}
-    same = rows["block"].values == _main(rows["block"].values)
+    # averages over several blocks would mix quantities
+    same = rows["block"].values == np.bincount(rows["block"].values).argmax()
     held = rows.isel(observation=same & ~rows["first"].values & np.isfinite(rows["value"].values))
     q, value = held["foreseen"].values.T, held["value"].values
     if not len(value):

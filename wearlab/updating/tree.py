@@ -52,26 +52,19 @@ def tree_of_groups(campaign: Campaign, studies: cases.Subjects, groups: Groups) 
     spec, now = studies[0].spec, datetime.now(UTC).isoformat(timespec="seconds")
     measured = dict.fromkeys(data.quantity.replace("_", " ") for data in spec.data)
     same = {tuple((seen.data.label, seen.fingerprint) for seen in one.seen) for one in studies}
-    attrs = {
-        "title": campaign.title,
-        "summary": f"What is known of {', '.join(spec.unknown)} and of the remaining life after measurements "
-        f"of {', '.join(measured) or 'nothing'}: prior, posterior and predictions, in groups after ArviZ.",
-        "keywords": ", ".join(["gears", "tooth wear", "remaining useful life", "Bayesian update", *measured]),
-        "history": f"{now} wearlab {version.__version__}: updated from stored runs and measurements",
-        "references": campaign.reference or "",
-        **{str(key): str(value) for key, value in (campaign.metadata or {}).items()},
-        **credited(campaign.metadata or {}),
-        "processing_level": "posterior: model output updated with measurements",
-        "source": f"wearlab {version.__version__}, sources {sources.source_hash()}",
-        **dict.fromkeys(("created_at", "date_created"), now),
-        "inference_library": "wearlab",
-        **dict.fromkeys(("inference_library_version", "wearlab_version"), version.__version__),
-        "source_hash": sources.source_hash(),
-        "discrepancy": spec.discrepancy,
-        "seed": spec.seed,
-        "same_measurements": int(len(same) == 1),
-        "Conventions": "CF-1.11, ACDD-1.3",
-    }
+    about = f"What is known of {', '.join(spec.unknown)} and of the remaining life after measurements of "
+    about += f"{', '.join(measured) or 'nothing'}: prior, posterior and predictions, in groups after ArviZ."
+    words = ["gears", "tooth wear", "remaining useful life", "Bayesian update", *measured]
+    own, code, metadata = version.__version__, sources.source_hash(), campaign.metadata or {}
+    attrs: dict[str, Any] = {"title": campaign.title, "summary": about, "keywords": ", ".join(words)}
+    attrs["history"] = f"{now} wearlab {own}: updated from stored runs and measurements"
+    attrs["references"] = campaign.reference or ""
+    attrs |= {str(key): str(value) for key, value in metadata.items()} | credited(metadata)
+    attrs["processing_level"] = "posterior: model output updated with measurements"
+    attrs |= {"source": f"wearlab {own}, sources {code}", "created_at": now, "date_created": now}
+    attrs |= {"inference_library": "wearlab", "inference_library_version": own, "wearlab_version": own}
+    attrs |= {"source_hash": code, "discrepancy": spec.discrepancy, "seed": spec.seed}
+    attrs |= {"same_measurements": int(len(same) == 1), "Conventions": "CF-1.11, ACDD-1.3"}
     told = {key: value for key, value in attrs.items() if value != ""}  # CF: no attribute is an empty text
     return xr.DataTree.from_dict({"/": xr.Dataset(attrs=told), **groups})
 
