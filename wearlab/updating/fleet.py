@@ -312,8 +312,8 @@ def _observed(found: Population, blanks: list[UnitState], rng: Random) -> xr.Dat
         rate[k] = np.median(others) if len(others) else np.nan
     told |= {"first": first, "flagged": told["check_p"] < sampling.ALARM / len(rows), "by_a_line": line * at}
     told["by_the_rate"] = np.where(first, np.nan, worn + rate * (at - before))
-    in_si = dict.fromkeys(IN_SI, {"units": found.units[0].blocks[np.bincount(block).argmax()].data.si})
-    labelled = {n: layout.variable("fleet", n, v, **in_si.get(n, {})) for n, v in told.items()}
+    si = {"units": found.units[0].blocks[int(np.bincount(block).argmax())].data.si}
+    labelled = {n: layout.variable("fleet", n, v, **(si if n in IN_SI else {})) for n, v in told.items()}
     return layout.dataset("fleet", labelled, quantile=layout.P)
 
 
