@@ -21,10 +21,8 @@ Asked = Mapping[str, Sequence[str]]
 CARDS = 24  # campaigns of a page
 MOST_BESIDE = 24  # runs told side by side
 MOST_DRAWN = 2_000  # cases of a campaign that figures are drawn of, and that are sorted by any column
-BESIDE = (
-    "SELECT DISTINCT m.run FROM members AS m JOIN runs AS r ON r.id = m.run "
-    f"WHERE r.state = 'done' AND m.campaign = {recorded.CAMPAIGN_OF_RUN} LIMIT {MOST_BESIDE + 1}"
-)
+BESIDE = "SELECT DISTINCT m.run FROM members AS m JOIN runs AS r ON r.id = m.run WHERE r.state = 'done' "
+BESIDE += f"AND m.campaign = {recorded.CAMPAIGN_OF_RUN} LIMIT {MOST_BESIDE + 1}"
 """The finished runs of the campaign recorded last that has a run, as far as they are told side by side."""
 NUMBER = re.compile(r"[± ]*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)")
 
@@ -185,13 +183,11 @@ def compare(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
         told["beside"] = one_run.side_by_side(store, wanted.runs[:MOST_BESIDE])
     source = figures.source_of(store, wanted)
     axes, dims = [str(dim) for dim in source.grid.run_id.dims], set(source.grid.dims)
-    told |= {
-        "kinds": [(kind, f"{kind}: {KINDS[kind].shows}"[:90]) for kind in source.possible()],
-        "numbers": [(name, f"{name}: {words}"[:90]) for name, words in source.numbers()],
-        "abscissae": list(dict.fromkeys([*axes, *grid_runs.along_axes(source.grid)])),
-        "roles": [*axes, *(dim for dim in ("flank", "mesh", "update", "member") if dim in dims)],
-        "heading": f"Compare {source.campaign.title}" if len(wanted.runs) > 1 else source.campaign.title,
-    }
+    told["kinds"] = [(kind, f"{kind}: {KINDS[kind].shows}"[:90]) for kind in source.possible()]
+    told["numbers"] = [(name, f"{name}: {words}"[:90]) for name, words in source.numbers()]
+    told["abscissae"] = list(dict.fromkeys([*axes, *grid_runs.along_axes(source.grid)]))
+    told["roles"] = [*axes, *(dim for dim in ("flank", "mesh", "update", "member") if dim in dims)]
+    told["heading"] = f"{'Compare ' if len(wanted.runs) > 1 else ''}{source.campaign.title}"
     try:
         drawn = source.ask_for(wanted)
     except FigureError as error:

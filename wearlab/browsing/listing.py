@@ -14,18 +14,14 @@ from wearlab.store.search import CatalogueSearch, Page
 from wearlab.units import KINDS, shown_unit
 
 ROWS = 50  # of a page
-USUAL = (
-    *("case", "operation.torque", "operation.speed", "life", "service_life", "max_wear_depth", "verdict"),
-    *("tag", "campaign", "started"),
-)
+USUAL: tuple[str, ...] = ("case", "operation.torque", "operation.speed", "life", "service_life")
+USUAL += ("max_wear_depth", "verdict", "tag", "campaign", "started")
 SIGNS = {">=": "at least", "<=": "at most", "=": "is", "!=": "is not", ">": "more than", "<": "less than"}
 SIGNS |= {"contains": "contains"}
-TEXTS = {
-    **{"id": "identity of the run", "status": "state of the run", "campaign": "title of its campaign"},
-    **{"case": "label of its case", "tag": "a tag on it, or on its campaign", "note": "a note on it"},
-    **{"started": "when it was computed", "seconds": "how long that took", "bytes": "size of its file"},
-    "other_code": "whether other code than the present made it",
-}
+TEXTS = {"id": "identity of the run", "status": "state of the run", "campaign": "title of its campaign"}
+TEXTS |= {"case": "label of its case", "tag": "a tag on it, or on its campaign", "note": "a note on it"}
+TEXTS |= {"started": "when it was computed", "seconds": "how long that took", "bytes": "size of its file"}
+TEXTS |= {"other_code": "whether other code than the present made it"}
 BARE = re.compile(r"[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?", re.IGNORECASE)
 IN_CYCLES = ("life", "remaining_useful_life", "load_cycles")
 

@@ -15,10 +15,9 @@ from wearlab.report import run as reported
 from wearlab.store import Store, StoreError, catalogue, grid, outcome, provenance, remarks
 from wearlab.units import is_number, shown_unit
 
-SUMMED = (
-    *("life", "service_life", "max_wear_depth", "contact_ratio", "dynamic_factor", "equivalent_load"),
-    *("mesh_force_max", "stiffness_mean", "lambda_ratio", "contact_pressure", "run_time_total"),
-)
+SUMMED: tuple[str, ...] = ("life", "service_life", "max_wear_depth", "contact_ratio", "dynamic_factor")
+SUMMED += ("equivalent_load", "mesh_force_max", "stiffness_mean", "lambda_ratio", "contact_pressure")
+SUMMED += ("run_time_total",)
 
 
 TOLD_ABOVE = ("result", "verdict", "tags", "notes")

@@ -193,14 +193,10 @@ class RemarkPage(WindowPage):
 
 def patterns(store: Store, pool: ThreadPoolExecutor) -> list[tuple[Any, ...]]:
     """Return which address shows what; the thread of the pool draws, and opens the store for itself."""
-    known: dict[str, type[WindowPage]] = {
-        "/(|campaign|runs|run|compare|updates|update|progress)": ToldPage,
-        "/thumbnail": Thumbnail,
-        f"/(figure|campaign|update)[.]({'|'.join(frame.FORMATS)})": PrintedFigure,
-        "/(data|citation)": TakenFile,
-        "/(style[.]css|names[.]js)": BesidePages,
-        "/remark": RemarkPage,
-    }
+    known: dict[str, type[WindowPage]] = {"/thumbnail": Thumbnail, "/(data|citation)": TakenFile}
+    known["/(|campaign|runs|run|compare|updates|update|progress)"] = ToldPage
+    known[f"/(figure|campaign|update)[.]({'|'.join(frame.FORMATS)})"] = PrintedFigure
+    known |= {"/(style[.]css|names[.]js)": BesidePages, "/remark": RemarkPage}
     shared = {"store": store, "pool": pool, "its_own": cache(lambda: Store(store.address or store.path))}
     return [(pattern, page, shared) for pattern, page in known.items()]
 

@@ -18,10 +18,8 @@ from wearlab.units import is_number, shown_unit, split
 
 MOST_WORDS = 3  # keys that tell runs apart by words
 BASE = "base"
-CAMPAIGN_OF_RUN = (
-    "(SELECT own.campaign FROM members AS own JOIN campaigns AS c ON c.key = own.campaign "
-    "WHERE own.run = ? ORDER BY c.recorded DESC LIMIT 1)"
-)
+CAMPAIGN_OF_RUN = "(SELECT own.campaign FROM members AS own JOIN campaigns AS c ON c.key = own.campaign "
+CAMPAIGN_OF_RUN += "WHERE own.run = ? ORDER BY c.recorded DESC LIMIT 1)"
 """The campaign recorded last that has a run."""
 ORDER = ("done", "running", "interrupted", "failed", "refused", "missing", "doubtful")
 

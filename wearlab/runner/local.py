@@ -260,8 +260,8 @@ def _main_module_hidden() -> Iterator[None]:
 def quiet_logs() -> Iterator[None]:
     """Keep dask's goodbyes, and its tracebacks about what is told in one message, off the screen."""
     known = [name for name in logging.root.manager.loggerDict if name.split(".")[0] in NOISY]
-    loggers = [logging.getLogger(name) for name in {*NOISY, *known}]  # those within have levels of their own
-    levels = {logger: logger.level for logger in loggers}
+    # those within have levels of their own
+    levels = {logger: logger.level for logger in map(logging.getLogger, {*NOISY, *known})}
     for logger in levels:
         logger.setLevel(logging.CRITICAL + 1)
     try:

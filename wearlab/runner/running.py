@@ -248,14 +248,11 @@ def _report(
     known = store.entries(noted).values()
     troubled = tuple(report.CaseReport(e.id, labels[e.id], e.state, e.reason, e.warnings) for e in known)
     counts = (states.count("done"), states.count("failed"), states.count("refused"))
-    entries = store.entries(case.id for case in campaign.cases if getattr(case, "expect", None) is not None)
-    compared, expected = [], []
-    for case in campaign.cases:
-        expectation = getattr(case, "expect", None)
-        told = expectation and report.compare(expectation, case, store, entries.get(case.id))
-        compared.append(told)
-        if told is not None:
-            expected.append(report.Expected(case.id, case.label, outcome.place(campaign, case), told))
+    wanted = [(case, getattr(case, "expect", None)) for case in campaign.cases]
+    entries = store.entries(case.id for case, expectation in wanted if expectation is not None)
+    compared = [e and report.compare(e, case, store, entries.get(case.id)) for case, e in wanted]
     store.catalogue.record_comparisons(key, compared)
+    told = ((c, met) for c, met in zip(campaign.cases, compared, strict=True) if met is not None)
+    expected = tuple(report.Expected(c.id, c.label, outcome.place(campaign, c), met) for c, met in told)
     numbers = (len(labels), len(computed & labels.keys()), *counts, seconds)
-    return report.Report(*numbers, *(troubled, tuple(expected), notes, campaign, store))
+    return report.Report(*numbers, *(troubled, expected, notes, campaign, store))

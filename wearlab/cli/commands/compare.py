@@ -13,10 +13,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-NUMBERS = (
-    *("largest_relative_difference", "first_difference"),
-    *("life", "service_life", "relative_difference", "largest_value"),
-)
+NUMBERS: tuple[str, ...] = ("largest_relative_difference", "first_difference", "life", "service_life")
+NUMBERS += ("relative_difference", "largest_value")
 """Variables of a comparison that JSON tells, as far as there are any."""
 
 
@@ -106,12 +104,11 @@ def _text(comparison: "xr.Dataset") -> output.Text:
 def _content(comparison: "xr.Dataset", written: list[str]) -> dict[str, Any]:
     from wearlab.store import description
 
-    content: dict[str, Any] = {
-        **{key: v for key, v in comparison.attrs.items() if not key.startswith(("only_", "scene_"))},
-        "scene_differences": loads(comparison.attrs["scene_differences"]),
-        "quantities": comparison["quantity"].values.tolist(),
-        **{name: description.plain(comparison[name].values) for name in NUMBERS if name in comparison},
-    }
+    known = comparison.attrs.items()
+    content: dict[str, Any] = {key: v for key, v in known if not key.startswith(("only_", "scene_"))}
+    content["scene_differences"] = loads(comparison.attrs["scene_differences"])
+    content["quantities"] = comparison["quantity"].values.tolist()
+    content |= {name: description.plain(comparison[name].values) for name in NUMBERS if name in comparison}
     if "pair" in comparison.dims:
         names, ids = (comparison[name].values.tolist() for name in ("pair", "run_id"))
         content["pairs"] = [{"name": n, "runs": runs} for n, runs in zip(names, ids, strict=True)]
