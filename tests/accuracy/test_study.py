@@ -11,7 +11,7 @@ from wearlab.accuracy import pages as table
 from wearlab.accuracy.ladder import Rung, WorkPrecision
 from wearlab.accuracy.pages import pages
 from wearlab.accuracy.study import Study, cheapest_setting, comparison, dataset, knob_settings, netcdf
-from wearlab.cli.commands.accuracy import _content
+from wearlab.cli.commands.compare import _accuracy_content
 from wearlab.figures.plot import Curve, Panel, Pen, Plot
 from wearlab.figures.render import SETTINGS, draw, part_texts, rendered
 
@@ -125,7 +125,7 @@ def test_tables_have_a_cell_for_every_head(found):
 
 
 def test_machines_read_every_rung_as_numbers(found):
-    told = json.loads(json.dumps(_content(found, 1e-3, []), allow_nan=False))
+    told = json.loads(json.dumps(_accuracy_content(found, 1e-3, []), allow_nan=False))
     assert len(told["curves"]) == sum(len(curve.rungs) for one in found for curve in one.curves)
     last = [row for row in told["curves"] if row["name"] == "SciPy RK45"][-1]
     assert (last["case"], last["setting"], last["error"], last["seconds"]) == ("800 rpm", 1e-7, 1e-7, 9e-2)

@@ -103,7 +103,7 @@ def command(name: str | None = None) -> Callable[[Function], Function]:
     return register
 
 
-FIRST = ("plan", "run", "ls", "figures", "compare", "accuracy", "schema", "share")
+FIRST = ("plan", "run", "ls", "figures", "compare", "schema", "share")
 """The order in which help lists the files of ``commands``; others follow by name."""
 
 

@@ -1,16 +1,21 @@
-"""Two runs or two campaigns side by side: a table, a dataset and a figure."""
+"""Side by side: two runs, two campaigns, or the error of a campaign's scenes against run time."""
 
+import time
+from collections.abc import Iterator, Mapping
 from functools import partial
 from itertools import chain
 from json import loads
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wearlab.cli import app, output
-from wearlab.store import Store
+from wearlab.store import Store, files
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from wearlab.accuracy import study
 
 
 NUMBERS: tuple[str, ...] = ("largest_relative_difference", "first_difference", "life", "service_life")
@@ -58,15 +63,20 @@ def _meant(word: str, store: Store) -> Any:
 
 def _write(comparison: "xr.Dataset", data: Path | None, figure: Path | None) -> list[str]:
     from wearlab.report.plots import comparison_figure
-    from wearlab.store import files, netcdf
+    from wearlab.store import netcdf
 
-    made = {} if data is None else {data: netcdf.to_image(comparison)[0]}
-    if figure is not None:
-        made[figure] = comparison_figure(comparison, figure.suffix[1:].lower())
     with output.refusing(OSError):
-        for file, image in made.items():
-            files.write_whole(file, image)
-    return [*map(str, made)]
+        made = {} if data is None else {data: netcdf.to_image(comparison)[0]}
+        if figure is not None:
+            made[figure] = comparison_figure(comparison, figure.suffix[1:].lower())
+        return _written(made)
+
+
+def _written(images: Mapping[Path, bytes]) -> list[str]:
+    """Write files, each whole or not at all, and return their names."""
+    for file, image in images.items():
+        files.write_whole(file, image)
+    return [*map(str, images)]
 
 
 def _text(comparison: "xr.Dataset") -> output.Text:
@@ -114,3 +124,75 @@ def _content(comparison: "xr.Dataset", written: list[str]) -> dict[str, Any]:
         content["pairs"] = [{"name": n, "runs": runs} for n, runs in zip(names, ids, strict=True)]
         content |= {side: loads(comparison.attrs.get(side, "[]")) for side in ("only_a", "only_b")}
     return {**content, "files": written}
+
+
+@app.command()
+def accuracy(file: str, out: Path = Path("accuracy"), error: float | None = None) -> output.Findings:
+    """Measure error against run time of FILE's scenes, beside other integrators.
+
+    Parameters
+    ----------
+    out : DIR: Where dataset and figures go.
+    error : E [numerics.tolerance]: Relative error asked for.
+    """
+    campaign = output.read_campaign(file)
+    from wearlab.accuracy import pages, study
+    from wearlab.figures import render
+
+    with output.refusing(OSError):
+        out.mkdir(parents=True, exist_ok=True)
+    begun = time.time()
+    total = sum(study.expected_reports(case.scene) for case in campaign.cases)
+    with output.bar(total) as tell:
+        studies = [
+            study.study(name, case.scene, lambda what, name=name: tell(f"{name}: {what}"))  # type: ignore[misc]
+            for name, case in zip(_labels(campaign), campaign.cases, strict=True)
+        ]
+    made = study.dataset(campaign.title, studies, begun)
+    texts = {"Title": made.attrs["title"], "runs": " ".join(made.run_id.values.tolist())}
+    with output.refusing(OSError):
+        images = {out / "accuracy.nc": study.netcdf(made)}
+        images |= {out / f"{file}.png": render.rendered(p, texts) for file, p in pages.pages(made).items()}
+        written = _written(images)
+    notes = [f"{one.label}: {note}" for one in studies for note in one.notes]
+    content, text = _accuracy_content(studies, error, written), _accuracy_text(studies, error, written)
+    return output.Findings(content, text, any(one.curves for one in studies), notes)
+
+
+def _labels(campaign: Any) -> list[str]:
+    """Return short names: the place on the axes where there is one, else the label."""
+    full = [output.case_name(campaign, case) for case in campaign.cases]
+    short = [name.partition("(")[2].rstrip(")") or name for name in full]
+    if len(campaign.axes) == 1:
+        short = [name.rpartition("=")[2] for name in short]
+    return short if len(set(short)) == len(short) else full
+
+
+def _accuracy_text(studies: "list[study.Study]", error: float | None, files: list[str]) -> output.Text:
+    from wearlab.accuracy import curves, pages
+
+    for title, (heads, rows) in pages.tables(studies, error).items():
+        if rows:
+            yield from ("", output.ShownTable(heads, rows, title))
+    if curves.missing_peers():
+        yield f'\nnot installed: {", ".join(curves.missing_peers())} (the extra "peers")'
+    yield from ("", *files)
+
+
+def _accuracy_content(studies: "list[study.Study]", error: float | None, files: list[str]) -> dict[str, Any]:
+    from wearlab.accuracy import pages
+
+    told = {}
+    for title, (heads, rows) in pages.tables(studies, error).items():
+        told[title] = [dict(zip(heads, row, strict=True)) for row in rows]
+    curves = [row for one in studies for row in _rungs(one)]
+    return {**told, "curves": curves, "files": files}
+
+
+def _rungs(measured: "study.Study") -> Iterator[dict[str, Any]]:
+    """Yield every setting of every curve as plain numbers, times in seconds; None: not finite."""
+    for curve in measured.curves:
+        named = {name: getattr(curve, name) for name in ("name", "knob", "quantity", "role", "fixed")}
+        for rung in curve.rungs:
+            numbers = {key: value if isfinite(value) else None for key, value in rung._asdict().items()}
+            yield {"case": measured.label, **named, **numbers}
