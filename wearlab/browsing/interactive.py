@@ -233,8 +233,8 @@ def _marks(drawn: Any, panel: Panel) -> None:
     top = max((float(np.nanmax(c.y, initial=-np.inf)) for c in panel.curves if len(c.y)), default=1.0)
     texts = [plain(mark.text) for mark in panel.marks]
     source = ColumnDataSource({"x": places, "y": [top] * len(texts), "text": texts})
-    look = {"text_font_size": "11px", "text_color": "#555555"}
-    drawn.add_layout(LabelSet(x="x", y="y", text="text", source=source, **look))
+    look = {"text": "text", "text_font_size": "11px", "text_color": "#555555"}
+    drawn.add_layout(LabelSet(x="x", y="y", source=source, **look))
 
 
 def legend_html(plot: Plot) -> str:
@@ -270,8 +270,7 @@ def named(plot: Plot) -> Iterator[tuple[Panel, Curve, str]]:
     names = {(entry.pen, entry.look == "published"): entry.text for entry in plot.legend}
     for panel in plot.panels:
         for curve in panel.curves:
-            known = names.get((curve.pen, curve.look == "published"), "")
-            yield panel, curve, curve.text or known
+            yield panel, curve, curve.text or names.get((curve.pen, curve.look == "published"), "")
 
 
 def summary(plot: Plot) -> list[str]:

@@ -114,11 +114,10 @@ def side_by_side(store: Store, ids: Sequence[str]) -> dict[str, Any]:
     layouts = store.catalogue.layouts(entry.layout for entry in entries if entry.layout)
     results = {name: [_result(name, entry, layouts) for entry in entries] for name in SUMMED}
     lived = [Lived(*pair) for pair in zip(entries, labels_of(store, entries, keys), strict=True)]
-    longest = "".join(run.entry.id for run in by_life(lived)[-1:])
+    longest, lives = "".join(run.entry.id for run in by_life(lived)[-1:]), told(store, lived, keys)
     runs = [(e.id, name, verdict(store, e), doubts(e, e.summary.get("verdict"))) for e, name in lived]
     asked = [(key, [value_of_key(key, scene.get(key)) for scene in scenes]) for key in keys]
     came = [(name.replace("_", " "), cells) for name, cells in results.items() if any(cells)]
-    lives = told(store, lived, keys)
     return {"runs": runs, "asked": asked, "came": came, "lives": lives, "longest": longest}
 
 

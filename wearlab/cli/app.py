@@ -125,8 +125,8 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
     """
     try:
         words = list(sys.argv[1:] if arguments is None else arguments)
-        front = [TRUST] * (TRUST in words)  # every command takes it, the application reads it
-        words = front + [word for word in words if word != TRUST]
+        # every command takes it, the application reads it
+        words = [TRUST] * (TRUST in words) + [word for word in words if word != TRUST]
         result = _commands()(args=words, prog_name="wearlab", standalone_mode=False)
         sys.stdout.flush()
         return int(result or Status.WELL)

@@ -9,10 +9,9 @@ import multiprocessing
 import os
 import signal
 import sys
-import threading
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -216,28 +215,20 @@ def _refuse_other_code(client: Any) -> None:
             raise report.RunnerError(f"{said} ({where}): run from another folder, or mend PYTHONPATH")
 
 
-@contextmanager
-def _staffed(cluster: Any, size: int) -> Iterator[None]:
+def _staffed(cluster: Any, size: int) -> AbstractContextManager[None]:
     """Replace workers that are not replaced by themselves: one killed as it starts is not."""
-    ended = threading.Event()
+    bereft: set[Any] = set()
 
-    def watch() -> None:
-        bereft: set[Any] = set()
-        while not ended.wait(2.0):
-            with suppress(Exception):
-                without = {name for name, nanny in list(cluster.workers.items()) if nanny.pid is None}
-                for name in without & bereft:  # at two looks in a row: none is about to start
-                    cluster.sync(cluster.workers.pop(name).close, callback_timeout=LOST_SECONDS)
-                bereft = without
-                cluster.scale(size)
+    def look() -> None:
+        nonlocal bereft
+        with suppress(Exception):
+            without = {name for name, nanny in list(cluster.workers.items()) if nanny.pid is None}
+            for name in without & bereft:  # at two looks in a row: none is about to start
+                cluster.sync(cluster.workers.pop(name).close, callback_timeout=LOST_SECONDS)
+            bereft = without
+            cluster.scale(size)
 
-    watcher = threading.Thread(target=watch, name="wearlab-staff", daemon=True)
-    watcher.start()
-    try:
-        yield
-    finally:
-        ended.set()
-        watcher.join()
+    return bars.repeated(look, 2.0, "wearlab-staff")
 
 
 @contextmanager

@@ -41,8 +41,9 @@ def chosen(recompute: str | None, retry: bool) -> Callable[[catalogue.Entry], bo
 
     def again(head: catalogue.Entry) -> bool:
         lacks = head.state in ("failed", "refused") and (retry or recompute == "failed")
-        stale = recompute == "stale" and sources.is_other_code(head.source_hash)
-        return lacks or stale or recompute == "all"
+        return (
+            lacks or recompute == "all" or (recompute == "stale" and sources.is_other_code(head.source_hash))
+        )
 
     return again
 

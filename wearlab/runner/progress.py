@@ -4,13 +4,32 @@ import sys
 import threading
 import time
 from collections import Counter
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from html import escape
 from typing import Any
 
 from wearlab.store.outcome import Outcome
 
 CASES = "cases"
+
+
+@contextmanager
+def repeated(act: Callable[[], object], every: float, name: str) -> Iterator[None]:
+    """Do something again and again in a thread of that name, every so many seconds, until the block ends."""
+    ended = threading.Event()
+
+    def work() -> None:
+        while not ended.wait(every):
+            act()
+
+    thread = threading.Thread(target=work, name=name, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
 
 
 class Progress(ExitStack):
@@ -77,16 +96,12 @@ class Lines(Progress):
 
     def __init__(self, every: float = 30.0, stream: Any = None) -> None:
         super().__init__()
-        self._every, self._stream, self._ended = every, stream or sys.stderr, threading.Event()
-        clock = threading.Thread(target=self._tell, name="wearlab-progress", daemon=True)
-        self.callback(clock.join)
-        self.callback(self._ended.set)
-        clock.start()
+        self._stream = stream or sys.stderr
+        self.enter_context(repeated(self._tell, every, "wearlab-progress"))
 
     def _tell(self) -> None:
-        while not self._ended.wait(self._every):
-            done = f"{self.done} of {self.total} {self.what} done"
-            print("; ".join([self.text or done, *list(self.at.values())[-4:]]), file=self._stream, flush=True)
+        done = f"{self.done} of {self.total} {self.what} done"
+        print("; ".join([self.text or done, *list(self.at.values())[-4:]]), file=self._stream, flush=True)
 
 
 class ProgressBar(Progress):

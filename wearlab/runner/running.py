@@ -128,8 +128,7 @@ def _opened(store: Store) -> list[str]:
     store.create()
     if not lost:
         return []
-    left_out = store.reindex()
-    count = len(store.entries())
+    left_out, count = store.reindex(), len(store.entries())
     more = f"; {len(left_out)} were left out: 'wearlab verify' tells why" if left_out else ""
     return [f"the catalogue had gone: {count} runs were taken back from their files{more}"]
 

@@ -185,8 +185,7 @@ def _accuracy_content(studies: "list[study.Study]", error: float | None, files: 
     told = {}
     for title, (heads, rows) in pages.tables(studies, error).items():
         told[title] = [dict(zip(heads, row, strict=True)) for row in rows]
-    curves = [row for one in studies for row in _rungs(one)]
-    return {**told, "curves": curves, "files": files}
+    return {**told, "curves": [row for one in studies for row in _rungs(one)], "files": files}
 
 
 def _rungs(measured: "study.Study") -> Iterator[dict[str, Any]]:

@@ -74,8 +74,7 @@ def _columns(store: Store, table: "tables.Table", state: str | None, form: outpu
             output.complain(f"none of these runs has {column.name}: it takes {origin_of(column.name)[1]}")
     places = [at for at, column in enumerate(table.columns) if column.name in ("status", "state")]
     if state is not None or places:
-        entries = store.entries(table["id"])
-        states = {run_id: store.state_of(entry) for run_id, entry in entries.items()}
+        states = {run_id: store.state_of(entry) for run_id, entry in store.entries(table["id"]).items()}
         kept = [(row, states[row[0]]) for row in table.records if state in (None, states[row[0]])]
         own = [tuple(now if at in places else v for at, v in enumerate(row)) for row, now in kept]
         table = replace(table, records=own)

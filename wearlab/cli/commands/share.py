@@ -125,8 +125,7 @@ def reindex(store: Store) -> output.Findings:
     """Make the catalogue anew from the run files."""
     if not store.files.folder.is_dir():
         raise output.Stop(f"{store.path}: there is no store here")
-    problems = store.reindex()
-    count = len(store.entries())
+    problems, count = store.reindex(), len(store.entries())
     wrong = [f"left out: {problem.message}" for problem in problems]
     if count and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
         anew = "'wearlab run FILE' records one anew, and computes nothing that is there"
