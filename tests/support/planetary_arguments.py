@@ -44,11 +44,12 @@ def meshing_of(given: dict[str, Any]) -> dict[str, Meshing]:
 def translating(rigid: RigidSet, **given: Any) -> System:
     """Return W23's model."""
     held, meshing = held_by(given), meshing_of(given)
-    torques = MemberTorques(given.pop("torque", NONE), given.pop("balanced", None))
-    return assemble(rigid, held, meshing, torques, **given)
+    torque, balanced = given.pop("torque", NONE), given.pop("balanced", None)
+    torques = MemberTorques(torque, balanced, given.pop("carrier_speed", 0.0))
+    return assemble(rigid, held, meshing, torques, **{"friction": False} | given)
 
 
 def rotating(rigid: RigidSet, sun_torque: float, **given: Any) -> System:
     """Return B23's model."""
     held, meshing = held_by(given), meshing_of(given)
-    return planetary_torsional(rigid, held, meshing, sun_torque, **given)
+    return planetary_torsional(rigid, held, meshing, sun_torque, **{"friction": True} | given)

@@ -144,8 +144,7 @@ def critical_speeds(frequency: Array, teeth: float, orders: int = 1) -> Array:
     ISO 6336-1: main resonance; L16 for the harmonics of the mesh.
     """
     order = np.arange(1, orders + 1)[:, None]
-    speeds: Array = 2.0 * np.pi * np.asarray(frequency)[None, :] / (teeth * order)
-    return speeds
+    return np.asarray(2.0 * np.pi * np.asarray(frequency)[None, :] / (teeth * order))
 
 
 Kind = Literal["rigid-body", "rotational", "translational", "planet", "mixed"]

@@ -10,13 +10,14 @@ from wearlab.arrays import Array
 from wearlab.dynamics import models, supports
 from wearlab.dynamics.rigid import MESHES, RigidSet, balanced_torques, effective_masses, require_held
 from wearlab.dynamics.spur import Meshing, meshing_of
+from wearlab.dynamics.supports import Held, MemberSupport
 from wearlab.dynamics.system import System
 from wearlab.mesh.gear_set import mesh_load
 
 CENTRAL = ("sun", "ring", "carrier")
 U = 2
 MEMBERS = (*CENTRAL, "planet")
-NO_MESHING: Mapping[str, Meshing] = MappingProxyType({})
+Meshings = Mapping[str, Meshing]
 NEVER = 1.0
 """A backlash that no motion reaches, where the meshes of the other kind alone have a back flank [m]."""
 ALIKE = 1e-9
@@ -31,23 +32,16 @@ class MemberTorques(NamedTuple):
     given : on ``sun``, ``ring``, ``carrier``, positive as their angles [N m]; see `balanced_torques`
     balanced : the member whose torque is solved for, so that a set free to turn keeps its speed; None: the
         torques given must be in balance
+    carrier_speed : ω_c, of the gyroscopic and centripetal terms [rad/s]
     """
 
     given: Mapping[str, float] = MappingProxyType({})
     balanced: str | None = None
-
-
-NO_TORQUES = MemberTorques()
+    carrier_speed: float = 0.0
 
 
 def assemble(
-    rigid: RigidSet,
-    held: Mapping[str, supports.MemberSupport],
-    meshing: Mapping[str, Meshing] = NO_MESHING,
-    torques: MemberTorques = NO_TORQUES,
-    *,
-    carrier_speed: float = 0.0,
-    friction: bool = False,
+    rigid: RigidSet, held: Held, meshing: Meshings, torques: MemberTorques, friction: bool
 ) -> System:
     """Build W23's model in the carrier frame, Eqs. 7–14 with the misprints mended.
 
@@ -60,8 +54,7 @@ def assemble(
     rigid : members, pressure angles, planet angles
     held : what holds each member; a planet's radial stiffness is its bearing on the pin; missing: nothing
     meshing : damping and backlash of ``sun_planet`` and ``planet_ring``; missing: none
-    torques : on the members
-    carrier_speed : ω_c, of the gyroscopic and centripetal terms [rad/s]
+    torques : on the members, and ω_c
     friction : the meshes get friction vectors (the tables then carry ``sliding`` and ``moment``)
 
     Returns
@@ -89,82 +82,72 @@ def assemble(
     ----------
     W23 Eqs. 1–14; J. Lin, R. G. Parker, J. Vib. Acoust. 121 (1999) 316, Eqs. 1–9.
     """
-    for given in (rigid.bodies, held, torques.given):
-        if unknown := sorted(set(given) - set(MEMBERS)):
+    for named in (rigid.bodies, held, torques.given):
+        if unknown := sorted(set(named) - set(MEMBERS)):
             raise ValueError(f"unknown member {unknown[0]!r}; members are {', '.join(MEMBERS)}")
     bodies, angles = rigid.bodies, rigid.angles
-    planet, planets = bodies["planet"], len(angles)
+    planet, planets, speed = bodies["planet"], len(angles), torques.carrier_speed
     movers = (*CENTRAL, *(f"planet-{n + 1}" for n in range(planets)))
     names = tuple(f"{mover}.{axis}" for mover in movers for axis in "xyu")
     on_pin = held.get("planet", supports.FREE)
     members = (*CENTRAL, *["planet"] * planets)
     inertial = [(body.mass, body.mass, body.equivalent) for body in (bodies[m] for m in members)]
-    inner = 1.0 - _pull(planet.mass, on_pin.radial_stiffness, carrier_speed)
-    spin, swing = _rotation([bodies[m].mass for m in members], angles, inner)
-    pull = planet.mass * carrier_speed**2 * bodies["carrier"].radius
+    inner = 1.0 - _pull(planet.mass, on_pin.radial_stiffness, speed)
+    pull = planet.mass * speed**2 * bodies["carrier"].radius
     pins = tuple(_on_pins(angles, inner, on_pin, pull))
     unbalance = {f"carrier.{axis}": sum(pin.preload for pin in pins if pin.axis == axis) for axis in "xy"}
     springs = (*supports.to_ground(names, _against_ground(held, planets), unbalance), *pins)
     load = np.zeros(len(names))
     for member, value in torques.given.items():
         load[names.index(f"{member}.u")] += value / bodies[member].radius
-    turning, solved = carrier_speed != 0.0, torques.balanced
-    system = System.on(
-        springs,
-        names,
-        np.ravel(inertial),
-        load=load,
-        **meshes_of(rigid, meshing, friction),
-        gyroscopic=spin if turning else None,
-        centripetal=swing if turning else None,
-        rotation=float(carrier_speed),
-        balance=None if solved is None else np.array([float(name == f"{solved}.u") for name in names]),
-    )
-    require_held(system)
-    return system
+    given: dict[str, Any] = {"load": load}
+    if speed != 0.0:
+        given["gyroscopic"], given["centripetal"] = _rotation(
+            [bodies[m].mass for m in members], angles, inner
+        )
+        given["rotation"] = float(speed)
+    if torques.balanced is not None:
+        given["balance"] = np.array([float(name == f"{torques.balanced}.u") for name in names])
+    return _meshed(rigid, meshing, friction, springs, names, np.ravel(inertial), **given)
 
 
-def meshes_of(
-    rigid: RigidSet, meshing: Mapping[str, Meshing], friction: bool, turn: Array | None = None
-) -> dict[str, Any]:
-    """Return what a system is told of its meshes.
+def _meshed(
+    rigid: RigidSet, meshing: Meshings, friction: bool, *on: Any, turn: Array | None = None, **given: Any
+) -> System:
+    """Return the system of a set whose meshes act on it; refuse one that floats.
 
     Where the meshes of one kind alone have a back flank, the others get one that no motion reaches.
 
     Parameters
     ----------
     rigid, meshing, friction : as in `assemble`
+    on, given : of `System.on`: supports, coordinates and masses, and what else there is
     turn : (3(N + 3), n) the coordinates of the model with translations by those of the system, None: the same
     """
     names, *vectors = mesh_vectors(rigid)
     direction, constant, slope = (each if turn is None else each @ turn for each in vectors)
-    backlash = {mesh: meshing_of.backlash for mesh, meshing_of in meshing.items()}
-    given = {mesh: NEVER if value is None else value for mesh, value in backlash.items()}
-    return {
-        "direction": direction,
-        "mesh_damping": rigid.per_mesh({mesh: meshing_of.damping for mesh, meshing_of in meshing.items()}),
-        "damping_always": any(meshing_of.damps_always for meshing_of in meshing.values()),
-        "backlash": None if set(backlash.values()) <= {None} else rigid.per_mesh(given),
-        "meshes": names,
-        "friction_constant": constant if friction else None,
-        "friction_slope": slope if friction else None,
-    }
+    damping = rigid.per_mesh({mesh: each.damping for mesh, each in meshing.items()})
+    always = any(each.damps_always for each in meshing.values())
+    backlash = {mesh: each.backlash for mesh, each in meshing.items()}
+    if not set(backlash.values()) <= {None}:
+        known = {mesh: NEVER if value is None else value for mesh, value in backlash.items()}
+        given["backlash"] = rigid.per_mesh(known)
+    if friction:
+        given["friction_constant"], given["friction_slope"] = constant, slope
+    given |= {"direction": direction, "mesh_damping": damping, "damping_always": always}
+    system = System.on(*on, meshes=names, **given)
+    require_held(system)
+    return system
 
 
-def _against_ground(
-    held: Mapping[str, supports.MemberSupport], planets: int
-) -> dict[str, supports.MemberSupport]:
+def _against_ground(held: Held, planets: int) -> dict[str, MemberSupport]:
     """Return what holds each member against ground: of a planet its rotation alone."""
-    on_pin = held.get("planet", supports.FREE)
-    turning = supports.FREE._replace(
-        tangential_stiffness=on_pin.tangential_stiffness, tangential_damping=on_pin.tangential_damping
-    )
+    pin = held.get("planet", supports.FREE)
+    turning = MemberSupport(None, pin.tangential_stiffness, None, pin.tangential_damping)
     return {**held, **{f"planet-{n + 1}": turning for n in range(planets)}}
 
 
-def _on_pins(
-    angles: Array, inner: float, bearing: supports.MemberSupport, pull: float
-) -> Iterator[supports.Support]:
+def _on_pins(angles: Array, inner: float, bearing: MemberSupport, pull: float) -> Iterator[supports.Support]:
     """Yield the bearings of the planets on their pins, which the centrifugal force of a planet preloads.
 
     ``x_n − (x_c − (1 − σ) u_c sin ψ_n)`` and so on: pins turn on a radius smaller by σ, see `assemble`.
@@ -225,17 +208,14 @@ def mesh_vectors(rigid: RigidSet) -> tuple[tuple[str, ...], Array, Array, Array]
     Friction acts along e ⊥ n; the path position s grows towards recess while the sun drives, and the arms
     are ``ρ = r_b tan α ± s``.
     """
-    planet_angles = rigid.angles
     alpha_sun, alpha_ring = (float(rigid.pressure_angle[mesh]) for mesh in MESHES)
-    planets = len(planet_angles)
-    size = 3 * (planets + 3)
-    d, f0, f1 = np.zeros((3, 2 * planets, size))
+    planets = len(rigid.angles)
+    d, f0, f1 = np.zeros((3, 2 * planets, 3 * (planets + 3)))
     for kind, member, alpha, spin in ((0, "sun", -alpha_sun, 1.0), (1, "ring", alpha_ring, -1.0)):
-        for planet, angle in enumerate(planet_angles):
+        for planet, angle in enumerate(rigid.angles):
             mesh, own, other = kind * planets + planet, 3 * CENTRAL.index(member), 3 * (planet + 3)
             normal = np.array([-np.sin(angle + alpha), np.cos(angle + alpha)])
-            across = np.array([normal[1], -normal[0]])
-            arm = np.tan(abs(alpha))
+            across, arm = np.array([normal[1], -normal[0]]), np.tan(abs(alpha))
             d[mesh, own : own + 2], d[mesh, other : other + 2] = normal, -normal
             d[mesh, own + U], d[mesh, other + U] = 1.0, spin
             # The sun pushes the planet, the planet the ring: friction turns with who pushes.
@@ -248,12 +228,7 @@ def mesh_vectors(rigid: RigidSet) -> tuple[tuple[str, ...], Array, Array, Array]
 
 
 def planetary_torsional(
-    rigid: RigidSet,
-    held: Mapping[str, supports.MemberSupport],
-    meshing: Mapping[str, Meshing],
-    sun_torque: float,
-    *,
-    friction: bool = True,
+    rigid: RigidSet, held: Held, meshing: Meshings, sun_torque: float, friction: bool
 ) -> System:
     """Build B23's model, rederived: sun, planets and carrier turn, the ring is fixed.
 
@@ -285,16 +260,13 @@ def planetary_torsional(
     carrier = bodies["carrier"].equivalent + planets * bodies["planet"].mass
     springs = tuple(supports.to_ground(names, _against_ground(held, planets), {}))
     free = not any(held.get(member, supports.FREE).tangential_stiffness for member in ("sun", "carrier"))
-    system = System.on(
-        springs,
-        names,
-        [bodies["sun"].equivalent, carrier, *[bodies["planet"].equivalent] * planets],
-        load=np.eye(planets + 2)[0] * mesh_load(sun_torque, bodies["sun"].radius),
-        **meshes_of(rigid, meshing, friction, _turning(angles)),
-        balance=np.eye(planets + 2)[1] if free else None,
-    )
-    require_held(system)
-    return system
+    mass = [bodies["sun"].equivalent, carrier, *[bodies["planet"].equivalent] * planets]
+    unit = np.eye(planets + 2)
+    given = {
+        "load": unit[0] * mesh_load(sun_torque, bodies["sun"].radius),
+        "balance": unit[1] if free else None,
+    }
+    return _meshed(rigid, meshing, friction, springs, names, mass, turn=_turning(angles), **given)
 
 
 def _turning(angles: Array) -> Array:
@@ -313,12 +285,12 @@ def rigid_set(motion: models.InMotion) -> RigidSet:
     return RigidSet(motion.gears.bodies, angles, motion.gears.angles)
 
 
-def held(given: supports.OfMembers, rigid: RigidSet) -> dict[str, supports.MemberSupport]:
+def held(given: supports.OfMembers, rigid: RigidSet) -> dict[str, MemberSupport]:
     """Return what holds the members."""
     return {name: supports.support_of(support, rigid.bodies[name]) for name, support in given.given.items()}
 
 
-def torques(motion: models.InMotion, held: Mapping[str, supports.MemberSupport]) -> MemberTorques:
+def torques(motion: models.InMotion, held: Held) -> MemberTorques:
     """Return the torques on the members that are not held, positive where they load drive flanks [N m].
 
     Where it is not said, a torque on the output balances the input unless a torsional spring ties it to
@@ -336,7 +308,5 @@ def torques(motion: models.InMotion, held: Mapping[str, supports.MemberSupport])
 def meshing(motion: models.InMotion, rigid: RigidSet) -> dict[str, Meshing]:
     """Return damping, given or 2 ζ √(k̄ m), and backlash of both kinds of mesh."""
     mass, means = effective_masses(rigid), motion.stiffness[:: len(motion.stiffness) // 2]
-    return {
-        kind.section: meshing_of(mesh, float(mean), mass[kind.section])
-        for kind, mesh, mean in zip(motion.gears.kinds, motion.meshes, means, strict=True)
-    }
+    each = zip((kind.section for kind in motion.gears.kinds), motion.meshes, means, strict=True)
+    return {name: meshing_of(mesh, float(mean), mass[name]) for name, mesh, mean in each}

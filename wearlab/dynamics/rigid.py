@@ -143,13 +143,9 @@ def balanced_torques(rigid: RigidSet, sun_torque: float) -> dict[str, float]:
     ----------
     W23 Eqs. 7–14, at rest.
     """
-    force = mesh_load(sun_torque, rigid.bodies["sun"].radius)
-    reduction = sum(np.cos(rigid.pressure_angle[mesh]) for mesh in MESHES)
-    return {
-        "sun": sun_torque,
-        "ring": force * rigid.bodies["ring"].radius,
-        "carrier": -float(reduction) * force * rigid.bodies["carrier"].radius,
-    }
+    sun, ring, carrier = (rigid.bodies[member].radius for member in ("sun", "ring", "carrier"))
+    force, reduction = mesh_load(sun_torque, sun), sum(np.cos(rigid.pressure_angle[mesh]) for mesh in MESHES)
+    return {"sun": sun_torque, "ring": force * ring, "carrier": -float(reduction) * force * carrier}
 
 
 class Balance(NamedTuple):

@@ -132,19 +132,15 @@ def _system(pair: Paired, moving: list[tuple[str, str]]) -> System:
         mass |= {(gear, "y"): body.mass, (gear, "z"): body.mass, (gear, "u"): body.equivalent}
         load[gear, "y"] = -sense[gear] * held[gear].preload
     names = tuple(f"{gear}.{axis}" for gear, axis in moving)
-    system = System.on(
-        tuple(supports.to_ground(names, held, {})),
-        names,
-        [mass[each] for each in moving],
-        direction=np.array([[sense[gear] * (mesh.slope if axis == "z" else 1.0) for gear, axis in moving]]),
-        load=np.array([load.get(each, 0.0) for each in moving]),
-        mesh_damping=np.array([mesh.damping]),
-        damping_always=mesh.damps_always,
-        backlash=None if mesh.backlash is None else np.array([mesh.backlash]),
-        fluctuation_direction=None
-        if pair.fluctuation is None
-        else np.array([changes.get(each, 0.0) for each in moving]),
-    )
+    masses, loads, varied = (np.array([of.get(each, 0.0) for each in moving]) for of in (mass, load, changes))
+    direction = np.array([[sense[gear] * (mesh.slope if axis == "z" else 1.0) for gear, axis in moving]])
+    given: dict[str, Any] = {"mesh_damping": np.array([mesh.damping]), "damping_always": mesh.damps_always}
+    if mesh.backlash is not None:
+        given["backlash"] = np.array([mesh.backlash])
+    if pair.fluctuation is not None:
+        given["fluctuation_direction"] = varied
+    springs = tuple(supports.to_ground(names, held, {}))
+    system = System.on(springs, names, masses, direction=direction, load=loads, **given)
     if friction is None:
         return system
     # on the last two coordinates, u1 and u2

@@ -69,6 +69,9 @@ class MemberSupport(NamedTuple):
 
 
 FREE = MemberSupport()
+Held = Mapping[str, MemberSupport]
+"""What holds the members, by name."""
+Known = float | None
 HELD_BY = {"x": "radial", "y": "radial", "z": "axial", "u": "tangential"}
 """What of a support acts along each axis."""
 
@@ -93,9 +96,7 @@ def effective_mass(*equivalent: float) -> float:
     return 1.0 / sum(1.0 / mass for mass in equivalent)
 
 
-def damping_or_ratio(
-    damping: float | None, ratio: float | None, stiffness: float | None, mass: float
-) -> float:
+def damping_or_ratio(damping: Known, ratio: Known, stiffness: Known, mass: float) -> float:
     """Return a damping that is given, or what follows from its ratio [N s/m]."""
     return float(damping) if damping is not None else damping_by_ratio(ratio or 0.0, stiffness or 0.0, mass)
 
@@ -125,9 +126,7 @@ def support_of(given: Any, body: "Body") -> MemberSupport:
     return MemberSupport(**held, preload=getattr(given, "preload", 0.0))
 
 
-def to_ground(
-    coordinates: Sequence[str], held: Mapping[str, MemberSupport], preload: Mapping[str, float]
-) -> Iterator[Support]:
+def to_ground(coordinates: Sequence[str], held: Held, preload: Mapping[str, float]) -> Iterator[Support]:
     """Yield the supports of coordinates against ground, of those that something holds.
 
     Parameters
@@ -145,21 +144,7 @@ def to_ground(
             yield Support(member, axis, give, give, k, c, preload.get(name, 0.0))
 
 
-def stiffness_of(supports: Sequence[Support], count: int) -> Array:
-    """Return ``K = Σ k d dᵀ`` of supports, (count, count) [N/m]."""
-    each = (support.stiffness * np.outer(support.give, support.give) for support in supports)
-    return sum(each, start=np.zeros((count, count)))
-
-
-def damping_of(supports: Sequence[Support], count: int) -> Array:
-    """Return ``C = Σ c r rᵀ`` of supports, (count, count) [N s/m]."""
-    each = (support.damping * np.outer(support.slip, support.slip) for support in supports)
-    return sum(each, start=np.zeros((count, count)))
-
-
-def bearing_forces(
-    supports: Sequence[Support], members: Sequence[str], position: Array, velocity: Array
-) -> Array:
+def bearing_forces(supports: Sequence[Support], members: Sequence[str], q: Array, rate: Array) -> Array:
     """Return the force of the bearings on each member, (n_members, 3, n_kept, n_instants) along `AXES` [N].
 
     Every bearing exerts ``preload − k d·q − c r·q̇``, see `Support`.
@@ -168,25 +153,26 @@ def bearing_forces(
     ----------
     supports : of the system; those against rotation exert no force
     members : names of the members wanted, 0 for those that none of the supports holds
-    position, velocity : (n_kept, n, n_instants) coordinates q [m] and q̇ [m/s]
+    q, rate : (n_kept, n, n_instants) coordinates q [m] and q̇ [m/s]
     """
-    force = np.zeros((len(members), len(AXES), len(position), position.shape[-1]))
+    force = np.zeros((len(members), len(AXES), len(q), q.shape[-1]))
     for support in supports:
         if support.bears and support.member in members:
-            given = support.stiffness * np.einsum("i,kij->kj", support.give, position)
-            damped = support.damping * np.einsum("i,kij->kj", support.slip, velocity)
+            given = support.stiffness * np.einsum("i,kij->kj", support.give, q)
+            damped = support.damping * np.einsum("i,kij->kj", support.slip, rate)
             at = members.index(support.member), AXES.index(support.axis)
             force[at] += support.preload - given - damped
     return force
 
 
+SPRINGS = ("torsional_stiffness",), ("tangential_stiffness",)
+RATIO, DAMPINGS = ("damping_ratio",), ("damping", "torsional_damping")
+
+
 class TorsionalSpring(options.Part):
     """A torsional spring and damper between a gear and ground."""
 
-    alternatives: ClassVar[options.Alternatives] = (
-        (("torsional_stiffness",), ("tangential_stiffness",)),
-        (("damping_ratio",), ("damping", "torsional_damping")),
-    )
+    alternatives: ClassVar[options.Alternatives] = (SPRINGS, (RATIO, DAMPINGS))
 
     torsional_stiffness: Annotated[options.TorsionalSpringRate, options.POSITIVE] | None = None
     """torsional spring to ground [free to turn]"""
@@ -214,10 +200,7 @@ class TorsionalSupport(TorsionalSpring):
 class AxialBearing(TorsionalSpring):
     """A bearing along the axis of one helical gear."""
 
-    alternatives: ClassVar[options.Alternatives] = (
-        (("torsional_stiffness",), ("tangential_stiffness",)),
-        (("damping_ratio",), ("damping", "torsional_damping", "axial_damping")),
-    )
+    alternatives: ClassVar[options.Alternatives] = (SPRINGS, (RATIO, (*DAMPINGS, "axial_damping")))
 
     axial_stiffness: Annotated[options.SpringRate, options.POSITIVE] | None = None
     """bearing stiffness along the axis of a helical gear, k_z [rigid]"""
@@ -260,8 +243,7 @@ class OfMembers(options.Part):
     @property
     def given(self) -> dict[str, Any]:
         """Supports by member, those that are given."""
-        each = {name: getattr(self, name) for name in type(self).model_fields}
-        return {name: support for name, support in each.items() if support is not None}
+        return {name: support for name, support in self if support is not None}
 
 
 class TorsionalSupports(OfMembers):

@@ -1,11 +1,11 @@
 """The equation of motion of every dynamic model, as plain arrays."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from wearlab.arrays import Array, Flags
-from wearlab.dynamics.supports import Support, damping_of, stiffness_of
+from wearlab.dynamics.supports import Support
 
 
 class System(NamedTuple):
@@ -62,13 +62,15 @@ class System(NamedTuple):
     damping_law: Any = None
 
     @classmethod
-    def on(
-        cls, supports: tuple[Support, ...], coordinates: tuple[str, ...], mass: Any, **given: Any
-    ) -> "System":
-        """Return the system of masses (n,) on supports, which make up its C and K."""
-        damping, stiffness = (of(supports, len(coordinates)) for of in (damping_of, stiffness_of))
-        inertia = np.diag(np.array(mass, float))
-        return cls(coordinates, inertia, damping, stiffness, **given, supports=supports)
+    def on(cls, supports: tuple[Support, ...], coordinates: tuple[str, ...], mass: Any, **given: Any) -> Self:
+        """Return the system of masses (n,) on supports: ``C = Σ c r rᵀ`` and ``K = Σ k d dᵀ``."""
+        damping, stiffness = np.zeros((2, len(coordinates), len(coordinates)))
+        for each in supports:
+            damping += each.damping * np.outer(each.slip, each.slip)
+            stiffness += each.stiffness * np.outer(each.give, each.give)
+        return cls(
+            coordinates, np.diag(np.array(mass, float)), damping, stiffness, **given, supports=supports
+        )
 
     def __hash__(self) -> int:
         """Systems are told apart by identity, they do not change: caches remember what is asked of one."""

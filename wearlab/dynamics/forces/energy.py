@@ -121,16 +121,11 @@ def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
         tangential, moment = friction_forces(response, forces, lambda table: parabola(table, step, x))
         along, about = whole @ system.friction_constant.T, whole @ system.friction_slope.T
         friction = mean((tangential * along + moment * about).sum(axis=-1))
-    return EnergyBalance(
-        input=float(work[work > 0.0].sum()),
-        output=float(-work[work < 0.0].sum()) + mean(held @ nominal),
-        friction=friction,
-        bearing_damping=mean((v * (v @ system.damping.T)).sum(axis=-1)),
-        mesh_damping=mean(damped),
-        parametric=-mean(parametric) - _jumps(response) / duration,
-        moving_gaps=mean(moving),
-        stored=_gained(response, nominal) / duration if response.period == 0 else 0.0,
-    )
+    given, taken = float(work[work > 0.0].sum()), float(-work[work < 0.0].sum()) + mean(held @ nominal)
+    bearing_damping = mean((v * (v @ system.damping.T)).sum(axis=-1))
+    lost = friction, bearing_damping, mean(damped), -mean(parametric) - _jumps(response) / duration
+    stored = _gained(response, nominal) / duration if response.period == 0 else 0.0
+    return EnergyBalance(given, taken, *lost, moving_gaps=mean(moving), stored=stored)
 
 
 def _flank_powers(
@@ -180,12 +175,9 @@ def _jumps(response: Response) -> float:
 
     The last is that from the end of the motion to the beginning of a further period.
     """
-    n = len(response.system.load)
-    begin, end = (
-        _in_meshes(response, response.state[:, at, :n], side)
-        for at, side in ((slice(None, -1), 0), (slice(1, None), 2))
-    )
-    after = np.append(begin.ravel()[1:], _in_meshes(response, response.state[-1:, -1:, :n], 0, 1).ravel())
+    q = response.state[..., : len(response.system.load)]
+    begin, end = _in_meshes(response, q[:, :-1], 0), _in_meshes(response, q[:, 1:], 2)
+    after = np.append(begin.ravel()[1:], _in_meshes(response, q[-1:, -1:], 0, 1).ravel())
     return float((after - end.ravel()).sum())
 
 

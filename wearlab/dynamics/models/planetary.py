@@ -1,6 +1,7 @@
 """Models of a planetary set: all its motions in the carrier's frame (W23), or rotations alone (B23)."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from wearlab.dynamics.models import DynamicModel, InMotion
@@ -9,6 +10,17 @@ from wearlab.options import Switch
 
 if TYPE_CHECKING:
     from wearlab.dynamics.system import System
+
+
+@contextmanager
+def _of_supports(remedy: str = "") -> Iterator[None]:
+    """Let a set that cannot move so be refused for what holds it."""
+    from wearlab.gears.specification import GearError
+
+    try:
+        yield
+    except ValueError as error:
+        raise GearError(f"scene.dynamics.supports: {error}{remedy}") from error
 
 
 class PlanetaryDynamics(DynamicModel):
@@ -26,43 +38,25 @@ class PlanetaryDynamics(DynamicModel):
     def build(self, motion: InMotion) -> "System":
         """Return W23's model."""
         from wearlab.dynamics import planetary as of
-        from wearlab.dynamics import rigid as bodies
-        from wearlab.gears import specification
+        from wearlab.dynamics.rigid import balance_of
 
         rigid = of.rigid_set(motion)
         held = of.held(self.supports, rigid)
         speed = motion.gears.coordinate_speeds["carrier.u"] / rigid.bodies["carrier"].radius
-        try:
-            system = of.assemble(
-                rigid,
-                held,
-                of.meshing(motion, rigid),
-                of.torques(motion, held),
-                carrier_speed=float(speed) if self.rotation else 0.0,
-                friction=self.friction is not None,
-            )
-        except ValueError as error:
-            raise specification.GearError(f"scene.dynamics.supports: {error}") from error
-        try:
-            bodies.balance_of(system, 1.0)
-        except ValueError as error:
-            raise specification.GearError(
-                f"scene.dynamics.supports: {error}, by a torsional_stiffness of its own"
-            ) from error
+        torques = of.torques(motion, held)._replace(carrier_speed=float(speed) if self.rotation else 0.0)
+        with _of_supports():
+            system = of.assemble(rigid, held, of.meshing(motion, rigid), torques, self.friction is not None)
+        with _of_supports(", by a torsional_stiffness of its own"):
+            balance_of(system, 1.0)
         return system
 
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
         """Without a load torque, a torsional spring must hold the output."""
-        if scene.operation.output_loaded is not False:
-            return
         output = scene.operation.output
         support = self.supports.get(output)
-        if support is None or not support.holds:
-            yield (
-                "operation.load_torque",
-                f"'zero' leaves the output {output!r} without any load: give dynamics.supports.{output} a "
-                "torsional_stiffness, or load_torque = 'balance'",
-            )
+        if scene.operation.output_loaded is False and (support is None or not support.holds):
+            remedy = f"give dynamics.supports.{output} a torsional_stiffness, or load_torque = 'balance'"
+            yield "operation.load_torque", f"'zero' leaves the output {output!r} without any load: {remedy}"
 
 
 class PlanetaryTorsionalDynamics(DynamicModel):
@@ -80,19 +74,12 @@ class PlanetaryTorsionalDynamics(DynamicModel):
         import numpy as np
 
         from wearlab.dynamics import planetary as of
-        from wearlab.gears import specification
 
         rigid = of.rigid_set(motion)
-        try:
-            system = of.planetary_torsional(
-                rigid,
-                of.held(self.supports, rigid),
-                of.meshing(motion, rigid.ring_at_rest),
-                motion.gears.torque,
-                friction=self.friction is not None,
-            )
-        except ValueError as error:
-            raise specification.GearError(f"scene.dynamics.supports: {error}") from error
+        held, meshing = of.held(self.supports, rigid), of.meshing(motion, rigid.ring_at_rest)
+        with _of_supports():
+            torque, rubs = motion.gears.torque, self.friction is not None
+            system = of.planetary_torsional(rigid, held, meshing, torque, rubs)
         if motion.operation.input == "sun" or system.balance is None:
             return system
         carrier = of.torques(motion, {}).given["carrier"] / rigid.bodies["carrier"].radius
@@ -103,11 +90,8 @@ class PlanetaryTorsionalDynamics(DynamicModel):
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
         """The ring is at rest, and the load torque balances."""
         if scene.operation.fixed != "ring":
-            yield (
-                "operation.fixed",
-                f"the torsional model holds the ring at rest, not {scene.operation.fixed!r}; give "
-                "fixed = 'ring' or dynamics.model = 'planetary'",
-            )
+            said = f"the torsional model holds the ring at rest, not {scene.operation.fixed!r}"
+            yield "operation.fixed", f"{said}; give fixed = 'ring' or dynamics.model = 'planetary'"
         if scene.operation.output_loaded is False:
             needed = "the torsional model turns freely and needs the load torque: 'balance'"
             yield "operation.load_torque", needed

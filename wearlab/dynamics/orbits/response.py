@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import compress
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
@@ -14,16 +15,12 @@ from wearlab.dynamics.system import System
 from wearlab.mesh.force import Dashpot, Deflections, NormalForces, normal_forces
 from wearlab.mesh.stages import Springs, StageGrid, StageTables
 
+Both = tuple[Array, Array]
+"""Something and its rate, or another two arrays alike."""
+ALL = slice(None)
 DEGREE = 8
-
-
-BASIS = np.linalg.inv(
-    [
-        polyval(end, polyder(np.eye(DEGREE + 1), m=order, axis=0), tensor=True)
-        for end in (-1.0, 0.0, 1.0)
-        for order in (0, 1, 2)
-    ]
-)
+NINE = [(place, order) for place in (-1.0, 0.0, 1.0) for order in (0, 1, 2)]
+BASIS = np.linalg.inv([polyval(place, polyder(np.eye(DEGREE + 1), order)) for place, order in NINE])
 """Row: power of the time from the middle in steps; column: value, slope, curvature at start, middle, end."""
 
 
@@ -99,13 +96,9 @@ class Verdict(NamedTuple):
     @property
     def deviations(self) -> tuple[str, ...]:
         """The verdict in words: what deviates from a unique, attracting periodic orbit; () when nothing."""
-        found = {
-            "aperiodic": not self.periodic,
-            "not attracting": self.attracting is False,
-            "non-unique": not self.unique,
-            "not converged": not self.converged,
-        }
-        return tuple(word for word, holds in found.items() if holds)
+        words = "aperiodic", "not attracting", "non-unique", "not converged"
+        wrong = not self.periodic, self.attracting is False, not self.unique, not self.converged
+        return tuple(compress(words, wrong))
 
 
 class Counts(NamedTuple):
@@ -164,8 +157,7 @@ class Response:
     @property
     def end(self) -> Array:
         """(2n,) the state from which to continue."""
-        end: Array = self.state[-1, -1]
-        return end
+        return np.asarray(self.state[-1, -1])
 
     @cached_property
     def motion(self) -> Path:
@@ -213,12 +205,8 @@ def place_of(grid: StageGrid, phase: Array, segment: Index | None = None) -> tup
 
 
 def deflection_at(
-    response: Response,
-    grid: StageGrid,
-    phase: Array,
-    segment: Index | None = None,
-    meshes: slice = slice(None),
-) -> tuple[Array, Array]:
+    response: Response, grid: StageGrid, phase: Array, segment: Index | None = None, meshes: slice = ALL
+) -> Both:
     """Return mesh deflection δ and its rate at any phases, (n_kept, n_mesh, n_phases) [m], [m/s].
 
     ``δ = d·q − e``, by the polynomials of d·q on each two steps (`Path`).
@@ -236,9 +224,7 @@ def deflection_at(
     return delta, rate
 
 
-def coordinates_at(
-    response: Response, grid: StageGrid, phase: Array, segment: Index | None = None
-) -> tuple[Array, Array]:
+def coordinates_at(response: Response, grid: StageGrid, phase: Array, segment: Index | None = None) -> Both:
     """Return all coordinates q and q̇ at any phases, (n_kept, n, n_phases) [m], [m/s]; see `deflection_at`."""
     position, velocity = response.motion.at(*place_of(grid, phase, segment))
     return position.transpose(0, 2, 1), velocity.transpose(0, 2, 1)
@@ -253,7 +239,7 @@ def dashpot_of(system: System, mesh: int | slice = slice(None)) -> Dashpot:
 
 
 def motion_at(
-    response: Response, step: Index, fraction: Array, kept: slice = slice(None), meshes: slice = slice(None)
+    response: Response, step: Index, fraction: Array, kept: slice = ALL, meshes: slice = ALL
 ) -> Deflections:
     """Return the motion of some meshes at fractions of steps (n,), (n_kept, n, n_mesh)."""
     approach = response.approach
@@ -263,7 +249,7 @@ def motion_at(
     return Deflections(place - error, speed - slope / response.mesh_period)
 
 
-def forces_at(response: Response, step: Index, fraction: Array, kept: slice = slice(None)) -> NormalForces:
+def forces_at(response: Response, step: Index, fraction: Array, kept: slice = ALL) -> NormalForces:
     """Return the forces of all meshes at fractions of steps (n,), (n_kept, n, n_mesh[, n_pairs]).
 
     Fraction 0 of a step and fraction 1 of the one before are the two sides of a jump.
@@ -306,9 +292,7 @@ AtInstants = Callable[[Array], Array]
 """A table (n_steps, 3, …) at some instants (…), such as `at_ends`."""
 
 
-def friction_forces(
-    response: Response, forces: NormalForces, at: AtInstants = at_ends
-) -> tuple[Array, Array]:
+def friction_forces(response: Response, forces: NormalForces, at: AtInstants = at_ends) -> Both:
     """Return ``Σ_p Λμ_p N_p`` [N] and ``Σ_p Λμ_p s_p N_p`` [N m] of each mesh where its forces are given.
 
     (n_kept, n_steps, 2, n_mesh) each at the step ends, as in `step_forces`.
