@@ -36,7 +36,7 @@ from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response, deflection_at, step_forces
 from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.dynamics.steps.count import exact_steps_per_period, graded_steps, steps_per_period
-from wearlab.dynamics.steps.kernel import kernel_of
+from wearlab.dynamics.steps.kernel import Dense, Propagated, kernel_of
 from wearlab.dynamics.steps.propagator import GRID, propagator_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables, stage_grid
@@ -340,12 +340,12 @@ def test_separating_flanks_go_by_parts_of_steps() -> None:
     """
     for torque, amplitude in ((40.0, 2e-6), (8.0, 3e-6)):
         ends = []
-        for steps, exact in ((800, True), (1600, False)):
+        for steps, way in ((800, Propagated), (1600, Dense)):
             state = np.zeros(36)
             state[2] = 2e-6
             grid = stage_grid(BREAKS, steps)
             given = tables(grid, amplitude=amplitude)
-            marcher = OnTables(kernel_of(planetary(torque), given, PERIOD, exact=exact))
+            marcher = OnTables(kernel_of(planetary(torque), given, PERIOD, way=way))
             marcher.integrate(state, 1)
             ends.append(state)
         error = np.abs(ends[0] - ends[1])

@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.orbits import periodic, shooting
+from wearlab.dynamics.orbits import shooting
 from wearlab.dynamics.orbits.integrate import LOCATED
+from wearlab.dynamics.orbits.periodic import Periodic, periods_of
 from wearlab.dynamics.orbits.response import Response, step_forces
 from wearlab.dynamics.rigid import rigid_modes
 
@@ -76,16 +77,14 @@ class _CutOff(Exception):
     """The bound on the work is reached."""
 
 
-def coexisting(
-    response: Response, method: periodic.Periodic, most_steps: int = MOST_STEPS, tries: Tries = WHOLE
-) -> Search:
+def coexisting(response: Response, method: Periodic, most: int = MOST_STEPS, tries: Tries = WHOLE) -> Search:
     """Look for another attractor that the released flanks reach; there is none when all return.
 
     Parameters
     ----------
     response : a periodic, attracting response; no other is looked at
     method : how long to integrate, and how long a period may be
-    most_steps : bound on the integration steps of the search
+    most : bound on the integration steps of the search
     tries : what to try; all of it where no neighbouring case has been searched
 
     Notes
@@ -95,7 +94,7 @@ def coexisting(
     attracts = response.verdict.attracting is not False
     if response.period == 0 or not attracts or not response.verdict.unique or not response.system.load.any():
         return Search()
-    hunt = _Hunt(response, method, most_steps // len(response.tables.width))
+    hunt = _Hunt(response, method, most // len(response.tables.width))
     starts, wanted = 0, tries.releases
     try:
         rival = None if tries.near is None else hunt.like(tries.near)
@@ -114,7 +113,7 @@ def coexisting(
 class _Hunt(shooting.Shooting):
     """Attractors beside a response, found with a bounded number of mesh periods."""
 
-    def __init__(self, response: Response, method: periodic.Periodic, most: int) -> None:
+    def __init__(self, response: Response, method: Periodic, most: int) -> None:
         super().__init__(response.system, response.tables, response.mesh_period, method)
         self.known, self.method, self.most = Attractor(response, self.rate), method, most
         self.patience = sum(method.transients(self))
@@ -163,7 +162,7 @@ class _Hunt(shooting.Shooting):
     def _led_to(self, state: Array) -> Response | None:
         """Return another attractor near a motion that has not settled."""
         strobe, _ = self.integrate(state.copy(), 2 * self.method.longest)
-        shown = list(islice(periodic.periods_of(strobe, self.method.longest, self.rate), 1))
+        shown = list(islice(periods_of(strobe, self.method.longest, self.rate), 1))
         for periods in shown or TRIED:
             if (rival := self._beside(periods, strobe[-1])) is not None:
                 return rival
@@ -187,7 +186,7 @@ class _Hunt(shooting.Shooting):
         """Return the attractor on which a motion has settled."""
         method = self.method
         strobe, path = self.integrate(state, max(method.averaged, 2 * method.longest), method.averaged)
-        for periods in periodic.periods_of(strobe, method.longest, self.rate):
+        for periods in periods_of(strobe, method.longest, self.rate):
             orbit = self.shoot(periods, strobe[-1].copy())
             if orbit is not None and orbit.largest <= 1.0 + method.margin:
                 return None if self.known.is_at(orbit.state[0, 0]) else orbit

@@ -11,10 +11,10 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.compiled import by_type, jit
-from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
+from wearlab.dynamics.orbits.response import Counts, Found, Response, Verdict, split_periods
 from wearlab.dynamics.rigid import rebalance, solved_load
 from wearlab.dynamics.steps import contact_change, damping_law, mesh_law, propagator, rk4
-from wearlab.dynamics.steps.kernel import Kernel, Propagated, Stepped, kernel_of, structure_of, write
+from wearlab.dynamics.steps.kernel import Dense, Kernel, Propagated, Stepped, kernel_of, structure_of, write
 from wearlab.dynamics.steps.mesh_law import NEXT, THIS
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -167,24 +167,19 @@ class OnTables:
             states[0, held, 1 + held] = 0.0
         strobe = np.empty(((len(states) - 1) // self.steps + 1, len(start)))
         strobe[0] = states[0, :, 0]
-        return self._over_periods(states, strobe, tangents, contact, balanced=False)
+        columns = np.uint64(states.shape[2] if tangents else 1)
+        return int(over_periods(self.kernel, columns, states.reshape(-1), strobe, contact, False))
 
     def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """Integrate ``count`` periods and move ``state``; strobed states and the last ``keep`` periods."""
         states, strobe = self.states(keep), np.empty((count + 1, len(state)))
         states[0], strobe[0] = 0.0, state
-        counted = self._over_periods(states, strobe, False, LOCATED, balanced=True)
+        counted = over_periods(self.kernel, np.uint64(1), states.reshape(-1), strobe, LOCATED, True)
         self.maps += count
         self.changes += 0 if self.by_method else counted
         self.right_hand_sides += counted if self.by_method else 4 * self.steps * count
         state[:] = strobe[-1]
         return strobe, split_periods(states[:, :, 0], keep)
-
-    def _over_periods(
-        self, states: Array, strobe: Array, tangents: bool, contact: int, *, balanced: bool
-    ) -> int:
-        columns = np.uint64(states.shape[2] if tangents else 1)
-        return int(over_periods(self.kernel, columns, states.reshape(-1), strobe, contact, balanced))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -205,16 +200,14 @@ class UntilSteady:
     averaged: int = 200
 
     def memory(self, system: System, tables: StageTables) -> Any:
-        """Return the memory of the method's own steps, None: it goes by Runge–Kutta steps on the tables."""
-        return None
+        """Return the memory of the method's own steps, `Dense`: it takes Runge–Kutta steps on the tables."""
+        return Dense
 
     def integrator(self, system: System, tables: StageTables, period: float) -> OnTables:
         """Return what integrates a system over mesh periods."""
-        return OnTables(kernel_of(system, tables, period, exact=False, memory=self.memory(system, tables)))
+        return OnTables(kernel_of(system, tables, period, way=self.memory(system, tables)))
 
-    def solve(
-        self, system: System, tables: StageTables, period: float, start: Response | None = None
-    ) -> Response:
+    def solve(self, system: System, tables: StageTables, period: float, start: Found = None) -> Response:
         """Integrate in blocks until some period m ≤ ``longest`` has settled, and return the response.
 
         Parameters as in `wearlab.dynamics.orbits.periodic.Periodic.solve`.

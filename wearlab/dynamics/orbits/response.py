@@ -171,6 +171,10 @@ class Response:
         return self.motion._replace(coefficient=self.motion.coefficient @ self.system.direction.T)
 
 
+Found = Response | None
+"""A response, None where there is none."""
+
+
 def split_periods(path: Array, periods: int) -> Array:
     """Cut a path (periods · n_steps + 1, 2n) into (periods, n_steps + 1, 2n), ends shared."""
     if periods == 1:

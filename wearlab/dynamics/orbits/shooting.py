@@ -9,7 +9,7 @@ from scipy.linalg.lapack import dgeev, dgetrf, dgetrs
 
 from wearlab.arrays import Array, Complex
 from wearlab.dynamics.orbits.integrate import LOCATED, PERMANENT, OnTables, under_one_load, unit_of_speed
-from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
+from wearlab.dynamics.orbits.response import Counts, Found, Response, Verdict, split_periods
 from wearlab.dynamics.rigid import Balance, solved_load, true_derivative
 from wearlab.dynamics.steps.kernel import is_small, kernel_of
 from wearlab.dynamics.system import System
@@ -52,7 +52,7 @@ def fixed_point_matrix(balance: Balance, derivative: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class OrbitsWanted:
+class Wanted:
     """Which orbits are wanted.
 
     Parameters
@@ -71,7 +71,7 @@ class OrbitsWanted:
     closed: float = 1e-8
 
 
-WANTED = OrbitsWanted()
+WANTED = Wanted()
 
 
 class Shooting:
@@ -81,13 +81,17 @@ class Shooting:
     ----------
     system, tables, period : what moves, the mesh at the stages, the duration of a mesh period [s]
     wanted : margin and closure of the orbits
+
+    Attributes
+    ----------
+    small, loaded : whether the system is small, and whether anything presses the flanks together
+    per_change : right-hand sides that locating a change of contact is worth
     """
 
-    def __init__(
-        self, system: System, tables: StageTables, period: float, wanted: OrbitsWanted = WANTED
-    ) -> None:
+    def __init__(self, system: System, tables: StageTables, period: float, wanted: Wanted = WANTED) -> None:
         self.system, self.tables, self.period, self.wanted = system, tables, period, wanted
-        self.small = is_small(system)
+        self.small, self.loaded = is_small(system), bool(system.load.any())
+        self.per_change = RHS_PER_CHANGE if self.small else RHS_PER_CHANGE_LARGE
         self.integrator = OnTables(kernel_of(system, tables, period))
         self.balance = self.integrator.kernel.balance
         self.rows, self.steps = 2 * len(system.load), len(tables.width)
@@ -104,11 +108,6 @@ class Shooting:
         made = OnTables(kernel_of(self.system, self.tables, self.period, tangents=True))
         made.kernel = made.kernel._replace(balance=self.balance)
         return made
-
-    @property
-    def loaded(self) -> bool:
-        """Whether anything presses the flanks together."""
-        return bool(self.system.load.any())
 
     @property
     def grounded(self) -> bool:
@@ -214,21 +213,20 @@ class Shooting:
                 return None
             if error <= self.wanted.closed * size:
                 self.iterations += 2  # one would say that a single pass was exact: that contact never changes
-                return self._orbit(path.copy(), derivative, multipliers=neighbour.multipliers)
+                return self._orbit(path.copy(), derivative, known=neighbour.multipliers)
             state, last = state + step, error
         return None
 
     def _orbit(
-        self, path: Array, derivative: Array, *, unique: bool = True, multipliers: Complex | None = None
-    ) -> Response | None:
-        """Return the orbit of a path (n_states, 2n), in its least number of periods."""
+        self, path: Array, derivative: Array, unique: bool = True, known: Complex | None = None
+    ) -> Found:
+        """Return the orbit of a path (n_states, 2n), in its least number of periods; multipliers if known."""
         strobe = path[:: self.steps]
         periods, size = len(strobe) - 1, self.distance(strobe[0])
         for m in range(1, periods):
             if periods % m == 0 and self.distance(strobe[m], strobe[0]) <= 1e-6 * size:
                 return self.shoot(m, strobe[0].copy())
-        if multipliers is None:
-            multipliers = multipliers_of(self.system, self.balance, derivative)
+        multipliers = multipliers_of(self.system, self.balance, derivative) if known is None else known
         attracting = bool(abs(multipliers[0]) < 1.0 - self.wanted.margin)
         verdict = Verdict(True, attracting, unique and (self.loaded or self.grounded), True)
         closure = self.distance(strobe[-1], strobe[0]) / (size or 1.0)
@@ -280,11 +278,6 @@ class Shooting:
         """Right-hand sides so far, with what changes of contact and tangents of large systems are worth."""
         passes = self.maps + (0.0 if self.small else self.beside)
         return int(passes * self.steps) * RHS_PER_STEP + self.located * self.per_change
-
-    @property
-    def per_change(self) -> int:
-        """Right-hand sides that locating a change of contact is worth."""
-        return RHS_PER_CHANGE if self.small else RHS_PER_CHANGE_LARGE
 
     def aperiodic(self, kept: Array, residual: float) -> Response:
         """Return the aperiodic response of which some periods are kept, (n_kept, n_steps + 1, 2n)."""

@@ -91,7 +91,10 @@ def expand(kernel: Any, h: float) -> int:
                 for col in range(np.uint64(0), np.uint64(w)):
                     total[col] += square * k[power] * sensed[j - power, m, col]
                     total[col] += slower * sensed[j + 1 - power, m, col]
-            add_along(term, -1.0, enters[c], total)
+            for row in range(n):
+                if enters[c, row] != 0.0:
+                    for col in range(np.uint64(0), np.uint64(w)):
+                        term[row, col] -= enters[c, row] * total[col]
         for x in range(len(enters) if j < 3 else 0):
             value = square * parabola(inputs[0, x], inputs[1, x], inputs[2, x])[j]
             column = 1 + held[x - len(enters)] if x >= len(enters) - len(held) else 0
@@ -109,16 +112,6 @@ def expand(kernel: Any, h: float) -> int:
         if small >= 2 and j >= 3:
             return j + 3
     return TERMS
-
-
-@jit_inner(counted=False)
-def add_along(term: Any, factor: float, vector: Any, force: Any) -> None:
-    """Add ``factor vector forceᵀ`` to a matrix (n, w)."""
-    for row in range(len(vector)):
-        if vector[row] != 0.0:
-            share = factor * vector[row]
-            for col in range(np.uint64(0), np.uint64(len(force))):
-                term[row, col] += share * force[col]
 
 
 @jit_inner(counted=False)

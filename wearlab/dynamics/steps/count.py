@@ -19,7 +19,10 @@ GRADED_FROM = 1000
 """Steps of a mesh period below which all are alike."""
 
 
-def fastest_rate(system: System, mesh_stiffness: Array | float) -> float:
+Stiffness = Array | float
+
+
+def fastest_rate(system: System, mesh_stiffness: Stiffness) -> float:
     """Return the largest modulus of the eigenvalues of the equation of motion, all meshes in contact [1/s].
 
     Parameters
@@ -44,13 +47,13 @@ def settling_periods(system: System, tables: StageTables, period: float) -> floa
     return float(-np.log(REMEMBERED) / (slowest * period)) if slowest > 0.0 else np.inf
 
 
-def _vibrating(system: System, mesh_stiffness: Array | float) -> Complex:
+def _vibrating(system: System, mesh_stiffness: Stiffness) -> Complex:
     """Return the eigenvalues but those of free rotations [1/s]."""
     rates = _eigenvalues(system, mesh_stiffness)
     return rates[np.abs(rates) > RIGID * np.abs(rates).max()]
 
 
-def _eigenvalues(system: System, mesh_stiffness: Array | float) -> Complex:
+def _eigenvalues(system: System, mesh_stiffness: Stiffness) -> Complex:
     """Return the eigenvalues of the equation of motion, (2n,) [1/s]."""
     k = np.broadcast_to(np.asarray(mesh_stiffness, float), (len(system.direction),))
     return np.asarray(np.linalg.eigvals(companion(*normalised(system, k))), np.complex128)
@@ -74,25 +77,20 @@ class StepRule(NamedTuple):
     per_segment: int
 
     def steps(
-        self,
-        system: System,
-        mesh_stiffness_max: Array | float,
-        period: float,
-        tolerance: float,
-        segments: int = 1,
+        self, system: System, stiffest: Stiffness, period: float, tolerance: float, segments: int = 1
     ) -> int:
         """Return the steps of a mesh period that keep their error near ``tolerance``.
 
         Parameters
         ----------
         system : the equation of motion
-        mesh_stiffness_max : largest stiffness of every mesh over the period, (n_mesh,) or one value [N/m]
+        stiffest : largest stiffness of every mesh over the period, (n_mesh,) or one value [N/m]
         period : duration of a mesh period [s]
         tolerance : relative error wanted in the mesh force [1]
         segments : smooth segments of the mesh period
         """
         step_angle = min(self.largest, (tolerance / self.constant) ** (1.0 / self.order))
-        wanted = fastest_rate(system, mesh_stiffness_max) * period / step_angle
+        wanted = fastest_rate(system, stiffest) * period / step_angle
         floor = self.floor * tolerance ** (-1.0 / self.order)
         return int(np.ceil(max(wanted, floor, self.per_segment * segments)))
 
@@ -110,7 +108,7 @@ every pair that enters.
 
 def graded_steps(
     system: System,
-    mesh_stiffness_max: Array | float,
+    stiffest: Stiffness,
     period: float,
     tolerance: float,
     breaks: Array,
@@ -123,12 +121,12 @@ def graded_steps(
 
     Parameters
     ----------
-    system, mesh_stiffness_max, period, tolerance : as for `steps_per_period`
+    system, stiffest, period, tolerance : as for `steps_per_period`
     breaks : phases at which something jumps [1]
     steps : how many there are to be, all longer or shorter alike; None: as many as needed
     """
-    equal = exact_steps_per_period(system, mesh_stiffness_max, period, tolerance, len(breaks))
-    rates = _vibrating(system, mesh_stiffness_max)
+    equal = exact_steps_per_period(system, stiffest, period, tolerance, len(breaks))
+    rates = _vibrating(system, stiffest)
     size = np.abs(rates)
     ratio = float((-rates.real / size).min())
     if equal < GRADED_FROM or ratio <= 0.0:

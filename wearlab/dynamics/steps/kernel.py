@@ -258,24 +258,15 @@ def multiply(matrix: Any, x: Any, out: Any) -> None:
 @lru_cache(maxsize=16)
 def is_small(system: System) -> bool:
     """Whether a system is advanced in registers: few diagonal coordinates, nothing free, no friction."""
-    matrices = (system.mass, system.total_damping, system.total_stiffness)
-    return (
-        len(system.load) <= LARGEST_SMALL
-        and system.friction_constant is None
-        and system.balance is None
-        and all(np.count_nonzero(matrix) == np.count_nonzero(matrix.diagonal()) for matrix in matrices)
-        and not len(rigid_modes(system))
-    )
+    if len(system.load) > LARGEST_SMALL or system.friction_constant is not None or system.balance is not None:
+        return False
+    matrices = system.mass, system.total_damping, system.total_stiffness
+    diagonal = all(np.count_nonzero(each) == np.count_nonzero(each.diagonal()) for each in matrices)
+    return diagonal and not len(rigid_modes(system))
 
 
 def kernel_of(
-    system: System,
-    tables: StageTables,
-    period: float,
-    *,
-    tangents: bool = False,
-    exact: bool = True,
-    memory: Any = None,
+    system: System, tables: StageTables, period: float, *, tangents: bool = False, way: Any = Propagated
 ) -> Kernel:
     """Return the kernel's view of ``system``.
 
@@ -285,75 +276,55 @@ def kernel_of(
     tables : the mesh at the stages
     period : duration of a mesh period [s]
     tangents : states have columns for their tangents, rounded up to whole vector registers
-    exact : a system that is not small is advanced by exact steps for these tables
-    memory : of a method that moves a single state by steps of its own, None: none
+    way : how a system is advanced that is not small: `Propagated`, exact steps for these tables, or `Dense`,
+        Runge–Kutta steps; else the memory of a method that moves a single state by steps of its own
     """
     tables, n, (meshes, pairs) = tables.filled, len(system.load), tables.stiffness.shape[2:]
-    small = memory is None and is_small(system)
+    small = isinstance(way, type) and is_small(system)
     width = -(-(1 + 2 * n) // 4) * 4 if tangents or small else 1
     matrices, balance = _matrices(system), balance_of(system, period)
-    direction, enters = system.force_vectors[0].ravel(), np.vstack([matrices.enters, balance.push])
+    direction, enters = system.force_vectors[0].ravel(), np.vstack([matrices[3], balance.push])
     channels, inputs, loads = len(system.force_vectors[0]), len(enters), len(balance.held)
-    series = matrices._replace(
-        enters=enters,
-        terms=np.zeros((TERMS, n, width)),
-        sensed=np.zeros((TERMS, meshes, width)),
-        product=np.zeros((n, width)),
-        force=np.zeros(width),
-        polynomial=np.zeros(TERMS + 2),
-        jump=np.zeros(channels),
-    )
-    of_meshes = Meshes(
-        np.ascontiguousarray(system.mesh_damping, float),
-        np.full(meshes, np.inf) if system.backlash is None else np.ascontiguousarray(system.backlash, float),
-        (system.mesh_damping > 0.0) & (not system.damping_always),
-        np.zeros(pairs),
-        np.zeros(channels),
-        system.damping_law,
-    )
+    terms, sensed = np.zeros((TERMS, n, width)), np.zeros((TERMS, meshes, width))
+    room = np.zeros((n, width)), np.zeros(width), np.zeros(TERMS + 2), np.zeros(channels)
+    series = PowerSeries(*matrices[:3], enters, terms, sensed, *room)
+    backlash = np.full(meshes, np.inf if system.backlash is None else system.backlash, float)
+    gated = (system.mesh_damping > 0.0) & (not system.damping_always)
+    damping, counted = np.ascontiguousarray(system.mesh_damping, float), (np.zeros(pairs), np.zeros(channels))
     columns: Any = np.zeros(width)
-    if memory is not None:
-        structure: Any = Stepped(direction, np.zeros(n), memory)
-    elif small:
+    if small:
         rows = series.stiffness.diagonal(), series.damping.diagonal(), direction, enters[:channels].ravel()
-        structure, columns = Diagonal(*(tuple(row.tolist()) for row in (*rows, np.zeros(n)))), (0,) * width
-    elif exact:
+        structure: Any = Diagonal(*(tuple(row.tolist()) for row in (*rows, np.zeros(n))))
+        columns = (0,) * width
+    elif way is Propagated:
         force = np.zeros((5, inputs, width))
         if width > 1:
             # The tangent by a load of unknown size starts from rest and is pushed by a load of one.
             force[:, inputs - loads + np.arange(loads), 1 + balance.held] = 1.0
+        how = *propagator_of(system, enters, tables, period), paired_steps(tables)
         sense, feed = np.zeros((2, 8 * meshes, width))
-        structure = Propagated(
-            direction, np.zeros(n), *propagator_of(system, enters, tables, period), paired_steps(tables),
-            sense, feed, force.reshape(5 * inputs, width), np.zeros((2 * n, width)),
-        )  # fmt: skip
-    else:
+        own = sense, feed, force.reshape(5 * inputs, width), np.zeros((2 * n, width))
+        structure = Propagated(direction, np.zeros(n), *how, *own)
+    elif way is Dense:
         structure = Dense(direction, np.zeros(n), np.zeros(8 * n))
-    memory_of_step = Scratch(
-        np.zeros((2, 6 * channels)),
-        np.zeros((2, 3, inputs)),
-        np.zeros(3 * n * width),
-        np.zeros((meshes, pairs + 1), np.bool_),
-        np.zeros((meshes, pairs + 1), np.bool_),
-        np.zeros((2, 3, meshes, pairs + 2, COEFFICIENTS)),
-        np.zeros((2, 3, meshes, pairs, 2)),
-        np.zeros((3, meshes, 2)),
-    )
-    return Kernel(structure, Flanks(of_meshes, tables, period, memory_of_step), series, balance, columns)
+    else:
+        structure = Stepped(direction, np.zeros(n), way)
+    acting = np.zeros((2, 6 * channels)), np.zeros((2, 3, inputs)), np.zeros(3 * n * width)
+    touch, pushes = np.zeros((2, meshes, pairs + 1), np.bool_)
+    law, rub = np.zeros((2, 3, meshes, pairs + 2, COEFFICIENTS)), np.zeros((2, 3, meshes, pairs, 2))
+    memory = Scratch(*acting, touch, pushes, law, rub, np.zeros((3, meshes, 2)))
+    of_meshes = Meshes(damping, backlash, gated, *counted, system.damping_law)
+    return Kernel(structure, Flanks(of_meshes, tables, period, memory), series, balance, columns)
 
 
 @lru_cache(maxsize=16)
-def _matrices(system: System) -> PowerSeries:
-    """Return what the series of a system is made of, without loads of unknown size and its memory."""
-    inverse, nothing, pushed = np.linalg.inv(system.mass), np.empty(0), system.fluctuation_direction
+def _matrices(system: System) -> tuple[Array, Array, Array, Array]:
+    """Return M⁻¹K, M⁻¹C, the directions and accelerations by inputs, those of unknown size left out."""
+    inverse, pushed = np.linalg.inv(system.mass), system.fluctuation_direction
     loads = system.load, np.zeros(len(system.load)) if pushed is None else pushed
-    return PowerSeries(
-        np.ascontiguousarray(inverse @ system.total_stiffness),
-        np.ascontiguousarray(inverse @ system.total_damping),
-        np.ascontiguousarray(system.direction, float),
-        np.vstack([system.force_vectors[1], *loads]) @ inverse.T,
-        *(nothing,) * 6,
-    )
+    stiffness, damping = inverse @ system.total_stiffness, inverse @ system.total_damping
+    entering = np.vstack([system.force_vectors[1], *loads]) @ inverse.T
+    return stiffness, damping, np.ascontiguousarray(system.direction, float), entering
 
 
 JUMP = 1e-9

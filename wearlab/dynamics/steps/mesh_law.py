@@ -126,7 +126,7 @@ def flanks_at(flanks: Any, step: int, stage: int, x: float, m: int, law: Any, ru
     L16 Eq. 6, recentred; W23 Eq. 36: the gaps of worn pairs.
     """
     meshes, tables, touch, frequency = flanks.meshes, flanks.tables, flanks.scratch.touch, 1.0 / flanks.period
-    pairs, shares = len(meshes.pairs), tables.part
+    pairs, parts = len(meshes.pairs), tables.part
     error = of_mesh(tables.error, step, stage, m, x)
     rate = of_mesh(tables.error_rate, step, stage, m, x) * frequency
     every, total, c = 0.0, 0.0, meshes.damping[m]
@@ -139,13 +139,11 @@ def flanks_at(flanks: Any, step: int, stage: int, x: float, m: int, law: Any, ru
         if touch[m, j]:
             total += k
             reach = k * (of_pair(tables.gap, step, stage, m, j, x) + error)
-            if len(shares) == 0:
+            if len(parts) == 0:
                 law[j, 0], law[j, 2] = k, reach
             else:
                 for p in range(pairs):
-                    share = (
-                        shares[step, stage, m, j, p] if stage >= 0 else within(shares[step, :, m, j, p], x)
-                    )
+                    share = parts[step, stage, m, j, p] if stage >= 0 else within(parts[step, :, m, j, p], x)
                     law[p, 0] += share * k
                     law[p, 2] += share * reach
     if touch[m, pairs]:

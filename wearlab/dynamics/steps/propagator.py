@@ -122,9 +122,8 @@ def _steps(moved: list[Array], direction: Array) -> Steps:
         entered.append(np.einsum("lrjc,js->lrsc", by_rate, rates).reshape(len(table), 2 * n, -1))
 
     def seen(tables: list[Array]) -> Array:
-        return np.concatenate(
-            [direction @ table[:, part] for part in (slice(n), slice(n, None)) for table in tables], axis=1
-        )
+        halves = slice(n), slice(n, None)
+        return np.concatenate([direction @ table[:, half] for half in halves for table in tables], axis=1)
 
     middle = len(moved) // 2 - 1
     ends = transitions[-1], entered[-1], transitions[middle], entered[middle]
