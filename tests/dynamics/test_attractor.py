@@ -47,9 +47,9 @@ def test_flanks_can_part_where_a_motion_takes_away_more() -> None:
     response, shooting, attractor = at_attractor(LIGHT, 4000.0)
     rng, parted = np.random.default_rng(3), 0
     for _ in range(20):
-        before = shooting.integrator.changes
+        before = shooting.changes
         shooting.integrate(moved(response, attractor, 3.0 / KEPT, rng), 2)
-        parted += shooting.integrator.changes > before
+        parted += shooting.changes > before
     assert parted > 10
 
 

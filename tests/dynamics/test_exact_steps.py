@@ -376,8 +376,8 @@ def test_a_trajectory_alone_is_that_beside_its_tangents() -> None:
     smooth = Periodic().solve(system, tables(grid, amplitude=0.2e-6), PERIOD)
     shooting = Shooting(system, tables(grid, amplitude=2.5e-6), PERIOD)
     beside, _ = shooting.path_of(smooth.state[0, 0])
-    alone = shooting.integrator.states(1)
-    changes = shooting.integrator.advance(alone, smooth.state[0, 0].copy(), tangents=False)
+    alone = shooting.states(1)
+    changes = shooting.advance(alone, smooth.state[0, 0].copy(), tangents=False)
     assert changes > 0
     size = np.abs(beside).max(axis=0)
     assert (np.abs(alone[:, :, 0] - beside) <= 1e-10 * size).all()

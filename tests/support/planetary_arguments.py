@@ -46,10 +46,10 @@ def translating(rigid: RigidSet, **given: Any) -> System:
     held, meshing = held_by(given), meshing_of(given)
     torque, balanced = given.pop("torque", NONE), given.pop("balanced", None)
     torques = MemberTorques(torque, balanced, given.pop("carrier_speed", 0.0))
-    return assemble(rigid, held, meshing, torques, **{"friction": False} | given)
+    return assemble(rigid, held, meshing, torques, **given)
 
 
 def rotating(rigid: RigidSet, sun_torque: float, **given: Any) -> System:
     """Return B23's model."""
     held, meshing = held_by(given), meshing_of(given)
-    return planetary_torsional(rigid, held, meshing, sun_torque, **{"friction": True} | given)
+    return planetary_torsional(rigid, held, meshing, sun_torque, **given)

@@ -108,8 +108,7 @@ def adaptive_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
         for row in range(2 * n):
             change = 0.0
             for stage in range(7):
-                weight = WEIGHTS[6, stage] - FOURTH[stage]
-                change += h * weight * slopes[stage, row]
+                change += h * (WEIGHTS[6, stage] - FOURTH[stage]) * slopes[stage, row]
             allowed = absolute * (1.0 if row < n else 1.0 / width)
             allowed += relative * max(abs(state[row]), abs(trial[row]))
             error = max(error, abs(change) / allowed)

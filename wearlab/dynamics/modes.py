@@ -91,10 +91,8 @@ def natural_frequencies(system: System, mesh_stiffness: MeshStiffness) -> Array:
 
 
 def _diverges(rate: float) -> str:
-    return (
-        f"K − ω_c² K_ω with these mesh stiffnesses is indefinite: a motion grows at {rate:.3g} 1/s; give the "
-        "members stiffer supports or the carrier a lower speed"
-    )
+    grows = f"K − ω_c² K_ω with these mesh stiffnesses is indefinite: a motion grows at {rate:.3g} 1/s"
+    return f"{grows}; give the members stiffer supports or the carrier a lower speed"
 
 
 def modes(system: System, mesh_stiffness: MeshStiffness) -> Modes:

@@ -17,7 +17,8 @@ from wearlab.mesh.gear_set import mesh_load
 CENTRAL = ("sun", "ring", "carrier")
 U = 2
 MEMBERS = (*CENTRAL, "planet")
-Meshings = Mapping[str, Meshing]
+Meshes = Mapping[str, Meshing]
+NONE: Meshes = MappingProxyType({})
 NEVER = 1.0
 """A backlash that no motion reaches, where the meshes of the other kind alone have a back flank [m]."""
 ALIKE = 1e-9
@@ -40,8 +41,11 @@ class MemberTorques(NamedTuple):
     carrier_speed: float = 0.0
 
 
+IDLE = MemberTorques()
+
+
 def assemble(
-    rigid: RigidSet, held: Held, meshing: Meshings, torques: MemberTorques, friction: bool
+    rigid: RigidSet, held: Held, meshing: Meshes = NONE, torques: MemberTorques = IDLE, friction: bool = False
 ) -> System:
     """Build W23's model in the carrier frame, Eqs. 7–14 with the misprints mended.
 
@@ -93,8 +97,7 @@ def assemble(
     members = (*CENTRAL, *["planet"] * planets)
     inertial = [(body.mass, body.mass, body.equivalent) for body in (bodies[m] for m in members)]
     inner = 1.0 - _pull(planet.mass, on_pin.radial_stiffness, speed)
-    pull = planet.mass * speed**2 * bodies["carrier"].radius
-    pins = tuple(_on_pins(angles, inner, on_pin, pull))
+    pins = tuple(_on_pins(angles, inner, on_pin, planet.mass * speed**2 * bodies["carrier"].radius))
     unbalance = {f"carrier.{axis}": sum(pin.preload for pin in pins if pin.axis == axis) for axis in "xy"}
     springs = (*supports.to_ground(names, _against_ground(held, planets), unbalance), *pins)
     load = np.zeros(len(names))
@@ -112,7 +115,7 @@ def assemble(
 
 
 def _meshed(
-    rigid: RigidSet, meshing: Meshings, friction: bool, *on: Any, turn: Array | None = None, **given: Any
+    rigid: RigidSet, meshing: Meshes, friction: bool, *on: Any, turn: Array | None = None, **given: Any
 ) -> System:
     """Return the system of a set whose meshes act on it; refuse one that floats.
 
@@ -175,10 +178,9 @@ def _pull(mass: float, radial_stiffness: float | None, carrier_speed: float) -> 
     """Return σ, how far the centrifugal force pulls a planet off its pin, over the pin circle radius [1]."""
     share = mass * carrier_speed**2 / (radial_stiffness or np.inf)
     if share >= 1.0:
-        raise ValueError(
-            f"K − ω_c² K_ω is indefinite: at {carrier_speed:.4g} rad/s a planet's centrifugal force grows "
-            f"faster with its path than the bearing's, {radial_stiffness:.3g} N/m"
-        )
+        grows = "a planet's centrifugal force grows faster with its path than the bearing's"
+        at = f"at {carrier_speed:.4g} rad/s {grows}, {radial_stiffness:.3g} N/m"
+        raise ValueError(f"K − ω_c² K_ω is indefinite: {at}")
     return share
 
 
@@ -228,7 +230,7 @@ def mesh_vectors(rigid: RigidSet) -> tuple[tuple[str, ...], Array, Array, Array]
 
 
 def planetary_torsional(
-    rigid: RigidSet, held: Held, meshing: Meshings, sun_torque: float, friction: bool
+    rigid: RigidSet, held: Held, meshing: Meshes, sun_torque: float, friction: bool = True
 ) -> System:
     """Build B23's model, rederived: sun, planets and carrier turn, the ring is fixed.
 

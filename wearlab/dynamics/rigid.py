@@ -49,17 +49,14 @@ def require_held(system: System) -> None:
     limit = NOTHING * np.abs(square).max()
     floating = _floating(system, shapes[:, square <= limit])
     if floating:
-        raise ValueError(
-            f"{', '.join(floating)} float: neither supports nor meshes hold them; give a radial stiffness to "
-            "the sun, the ring or the carrier, and to the planets"
-        )
+        remedy = "give a radial stiffness to the sun, the ring or the carrier, and to the planets"
+        raise ValueError(f"{', '.join(floating)} float: neither supports nor meshes hold them; {remedy}")
     square, shapes = eigh(system.total_stiffness + k * d.T @ d, system.mass)
     if square[0] < -limit:
-        raise ValueError(
-            f"K − ω_c² K_ω is indefinite ({square[0]:.3g} 1/s²): at {system.rotation:.4g} rad/s the "
-            f"centripetal term tears {', '.join(_moved(system, shapes[:, :1]))} away even from rigid meshes; "
-            "give stiffer supports or a lower carrier speed"
-        )
+        torn = f"tears {', '.join(_moved(system, shapes[:, :1]))} away even from rigid meshes"
+        speed = f"at {system.rotation:.4g} rad/s the centripetal term {torn}"
+        remedy = "give stiffer supports or a lower carrier speed"
+        raise ValueError(f"K − ω_c² K_ω is indefinite ({square[0]:.3g} 1/s²): {speed}; {remedy}")
     free = shapes[:, square <= limit]
     if system.balance is None and free.size:
         work = np.abs(free.T @ system.load).max() / np.linalg.norm(free)
@@ -77,8 +74,7 @@ def _floating(system: System, free: Array) -> list[str]:
     if not floating and free.size:
         # Motions in which no central member turns are no rotation of the set.
         _, size, combinations = np.linalg.svd(free[central & turns] * np.sqrt(system.mass.diagonal().mean()))
-        still = combinations[int((size > MOVES).sum()) :]
-        floating = set(_moved(system, free @ still.T))
+        floating = set(_moved(system, free @ combinations[int((size > MOVES).sum()) :].T))
     return sorted(floating)
 
 
@@ -198,10 +194,9 @@ def balance_of(system: System, period: float) -> Balance:
     accelerations = loads @ np.linalg.inv(system.mass).T
     scale = max(period, 1e-9) ** 2 * np.abs(accelerations).max(axis=1, keepdims=True)
     momentum, pushed, size = shapes @ system.mass, accelerations / scale, np.zeros(len(shapes))
-    gain = np.einsum("ri,ri->r", momentum, pushed)
     # One coordinate a shape, by which the shapes are told apart best
     held = qr(shapes, mode="r", pivoting=True)[1][: len(shapes)].astype(np.int64)
-    return Balance(held, pushed, size, size.copy(), shapes, momentum, gain)
+    return Balance(held, pushed, size, size.copy(), shapes, momentum, np.einsum("ri,ri->r", momentum, pushed))
 
 
 @jit_inner

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from wearlab.mesh.gear_set import Body
 
 AXES = "xyz"
-"""Of translations; z along the axes of the gears."""
+"""Of translations, which bearings are against; z along the axes of the gears."""
 
 
 class Support(NamedTuple):
@@ -39,11 +39,6 @@ class Support(NamedTuple):
     stiffness: float
     damping: float
     preload: float = 0.0
-
-    @property
-    def bears(self) -> bool:
-        """Whether it is a bearing, against a translation."""
-        return self.axis in AXES
 
 
 class MemberSupport(NamedTuple):
@@ -157,11 +152,10 @@ def bearing_forces(supports: Sequence[Support], members: Sequence[str], q: Array
     """
     force = np.zeros((len(members), len(AXES), len(q), q.shape[-1]))
     for support in supports:
-        if support.bears and support.member in members:
+        if support.axis in AXES and support.member in members:
             given = support.stiffness * np.einsum("i,kij->kj", support.give, q)
             damped = support.damping * np.einsum("i,kij->kj", support.slip, rate)
-            at = members.index(support.member), AXES.index(support.axis)
-            force[at] += support.preload - given - damped
+            force[members.index(support.member), AXES.index(support.axis)] += support.preload - given - damped
     return force
 
 
@@ -192,9 +186,7 @@ class TorsionalSpring(options.Part):
 class TorsionalSupport(TorsionalSpring):
     """What holds a gear that only turns."""
 
-    radial_stiffness: ClassVar[None] = None
     damping: ClassVar[None] = None
-    preload: ClassVar[float] = 0.0
 
 
 class AxialBearing(TorsionalSpring):
@@ -310,12 +302,9 @@ def problems_of_pair(model: Any, scene: Any, *, bearings: bool) -> Iterator[tupl
         reason = "required: bearings, such as radial_stiffness = '1150 N/um' with 'damping'"
         yield from ((f"dynamics.supports.{member}", reason) for member in members if member not in given)
     if all(member in given and given[member].holds for member in members):
-        yield (
-            "dynamics.supports",
-            "torsional springs hold both gears: nothing turns, and the torque does not set the mesh force; "
-            "hold the output alone",
-        )
-    for member in (member for member in members if member in given):
+        still = "torsional springs hold both gears: nothing turns, and the torque does not set the mesh force"
+        yield "dynamics.supports", f"{still}; hold the output alone"
+    for member in filter(given.__contains__, members):
         checks = _checks(given[member], bearings=bearings, helical=scene.gears.helix_angle is not None)
         yield from ((f"dynamics.supports.{member}{key}", reason) for key, wrong, reason in checks if wrong)
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from wearlab.arrays import Array, Flags
-from wearlab.dynamics.supports import Support
+from wearlab.dynamics.supports import AXES, Support
 
 
 class System(NamedTuple):
@@ -82,7 +82,7 @@ class System(NamedTuple):
     @property
     def on_bearings(self) -> bool:
         """Whether a member moves on its support."""
-        return any(support.bears for support in self.supports)
+        return any(support.axis in AXES for support in self.supports)
 
     @property
     def turns(self) -> Flags:

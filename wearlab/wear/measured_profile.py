@@ -21,6 +21,7 @@ NOISE = 0.02
 """Share of the largest depth by which a measured profile may stand above its zero; it counts as unworn."""
 LEAST_NOISE = 1e-7
 LEAST_POINTS = 5
+GOES_ON = "or say how it goes on: continuation = 'hold', 'slope' or 'zero'"
 END_SHARE = 0.1
 """Share of a measured profile whose slope goes on beyond its end."""
 
@@ -123,12 +124,10 @@ def over_face(
     ends = float(flank.position[0]), float(flank.position[-1])
     slack = SLACK * flank.width
     if continuation == "refuse" and (place[0] > ends[0] + slack or place[-1] < ends[1] - slack):
-        raise GearError(
-            f"{name}: what was measured covers face positions {1e3 * place[0]:.4g} to {1e3 * place[-1]:.4g} "
-            f"mm, the slices {1e3 * ends[0]:.4g} to {1e3 * ends[1]:.4g} mm; measure all of the face, check "
-            "face_position, counted from mid-face, and its unit, or say how it goes on: continuation = "
-            "'hold', 'slope' or 'zero'"
-        )
+        covers = f"covers face positions {1e3 * place[0]:.4g} to {1e3 * place[-1]:.4g} mm"
+        slices = f"the slices {1e3 * ends[0]:.4g} to {1e3 * ends[1]:.4g} mm"
+        remedy = "measure all of the face, check face_position, counted from mid-face, and its unit"
+        raise GearError(f"{name}: what was measured {covers}, {slices}; {remedy}, {GOES_ON}")
     curves = [continued(place, along, *ends, continuation) for along in depth.T]
     worn = np.stack([np.interp(flank.position, *curve) for curve in curves], axis=1)
     worn -= worn.min() if zero == "max" else 0.0
@@ -176,20 +175,18 @@ def path_position(pair: GearPair, gear: int, along: Along, abscissa: ArrayLike) 
     ISO 21771: roll angle and length of roll of a diameter.
     """
     x, body = np.asarray(abscissa, float), pair.gears[gear]
-    match along:  # radii of curvature [m]
-        case "diameter":
-            square = (0.5 * x) ** 2 - body.base_radius**2
-            if square.min() < 0.0:
-                below = f"lies below the base circle, {2e3 * body.base_radius:.6g} mm"
-                found = f"{body.name}: a measured diameter of {1e3 * x.min():.6g} mm {below}"
-                raise GearError(f"{found}; leave out points off the involute")
-            curvature = np.sqrt(square)
-        case "roll_angle":
-            curvature = body.base_radius * x
-        case "roll_length":
-            curvature = x
-        case _:
-            return x
+    curvature = x  # of a length of roll [m]
+    if along == "diameter":
+        square = (0.5 * x) ** 2 - body.base_radius**2
+        if square.min() < 0.0:
+            below = f"lies below the base circle, {2e3 * body.base_radius:.6g} mm"
+            found = f"{body.name}: a measured diameter of {1e3 * x.min():.6g} mm {below}"
+            raise GearError(f"{found}; leave out points off the involute")
+        curvature = np.sqrt(square)
+    elif along == "roll_angle":
+        curvature = body.base_radius * x
+    elif along != "roll_length":
+        return x
     at_pitch, further = pair.curvature(np.array([0.0, 1.0]))[gear]
     return np.asarray((curvature - at_pitch) / (further - at_pitch))
 
@@ -229,11 +226,10 @@ def _check_cover(where: Array, pair: GearPair, gear: int, along: Along) -> None:
     if where[0] > begin + slack or where[-1] < end - slack:
         shown = where[[0, -1]], np.array([begin, end])
         have, need = ([f"{2e3 * r:.6g}" for r in np.sort(pair.radius(gear, ends))] for ends in shown)
-        raise GearError(
-            f"{name}: the measured profile covers diameters {have[0]} to {have[1]} mm, the "
-            f"active flank {need[0]} to {need[1]} mm; measure all of it, check {along} and its unit, or say "
-            "how it goes on: continuation = 'hold', 'slope' or 'zero'"
-        )
+        covers = f"the measured profile covers diameters {have[0]} to {have[1]} mm"
+        needs = f"the active flank {need[0]} to {need[1]} mm"
+        remedy = f"measure all of it, check {along} and its unit"
+        raise GearError(f"{name}: {covers}, {needs}; {remedy}, {GOES_ON}")
     inside = np.count_nonzero((where >= begin - slack) & (where <= end + slack))
     if inside < LEAST_POINTS:
         few = f"{inside} measured points lie on the active flank"

@@ -185,8 +185,7 @@ def remembered(make: Callable[..., Made]) -> Callable[..., Made]:
 @remembered
 def spread_matrix(half_width: Array, path: WearPath) -> csr_array:
     """Return S of both flanks, (2n, 2n) [1]; over a face of half widths (n_face, n), slice after slice."""
-    rows = np.atleast_2d(half_width)
-    blocks = [csr_array(spreading(row, arc)) for arc in path.arc for row in rows]
+    blocks = [csr_array(spreading(row, arc)) for arc in path.arc for row in np.atleast_2d(half_width)]
     return csr_array(block_diag(blocks, format="csr"))
 
 

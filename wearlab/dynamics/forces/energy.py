@@ -199,6 +199,5 @@ def _gained(response: Response, nominal: Array) -> float:
         momentum = momentum + system.rotation * q @ system.gyroscopic.T
     kinetic = 0.5 * (v * (v @ system.mass.T)).sum(axis=-1) + momentum @ nominal
     elastic = 0.5 * (q * (q @ system.total_stiffness.T)).sum(axis=-1)
-    meshes = _in_meshes(response, q[:, None], 0, 1)[:, 0]
-    before, after = kinetic + elastic + meshes
+    before, after = kinetic + elastic + _in_meshes(response, q[:, None], 0, 1)[:, 0]
     return float(after - before)

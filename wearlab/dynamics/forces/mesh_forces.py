@@ -163,11 +163,10 @@ def mean_over_period(grid: stages.StageGrid, values: Callable[[stages.StageGrid]
     ----------
     Davis & Rabinowitz, Methods of Numerical Integration, 2nd ed. 1984, 6.2, adaptive by halves.
     """
-    share = lobatto(NODES)[1]
 
     def integrals(steps: stages.StageGrid) -> Array:
         each = values(steps)
-        return np.asarray(each.reshape(*each.shape[:-1], -1, NODES) @ share * steps.width)
+        return np.asarray(each.reshape(*each.shape[:-1], -1, NODES) @ lobatto(NODES)[1] * steps.width)
 
     whole = integrals(grid)
     mean, bound = whole.sum(axis=-1), SAME_MEAN * np.abs(whole).sum(axis=-1)[..., None]

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from wearlab.dynamics.system import System
     from wearlab.mesh.gear_set import GearSet
 
-METHOD = "how the steady response is found; periodic is shooting, the others integrate as the papers do"
 Method = Literal["periodic", "rk4", "rk45", "newmark"]
 
 
@@ -26,20 +25,13 @@ class FrictionOptions(Part):
     """coefficient of friction μ, such as 0.05. Source: B23"""
 
 
-FRICTION = "sliding friction of the flanks"
-
-
 SPEEDS: Any = {
     "from": (Annotated[Speed, POSITIVE], option(..., "lowest speed")),
     "to": (Annotated[Speed, POSITIVE], option(..., "highest speed")),
     "points": (Annotated[Count, Ge(2)], option(61, "number of speeds")),
 }
-SpeedRange = create_model(
-    "SpeedRange",
-    __base__=Part,
-    __doc__="Equally spaced speeds of the input member; ``from`` is no name that Python could spell.",
-    **SPEEDS,
-)
+SPACED = "Equally spaced speeds of the input member; ``from`` is no name that Python could spell."
+SpeedRange = create_model("SpeedRange", __base__=Part, __doc__=SPACED, **SPEEDS)
 
 
 class ResponseOverSpeed(Part):
@@ -58,9 +50,6 @@ class ResponseOverSpeed(Part):
     def directions(self) -> tuple[str, ...]:
         """In which senses the speed is followed, one after another."""
         return ("up", "down") if self.direction == "both" else (self.direction,)
-
-
-RESPONSE = "the response over speed, followed up and down"
 
 
 class InMotion(NamedTuple):
@@ -91,9 +80,13 @@ class DynamicModel(Variant):
     slot: ClassVar[Slot] = Slot("dynamics", __name__)
     kinds: ClassVar[tuple[str, ...]] = tuple(kind for kind, descriptor in SETS.items() if descriptor.is_pair)
 
-    method: Method = option("periodic", METHOD, source="wearlab")
-    friction: FrictionOptions | None = option(None, FRICTION, source="B23")
-    response: ResponseOverSpeed | None = option(None, RESPONSE, source="wearlab")
+    method: Method = "periodic"
+    """how the steady response is found; periodic is shooting, the others integrate as the papers do. Source:
+    wearlab"""
+    friction: FrictionOptions | None = None
+    """sliding friction of the flanks. Source: B23"""
+    response: ResponseOverSpeed | None = None
+    """the response over speed, followed up and down. Source: wearlab"""
 
     @property
     def follows_orbits(self) -> bool:

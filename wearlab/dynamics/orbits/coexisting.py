@@ -6,8 +6,8 @@ as they can no longer part, and the integration ends there. What stays away is s
 takes far longer to settle on than to find.
 """
 
+import itertools
 from collections.abc import Iterator
-from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -106,8 +106,8 @@ def coexisting(response: Response, method: Periodic, most: int = MOST_STEPS, tri
             if hunt.maps - before >= LONG and hunt.spent < ADDED_SHARE * hunt.most:
                 wanted = min(wanted + ADDED, MOST_RELEASES)
     except _CutOff:
-        return Search(None, starts, int(hunt.maps), starts < tries.releases, hunt.spent)
-    return Search(rival, starts, int(hunt.maps), spent=hunt.spent)
+        return Search(None, starts, hunt.maps, starts < tries.releases, hunt.spent)
+    return Search(rival, starts, hunt.maps, spent=hunt.spent)
 
 
 class _Hunt(shooting.Shooting):
@@ -121,13 +121,13 @@ class _Hunt(shooting.Shooting):
     @property
     def spent(self) -> float:
         """Mesh periods so far, with what locating changes of contact is worth."""
-        return self.maps + self.located * self.per_change / (shooting.RHS_PER_STEP * self.steps)
+        return self.maps + self.changes * self.per_change / (shooting.RHS_PER_STEP * self.steps)
 
-    def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
-        """Integrate as `Shooting.integrate` does, if the bound allows."""
+    def follow(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
+        """Integrate, if the bound allows."""
         if self.spent + count > self.most:
             raise _CutOff
-        return super().integrate(state, count, keep)
+        return self.integrate(state, count, keep)
 
     def shoot(self, periods: int, state: Array, *, contact: int = LOCATED, most: int = 25) -> Response | None:
         """Shoot as `Shooting.shoot` does, with as many passes as the bound allows."""
@@ -138,9 +138,8 @@ class _Hunt(shooting.Shooting):
 
     def like(self, near: Response) -> Response | None:
         """Return the attractor that another of a neighbouring case becomes, None when it ends before."""
-        if near.period == 0 or near.state.shape[2] != self.rows:
-            return None
-        return self._beside(near.period, near.state[0, 0])
+        fits = near.period > 0 and near.state.shape[2] == self.rows
+        return self._beside(near.period, near.state[0, 0]) if fits else None
 
     def attractor(self, state: Array) -> Response | None:
         """Return the attractor that a motion from ``state`` (2n,) reaches, None when it is the one known."""
@@ -155,15 +154,14 @@ class _Hunt(shooting.Shooting):
                 if (rival := self._led_to(state)) is not None:
                     return rival
             block = int(np.clip(np.ceil(self.known.periods_to(away)), 1, BLOCK))
-            self.integrate(state, block)
+            self.follow(state, block)
             done += block
         return self._settled(state)
 
     def _led_to(self, state: Array) -> Response | None:
         """Return another attractor near a motion that has not settled."""
-        strobe, _ = self.integrate(state.copy(), 2 * self.method.longest)
-        shown = list(islice(periods_of(strobe, self.method.longest, self.rate), 1))
-        for periods in shown or TRIED:
+        strobe, _ = self.follow(state.copy(), 2 * self.method.longest)
+        for periods in list(itertools.islice(periods_of(strobe, self.method.longest, self.rate), 1)) or TRIED:
             if (rival := self._beside(periods, strobe[-1])) is not None:
                 return rival
         return None
@@ -179,13 +177,13 @@ class _Hunt(shooting.Shooting):
         """Whether a motion pushed off an orbit stays near it."""
         pushed, n = orbit.state[0, 0].copy(), self.rows // 2
         pushed[:n] += PUSHED * self.known.deflection * np.sign(self.system.direction.sum(axis=0))
-        strobe, _ = self.integrate(pushed, (WATCHED // orbit.period + 1) * orbit.period)
+        strobe, _ = self.follow(pushed, (WATCHED // orbit.period + 1) * orbit.period)
         return self.distance(strobe[-1], orbit.state[0, 0]) <= 10.0 * PUSHED * self.known.deflection
 
     def _settled(self, state: Array) -> Response | None:
         """Return the attractor on which a motion has settled."""
         method = self.method
-        strobe, path = self.integrate(state, max(method.averaged, 2 * method.longest), method.averaged)
+        strobe, path = self.follow(state, max(method.averaged, 2 * method.longest), method.averaged)
         for periods in periods_of(strobe, method.longest, self.rate):
             orbit = self.shoot(periods, strobe[-1].copy())
             if orbit is not None and orbit.largest <= 1.0 + method.margin:
@@ -224,8 +222,7 @@ def releases(response: Response, deflection: float, first: int = 0) -> Iterator[
     largest = np.minimum(deflection / felt, np.linalg.norm(shapes @ system.load / rates) / rates)
     mean = response.state[:, :-1].mean(axis=(0, 1))
     low, high = np.log(AMPLITUDE)
-    number = first
-    while True:
+    for number in itertools.count(first):
         turn, mode = divmod(number, len(shapes))
         spread, phase = (0.5 + turn / PLASTIC) % 1.0, 2.0 * np.pi * ((0.5 + turn / PLASTIC**2) % 1.0)
         moved = np.exp(low + (high - low) * spread) * largest[mode] * shapes[mode]
@@ -233,7 +230,6 @@ def releases(response: Response, deflection: float, first: int = 0) -> Iterator[
         state[:n] += np.cos(phase) * moved
         state[n:] -= np.sin(phase) * rates[mode] * moved
         yield state
-        number += 1
 
 
 NEAR = 1e-2

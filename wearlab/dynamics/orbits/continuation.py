@@ -89,8 +89,7 @@ class Continuation:
         """Return the responses at speeds in the order given, the first from the state ``start`` (2n,)."""
         points: list[Point] = []
         for speed in speeds:
-            points.append(self.at(mesh_at, speed, start))
-            start = points[-1].response.end
+            points.append(self.at(mesh_at, speed, points[-1].response.end if points else start))
         return points
 
     def at(self, mesh_at: MeshAt, speed: float, start: Array) -> Point:
@@ -101,21 +100,18 @@ class Continuation:
             strobe = _settled_strobe(shooting, state, most, method.longest)
             orbit = _orbit_of(shooting, strobe, method)
             if orbit is not None:
-                turns = -(-self.strobe // orbit.period)
-                strobe = np.tile(orbit.state[:, 0], (turns, 1))[: self.strobe]
+                strobe = np.tile(orbit.state[:, 0], (-(-self.strobe // orbit.period), 1))[: self.strobe]
                 return Point(speed, shooting.counted(orbit), strobe)
         strobe, path = shooting.integrate(state, max(self.strobe, method.averaged), method.averaged)
         return Point(speed, shooting.aperiodic(path, 0.0), strobe[-self.strobe :])
 
     def jumps(self, mesh_at: MeshAt, points: Sequence[Point]) -> list[JumpOfResponse]:
         """Return where the responses of successive speeds lie on different branches."""
-        largest = max(point.extent for point in points)
-        jumps = (
-            self._located(mesh_at, slow, fast)
-            for slow, fast in pairwise(points)
-            if abs(fast.extent - slow.extent) > SUDDEN * largest
-            and (slow.response.period > 0 or fast.response.period > 0)
-        )
+        largest, jumps = max(point.extent for point in points), list[JumpOfResponse | None]()
+        for slow, fast in pairwise(points):
+            repeats = slow.response.period > 0 or fast.response.period > 0
+            if repeats and abs(fast.extent - slow.extent) > SUDDEN * largest:
+                jumps.append(self._located(mesh_at, slow, fast))
         return [jump for jump in jumps if jump is not None]
 
     def _located(self, mesh_at: MeshAt, first: Point, second: Point) -> JumpOfResponse | None:
@@ -150,10 +146,8 @@ def _orbit_of(shooting: Shooting, strobe: Array, method: Periodic) -> Response |
     n = shooting.rows // 2
     size = float(np.abs(strobe[-1, :n]).max()) or 1.0
     for m in _periods(strobe, method, shooting.rate):
-        if (orbit := shooting.near(m, strobe[-1])) is None:
-            continue
-        apart = np.abs(orbit.state[:, 0, :n] - strobe[-1, :n]).max(axis=1).min()
-        if apart <= SAME * size:
+        orbit = shooting.near(m, strobe[-1])
+        if orbit and np.abs(orbit.state[:, 0, :n] - strobe[-1, :n]).max(axis=1).min() <= SAME * size:
             return orbit
     return None
 

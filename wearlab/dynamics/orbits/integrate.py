@@ -234,8 +234,7 @@ class UntilSteady:
         _, kept = integrator.integrate(state, self.averaged, self.averaged)
         if np.isfinite(kept).all():
             kept = under_one_load(integrator, kept, period)
-        n = len(system.load)
-        strobed = kept[:, 0, :n]
+        strobed = kept[:, 0, : len(system.load)]
         spread = float(np.ptp(strobed, axis=0).max() / (np.abs(strobed).max() or 1.0))
         return response(0, kept, spread, Verdict(False, None, True, bool(np.isfinite(kept).all())))
 
@@ -291,8 +290,7 @@ def under_one_load(integrator: OnTables, kept: Array, period: float) -> Array:
     integrator.kernel = kernel._replace(balance=held)
     strobe, _ = integrator.integrate(state.copy(), count, 1)
     n = len(state) // 2
-    gained = balance.momentum @ (strobe[-1, n:] - strobe[0, n:])
-    balance.size[:] -= gained / (count * period * balance.gain)
+    balance.size[:] -= balance.momentum @ (strobe[-1, n:] - strobe[0, n:]) / (count * period * balance.gain)
     _, motion = integrator.integrate(state, count, count)
     integrator.kernel = kernel
     return motion

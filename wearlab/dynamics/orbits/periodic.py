@@ -8,7 +8,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.orbits.integrate import LOCATED, PERMANENT, in_one_unit
 from wearlab.dynamics.orbits.response import Found, Response
-from wearlab.dynamics.orbits.shooting import Shooting, Wanted
+from wearlab.dynamics.orbits.shooting import Shooting, Sought
 from wearlab.dynamics.steps.count import settling_periods
 from wearlab.dynamics.system import System
 from wearlab.gears.specification import GearError
@@ -35,14 +35,14 @@ class Unbounded(GearError):
     """The motion grows without bound, as that of undamped flanks that never part can."""
 
 
-class Periodic(Wanted):
+class Periodic(Sought):
     """Newton shooting on the period map; its derivative is the exact one of the map computed.
 
     The first pass takes the affine map of a mesh that never changes contact: where that is what happens, it
     is exact. Else passes locate every change. Where no orbit over a mesh period attracts, the motion is
     integrated, and an orbit over m ≤ ``longest`` periods looked for where it shows one; if none attracts, the
     response is aperiodic and its last ``averaged`` periods are returned. (Parker & Chua 1989, ch. 5; Leine &
-    Nijmeijer 2004, ch. 7.) Parameters: see `wearlab.dynamics.orbits.shooting.Wanted`.
+    Nijmeijer 2004, ch. 7.) Parameters: see `wearlab.dynamics.orbits.shooting.Sought`.
     """
 
     def solve(self, system: System, tables: StageTables, period: float, start: Found = None) -> Response:

@@ -52,7 +52,7 @@ def fixed_point_matrix(balance: Balance, derivative: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Sought:
     """Which orbits are wanted.
 
     Parameters
@@ -71,10 +71,10 @@ class Wanted:
     closed: float = 1e-8
 
 
-WANTED = Wanted()
+WANTED = Sought()
 
 
-class Shooting:
+class Shooting(OnTables):
     """One system on one set of tables: memory, counts, and the two things to do, integrate and shoot.
 
     Parameters
@@ -88,23 +88,22 @@ class Shooting:
     per_change : right-hand sides that locating a change of contact is worth
     """
 
-    def __init__(self, system: System, tables: StageTables, period: float, wanted: Wanted = WANTED) -> None:
+    def __init__(self, system: System, tables: StageTables, period: float, wanted: Sought = WANTED) -> None:
         self.system, self.tables, self.period, self.wanted = system, tables, period, wanted
         self.small, self.loaded = is_small(system), bool(system.load.any())
         self.per_change = RHS_PER_CHANGE if self.small else RHS_PER_CHANGE_LARGE
-        self.integrator = OnTables(kernel_of(system, tables, period))
-        self.balance = self.integrator.kernel.balance
-        self.rows, self.steps = 2 * len(system.load), len(tables.width)
+        super().__init__(kernel_of(system, tables, period))
+        self.rows, self.balance = 2 * len(system.load), self.kernel.balance
         self.rate = unit_of_speed(tables, period)
         self.scale = np.repeat([1.0, self.rate], self.rows // 2)
-        self.passed, self.changes, self.iterations, self.singular = 0.0, 0, 0, False
+        self.iterations, self.singular = 0, False
         self.beside = 0.0  # what tangents of a large system were worth, in passes
 
     @cached_property
     def shooter(self) -> OnTables:
         """What integrates with tangents: chords do without."""
         if self.small:
-            return self.integrator
+            return self
         made = OnTables(kernel_of(self.system, self.tables, self.period, tangents=True))
         made.kernel = made.kernel._replace(balance=self.balance)
         return made
@@ -148,8 +147,7 @@ class Shooting:
             state[:] = trial
             matrix = fixed_point_matrix(self.balance, derivative) * (scale / scale[:, None])
             factors, pivots, _ = dgetrf(matrix)
-            least = np.abs(factors.diagonal()).min()
-            if not LEAST_PIVOT * np.abs(matrix).max() < least < np.inf:
+            if not LEAST_PIVOT * np.abs(matrix).max() < np.abs(factors.diagonal()).min() < np.inf:
                 self.singular = True
                 break
             step = scale * dgetrs(factors, pivots, missed / scale)[0]
@@ -168,7 +166,7 @@ class Shooting:
         self.balance.size[:] = state[self.balance.held]
         state[self.balance.held] = self.balance.position
         more = rows / ROWS_PER_PASS
-        self.passed += (passes + checks) * periods
+        self.maps += (passes + checks) * periods
         self.beside += more * passes * periods
         self.changes += int((1.0 + more) * passes * changes)
         self.iterations += passes
@@ -185,8 +183,8 @@ class Shooting:
 
     def _follows(self, path: Array, start: Array) -> bool:
         """Whether the motion from ``start`` takes a ``path`` (n_states, 2n) without a change of contact."""
-        states = self.integrator.states((len(path) - 1) // self.steps)
-        if self.integrator.advance(states, start, LOCATED, tangents=False):
+        states = self.states((len(path) - 1) // self.steps)
+        if self.advance(states, start, LOCATED, tangents=False):
             return False
         return self.distance(states[:, :, 0], path) <= SAME_PATH * self.distance(path)
 
@@ -201,11 +199,11 @@ class Shooting:
             return None
         balance, state = self.balance, neighbour.state[0, 0].copy()
         factors, pivots, failed = dgetrf(fixed_point_matrix(balance, derivative))
-        states, last = self.integrator.states(1), np.inf
+        states, last = self.states(1), np.inf
         exchange(balance, state)
         for _ in range(MOST_CHORDS):
-            self.changes += self.integrator.advance(states, state, tangents=False)
-            self.passed += 1.0
+            self.changes += self.advance(states, state, tangents=False)
+            self.maps += 1
             path = states[:, :, 0]
             step, bad = dgetrs(factors, pivots, path[-1] - path[0])
             size, error = self.distance(path[0]), self.distance(step)
@@ -243,10 +241,9 @@ class Shooting:
         for _ in range(25):
             path, derivative = self.path_of(state)
             missed = path[-1] - state
-            size = max(self.distance(state), self.distance(path[-1]))
             if not np.isfinite(missed).all():
                 return None
-            if self.distance(missed) <= 1e-9 * size:
+            if self.distance(missed) <= 1e-9 * max(self.distance(state), self.distance(path[-1])):
                 return self._orbit(path, derivative, unique=False)
             matrix = np.eye(self.rows) - derivative * scale / scale[:, None]
             state = state + scale * np.linalg.lstsq(matrix, missed / scale, rcond=1e-10)[0]
@@ -256,33 +253,13 @@ class Shooting:
         """Return the path (n_steps + 1, 2n) over a mesh period and the derivative of its end by its start."""
         states = self.shooter.states(1)
         self.shooter.advance(states, state)
-        self.passed += 1
+        self.maps += 1
         return states[:, :, 0].copy(), states[-1, :, 1 : 1 + self.rows].copy()
-
-    def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
-        """Integrate ``count`` periods; return strobed states (count + 1, 2n), the last ``keep`` in full."""
-        return self.integrator.integrate(state, count, keep)
-
-    @property
-    def maps(self) -> float:
-        """Mesh periods that were integrated."""
-        return self.passed + self.integrator.maps
-
-    @property
-    def located(self) -> int:
-        """Changes of contact that were located."""
-        return self.changes + self.integrator.changes
-
-    @property
-    def right_hand_sides(self) -> int:
-        """Right-hand sides so far, with what changes of contact and tangents of large systems are worth."""
-        passes = self.maps + (0.0 if self.small else self.beside)
-        return int(passes * self.steps) * RHS_PER_STEP + self.located * self.per_change
 
     def aperiodic(self, kept: Array, residual: float) -> Response:
         """Return the aperiodic response of which some periods are kept, (n_kept, n_steps + 1, 2n)."""
         verdict = Verdict(periodic=False, attracting=None, unique=True, converged=True)
-        motion = under_one_load(self.integrator, kept, self.period)
+        motion = under_one_load(self, kept, self.period)
         return self._response(0, motion, np.empty(0, complex), verdict, residual)
 
     def _response(self, *found: Any) -> Response:
@@ -293,8 +270,10 @@ class Shooting:
 
     @property
     def counts(self) -> Counts:
-        """The work done so far."""
-        return Counts(int(np.ceil(self.maps)), self.right_hand_sides, self.iterations)
+        """The work so far, with what changes of contact and tangents of large systems are worth."""
+        passes = self.maps + (0.0 if self.small else self.beside)
+        evaluations = int(passes * self.steps) * RHS_PER_STEP + self.changes * self.per_change
+        return Counts(self.maps, evaluations, self.iterations)
 
     def counted(self, found: Response) -> Response:
         """Return a response with all the work done so far."""

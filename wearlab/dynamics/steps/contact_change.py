@@ -191,12 +191,26 @@ def horner(p: Any, terms: int, u: float) -> tuple[float, float]:
 
 
 @jit_inner(counted=False)
-def root(p: Any, terms: int, high: float) -> float:
-    """Return where a polynomial, positive at 0 and negative at ``high``, passes zero: Newton in a bracket."""
-    low, (end, _) = 0.0, horner(p, terms, high)
-    u = high * p[0] / (p[0] - end)
+def first_root(p: Any, terms: int, changed: bool) -> float:
+    """Return where a polynomial, positive at first, is negative by the middle or the end; 2.0: nowhere.
+
+    By Newton's method in a bracket. Of a flank that has just ``changed`` the root at 0 is divided out.
+    """
+    count = terms
+    if changed:
+        count -= 1
+        for j in range(count):
+            p[j] = p[j + 1]
+    high, (end, _) = 0.5, horner(p, count, 0.5)
+    if not end < 0.0:
+        high, (end, _) = 1.0, horner(p, count, 1.0)
+        if not end < 0.0:
+            return 2.0
+    if not p[0] > 0.0:
+        return 0.0
+    low, u = 0.0, high * p[0] / (p[0] - end)
     for _ in range(MOST_ITERATIONS):
-        value, slope = horner(p, terms, u)
+        value, slope = horner(p, count, u)
         if value > 0.0:
             low = u
         else:
@@ -211,28 +225,6 @@ def root(p: Any, terms: int, high: float) -> float:
             if high - low <= 1e-15:
                 break
     return u
-
-
-@jit_inner(counted=False)
-def first_root(p: Any, terms: int, changed: bool) -> float:
-    """Return where a polynomial, positive at first, is negative by the middle or the end; 2.0: nowhere.
-
-    Of a flank that has just ``changed`` the root at 0 is divided out.
-    """
-    count = terms
-    if changed:
-        count -= 1
-        for j in range(count):
-            p[j] = p[j + 1]
-    at_end, _ = horner(p, count, 1.0)
-    at_middle, _ = horner(p, count, 0.5)
-    if at_middle < 0.0:
-        high = 0.5
-    elif at_end < 0.0:
-        high = 1.0
-    else:
-        return 2.0
-    return root(p, count, high) if p[0] > 0.0 else 0.0
 
 
 @jit(counted=False)

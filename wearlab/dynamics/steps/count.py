@@ -19,10 +19,10 @@ GRADED_FROM = 1000
 """Steps of a mesh period below which all are alike."""
 
 
-Stiffness = Array | float
+PerMesh = Array | float
 
 
-def fastest_rate(system: System, mesh_stiffness: Stiffness) -> float:
+def fastest_rate(system: System, mesh_stiffness: PerMesh) -> float:
     """Return the largest modulus of the eigenvalues of the equation of motion, all meshes in contact [1/s].
 
     Parameters
@@ -47,13 +47,13 @@ def settling_periods(system: System, tables: StageTables, period: float) -> floa
     return float(-np.log(REMEMBERED) / (slowest * period)) if slowest > 0.0 else np.inf
 
 
-def _vibrating(system: System, mesh_stiffness: Stiffness) -> Complex:
+def _vibrating(system: System, mesh_stiffness: PerMesh) -> Complex:
     """Return the eigenvalues but those of free rotations [1/s]."""
     rates = _eigenvalues(system, mesh_stiffness)
     return rates[np.abs(rates) > RIGID * np.abs(rates).max()]
 
 
-def _eigenvalues(system: System, mesh_stiffness: Stiffness) -> Complex:
+def _eigenvalues(system: System, mesh_stiffness: PerMesh) -> Complex:
     """Return the eigenvalues of the equation of motion, (2n,) [1/s]."""
     k = np.broadcast_to(np.asarray(mesh_stiffness, float), (len(system.direction),))
     return np.asarray(np.linalg.eigvals(companion(*normalised(system, k))), np.complex128)
@@ -77,7 +77,7 @@ class StepRule(NamedTuple):
     per_segment: int
 
     def steps(
-        self, system: System, stiffest: Stiffness, period: float, tolerance: float, segments: int = 1
+        self, system: System, stiffest: PerMesh, period: float, tolerance: float, segments: int = 1
     ) -> int:
         """Return the steps of a mesh period that keep their error near ``tolerance``.
 
@@ -108,7 +108,7 @@ every pair that enters.
 
 def graded_steps(
     system: System,
-    stiffest: Stiffness,
+    stiffest: PerMesh,
     period: float,
     tolerance: float,
     breaks: Array,

@@ -99,8 +99,7 @@ def tangents_of_step(flanks: Any, step: int, a: float, b: float) -> bool:
     law, whole, same = flanks.scratch.law[0], a == 0.0 and b == 1.0, True
     for stage in range(3):
         for m in range(len(flanks.meshes.damping)):
-            x = a + 0.5 * stage * (b - a)
-            tangents_of_flanks(flanks, step, stage if whole else WITHIN, x, m, stage)
+            tangents_of_flanks(flanks, step, stage if whole else WITHIN, a + 0.5 * stage * (b - a), m, stage)
             for p in range(len(flanks.meshes.pairs) + 1):
                 pushes = law[stage, m, p, 0] != 0.0 or law[stage, m, p, 1] != 0.0
                 pushed = law[0, m, p, 0] != 0.0 or law[0, m, p, 1] != 0.0
@@ -126,9 +125,8 @@ def correct_motion(kernel: Any, h: float, w: Any, states: Any, j: Any) -> float:
     for m in range(len(kernel.flanks.meshes.damping)):
         first, before = motion[0, m, 0], motion[0, m, 1]
         last, after = mesh_law.motion_of(kernel.structure, m, w, states, j)
-        size = abs(last) + h * abs(after) + 1e-30
         moved = abs(last - motion[2, m, 0]) + h * abs(after - motion[2, m, 1])
-        change = max(change, moved / size)
+        change = max(change, moved / (abs(last) + h * abs(after) + 1e-30))
         motion[1, m, 0] = 0.5 * (first + last) + 0.125 * h * (before - after)
         motion[1, m, 1] = 1.5 * (last - first) / h - 0.25 * (before + after)
         motion[2, m, 0], motion[2, m, 1] = last, after

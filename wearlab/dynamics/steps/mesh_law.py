@@ -76,8 +76,7 @@ def note_contact(flanks: Any, step: int, stage: int, x: float, m: int, place: fl
     tables, touch, pairs = flanks.tables, flanks.scratch.touch, len(flanks.meshes.pairs)
     deflection = place - of_mesh(tables.error, step, stage, m, x)
     for p in range(pairs):
-        gap = of_pair(tables.gap, step, stage, m, p, x)
-        touch[m, p] = deflection > gap and in_path(tables, step, m, p)
+        touch[m, p] = deflection > of_pair(tables.gap, step, stage, m, p, x) and in_path(tables, step, m, p)
     touch[m, pairs] = -flanks.meshes.backlash[m] - deflection > 0.0
 
 
@@ -153,9 +152,8 @@ def flanks_at(flanks: Any, step: int, stage: int, x: float, m: int, law: Any, ru
             for p in range(pairs):
                 if law[p, 0] != 0.0:
                     part = c * law[p, 0] / total
-                    gap_rate = of_pair(tables.pair_rate, step, stage, m, p, x) * frequency
                     law[p, 1] = part
-                    law[p, 2] += part * (rate + gap_rate)
+                    law[p, 2] += part * (rate + of_pair(tables.pair_rate, step, stage, m, p, x) * frequency)
         if touch[m, pairs]:
             law[pairs, 1] = -c
             law[pairs, 2] -= c * rate

@@ -202,5 +202,4 @@ def regression(path: WearPath, pressure_viscosity: float, roughness: float) -> P
     """
     E, R = path.contact_modulus, path.equivalent_radius
     G, S = pressure_viscosity * E, roughness / R
-    scale = FACTOR / E * (E * R) ** -LOAD * G**PRESSURE_VISCOSITY * S**ROUGHNESS
-    return PowerOfLoad(scale, LOAD)
+    return PowerOfLoad(FACTOR / E * (E * R) ** -LOAD * G**PRESSURE_VISCOSITY * S**ROUGHNESS, LOAD)

@@ -47,4 +47,3 @@ class ArchardLaw(LawModel):
 
     def build(self, setting: Setting) -> None:
         """Return nothing: :func:`wearlab.wear.law.wear_per_cycle` is this law."""
-        return None

@@ -29,7 +29,6 @@ class NoPatch(PatchModel):
 
     def build(self, setting: "PatchSetting") -> None:
         """Return nothing."""
-        return None
 
 
 class OneWayPatch(PatchModel):
