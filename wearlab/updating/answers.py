@@ -76,11 +76,9 @@ def blocks_of(study: Subject, runs: Runs) -> tuple[Block, ...]:
         block = replace(block, numerical=runs[0].numerical_of(seen.data.quantity) if counts else 0.0)
         blocks.append(block)
         if len(seen) > MOST_ONE_BY_ONE and (study.spec.fleet or likelihood.one_by_one(block, runs[0], n)):
-            raise UpdateError(
-                f"{seen.data.place}: {len(seen):,} values that share an error, or have each its own besides "
-                f"another, are compared one by one, at most {MOST_ONE_BY_ONE:,}: take the mean of each "
-                "inspection, or thin them out"
-            )
+            said = f"{len(seen):,} values that share an error, or have each its own besides another, are "
+            said += f"compared one by one, at most {MOST_ONE_BY_ONE:,}: take the mean of each inspection, "
+            raise UpdateError(f"{seen.data.place}: {said}or thin them out")
     return tuple(blocks)
 
 

@@ -297,14 +297,13 @@ class Posterior:
             u = found.centre[i] + found.width[i] * np.sinh(s[i])
             together = log_tau + np.zeros((n, 1))
             for one in alone:
-                x = one.log_factor[i][::4]
-                own = np.log(np.maximum(one.density[i][::4] * even_weights(n)[::4], 1e-290))
-                own = own - log_density(self.prior, x) + one.log_evidence[i]
+                x, density = one.log_factor[i][::4], one.density[i][::4] * even_weights(n)[::4]
+                own = np.log(np.maximum(density, 1e-290)) - log_density(self.prior, x) + one.log_evidence[i]
                 away = (u[:, None] - x) ** 2
                 seen = [logsumexp(own - 0.5 * away / t**2, axis=1) - np.log(t) for t in tau]
                 together = together + np.stack(seen, axis=1)
-            jacobian = np.log(found.width[i] * np.cosh(s[i]))
-            logs[i] = logsumexp(together, axis=1) + log_density(self.prior, u) + jacobian
+            logs[i] = logsumexp(together, axis=1) + log_density(self.prior, u)
+            logs[i] += np.log(found.width[i] * np.cosh(s[i]))
         found.nodes = found._at(s[:, ::FINER])
         found._norm(s, logs)
         return found

@@ -118,9 +118,6 @@ def _templates() -> Any:
         "p": lambda value, count: f"p = {digits(value, count)}" if value > TINY else f"p < {TINY:g}",
         "n": lambda value: f"{value:,.0f}",
         "finite": lambda value: isinstance(value, float) and np.isfinite(value),
-        "chance": lambda p: (
-            f"chance alone: once in {1 / max(p, 1e-6):,.0f} times{' or less' * int(p < 1e-6)}"
-        ),
         "spread": _spread,
         "time": lambda seconds: (hours_text(seconds) or "0 h") if np.isfinite(seconds) else NEVER,
     }

@@ -261,11 +261,11 @@ def log_likelihood(
             found[mine] = one
         return found
 
-    asked, begins = ([run.asked[number] for run, _ in pairs], [run.begin(number) for run, _ in pairs])
-    cycles = [one.cycle[rows] for one in asked]
+    cycles = [run.asked[number].cycle[rows] for run, _ in pairs]
+    begins = [run.begin(number) for run, _ in pairs]
     cycle, start = of_lanes(cycles), of_lanes(begins)
     last = np.maximum(cycle.max(axis=-1, initial=-np.inf), start)
-    if not steps and condenses(block, asked[0], sd):
+    if not steps and condenses(block, pairs[0][0].asked[number], sd):
         sums = np.empty((3, *shape))
         for run, mine in pairs:
             sums[:, mine] = _condensed(block, run, run.asked[number], factor[mine], sd[mine])

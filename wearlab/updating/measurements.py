@@ -21,7 +21,6 @@ from wearlab.scene import Scene, problems
 from wearlab.tables import LARGEST_FILE, ReadTable, TableError, in_unit, read_table
 from wearlab.updating.calendar import DAYS_A_YEAR, HOURS_A_YEAR, Calendar, Dates, day_number, day_text
 
-SECOND = np.timedelta64(1, "s")
 PLACE_UNITS = {"diameter": "m", "roll_angle": "rad", "path_position": "m"}
 CLOCKS = {"cycle": "1", "hours": "s", "mesh_cycles": "1", "date": ""}
 UNLIKE = 0.05  # of the hours by the calendar, by which those of a record may differ without a word
@@ -65,13 +64,11 @@ class MeasuredColumns:
             if (found := self.table.find(column)) is None:
                 begins = f"{column} [", f"{column} ("
                 strange = next((n for n in self.table.names if n.startswith(begins)), "")
-                unit_of = f"{strange[len(column) :].strip()} in its header is no unit that is known: "
-                own = f" as {strange!r}, and its unit in units"
-                raise UpdateError(
-                    f"{self.path}: line {self.table.header_line}: no column {column!r} for {role}; there are "
-                    f"{', '.join(self.table.names)}: {unit_of if strange else ''}name it in "
-                    f"{self.block.place}.columns{own if strange else ''}"
-                )
+                unknown = f"{strange[len(column) :].strip()} in its header is no unit that is known: "
+                own = f" as {strange!r}, and its unit in units" if strange else ""
+                there = f"there are {', '.join(self.table.names)}: {unknown if strange else ''}"
+                said = f"line {self.table.header_line}: no column {column!r} for {role}; {there}"
+                raise UpdateError(f"{self.path}: {said}name it in {self.block.place}.columns{own}")
             self.names[role] = found
         if unit is not None and "unit" in self.names:
             self.table = self.table.where(self.names["unit"], unit)
@@ -204,20 +201,18 @@ def read_observations(data: Data, calendar: Calendar | None = None, unit: str | 
     for column in sorted(data.units):
         if columns.table.find(column) is None:
             raise UpdateError(f"{data.place}.units.{column}: the file has no such column")
-    nothing, has = np.full(len(columns), np.nan), columns.names
-    value, below = columns.censored("value", data.si)
-    dated = clock == "date"
-    time = _seconds(columns, calendar) if dated else columns.numbers("time", CLOCKS[clock])
-    sd = columns.numbers("sd", data.si, empty=True) if "sd" in has else nothing
+    (value, below), has = columns.censored("value", data.si), columns.names
+    time = _seconds(columns, calendar) if clock == "date" else columns.numbers("time", CLOCKS[clock])
+    sd = np.nan_to_num(columns.numbers("sd", data.si, empty=True)) if "sd" in has else np.zeros(len(time))
     if "below" in has:
         below = np.where(np.isnan(below), columns.numbers("below", data.si, empty=True), below)
-    place = nothing if place_kind is None else columns.numbers("place", PLACE_UNITS[place_kind])
+    nowhere = np.full(len(time), np.nan)
+    place = nowhere if place_kind is None else columns.numbers("place", PLACE_UNITS[place_kind])
     columns.refuse(time < 0.0, "time", "is before the first cycle", time)
     said = "is empty, and no limit of detection: write the value, name its limit of detection "
     said += "(columns.below, or <0.1 in the cell), or delete the row"
     columns.refuse(np.isnan(value) & np.isnan(below), "value", said)
     columns.refuse(sd < 0.0, "sd", "is no standard error", sd)
-    sd = np.nan_to_num(sd)
     if data.error.sd is None and not data.error.relative:
         columns.refuse(sd <= 0.0, "sd", "is required: the block's error has no other", sd)
     if isinstance(data.since, float):
@@ -226,7 +221,7 @@ def read_observations(data: Data, calendar: Calendar | None = None, unit: str | 
         said = "is empty: with error.gain_sd no value may be below a limit of detection"
         columns.refuse(np.isnan(value), "value", said)
     held = (place_kind, place, columns.lines, columns.fingerprint)
-    return Observed(data, "hours" if dated else clock, time, value, sd, below, *held)
+    return Observed(data, "hours" if clock == "date" else clock, time, value, sd, below, *held)
 
 
 def _seconds(columns: MeasuredColumns, calendar: Calendar | None) -> Array:
@@ -367,7 +362,7 @@ def read_record(block: RecordBlock, unit: str | None, a_year: float | None) -> O
         return None
     torque, speed = (columns.numbers(n, si, empty=True) for n, si in (("torque", "N m"), ("speed", "rad/s")))
     dates = columns.dates("time") if when == "date" else None
-    time = columns.numbers("time", "s") if dates is None else (dates - dates[0]) / SECOND
+    time = columns.numbers("time", "s") if dates is None else (dates - dates[0]) / np.timedelta64(1, "s")
     bins, share = when == "duration", 1.0
     last = np.arange(len(time)) == (-1 if bins else len(time) - 1)
     for name, values in (("torque", torque), ("speed", speed)):

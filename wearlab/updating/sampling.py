@@ -87,15 +87,14 @@ def drawn(answer: lives.Answer, n: int, rng: Random) -> Draws:
     spreads = [_errors(post, number, run, log_factor, rng) for number in range(len(post.blocks))]
     sd, drift = (tuple(each[side] for each in spreads) for side in (0, 1))
     found = Draws(post, run, np.exp(log_factor), sd, drift, np.empty(n))[rng.permutation(n)]
-    if (number := answer.drifting) is None:
-        for history, mine in found.by_run():
-            found.life[mine] = history.life(found.factor[mine])
-        return found
-    rate = found.drift[number] ** 2 / likelihood.PER
-    present = found.seen(number).drawn(answer.now, rate, rng)
+    if (number := answer.drifting) is not None:
+        rate = found.drift[number] ** 2 / likelihood.PER
+        present = found.seen(number).drawn(answer.now, rate, rng)
     for history, mine in found.by_run():
-        own = found.factor[mine], present[mine]
-        found.life[mine] = lives.ended(history, *own, answer.now, rate[mine], rng)
+        own = found.factor[mine]
+        found.life[mine] = history.life(own)
+        if number is not None:
+            found.life[mine] = lives.ended(history, own, present[mine], answer.now, rate[mine], rng)
     return found
 
 
