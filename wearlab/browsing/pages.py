@@ -181,10 +181,10 @@ class RemarkPage(WindowPage):
         about = {remarks.subject_of(str(title)): (str(title), str(key)) for title, key in rows}
         if subject in about:
             title, key = about[subject]
-            remarks.add(catalogue, subject, what, text, title)  # type: ignore[arg-type]
+            remarks.add(catalogue, subject, what, text, title)
             page = self.place.url("campaign", key=key)
         elif entry := self.store.heads([subject]).get(subject):
-            remarks.add(catalogue, entry.id, what, text)  # type: ignore[arg-type]
+            remarks.add(catalogue, entry.id, what, text)
             page = self.place.url("run", id=entry.id)
         else:
             raise StoreError(f"run {subject[:40]!r}: no such run")

@@ -10,7 +10,6 @@ import operator
 from array import array
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -89,7 +88,6 @@ def _in_units(label: Any, units: str, key: str) -> Any:
 
 Holds = Callable[[Mapping[str, Any]], bool | None]
 """Whether a condition, or a part of it, holds of values."""
-CYCLE = "cycle"
 HISTORY = "()"
 """After the name of a result: its values at all wear states."""
 
@@ -97,8 +95,7 @@ HISTORY = "()"
 DAY = len("2026-01-01")
 
 
-@dataclass(frozen=True)
-class Literal:
+class Literal(NamedTuple):
     """A number with its unit, a text, a date, or true or false."""
 
     value: Any
@@ -118,7 +115,7 @@ class FirstCycle(NamedTuple):
     @property
     def keys(self) -> tuple[Key, ...]:
         """The keys that it needs: of the result, of its history, and of the cycles."""
-        return (self.key, Key(self.key.name + HISTORY), Key(CYCLE + HISTORY))
+        return (self.key, Key(self.key.name + HISTORY), Key("cycle" + HISTORY))
 
 
 class BoundCondition(NamedTuple):

@@ -161,7 +161,6 @@ class _FormulaReader:
 BASE = "base"
 STATES = ("cycle", "mesh_cycles")
 PLAIN = ("", "1")
-REDUCED = ("max", "min", "mean")
 
 
 class AmountError(ValueError):
@@ -235,7 +234,7 @@ def _applied(function: str, inner: WorkedOut, dim: str | None, grid: Any, places
         return Measured(abs(values), units)
     if dim is not None and dim not in values.dims:
         raise AmountError(f"{function}(…, {dim}): {_not_there(dim, values.dims)}")
-    if function in REDUCED:
+    if function in ("max", "min", "mean"):
         return Measured(getattr(values, function)(dim), units)
     if function == "range":
         return Measured(values.max(dim) - values.min(dim), units)

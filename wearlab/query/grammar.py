@@ -14,7 +14,6 @@ import math
 import re
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -79,18 +78,15 @@ def tokens(text: str) -> list[Token]:
             read.append(Token(kind, SIGNS.get(part, part) if kind == "sign" else part, at, unit))
         at = found.end()
     if at < len(text):
-        endless, alien = (
-            f"the text that begins with {text[at]} does not end",
-            f"{text[at]!r} belongs nowhere here",
-        )
-        raise QueryError(endless if text[at] in "'\"" else f"{alien}; texts stand in quotes", text, at)
+        alien = f"{text[at]!r} belongs nowhere here; texts stand in quotes"
+        open_text = f"the text that begins with {text[at]} does not end"
+        raise QueryError(open_text if text[at] in "'\"" else alien, text, at)
     return [*read, Token("end", "", len(text))]
 
 
 DEEPEST = 40
 COMPARISONS = ("<", "<=", ">", ">=", "=", "!=")
 MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "=": "=", "!=": "!="}
-FIRST_CYCLE = "first_cycle"
 THEN = "'and', 'or' or the end"
 
 
@@ -140,10 +136,11 @@ class _Grammar:
         word = f"not {self.word.text!r}" if self.word.kind != "end" else "but it ends"
         return QueryError(f"expected {wanted}, {word}", self.text, self.word.at)
 
-    def expect(self, wanted: str, kind: str, *texts: str) -> None:
+    def expect(self, wanted: str, kind: str, *texts: str) -> Token:
         """Step over the next word, which has to be one of these."""
-        if not self.take(kind, *texts):
+        if (word := self.take(kind, *texts)) is None:
             raise self.fail(wanted)
+        return word
 
     def condition(self, depth: int) -> Holds:
         return self._joined("or", lambda: self._joined("and", lambda: self.negation(depth)))
@@ -212,13 +209,10 @@ class _Grammar:
         return sign, bound, self.value(right, key)
 
     def _list(self) -> list[Any]:
-        opened = self.take("sign", "[", "(")
-        if opened is None:
-            raise self.fail("a list in [ ]")
+        closing = "]" if self.expect("a list in [ ]", "sign", "[", "(").text == "[" else ")"
         items = [self.operand()]
         while self.take("sign", ","):
             items.append(self.operand())
-        closing = "]" if opened.text == "[" else ")"
         self.expect(f"',' or {closing!r}", "sign", closing)
         return items
 
@@ -226,7 +220,7 @@ class _Grammar:
         """Return a literal, a ``first_cycle(…)``, or the word of a name."""
         word = self.word
         if self.take("name"):
-            return self._first_cycle(word) if word.text == FIRST_CYCLE and self.take("sign", "(") else word
+            return self._first_cycle(word) if word.text == "first_cycle" and self.take("sign", "(") else word
         if self.take("number"):
             return Literal(float(word.text), word.at, word.unit)
         if self.take("text") or self.take("date"):
@@ -279,7 +273,7 @@ class _Grammar:
             return given
         if key.kind != "number":
             raise QueryError(f"{key.name!r} is a text: write the value in quotes", self.text, given.at)
-        return given if isinstance(given.value, bool) else replace(given, value=self._number(given, key))
+        return given if isinstance(given.value, bool) else given._replace(value=self._number(given, key))
 
     def _number(self, given: Literal, key: Key) -> float:
         number = float(given.value)

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any, NamedTuple, get_args
 
@@ -30,8 +29,7 @@ class QueryError(ValueError):
         return type(self), (self.reason, self.text, self.position)
 
 
-@dataclass(frozen=True)
-class Key:
+class Key(NamedTuple):
     """Something a condition may ask for.
 
     Parameters

@@ -57,11 +57,10 @@ def align(
 
 def _progress(grid: xr.Dataset, on: str) -> xr.DataArray:
     """Return what runs are aligned on, over the grid's dims and ``update``, in memory."""
-    needed = PROGRESS.get(on)
-    if needed is None:
+    if on not in PROGRESS:
         raise StoreError(f"align: {on!r} is not one of {', '.join(PROGRESS)}")
-    if needed not in grid.variables:
-        raise StoreError(f"align: the runs have no {needed}, so not on {on}")
+    if PROGRESS[on] not in grid.variables:
+        raise StoreError(f"align: the runs have no {PROGRESS[on]}, so not on {on}")
     if on == "cycle":
         return grid["cycle"].load()
     if on == "wear_depth":
@@ -82,8 +81,7 @@ def _values(progress: xr.DataArray, on: str) -> Array:
 
 
 def _aligned(variable: xr.DataArray, progress: xr.DataArray, values: Array, on: str) -> xr.DataArray:
-    shared = [dim for dim in variable.dims if dim in progress.dims and dim != UPDATE]
-    own = [dim for dim in variable.dims if dim not in (*shared, UPDATE)]
+    own = [dim for dim in variable.dims if dim not in progress.dims]
     how: dict[str, Any] = {"vectorize": True, "dask": "parallelized", "keep_attrs": "override"}
     how |= {"input_core_dims": [[UPDATE], [*own, UPDATE]], "output_core_dims": [[*own, on]]}
     how |= {"output_dtypes": [float], "dask_gufunc_kwargs": {"output_sizes": {on: len(values)}}}

@@ -10,7 +10,6 @@ import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
-from operator import itemgetter
 from typing import Any
 
 from pydantic import TypeAdapter
@@ -24,13 +23,11 @@ from wearlab.store.outcome import CALIBRATION, Comparison, Outcome, State
 
 OF_RUNS = "id, state, owner, size, sha256, started, seconds, source_hash, wearlab_version, layout"
 OF_DOCUMENTS = "reason, warnings, sizes, digests, summary, scene"
-OF_RUNS_BEFORE = ("runs", "layouts", "keys", "facts", "documents", "dictionaries")
 FACTS_OF = """SELECT k.name, k.source, k.kind, f.value FROM keys AS k JOIN facts AS f ON f.key = k.number
 WHERE f.run = (SELECT number FROM runs WHERE id = ?)"""
 MEMBERS = """SELECT title, path, run, label, position, coalesce(reference, ''), metadata, verdict, expected,
 measured, met, recorded, campaign, number FROM members JOIN campaigns ON campaign = key
 LEFT JOIN expectations USING (campaign, number)"""
-Row = tuple[Any, ...]
 
 
 @dataclass(frozen=True)
@@ -75,10 +72,8 @@ class Entry:
     def without_data(self) -> Outcome:
         """Return the outcome of a case that failed or was refused, to be recorded elsewhere."""
         told = (self.id, self.state, self.started or "", self.seconds or 0.0, self.scene or "{}")
-        code = (self.source_hash or "", self.wearlab_version or "")
-        return Outcome(
-            *told, reason=self.reason, warnings=self.warnings, source_hash=code[0], wearlab_version=code[1]
-        )
+        code: dict[str, Any] = {n: getattr(self, n) or "" for n in ("source_hash", "wearlab_version")}
+        return Outcome(*told, reason=self.reason, warnings=self.warnings, **code)
 
 
 @dataclass(frozen=True)
@@ -136,7 +131,7 @@ class Catalogue(rows.Database):
                 return VERSION  # another process has done it
             if version < 3:
                 connection.execute("ALTER TABLE campaigns ADD COLUMN metadata TEXT")
-            for table in OF_RUNS_BEFORE:
+            for table in ("runs", "layouts", "keys", "facts", "documents", "dictionaries"):
                 connection.execute(f"DROP TABLE IF EXISTS {table}")
             rows.run_all(connection, rows.TABLES)
             for outcome in description.outcomes_of(files.RunFiles(self.path.parent / "runs"), []):
@@ -179,11 +174,7 @@ class Catalogue(rows.Database):
         return {key: understood(what, rows.layout, known.get(key)) for key in wanted}
 
     def record(
-        self,
-        outcomes: Iterable[Outcome],
-        wanted: Sequence[str] = (),
-        owner: str = "",
-        free: Free | None = None,
+        self, outcomes: Iterable[Outcome], ids: Sequence[str] = (), owner: str = "", free: Free | None = None
     ) -> dict[str, str | None]:
         """Write what became of runs and mark others as running here, in one transaction.
 
@@ -193,7 +184,7 @@ class Catalogue(rows.Database):
         Parameters
         ----------
         outcomes : of finished runs
-        wanted : ids of runs to be begun
+        ids : of runs to be begun
         owner : token of this process
         free : says of a run already known whether it may be taken over
 
@@ -204,11 +195,11 @@ class Catalogue(rows.Database):
         with self._transaction() as connection:
             for outcome in outcomes:
                 self._record(connection, outcome)
-            known = self.entries(wanted, "warnings")
-            free_ids = [i for i in wanted if i not in known or (free is not None and free(known[i]))]
+            known = self.entries(ids, "warnings")
+            free_ids = [i for i in ids if i not in known or (free is not None and free(known[i]))]
             begun = [(run_id, "running", owner, now()) for run_id in free_ids]
             connection.executemany(_renewing("id, state, owner, started"), begun)
-        return {run_id: known[run_id].owner if run_id in known else None for run_id in free_ids}
+        return {i: known[i].owner if i in known else None for i in free_ids}
 
     def _record(self, connection: sqlite3.Connection, outcome: Outcome) -> None:
         key = None if outcome.layout is None else key_of(outcome.layout)
@@ -252,11 +243,10 @@ class Catalogue(rows.Database):
         """
         question = f"SELECT {OF_RUNS} FROM runs"
         with self._transaction() as connection:
-            for table in ("facts", "keys"):
-                connection.execute(f"DELETE FROM {table}")
+            rows.run_all(connection, "DELETE FROM facts; DELETE FROM keys")
             before = {row[0]: row for row in connection.execute(question)}
 
-        def is_left(row: Row) -> bool:
+        def is_left(row: tuple[Any, ...]) -> bool:
             busy = row[1] == "running" and isinstance(row[2], str) and alive(row[2])
             return row == before.get(row[0]) and not busy
 
@@ -292,7 +282,7 @@ class Catalogue(rows.Database):
         key = key_of(json.dumps([title, path, told]))
         with self._transaction() as connection:
             ((latest,),) = connection.execute("SELECT max(recorded) FROM campaigns").fetchall()
-            row = (key, title, reference, path, _after(latest), json.dumps(dict(metadata or {})))
+            row = (key, title, reference, path, now(latest), json.dumps(dict(metadata or {})))
             connection.execute("INSERT OR REPLACE INTO campaigns VALUES (?, ?, ?, ?, ?, ?)", row)
             numbered = [(key, number, *one) for number, one in enumerate(told)]
             connection.executemany("INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)", numbered)
@@ -330,7 +320,7 @@ class Catalogue(rows.Database):
     def members(self, runs: Sequence[str] | None = None) -> list[Member]:
         """Return the cases of campaigns with these runs (all when None), the campaign recorded last first."""
         found = self.read(MEMBERS) if runs is None else self.read_many(f"{MEMBERS} WHERE run IN", runs)
-        ordered = sorted(found, key=itemgetter(12, 13))
+        ordered = sorted(found, key=lambda row: row[12:])
         ordered.sort(key=lambda row: str(row[11]), reverse=True)
         told = (ArgsKwargs((*row[:7], None if row[10] is None else row[7:11])) for row in ordered)
         return [understood("a campaign in the catalogue", MEMBER.validate_python, one) for one in told]
@@ -348,14 +338,9 @@ def _renewing(columns: str) -> str:
     return f"INSERT INTO runs {places} ON CONFLICT (id) DO UPDATE SET {', '.join(told[1:])}"
 
 
-def _after(latest: str | None) -> str:
-    """Return the time, or a moment after ``latest`` where a clock was set back: the last stays last."""
-    present = now()
+def now(latest: str | None = None) -> str:
+    """Return the time in UTC, a moment after ``latest`` where a clock was set back: the last stays last."""
+    present = datetime.now(UTC).isoformat(timespec="milliseconds")
     if latest is None or present > latest:
         return present
     return (datetime.fromisoformat(latest) + timedelta(milliseconds=1)).isoformat(timespec="milliseconds")
-
-
-def now() -> str:
-    """Return the time in UTC."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -21,10 +21,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 LIFE = "update"
-AT_STATES = frozenset((LIFE, "flank", "mesh", "member"))
 ALONG_PHASE = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
 CODE = ("commit", "model_version")
-PARENT_CYCLE = "parent_cycle"
 LONGEST = 200  # characters of a text that can be asked for
 Fact = tuple[str, str, Any]  # source, name, value
 NEW_KEY = "INSERT INTO keys VALUES (NULL, ?, ?, ?, ?, ?, ?) RETURNING number"
@@ -71,7 +69,7 @@ def _results(dataset: "xr.Dataset") -> tuple[dict[str, Any], dict[str, bytes]]:
 
     told = (name for name in (*CODE, outcome.CALIBRATION) if name in dataset.attrs)
     summary: dict[str, Any] = {name: str(dataset.attrs[name]) for name in told}
-    for key in (PARENT_CYCLE, outcome.CALIBRATION_LIFE):
+    for key in ("parent_cycle", outcome.CALIBRATION_LIFE):
         with suppress(KeyError, ValueError, TypeError):
             summary[key] = plain(float(dataset.attrs[key]))
     histories: dict[str, bytes] = {}
@@ -80,11 +78,13 @@ def _results(dataset: "xr.Dataset") -> tuple[dict[str, Any], dict[str, bytes]]:
             summary[str(name)] = plain(variable.values)
         elif variable.dtype.kind not in "fiu":
             continue
-        elif AT_STATES.issuperset(variable.dims):
+        elif {LIFE, "flank", "mesh", "member"}.issuperset(variable.dims):
             values = np.asarray(variable.values, float)
             summary[str(name)] = plain(_largest(values, np.fmax))
-            if variable.dims[0] == LIFE:
-                histories[str(name)] = _history(values)
+            if variable.dims[0] == LIFE:  # the lowest, then the highest, where there are several at a state
+                inner, ends = tuple(range(1, values.ndim)), (np.fmin, np.fmax)[: values.ndim]
+                both: list[Any] = [choose.reduce(values, axis=inner) for choose in ends]
+                histories[str(name)] = np.concatenate(both).tobytes()
         elif name in ALONG_PHASE:
             values = variable.values
             summary[f"{name}_min"] = plain(_largest(values, np.fmin))
@@ -95,16 +95,6 @@ def _results(dataset: "xr.Dataset") -> tuple[dict[str, Any], dict[str, bytes]]:
 
 def _largest(values: "NDArray[Any]", choose: Any) -> Any:
     return choose.reduce(values, axis=None) if values.size else math.nan
-
-
-def _history(values: "NDArray[Any]") -> bytes:
-    """Return the values at each wear state; the lowest, then the highest, where there are several."""
-    import numpy as np
-
-    if values.ndim == 1:
-        return values.tobytes()
-    own = values.reshape(len(values), -1)
-    return np.concatenate([np.fmin.reduce(own, axis=1), np.fmax.reduce(own, axis=1)]).tobytes()
 
 
 def plain(value: Any) -> Any:
@@ -164,12 +154,9 @@ def facts_of(scene: str, summary: Mapping[str, Any], histories: Mapping[str, byt
     told = [("scene", *pair) for pair in given.items()]
     told += [("result", *pair) for pair in summary.items() if pair[0] not in given]
     for source, name, value in told:
-        if isinstance(value, bool):
-            yield source, name, int(value)
-        elif isinstance(value, int | float) or (isinstance(value, str) and len(value) <= LONGEST):
-            yield source, name, value
-    for name, values in histories.items():
-        yield "history", name + evaluate.HISTORY, values
+        if isinstance(value, int | float) or (isinstance(value, str) and len(value) <= LONGEST):
+            yield source, name, int(value) if isinstance(value, bool) else value
+    yield from (("history", name + evaluate.HISTORY, values) for name, values in histories.items())
 
 
 MOST_LABELS = 1_000_000  # of one dimension: the catalogue keeps them as text

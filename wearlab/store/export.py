@@ -37,7 +37,6 @@ ASSUMED = "The variables 'validity' and 'model_error' say what was assumed"
 COMMENT = f"{ASSUMED} and how far the models are known to be off."
 COMPUTED = {"processing_level": "model output: computed, not measured", "comment": COMMENT}
 Tell = Callable[[str], None]
-CONVENTIONS = "CF-1.11, ACDD-1.3"
 KEYWORDS = "gears, gear dynamics, tooth wear, mesh stiffness, transmission error"
 
 
@@ -80,7 +79,7 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
     text = source_text(campaign.path)
     dates = sorted(entry.started for entry in entries.values() if entry.started)
     code = sorted({(e.wearlab_version or "", e.source_hash or "") for e in entries.values()} - {("", "")})
-    attributes = {"Conventions": CONVENTIONS, "title": campaign.title}
+    attributes = {"Conventions": "CF-1.11, ACDD-1.3", "title": campaign.title}
     attributes["summary"] = f"{len(entries)} runs of coupled gear wear and dynamics, by sweep axes and case"
     attributes |= {"keywords": KEYWORDS, "id": fingerprint("\n".join([text, *sorted(entries)])), **COMPUTED}
     attributes["history"] = f"{dates[-1]} runs computed" if dates else ""
@@ -115,9 +114,8 @@ def _netcdf(grid: xr.Dataset, entries: "Mapping[str, catalogue.Entry]", part: Pa
     """Write the grid through xarray, a chunk of a variable holding one run; read in this thread alone."""
     for variable in grid.variables.values():
         told = {key: value for key, value in variable.attrs.items() if value is not None}
-        variable.attrs = {
-            k: v if isinstance(v, str | int | float) else json.dumps(v) for k, v in told.items()
-        }
+        plain = (str, int, float)
+        variable.attrs = {k: v if isinstance(v, plain) else json.dumps(v) for k, v in told.items()}
     done = [i for i in dict.fromkeys(grid["run_id"].values.ravel()) if i in entries and entries[i].sha256]
     xr.Dataset(attrs=grid.attrs).to_netcdf(part, format="NETCDF4", engine="netcdf4")
     with dask.config.set(scheduler="synchronous"):
@@ -167,11 +165,7 @@ Entity = dict[str, Any]
 
 
 def export_crate(
-    campaign: "Campaign",
-    store: "Store",
-    out: Path,
-    figures: Sequence[Path] = (),
-    tell: Tell = lambda run: None,
+    campaign: "Campaign", store: "Store", out: Path, figures: Sequence[Path] = (), tell: Tell = lambda _: None
 ) -> Path:
     """Write a campaign with its data, its file, figures and citation as a crate.
 
@@ -189,10 +183,9 @@ def export_crate(
     said = export_attributes(campaign, store)
     with TemporaryDirectory(prefix="wearlab-") as folder:
         data = export(campaign, store, Path(folder) / "runs.nc", tell)
-        parts: dict[str, tuple[bytes | Path, str]] = {
-            "runs.nc": (data, "all runs of the campaign, by its sweeps and cases"),
-            "CITATION.txt": (_citation(said).encode(), "how to cite it"),
-        }
+        parts: dict[str, tuple[bytes | Path, str]] = {}
+        parts["runs.nc"] = (data, "all runs of the campaign, by its sweeps and cases")
+        parts["CITATION.txt"] = (_citation(said).encode(), "how to cite it")
         if said.get("campaign"):
             parts["campaign.toml"] = (said["campaign"].encode(), "the campaign file, and all that it extends")
         for figure in figures:
@@ -201,9 +194,8 @@ def export_crate(
         written = {DESCRIPTOR: metadata.encode()} | {name: content for name, (content, _) in parts.items()}
         with files.replaced(out) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as crate:
             for name, content in written.items():
-                entry = zipfile.ZipInfo(name, FIRST)
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                crate.writestr(entry, content.read_bytes() if isinstance(content, Path) else content)
+                image = content.read_bytes() if isinstance(content, Path) else content
+                crate.writestr(zipfile.ZipInfo(name, FIRST), image, zipfile.ZIP_DEFLATED)
     return out
 
 
@@ -229,18 +221,14 @@ def _metadata(said: Mapping[str, str], parts: Mapping[str, str]) -> str:
         root["citation"] = said["references"]
     made = {"instrument": {"@id": SOFTWARE}, "result": {"@id": "runs.nc"}}
     made |= {"object": {"@id": "campaign.toml"}} if "campaign.toml" in parts else {}
-    source = said.get("source", f"wearlab {__version__}")
     about = {"about": {"@id": "./"}, "conformsTo": {"@id": SPECIFICATION}}
     told = {"version": __version__, "description": provenance.SUBJECT}
-    graph = [
-        {"@id": DESCRIPTOR, "@type": "CreativeWork", **about},
-        root,
-        *(_entity(name, "File", told, encodingFormat=_format(name)) for name, told in parts.items()),
-        *people,
-        *([_entity(licence, "CreativeWork", licence)] if address else []),
-        _entity("#computation", "CreateAction", source, **made),
-        _entity(SOFTWARE, "SoftwareApplication", "wearlab", **told),
-    ]
+    graph = [{"@id": DESCRIPTOR, "@type": "CreativeWork", **about}, root]
+    graph += [_entity(name, "File", told, encodingFormat=_format(name)) for name, told in parts.items()]
+    graph += [*people, *([_entity(licence, "CreativeWork", licence)] if address else [])]
+    source = said.get("source", f"wearlab {__version__}")
+    graph.append(_entity("#computation", "CreateAction", source, **made))
+    graph.append(_entity(SOFTWARE, "SoftwareApplication", "wearlab", **told))
     return json.dumps({"@context": CONTEXT, "@graph": graph}, indent=1, ensure_ascii=False)
 
 

@@ -129,10 +129,8 @@ class _Alike:
 
 def _has_columns(name: str, told: Mapping[str, Any], wanted: Sequence[str] | None) -> bool:
     asked = not name.startswith(LEFT_OUT) if wanted is None else name in wanted
-    result = np.dtype(told["dtype"]).kind in "fiu" and not told.get("coordinate")
-    return (
-        asked and result and set(told["dims"]) <= {STATE, *NAMED, *ALONG} and declared_key(name) is not None
-    )
+    number = np.dtype(told["dtype"]).kind in "fiu" and set(told["dims"]) <= {STATE, *NAMED, *ALONG}
+    return asked and number and not told.get("coordinate") and declared_key(name) is not None
 
 
 def features(store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str] | None = None) -> Table:
@@ -163,41 +161,36 @@ def features(store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str
     alike = {run.form: _Alike(layouts[run.layout or ""], run.sizes, variables) for run in done.values()}
     blocks = [alike[e.form].rows(e, str(store.files.path(e.id)), inputs[e.id]) for e in done.values()]
     columns = tuple(dict.fromkeys((RUN, NUMBER, *TIMES, *(column for block in blocks for column in block))))
-    known = {name for layout in layouts.values() for name in layout["variables"]}
-    _refuse_unknown(variables, columns, known)
+    _refuse_unknown(variables, columns, {name for layout in layouts.values() for name in layout["variables"]})
     records: list[tuple[Any, ...]] = []
     for block in blocks:
-        nothing = [None] * len(block[RUN])
-        records += zip(*(block.get(column) or nothing for column in columns), strict=True)
+        records += zip(*(block.get(column, [None] * len(block[RUN])) for column in columns), strict=True)
     return Table(columns, records)
 
 
 def _plain(values: NDArray[Any]) -> list[float | None]:
     """Return numbers, None for what is not finite."""
-    numbers: list[float | None] = np.where(np.isfinite(values), values, np.array(None)).tolist()
-    return numbers
+    return list(np.where(np.isfinite(values), values, np.array(None)))
 
 
 def _refuse_unknown(variables: Sequence[str] | None, columns: Iterable[Column], known: set[str]) -> None:
-    present = [column.name for column in columns]
     for name in variables or ():
         if declared_key(name) is None:
             near = get_close_matches(name, sorted(known), 1)
             meant = f"did you mean {near[0]!r}?" if near else "'wearlab variables' lists them"
             raise StoreError(f"features: {name!r}: there is no such variable; {meant}")
-        if not any(feature.startswith(name) for feature in present):
+        if not any(column.name.startswith(name) for column in columns):
             raise StoreError(f"features: {name!r}: no run here has it as numbers at its wear states")
 
 
 def _differing(entries: Mapping[str, "catalogue.Entry"]) -> dict[str, dict[Column, Any]]:
     """Return torque, speed and every value of the scenes that is not the same in all of them."""
     scenes = {run_id: entry.values for run_id, entry in entries.items()}
-    kept = differing_keys(list(scenes.values()), ALWAYS)
     columns = {}
-    for key in kept:
+    for key in differing_keys(list(scenes.values()), ALWAYS):
         known = scene_key(key, any(isinstance(scene.get(key), str) for scene in scenes.values()))
         columns[key] = Column(key, known.unit, known.display_unit, given=True)
     return {
-        run_id: {columns[key]: scene[key] for key in kept if scene.get(key) is not None}
+        run_id: {column: scene[key] for key, column in columns.items() if scene.get(key) is not None}
         for run_id, scene in scenes.items()
     }

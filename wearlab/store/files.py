@@ -228,10 +228,9 @@ class RunFiles:
 
     def size(self, run_id: str) -> int | None:
         """Return the size of the run's file [bytes], None when there is none."""
-        try:
+        with suppress(OSError):
             return self.path(run_id).stat().st_size
-        except OSError:
-            return None
+        return None
 
     def __iter__(self) -> Iterator[Path]:
         """Yield every file below the folder, the foreign ones too."""

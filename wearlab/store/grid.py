@@ -80,7 +80,8 @@ def open_grid(campaign: "Campaign", store: "kept_runs.KeptRuns", si: bool = Fals
         # a coordinate that bears its dimension's name but differs from run to run cannot be an index
         free = f"{name}_values" if name in first["dims"] and name not in stored.labels else name
         (coordinates if first.get("coordinate") else variables)[free] = variable
-    for dim in stored.sizes.keys() - coordinates.keys():  # so that grids of unequal lengths are joined
+    # so that grids of unequal lengths are joined
+    for dim in [dim for dim in stored.sizes if dim not in coordinates]:
         words = "wear state" if dim == UPDATE else dim.replace("_", " ")
         coordinates[dim] = (dim, np.arange(stored.sizes[dim]), {"long_name": f"number of the {words}"})
     referred = {"references": campaign.reference} if campaign.reference else {}  # CF: none is an empty text
@@ -261,9 +262,8 @@ def _dtype(stored: str, whole: bool) -> tuple[np.dtype[Any], Any]:
     if stored == "str":
         return TEXT, ""
     if not NUMBER.fullmatch(stored):
-        raise StoreError(
-            f"the catalogue names {stored[:40]!r} as a type of numbers; 'wearlab reindex' mends it"
-        )
+        said = f"{stored[:40]!r} as a type of numbers"
+        raise StoreError(f"the catalogue names {said}; 'wearlab reindex' mends it")
     return (np.dtype(stored), 0) if whole and np.dtype(stored).kind != "f" else (np.dtype(float), np.nan)
 
 

@@ -6,8 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearlab.store import files
-from wearlab.store.files import StoreError
+from wearlab.store.files import Image, RunFiles, StoreError, written
 from wearlab.store.presence import Checkpoints, Presence, alive
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ class KeptRuns:
         self.address = remote.address_of(path)
         self.path = Path(path) if self.address is None else remote.copy_of(self.address)
         self.catalogue = catalogue.Catalogue(self.path / "catalogue.sqlite", self.address)
-        self.files = files.RunFiles(self.path / "runs")
+        self.files = RunFiles(self.path / "runs")
         self.checkpoints = Checkpoints(self.path / "checkpoints")
         self._presences = self.path / "runners"
 
@@ -158,7 +157,7 @@ class KeptRuns:
     def create(self) -> None:
         """Make the store's folder and catalogue where they are not."""
         self.catalogue.create()
-        with files.written(self.files.folder, "cannot be made"):
+        with written(self.files.folder, "cannot be made"):
             self.files.folder.mkdir(exist_ok=True)
 
     def presence(self) -> Presence:
@@ -192,7 +191,7 @@ class KeptRuns:
         ------
         StoreError : the disk or the catalogue refuses; nothing half-written remains
         """
-        images = [files.Image(o.id, o.image, o.sha256) for o in outcomes if o.image and o.sha256]
+        images = [Image(o.id, o.image, o.sha256) for o in outcomes if o.image and o.sha256]
         self.files.write(images, owner)
         try:
             taken = self.catalogue.record(outcomes, ids, owner, lambda h: self.is_stale(h) or free(h))

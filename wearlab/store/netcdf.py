@@ -75,10 +75,9 @@ def _write(group: "netCDF4.Dataset", dataset: "xr.Dataset") -> None:
 
     later: list[tuple[Any, Any]] = []  # what xarray would write at once
     writer = SimpleNamespace(add=lambda source, target, region=None: later.append((target, source)))
-    encoding = {
-        name: _storage(variable.values) | ({"_FillValue": None} if name in dataset.coords else {})
-        for name, variable in dataset.variables.items()  # CF lets no coordinate have a filling
-    }
+    encoding = {name: _storage(variable.values) for name, variable in dataset.variables.items()}
+    for name in dataset.coords:  # CF lets none have a filling
+        encoding[name]["_FillValue"] = None
     dataset.dump_to_store(NetCDF4DataStore(group), writer=writer, encoding=encoding)
     for target, values in later:
         target[...] = values
@@ -89,9 +88,8 @@ def _storage(values: "NDArray[Any]") -> dict[str, Any]:
     if not values.ndim or values.dtype.kind in "OUS" or values.nbytes < TINY:
         return {}
     deflated = {"zlib": True, "complevel": 1} if values.nbytes > SMALL else {}
-    return (
-        deflated | {"fletcher32": True} | ({"chunksizes": values.shape} if values.nbytes <= ONE_CHUNK else {})
-    )
+    chunks = {"chunksizes": values.shape} if values.nbytes <= ONE_CHUNK else {}
+    return {"fletcher32": True, **deflated, **chunks}
 
 
 def sealed(dataset: "xr.Dataset") -> "xr.Dataset":
@@ -223,8 +221,7 @@ class _Walk:
 
     def attributes(self, entry: Any, where: str) -> None:
         """Read the texts of attributes: of all others HDF5 tells the size."""
-        count = h5a.get_num_attrs(entry)
-        if count > MOST_ATTRIBUTES:
+        if (count := h5a.get_num_attrs(entry)) > MOST_ATTRIBUTES:
             self.refuse(where, f"has {count} attributes")
         told: dict[bytes, Any] = {}
         h5a.iterate(entry, told.__setitem__, info=True)

@@ -128,9 +128,8 @@ class _Kind(NamedTuple):
 
 LIFE = _Kind("life", 1.0, "cycles of life", "cycles", "life", "error_estimate_life", "service_life")
 WEAR = _Kind("max_wear_depth", 1e6, "µm worn", "µm", "wear", "error_estimate_wear_depth", "operating_hours")
-FORCE = _Kind(
-    "mesh_force_max", 1.0, "N largest mesh force", "N in mesh", "force", "error_estimate_mesh_force_max"
-)
+ERROR = "error_estimate_mesh_force_max"
+FORCE = _Kind("mesh_force_max", 1.0, "N largest mesh force", "N in mesh", "force", ERROR)
 STE = _Kind("ste_peak_to_peak", 1e6, "µm range of STE", "µm STE", "STE", "")
 
 WORST = "N largest mesh force of the worst other attractor found"

@@ -15,8 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from wearlab.store import files
-from wearlab.store.files import StoreError
+from wearlab.store.files import NAME, WRITER, StoreError, replaced, sync
 
 LONGEST_HOST = 100
 LONGEST_HEAD = 200  # bytes
@@ -62,7 +61,7 @@ def alive(folder: Path, token: str) -> bool:
     A lock of another user that cannot be looked at counts as held: nothing of theirs is taken.
     """
     file = folder / f"{token}.lock"
-    if not files.WRITER.fullmatch(token) or file.is_symlink():
+    if not WRITER.fullmatch(token) or file.is_symlink():
         return False  # a name that no process of ours took
     try:
         connection = sqlite3.connect(f"{file.absolute().as_uri()}?mode=rw", uri=True, timeout=0)
@@ -123,9 +122,9 @@ class Checkpoints:
         """
         far = "" if reached is None else f" {reached.cycle!r} {reached.depth!r}"
         head = f"{hashlib.sha256(image).hexdigest()} {code}{far}\n".encode("ascii")
-        with suppress(StoreError), files.replaced(self._path(run_id)) as part:
+        with suppress(StoreError), replaced(self._path(run_id)) as part:
             part.write_bytes(head + image)
-            files.sync(part)
+            sync(part)
 
     def read(self, run_id: str, code: str) -> bytes | None:
         """Return the image of a run that the same code made, None: there is none, or it is damaged."""
@@ -138,12 +137,10 @@ class Checkpoints:
 
     def reached(self, run_id: str) -> ReachedCycle | None:
         """Return how far a run under way was when it was last kept, None where nothing tells it."""
-        try:
-            with self._path(run_id).open("rb") as file:
-                told = file.readline(LONGEST_HEAD).split()
+        with suppress(OSError, ValueError, IndexError), self._path(run_id).open("rb") as file:
+            told = file.readline(LONGEST_HEAD).split()
             return ReachedCycle(float(told[2]), float(told[3]))
-        except (OSError, ValueError, IndexError):
-            return None
+        return None
 
     def forget(self, run_ids: Iterable[str]) -> None:
         """Remove the images of runs that are finished."""
@@ -155,6 +152,6 @@ class Checkpoints:
             self.folder.rmdir()  # when nothing is left
 
     def _path(self, run_id: str) -> Path:
-        if not files.NAME.fullmatch(run_id):
+        if not NAME.fullmatch(run_id):
             raise ValueError(f"{run_id!r} is no identity of a run: letters and digits only")
         return self.folder / f"{run_id}.life"

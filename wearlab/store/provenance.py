@@ -3,8 +3,7 @@
 import json
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.store import netcdf
 
@@ -15,8 +14,7 @@ if TYPE_CHECKING:
 LONGEST = 100  # runs of a chain
 
 
-@dataclass(frozen=True)
-class Ancestor:
+class Ancestor(NamedTuple):
     """One run that another goes on from.
 
     Parameters
@@ -104,11 +102,9 @@ SPECIAL = re.compile(r"([&%$#_{}])")
 WHO = ("author", "orcid", "institution", "licence")
 BASE = "base"
 SUBJECT = "experiments and datasets of coupled gear wear and dynamics"
-SENTENCES = {
-    "lineage": " It goes on from {}.",
-    "calibration": " Its wear coefficient was calibrated by run {}.",
-}
-SENTENCES |= {"reference": " After {}.", "licence": " Licence: {}."}
+SENTENCES = {"lineage": " It goes on from {}."}
+SENTENCES |= {"calibration": " Its wear coefficient was calibrated by run {}.", "reference": " After {}."}
+SENTENCES["licence"] = " Licence: {}."
 NOTED = dict(reference="after", lineage="goes on from", calibration="calibrated by run", licence="licence")
 FILE = (netcdf.SEAL, "wearlab_version", "source_hash")
 CODE = ("commit", "dirty", "model_version", "packages", "parents")
@@ -206,9 +202,8 @@ def bibtex(facts: dict[str, str]) -> str:
     fields = {"author": " and ".join(_authors(facts)), "title": f"{_title(facts)} [data set]"}
     fields |= {"year": facts.get("date", "")[:4], "institution": facts.get("institution", "")}
     fields["version"] = f"wearlab {version}, sources {facts.get('source_hash', '')}"
-    fields["note"] = (
-        f"{facts.get('kind', 'Run').lower()} {facts['id']}, SHA-256 {facts.get('sha256', '')}{noted}"
-    )
+    kind = facts.get("kind", "Run").lower()
+    fields["note"] = f"{kind} {facts['id']}, SHA-256 {facts.get('sha256', '')}{noted}"
     plain = {key: " ".join(value.replace("\\", "").split()) for key, value in fields.items() if value}
     escaped = {key: SPECIAL.sub(r"\\\1", text) for key, text in plain.items()}
     software = {"author": "{The wearlab developers}", "title": f"wearlab: {SUBJECT}", "version": version}

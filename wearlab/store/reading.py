@@ -46,10 +46,9 @@ def checked_bytes(path: str | Path, sha256: str | None) -> bytes:
     if sha256 is not None:
         if hashlib.sha256(document).hexdigest() != sha256:
             _sound.pop(str(path), None)
-            raise StoreError(
-                f"{path}: is not what was written: its bytes do not have the recorded hash {sha256[:12]}…; "
-                "'wearlab verify' names all such files, 'wearlab run' computes anew what is removed"
-            )
+            said = f"is not what was written: its bytes do not have the recorded hash {sha256[:12]}…"
+            remedy = "'wearlab verify' names all such files, 'wearlab run' computes anew what is removed"
+            raise StoreError(f"{path}: {said}; {remedy}")
         _sound[str(path)] = _mark(status, sha256)
     return document
 
@@ -151,8 +150,7 @@ def _values(file: h5py.File, path: str, name: str) -> NDArray[Any]:
     HDF5 is asked itself, without the objects that h5py makes of every answer: a third of the time.
     """
     with readable(f"{path}: {name}"):
-        key = name.encode()
-        hard = False
+        key, hard = name.encode(), False
         with suppress(KeyError):
             hard = file.id.links.get_info(key).type == h5py.h5l.TYPE_HARD
         dataset = h5py.h5o.open(file.id, key) if hard else None
@@ -168,9 +166,6 @@ def _values(file: h5py.File, path: str, name: str) -> NDArray[Any]:
         if values.size:
             dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
         return values
-
-
-Places = tuple[list[int] | None, ...]
 
 
 class RunGroup(NamedTuple):
@@ -219,7 +214,7 @@ class LazyVariable:
     name: str
     numbers: NDArray[np.intp]
     files: Sequence[RunFile]
-    places: Mapping[int, Places]
+    places: Mapping[int, tuple[list[int] | None, ...]]
     padded: tuple[int, ...]
     dtype: np.dtype[Any]
     fill: Any

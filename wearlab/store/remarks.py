@@ -11,7 +11,7 @@ import unicodedata
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 from wearlab.files import read_regular
 from wearlab.store.catalogue import Catalogue, key_of, now
@@ -26,7 +26,6 @@ SELECT run, text, recorded FROM (SELECT subject AS run, text, recorded, what, st
 KINDS = ("tag", "untag", "note")
 LONGEST = {"tag": 100, "untag": 100, "note": 10_000}  # characters
 LARGEST = 10_000_000  # bytes of one file
-What = Literal["tag", "untag", "note"]
 
 
 class Remark(NamedTuple):
@@ -42,7 +41,7 @@ class Remark(NamedTuple):
     """
 
     subject: str
-    what: What
+    what: str
     text: str
     who: str
     when: str
@@ -98,7 +97,7 @@ def remarks_on(catalogue: Catalogue, subjects: Iterable[str] | None = None) -> l
     told = f"SELECT {COLUMNS} FROM remarks WHERE stands AND what != 'untag'"
     of_some = f"{told} AND subject IN"
     rows = catalogue.read(told) if subjects is None else catalogue.read_many(of_some, subjects)
-    texts = [Remark(*(str(value or "") for value in row)) for row in rows]  # type: ignore[arg-type]
+    texts = [Remark(*(str(value or "") for value in row)) for row in rows]
     return sorted(texts, key=lambda remark: (remark.when, remark.text))
 
 
@@ -116,7 +115,7 @@ def files_of(catalogue: Catalogue) -> RunFiles:
     return RunFiles(catalogue.path.parent / "remarks", ".jsonl", slice(-2, None))
 
 
-def add(catalogue: Catalogue, subject: str, what: What, text: str, campaign: str = "") -> Remark:
+def add(catalogue: Catalogue, subject: str, what: str, text: str, campaign: str = "") -> None:
     """Write a tag, take one off, or write a note.
 
     Parameters
@@ -144,14 +143,11 @@ def add(catalogue: Catalogue, subject: str, what: What, text: str, campaign: str
     who = ""
     with suppress(OSError, KeyError, ImportError):
         who = getpass.getuser()
-    made = Remark(subject, what, kept, who, now(), campaign)
-    _append(catalogue, subject, [made.line])
-    _index(catalogue, subject)
-    return made
+    _append(catalogue, subject, [Remark(subject, what, kept, who, now(), campaign).line])
 
 
 def _append(catalogue: Catalogue, subject: str, lines: Iterable[str]) -> None:
-    """Add whole lines to a file with one call, after what a writer that died may have left."""
+    """Add whole lines to a file with one call, after what a writer that died may have left; index them."""
     path = files_of(catalogue).path(subject)
     with written(path):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -161,6 +157,7 @@ def _append(catalogue: Catalogue, subject: str, lines: Iterable[str]) -> None:
             torn = file.read(1) not in (b"", b"\n")
             file.write((("\n" if torn else "") + "".join(f"{line}\n" for line in lines)).encode())
             os.fsync(file.fileno())
+    _index(catalogue, subject)
 
 
 def _read(path: Path) -> tuple[dict[str, Remark], list[Problem]]:
@@ -229,7 +226,6 @@ def adopt(catalogue: Catalogue, other: Catalogue) -> tuple[int, dict[str, str]]:
         fresh = [line for line in lines if line not in ours]
         if fresh:
             _append(catalogue, subject, fresh)
-            _index(catalogue, subject)
             count += len(fresh)
     return count, damaged
 

@@ -8,8 +8,6 @@ which runs were found, by what they are sorted, and what is to be shown of them.
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
-from itertools import chain
 from typing import Any, NamedTuple
 
 from wearlab.query import Key, QueryError, Vocabulary, evaluate, read_column, read_condition
@@ -68,7 +66,7 @@ class CatalogueSearch:
         self.numbers = {row[0]: row[1] for row in rows}
         own = [row for row in rows if row[3] != "history"]
         keys = [database.understood("a key in the catalogue", _key, row[0], *row[2:]) for row in own]
-        named = [replace(key, history=key.name + evaluate.HISTORY in self.numbers) for key in keys]
+        named = [key._replace(history=key.name + evaluate.HISTORY in self.numbers) for key in keys]
         self.axes: set[str] = set()
         self.vocabulary = Vocabulary([*named, *OWN_KEYS], ALIASES, self._elsewhere)
 
@@ -103,8 +101,7 @@ class CatalogueSearch:
         if columns is None and condition is not None:
             asked = [(key.name, key) for key in condition.keys if not key.name.endswith(evaluate.HISTORY)]
         by = read_column(sort.lstrip("-"), self.vocabulary) if sort else None
-        first = [(name, self.vocabulary.keys[name]) for name in ("id", "status")]
-        shown = dict(first + asked)
+        shown = {**{name: self.vocabulary.keys[name] for name in ("id", "status")}, **dict(asked)}
         descending = bool(sort and sort.startswith("-"))
         if condition is None and not isinstance(by, FirstCycle) and self._is_of_tables(by):
             some, count = self._in_order(by, descending, limit, skip)
@@ -141,7 +138,7 @@ class CatalogueSearch:
                 rank = None if by is None else _rank(evaluate.value_of(by, values))
                 (missing if rank is None else known).append((rank, run))
         known.sort(key=lambda pair: pair[0], reverse=down)
-        return [run for _, run in chain(known, missing)]
+        return [run for _, run in known + missing]
 
     def _values(self, keys: Iterable[Key], runs: Sequence[Run]) -> Iterator[dict[str, Any]]:
         """Yield the values of keys for each run, read for some thousand runs at once."""

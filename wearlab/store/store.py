@@ -35,7 +35,26 @@ class Store(kept_runs.KeptRuns):
     """
 
     def _repr_html_(self) -> str:
-        return store_html(self)
+        """Say how many runs there are in which state, and the latest; states as ``wearlab ls`` lists them."""
+        from wearlab.store import outcome, provenance, table
+
+        name = escape(repr(self))
+        if not self.catalogue.exists():
+            return f"<p>{name}: nothing is stored yet</p>"
+        heads = self.heads(row[0] for row in self.catalogue.read("SELECT id FROM runs ORDER BY number"))
+        sizes: dict[str, list[int]] = {}
+        for head in heads.values():
+            sizes.setdefault(self.state_of(head), []).append(head.size or 0)
+        states = [(state, len(some), f"{sum(some) / 1e6:.1f} MB") for state, some in sizes.items()]
+        latest = self.entries(list(heads)[: -LATEST - 1 : -1]).values()
+        results = (next((told.text for told in outcome.headlines(entry.summary)), "") for entry in latest)
+        rows = [
+            (e.id[:10], provenance.name_of(self, e.id), self.state_of(e), result, e.reason or "")
+            for e, result in zip(latest, results, strict=True)
+        ]
+        more = f"<p>the latest {LATEST} of {len(heads)} runs</p>" if len(heads) > LATEST else ""
+        runs = table.table_html(("run", "what", "state", "result", "reason"), rows)
+        return f"<p><b>{name}</b></p>{table.table_html(('state', 'runs', 'size'), states)}{runs}{more}"
 
     def open(self, campaign: "Given", *, si: bool = False) -> "xr.Dataset":
         """Return a campaign's runs as one lazy dataset: sweep axes, ``case``, then the run's dimensions.
@@ -92,10 +111,9 @@ class Store(kept_runs.KeptRuns):
         from wearlab.store import remarks
 
         subject, title = self._meant(run_id, campaign)
-        for text in tags:
-            remarks.add(self.catalogue, subject, "tag", text, title)
-        for text in remove:
-            remarks.add(self.catalogue, subject, "untag", text, title)
+        for what, texts in (("tag", tags), ("untag", remove)):
+            for text in texts:
+                remarks.add(self.catalogue, subject, what, text, title)
 
     def note(self, run_id: str, text: str, *, campaign: bool = False) -> None:
         """Write a note on a run or a campaign, as `tag`; what is written stays."""
@@ -165,31 +183,3 @@ def open_store(path: str | PathLike[str]) -> Store:
     if not store.catalogue.exists() and not store.files.folder.is_dir():
         raise StoreError(f"{store.path}: there is no store here; wearlab.run makes one")
     return store
-
-
-def store_html(store: kept_runs.KeptRuns) -> str:
-    """Return what a store holds: how many runs in which state, and the latest of them.
-
-    Parameters
-    ----------
-    store : states are those that ``wearlab ls`` lists
-    """
-    from wearlab.store import outcome, provenance, table
-
-    name = escape(repr(store))
-    if not store.catalogue.exists():
-        return f"<p>{name}: nothing is stored yet</p>"
-    heads = store.heads(row[0] for row in store.catalogue.read("SELECT id FROM runs ORDER BY number"))
-    sizes: dict[str, list[int]] = {}
-    for head in heads.values():
-        sizes.setdefault(store.state_of(head), []).append(head.size or 0)
-    states = [(state, len(some), f"{sum(some) / 1e6:.1f} MB") for state, some in sizes.items()]
-    latest = store.entries(list(heads)[: -LATEST - 1 : -1]).values()
-    results = (next((told.text for told in outcome.headlines(entry.summary)), "") for entry in latest)
-    rows = [
-        (e.id[:10], provenance.name_of(store, e.id), store.state_of(e), result, e.reason or "")
-        for e, result in zip(latest, results, strict=True)
-    ]
-    more = f"<p>the latest {LATEST} of {len(heads)} runs</p>" if len(heads) > LATEST else ""
-    runs = table.table_html(("run", "what", "state", "result", "reason"), rows)
-    return f"<p><b>{name}</b></p>{table.table_html(('state', 'runs', 'size'), states)}{runs}{more}"

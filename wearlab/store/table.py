@@ -146,10 +146,8 @@ class Table:
 
         variables = {}
         for column, values in zip(self.columns, self.to_dict(si=si).values(), strict=True):
-            if any(isinstance(value, str) for value in values):
-                data = np.array(["" if value is None else str(value) for value in values])
-            else:
-                data = np.array([np.nan if value is None else value for value in values], float)
+            lacking, kind = ("", str) if any(isinstance(value, str) for value in values) else (np.nan, float)
+            data = np.array([lacking if value is None else kind(value) for value in values], kind)
             unit = column.unit_of(si)
             variables[column.name] = ("run", data, {"units": unit} if unit else {})
         if "id" in variables:

@@ -82,8 +82,8 @@ def _update_of(tree: "xr.DataTree", image: bytes, recorded: str) -> KeptUpdate:
     told = ("id", "title", SUBJECT, "runs", "summary")
     update_id, title, subject, runs, summary = (str(tree.attrs.get(name, "")) for name in told)
     file = (len(image), hashlib.sha256(image).hexdigest())
-    answers = json.loads(summary or "{}")
-    return KeptUpdate(update_id, title, subject, *file, recorded, tuple(runs.split()), answers)
+    made_from = tuple(runs.split())
+    return KeptUpdate(update_id, title, subject, *file, recorded, made_from, json.loads(summary or "{}"))
 
 
 def _keep(store: kept_runs.KeptRuns, update: KeptUpdate, image: bytes) -> None:

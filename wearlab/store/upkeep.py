@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from wearlab.files import read_regular
 from wearlab.plugins import FOLDER
@@ -248,8 +248,7 @@ def _plugins(store: KeptRuns, other: KeptRuns) -> None:
                 files.write_whole(mine, content)
 
 
-@dataclass(frozen=True)
-class Prunable:
+class Prunable(NamedTuple):
     """A run that can go: its id, state, the bytes of its file, and why."""
 
     id: str
