@@ -33,6 +33,15 @@ def test_on_cycle(lives):
     assert found.cycle.attrs["units"] == "1" and list(found.verdict.values) == ["completed"] * 2
 
 
+def test_on_cycles_that_all_runs_share(lives):
+    """A grid then has one line of cycles, while its runs lie in pieces."""
+    alike = lives.isel(speed=[0, 0]).assign_coords(speed=[800.0, 900.0])
+    shared = alike.assign_coords(cycle=("update", alike.cycle.values[0])).chunk(speed=1)
+    found = align(shared, "cycle", [0.0, 1.5e6])
+    assert found.max_wear_depth.dims == ("speed", "cycle", "flank")
+    np.testing.assert_allclose(found.max_wear_depth.isel(flank=0), [[0.0, 3e-6]] * 2)
+
+
 def test_on_wear_depth(lives):
     found = align(lives, "wear_depth", [2e-6, 8e-6])
     np.testing.assert_allclose(found.cycle, [[1e6, 4e6], [0.5e6, 2e6]])

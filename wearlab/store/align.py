@@ -81,7 +81,9 @@ def _values(progress: xr.DataArray, on: str) -> Array:
 
 
 def _aligned(variable: xr.DataArray, progress: xr.DataArray, values: Array, on: str) -> xr.DataArray:
-    own = [dim for dim in variable.dims if dim not in progress.dims]
+    # a dim in several pieces is one of the grid, whether progress differs along it or not
+    whole = [dim for dim in variable.dims if len(variable.chunksizes.get(dim, ())) < 2]
+    own = [dim for dim in whole if dim not in progress.dims]
     how: dict[str, Any] = {"vectorize": True, "dask": "parallelized", "keep_attrs": "override"}
     how |= {"input_core_dims": [[UPDATE], [*own, UPDATE]], "output_core_dims": [[*own, on]]}
     how |= {"output_dtypes": [float], "dask_gufunc_kwargs": {"output_sizes": {on: len(values)}}}

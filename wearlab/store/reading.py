@@ -98,12 +98,11 @@ def read_run(path: Path, sha256: str | None = None) -> xr.Dataset:
     StoreError : the file is absent, altered, damaged, a link, or claims more than it can hold
     """
     image = checked_bytes(path, sha256)
-    with _one_door:
+    with readable(f"{path}:"), _one_door:
         netcdf.refuse_untrusted(path, image)
-    with readable(f"{path}:"):
-        with _one_door, NETCDFC_LOCK, HDF5_LOCK:  # of a file in memory xarray asks for none
+        with NETCDFC_LOCK, HDF5_LOCK:  # of a file in memory xarray asks for none
             opened = NetCDF4DataStore.open(image)
-        with _one_door, closing(opened):
+        with closing(opened):
             kept = opened.ds.variables.values()  # of texts, 16 bytes refer to each
             claimed = (math.prod(v.shape) * (16 if v.dtype is str else v.dtype.itemsize) for v in kept)
             refuse_oversized(path, sum(claimed), len(image))

@@ -183,10 +183,8 @@ def _read(path: Path) -> tuple[dict[str, Remark], list[Problem]]:
 def _index(catalogue: Catalogue, subject: str) -> list[Problem]:
     """Let the catalogue say of a run or campaign what its file says; return what is wrong with the file."""
     found, problems = _read(files_of(catalogue).path(subject))
-    latest: dict[str, str] = {}
-    for line, remark in sorted(found.items(), key=lambda both: both[1].when):
-        if remark.what != "note":
-            latest[remark.text] = line
+    ordered = sorted(found.items(), key=lambda both: both[1].when)
+    latest = {remark.text: line for line, remark in ordered if remark.what != "note"}
     rows = [(*r, line, r.what == "note" or latest[r.text] == line) for line, r in found.items()]
     with catalogue._transaction() as connection:
         connection.execute("DELETE FROM remarks WHERE subject = ?", (subject,))

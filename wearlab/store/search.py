@@ -10,14 +10,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-from wearlab.query import Key, QueryError, Vocabulary, evaluate, read_column, read_condition
+from wearlab.query import Key, Vocabulary, evaluate, read_column, read_condition
 from wearlab.query.evaluate import BoundCondition, FirstCycle
 from wearlab.sources import present_hashes
 from wearlab.store import catalogue, database, remarks
 from wearlab.store.table import Column, Table
 from wearlab.units import KINDS, split
-
-__all__ = ["CatalogueSearch", "QueryError"]
 
 COLUMNS = {"id": "id", "status": "state", "started": "started", "seconds": "seconds", "bytes": "size"}
 COLUMNS |= {"source_hash": "source_hash", "wearlab_version": "wearlab_version"}

@@ -187,9 +187,7 @@ def adopt_update(store: kept_runs.KeptRuns, other: kept_runs.KeptRuns, update: K
 def verify_updates(store: kept_runs.KeptRuns) -> Iterator[Problem]:
     """Yield everything wrong with the updates of a store."""
     folder, known = update_files(store), kept_updates(store)
-    for update in known.values():
-        if problem := files.damage(folder.path(update.id), update.size, update.sha256):
-            yield problem
+    yield from filter(None, (files.damage(folder.path(u.id), u.size, u.sha256) for u in known.values()))
     for path in folder:
         if problem := folder.stray(path):
             yield problem

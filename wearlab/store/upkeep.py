@@ -290,9 +290,8 @@ def prunable(store: KeptRuns, kept: Iterable[str] = ()) -> list[Prunable]:
 
 def referred(store: KeptRuns) -> set[str]:
     """Return the ids that the latest version of every campaign file asked for."""
-    latest: dict[str, str] = {}
-    for key, title, path in store.catalogue.read("SELECT key, title, path FROM campaigns ORDER BY recorded"):
-        latest[path or f"\0{title}"] = key
+    campaigns = store.catalogue.read("SELECT key, title, path FROM campaigns ORDER BY recorded")
+    latest = {path or f"\0{title}": key for key, title, path in campaigns}
     rows = store.catalogue.read_many("SELECT run FROM members WHERE campaign IN", sorted(latest.values()))
     return {row[0] for row in rows}
 
