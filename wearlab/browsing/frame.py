@@ -27,8 +27,6 @@ FORMATS |= {"csv": "text/csv; charset=utf-8"}
 HOST = "127.0.0.1"
 SCRIPTS: Any = ["bokeh", "bokeh-widgets"]
 """Parts of Bokeh that pages load; not that which typesets formulas: texts of others could hold some."""
-SOCKET = "/figure/ws"
-"""Only a page that was given a signed session can open it."""
 WRONG = "The token of this window is missing or wrong: open the address that 'wearlab browse' printed."
 HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
 HEADERS |= {"Cross-Origin-Resource-Policy": "same-origin"}
@@ -160,7 +158,9 @@ class Gate(BokehTornado):
             return 403, "This window answers under its own address only."
         if request.method not in ("GET", "HEAD", "POST"):
             return 405, "This window is looked at."
-        if request.path.startswith("/static/") or request.path == SOCKET:
+        if (
+            request.path.startswith("/static/") or request.path == "/figure/ws"
+        ):  # opened by signed sessions alone
             return None
         given = [value.decode("utf-8", "replace") for value in request.query_arguments.get("token", [])]
         if len(given) != 1 or not secrets.compare_digest(given[0].encode(), self.token.encode()):

@@ -223,7 +223,7 @@ class Cluster:
         wait_while_present(self.flow, self.named, self.workers, bounded=self.crew is None)
         for future in self.flow.next_batch():
             try:
-                result = future.result(timeout=60.0)
+                result = future.result(timeout=60.0)  # to come here
             except Exception as error:
                 result = error
             if isinstance(result, TimeoutError):  # it went with its worker, and is computed again

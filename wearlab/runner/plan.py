@@ -41,9 +41,8 @@ def chosen(recompute: str | None, retry: bool) -> Callable[[catalogue.Entry], bo
 
     def again(head: catalogue.Entry) -> bool:
         lacks = head.state in ("failed", "refused") and (retry or recompute == "failed")
-        return (
-            lacks or recompute == "all" or (recompute == "stale" and sources.is_other_code(head.source_hash))
-        )
+        stale = recompute == "stale" and sources.is_other_code(head.source_hash)
+        return lacks or stale or recompute == "all"
 
     return again
 
@@ -268,10 +267,10 @@ def _changed(
     for member in store.catalogue.members() if new else ():
         if member.path == path and member.campaign == campaign.title:
             earlier.setdefault(_case(member.label, member.position), member.run)
-    before = {run.id: earlier.get(_case(run.label, run.position), run.id) for run in new}
-    known = store.entries(set(before.values()))
-    pairs = ((run, known.get(before[run.id])) for run in new if before[run.id] != run.id)
-    return {r.id: r._replace(changed=differing(was, scenes[r.id].canonical())) for r, was in pairs if was}
+    before = [(r, was) for r in new if (was := earlier.get(_case(r.label, r.position), r.id)) != r.id]
+    known = store.entries({was for _, was in before})
+    pairs = ((run, known[was]) for run, was in before if was in known)
+    return {run.id: run._replace(changed=differing(was, scenes[run.id].canonical())) for run, was in pairs}
 
 
 def _case(label: str, position: Mapping[str, Any]) -> str:

@@ -13,7 +13,7 @@ from wearlab.store import Store, outcome
 from wearlab.units import convert
 
 if TYPE_CHECKING:
-    from wearlab.campaign import Campaign, Case
+    from wearlab.campaign import Campaign
     from wearlab.campaign.claims import Checked
     from wearlab.runner.plan import Plan
     from wearlab.updating.cases import Subjects
@@ -49,12 +49,12 @@ def refuse_the_impossible(campaign: "Campaign") -> list[dict[str, Any]]:
     return refused
 
 
-def first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
-    """Return the first case of every label."""
-    first: dict[str, Case] = {}
+def scenes_by_label(campaign: "Campaign") -> dict[str, Any]:
+    """Return the scene of the first case of every label."""
+    scenes: dict[str, Any] = {}
     for case in campaign.cases:
-        first.setdefault(case.label, case)
-    return first
+        scenes.setdefault(case.label, case.scene)
+    return scenes
 
 
 @app.command()
@@ -73,8 +73,7 @@ def check(file: str, claims: bool = False, measured: Path | None = None, *, stor
     from wearlab.scene import parts_left_out, parts_present
 
     campaign = output.sound_campaign(file)
-    refused = refuse_the_impossible(campaign)
-    scenes = {label: case.scene for label, case in first_of_each_label(campaign).items()}
+    refused, scenes = refuse_the_impossible(campaign), scenes_by_label(campaign)
     built = _built(scenes)
     parts = {n: {"present": parts_present(s), "left_out": parts_left_out(s)} for n, s in scenes.items()}
     axes = [{"name": axis.name, "values": axis.values, "units": axis.units} for axis in campaign.axes]
@@ -317,14 +316,13 @@ def modes(file: str, case: str | None = None) -> output.Findings:
     ----------
     case : LABEL [the first]: Which case.
     """
-    campaign = output.read_campaign(file)
-    cases = first_of_each_label(campaign)
-    case = campaign.cases[0].label if case is None else case
-    if case not in cases:
-        raise output.Stop(f"--case {case}: there are {', '.join(cases)}")
+    scenes = scenes_by_label(output.read_campaign(file))
+    case = next(iter(scenes)) if case is None else case
+    if case not in scenes:
+        raise output.Stop(f"--case {case}: there are {', '.join(scenes)}")
     from wearlab.simulation import modes_table
 
     with output.refusing(ValueError):
-        rows: list[dict[str, Any]] = modes_table(cases[case].scene)
+        rows: list[dict[str, Any]] = modes_table(scenes[case])
     cells = [[f"{v:.5g}" if isinstance(v, float) else str(v) for v in row.values()] for row in rows]
     return output.Findings(rows, [output.ShownTable(list(rows[0]), cells)] if rows else [])

@@ -155,6 +155,6 @@ def verify(store: Store) -> output.Findings:
     """Compare every run file with the hash of what was written."""
     problems = store.verify()
     done = sum(entry.state == "done" for entry in store.entries().values())
-    lines = [f"{p.kind:<11}{p.path}: {p.message}" for p in problems]
-    said = f"{done} runs compared, {len(problems)} problems"
-    return output.Findings(_plain(problems), [*lines, said], not problems)
+    text = [f"{problem.kind:<11}{problem.path}: {problem.message}" for problem in problems]
+    text.append(f"{done} runs compared, {len(problems)} problems")
+    return output.Findings(_plain(problems), text, not problems)
