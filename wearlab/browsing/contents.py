@@ -194,8 +194,8 @@ def compare(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
         return {**told, "problem": str(error)}
     told["figures"] = [source.shown(drawn, place.files("figure", figures.address(asked)))]
     where = quote(store.address or str(store.path.absolute()))
-    again = f"wearlab figures --from {drawn.name}.png --store {where}   # the PNG that was taken along"
-    told["commands"] = again
+    again = f"wearlab figures --from {drawn.name}.png --store {where}"
+    told["commands"] = f"{again}   # the PNG that was taken along"
     if len(wanted.runs) == 2:
         told["commands"] += f"\nwearlab compare {' '.join(wanted.runs)} --store {where}"
     return told

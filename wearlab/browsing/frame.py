@@ -158,10 +158,8 @@ class Gate(BokehTornado):
             return 403, "This window answers under its own address only."
         if request.method not in ("GET", "HEAD", "POST"):
             return 405, "This window is looked at."
-        if (
-            request.path.startswith("/static/") or request.path == "/figure/ws"
-        ):  # opened by signed sessions alone
-            return None
+        if request.path.startswith("/static/") or request.path == "/figure/ws":
+            return None  # only a page that was given a signed session can open the socket
         given = [value.decode("utf-8", "replace") for value in request.query_arguments.get("token", [])]
         if len(given) != 1 or not secrets.compare_digest(given[0].encode(), self.token.encode()):
             return 403, WRONG

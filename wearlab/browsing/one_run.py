@@ -57,13 +57,13 @@ def verdict(store: Store, entry: catalogue.Entry) -> str:
     state = store.state_of(entry)
     if state != "done":
         reason = outcome.last_line(entry.reason)
-        said = {"failed": f"It failed: {reason}", "refused": f"It was refused: {reason}"}
-        said |= {"running": "It is being computed."}
-        said["interrupted"] = (
-            "The process that computed it is no more; its campaign, run again, continues it."
-        )
-        said["lost"] = "Its file has gone or changed its length: 'wearlab verify' tells more."
-        return said.get(state, f"It is {state}.")
+        return {
+            "failed": f"It failed: {reason}",
+            "refused": f"It was refused: {reason}",
+            "running": "It is being computed.",
+            "interrupted": "The process that computed it is no more; its campaign, run again, continues it.",
+            "lost": "Its file has gone or changed its length: 'wearlab verify' tells more.",
+        }.get(state, f"It is {state}.")
     words = str(entry.summary.get("verdict") or "completed")
     if end := outcome.unasked_end(entry.summary):
         return f"It ended: {words}. {end[:1].upper()}{end[1:]}.".replace(" .", "")
@@ -114,7 +114,7 @@ def side_by_side(store: Store, ids: Sequence[str]) -> dict[str, Any]:
     layouts = store.catalogue.layouts(entry.layout for entry in entries if entry.layout)
     results = {name: [_result(name, entry, layouts) for entry in entries] for name in SUMMED}
     lived = [Lived(*pair) for pair in zip(entries, labels_of(store, entries, keys), strict=True)]
-    longest, lives = "".join(run.entry.id for run in by_life(lived)[-1:]), told(store, lived, keys)
+    lives, longest = told(store, lived, keys), "".join(run.entry.id for run in by_life(lived)[-1:])
     runs = [(e.id, name, verdict(store, e), doubts(e, e.summary.get("verdict"))) for e, name in lived]
     asked = [(key, [value_of_key(key, scene.get(key)) for scene in scenes]) for key in keys]
     came = [(name.replace("_", " "), cells) for name, cells in results.items() if any(cells)]

@@ -64,9 +64,9 @@ def _merged(theirs: Store, store: Store) -> output.Findings:
 
     with output.bar(len(theirs.entries()), "runs") as tell:
         made = upkeep.merge(store, theirs, tell)
-    more = f", {made.remarks} tags and notes" if made.remarks else ""
-    text = [f"{len(made.copied)} runs copied, {len(made.same)} were here already, "]
-    text[0] += f"{made.campaigns} campaigns and {made.updates} updates copied{more}"
+    runs = f"{len(made.copied)} runs copied, {len(made.same)} were here already"
+    remarks = f", {made.remarks} tags and notes" if made.remarks else ""
+    text = [f"{runs}, {made.campaigns} campaigns and {made.updates} updates copied{remarks}"]
     text += [f"repaired: run {run_id}: its file here was damaged" for run_id in made.repaired]
     wrong = [f"conflict: run {run_id} has other results here; ours stay" for run_id in made.conflicting]
     wrong += [f"not taken over: {run_id}: {reason}" for run_id, reason in made.damaged.items()]
