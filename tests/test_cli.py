@@ -219,6 +219,19 @@ def test_a_figure_that_cannot_be_drawn_does_not_stop_the_others(command, campaig
     assert (done.status, done.out, done.err) == (1, "figures/01-tvms.png\n", "figure 2: no such variable\n")
 
 
+def test_a_figure_drawn_again_says_what_became_of_its_runs(command, monkeypatch):
+    from wearlab.figures.drawing import Redrawn
+
+    again = Redrawn(Path("figures/01.png"), False, ("base: failed",), (), ("a" * 10,))
+    monkeypatch.setattr("wearlab.figures.redraw", lambda figure, store, out: again)
+    done = command("figures", "--from", "01.png", "--json")
+    told = {"path": "figures/01.png", "same": False, "missing": ["base: failed"], "stale": []}
+    assert json.loads(done.out) == [told | {"changed": ["a" * 10]}]
+    done = command("figures", "--from", "01.png")
+    assert (done.status, done.out) == (1, "figures/01.png: differs from the figure it was drawn from\n")
+    assert done.err.splitlines()[0] == "missing: base: failed"
+
+
 def test_figures_without_a_store(command, campaign, tmp_path):
     done = command("figures", "any.toml")
     assert (done.status, done.err) == (2, "wearlab: wearlab-store: there is no store here\n")

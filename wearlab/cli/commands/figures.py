@@ -48,7 +48,7 @@ def _drawn_again(figures: Sequence[Path], store: Store, out: Path) -> output.Fin
     from wearlab.figures import redraw
 
     drawn = [redraw(figure, store, out) for figure in figures]
-    content = [{**vars(redrawn), "path": str(redrawn.path)} for redrawn in drawn]
+    content = [redrawn._asdict() | {"path": str(redrawn.path)} for redrawn in drawn]
     return output.Findings(content, _text(drawn), not any(redrawn.missing for redrawn in drawn))
 
 

@@ -111,7 +111,7 @@ def prune(store: Store, keep: list[str] | None = None, yes: bool = False) -> out
         removable = upkeep.prunable(store, kept)
         freed = upkeep.prune(store, removable) if yes else 0
     total = sum(run.bytes for run in removable)
-    content = {"removed": yes, "bytes": freed if yes else total, "runs": [vars(run) for run in removable]}
+    content = {"removed": yes, "bytes": freed if yes else total, "runs": [run._asdict() for run in removable]}
     rows = [(output.short(r.id), r.state, f"{r.bytes / MEGABYTE:.2f} MB", r.reason) for r in removable]
     more = "; nothing was removed: --yes removes them" if removable else ""
     could = f"{len(removable)} runs can go, {total / MEGABYTE:.1f} MB{more}"
