@@ -239,12 +239,12 @@ def _predictions(studies: Subjects, found: Population, states: States, blanks: S
         if calendars:
             row["hours_per_year"] = np.nan if study.calendar is None else study.calendar.a_year
             row.setdefault("end_of_life_quantile", np.array([""] * len(layout.P), dtype=object))
-        told = layout.dataset("predictions", row, quantile=layout.P)
+        rows.append(layout.dataset("predictions", row, quantile=layout.P))
         advice = None if costs is None else decision.changes(state.lives, run, costs, PLACES)
         if advice is not None:
             advice = layout.dated(advice, days)
-            told = told.merge(advice[[name for name, one in advice.data_vars.items() if not one.dims]])
-        rows.append(told)
+            single = [name for name, one in advice.data_vars.items() if not one.dims]
+            rows[-1] = rows[-1].merge(advice[single])
     # of a unit whose limit has been passed nothing is advised
     both = layout.joined(rows, "unit")
     texts = {name: one.fillna("") for name, one in both.data_vars.items() if one.dtype == object}
@@ -295,8 +295,7 @@ def _observed(found: Population, blanks: list[UnitState], rng: Random) -> xr.Dat
                 row["foreseen"] = state.value(cycle, layout.P)
                 if np.isfinite(value):
                     off = _two_sided(state, cycle, value, count), state.crps(cycle, value, rng)
-                row |= {"check_p": off[0], "crps": off[1], "higher": value > row["foreseen"][2]}
-                rows.append(row)
+                rows.append(row | {"check_p": off[0], "crps": off[1], "higher": value > row["foreseen"][2]})
     if not rows:
         return xr.Dataset()
     told = layout.stacked(rows)
@@ -349,5 +348,5 @@ def _notes(studies: Subjects, found: Population) -> list[str]:
         ends = unit.run.limit_cycle > unit.run.end * (1.0 + 1e-12)
         units.append({"name": unit.name, "hours": hours, "oddities": [*chain(*odd)], "ends": ends})
     nothing = not any(len(unit.cycles) for unit in found.units)
-    values = {"units": units, "nothing": nothing, "resolved": found.resolved}
-    return layout.rendered("fleet_notes.txt", values)
+    told = {"units": units, "nothing": nothing, "resolved": found.resolved}
+    return layout.rendered("fleet_notes.txt", told)

@@ -33,8 +33,7 @@ def variable(group: str, name: str, values: Any, of: str = "", over: str = "", *
     over : a dimension before those declared
     attrs : attributes besides, or instead of those declared
     """
-    dims, units, about = TABLE[group][name]
-    data = np.asarray(values)
+    (dims, units, about), data = TABLE[group][name], np.asarray(values)
     named = f"{over} {dims}".replace("*", of).split()
     data = data[None] if named[:2] == ["chain", "draw"] else data
     text = data.dtype.kind in "OU"
@@ -44,10 +43,8 @@ def variable(group: str, name: str, values: Any, of: str = "", over: str = "", *
 
 def dataset(group: str, values: Mapping[str, Any], of: str = "", over: str = "", **coords: Any) -> xr.Dataset:
     """Return the variables of a group, those that are labelled already as they are, with coordinates."""
-    found = {}
-    for name, one in values.items():
-        known = one if isinstance(one, xr.Variable) else variable(group, name, one, of, over)
-        found[name.replace("*", of)] = known
+    own = {n: v if isinstance(v, xr.Variable) else variable(group, n, v, of, over) for n, v in values.items()}
+    found = {name.replace("*", of): one for name, one in own.items()}
     return xr.Dataset(found, {name: variable("coordinates", name, at) for name, at in coords.items()})
 
 

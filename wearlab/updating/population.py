@@ -111,13 +111,6 @@ class Shared(NamedTuple):
     sd: tuple[Array, ...]
     reference: float
 
-    @property
-    def middle(self) -> "Shared":
-        """One lane in the middle of all."""
-        each = (np.log(np.maximum(one, 1e-300)) for one in (self.power, self.straying, *self.sd))
-        power, straying, *sd = (np.exp(np.mean(logs, axis=0, keepdims=True)) for logs in each)
-        return Shared(power, straying, tuple(sd), self.reference)
-
     def equal(self, cycle: float | Array) -> Array:
         """Return Λ of cycles from the start, (p, 1), or of some, (p, 1, n)."""
         power = self.power[..., None] if np.ndim(cycle) else self.power
@@ -223,7 +216,10 @@ def _table(unit: FleetMember, shared: Shared, ends: Array, cycles: Array | None)
         gained = [np.broadcast_to(step.log_likelihood, shape) for step in seen.steps]
         return np.asarray(np.cumsum([np.zeros(shape), *gained], axis=0)[unit.inspected(cycles)])
 
-    middle = shared.middle  # the top moves little with what the units share
+    # one lane in the middle of all: the top moves little with what the units share
+    each = (np.log(np.maximum(one, 1e-300)) for one in (shared.power, shared.straying, *shared.sd))
+    power, straying, *sd = (np.exp(np.mean(logs, axis=0, keepdims=True)) for logs in each)
+    middle = Shared(power, straying, tuple(sd), shared.reference)
     found = grids.peak(lambda u, _: log_likelihood(middle, u), ends[:1], ends[1:])
     centre, width = float(found[0][0]), float(np.clip(found[1][0], 1e-4, 0.25 * (ends[1] - ends[0])))
     first, last = np.arcsinh((ends - centre) / width).tolist()

@@ -1,6 +1,5 @@
 """An update as a tree of datasets in ArviZ's layout."""
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
@@ -96,13 +95,6 @@ def _groups(outcome: Finding, replay: bool, check: int) -> dict[str, xr.Dataset]
     return groups
 
 
-def names_of(keys: Sequence[str]) -> dict[str, str]:
-    """Return what each unknown is called: its last word; by the whole key where two share it."""
-    last = {key: key.rpartition(".")[2] for key in keys}
-    one = Counter(last.values())
-    return {key: word if one[word] == 1 else key.replace(".", "_") for key, word in last.items()}
-
-
 def block_name(outcome: Finding, number: int) -> str:
     """Return what the values of a block are called: quantity and place, and its number where two share it."""
     names = [block.data.label.replace("-", "_") for block in outcome.posterior.blocks]
@@ -121,7 +113,10 @@ def _sample(outcome: Finding, *, before: bool = False) -> xr.Dataset:
     known, draws = (outcome.prior, outcome.prior_draws) if before else (outcome.answer, outcome.draws)
     post = known.posterior
     found: dict[str, Any] = {}
-    for key, name in names_of(list(outcome.study.spec.unknown)).items():
+    # an unknown is called by its last word, by the whole key where two share it
+    words = {key: key.rpartition(".")[2] for key in outcome.study.spec.unknown}
+    for key, word in words.items():
+        name = word if [*words.values()].count(word) == 1 else key.replace(".", "_")
         if key == cases.FACTOR:
             found[name] = layout.variable("sample", "factor", draws.factor)
             continue
