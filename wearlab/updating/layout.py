@@ -95,8 +95,7 @@ def limit_of(limit: Limit) -> xr.Variable:
 
 def dated(found: xr.Dataset, calendar: Calendar | None) -> xr.Dataset:
     """Return advice with the days of what it advises."""
-    advised = ("recommended", "best_change", "best_change_if", "best_look", "horizon_change")
-    for name in advised:
+    for name in ("recommended", "best_change", "best_change_if", "best_look", "horizon_change"):
         if calendar is not None and name in found and np.isfinite(found[name]).all():
             on = calendar.texts(np.atleast_1d(found[name].values))
             about = {"long_name": f"day of: {found[name].attrs['long_name']}"}

@@ -53,8 +53,8 @@ class Draws:
 
     def inspections(self, number: int, most: float = np.inf) -> kalman.Inspections:
         """Return the inspections of a block, of more neighbouring ones together."""
-        block, run = self.posterior.blocks[number], self.posterior.histories[0]
-        return likelihood.inspections_of(block, run, number, most)
+        post = self.posterior
+        return likelihood.inspections_of(post.blocks[number], post.histories[0], number, most)
 
     def seen(self, number: int, steps: kalman.Inspections = ()) -> kalman.Filtered:
         """Return how probable a block is, and what is known of its drift or gain, of each draw."""
@@ -264,8 +264,7 @@ def checks(draws: Draws) -> tuple[list[Check], dict[int, float]]:
 def _course(z: Array, chi: Array, counts: Array) -> float:
     """Return the probability of a course as far off, (inspections, draws) averaged over draws."""
     root, after, before = np.sqrt(len(z)), z[1:], z[:-1]
-    sums = np.cumsum(z - z.mean(axis=0), axis=0) / root
-    together = kolmogorov(np.abs(sums).max(axis=0) + 0.12 / root)
+    together = kolmogorov(np.abs(np.cumsum(z - z.mean(axis=0), axis=0) / root).max(axis=0) + 0.12 / root)
     squares = np.sum(after**2, axis=0) * np.sum(before**2, axis=0)
     alike = ndtr(-np.sum(after * before, axis=0) / np.sqrt(squares) * root)
     whole = gammaincc(0.5 * counts.sum(), 0.5 * chi.sum(axis=0))

@@ -75,8 +75,7 @@ def calibrated(study: Subject, post: grids.Posterior, n: int, *, told: likelihoo
         rest, *each_rule = np.array(foreseen).T
         for name, told_rest in zip(("", *scores.RULES), each_rule, strict=True):
             if (ok := np.isfinite(told_rest)).any():
-                error = np.abs(told_rest - rest)[ok].sum() / rest[ok].sum()
-                values[f"life_error_{name}".rstrip("_")] = error
+                values[f"life_error_{name}".rstrip("_")] = np.abs(told_rest - rest)[ok].sum() / rest[ok].sum()
     found = layout.dataset("twins", values, twin=np.arange(n))
     return found if true is None else found.assign_attrs(true_model=repr(true))
 
