@@ -12,7 +12,7 @@ from plain_planetary import tables as meshes
 from scipy.integrate import quad, solve_ivp
 
 from wearlab.dynamics.forces.energy import energy_balance
-from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.dynamics.methods import Newmark, RungeKutta4, RungeKutta45
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.shooting import Shooting

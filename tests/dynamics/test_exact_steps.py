@@ -29,7 +29,7 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
 from wearlab.dynamics.forces.energy import energy_balance, nominal_speeds
-from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.dynamics.methods import Newmark
 from wearlab.dynamics.orbits.integrate import OnTables
 from wearlab.dynamics.orbits.periodic import Periodic

@@ -10,7 +10,7 @@ from benchmark_pair import BenchmarkPair, mesh_period
 from plain_planetary import BREAKS, PERIOD, pairs, planetary, tables, torsional
 from scipy.integrate import solve_ivp
 
-from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response, deflection_at
 from wearlab.dynamics.orbits.shooting import Shooting

@@ -9,8 +9,7 @@ from momentum_balance import unbalanced
 from plain_planetary import BREAKS, PERIOD, planetary, torsional
 from plain_planetary import tables as meshes
 
-from wearlab.dynamics.forces.extremes import forces_within
-from wearlab.dynamics.forces.mesh_forces import mean_over_period, within_steps
+from wearlab.dynamics.forces.mesh_forces import forces_within, mean_over_period, within_steps
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.scene import Scene

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import wearlab as wl
-from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.gradients.derivatives import VALUES
 from wearlab.gradients.lived import LivedSteps, frozen, number

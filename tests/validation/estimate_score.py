@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from processor_time import OutOfTime, bounded
 
-from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.gears.specification import GearError
 from wearlab.life.coupled import Wear
 from wearlab.mesh.profile import ProfileGrid

@@ -18,7 +18,7 @@ import numpy as np
 from drawn_scenes import draw_any
 from processor_time import OutOfTime, bounded
 
-from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.gears.specification import GearError
 from wearlab.life.coupled import Wear
 from wearlab.life.limits import StopWear

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from corner_elements import OPTIONS, PAIRS, load_corners, meetings
 
-from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import deflection_at
 from wearlab.dynamics.system import System

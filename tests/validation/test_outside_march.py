@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from outside_march import Outside, scene_at
 
-from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.life.coupled import WearState
 from wearlab.scene.build import build
 

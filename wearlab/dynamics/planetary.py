@@ -105,9 +105,8 @@ def assemble(
         load[names.index(f"{member}.u")] += value / bodies[member].radius
     given: dict[str, Any] = {"load": load}
     if speed != 0.0:
-        given["gyroscopic"], given["centripetal"] = _rotation(
-            [bodies[m].mass for m in members], angles, inner
-        )
+        masses = [bodies[member].mass for member in members]
+        given["gyroscopic"], given["centripetal"] = _rotation(masses, angles, inner)
         given["rotation"] = float(speed)
     if torques.balanced is not None:
         given["balance"] = np.array([float(name == f"{torques.balanced}.u") for name in names])
@@ -263,12 +262,9 @@ def planetary_torsional(
     springs = tuple(supports.to_ground(names, _against_ground(held, planets), {}))
     free = not any(held.get(member, supports.FREE).tangential_stiffness for member in ("sun", "carrier"))
     mass = [bodies["sun"].equivalent, carrier, *[bodies["planet"].equivalent] * planets]
-    unit = np.eye(planets + 2)
-    given = {
-        "load": unit[0] * mesh_load(sun_torque, bodies["sun"].radius),
-        "balance": unit[1] if free else None,
-    }
-    return _meshed(rigid, meshing, friction, springs, names, mass, turn=_turning(angles), **given)
+    unit, turn = np.eye(planets + 2), _turning(angles)
+    load, balance = unit[0] * mesh_load(sun_torque, bodies["sun"].radius), unit[1] if free else None
+    return _meshed(rigid, meshing, friction, springs, names, mass, turn=turn, load=load, balance=balance)
 
 
 def _turning(angles: Array) -> Array:

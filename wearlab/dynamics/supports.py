@@ -309,7 +309,7 @@ def problems_of_pair(model: Any, scene: Any, *, bearings: bool) -> Iterator[tupl
         yield from ((f"dynamics.supports.{member}{key}", reason) for key, wrong, reason in checks if wrong)
 
 
-STRAIGHT = (
+SPUR = (
     "is of helical gears: spur gears push nothing along their axes; give gears.helix_angle, or leave it out"
 )
 
@@ -324,8 +324,8 @@ def _checks(support: Any, *, bearings: bool, helical: bool) -> list[tuple[str, b
     axial = "an axial bearing needs 'axial_damping' such as '2000 N*s/m', or 'damping_ratio'"
     spring = "a torsional spring needs 'torsional_damping' such as '2 N*m*s/rad', or 'damping_ratio'"
     return [
-        (".axial_stiffness", gives_way and not helical, STRAIGHT),
-        (".axial_damping", damped and not helical, STRAIGHT),
+        (".axial_stiffness", gives_way and not helical, SPUR),
+        (".axial_damping", damped and not helical, SPUR),
         (".axial_damping", damped and not gives_way, bearing),
         ("", gives_way and not damped and no_ratio, axial),
         ("", bearings and undamped, "give 'damping' such as '5360 N*s/m', or 'damping_ratio'"),

@@ -68,9 +68,8 @@ class System(NamedTuple):
         for each in supports:
             damping += each.damping * np.outer(each.slip, each.slip)
             stiffness += each.stiffness * np.outer(each.give, each.give)
-        return cls(
-            coordinates, np.diag(np.array(mass, float)), damping, stiffness, **given, supports=supports
-        )
+        inertia = np.diag(np.array(mass, float))
+        return cls(coordinates, inertia, damping, stiffness, **given, supports=supports)
 
     def __hash__(self) -> int:
         """Systems are told apart by identity, they do not change: caches remember what is asked of one."""

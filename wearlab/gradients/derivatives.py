@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
-from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.gradients.lived import Ends, GradientError, LivedSteps, Number, number
 from wearlab.life.coupled import WearState
 from wearlab.scene import Scene, build

@@ -1,6 +1,6 @@
 """The numbers of a scene, and a life whose accepted steps can be taken again with one of them moved."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, get_args
 
@@ -167,9 +167,9 @@ class HeldNumerics(NamedTuple):
             parts = build.build(held, self.reach)
         except GearError as error:
             raise GradientError(f"no such gears: {error}") from error
-        moves = parts.vibration
-        if moves is not None and isinstance(moves.method, Periodic):  # orbits close to round-off
-            closing = moves._replace(method=replace(moves.method, closed=CLOSED))
+        if parts.vibration is not None and isinstance(parts.vibration.method, Periodic):
+            # orbits close to round-off
+            closing = parts.vibration._replace(method=replace(parts.vibration.method, closed=CLOSED))
             parts = replace(parts, coupling=replace(parts.coupling, vibration=closing))
         return held, parts
 
@@ -295,18 +295,14 @@ class LivedSteps:
         first = evaluate(coupling, coupling.flat(wear))
         if not self.steps:
             return Ends(parts, (first,), (), states)
-        steps = tuple(self._taken(coupling.flat(wear), coupling.flat(first.rate), rate))
-        return Ends(parts, (first, evaluate(coupling, depth_at(steps[-1], self.cycle))), steps, states)
-
-    def _taken(self, wear: Array, rate_there: Array, rate: Callable[[Array], Array]) -> list[Step]:
-        node, taken = Node(0.0, wear, rate_there), []
+        node, taken = Node(0.0, coupling.flat(wear), coupling.flat(first.rate)), list[Step]()
         for step in self.steps:
             try:
                 taken.append(again(step, rate, node))
             except limits.StopWear as stop:
                 raise GradientError(f"the worn gears can no longer run: {stop.reason}") from stop
             node = taken[-1].end
-        return taken
+        return Ends(parts, (first, evaluate(coupling, depth_at(taken[-1], self.cycle))), tuple(taken), states)
 
     def life_of(self, ends: Ends) -> float:
         """Return the cycle at which the depth limit is met, where it is within or next to the last step [1].

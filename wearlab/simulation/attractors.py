@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.dynamics.orbits import coexisting, continuation, periodic
 from wearlab.dynamics.orbits.response import Response, dashpot_of
 from wearlab.life import coupled

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.dynamics.forces import extremes, mesh_forces
+from wearlab.dynamics.forces import mesh_forces
 from wearlab.gears.specification import GearError
 from wearlab.life import history, limits
 from wearlab.life.coupled import Responses, Wear, WearState
@@ -218,7 +218,7 @@ def force_errors(parts: build.Parts, state: WearState, twin: Rougher, worse: Wea
         turn = int(np.argmin(off))
         again, further = np.roll(again, turn, axis=0), np.roll(further, turn, axis=0)
         error = weight * np.abs(again - own) + np.abs(further - again)
-        read, twice = (extremes.extremes(one.responses[at]).largest for one in states[:2])
+        read, twice = (mesh_forces.extremes(one.responses[at]).largest for one in states[:2])
         largest = [error_of_largest(own[:, mesh].ravel(), error[:, mesh].ravel()) for mesh in range(meshes)]
         each = INSTANT_SHARE * error[:, :meshes].max(), max(*largest, weight * np.abs(read - twice).max())
         bearing = error[:, meshes:].max() if vibrating.has_bearings(parts) else np.nan

@@ -19,7 +19,6 @@ import numpy as np
 
 from wearlab.arrays import Array, Complex, Index
 from wearlab.dynamics.forces import energy, mesh_forces
-from wearlab.dynamics.forces.extremes import extremes
 from wearlab.dynamics.orbits.response import Response, step_of
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.gears.specification import GearError
@@ -58,7 +57,7 @@ def _values_of(parts: build.Parts, state: coupled.WearState, response: Response,
     if parts.gears.shares:
         factors = list(map(mesh_forces.load_factors, parts.gears.kinds, means))
         values["mesh_load_factor"] = np.concatenate(factors)
-    found, of_kind = extremes(response), np.array([kind.analysis.load for kind in parts.kinds])
+    found, of_kind = mesh_forces.extremes(response), np.array([kind.analysis.load for kind in parts.kinds])
     load, rubs = of_kind[[mesh.kind for mesh in parts.meshes]], parts.friction is not None
     multipliers, known = np.full((2 * len(vibration.system.coordinates), 2), np.nan), response.multipliers
     multipliers[: len(known)] = np.stack([np.real(known), np.imag(known)], axis=-1)

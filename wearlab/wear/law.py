@@ -101,7 +101,7 @@ def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
     Archard 1953.
     """
     unknown = PowerOfLoad(np.full(path.equivalent_radius.shape, NAN), 0.0)
-    given = [flank.coefficient for flank in law.flanks]
+    given = (flank.coefficient for flank in law.flanks)
     powers = [own if isinstance(own, PowerOfLoad) else unknown for own in given]
     scale = np.stack([flank.factor * power.scale for flank, power in zip(law.flanks, powers, strict=True)])
     exponent, projection = np.array([power.exponent for power in powers]), law.projection.factor(path)
@@ -116,9 +116,8 @@ def lambda_ratio(law: PreparedLaw, force: Array) -> Array | None:
     ----------
     W23 Eq. 44: minimum film thickness over composite roughness.
     """
-    if law.law.lambda_ratio is None:
-        return None
-    return law.law.lambda_ratio.at(np.maximum(force / law.path.face_width, law.lightest))
+    ratio = law.law.lambda_ratio
+    return None if ratio is None else ratio.at(np.maximum(force / law.path.face_width, law.lightest))
 
 
 def effective_coefficient(law: PreparedLaw, force: Array, depth: Array | None = None) -> Array:

@@ -25,11 +25,9 @@ class FrictionOptions(Part):
     """coefficient of friction μ, such as 0.05. Source: B23"""
 
 
-SPEEDS: Any = {
-    "from": (Annotated[Speed, POSITIVE], option(..., "lowest speed")),
-    "to": (Annotated[Speed, POSITIVE], option(..., "highest speed")),
-    "points": (Annotated[Count, Ge(2)], option(61, "number of speeds")),
-}
+END = Annotated[Speed, POSITIVE]
+SPEEDS: Any = {"from": (END, option(..., "lowest speed")), "to": (END, option(..., "highest speed"))}
+SPEEDS["points"] = Annotated[Count, Ge(2)], option(61, "number of speeds")
 SPACED = "Equally spaced speeds of the input member; ``from`` is no name that Python could spell."
 SpeedRange = create_model("SpeedRange", __base__=Part, __doc__=SPACED, **SPEEDS)
 

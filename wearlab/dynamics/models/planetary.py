@@ -78,9 +78,8 @@ class PlanetaryTorsionalDynamics(DynamicModel):
         rigid = of.rigid_set(motion)
         held, meshing = of.held(self.supports, rigid), of.meshing(motion, rigid.ring_at_rest)
         with _of_supports():
-            system = of.planetary_torsional(
-                rigid, held, meshing, motion.gears.torque, self.friction is not None
-            )
+            rubs = self.friction is not None
+            system = of.planetary_torsional(rigid, held, meshing, motion.gears.torque, rubs)
         if motion.operation.input == "sun" or system.balance is None:
             return system
         carrier = of.torques(motion, {}).given["carrier"] / rigid.bodies["carrier"].radius

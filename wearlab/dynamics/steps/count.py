@@ -77,20 +77,20 @@ class StepRule(NamedTuple):
     per_segment: int
 
     def steps(
-        self, system: System, stiffest: PerMesh, period: float, tolerance: float, segments: int = 1
+        self, system: System, stiff: PerMesh, period: float, tolerance: float, segments: int = 1
     ) -> int:
         """Return the steps of a mesh period that keep their error near ``tolerance``.
 
         Parameters
         ----------
         system : the equation of motion
-        stiffest : largest stiffness of every mesh over the period, (n_mesh,) or one value [N/m]
+        stiff : largest stiffness of every mesh over the period, (n_mesh,) or one value [N/m]
         period : duration of a mesh period [s]
         tolerance : relative error wanted in the mesh force [1]
         segments : smooth segments of the mesh period
         """
         step_angle = min(self.largest, (tolerance / self.constant) ** (1.0 / self.order))
-        wanted = fastest_rate(system, stiffest) * period / step_angle
+        wanted = fastest_rate(system, stiff) * period / step_angle
         floor = self.floor * tolerance ** (-1.0 / self.order)
         return int(np.ceil(max(wanted, floor, self.per_segment * segments)))
 
@@ -107,12 +107,7 @@ every pair that enters.
 
 
 def graded_steps(
-    system: System,
-    stiffest: PerMesh,
-    period: float,
-    tolerance: float,
-    breaks: Array,
-    steps: int | None = None,
+    system: System, stiff: PerMesh, period: float, tolerance: float, breaks: Array, steps: int | None = None
 ) -> StageGrid | None:
     """Return exact steps that grow after every break, None where equal ones are no more.
 
@@ -121,12 +116,12 @@ def graded_steps(
 
     Parameters
     ----------
-    system, stiffest, period, tolerance : as for `steps_per_period`
+    system, stiff, period, tolerance : as for `steps_per_period`
     breaks : phases at which something jumps [1]
     steps : how many there are to be, all longer or shorter alike; None: as many as needed
     """
-    equal = exact_steps_per_period(system, stiffest, period, tolerance, len(breaks))
-    rates = _vibrating(system, stiffest)
+    equal = exact_steps_per_period(system, stiff, period, tolerance, len(breaks))
+    rates = _vibrating(system, stiff)
     size = np.abs(rates)
     ratio = float((-rates.real / size).min())
     if equal < GRADED_FROM or ratio <= 0.0:

@@ -30,11 +30,8 @@ def _model(value: Any) -> Any:
     return {"model": value} if isinstance(value, str) and value in FilmModel.slot.variants else value
 
 
-Film = Annotated[
-    Annotated[options.Switch, Tag("switch")] | Annotated[FilmModel, Tag("model")],
-    Discriminator(_switch_or_model),
-    BeforeValidator(_model),
-]
+Chosen = Annotated[options.Switch, Tag("switch")] | Annotated[FilmModel, Tag("model")]
+Film = Annotated[Chosen, Discriminator(_switch_or_model), BeforeValidator(_model)]
 
 
 def standard_film() -> FilmModel:
