@@ -139,6 +139,18 @@ def to_ground(coordinates: Sequence[str], held: Held, preload: Mapping[str, floa
             yield Support(member, axis, give, give, k, c, preload.get(name, 0.0))
 
 
+def stiffness_of(supports: Sequence[Support], count: int) -> Array:
+    """Return ``K = Σ k d dᵀ`` of supports, (count, count) [N/m]."""
+    each = (support.stiffness * np.outer(support.give, support.give) for support in supports)
+    return sum(each, start=np.zeros((count, count)))
+
+
+def damping_of(supports: Sequence[Support], count: int) -> Array:
+    """Return ``C = Σ c r rᵀ`` of supports, (count, count) [N s/m]."""
+    each = (support.damping * np.outer(support.slip, support.slip) for support in supports)
+    return sum(each, start=np.zeros((count, count)))
+
+
 def bearing_forces(supports: Sequence[Support], members: Sequence[str], q: Array, rate: Array) -> Array:
     """Return the force of the bearings on each member, (n_members, 3, n_kept, n_instants) along `AXES` [N].
 
@@ -186,7 +198,9 @@ class TorsionalSpring(options.Part):
 class TorsionalSupport(TorsionalSpring):
     """What holds a gear that only turns."""
 
+    radial_stiffness: ClassVar[None] = None
     damping: ClassVar[None] = None
+    preload: ClassVar[float] = 0.0
 
 
 class AxialBearing(TorsionalSpring):

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from wearlab.arrays import Array, Flags
-from wearlab.dynamics.supports import AXES, Support
+from wearlab.dynamics.supports import AXES, Support, damping_of, stiffness_of
 
 
 class System(NamedTuple):
@@ -64,10 +64,7 @@ class System(NamedTuple):
     @classmethod
     def on(cls, supports: tuple[Support, ...], coordinates: tuple[str, ...], mass: Any, **given: Any) -> Self:
         """Return the system of masses (n,) on supports: ``C = Σ c r rᵀ`` and ``K = Σ k d dᵀ``."""
-        damping, stiffness = np.zeros((2, len(coordinates), len(coordinates)))
-        for each in supports:
-            damping += each.damping * np.outer(each.slip, each.slip)
-            stiffness += each.stiffness * np.outer(each.give, each.give)
+        damping, stiffness = (of(supports, len(coordinates)) for of in (damping_of, stiffness_of))
         inertia = np.diag(np.array(mass, float))
         return cls(coordinates, inertia, damping, stiffness, **given, supports=supports)
 
