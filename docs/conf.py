@@ -16,7 +16,12 @@ import wearlab
 project = "wearlab"
 author = "The wearlab developers"
 version = release = wearlab.__version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.mathjax",
+]
 myst_enable_extensions = ["dollarmath", "deflist", "attrs_inline"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build", "README.md"]
@@ -32,8 +37,14 @@ html_title = f"wearlab {version}"
 html_static_path = ["_static"]
 html_css_files = ["narrow.css"]
 html_theme_options = {
-    "light_css_variables": {"color-brand-primary": "#0b5b8c", "color-brand-content": "#0b5b8c"},
-    "dark_css_variables": {"color-brand-primary": "#7cc0ea", "color-brand-content": "#7cc0ea"},
+    "light_css_variables": {
+        "color-brand-primary": "#0b5b8c",
+        "color-brand-content": "#0b5b8c",
+    },
+    "dark_css_variables": {
+        "color-brand-primary": "#7cc0ea",
+        "color-brand-content": "#7cc0ea",
+    },
 }
 
 
@@ -42,7 +53,8 @@ RAISED = re.compile(r"^(\w+) : (.+)$")
 
 def spread_raises(app, what, name, obj, options, lines):
     """Write ``Error : when`` of a Raises section as its name, and below it when."""
-    inside, found = False, []
+    inside = False
+    found = []
     for number, line in enumerate(lines):
         if line.strip() == "Raises":
             inside = True
@@ -61,5 +73,7 @@ def stack_tables(app, page, source):
 
 def setup(app):
     """Shape docstrings and tables for the site; the reference pages are committed."""
-    app.connect("autodoc-process-docstring", spread_raises, priority=400)  # before napoleon
+    app.connect(
+        "autodoc-process-docstring", spread_raises, priority=400
+    )  # before napoleon
     app.connect("source-read", stack_tables)

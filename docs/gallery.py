@@ -1,7 +1,7 @@
 """Draw the thumbnails of the gallery: ``python docs/gallery.py [STORE]`` writes ``docs/images/kinds/*.png``.
 
-Campaigns of ``campaigns/gallery`` are run first where the store has not got them, and those with an [update] updated,
-where a picture of theirs is missing.
+Campaigns of ``campaigns/gallery`` are run first where the store has not got them, and
+those with an [update] updated, where a picture of theirs is missing.
 """
 
 import sys
@@ -14,7 +14,10 @@ from wearlab.figures.render import lightened
 
 TOP = Path(__file__).parents[1]
 OUT = TOP / "docs" / "images" / "kinds"
-ASKED = {"update_gearbox": {"check": 200}, "update_planetary_rig": {"replay": True}}  # of an update
+ASKED = {
+    "update_gearbox": {"check": 200},
+    "update_planetary_rig": {"replay": True},
+}  # of an update
 
 
 def main(folder: str = "wearlab-store") -> None:
@@ -25,7 +28,8 @@ def main(folder: str = "wearlab-store") -> None:
         *sorted(TOP.glob("campaigns/update_*.toml")),
     ]
     for file in files:
-        campaign, store = wl.load(file), wl.Store(folder)
+        campaign = wl.load(file)
+        store = wl.Store(folder)
         if file.parent.name == "gallery":
             wl.run(campaign, store, workers=0)
         elif not all((OUT / f"{spec.kind}.png").exists() for spec in campaign.figures):

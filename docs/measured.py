@@ -1,7 +1,8 @@
 """Record how far checks are from what they expect: ``python docs/measured.py gears wear …``.
 
-Runs the tests of these rooms and keeps, for each test, the comparison that came nearest to its tolerance:
-``docs/measured.json`` has tolerance and error, relative where the tolerance is.
+Runs the tests of these rooms and keeps, for each test, the comparison that came nearest
+to its tolerance: ``docs/measured.json`` has tolerance and error, relative where the
+tolerance is.
 """
 
 import json
@@ -26,7 +27,8 @@ class Recorder:
 
     def pytest_runtest_call(self, item: pytest.Item) -> None:
         """Begin a test."""
-        self.test, self.nearest = item.nodeid.partition("[")[0], {}
+        self.test = item.nodeid.partition("[")[0]
+        self.nearest = {}
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Keep what a test that passed came nearest to."""
@@ -41,19 +43,27 @@ class Recorder:
         error = abs(actual - expected)
         if not (np.isfinite(error) and tolerance > 0.0) or error > tolerance:
             return
-        share, scale = error / tolerance, abs(expected) or 1.0
+        share = error / tolerance
+        scale = abs(expected) or 1.0
         if share > self.nearest.get("share", -1.0):
-            self.nearest = {"share": share, "tolerance": tolerance / scale, "error": error / scale}
+            self.nearest = {
+                "share": share,
+                "tolerance": tolerance / scale,
+                "error": error / scale,
+            }
 
 
 def main(rooms: list[str]) -> int:
     """Run the tests of rooms and add what they measure to the file."""
     recorder = Recorder()
-    approx, allclose = ApproxScalar.__eq__, np.testing.assert_allclose
+    approx = ApproxScalar.__eq__
+    allclose = np.testing.assert_allclose
 
     def watched(self, actual):
         equal = approx(self, actual)
-        if isinstance(actual, int | float | np.number) and isinstance(self.expected, int | float | np.number):
+        if isinstance(actual, int | float | np.number) and isinstance(
+            self.expected, int | float | np.number
+        ):
             recorder.compare(float(actual), float(self.expected), float(self.tolerance))
         return equal
 
@@ -72,11 +82,14 @@ def main(rooms: list[str]) -> int:
     ApproxScalar.__eq__, np.testing.assert_allclose = watched, watched_arrays
     folders = [str(TOP / "tests" / room) for room in rooms]
     status = pytest.main(
-        ["-q", "-p", "no:cacheprovider", "--rootdir", str(TOP), *folders], plugins=[recorder]
+        ["-q", "-p", "no:cacheprovider", "--rootdir", str(TOP), *folders],
+        plugins=[recorder],
     )
     kept = json.loads(FILE.read_text()) if FILE.exists() else {}
     for test, numbers in recorder.found.items():
-        kept[test] = {name: float(f"{numbers[name]:.2g}") for name in ("tolerance", "error")}
+        kept[test] = {
+            name: float(f"{numbers[name]:.2g}") for name in ("tolerance", "error")
+        }
     FILE.write_text(json.dumps(dict(sorted(kept.items())), indent=1) + "\n")
     return int(status)
 

@@ -1,6 +1,7 @@
 """Reference pages made from the code: every option, variable, command and kind of figure.
 
-``python docs/reference_pages.py`` writes them; they are committed, and a test holds that they are up to date.
+``python docs/reference_pages.py`` writes them; they are committed, and a test holds
+that they are up to date.
 """
 
 import ast
@@ -37,7 +38,9 @@ def _cell(value: Any) -> str:
 def _table(heads: tuple[str, ...], rows: list[tuple[Any, ...]]) -> str:
     """Return a table as plain Markdown, which a clone shows as one, too."""
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
-    return "\n".join([*lines, *("| " + " | ".join(map(_cell, row)) + " |" for row in rows)])
+    return "\n".join(
+        [*lines, *("| " + " | ".join(map(_cell, row)) + " |" for row in rows)]
+    )
 
 
 TABLE = re.compile(r"(?:^\|.*\n)+", re.MULTILINE)
@@ -61,8 +64,10 @@ def options() -> str:
     definitions = schema["$defs"]
     parts = [
         "# Every option of a campaign file",
-        'Made from `wearlab schema`. A quantity is a text with its unit, `"340 N*m"`; what has no default is '
-        "either required or told. A choice is its name, or a table `{ model = …, options }`.",
+        'Made from `wearlab schema`. A quantity is a text with its unit, `"340 N*m"`; '
+        "what has no default is "
+        "either required or told. A choice is its name, or a table `{ model = …, "
+        "options }`.",
     ]
     for name, option in schema["properties"].items():
         parts += [f"## {name}", option.get("description", "")]
@@ -73,7 +78,9 @@ def options() -> str:
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
-def _sections(path: str, option: Any, definitions: dict[str, Any], seen: set[str]) -> Iterator[str]:
+def _sections(
+    path: str, option: Any, definitions: dict[str, Any], seen: set[str]
+) -> Iterator[str]:
     """Yield a table for each definition that an option leads to, each once."""
     for name in dict.fromkeys(_references(option)):
         if name in seen:
@@ -109,7 +116,8 @@ def _references(option: Any) -> Iterator[str]:
 def _kind(option: dict[str, Any]) -> str:
     if "examples" in option:
         return " or ".join(
-            f'`"{one}"`' if isinstance(one, str) else f"`{one}`" for one in option["examples"][:2]
+            f'`"{one}"`' if isinstance(one, str) else f"`{one}`"
+            for one in option["examples"][:2]
         )
     if "const" in option:
         return f"`{option['const']}`"
@@ -151,18 +159,29 @@ def variables() -> str:
     for name, one in VARIABLES.items():
         group, needs = origin_of(name)
         meaning = f"{one.long_name}; {one.comment}" if one.comment else one.long_name
-        unit = one.units if one.units == one.display_units else f"{one.units}, shown in {one.display_units}"
-        groups.setdefault(group, []).append((f"`{name}`", ", ".join(one.dims), unit, meaning, needs))
+        unit = (
+            one.units
+            if one.units == one.display_units
+            else f"{one.units}, shown in {one.display_units}"
+        )
+        groups.setdefault(group, []).append(
+            (f"`{name}`", ", ".join(one.dims), unit, meaning, needs)
+        )
     parts = [
         "# Every variable of a dataset",
-        "As `wearlab variables` lists them. Values are SI; figures, tables and CSV show the unit named second.",
+        "As `wearlab variables` lists them. Values are SI; figures, tables and CSV "
+        "show the unit named second.",
     ]
     for group, rows in groups.items():
-        parts += [f"## {group}", _table(("variable", "dims", "unit", "meaning", "made by"), rows)]
+        parts += [
+            f"## {group}",
+            _table(("variable", "dims", "unit", "meaning", "made by"), rows),
+        ]
     parts += [
         "## Dimensions",
         _table(
-            ("dimension", "what it counts"), [(f"`{name}`", meaning) for name, meaning in DIMENSIONS.items()]
+            ("dimension", "what it counts"),
+            [(f"`{name}`", meaning) for name, meaning in DIMENSIONS.items()],
         ),
     ]
     return "\n\n".join(parts) + "\n"
@@ -178,8 +197,10 @@ def commands() -> str:
     context = typer.Context(group, info_name="wearlab")
     parts = [
         "# Every command",
-        "RUN is an id, its beginning, or a condition that one run meets. `--store DIR` (or `WEARLAB_STORE`) names "
-        "the store, `--json` prints for machines. Exit status: 0 when all went well, 1 when a case failed or was "
+        "RUN is an id, its beginning, or a condition that one run meets. `--store "
+        "DIR` (or `WEARLAB_STORE`) names "
+        "the store, `--json` prints for machines. Exit status: 0 when all went well, "
+        "1 when a case failed or was "
         "refused, 2 for a bad file or argument, and then nothing was written.",
     ]
     for name in group.list_commands(context):
@@ -197,7 +218,10 @@ def commands() -> str:
                 rows.append((f"`{record[0]}`", record[1]))
             else:
                 rows.append(
-                    (f"`{parameter.metavar or parameter.name}`", getattr(parameter, "help", "") or "")
+                    (
+                        f"`{parameter.metavar or parameter.name}`",
+                        getattr(parameter, "help", "") or "",
+                    )
                 )
         parts += [f"## {name}", command.help or "", f"```text\n{usage}\n```"]
         parts += [_table(("argument", "meaning"), rows)] if rows else []
@@ -211,14 +235,20 @@ def figures() -> str:
 
     top = TOP / "campaigns"
     drawn: dict[str, list[str]] = {}
-    for file in [*sorted((top / "gallery").glob("*.toml")), *sorted(top.glob("*.toml"))]:
+    for file in [
+        *sorted((top / "gallery").glob("*.toml")),
+        *sorted(top.glob("*.toml")),
+    ]:
         for kind in dict.fromkeys(figure.kind for figure in load(file).figures):
             drawn.setdefault(kind, []).append(f"`{file.relative_to(TOP)}`")
     parts = [
         "# Every kind of figure",
-        "A `[[figure]]` block names its `kind`; `select`, `x`, `y`, `hue`, `rows`, `cols`, `units`, `title`, `note` "
-        "and `published` change what the kind would do. In Python: `wl.figure(grid_or_run, kind, **options)`. "
-        "A thumbnail was made from one of the files below it, by `python docs/gallery.py`.",
+        "A `[[figure]]` block names its `kind`; `select`, `x`, `y`, `hue`, `rows`, "
+        "`cols`, `units`, `title`, `note` "
+        "and `published` change what the kind would do. In Python: "
+        "`wl.figure(grid_or_run, kind, **options)`. "
+        "A thumbnail was made from one of the files below it, by `python "
+        "docs/gallery.py`.",
     ]
     for kind in KINDS.values():
         thumbnail = TOP / "docs" / "images" / "kinds" / f"{kind.name}.png"
@@ -227,7 +257,11 @@ def figures() -> str:
         if thumbnail.exists():
             parts.append(f"![{kind.title}](../images/kinds/{kind.name}.png)")
         files = drawn.get(kind.name, [])
-        told = f"Made by {', '.join(files[:3])}." if files else "No campaign that comes along draws it."
+        told = (
+            f"Made by {', '.join(files[:3])}."
+            if files
+            else "No campaign that comes along draws it."
+        )
         needs = ", ".join(f"`{name}`" for name in kind.needs if ":" not in name)
         parts.append(f"{told} Needs {needs}." if needs else told)
     return "\n\n".join(parts) + "\n"
@@ -252,26 +286,41 @@ def checks() -> str:
     measured = json.loads((TOP / "docs" / "measured.json").read_text())
     parts = [
         "# Every check that says what it proves",
-        "Made from the tests. The tolerance stands in the check, as tight as its source or its scheme supports; "
-        "tolerance and error are of the comparison that comes nearest to its tolerance, relative where that is, "
-        "as `python docs/measured.py` records them. A check without numbers is one of yes or no, or was not recorded.",
+        "Made from the tests. The tolerance stands in the check, as tight as its "
+        "source or its scheme supports; "
+        "tolerance and error are of the comparison that comes nearest to its "
+        "tolerance, relative where that is, "
+        "as `python docs/measured.py` records them. A check without numbers is one of "
+        "yes or no, or was not recorded.",
     ]
     for room in PROVED:
         rows = []
         for file in sorted((TOP / "tests" / room).rglob("test_*.py")):
             for name, text in _told(file):
                 found = measured.get(f"{file.relative_to(TOP)}::{name}", {})
-                numbers = [f"{found[key]:.1e}" if key in found else "" for key in ("tolerance", "error")]
-                rows.append((" ".join(text.split()), *numbers, f"`{name}`, {file.name}"))
+                numbers = [
+                    f"{found[key]:.1e}" if key in found else ""
+                    for key in ("tolerance", "error")
+                ]
+                rows.append(
+                    (" ".join(text.split()), *numbers, f"`{name}`, {file.name}")
+                )
         if rows:
-            parts += [f"## {room}", _table(("what is proved", "tolerance", "error", "where"), rows)]
+            parts += [
+                f"## {room}",
+                _table(("what is proved", "tolerance", "error", "where"), rows),
+            ]
     return "\n\n".join(parts) + "\n"
 
 
 def _told(file: Path) -> Iterator[tuple[str, str]]:
     for node in ast.parse(file.read_text()).body:
         if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
-            yield node.name, ast.get_docstring(node) or node.name.removeprefix("test_").replace("_", " ")
+            yield (
+                node.name,
+                ast.get_docstring(node)
+                or node.name.removeprefix("test_").replace("_", " "),
+            )
 
 
 if __name__ == "__main__":

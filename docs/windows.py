@@ -55,13 +55,17 @@ def main(folder: str, browser: str | None = None) -> None:
             executable_path=browser or shutil.which("chromium"), args=["--no-sandbox"]
         )
         for shape, (width, height, scheme) in SHAPES.items():
-            page = chromium.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
+            page = chromium.new_page(
+                viewport={"width": width, "height": height}, color_scheme=scheme
+            )
             for name, (path, arguments, awaited) in pages(window).items():
                 query = urlencode({"token": window.token, **arguments}, doseq=True)
                 page.goto(f"http://127.0.0.1:{window.port}/{path}?{query}")
                 page.locator(awaited).first.wait_for(timeout=120_000)
                 if name == "campaigns":
-                    page.wait_for_timeout(10 * WAIT)  # pictures are drawn when they come into sight
+                    page.wait_for_timeout(
+                        10 * WAIT
+                    )  # pictures are drawn when they come into sight
                 if name == "run":
                     page.locator("#wear").scroll_into_view_if_needed()
                     page.evaluate("document.getElementById('wear').scrollIntoView()")
@@ -69,9 +73,12 @@ def main(folder: str, browser: str | None = None) -> None:
                 picture = Image.open(io.BytesIO(page.screenshot()))
                 share = SHOWN[shape] / picture.width
                 small = picture.convert("RGB").resize(
-                    (SHOWN[shape], round(picture.height * share)), Image.Resampling.LANCZOS
+                    (SHOWN[shape], round(picture.height * share)),
+                    Image.Resampling.LANCZOS,
                 )
-                small.quantize(96, dither=Image.Dither.NONE).save(OUT / f"{name}-{shape}.png", optimize=True)
+                small.quantize(96, dither=Image.Dither.NONE).save(
+                    OUT / f"{name}-{shape}.png", optimize=True
+                )
         chromium.close()
     window.stop()
 

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # on busy cores threads wait for each other
+os.environ.setdefault(
+    "OPENBLAS_NUM_THREADS", "1"
+)  # on busy cores threads wait for each other
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE / folder) for folder in ("support", "validation")]
 
@@ -28,7 +30,8 @@ LONG = (
     "test_random_scenes.py",
     "simulation/test_estimates.py",
 )
-"""Files of the longest tests; half of them compile kernels, and none while another compiles the same ones."""
+"""Files of the longest tests; half of them compile kernels, and none while another
+compiles the same ones."""
 
 
 def pytest_configure(config):

@@ -43,4 +43,6 @@ def test_what_a_variable_is(name, content):
 
 def test_a_run_says_title_summary_and_keywords():
     said = discovery(Scene.from_mapping(PAIR), 0.0)
-    assert {"title", "summary", "keywords", "history"} <= said.keys() and all(said.values())
+    assert {"title", "summary", "keywords", "history"} <= said.keys() and all(
+        said.values()
+    )

@@ -22,8 +22,14 @@ def ask(capsys, tmp_path):
     store.create()
     with store.presence() as presence:
         for case in campaign.cases:
-            store.save([execute(Task(case.id, case.scene), fake_campaign.SIMULATE)], presence.token)
-    members = [(case.id, case.label, {"speed": f"{case.scene.speed:g} rpm"}) for case in campaign.cases]
+            store.save(
+                [execute(Task(case.id, case.scene), fake_campaign.SIMULATE)],
+                presence.token,
+            )
+    members = [
+        (case.id, case.label, {"speed": f"{case.scene.speed:g} rpm"})
+        for case in campaign.cases
+    ]
     store.catalogue.record_campaign("five speeds", None, None, members)
     capsys.readouterr()
 
@@ -38,23 +44,49 @@ def ask(capsys, tmp_path):
 def test_a_condition_chooses_runs(ask):
     status, out, err = ask("--where", "speed > 850 and status = done", "--json")
     assert (status, err) == (0, "")
-    assert [row["position"]["speed"] for row in json.loads(out)] == ["900 rpm", "1000 rpm"]
+    assert [row["position"]["speed"] for row in json.loads(out)] == [
+        "900 rpm",
+        "1000 rpm",
+    ]
     assert ask("--where", "speed > 1e6") == (0, "", "no such runs\n")
 
 
 def test_order_and_limit(ask):
     out = ask("--sort", "-speed", "--limit", "2", "--json")[1]
-    assert [row["position"]["speed"] for row in json.loads(out)] == ["1100 rpm", "1000 rpm"]
+    assert [row["position"]["speed"] for row in json.loads(out)] == [
+        "1100 rpm",
+        "1000 rpm",
+    ]
     out = ask("--sort", "-speed", "--limit", "2", "--state", "done", "--json")[1]
-    assert [row["position"]["speed"] for row in json.loads(out)] == ["1000 rpm", "900 rpm"]
+    assert [row["position"]["speed"] for row in json.loads(out)] == [
+        "1000 rpm",
+        "900 rpm",
+    ]
 
 
 def test_columns_as_table_json_and_csv(ask):
-    words = ("--where", "status = done", "--columns", "speed, life, first_cycle(max_wear_depth > 915 m)")
+    words = (
+        "--where",
+        "status = done",
+        "--columns",
+        "speed, life, first_cycle(max_wear_depth > 915 m)",
+    )
     out = ask(*words)[1].splitlines()
-    assert out[0].split() == ["id", "status", "speed", "life", "first_cycle(max_wear_depth", ">", "915", "m)"]
+    assert out[0].split() == [
+        "id",
+        "status",
+        "speed",
+        "life",
+        "first_cycle(max_wear_depth",
+        ">",
+        "915",
+        "m)",
+    ]
     assert [line.split()[2:] for line in out[1:]] == [
-        ["800", "125000"],  # 800, 810, 820 over three states, and 1.3 more at the far end
+        [
+            "800",
+            "125000",
+        ],  # 800, 810, 820 over three states, and 1.3 more at the far end
         ["900", "111111", "1.37e+06"],
         ["1000", "100000", "0"],
     ]
@@ -68,7 +100,15 @@ def test_columns_as_table_json_and_csv(ask):
 
 def test_csv_without_columns_has_the_usual_ones(ask):
     (first, *_) = csv.DictReader(io.StringIO(ask("--format", "csv")[1]))
-    assert {"id", "status", "campaign", "case", "life", "max_wear_depth [um]", "verdict"} <= set(first)
+    assert {
+        "id",
+        "status",
+        "campaign",
+        "case",
+        "life",
+        "max_wear_depth [um]",
+        "verdict",
+    } <= set(first)
     assert (first["campaign"], first["case"]) == ("five speeds", "base")
     assert float(first["max_wear_depth [um]"]) == pytest.approx(821.3e6)
 
@@ -81,7 +121,10 @@ def test_columns_of_a_state(ask):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--where", "sped > 3"), "unknown name 'sped'; did you mean 'speed'?\n  sped > 3\n  ^"),
+        (
+            ("--where", "sped > 3"),
+            "unknown name 'sped'; did you mean 'speed'?\n  sped > 3\n  ^",
+        ),
         (("--where", "speed >"), "expected a name or a value, but it ends"),
         (("--where", "__import__('os').system('x')"), "belongs nowhere"),
         (("--columns", "sped"), "did you mean 'speed'"),
@@ -98,5 +141,8 @@ def test_what_cannot_be_asked_is_one_message(ask, words, said):
 
 def test_commas_within_parentheses_do_not_part_columns():
     assert split_columns("a, b") == ("a", "b")
-    assert split_columns("first_cycle(a in [1, 2]), 'x,y',") == ("first_cycle(a in [1, 2])", "'x,y'")
+    assert split_columns("first_cycle(a in [1, 2]), 'x,y',") == (
+        "first_cycle(a in [1, 2])",
+        "'x,y'",
+    )
     assert split_columns(None) is None

@@ -13,7 +13,9 @@ def test_old_builds_are_dropped_and_copies_of_stores_stay(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("WEARLAB_CACHE", str(tmp_path))
-    builds = [tmp_path / f"{number:016x}-numba0.0" for number in range(KEPT_FOLDERS + 2)]
+    builds = [
+        tmp_path / f"{number:016x}-numba0.0" for number in range(KEPT_FOLDERS + 2)
+    ]
     for age, folder in enumerate([tmp_path / "stores", *builds]):
         folder.mkdir()
         os.utime(folder, (age, age))

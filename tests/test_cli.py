@@ -23,7 +23,9 @@ SPEEDS = Path(wearlab.__file__).parents[1] / "campaigns" / "spur_speeds.toml"
 
 class Result:
     def __init__(self, status, captured):
-        self.status, self.out, self.err = status, captured.out, captured.err
+        self.status = status
+        self.out = captured.out
+        self.err = captured.err
 
 
 @pytest.fixture
@@ -41,11 +43,16 @@ def command(capsys, tmp_path, monkeypatch):
 
 @pytest.fixture
 def campaign(monkeypatch):
-    """Let every FILE be a fake campaign, which cases of this process compute; return how to set it."""
+    """Let every FILE be a fake campaign, which cases of this process compute.
+
+    Return how to set it.
+    """
     current = {"campaign": sweep(3)}
     monkeypatch.setattr(output, "read_campaign", lambda file: current["campaign"])
     monkeypatch.setattr(plan, "refuse_the_impossible", lambda campaign: None)
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
+    monkeypatch.setattr(
+        running._Work, "_begin", lambda self, tasks, cluster, more: None
+    )
     original = wearlab.runner.run
 
     def run(*arguments, **options):
@@ -79,7 +86,9 @@ def test_run_then_ls_then_verify(command, campaign):
 
 
 def test_trouble_is_named_and_gives_status_one(command, campaign):
-    campaign(alter(alter(alter(sweep(4), 0, act="fail"), 1, act="refuse"), 2, act="warn"))
+    campaign(
+        alter(alter(alter(sweep(4), 0, act="fail"), 1, act="refuse"), 2, act="warn")
+    )
     done = command("run", "any.toml")
     assert done.status == 1
     assert done.out.startswith("2 of 4 done, 1 failed, 1 refused; 4 tried in ")
@@ -91,11 +100,16 @@ def test_trouble_is_named_and_gives_status_one(command, campaign):
     assert command("run", "any.toml").status == 1
     notes = {row["state"]: row for row in json.loads(command("ls", "--json").out)}
     assert "Traceback" in notes["failed"]["reason"]
-    assert [r["state"] for r in json.loads(command("ls", "--json", "--state", "refused").out)] == ["refused"]
+    assert [
+        r["state"]
+        for r in json.loads(command("ls", "--json", "--state", "refused").out)
+    ] == ["refused"]
 
 
 @pytest.mark.parametrize("name", ["status", "state"])
-def test_a_run_whose_process_died_is_interrupted_in_every_table(command, campaign, name):
+def test_a_run_whose_process_died_is_interrupted_in_every_table(
+    command, campaign, name
+):
     command("run", "any.toml")
     store = Store("wearlab-store")
     with store.presence() as dead:
@@ -120,7 +134,9 @@ def test_show(command, campaign):
     assert shown.status == 0
     for words in (case.id, "completed", "five speeds (base)", "speed = 800.0"):
         assert words in shown.out
-    assert any(line.split()[:2] == ["wear", "wear_depth,"] for line in shown.out.splitlines())
+    assert any(
+        line.split()[:2] == ["wear", "wear_depth,"] for line in shown.out.splitlines()
+    )
     described = command("show", case.id[:6], "--variables").out.splitlines()
     line = next(line for line in described if line.startswith("wear_depth"))
     assert "update 3, flank 2, profile 4" in line
@@ -143,13 +159,17 @@ def test_show_keeps_long_texts_out_of_the_table(command, tmp_path):
     }
     store = Store(tmp_path / "wearlab-store")
     store.create()
-    data = made_up.run(1.0).assign(validity=((), "\n".join(flags)), verdict=((), "completed"))
+    data = made_up.run(1.0).assign(
+        validity=((), "\n".join(flags)), verdict=((), "completed")
+    )
     made_up.put(store, "a" * 20, data, json.dumps(scene))
     lines = command("show", "a" * 20).out.splitlines()
     assert max(map(len, lines)) < 180
     first = lines.index("validity") + 1
     assert lines[first : first + 9] == [f"  {flag}" for flag in flags]
-    assert "  operation.duty[1].torque = 90 N*m" in lines  # as files write it; --json has SI
+    assert (
+        "  operation.duty[1].torque = 90 N*m" in lines
+    )  # as files write it; --json has SI
     assert "  operation.speed = 1100 rpm" in lines
     assert "  wear.snapshots.depth = [5 um, 10 um]" in lines
     assert "  mesh.stiffness.abscissa = [0.0, 0.002, 0.004, … 500 in all]" in lines
@@ -171,7 +191,9 @@ def test_verify_names_damage(command, campaign, tmp_path):
     verified = command("verify")
     assert verified.status == 1
     assert f"truncated  wearlab-store/runs/{run.parent.name}/{run.name}" in verified.out
-    assert [problem["kind"] for problem in json.loads(command("verify", "--json").out)] == ["truncated"]
+    assert [
+        problem["kind"] for problem in json.loads(command("verify", "--json").out)
+    ] == ["truncated"]
     assert "lost" in command("ls").out
 
 
@@ -182,7 +204,9 @@ def test_json_of_a_run(command, campaign):
 
 def test_ls_tells_runs_of_other_code(command, campaign):
     command("run", "any.toml")
-    assert "made by other code" in command("ls").out  # the fake's hash is no hash of these sources
+    assert (
+        "made by other code" in command("ls").out
+    )  # the fake's hash is no hash of these sources
 
 
 def test_an_interrupt_says_how_to_go_on(command, campaign, monkeypatch):
@@ -208,7 +232,9 @@ def test_figures_are_drawn_and_named(command, campaign, monkeypatch):
     assert drawn == [("five speeds", "wearlab-store", Path("drawn"), "png")]
 
 
-def test_a_figure_that_cannot_be_drawn_does_not_stop_the_others(command, campaign, monkeypatch):
+def test_a_figure_that_cannot_be_drawn_does_not_stop_the_others(
+    command, campaign, monkeypatch
+):
     from wearlab.figures import FigureError
 
     def draw(campaign, store, out, ending):
@@ -216,7 +242,11 @@ def test_a_figure_that_cannot_be_drawn_does_not_stop_the_others(command, campaig
 
     monkeypatch.setattr("wearlab.figures.draw", draw, raising=False)
     done = command("figures", "any.toml")
-    assert (done.status, done.out, done.err) == (1, "figures/01-tvms.png\n", "figure 2: no such variable\n")
+    assert (done.status, done.out, done.err) == (
+        1,
+        "figures/01-tvms.png\n",
+        "figure 2: no such variable\n",
+    )
 
 
 def test_a_figure_drawn_again_says_what_became_of_its_runs(command, monkeypatch):
@@ -225,27 +255,43 @@ def test_a_figure_drawn_again_says_what_became_of_its_runs(command, monkeypatch)
     again = Redrawn(Path("figures/01.png"), False, ("base: failed",), (), ("a" * 10,))
     monkeypatch.setattr("wearlab.figures.redraw", lambda figure, store, out: again)
     done = command("figures", "--from", "01.png", "--json")
-    told = {"path": "figures/01.png", "same": False, "missing": ["base: failed"], "stale": []}
+    told = {
+        "path": "figures/01.png",
+        "same": False,
+        "missing": ["base: failed"],
+        "stale": [],
+    }
     assert json.loads(done.out) == [told | {"changed": ["a" * 10]}]
     done = command("figures", "--from", "01.png")
-    assert (done.status, done.out) == (1, "figures/01.png: differs from the figure it was drawn from\n")
+    assert (done.status, done.out) == (
+        1,
+        "figures/01.png: differs from the figure it was drawn from\n",
+    )
     assert done.err.splitlines()[0] == "missing: base: failed"
 
 
 def test_figures_without_a_store(command, campaign, tmp_path):
     done = command("figures", "any.toml")
-    assert (done.status, done.err) == (2, "wearlab: wearlab-store: there is no store here\n")
+    assert (done.status, done.err) == (
+        2,
+        "wearlab: wearlab-store: there is no store here\n",
+    )
     assert files(tmp_path) == []
 
 
 def test_modes_of_a_case(command, campaign, monkeypatch):
     campaign(sweep(2, static=True))
     rows = [{"mode": 1, "natural frequency [Hz]": 3100.123456}]
-    monkeypatch.setattr("wearlab.simulation.modes_table", lambda scene: rows, raising=False)
+    monkeypatch.setattr(
+        "wearlab.simulation.modes_table", lambda scene: rows, raising=False
+    )
     assert "3100.1" in command("modes", "any.toml").out
     assert json.loads(command("modes", "any.toml", "--json").out) == rows
     wrong = command("modes", "any.toml", "--case", "nothing")
-    assert (wrong.status, wrong.err) == (2, "wearlab: --case nothing: there are base, static\n")
+    assert (wrong.status, wrong.err) == (
+        2,
+        "wearlab: --case nothing: there are base, static\n",
+    )
 
 
 def test_check_shows_parts_and_cases(command, tmp_path):
@@ -261,19 +307,24 @@ def test_check_shows_parts_and_cases(command, tmp_path):
         "form diameter at the root",
     ):
         assert words in checked.out
-    assert checked.out.count("working centre distance") == 1  # the static case has the same gears
+    assert (
+        checked.out.count("working centre distance") == 1
+    )  # the static case has the same gears
     content = json.loads(command("check", SPEEDS, "--json").out)
     assert content["runs"] == 6
     assert "dynamics" in content["parts"]["static"]["left_out"]
     assert content["refused"] == []
-    assert ["a_w", "working centre distance", "150", "", "mm"] in content["gears"]["base"]
+    assert ["a_w", "working centre distance", "150", "", "mm"] in content["gears"][
+        "base"
+    ]
     assert files(tmp_path) == []
 
 
 def test_check_names_impossible_cases(command, tmp_path):
     file = tmp_path / "bad.toml"
     file.write_text(
-        f'extends = "{SPEEDS}"\n[[case]]\nlabel = "short teeth"\n"gears.pinion.tip_diameter" = "147 mm"\n'
+        f'extends = "{SPEEDS}"\n[[case]]\nlabel = "short '
+        'teeth"\n"gears.pinion.tip_diameter" = "147 mm"\n'
     )
     checked = command("check", file)
     assert checked.status == 1
@@ -293,7 +344,9 @@ WRONG = {
 
 @pytest.mark.parametrize("verb", ["check", "run", "figures", "modes"])
 @pytest.mark.parametrize("fault", WRONG)
-def test_a_bad_file_gives_one_message_and_writes_nothing(command, tmp_path, fault, verb):
+def test_a_bad_file_gives_one_message_and_writes_nothing(
+    command, tmp_path, fault, verb
+):
     text = WRONG[fault]
     if text is not None:
         (tmp_path / "bad.toml").write_text(text)
@@ -339,7 +392,13 @@ def test_an_unwritable_store(command, campaign, tmp_path):
 def test_an_unreadable_store(command, campaign, tmp_path):
     (tmp_path / "wearlab-store").mkdir()
     (tmp_path / "wearlab-store" / "catalogue.sqlite").write_bytes(b"no database" * 100)
-    for words in (["ls"], ["run", "any.toml"], ["verify"], ["show", "a"], ["figures", "any.toml"]):
+    for words in (
+        ["ls"],
+        ["run", "any.toml"],
+        ["verify"],
+        ["show", "a"],
+        ["figures", "any.toml"],
+    ):
         done = command(*words)
         assert (done.status, done.out) == (2, ""), words
         assert "catalogue cannot be used (file is not a database)" in done.err
@@ -349,7 +408,9 @@ def test_a_scheduler_that_does_not_answer(command, monkeypatch):
     monkeypatch.setattr("wearlab.runner.cluster.CONNECT_SECONDS", 0.3)
     done = command("run", SPEEDS, "--scheduler", "tcp://127.0.0.1:9")
     assert done.status == 2
-    assert done.err.startswith("wearlab: no dask scheduler answers at tcp://127.0.0.1:9")
+    assert done.err.startswith(
+        "wearlab: no dask scheduler answers at tcp://127.0.0.1:9"
+    )
 
 
 def test_a_fault_of_ours_keeps_its_traceback(command, monkeypatch):
@@ -371,7 +432,9 @@ def test_what_is_not_finite_is_no_json():
 def test_a_reader_that_has_seen_enough(tmp_path):
     """``wearlab schema | head -1`` ends quietly."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    code = "import sys; from wearlab.cli import app; sys.exit(app.status_of(['schema']))"
+    code = (
+        "import sys; from wearlab.cli import app; sys.exit(app.status_of(['schema']))"
+    )
     with subprocess.Popen(
         [sys.executable, "-c", code],
         stdout=subprocess.PIPE,
@@ -387,9 +450,16 @@ def test_a_reader_that_has_seen_enough(tmp_path):
 
 def test_equal_labels_and_scenes_do_not_confuse(command, campaign):
     both = sweep(1)
-    campaign(replace(both, cases=(*both.cases, replace(both.cases[0], label="same", position={}))))
+    campaign(
+        replace(
+            both, cases=(*both.cases, replace(both.cases[0], label="same", position={}))
+        )
+    )
     assert command("run", "any.toml").out.startswith("1 of 1 done")
-    assert {row["label"] for row in json.loads(command("ls", "--json").out)} == {"base", "same"}
+    assert {row["label"] for row in json.loads(command("ls", "--json").out)} == {
+        "base",
+        "same",
+    }
 
 
 PAIR = """
@@ -414,11 +484,21 @@ speed = "1100 rpm"
     [
         ('tip_diameter = "149 mm"', "", "contact ratio"),
         ("", '[[figure]]\nkind = "tvsm"', "did you mean 'tvms'"),
-        ("", '[[figure]]\nkind = "tvms"\nselect = { flnk = "pinion" }', "did you mean 'flank'"),
-        ("", '[[figure]]\nkind = "line"\ny = "wear_deepth"', "did you mean 'wear_depth'"),
+        (
+            "",
+            '[[figure]]\nkind = "tvms"\nselect = { flnk = "pinion" }',
+            "did you mean 'flank'",
+        ),
+        (
+            "",
+            '[[figure]]\nkind = "line"\ny = "wear_deepth"',
+            "did you mean 'wear_depth'",
+        ),
     ],
 )
-def test_what_can_never_work_stops_before_anything_is_written(command, tmp_path, pinion, figure, says):
+def test_what_can_never_work_stops_before_anything_is_written(
+    command, tmp_path, pinion, figure, says
+):
     file = tmp_path / "study.toml"
     file.write_text(PAIR.replace("{pinion}", pinion) + figure)
     for verb in ("run", "check"):
@@ -445,7 +525,9 @@ label = "floating"
 
 
 @pytest.mark.parametrize("word", ["check", "run"])
-def test_supports_between_which_planets_float_are_refused_before_anything_is_written(command, word):
+def test_supports_between_which_planets_float_are_refused_before_anything_is_written(
+    command, word
+):
     base = Path(__file__).parents[1] / "campaigns" / "base" / "planetary_ngw11.toml"
     Path("floating.toml").write_text(FLOATING.format(base=base))
     refused = command(word, "floating.toml")
@@ -462,6 +544,11 @@ def test_version(capsys):
 
 def test_every_file_of_commands_registers_itself():
     """A new command is one new file: whatever stands in the folder is on the command line."""
-    files = {one.stem for one in (Path(app.__file__).parent / "commands").glob("*.py")} - {"__init__"}
-    homes = {one.callback.__module__.rpartition(".")[2] for one in app.app.registered_commands}
+    files = {
+        one.stem for one in (Path(app.__file__).parent / "commands").glob("*.py")
+    } - {"__init__"}
+    homes = {
+        one.callback.__module__.rpartition(".")[2]
+        for one in app.app.registered_commands
+    }
     assert homes == files and set(app.FIRST) <= files

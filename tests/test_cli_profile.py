@@ -17,8 +17,14 @@ def test_it_draws_and_says_what_was_understood(tmp_path, monkeypatch, capsys):
     (tmp_path / "flank.csv").write_bytes(MACHINE.encode("cp1252"))
     assert status_of(["profile", "flank.csv", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["x"] == "diameter: column 'Durchmesser', 4 values" and "Abweichung" in told["y"]
-    assert "cp1252, separated by semicolon, decimal comma, headers in line 2, 4 rows" in told["read as"]
+    assert (
+        told["x"] == "diameter: column 'Durchmesser', 4 values"
+        and "Abweichung" in told["y"]
+    )
+    assert (
+        "cp1252, separated by semicolon, decimal comma, headers in line 2, 4 rows"
+        in told["read as"]
+    )
     assert (tmp_path / "flank.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -27,11 +33,16 @@ def test_it_draws_and_says_what_was_understood(tmp_path, monkeypatch, capsys):
     [
         (["profile", "no.csv"], "cannot read no.csv"),
         (["profile", "flank.csv", "--columns", "x"], "write NAME=TEXT"),
-        (["profile", "flank.csv", "--columns", "depth=Tiefe"], "columns are Punkt, Durchmesser, Abweichung"),
+        (
+            ["profile", "flank.csv", "--columns", "depth=Tiefe"],
+            "columns are Punkt, Durchmesser, Abweichung",
+        ),
         (["profile", "flank.csv", "--out", "flank.txt"], "format 'txt'"),
     ],
 )
-def test_what_cannot_be_read_is_one_message_and_nothing_written(tmp_path, monkeypatch, capsys, words, why):
+def test_what_cannot_be_read_is_one_message_and_nothing_written(
+    tmp_path, monkeypatch, capsys, words, why
+):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "flank.csv").write_bytes(MACHINE.encode("cp1252"))
     assert status_of(words) == 2

@@ -20,9 +20,11 @@ def study(tmp_path):
     """A campaign of two speeds, one of them stored, beside a run nobody asks for."""
     file = tmp_path / "study.toml"
     file.write_text(
-        f'extends = "{BASE.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", "1100 rpm"]\n'
+        f'extends = "{BASE.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", '
+        '"1100 rpm"]\n'
     )
-    campaign, store = wl.load(file), Store(tmp_path / "store")
+    campaign = wl.load(file)
+    store = Store(tmp_path / "store")
     store.create()
     put(store, campaign.cases[0].id, run(800.0).assign_attrs(id=campaign.cases[0].id))
     put(store, "e" * 20, run(1.0).assign_attrs(id="e" * 20))
@@ -39,11 +41,22 @@ def asked(capsys, *words):
 
 def test_export(study, tmp_path, capsys):
     file, store, _ = study
-    status, out, err = asked(capsys, "export", file, tmp_path / "o.nc", "--store", store.path)
-    assert status == 1 and out.strip() == str(tmp_path / "o.nc") and "1 of 2 runs have no data" in err
+    status, out, err = asked(
+        capsys, "export", file, tmp_path / "o.nc", "--store", store.path
+    )
+    assert (
+        status == 1
+        and out.strip() == str(tmp_path / "o.nc")
+        and "1 of 2 runs have no data" in err
+    )
     with xr.open_dataset(tmp_path / "o.nc") as found:
         assert found["status"].values.tolist() == ["done", "missing"]
-    assert asked(capsys, "export", file, tmp_path / "p.nc", "--store", tmp_path / "none")[0] == 2
+    assert (
+        asked(capsys, "export", file, tmp_path / "p.nc", "--store", tmp_path / "none")[
+            0
+        ]
+        == 2
+    )
     assert not (tmp_path / "p.nc").exists()
 
 
@@ -73,6 +86,12 @@ def test_merge_and_reindex(study, tmp_path, capsys):
 
 def test_cite(study, capsys):
     _, store, campaign = study
-    status, out, _ = asked(capsys, "cite", campaign.cases[0].id[:8], "--store", store.path)
-    assert status == 0 and "@misc{wearlab-" in out and "provenance: wearlab 9.9, sources feed" in out
+    status, out, _ = asked(
+        capsys, "cite", campaign.cases[0].id[:8], "--store", store.path
+    )
+    assert (
+        status == 0
+        and "@misc{wearlab-" in out
+        and "provenance: wearlab 9.9, sources feed" in out
+    )
     assert asked(capsys, "cite", "nothing", "--store", store.path)[0] == 2

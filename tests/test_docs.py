@@ -1,4 +1,7 @@
-"""README and docs: every file and command in them runs as it is printed; reference pages say everything."""
+"""README and docs: every file and command in them runs as it is printed.
+
+Reference pages say everything.
+"""
 
 import importlib.util
 import os
@@ -15,7 +18,9 @@ from wearlab.scene.identity import MODEL_VERSION
 
 TOP = Path(__file__).parents[1]
 DOCS = TOP / "docs"
-PAGES = sorted({TOP / "README.md", *DOCS.glob("*.md"), *(DOCS / "tutorials").glob("*.md")})
+PAGES = sorted(
+    {TOP / "README.md", *DOCS.glob("*.md"), *(DOCS / "tutorials").glob("*.md")}
+)
 BLOCK = re.compile(r"^```(\w+) *([^\n]*)\n(.+?)^```", re.DOTALL | re.MULTILINE)
 DRIVER = """
 import subprocess, sys
@@ -38,7 +43,11 @@ def blocks(page):
 
 
 def sessions(page):
-    return [(lang, text) for lang, name, text in blocks(page) if name == "session" or name == "optuna"]
+    return [
+        (lang, text)
+        for lang, name, text in blocks(page)
+        if name == "session" or name == "optuna"
+    ]
 
 
 def reference_pages(name="reference_pages"):
@@ -51,34 +60,56 @@ def reference_pages(name="reference_pages"):
 def test_the_readme_is_short_and_has_two_commands():
     readme = TOP / "README.md"
     assert len(readme.read_text().splitlines()) < 80
-    assert [name for lang, name, _ in blocks(readme) if lang == "sh"] == ["set-up", "set-up"]
+    assert [name for lang, name, _ in blocks(readme) if lang == "sh"] == [
+        "set-up",
+        "set-up",
+    ]
     for target in re.findall(r"\]\(([^)#:]+)\)", readme.read_text()):
         assert (TOP / target).exists(), target
 
 
 def test_every_campaign_is_told():
-    table = "".join(line for line in (DOCS / "campaigns.md").read_text().splitlines() if line.startswith("|"))
+    table = "".join(
+        line
+        for line in (DOCS / "campaigns.md").read_text().splitlines()
+        if line.startswith("|")
+    )
     listed = [Path(name) for name in re.findall(r"`([^`]+\.(?:toml|csv))`", table)]
     for file in (TOP / "campaigns").rglob("*.toml"):
-        assert any(file.relative_to(TOP / "campaigns").match(str(one)) for one in listed), file
+        assert any(
+            file.relative_to(TOP / "campaigns").match(str(one)) for one in listed
+        ), file
     for one in listed:
         assert list((TOP / "campaigns").glob(str(one))), one
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(TOP).as_posix())
+@pytest.mark.parametrize(
+    "page", PAGES, ids=lambda page: page.relative_to(TOP).as_posix()
+)
 def test_every_command_on_a_page_exists_with_its_options(page):
     import typer
 
     from wearlab.cli.app import app
 
     group = typer.main.get_command(app)
-    lines = [line for lang, _, text in blocks(page) if lang == "sh" for line in re.split(r"\n|&&", text)]
+    lines = [
+        line
+        for lang, _, text in blocks(page)
+        if lang == "sh"
+        for line in re.split(r"\n|&&", text)
+    ]
     for line in lines:
         words = re.findall(r'"[^"]*"|\S+', line.partition(" #")[0])
         if words and Path(words[0]).name == "wearlab" and not words[1].startswith("-"):
             command = group.commands[words[1]]
-            known = {option for one in (*command.params, *group.params) for option in one.opts}
-            asked = {word.partition("=")[0] for word in words[2:] if word.startswith("--")}
+            known = {
+                option
+                for one in (*command.params, *group.params)
+                for option in one.opts
+            }
+            asked = {
+                word.partition("=")[0] for word in words[2:] if word.startswith("--")
+            }
             assert asked <= known | {"--help"}, line
 
 
@@ -88,13 +119,24 @@ def test_reference_pages_name_everything():
     from wearlab.figures import KINDS
     from wearlab.schema import VARIABLES
 
-    variables, kinds = pages.variables(), pages.figures()
+    variables = pages.variables()
+    kinds = pages.figures()
     assert all(f"`{name}`" in variables for name in VARIABLES)
     assert all(f"`{name}`" in kinds for name in KINDS)
     told = pages.commands()
-    assert all(f"\n## {one.name or one.callback.__name__}\n" in told for one in app.registered_commands)
+    assert all(
+        f"\n## {one.name or one.callback.__name__}\n" in told
+        for one in app.registered_commands
+    )
     options = pages.options()
-    for name in ("face_width", "viscosity", "until", "planet_angles", "normal_backlash", "correlation"):
+    for name in (
+        "face_width",
+        "viscosity",
+        "until",
+        "planet_angles",
+        "normal_backlash",
+        "correlation",
+    ):
         assert f"`{name}`" in options
     assert "| test" not in pages.checks()
 
@@ -118,12 +160,16 @@ def test_every_claim_of_every_campaign_holds(papers):
     """On runs of today's scenes and model version: ``python docs/papers_pages.py STORE`` measures."""
     _, kept = papers
     claiming = {
-        file.stem for file in (TOP / "campaigns").rglob("*.toml") if "\n[[claim]]" in file.read_text()
+        file.stem
+        for file in (TOP / "campaigns").rglob("*.toml")
+        if "\n[[claim]]" in file.read_text()
     }
     assert claiming <= set(kept)
     for name, (campaign, record, version, _) in kept.items():
         checked, lacking = check_record(campaign, record, stale(campaign, record))
-        assert [(name, one.claim.name, one.reason) for one in checked if not one.holds] == []
+        assert [
+            (name, one.claim.name, one.reason) for one in checked if not one.holds
+        ] == []
         assert (name, lacking, version) == (name, [], MODEL_VERSION)
 
 
@@ -139,11 +185,18 @@ def test_pages_of_papers_are_those_of_their_claims(papers):
 def test_papers_have_a_row_for_each_figure_table_and_conclusion(papers):
     """Silence is no answer: why something cannot be reproduced is one."""
     made, kept = papers
-    counts = {"l16": (13, 1, 6), "w23": (12, 1, 3), "y23": (20, 1, 4), "b23": (12, 2, 4)}
+    counts = {
+        "l16": (13, 1, 6),
+        "w23": (12, 1, 3),
+        "y23": (20, 1, 4),
+        "b23": (12, 2, 4),
+    }
     for file in made.files():
         paper = tomllib.loads(file.read_text())
         shown = {row[0] for row in made.rows(paper, kept)}
-        for word, count in zip(("Fig.", "Table", "Conclusion"), counts[file.stem], strict=True):
+        for word, count in zip(
+            ("Fig.", "Table", "Conclusion"), counts[file.stem], strict=True
+        ):
             assert {f"{word} {number}" for number in range(1, count + 1)} <= shown
         assert all(any(row[2:]) for row in made.rows(paper, kept))
 
@@ -173,15 +226,23 @@ def test_the_page_of_errors_over_run_time_is_that_of_its_figures(monkeypatch):
 def test_every_link_leads_to_a_file():
     wrong = [
         f"{page.relative_to(TOP)}: {target}"
-        for page in [*PAGES, *(DOCS / "reference").glob("*.md"), *(DOCS / "papers").glob("*.md")]
-        for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", re.sub(r"`[^`]*`", "", page.read_text()))
+        for page in [
+            *PAGES,
+            *(DOCS / "reference").glob("*.md"),
+            *(DOCS / "papers").glob("*.md"),
+        ]
+        for target in re.findall(
+            r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", re.sub(r"`[^`]*`", "", page.read_text())
+        )
         if not (page.parent / target).exists()
     ]
     assert wrong == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", [p for p in PAGES if sessions(p)], ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page", [p for p in PAGES if sessions(p)], ids=lambda page: page.stem
+)
 def test_a_page_runs_as_it_is_printed(page, tmp_path):
     (tmp_path / "campaigns").symlink_to(TOP / "campaigns")
     (tmp_path / "blocks").mkdir()
@@ -192,7 +253,11 @@ def test_a_page_runs_as_it_is_printed(page, tmp_path):
             (tmp_path / name).write_text(text)
         elif name == "session" or (name == "optuna" and has_optuna):
             number += 1
-            (tmp_path / "blocks" / f"{number:02d}.{'py' if lang == 'python' else 'sh'}").write_text(text)
+            (
+                tmp_path
+                / "blocks"
+                / f"{number:02d}.{'py' if lang == 'python' else 'sh'}"
+            ).write_text(text)
     (tmp_path / "driver.py").write_text(DRIVER)
     scripts = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     environment = {**os.environ, "PATH": scripts}
@@ -212,9 +277,13 @@ def test_a_page_runs_as_it_is_printed(page, tmp_path):
 
 
 def tour_tells(out, folder):
-    first, extended, asked, branched, compared, redrawn, handed_on = re.split(r"## \d+\.sh\n", out)[1:]
+    first, extended, asked, branched, compared, redrawn, handed_on = re.split(
+        r"## \d+\.sh\n", out
+    )[1:]
     assert "2 new" in first and "2 of 2 done; 2 computed" in first
-    assert "1 new\n        2 cached" in extended and "3 of 3 done; 1 computed" in extended
+    assert (
+        "1 new\n        2 cached" in extended and "3 of 3 done; 1 computed" in extended
+    )
     assert asked.count("torque=") == 2 and "first_cycle(max_wear_depth > 5 um)" in asked
     assert "goes on from    run " in branched and "new flanks: pinion" in branched
     assert "start.replace.0" in compared and (folder / "compared.png").is_file()

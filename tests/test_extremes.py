@@ -18,17 +18,26 @@ LONG = ("lives",)
 
 @pytest.mark.parametrize(
     "file",
-    [pytest.param(one, marks=pytest.mark.slow) if one.stem in LONG else one for one in FILES],
+    [
+        pytest.param(one, marks=pytest.mark.slow) if one.stem in LONG else one
+        for one in FILES
+    ],
     ids=lambda file: file.stem,
 )
 def test_every_extreme_case_ends_as_its_file_expects(file, tmp_path, monkeypatch):
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)  # in this process
+    monkeypatch.setattr(
+        running._Work, "_begin", lambda self, tasks, cluster, more: None
+    )  # in this process
     campaign = load(file)
     assert all(case.expect is not None for case in campaign.cases)
     assert all(case.expect.verdict is not None for case in campaign.cases)
     store = Store(tmp_path / "store")
     report = wearlab.run(campaign, store, progress=False)
     store.close()
-    missed = [(case.label, *case.comparison) for case in report.expected if not case.comparison.met]
+    missed = [
+        (case.label, *case.comparison)
+        for case in report.expected
+        if not case.comparison.met
+    ]
     assert missed == []
     assert len(report.expected) == len(campaign.cases)

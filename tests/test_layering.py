@@ -42,7 +42,17 @@ ROAD = (
         "simulation",
         "gradients",
     ),
-    *("query", "campaign", "store", "runner", "comparison", "updating", "figures", "accuracy", "report"),
+    *(
+        "query",
+        "campaign",
+        "store",
+        "runner",
+        "comparison",
+        "updating",
+        "figures",
+        "accuracy",
+        "report",
+    ),
     *("browsing", "cli"),
 )
 PHYSICS = ROAD[ROAD.index("gears") : ROAD.index("scene")]
@@ -81,14 +91,22 @@ def _imported(source: str, module: str) -> Iterator[tuple[int, str]]:
             base = ".".join([*above, *filter(None, [node.module])])
             yield node.lineno, base
             yield from ((node.lineno, f"{base}.{alias.name}") for alias in node.names)
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and MODULE.match(node.value):
+        elif (
+            isinstance(node, ast.Constant)
+            and isinstance(node.value, str)
+            and MODULE.match(node.value)
+        ):
             yield node.lineno, node.value
 
 
 def room(module: str) -> str | None:
     """Return the room of a module of wearlab, None for the package itself and for others."""
     words = module.split(":")[0].split(".")
-    return words[1] if words[0] == "wearlab" and len(words) > 1 and words[1] in ROAD else None
+    return (
+        words[1]
+        if words[0] == "wearlab" and len(words) > 1 and words[1] in ROAD
+        else None
+    )
 
 
 def backwards(source: str, module: str) -> list[str]:
@@ -97,13 +115,22 @@ def backwards(source: str, module: str) -> list[str]:
     if mine is None:
         return []
     later = ROAD[ROAD.index(mine) + 1 :]
-    return sorted({f"line {line}: {name}" for line, name in imported(source, module) if room(name) in later})
+    return sorted(
+        {
+            f"line {line}: {name}"
+            for line, name in imported(source, module)
+            if room(name) in later
+        }
+    )
 
 
 @cache
 def modules() -> list[str]:
     files = sorted(PACKAGE.rglob("*.py"))
-    return [".".join(("wearlab", *file.relative_to(PACKAGE).with_suffix("").parts)) for file in files]
+    return [
+        ".".join(("wearlab", *file.relative_to(PACKAGE).with_suffix("").parts))
+        for file in files
+    ]
 
 
 @cache
@@ -117,7 +144,11 @@ def below(*rooms: str) -> list[str]:
 
 def taken_by(*rooms: str) -> list[tuple[str, str]]:
     """Return every module of some rooms with every name that it imports."""
-    return [(module, name) for module in below(*rooms) for _, name in imported(source_of(module), module)]
+    return [
+        (module, name)
+        for module in below(*rooms)
+        for _, name in imported(source_of(module), module)
+    ]
 
 
 def test_the_detector_sees_every_way_to_import():
@@ -158,15 +189,24 @@ def test_no_room_bears_the_name_of_a_public_function():
 
 def test_imports_run_one_way():
     wrong = {module: backwards(source_of(module), module) for module in modules()}
-    assert len(wrong) > 200 and {module: names for module, names in wrong.items() if names} == {}
+    assert (
+        len(wrong) > 200
+        and {module: names for module, names in wrong.items() if names} == {}
+    )
 
 
 def taken(source: str, module: str, known: set[str]) -> set[str]:
     """Return the modules that a module takes something from, at any place in it, for types alone too."""
     named = {name for _, name in imported(source, module) if name in known}
-    whole = {name.rpartition(".")[0] for name in named}  # `from package import module` is not the package
+    whole = {
+        name.rpartition(".")[0] for name in named
+    }  # `from package import module` is not the package
     asked = {name for _, name in imported(source, module)}
-    return {n for n in named if n not in whole or any(one.rpartition(".")[0] == n for one in asked - known)}
+    return {
+        n
+        for n in named
+        if n not in whole or any(one.rpartition(".")[0] == n for one in asked - known)
+    }
 
 
 def circle(graph: dict[str, set[str]]) -> list[str]:
@@ -182,8 +222,13 @@ def test_the_detector_sees_a_circle():
     assert circle({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}})
     assert not circle({"a": {"b", "c"}, "b": {"c"}, "c": set()})
     both = {"wearlab.cli", "wearlab.cli.app"}
-    assert taken("def late():\n    from wearlab.cli import app, NAME\n", "wearlab.x", both) == both
-    assert taken("from wearlab.cli import app", "wearlab.x", both) == {"wearlab.cli.app"}
+    assert (
+        taken("def late():\n    from wearlab.cli import app, NAME\n", "wearlab.x", both)
+        == both
+    )
+    assert taken("from wearlab.cli import app", "wearlab.x", both) == {
+        "wearlab.cli.app"
+    }
 
 
 def test_no_modules_import_each_other_in_a_circle():
@@ -202,18 +247,41 @@ def test_no_modules_import_each_other_in_a_circle():
 def variants() -> tuple[str, ...]:
     """Return the packages whose files are variants of a slot: a line ``Slot(…, __name__)`` makes one."""
     found = [module for module in modules() if module.endswith(".__init__")]
-    return tuple(m.removesuffix(".__init__") for m in found if re.search(r"= Slot\(", source_of(m)))
+    return tuple(
+        m.removesuffix(".__init__")
+        for m in found
+        if re.search(r"= Slot\(", source_of(m))
+    )
 
 
 def test_sections_are_free_of_physics():
-    """Of physics, sections know options of variants and kinds of sets; only ``scene/build`` knows more."""
-    sections = [both for both in taken_by("scene") if not both[0].startswith("wearlab.scene.build")]
+    """Of physics, sections know options of variants and kinds of sets.
+
+    Only ``scene/build`` knows more.
+    """
+    sections = [
+        both
+        for both in taken_by("scene")
+        if not both[0].startswith("wearlab.scene.build")
+    ]
     assert len(sections) > 100
-    rooms = {f"wearlab.{name}" for name in PHYSICS}  # what is taken of a room is named besides it
-    assert all(len(ast.parse(source_of(f"{name}.__init__")).body) == 1 for name in rooms)
+    rooms = {
+        f"wearlab.{name}" for name in PHYSICS
+    }  # what is taken of a room is named besides it
+    assert all(
+        len(ast.parse(source_of(f"{name}.__init__")).body) == 1 for name in rooms
+    )
     known = (*variants(), "wearlab.gears.sets")
-    beyond = [both for both in sections if both[1] not in rooms and not both[1].startswith(known)]
-    assert [b for b in beyond if room(b[1]) in PHYSICS or b[1].startswith("wearlab.scene.build")] == []
+    beyond = [
+        both
+        for both in sections
+        if both[1] not in rooms and not both[1].startswith(known)
+    ]
+    assert [
+        b
+        for b in beyond
+        if room(b[1]) in PHYSICS or b[1].startswith("wearlab.scene.build")
+    ] == []
 
 
 def test_options_of_variants_compile_nothing():
@@ -240,34 +308,55 @@ def test_nothing_of_numba_is_used_that_its_manual_does_not_name():
     """A trick with a library's inside breaks with its next release."""
     assert [both for both in taken_by(*ROAD) if both[1].startswith("numba.core")] == []
     hidden = ("no_cpython_wrapper", "no_cfunc_wrapper", "numba.core")
-    assert [(module, word) for module in modules() for word in hidden if word in source_of(module)] == []
-    # One option is: steps take four to six times as long without it. It is asked for in one place; where a
-    # release knows it no more, nothing but the clock misses it.
-    assert [module for module in modules() if "_nrt" in source_of(module)] == ["wearlab.compiled"]
+    assert [
+        (module, word)
+        for module in modules()
+        for word in hidden
+        if word in source_of(module)
+    ] == []
+    # One option is: steps take four to six times as long without it. It is asked for in
+    # one place; where a release knows it no more, nothing but the clock misses it.
+    assert [module for module in modules() if "_nrt" in source_of(module)] == [
+        "wearlab.compiled"
+    ]
 
 
 def test_physics_knows_no_labels():
     """Physics knows nothing of xarray; ``simulation`` labels."""
     known = taken_by(*PHYSICS, "compiled", "units", "schema")
-    assert len(known) > 1000 and [both for both in known if both[1].split(".")[0] in LABELLED] == []
+    assert (
+        len(known) > 1000
+        and [both for both in known if both[1].split(".")[0] in LABELLED] == []
+    )
 
 
 def test_the_store_knows_nothing_of_gears():
-    """It may know how physics refuses, and the source hash; nothing else of what is computed."""
+    """It may know how physics refuses, and the source hash.
+
+    Nothing else of what is computed.
+    """
     known = {"wearlab.gears.specification", "wearlab.gears.specification.GearError"}
     names = [both for both in taken_by("store", "runner") if both[1] not in known]
-    assert len(names) > 100 and [both for both in names if room(both[1]) in (*PHYSICS, "schema")] == []
+    assert (
+        len(names) > 100
+        and [both for both in names if room(both[1]) in (*PHYSICS, "schema")] == []
+    )
 
 
 def test_figures_never_simulate():
     names = taken_by("figures", "query", "comparison", "report", "browsing")
-    wrong = [both for both in names if room(both[1]) in (*PHYSICS, "simulation", "runner")]
+    wrong = [
+        both for both in names if room(both[1]) in (*PHYSICS, "simulation", "runner")
+    ]
     assert len(names) > 100 and wrong == []
 
 
 @pytest.mark.parametrize("siblings", SIBLINGS, ids=" ".join)
 def test_siblings_do_not_import_each_other(siblings):
-    """Vibration and wear meet in ``life``; what is asked of datasets meets in ``report``."""
+    """Vibration and wear meet in ``life``.
+
+    What is asked of datasets meets in ``report``.
+    """
     crossing = [
         (module, name)
         for module, name in taken_by(*siblings)

@@ -8,9 +8,14 @@ def test_every_reference_is_in_the_bibliography():
     assert len(citing) > 100
     for one in citing:
         text = " ".join(one.references.split())
-        assert any(all(word in text for word in entry) for entry in known()), f"{one.place}: {text}"
+        assert any(all(word in text for word in entry) for entry in known()), (
+            f"{one.place}: {text}"
+        )
 
 
 def test_sources_are_named():
-    """Plumbing has none to name; of what computes a relation that is published, ever more has."""
+    """Plumbing has none to name.
+
+    Of what computes a relation that is published, ever more has.
+    """
     assert sum(one.named for one in functions()) >= 137

@@ -39,7 +39,13 @@ class Narrower(Sample):
         (Narrower, "size", "how large, over two lines", "as its mate", "ISO 21771"),
     ],
 )
-def test_the_schema_tells_the_text_under_an_option(part, key, description, derived, source):
+def test_the_schema_tells_the_text_under_an_option(
+    part, key, description, derived, source
+):
     told = part.model_json_schema()["properties"][key]
-    assert (told["description"], told.get("derived"), told.get("source")) == (description, derived, source)
+    assert (told["description"], told.get("derived"), told.get("source")) == (
+        description,
+        derived,
+        source,
+    )
     assert part.texts()[key]["description"] == description

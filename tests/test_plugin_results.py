@@ -68,12 +68,20 @@ def plugin(tmp_path):
 
 def test_a_result_alone_is_stored_shown_and_part_of_the_identity(plugin, tmp_path):
     table = {**SMALL, "plugins": [plugin()]}
-    campaign, plain = load(table), load(SMALL)
+    campaign = load(table)
+    plain = load(SMALL)
     (run,) = (simulate(case.scene) for case in campaign.cases)
-    np.testing.assert_allclose(run.mean_wear, run.wear_depth.mean("profile"), rtol=1e-12)
-    assert run.mean_wear.attrs == attributes("mean_wear") and run.mean_wear.attrs["display_units"] == "um"
+    np.testing.assert_allclose(
+        run.mean_wear, run.wear_depth.mean("profile"), rtol=1e-12
+    )
+    assert (
+        run.mean_wear.attrs == attributes("mean_wear")
+        and run.mean_wear.attrs["display_units"] == "um"
+    )
     assert "mean_wear" not in simulate(plain.cases[0].scene)
-    edited = load({**SMALL, "plugins": [plugin(found='run["wear_depth"].median("profile")')]})
+    edited = load(
+        {**SMALL, "plugins": [plugin(found='run["wear_depth"].median("profile")')]}
+    )
     ids = {c.cases[0].scene.id for c in (plain, campaign, edited)}
     assert len(ids) == 3
 
@@ -85,7 +93,9 @@ def test_a_result_alone_is_stored_shown_and_part_of_the_identity(plugin, tmp_pat
         stored = load({**SMALL, "plugins": [str(tmp_path / "mine.py")]})
     assert VARIABLES["mean_wear"].display_units == "um"
     grid = wl.Store(tmp_path / "store").open(stored)
-    np.testing.assert_allclose(grid.mean_wear, grid.wear_depth.median("profile"), rtol=1e-12)
+    np.testing.assert_allclose(
+        grid.mean_wear, grid.wear_depth.median("profile"), rtol=1e-12
+    )
     with pytest.raises(PluginError, match=r"'mean_wear' was not run.*--plugins"):
         stored.cases[0].scene.plugins_used()
 
@@ -93,8 +103,14 @@ def test_a_result_alone_is_stored_shown_and_part_of_the_identity(plugin, tmp_pat
 @pytest.mark.parametrize(
     ("said", "message"),
     [
-        ({"dim": "updates"}, "Result 'mean_wear': 'updates' is no dimension, did you mean 'update'?"),
-        ({"needs": "wear_dept"}, "'wear_dept' is no variable, did you mean 'wear_depth'?"),
+        (
+            {"dim": "updates"},
+            "Result 'mean_wear': 'updates' is no dimension, did you mean 'update'?",
+        ),
+        (
+            {"needs": "wear_dept"},
+            "'wear_dept' is no variable, did you mean 'wear_depth'?",
+        ),
         ({"shown": "N"}, "units = 'm', display_units = 'N'"),
         ({"words": ""}, "its long_name is empty"),
         ({"name": "wear_depth"}, "wearlab has a variable of this name"),
@@ -113,7 +129,9 @@ def test_a_name_belongs_to_the_plugin_that_took_it(plugin, tmp_path):
     assert VARIABLES["mean_wear"].long_name == "the same, edited"
     other = tmp_path / "other.py"
     other.write_text(Path(plugin()).read_text() + "# mine\n")
-    with pytest.raises(PluginError, match=r"other.py: Result 'mean_wear' is there already"):
+    with pytest.raises(
+        PluginError, match=r"other.py: Result 'mean_wear' is there already"
+    ):
         use([str(other)])
     with pytest.raises(PluginError, match="its long_name is empty"):
         use([plugin(words="")])
@@ -129,9 +147,24 @@ def test_a_name_belongs_to_the_plugin_that_took_it(plugin, tmp_path):
     ],
 )
 def test_a_strangers_declaration_moves_no_variable(changed, said):
-    variable = {"dims": ["update"], "units": "ft", "display_units": "ft", "long_name": "mine"}
-    result = {"name": "mean_wear", "needs": ["wear_depth"], "variable": variable, **changed}
-    record = {"name": "mine.py", "sha256": "0" * 64, "variants": [], "results": [result]}
+    variable = {
+        "dims": ["update"],
+        "units": "ft",
+        "display_units": "ft",
+        "long_name": "mine",
+    }
+    result = {
+        "name": "mean_wear",
+        "needs": ["wear_depth"],
+        "variable": variable,
+        **changed,
+    }
+    record = {
+        "name": "mine.py",
+        "sha256": "0" * 64,
+        "variants": [],
+        "results": [result],
+    }
     before = dict(VARIABLES)
     with pytest.raises(PluginError, match=said):
         stand_in(json.dumps(record))
@@ -139,7 +172,9 @@ def test_a_strangers_declaration_moves_no_variable(changed, said):
 
 
 def test_a_result_that_fails_costs_no_life(plugin):
-    campaign = load({**SMALL, "plugins": [plugin(found='run["wear_depth"].mean("nowhere")')]})
+    campaign = load(
+        {**SMALL, "plugins": [plugin(found='run["wear_depth"].mean("nowhere")')]}
+    )
     run = simulate(campaign.cases[0].scene)
     assert "mean_wear" not in run and float(run.max_wear_depth.max()) > 0.9e-6
     assert "mean_wear" in str(run.attrs) + str(run.validity.values)
@@ -148,8 +183,14 @@ def test_a_result_that_fails_costs_no_life(plugin):
 @pytest.mark.parametrize(
     ("found", "said"),
     [
-        ('run["wear_depth"]', "its dimensions are (update, flank, profile), declared are (update, flank)"),
-        ('run["wear_depth"].mean(("flank", "profile"))', "its dimensions are (update), declared"),
+        (
+            'run["wear_depth"]',
+            "its dimensions are (update, flank, profile), declared are (update, flank)",
+        ),
+        (
+            'run["wear_depth"].mean(("flank", "profile"))',
+            "its dimensions are (update), declared",
+        ),
         ('run["wear_depth"].mean("profile").isel(update=[0])', "not those of the run"),
         ('run["wear_depth"].mean("profile").astype(str)', "its values are no numbers"),
     ],
@@ -164,7 +205,9 @@ def test_a_kind_of_figure_is_drawn_and_asks_for_its_code(tmp_path, capsys, monke
     text = EXAMPLE.read_text().replace("../base", str(EXAMPLE.parents[1] / "base"))
     (tmp_path / "unevenness.py").write_text(EXAMPLE.with_suffix(".py").read_text())
     Path("mine.toml").write_text(
-        text.replace("[operation]", '[mesh]\nstiffness = "potential-energy"\n[operation]')
+        text.replace(
+            "[operation]", '[mesh]\nstiffness = "potential-energy"\n[operation]'
+        )
     )
     assert status_of(["run", "mine.toml", "--plugins"]) == 0
     assert status_of(["figures", "mine.toml", "--plugins"]) == 0
@@ -174,7 +217,10 @@ def test_a_kind_of_figure_is_drawn_and_asks_for_its_code(tmp_path, capsys, monke
     assert "wear-unevenness" not in KINDS
     capsys.readouterr()
     assert status_of(["figures", "mine.toml"]) == 2
-    assert "its kind is drawn by unevenness.py, Python code that was not run" in capsys.readouterr().err
+    assert (
+        "its kind is drawn by unevenness.py, Python code that was not run"
+        in capsys.readouterr().err
+    )
     for words in (["ls"], ["plan", "mine.toml"], ["verify"], ["report", "mine.toml"]):
         assert status_of(words) in (0, 1), words
         assert "Traceback" not in capsys.readouterr().err

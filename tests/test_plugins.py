@@ -51,7 +51,12 @@ SOURCE = """
 
 @pytest.fixture
 def plugin(tmp_path):
-    def write(name="mine", limit="1 GPa", body="1e-18 * limit / (limit + state.pressure)", file=None):
+    def write(
+        name="mine",
+        limit="1 GPa",
+        body="1e-18 * limit / (limit + state.pressure)",
+        file=None,
+    ):
         limit = limit if limit == "..." else float(limit.split()[0]) * 1e9
         source = textwrap.dedent(SOURCE).replace('"{limit}"', str(limit))
         path = tmp_path / (file or f"{name.replace('-', '_')}.py")
@@ -62,7 +67,10 @@ def plugin(tmp_path):
 
 
 def worn(model, **options):
-    return {**PAIR, "wear": {"coefficient": {"model": model, **options}, "load": "static"}}
+    return {
+        **PAIR,
+        "wear": {"coefficient": {"model": model, **options}, "load": "static"},
+    }
 
 
 def test_options_are_checked_converted_and_cited(plugin):
@@ -89,7 +97,10 @@ def test_a_default_with_its_unit_is_read_when_the_plugin_is_loaded(plugin):
     assert scene.wear.coefficient.limit == 3e9
     assert np.isfinite(wl.simulate(scene).wear_rate).all()
     path.write_text(text.replace(str(3e9), '"60 degC"').replace('"warm"', '"warmer"'))
-    with pytest.raises(PluginError, match=r"warm.py: Mine.limit: default '60 degC': .*expected a pressure"):
+    with pytest.raises(
+        PluginError,
+        match=r"warm.py: Mine.limit: default '60 degC': .*expected a pressure",
+    ):
         use([str(path)])
 
 
@@ -105,7 +116,8 @@ def test_needs_that_no_scene_can_say_are_refused_when_loaded(plugin):
     ):
         path.write_text(
             text.replace(
-                "class Mine(CoefficientModel):", f"class Mine(CoefficientModel):\n    needs = {needs}"
+                "class Mine(CoefficientModel):",
+                f"class Mine(CoefficientModel):\n    needs = {needs}",
             )
         )
         with pytest.raises(PluginError, match=said):
@@ -113,7 +125,9 @@ def test_needs_that_no_scene_can_say_are_refused_when_loaded(plugin):
 
 
 def test_lambda_is_there_without_a_film_and_its_absence_is_no_number(plugin):
-    path = plugin(name="of-film", body="1e-18 * 2.718281828 ** -state.lambda_ratio + 0.0 * limit")
+    path = plugin(
+        name="of-film", body="1e-18 * 2.718281828 ** -state.lambda_ratio + 0.0 * limit"
+    )
     text = path.read_text()
     use([str(path)])
     rough = {
@@ -122,8 +136,11 @@ def test_lambda_is_there_without_a_film_and_its_absence_is_no_number(plugin):
         "gear": {"teeth": 50, "roughness_ra": "0.3 um"},
     }
     oil = {"viscosity": "0.012 Pa*s", "pressure_viscosity": "1.6e-8 1/Pa"}
-    run = wl.simulate(Scene.from_mapping({**worn("of-film"), "gears": rough, "lubricant": oil}))
-    ratio, k = run.lambda_ratio.values[0], run.effective_wear_coefficient.values[0]
+    run = wl.simulate(
+        Scene.from_mapping({**worn("of-film"), "gears": rough, "lubricant": oil})
+    )
+    ratio = run.lambda_ratio.values[0]
+    k = run.effective_wear_coefficient.values[0]
     assert 0.0 < ratio.min() < ratio.max() < 10.0
     np.testing.assert_allclose(k, 1e-18 * 2.718281828**-ratio, rtol=1e-9)
     with pytest.raises(VariantError, match="nan"):
@@ -131,7 +148,9 @@ def test_lambda_is_there_without_a_film_and_its_absence_is_no_number(plugin):
     path.write_text(
         text.replace("class Mine(", "class Needy(")
         .replace("of-film", "of-film-too")
-        .replace("(CoefficientModel):", '(CoefficientModel):\n    needs = ("lambda_ratio",)')
+        .replace(
+            "(CoefficientModel):", '(CoefficientModel):\n    needs = ("lambda_ratio",)'
+        )
     )
     use([str(path)])
     with pytest.raises(SceneError, match="roughness_ra"):
@@ -145,7 +164,8 @@ def test_the_source_is_part_of_the_identity(plugin):
     first = Scene.from_mapping(worn("mine"))
     others = Scene.from_mapping(worn("constant", value="1e-18 m^2/N"))
     use([str(plugin(body="2e-18 + 0.0 * state.load"))])
-    second, same = Scene.from_mapping(worn("mine")), Scene.from_mapping(others._mapping)
+    second = Scene.from_mapping(worn("mine"))
+    same = Scene.from_mapping(others._mapping)
     assert first.id != second.id and same.id == others.id
     with pytest.raises(SceneError, match=r"another mine.py than the one"):
         Scene.from_canonical(first.canonical())
@@ -161,8 +181,13 @@ def test_another_process_receives_the_source(plugin, tmp_path):
     file = tmp_path / "scene.pickle"
     file.write_bytes(pickle.dumps(scene))
     path.unlink()
-    code = f"import pickle; s = pickle.load(open({str(file)!r}, 'rb')); print(s.id, s.wear.coefficient.limit)"
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    code = (
+        f"import pickle; s = pickle.load(open({str(file)!r}, 'rb')); print(s.id, "
+        "s.wear.coefficient.limit)"
+    )
+    shown = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
     assert shown.stdout.split() == [scene.id, "1000000000.0"]
 
 
@@ -175,7 +200,9 @@ def test_a_process_without_it_says_what_is_missing(plugin, tmp_path):
         f"try: Scene.from_canonical(open({str(file)!r}).read())\n"
         "except SceneError as error: print(error)"
     )
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    shown = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
     assert "'absent' comes from the plug-in absent.py (sha256" in shown.stdout
     assert "not loaded" in shown.stdout
 
@@ -186,7 +213,10 @@ def test_a_process_without_it_says_what_is_missing(plugin, tmp_path):
         ("1 +", "SyntaxError"),
         ("x = 1", "defines no variant, a class of"),
         ("1 / 0", "ZeroDivisionError"),
-        (textwrap.dedent(SOURCE).replace("{name}", "constant"), "model 'constant' is there already"),
+        (
+            textwrap.dedent(SOURCE).replace("{name}", "constant"),
+            "model 'constant' is there already",
+        ),
     ],
 )
 def test_a_plugin_that_cannot_be_used_is_refused(tmp_path, source, said):
@@ -194,7 +224,11 @@ def test_a_plugin_that_cannot_be_used_is_refused(tmp_path, source, said):
     path.write_text(source.replace('"{limit}"', "1e9").replace("{body}", "0.0"))
     with pytest.raises(PluginError, match=f"wrong.py: .*{said}"):
         use([str(path)])
-    assert not [name for name in sys.modules if name.startswith("wearlab_plugin") and "wrong" in name]
+    assert not [
+        name
+        for name in sys.modules
+        if name.startswith("wearlab_plugin") and "wrong" in name
+    ]
     with pytest.raises(PluginError, match=r"absent.py: cannot read it"):
         use([str(tmp_path / "absent.py")])
 
@@ -202,7 +236,10 @@ def test_a_plugin_that_cannot_be_used_is_refused(tmp_path, source, said):
 def test_a_campaign_from_a_stranger_runs_no_code(tmp_path):
     (tmp_path / "evil.py").write_text("raise RuntimeError('was run')")
     (tmp_path / "file.toml").write_text('plugins = ["evil.py"]\n')
-    with trusting(Trust(runs=False)), pytest.raises(CampaignError, match="look at it, then add --plugins"):
+    with (
+        trusting(Trust(runs=False)),
+        pytest.raises(CampaignError, match="look at it, then add --plugins"),
+    ):
         load(tmp_path / "file.toml")
     with pytest.raises(CampaignError, match="was run"):
         load(tmp_path / "file.toml")
@@ -216,7 +253,10 @@ def test_an_entry_point_is_found_and_not_run_untold(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     point = EntryPoint("my-wear", "my_wear.laws", "wearlab.variants")
     monkeypatch.setattr("wearlab.plugins.entry_points", lambda group: [point])
-    with trusting(Trust(runs=False)), pytest.raises(PluginError, match="my-wear is Python code"):
+    with (
+        trusting(Trust(runs=False)),
+        pytest.raises(PluginError, match="my-wear is Python code"),
+    ):
         use(["my-wear"])
     law = (package / "laws.py").read_text()
     (package / "laws.py").write_text(law.replace('"running-in"', '"of-package"'))
@@ -242,10 +282,15 @@ def test_plans_and_pages_of_stored_runs_need_no_code(tmp_path, capsys, monkeypat
     assert json.loads(record.read_text()) == declaration(campaign.plugins[0])
     monkeypatch.setenv("WEARLAB_STORE", str(store.path))
     file = str(EXAMPLES / "running_in.toml")
-    code = "from wearlab.cli.app import status_of; import sys; sys.exit(status_of(sys.argv[1:]))"
+    code = (
+        "from wearlab.cli.app import status_of; import sys; "
+        "sys.exit(status_of(sys.argv[1:]))"
+    )
 
     def command(*words):
-        return subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True)
+        return subprocess.run(
+            [sys.executable, "-c", code, *words], capture_output=True, text=True
+        )
 
     planned = command("plan", file)
     assert planned.returncode == 0 and "nothing to do" in planned.stdout
@@ -276,9 +321,24 @@ def test_a_step_of_ones_own_converges_with_its_order(tmp_path):
 def test_a_law_of_ones_own_runs_in(tmp_path):
     """Depth with running-in: h + h0·(r − 1)(1 − …) grows as Archard's after it, r times as fast at first."""
     _, grid = run_of("running_in.toml", Store(tmp_path / "store"))
-    rate = grid.wear_rate.sel(flank="pinion").squeeze().transpose("update", "profile").values
-    depth = grid.wear_depth.sel(flank="pinion").squeeze().transpose("update", "profile").values
-    force = grid.tooth_force.sel(flank="pinion").squeeze().transpose("update", "profile").values
+    rate = (
+        grid.wear_rate.sel(flank="pinion")
+        .squeeze()
+        .transpose("update", "profile")
+        .values
+    )
+    depth = (
+        grid.wear_depth.sel(flank="pinion")
+        .squeeze()
+        .transpose("update", "profile")
+        .values
+    )
+    force = (
+        grid.tooth_force.sel(flank="pinion")
+        .squeeze()
+        .transpose("update", "profile")
+        .values
+    )
     worn = rate[-1] > 0
     per_force = rate[:, worn] / force[:, worn]
     archard = per_force[0] / 5.0
@@ -287,7 +347,16 @@ def test_a_law_of_ones_own_runs_in(tmp_path):
 
 
 def test_a_function_that_numba_cannot_compile_runs_with_a_warning(plugin):
-    use([str(plugin(name="slow", body="__import__('math').fsum([1e-18]) + 0.0 * state.load"))])
+    use(
+        [
+            str(
+                plugin(
+                    name="slow",
+                    body="__import__('math').fsum([1e-18]) + 0.0 * state.load",
+                )
+            )
+        ]
+    )
     with pytest.warns(SlowFunction, match=r"slow.py: 'slow' runs as plain Python"):
         run = wearlab.simulate(Scene.from_mapping(worn("slow")))
     fast = wearlab.simulate(Scene.from_mapping(worn("constant", value="1e-18 m^2/N")))
@@ -306,15 +375,23 @@ def test_a_film_of_ones_own_is_what_it_says(tmp_path):
     ratio = grid.lambda_ratio.values
     share = grid.effective_wear_coefficient / 1e-18
     names = list(grid.case.values)
-    own, standard = share[names.index("smooth")].values, share[names.index("ding-kahraman")].values
-    np.testing.assert_allclose(own, 1.0 / (1.0 + (ratio[names.index("smooth")] / 0.8) ** 3), rtol=1e-9)
+    own = share[names.index("smooth")].values
+    standard = share[names.index("ding-kahraman")].values
     np.testing.assert_allclose(
-        standard, np.clip(2 / 7 * (4 - ratio[names.index("ding-kahraman")]), 0, 1), rtol=1e-9
+        own, 1.0 / (1.0 + (ratio[names.index("smooth")] / 0.8) ** 3), rtol=1e-9
+    )
+    np.testing.assert_allclose(
+        standard,
+        np.clip(2 / 7 * (4 - ratio[names.index("ding-kahraman")]), 0, 1),
+        rtol=1e-9,
     )
 
 
 def test_a_coordinate_more_changes_what_it_should():
-    """A stiff shaft with a light motor leaves the pair alone; a soft one turns two masses at each other."""
+    """A stiff shaft with a light motor leaves the pair alone.
+
+    A soft one turns two masses at each other.
+    """
     pair, stiff, soft = (
         wearlab.simulate(case.scene)
         for label in ("pair alone", "stiff and light", "driveline")
@@ -347,8 +424,13 @@ def test_a_stiffness_of_ones_own_is_what_it_says():
     np.testing.assert_allclose(run.mesh_stiffness.values[away], sums[away], rtol=1e-4)
 
 
-def test_the_schema_tells_the_options_of_a_files_own_variants(tmp_path, capsys, monkeypatch):
-    """From the command line: whole with FILE, alone with ``--added``; no code is run untold."""
+def test_the_schema_tells_the_options_of_a_files_own_variants(
+    tmp_path, capsys, monkeypatch
+):
+    """From the command line: whole with FILE, alone with ``--added``.
+
+    No code is run untold.
+    """
     file = EXAMPLES / "pressure_coefficient.toml"
     extending = tmp_path / "extending.toml"
     extending.write_text(f'extends = "{file.as_posix()}"\n')
@@ -361,12 +443,20 @@ def test_the_schema_tells_the_options_of_a_files_own_variants(tmp_path, capsys, 
     for named in (file, extending):
         forget()
         status, refused = said(named, "--added")
-        assert status == 2 and "pressure_coefficient.py is Python code that would be run" in refused
+        assert (
+            status == 2
+            and "pressure_coefficient.py is Python code that would be run" in refused
+        )
         assert "mild-to-severe" not in said()[1]
         whole = json.loads(said(named, "--plugins")[1])
-        added = json.loads(said(named, "--added", "--plugins")[1])["wear.coefficient"]["mild-to-severe"]
+        added = json.loads(said(named, "--added", "--plugins")[1])["wear.coefficient"][
+            "mild-to-severe"
+        ]
         assert added["properties"]["transition"]["unit"] == "Pa"
-        assert added["properties"]["transition"]["description"] == "pressure p_0 halfway between both"
+        assert (
+            added["properties"]["transition"]["description"]
+            == "pressure p_0 halfway between both"
+        )
         assert added["properties"]["steepness"]["default"] == 8.0
         assert added["required"] == ["mild", "severe", "transition"]
         assert whole["$defs"]["MildToSevere"]["properties"] == added["properties"]
@@ -374,13 +464,21 @@ def test_the_schema_tells_the_options_of_a_files_own_variants(tmp_path, capsys, 
     (plugin,) = use([str(file.with_suffix(".py"))])
     whole = declaration(plugin)
     for sort in Sort.all.values():
-        sort.held.pop(plugin.sha256, None)  # as of a sort whose module was imported after the plug-in ran
+        sort.held.pop(
+            plugin.sha256, None
+        )  # as of a sort whose module was imported after the plug-in ran
     assert declaration(plugin) == whole
     (kept / f"{plugin.sha256}.json").write_text(json.dumps(whole))
     forget()
     monkeypatch.setenv("WEARLAB_STORE", str(kept.parent))
     unread = json.loads(said(file, "--added")[1])["wear.coefficient"]["mild-to-severe"]
-    assert unread["properties"]["transition"].items() <= added["properties"]["transition"].items()
+    assert (
+        unread["properties"]["transition"].items()
+        <= added["properties"]["transition"].items()
+    )
     assert unread["properties"]["transition"]["unit"] == "Pa"
-    assert said("--added") == (2, "wearlab: --added needs a campaign FILE that names plug-ins\n")
+    assert said("--added") == (
+        2,
+        "wearlab: --added needs a campaign FILE that names plug-ins\n",
+    )
     assert said(tmp_path / "none.toml")[0] == 2

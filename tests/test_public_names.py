@@ -21,17 +21,22 @@ def test_every_public_name_is_there():
 
 def test_functions_are_functions():
     for name in wearlab.__all__:
-        assert inspect.isfunction(getattr(wearlab, name)) or inspect.isclass(getattr(wearlab, name)), name
+        assert inspect.isfunction(getattr(wearlab, name)) or inspect.isclass(
+            getattr(wearlab, name)
+        ), name
 
 
 def test_no_room_hides_a_function():
     """Whatever has been imported before, a public name stays what it is."""
     code = (
         "import importlib, pkgutil, wearlab as wl\n"
-        "for one in pkgutil.iter_modules(wl.__path__): importlib.import_module('wearlab.' + one.name)\n"
+        "for one in pkgutil.iter_modules(wl.__path__): "
+        "importlib.import_module('wearlab.' + one.name)\n"
         "print([name for name in wl.__all__ if not callable(getattr(wl, name))])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
     assert done.stdout == "[]\n"
 
 
@@ -39,4 +44,6 @@ def test_type_checkers_take_every_name_of_the_stub_as_public():
     """They do where a name is imported as itself (PEP 484, stub files)."""
     for stated in wearlab.STUB.body:
         if isinstance(stated, ast.ImportFrom):
-            assert [name.name for name in stated.names] == [name.asname for name in stated.names]
+            assert [name.name for name in stated.names] == [
+                name.asname for name in stated.names
+            ]

@@ -26,11 +26,19 @@ def report(tmp_path_factory):
 
 
 def test_a_dict_is_run_and_its_grid_has_the_units_of_the_file(report):
-    assert (report.done, report.computed) == (2, 2) and repr(report).startswith("<Report: 2 of 2 done; 2 com")
+    assert (report.done, report.computed) == (2, 2) and repr(report).startswith(
+        "<Report: 2 of 2 done; 2 com"
+    )
     grid = report.to_xarray()
-    assert grid.torque.values.tolist() == [200.0, 300.0] and grid.torque.attrs["units"] == "N*m"
+    assert (
+        grid.torque.values.tolist() == [200.0, 300.0]
+        and grid.torque.attrs["units"] == "N*m"
+    )
     assert grid.max_wear_depth.attrs["units"] == "m"
-    assert "two torques" in report.campaign._repr_html_() and "done" in report.store._repr_html_()
+    assert (
+        "two torques" in report.campaign._repr_html_()
+        and "done" in report.store._repr_html_()
+    )
     assert "2 of 2 done" in report._repr_html_() and report.to_dict()["total"] == 2
 
 
@@ -39,29 +47,56 @@ def test_the_same_units_wherever_a_value_is_read_and_one_switch_for_si(report):
     sweep = [{"operation.speed": ["600 rpm", "1100 rpm"]}]
     campaign = wl.load({**STUDY, "operation": {"torque": "200 N*m"}, "sweep": sweep})
     wl.run(campaign, report.store, progress=False)
-    for si, unit, value in ((False, "rpm", 600.0), (True, "rad/s", 600.0 * 2.0 * np.pi / 60.0)):
+    for si, unit, value in (
+        (False, "rpm", 600.0),
+        (True, "rad/s", 600.0 * 2.0 * np.pi / 60.0),
+    ):
         axis = report.store.open(campaign, si=si).speed
-        found = report.store.query("speed < 700 rpm", columns=["speed", "max_wear_depth"])
-        table, frame = found.to_xarray(si=si), found.to_pandas(si=si)
-        assert {axis.attrs["units"], table.speed.attrs["units"], frame.attrs["units"]["speed"]} == {unit}
+        found = report.store.query(
+            "speed < 700 rpm", columns=["speed", "max_wear_depth"]
+        )
+        table = found.to_xarray(si=si)
+        frame = found.to_pandas(si=si)
+        assert {
+            axis.attrs["units"],
+            table.speed.attrs["units"],
+            frame.attrs["units"]["speed"],
+        } == {unit}
         assert axis.values[0] == pytest.approx(value, rel=1e-12)
-        assert table.speed.item() == frame.speed.item() == found.to_dict(si=si)["speed"][0]
+        assert (
+            table.speed.item() == frame.speed.item() == found.to_dict(si=si)["speed"][0]
+        )
         assert table.speed.item() == pytest.approx(value, rel=1e-12)
-        assert table.max_wear_depth.attrs["units"] == "m"  # results are SI, as in every dataset
-    assert next(iter(found))["speed"] == pytest.approx(600.0) and "rpm" in found._repr_html_()
+        assert (
+            table.max_wear_depth.attrs["units"] == "m"
+        )  # results are SI, as in every dataset
+    assert (
+        next(iter(found))["speed"] == pytest.approx(600.0)
+        and "rpm" in found._repr_html_()
+    )
 
 
 def test_scenes_become_an_axis_that_tells_in_what_they_differ(report):
     scene = wl.load(STUDY).cases[0].scene
-    scenes = [scene.replace("operation.torque", f"{torque} N*m") for torque in (200, 300)]
+    scenes = [
+        scene.replace("operation.torque", f"{torque} N*m") for torque in (200, 300)
+    ]
     again = wl.run(scenes, report.store, progress=False)
-    assert again.computed == 0 and again.total == 2  # they are the runs that the campaign made
+    assert (
+        again.computed == 0 and again.total == 2
+    )  # they are the runs that the campaign made
     grid = again.to_xarray()
-    assert grid.sizes["scene"] == 2 and grid.torque.values == pytest.approx([200.0, 300.0])
+    assert grid.sizes["scene"] == 2 and grid.torque.values == pytest.approx(
+        [200.0, 300.0]
+    )
     assert grid.torque.attrs["units"] == "N*m"
     alone = wl.run(scene, str(report.store.path), progress=False).to_xarray()
-    assert alone.max_wear_depth.equals(grid.max_wear_depth.isel(scene=0).drop_vars(["scene", "torque"]))
-    assert repr(scene).startswith(f"<Scene {scene.id[:10]}: external-pair 50 × 50, 200 N*m, 1100 rpm, quasi")
+    assert alone.max_wear_depth.equals(
+        grid.max_wear_depth.isel(scene=0).drop_vars(["scene", "torque"])
+    )
+    assert repr(scene).startswith(
+        f"<Scene {scene.id[:10]}: external-pair 50 × 50, 200 N*m, 1100 rpm, quasi"
+    )
     assert "gears.module" in scene._repr_html_() and len(repr(wl.load(STUDY))) < 100
 
 
@@ -76,14 +111,21 @@ def test_what_is_no_campaign():
         wl.run(3)
     with pytest.raises(TypeError, match="scenes only"):
         wl.run([3])
-    with pytest.raises(wl.CampaignError, match=r"campaign: operaton: unknown key, did you mean 'operation'"):
+    with pytest.raises(
+        wl.CampaignError,
+        match=r"campaign: operaton: unknown key, did you mean 'operation'",
+    ):
         wl.load({**STUDY, "operaton": {}})
 
 
 @pytest.mark.parametrize("of", ["grid", "run", "report"])
 def test_a_figure_of_a_grid_of_a_run_and_of_a_report(report, of, tmp_path):
     store = report.store
-    shown = {"grid": report.to_xarray(), "run": store.run(report.campaign.cases[0].id), "report": report}[of]
+    shown = {
+        "grid": report.to_xarray(),
+        "run": store.run(report.campaign.cases[0].id),
+        "report": report,
+    }[of]
     drawn = wl.figure(shown, "max-wear", title="as asked")
     drawn.savefig(tmp_path / "figure.png")
     assert any(text.get_text() == "as asked" for text in drawn.findobj(Text))
@@ -111,7 +153,11 @@ def test_the_bar_of_notebooks():
         bar.advance(Outcome("a", "failed", "now", 1.0, "{}"))
         bar.advance(Outcome("b", "done", "now", 1.0, "{}"))
     assert shown[0] == "<span>compiling &lt;it&gt;</span>"
-    assert 'value="2" max="2"' in shown[-1] and "2 of 2 cases" in shown[-1] and "1 failed" in shown[-1]
+    assert (
+        'value="2" max="2"' in shown[-1]
+        and "2 of 2 cases" in shown[-1]
+        and "1 failed" in shown[-1]
+    )
 
 
 def test_scatter_and_parallel_coordinates_show_what_the_grid_has(report):
@@ -129,20 +175,33 @@ def test_scatter_and_parallel_coordinates_show_what_the_grid_has(report):
         assert curve.y == pytest.approx(last.sel(flank=flank).values)
     spec = SimpleNamespace(kind="parallel-coordinates", y="max_wear_depth")
     (panel,) = plotted(grid, read(spec, 1, None))[0].panels
-    assert sorted(curve.y.tolist() for curve in panel.curves) == [[0.0, 0.0], [1.0, 1.0]]
-    assert [mark.text.split("\n")[0] for mark in panel.marks] == ["torque", "largest wear depth"]
-    assert panel.marks[0].text.endswith("200 … 300 N·m") and panel.marks[1].text.endswith("µm")
+    assert sorted(curve.y.tolist() for curve in panel.curves) == [
+        [0.0, 0.0],
+        [1.0, 1.0],
+    ]
+    assert [mark.text.split("\n")[0] for mark in panel.marks] == [
+        "torque",
+        "largest wear depth",
+    ]
+    assert panel.marks[0].text.endswith("200 … 300 N·m") and panel.marks[
+        1
+    ].text.endswith("µm")
 
 
 def test_a_report_names_what_was_refused_and_why():
     from wearlab.runner.report import CaseReport, Report
 
-    refused = CaseReport("a" * 20, "thin", "refused", "Traceback\ngears: teeth are pointed")
+    refused = CaseReport(
+        "a" * 20, "thin", "refused", "Traceback\ngears: teeth are pointed"
+    )
     report = Report(2, 2, 1, 0, 1, 3.0, (refused,))
     assert (
-        str(report) == "1 of 2 done, 1 refused; 2 tried in 3.0 s\n  thin: refused: gears: teeth are pointed"
+        str(report)
+        == "1 of 2 done, 1 refused; 2 tried in 3.0 s\n  thin: refused: gears: teeth "
+        "are pointed"
     )
     assert str(Report(2, 1, 2, 0, 0, 3.0)) == "2 of 2 done; 1 computed in 3.0 s"
     assert (
-        repr(Report(2, 2, 1, 0, 1, 3.0, (refused,))) == "<Report: 1 of 2 done, 1 refused; 2 tried in 3.0 s>"
+        repr(Report(2, 2, 1, 0, 1, 3.0, (refused,)))
+        == "<Report: 1 of 2 done, 1 refused; 2 tried in 3.0 s>"
     )

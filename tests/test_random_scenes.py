@@ -24,17 +24,25 @@ KINDS = [
     ("drawn", "examples"),
     KINDS,
     ids=[
-        "external pairs", "internal pairs", "planetary sets",
-        "more external pairs", "internal moving", "planetary moving",
+        "external pairs",
+        "internal pairs",
+        "planetary sets",
+        "more external pairs",
+        "internal moving",
+        "planetary moving",
     ],
-)  # fmt: skip
+)
 def test_random_scenes_are_finite_or_refused_by_name(drawn, examples):
     verdicts: Counter[str] = Counter()
 
     @settings(
-        max_examples=examples, derandomize=True, deadline=None, database=None,
-        phases=[Phase.generate], suppress_health_check=list(HealthCheck),
-    )  # fmt: skip
+        max_examples=examples,
+        derandomize=True,
+        deadline=None,
+        database=None,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
     @given(drawn)
     def run(mapping):
         verdict, rules = random_scenes.outcome(mapping)
@@ -49,14 +57,20 @@ def test_random_scenes_are_finite_or_refused_by_name(drawn, examples):
 def test_the_rules_see_what_is_broken():
     mapping = {
         "gears": {
-            "kind": "external-pair", "module": "3 mm", "face_width": "20 mm",
-            "pinion": {"teeth": 50}, "gear": {"teeth": 50},
+            "kind": "external-pair",
+            "module": "3 mm",
+            "face_width": "20 mm",
+            "pinion": {"teeth": 50},
+            "gear": {"teeth": 50},
         },
         "operation": {"torque": "340 N*m", "speed": "1100 rpm"},
         "mesh": {"damping_ratio": 0.05},
         "dynamics": {"model": "torsional"},
-        "wear": {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}, "until": {"depth": "2 um"}},
-    }  # fmt: skip
+        "wear": {
+            "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
+            "until": {"depth": "2 um"},
+        },
+    }
     good = simulate(Scene.from_mapping(mapping))
     assert random_scenes.broken(good) == []
     for name, factor in (
@@ -65,7 +79,9 @@ def test_the_rules_see_what_is_broken():
         ("wear_depth", -1.0),
         ("residual_mean_force", 1e9),
     ):
-        assert random_scenes.broken(good.assign({name: good[name] * factor + 0 * factor})), name
+        assert random_scenes.broken(
+            good.assign({name: good[name] * factor + 0 * factor})
+        ), name
 
 
 @pytest.mark.parametrize(
@@ -78,13 +94,16 @@ def test_the_rules_see_what_is_broken():
 def test_work_without_bound_and_unstable_steps_are_refused(numerics, speed, reason):
     mapping = {
         "gears": {
-            "kind": "external-pair", "module": "0.5 mm", "face_width": "5 mm",
-            "pinion": {"teeth": 20}, "gear": {"teeth": 40},
+            "kind": "external-pair",
+            "module": "0.5 mm",
+            "face_width": "5 mm",
+            "pinion": {"teeth": 20},
+            "gear": {"teeth": 40},
         },
         "operation": {"torque": "0.1 N*m", "speed": speed},
         "mesh": {"damping_ratio": 0.05},
         "dynamics": {"model": "torsional"},
         "numerics": numerics,
-    }  # fmt: skip
+    }
     with pytest.raises(Refused, match=reason):
         simulate(Scene.from_mapping(mapping))

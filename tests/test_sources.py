@@ -15,7 +15,10 @@ PAIR = {
     },
     "operation": {"torque": "50 N*m", "speed": "1100 rpm"},
     "wear": {
-        **{"load": "static", "coefficient": {"model": "constant", "value": "1e-18 m^2/N"}},
+        **{
+            "load": "static",
+            "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
+        },
         "until": {"cycles": 1e6},
     },
 }
@@ -42,14 +45,27 @@ def changed(tmp_path, monkeypatch):
 
 
 def test_a_change_touches_the_runs_that_used_the_file(changed):
-    assert changed("mesh/contact.py") == changed("life/integrate.py") == {"still", "moving"}
+    assert (
+        changed("mesh/contact.py")
+        == changed("life/integrate.py")
+        == {"still", "moving"}
+    )
     assert changed("dynamics/periodic.py") == {"moving"}
-    for after in ("cli/app.py", "figures/render.py", "store/store.py", "report/page.py", "__init__.py"):
+    for after in (
+        "cli/app.py",
+        "figures/render.py",
+        "store/store.py",
+        "report/page.py",
+        "__init__.py",
+    ):
         assert changed(after) == set()
 
 
 def test_every_room_is_either_used_or_comes_after():
-    rooms = {file.relative_to(sources.PACKAGE).parts[0] for file in sources.PACKAGE.rglob("*.py")}
+    rooms = {
+        file.relative_to(sources.PACKAGE).parts[0]
+        for file in sources.PACKAGE.rglob("*.py")
+    }
     assert sources.AFTER <= rooms and sources.DYNAMICS in rooms
 
 
@@ -71,8 +87,15 @@ def test_a_run_without_dynamics_calls_nothing_of_it():
     ours = {name for name in called if str(sources.PACKAGE) in name}
     assert any("/mesh/" in name for name in ours)
     assert not [
-        name for name in ours for room in (sources.DYNAMICS, *sources.AFTER) if f"/wearlab/{room}/" in name
+        name
+        for name in ours
+        for room in (sources.DYNAMICS, *sources.AFTER)
+        if f"/wearlab/{room}/" in name
     ]
-    assert run.attrs["source_hash"] == sources.used_hash(False) != sources.used_hash(True)
-    assert not sources.is_other_code(run.attrs["source_hash"]) and sources.is_other_code("feed")
+    assert (
+        run.attrs["source_hash"] == sources.used_hash(False) != sources.used_hash(True)
+    )
+    assert not sources.is_other_code(
+        run.attrs["source_hash"]
+    ) and sources.is_other_code("feed")
     assert not sources.is_other_code("") and not sources.is_other_code(None)

@@ -27,7 +27,9 @@ until = { cycles = 1e6 }
 @pytest.fixture
 def table(tmp_path):
     def read(text: str | bytes, encoding: str = "utf-8") -> ReadTable:
-        (tmp_path / "t.csv").write_bytes(text if isinstance(text, bytes) else text.encode(encoding))
+        (tmp_path / "t.csv").write_bytes(
+            text if isinstance(text, bytes) else text.encode(encoding)
+        )
         return read_table(tmp_path / "t.csv")
 
     return read
@@ -43,14 +45,23 @@ GERMAN = (
 def test_a_weighing_as_excel_in_germany_writes_it(table, encoding):
     """Lines above the headers, units in them, decimal commas, thousands, a column of notes, an end mark."""
     read = table(GERMAN, encoding)
-    assert read.names == ("Datum", "Masse", "Stunden", "Notiz") and read.header_line == 4
+    assert (
+        read.names == ("Datum", "Masse", "Stunden", "Notiz") and read.header_line == 4
+    )
     assert read.units == {"Datum": "", "Masse": "mg", "Stunden": "h", "Notiz": ""}
-    assert read.lines == (5, 6) and read.left_out == 1 and read.preamble == ("Anlage;7", "Bediener;Meier")
+    assert (
+        read.lines == (5, 6)
+        and read.left_out == 1
+        and read.preamble == ("Anlage;7", "Bediener;Meier")
+    )
     np.testing.assert_array_equal(read.numbers("Masse"), [1234.5, 2.5])
     np.testing.assert_array_equal(read.numbers("Stunden"), [10.5, 20.0])
     days = np.array(["2026-02-01T00:00", "2026-02-13T14:30"], "datetime64[s]")
     np.testing.assert_array_equal(read.dates("Datum"), days)
-    assert read.find("Masse [mg]") == read.find("masse") == "Masse" and read.find("mass") is None
+    assert (
+        read.find("Masse [mg]") == read.find("masse") == "Masse"
+        and read.find("mass") is None
+    )
 
 
 @pytest.mark.parametrize(
@@ -62,7 +73,13 @@ def test_a_weighing_as_excel_in_germany_writes_it(table, encoding):
         "# a comment\nt F\ns kN\n0.5 1.5\n1.5 -2e3\n",
         '"t";"F in kN";\n"0,5";"1,5";\n"1,5";"-2.000,0";\n',
     ],
-    ids=["comma", "tab", "bar and a row of units", "blanks", "quotes, thousands, a separator at the end"],
+    ids=[
+        "comma",
+        "tab",
+        "bar and a row of units",
+        "blanks",
+        "quotes, thousands, a separator at the end",
+    ],
 )
 def test_one_table_in_five_dialects(table, text):
     read = table(text)
@@ -93,12 +110,16 @@ def test_dates_as_they_are_written_in_europe_and_america(table, first, second):
 def test_a_date_of_two_meanings_is_refused_until_it_is_told(table):
     read = table("day,mass\n5/5/2026,1\n2/3/2026,2\n")
     with pytest.raises(
-        TableError, match=r"t.csv: line 3, column 'day': '2/3/2026' has day and month .* date_format"
+        TableError,
+        match=r"t.csv: line 3, column 'day': '2/3/2026' has day and month .* "
+        r"date_format",
     ):
         read.dates("day")
     assert read.dates("day", "%d/%m/%Y")[1] == np.datetime64("2026-03-02")
     assert read.dates("day", "%m/%d/%Y")[1] == np.datetime64("2026-02-03")
-    assert table("day,mass\n5/5/2026,1\n").dates("day")[0] == np.datetime64("2026-05-05")
+    assert table("day,mass\n5/5/2026,1\n").dates("day")[0] == np.datetime64(
+        "2026-05-05"
+    )
 
 
 @pytest.mark.parametrize(
@@ -106,11 +127,21 @@ def test_a_date_of_two_meanings_is_refused_until_it_is_told(table):
     [
         (
             "13/2/2026 2/13/2026",
-            "line 3, column 'day': '2/13/2026' has the month first, '13/2/2026' in line 2",
+            "line 3, column 'day': '2/13/2026' has the month first, '13/2/2026' in "
+            "line 2",
         ),
-        ("31.02.2026 01.03.2026", "line 2, column 'day': '31.02.2026' is no date that exists"),
-        ("2026-02-01 soon", "line 3, column 'day': 'soon' is no date; write 2026-12-31"),
-        ("2026-02-01 45321", "line 3, column 'day': '45321' is no date; write 2026-12-31"),
+        (
+            "31.02.2026 01.03.2026",
+            "line 2, column 'day': '31.02.2026' is no date that exists",
+        ),
+        (
+            "2026-02-01 soon",
+            "line 3, column 'day': 'soon' is no date; write 2026-12-31",
+        ),
+        (
+            "2026-02-01 45321",
+            "line 3, column 'day': '45321' is no date; write 2026-12-31",
+        ),
     ],
 )
 def test_what_is_no_date_is_told_by_its_line(table, days, said):
@@ -122,15 +153,24 @@ def test_what_is_no_date_is_told_by_its_line(table, days, said):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("a,b\n1,2\na,b\n3,4\n", "t.csv: line 3: the headers of line 1 again; delete the line"),
+        (
+            "a,b\n1,2\na,b\n3,4\n",
+            "t.csv: line 3: the headers of line 1 again; delete the line",
+        ),
         ("a,a\n1,2\n", "t.csv: line 1: two columns are called 'a'; rename one of them"),
         (b"a,b\n1,\x002\n", "t.csv: line 2: holds a NUL byte"),
         ("a,b\n1," + "2" * 140_000, "t.csv: line 2: more than 100,000 characters"),
-        ("a,b\n1,2\n3\n4,5\n", "t.csv: line 3: 1 columns instead of 2: '3'; every row must hold 2 cells"),
+        (
+            "a,b\n1,2\n3\n4,5\n",
+            "t.csv: line 3: 1 columns instead of 2: '3'; every row must hold 2 cells",
+        ),
         ("a,b\n1,2\n3,4,5\n", "t.csv: line 3: 3 columns instead of 2"),
         ("", "t.csv: no rows under a header"),
         ("1,2\n3,4\n", "t.csv: no table was found: no line of headers"),
-        (b"PK\x03\x04 and so on", "t.csv: is a workbook, no text: save its sheet as CSV"),
+        (
+            b"PK\x03\x04 and so on",
+            "t.csv: is a workbook, no text: save its sheet as CSV",
+        ),
         (b"\xff\xfe\x00\xd8", "t.csv: "),
     ],
 )
@@ -164,7 +204,11 @@ DUTIES = {
         "Md [kNm];n [1/min];Zeit [h]\n0,05;1000;6\n0,10;500;2\n",
         ', columns = { torque = "Md", speed = "n", share = "Zeit" }',
     ),
-    "usual names": ("Nr;Drehmoment [Nm];Drehzahl [1/min];Zeitanteil [%]\n1;50;1000;75\n2;100;500;25\n", ""),
+    "usual names": (
+        "Nr;Drehmoment [Nm];Drehzahl [1/min];Zeitanteil "
+        "[%]\n1;50;1000;75\n2;100;500;25\n",
+        "",
+    ),
     "its name before others": (
         "time,torque,speed,share\n9,50,1000,0.75\n8,100,500,0.25\n",
         ', units = { torque = "N*m", speed = "rpm" }',
@@ -189,10 +233,14 @@ def test_a_duty_takes_its_units_from_its_headers(tmp_path):
 
 
 @pytest.mark.parametrize("torque", ["1e308", "9" * 140_000, "\0", "abc"])
-def test_a_campaign_with_a_hostile_table_is_refused_whole(tmp_path, monkeypatch, capsys, torque):
+def test_a_campaign_with_a_hostile_table_is_refused_whole(
+    tmp_path, monkeypatch, capsys, torque
+):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "duty.csv").write_text(f"torque,speed,share\n{torque},1000,1\n")
-    (tmp_path / "c.toml").write_text(PAIR.replace(" UNITS", ', units = { torque = "N*m", speed = "rpm" }'))
+    (tmp_path / "c.toml").write_text(
+        PAIR.replace(" UNITS", ', units = { torque = "N*m", speed = "rpm" }')
+    )
     assert status_of(["check", "c.toml"]) == 2
     said = capsys.readouterr().err
     assert "operation.duty: duty.csv: line 2" in said and len(said) < 400
@@ -201,13 +249,19 @@ def test_a_campaign_with_a_hostile_table_is_refused_whole(tmp_path, monkeypatch,
 SPECTRUM = "T [Nm];n [1/min];t [h]\n312;1.200;100\n250;1.400;900\n"
 
 
-def test_thousands_with_a_point_are_told_and_mixed_signs_refused(table, tmp_path, capsys):
+def test_thousands_with_a_point_are_told_and_mixed_signs_refused(
+    table, tmp_path, capsys
+):
     (doubt,) = table(SPECTRUM).doubts
-    assert "column 'n' is like 1.200, read as 1.2" in doubt and "where the point parts thousands" in doubt
+    assert (
+        "column 'n' is like 1.200, read as 1.2" in doubt
+        and "where the point parts thousands" in doubt
+    )
     assert table(SPECTRUM.replace("1.400", "1.4")).doubts == ()
     mixed = table(SPECTRUM.replace("312", "312,5"))
     with pytest.raises(
-        TableError, match=r"'1\.200' .*file mixes ',' and '.': remove the thousands separators"
+        TableError,
+        match=r"'1\.200' .*file mixes ',' and '.': remove the thousands separators",
     ):
         mixed.numbers("n")
     (tmp_path / "duty.csv").write_text(SPECTRUM)
@@ -229,11 +283,15 @@ def test_thousands_with_a_point_are_told_and_mixed_signs_refused(table, tmp_path
         "Drehmoment in Nm;Drehzahl in U/min;Stunden\n60,0;1450;400\n45,0;900;1200\n",
     ],
 )
-def test_columns_of_a_spectrum_are_known_by_their_units_where_their_names_are_symbols(tmp_path, text):
+def test_columns_of_a_spectrum_are_known_by_their_units_where_their_names_are_symbols(
+    tmp_path, text
+):
     """Were three tries: one column was asked for at a time."""
     (tmp_path / "k.csv").write_text(text)
     torque, speed, share = duty_table("k.csv", {}, {}, tmp_path)
-    assert torque == pytest.approx((60.0, 45.0)) and speed == pytest.approx((151.8436, 94.24778))
+    assert torque == pytest.approx((60.0, 45.0)) and speed == pytest.approx(
+        (151.8436, 94.24778)
+    )
     assert share[1] / share[0] == pytest.approx(3.0)
 
 
@@ -242,7 +300,8 @@ def test_columns_of_a_spectrum_are_known_by_their_units_where_their_names_are_sy
     [
         (
             "a,b,c\n1,2,3\n",
-            r'none is called torque, speed, share: columns = \{ torque = "…", speed = "…", sh',
+            r'none is called torque, speed, share: columns = \{ torque = "…", speed = '
+            r'"…", sh',
         ),
         ("T [Nm],M [Nm],n [rpm],share\n1,1,2,3\n", "none is called torque: columns"),
         (

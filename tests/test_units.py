@@ -54,9 +54,13 @@ def test_texts_become_si(text, kind, value):
     assert quantity(text, kind) == pytest.approx(value, rel=1e-15)
 
 
-@pytest.mark.parametrize("unit", ["rpm", "1/min", "min^-1", "min⁻¹", "min**-1", "min-1", "r/min", "rev/min"])
+@pytest.mark.parametrize(
+    "unit", ["rpm", "1/min", "min^-1", "min⁻¹", "min**-1", "min-1", "r/min", "rev/min"]
+)
 def test_revolutions_per_minute_in_every_spelling(unit):
-    assert quantity(f"1500 {unit}", "speed") == pytest.approx(1500 * 2 * math.pi / 60, rel=1e-15)
+    assert quantity(f"1500 {unit}", "speed") == pytest.approx(
+        1500 * 2 * math.pi / 60, rel=1e-15
+    )
 
 
 def test_radians_per_second_are_kept():
@@ -72,7 +76,11 @@ def test_a_frequency_is_no_speed(text):
 @pytest.mark.parametrize(
     ("value", "kind", "said"),
     [
-        (340, "torque", r"340 has no unit: write a torque with its unit, such as '340 N\*m'"),
+        (
+            340,
+            "torque",
+            r"340 has no unit: write a torque with its unit, such as '340 N\*m'",
+        ),
         (340.5, "torque", "340.5 has no unit"),
         ("340", "torque", "has no unit"),
         (True, "torque", "True is no quantity"),
@@ -83,7 +91,11 @@ def test_a_frequency_is_no_speed(text):
         ("inf N*m", "torque", "write a torque"),
         ("1e999 N*m", "torque", "not finite"),
         ("340 mm", "torque", "'mm' is not a unit like"),
-        ("340 Nmn", "torque", r"not a known unit; did you mean 'N\*m'|did you mean 'Nm'"),
+        (
+            "340 Nmn",
+            "torque",
+            r"not a known unit; did you mean 'N\*m'|did you mean 'Nm'",
+        ),
         ("340 J", "torque", "unit of energy"),
         ("340 N*m/rad", "torque", "one counts angle"),
         ("3 N*m", "torsional stiffness", "one counts angle"),
@@ -99,7 +111,11 @@ def test_a_frequency_is_no_speed(text):
         ("3 __import__('os')", "length", "not a known unit"),
         ("0.012 MPa*s", "viscosity", "outside the plausible range"),
         ("20 km", "length", "outside the plausible range"),
-        ("1.6e-8 1/GPa", "pressure-viscosity coefficient", "outside the plausible range"),
+        (
+            "1.6e-8 1/GPa",
+            "pressure-viscosity coefficient",
+            "outside the plausible range",
+        ),
     ],
 )
 def test_traps_are_closed(value, kind, said):
@@ -119,12 +135,17 @@ def test_every_example_and_usual_unit_is_of_its_kind(kind):
         if unit in SCALES:
             assert quantity(f"{60 if unit == 'HRC' else 100} {unit}", kind.name) > 1e8
             continue
-        assert quantity(f"0 {unit}", kind.name) in (0.0, 273.15) or kind.name == "temperature"
+        assert (
+            quantity(f"0 {unit}", kind.name) in (0.0, 273.15)
+            or kind.name == "temperature"
+        )
 
 
 @given(st.floats(1e-3, 1e4), st.sampled_from(["rpm", "rad/s", "deg/s"]))
 def test_conversion_goes_back(value, unit):
-    assert convert(convert(value, unit, "rad/s"), "rad/s", unit) == pytest.approx(value, rel=4e-16)
+    assert convert(convert(value, unit, "rad/s"), "rad/s", unit) == pytest.approx(
+        value, rel=4e-16
+    )
 
 
 @pytest.mark.parametrize(
@@ -151,11 +172,14 @@ def test_display_units(value, source, target, result):
 
 
 def test_arrays_convert_and_keep_their_shape():
-    assert np.array_equal(convert(np.array([[1.0, 2.0]]), "mm", "um"), [[1000.0, 2000.0]])
+    assert np.array_equal(
+        convert(np.array([[1.0, 2.0]]), "mm", "um"), [[1000.0, 2000.0]]
+    )
 
 
 @pytest.mark.parametrize(
-    "pair", [("m", "N"), ("Hz", "rpm"), ("rad/s", "Hz"), ("N*m", "N*m/rad"), ("m", "metrr")]
+    "pair",
+    [("m", "N"), ("Hz", "rpm"), ("rad/s", "Hz"), ("N*m", "N*m/rad"), ("m", "metrr")],
 )
 def test_other_dimensions_do_not_convert(pair):
     with pytest.raises(UnitError):
@@ -174,9 +198,14 @@ def test_what_looks_like_a_quantity():
 
 
 def test_pint_waits_for_the_first_unit():
-    code = "import sys, wearlab.units, wearlab.campaign; print([m for m in sys.argv[1:] if m in sys.modules])"
+    code = (
+        "import sys, wearlab.units, wearlab.campaign; print([m for m in sys.argv[1:] "
+        "if m in sys.modules])"
+    )
     heavy = ["pint", "numba", "xarray", "scipy", "matplotlib", "dask"]
-    done = subprocess.run([sys.executable, "-c", code, *heavy], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code, *heavy], capture_output=True, text=True, check=True
+    )
     assert done.stdout.strip() == "[]"
 
 
@@ -188,7 +217,11 @@ def test_usual_units_are_those_of_pint_to_the_last_bit(one):
 
 @pytest.mark.parametrize(
     "text, remedy",
-    [("2,5 mm", "write '2.5 mm'"), ("1,000 mm", "'1.000 mm', or '1000 mm' for thousands"), ("-,5 mm", "-.5")],
+    [
+        ("2,5 mm", "write '2.5 mm'"),
+        ("1,000 mm", "'1.000 mm', or '1000 mm' for thousands"),
+        ("-,5 mm", "-.5"),
+    ],
 )
 def test_a_decimal_comma_is_named(text, remedy):
     with pytest.raises(UnitError, match="the decimal sign is a point") as found:

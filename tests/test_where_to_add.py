@@ -13,7 +13,9 @@ import pytest
 import wearlab
 
 PAGE = Path(__file__).parents[1] / "docs" / "where_to_add.md"
-SHOWN = re.compile(r"`((?:wearlab|tests)/[\w/]+\.py)`:\n\n```python\n(.*?)```", re.DOTALL)
+SHOWN = re.compile(
+    r"`((?:wearlab|tests)/[\w/]+\.py)`:\n\n```python\n(.*?)```", re.DOTALL
+)
 RUN = """
 import json
 from pathlib import Path
@@ -63,7 +65,9 @@ def shown():
 def copy(tmp_path_factory):
     folder = tmp_path_factory.mktemp("added")
     shutil.copytree(
-        Path(wearlab.__file__).parent, folder / "wearlab", ignore=shutil.ignore_patterns("__pycache__")
+        Path(wearlab.__file__).parent,
+        folder / "wearlab",
+        ignore=shutil.ignore_patterns("__pycache__"),
     )
     shutil.copytree(TESTS / "support", folder / "tests" / "support")
     for own in ("conftest.py", "figures/conftest.py"):
@@ -71,7 +75,9 @@ def copy(tmp_path_factory):
         shutil.copy(TESTS / own, folder / "tests" / own)
     for path, text in shown().items():
         (folder / path).parent.mkdir(exist_ok=True)
-        (folder / path).write_text(text)  # over what somebody has added who followed the page
+        (folder / path).write_text(
+            text
+        )  # over what somebody has added who followed the page
     return folder
 
 
@@ -86,7 +92,13 @@ def test_a_law_a_result_and_a_figure_are_one_file_and_its_test_each(copy):
         timeout=120,
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    told = json.loads(next(line for line in done.stdout.splitlines() if line.startswith("{")))
+    told = json.loads(
+        next(line for line in done.stdout.splitlines() if line.startswith("{"))
+    )
     assert told["same"] and told["fixed"] and told["less"] and told["known"]
-    assert told["units"] == "1" and told["uneven"] > 1.0 and told["kind"] == "Unevenness of wear"
+    assert (
+        told["units"] == "1"
+        and told["uneven"] > 1.0
+        and told["kind"] == "Unevenness of wear"
+    )
     assert (copy / "uneven.png").stat().st_size > 10_000

@@ -1,8 +1,9 @@
 """wearlab: experiments and datasets of coupled gear wear and dynamics.
 
-The public names stand in ``__init__.pyi``, where editors and type checkers read them. They are loaded when
-they are first used, so that a command which needs little starts at once. No room of the package bears the
-name of a public function: importing it would hide the function.
+The public names stand in ``__init__.pyi``, where editors and type checkers read them.
+They are loaded when they are first used, so that a command which needs little starts at
+once. No room of the package bears the name of a public function: importing it would
+hide the function.
 """
 
 import ast

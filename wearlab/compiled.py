@@ -1,7 +1,8 @@
 """The one way to compile a kernel: ``@jit``, cached in a folder named by the sources it may contain.
 
-Numba's disk cache does not notice an edit in another file that a kernel calls. So the cache folder carries
-a hash of every source that holds kernels: an edit anywhere among them starts from an empty folder.
+Numba's disk cache does not notice an edit in another file that a kernel calls. So the
+cache folder carries a hash of every source that holds kernels: an edit anywhere among
+them starts from an empty folder.
 """
 
 import os
@@ -25,12 +26,18 @@ def _cache_folder() -> Path:
     """Return this build's folder of compiled code, and drop the folders of builds long gone."""
     root = cache_folder()
     parts = (b"wearlab.compiled import",)
-    kernels = [f for f in sorted(PACKAGE.rglob("*.py")) if any(part in f.read_bytes() for part in parts)]
+    kernels = [
+        f
+        for f in sorted(PACKAGE.rglob("*.py"))
+        if any(part in f.read_bytes() for part in parts)
+    ]
     folder = root / f"{hash_of(kernels)}-numba{numba.__version__}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)
-        for old in sorted(root.glob("*-numba*"), key=lambda f: f.stat().st_mtime)[:-KEPT_FOLDERS]:
+        for old in sorted(root.glob("*-numba*"), key=lambda f: f.stat().st_mtime)[
+            :-KEPT_FOLDERS
+        ]:
             shutil.rmtree(old, ignore_errors=True)
     except OSError:
         pass  # an unwritable home: said below
@@ -55,41 +62,52 @@ def _counting(counted: bool) -> dict[str, Any]:
 
 
 COUNTED: Any = {**KERNEL, **_counting(True)}
-"""The same for a kernel called from one without counted references: numba hands its options down."""
+"""The same for a kernel called from one without counted references: numba hands its
+options down."""
 UNCOUNTED: Any = {**KERNEL, **_counting(False)}
 """The same without counted references, for kernels that make no arrays.
 
-Numba counts a reference to an array wherever one is read from a tuple: the steps of small systems then take
-four to six times as long, and compile twice as long. Its manual does not name the option; where a release
-drops it, kernels are slower, and right.
-"""
+Numba counts a reference to an array wherever one is read from a tuple: the steps of
+small systems then take four to six times as long, and compile twice as long. Its manual
+does not name the option; where a release drops it, kernels are slower, and right. """
 
 
-def jit(function: Callable[..., Any] | None = None, *, counted: bool = True) -> Callable[..., Any]:
+def jit(
+    function: Callable[..., Any] | None = None, *, counted: bool = True
+) -> Callable[..., Any]:
     """Compile a kernel without the interpreter, IEEE arithmetic kept, cached on disk.
 
     Parameters
     ----------
-    counted : False for a kernel that makes no arrays, and calls none that returns one, see `UNCOUNTED`
+    counted : False for a kernel that makes no arrays, and calls none that returns one,
+        see `UNCOUNTED`
     """
-    compiled: Callable[..., Any] = numba.njit(function, cache=True, **(COUNTED if counted else UNCOUNTED))
+    compiled: Callable[..., Any] = numba.njit(
+        function, cache=True, **(COUNTED if counted else UNCOUNTED)
+    )
     return compiled
 
 
 def jit_inner(
-    function: Callable[..., Any] | None = None, *, counted: bool = True, forceinline: bool = False
+    function: Callable[..., Any] | None = None,
+    *,
+    counted: bool = True,
+    forceinline: bool = False,
 ) -> Callable[..., Any]:
     """Compile a kernel that is called from kernels alone: a part of theirs, on disk with them.
 
     Parameters
     ----------
     counted : see `jit`
-    forceinline : become part of every caller, however large. For kernels called at every step that are handed
-        tuples: a call hands these over by value, seven words an array or more, and indexes them in memory,
-        which takes four times as long, and fifteen times where it is called for every part of a step
+    forceinline : become part of every caller, however large. For kernels called at
+        every step that are handed tuples: a call hands these over by value, seven words
+        an array or more, and indexes them in memory, which takes four times as long,
+        and fifteen times where it is called for every part of a step
     """
     options = COUNTED if counted else UNCOUNTED
-    compiled: Callable[..., Any] = numba.njit(function, forceinline=forceinline, **options)
+    compiled: Callable[..., Any] = numba.njit(
+        function, forceinline=forceinline, **options
+    )
     return compiled
 
 
@@ -98,12 +116,15 @@ def by_type(choose: Callable[..., Any], *, counted: bool = False) -> Callable[..
 
     Parameters
     ----------
-    choose : returns the function for the types; ``instance_class`` of a named tuple's is its class
+    choose : returns the function for the types; ``instance_class`` of a named tuple's
+        is its class
     counted : see `jit`
     """
 
     def call(*arguments: Any) -> Any:
-        types = (SimpleNamespace(instance_class=type(argument)) for argument in arguments)
+        types = (
+            SimpleNamespace(instance_class=type(argument)) for argument in arguments
+        )
         return choose(*types)(*arguments)
 
     overload(call, jit_options=COUNTED if counted else UNCOUNTED, strict=False)(choose)
@@ -132,8 +153,11 @@ def compiled_if_possible(function: Callable[..., Any], name: str) -> Callable[..
             result = compiled(*arguments)
         except (numba.errors.NumbaError, NotImplementedError) as error:
             reason = str(error).strip().splitlines()[0]
-            warnings.warn(f"{name} runs as plain Python: {reason}", SlowFunction, stacklevel=2)
-            compiled, result = function, function(*arguments)
+            warnings.warn(
+                f"{name} runs as plain Python: {reason}", SlowFunction, stacklevel=2
+            )
+            compiled = function
+            result = function(*arguments)
         chosen.append(compiled)
         return result
 

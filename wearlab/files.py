@@ -11,7 +11,9 @@ from tempfile import TemporaryFile, mkdtemp
 
 def cache_folder() -> Path:
     """Return ``WEARLAB_CACHE``, or ``~/.cache/wearlab`` where that is not set."""
-    return Path(os.environ.get("WEARLAB_CACHE") or Path.home() / ".cache" / "wearlab").absolute()
+    return Path(
+        os.environ.get("WEARLAB_CACHE") or Path.home() / ".cache" / "wearlab"
+    ).absolute()
 
 
 def writable(folder: Path) -> Path:
@@ -27,7 +29,8 @@ def writable(folder: Path) -> Path:
         atexit.register(_drop, own, os.getpid())
         os.environ["WEARLAB_CACHE"] = str(own)
         logging.getLogger("wearlab").warning(
-            "%s: cannot be written (%s): every command compiles anew; set WEARLAB_CACHE to a folder of yours",
+            "%s: cannot be written (%s): every command compiles anew; set "
+            "WEARLAB_CACHE to a folder of yours",
             folder.parent,
             error.strerror or error,
         )
@@ -41,7 +44,9 @@ def _drop(folder: Path, owner: int) -> None:
 
 
 def read_regular(path: str | Path, largest: int) -> bytes:
-    """Return a file's bytes; what only looks like a file (``/proc/kmsg``) neither hangs nor fills the memory.
+    """Return a file's bytes.
+
+    What only looks like a file (``/proc/kmsg``) neither hangs nor fills the memory.
 
     Parameters
     ----------
@@ -50,16 +55,24 @@ def read_regular(path: str | Path, largest: int) -> bytes:
 
     Raises
     ------
-    OSError : it cannot be read, is no regular file, is larger, or has more in it than its size says
+    OSError : it cannot be read, is no regular file, is larger, or has more in it than
+        its size says
     """
-    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    descriptor = os.open(
+        path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    )
     with open(descriptor, "rb", buffering=0) as file:
         status = os.fstat(descriptor)
         if not stat.S_ISREG(status.st_mode):
             raise OSError(0, "not a file", str(path))
         if status.st_size > largest:
-            raise OSError(0, f"{status.st_size} bytes are more than the {largest} of such a file", str(path))
-        parts, left = [], status.st_size + 1
+            raise OSError(
+                0,
+                f"{status.st_size} bytes are more than the {largest} of such a file",
+                str(path),
+            )
+        parts = []
+        left = status.st_size + 1
         while left and (part := file.read(left)):
             parts.append(part)
             left -= len(part)

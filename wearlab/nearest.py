@@ -28,13 +28,20 @@ def alike(word: str, known: Iterable[str]) -> list[str]:
     >>> alike("sun-planet", ["sun-planet-1", "sun-planet-2"]), alike("diametre", ["diameter"])
     (['sun-planet-1', 'sun-planet-2'], ['diameter'])
     """
-    words, listed = PARTS.split(word.lower()), list(known)
-    within = [one for one in listed if _holds(PARTS.split(one.lower()), words)] if word else []
+    words = PARTS.split(word.lower())
+    listed = list(known)
+    within = (
+        [one for one in listed if _holds(PARTS.split(one.lower()), words)]
+        if word
+        else []
+    )
     return within[:3] or get_close_matches(word, listed, 1)
 
 
 def _holds(words: list[str], part: list[str]) -> bool:
-    return any(words[at : at + len(part)] == part for at in range(len(words) - len(part) + 1))
+    return any(
+        words[at : at + len(part)] == part for at in range(len(words) - len(part) + 1)
+    )
 
 
 def choices(value: object, valid: Iterable[object]) -> str:

@@ -1,8 +1,9 @@
 """Plug-ins: files of a user's own whose variants, results and figures stand beside wearlab's.
 
-A plug-in is code, and a campaign file may come from a stranger: nothing here runs any unless the user said so
-(``--plugins`` on the command line; from Python, calling it is saying so). What a plug-in's options are is
-written beside the runs it made, so that plans, figures and reports of them need no code of it.
+A plug-in is code, and a campaign file may come from a stranger: nothing here runs any
+unless the user said so (``--plugins`` on the command line; from Python, calling it is
+saying so). What a plug-in's options are is written beside the runs it made, so that
+plans, figures and reports of them need no code of it.
 """
 
 import hashlib
@@ -25,7 +26,8 @@ from wearlab.slots import ORIGIN, Origin, Slot, SlotError, Variant, changed, wit
 
 GROUP = "wearlab.variants"
 FOLDER = "plugins"
-"""Where a store keeps what plug-ins declare, one file named by the hash of the source."""
+"""Where a store keeps what plug-ins declare, one file named by the hash of the
+source."""
 FORMAT = 1
 CONSENT = "--plugins"
 
@@ -96,7 +98,10 @@ class Sort:
         return {"name": value.name}
 
     def stand_in(self, record: Mapping[str, Any]) -> Any:
-        """Return what stands for a value whose code is not run; None where nothing can."""
+        """Return what stands for a value whose code is not run.
+
+        None where nothing can.
+        """
         return None
 
     def take(self, module: ModuleType, plugin: Plugin) -> None:
@@ -108,8 +113,12 @@ class Sort:
             When one is wrong, or another has its name.
         """
         own: dict[str, Any] = {}
-        values: list[Any] = [value for value in vars(module).values() if isinstance(value, self.kind)]
-        for value in (value for value in values if self.known.get(value.name) is not value):
+        values: list[Any] = [
+            value for value in vars(module).values() if isinstance(value, self.kind)
+        ]
+        for value in (
+            value for value in values if self.known.get(value.name) is not value
+        ):
             what = f"{self.kind.__name__} {value.name!r}"
             if value.name in self.known and self.owner.get(value.name) != plugin.name:
                 raise SlotError(f"{what} is there already: give yours another name")
@@ -171,10 +180,15 @@ def read(named: str) -> Plugin:
     """
     if named.endswith(".py"):
         return Plugin(Path(named).name, _text(Path(named), named))
-    known = {point.name: point.value.partition(":")[0] for point in entry_points(group=GROUP)}
+    known = {
+        point.name: point.value.partition(":")[0] for point in entry_points(group=GROUP)
+    }
     if named not in known:
         there = ", ".join(known) or "none"
-        raise PluginError(f"{named!r} is no Python file and no entry point of {GROUP}; installed: {there}")
+        raise PluginError(
+            f"{named!r} is no Python file and no entry point of {GROUP}; installed: "
+            f"{there}"
+        )
     return Plugin(named, _text(_place(known[named]), named), known[named])
 
 
@@ -183,7 +197,9 @@ def _place(module: str) -> Path:
     first, *further = module.split(".")
     spec = find_spec(first)
     if spec is None or spec.origin is None:
-        raise PluginError(f"the module {module!r} of an entry point of {GROUP} is not installed")
+        raise PluginError(
+            f"the module {module!r} of an entry point of {GROUP} is not installed"
+        )
     place = Path(spec.origin)
     return place.parent.joinpath(*further).with_suffix(".py") if further else place
 
@@ -192,7 +208,9 @@ def _text(file: Path, named: str) -> str:
     try:
         return file.read_bytes().decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise PluginError(f"{named}: cannot read it: {getattr(error, 'strerror', None) or error}") from None
+        raise PluginError(
+            f"{named}: cannot read it: {getattr(error, 'strerror', None) or error}"
+        ) from None
 
 
 def use(named: Iterable[str]) -> tuple[Plugin, ...]:
@@ -207,7 +225,8 @@ def use(named: Iterable[str]) -> tuple[Plugin, ...]:
     PluginError
         When one may not be run and nothing is known of it, or it cannot be run.
     """
-    trust, plugins = _TRUST.get() or Trust(), tuple(read(path) for path in named)
+    trust = _TRUST.get() or Trust()
+    plugins = tuple(read(path) for path in named)
     for plugin in plugins:
         record = trust.declared and trust.declared / f"{plugin.sha256}.json"
         if trust.runs:
@@ -231,7 +250,9 @@ def bring(plugin: Plugin) -> None:
     if plugin.sha256 not in LOADED:
         before = brought()
         _run(plugin)
-        _BROUGHT[plugin.sha256] = [variant for variant in brought() if variant not in before]
+        _BROUGHT[plugin.sha256] = [
+            variant for variant in brought() if variant not in before
+        ]
         LOADED[plugin.sha256] = plugin
     for name, part in _BROUGHT[plugin.sha256]:
         part.slot.add(part, name)
@@ -242,7 +263,11 @@ def bring(plugin: Plugin) -> None:
 
 def held(word: str, plugins: Iterable[Plugin]) -> dict[str, str]:
     """Return the names of what plug-ins hold of a sort, each with the hash of its source."""
-    return {name: plugin.sha256 for plugin in plugins for name in Sort.all[word].held.get(plugin.sha256, {})}
+    return {
+        name: plugin.sha256
+        for plugin in plugins
+        for name in Sort.all[word].held.get(plugin.sha256, {})
+    }
 
 
 def forget() -> None:
@@ -270,8 +295,14 @@ def _run(plugin: Plugin) -> None:
         for sort in Sort.all.values():
             sort.take(module, plugin)
         own = any(part.origin == origin for _, part in brought())
-        if not own and not any(sort.held.get(plugin.sha256) for sort in Sort.all.values()):
-            bases = ", ".join(slot.base.__name__ for slot in Slot.all.values() if slot.base is not None)
+        if not own and not any(
+            sort.held.get(plugin.sha256) for sort in Sort.all.values()
+        ):
+            bases = ", ".join(
+                slot.base.__name__
+                for slot in Slot.all.values()
+                if slot.base is not None
+            )
             kinds = " or ".join(sort.kind.__name__ for sort in Sort.all.values())
             raise SlotError(f"defines no variant, a class of {bases}, and no {kinds}")
     except Exception as error:
@@ -280,7 +311,11 @@ def _run(plugin: Plugin) -> None:
             sort.forget(plugin.sha256)
             for sha256 in LOADED:
                 sort.again(sha256)
-        reason = str(error) if isinstance(error, SlotError) else f"{type(error).__name__}: {error}"
+        reason = (
+            str(error)
+            if isinstance(error, SlotError)
+            else f"{type(error).__name__}: {error}"
+        )
         raise PluginError(f"{plugin.name}: {reason}") from error
 
 
@@ -292,10 +327,21 @@ def brought() -> list[tuple[str, type[Variant]]]:
 
 def declaration(plugin: Plugin) -> dict[str, Any]:
     """Return what there is to know of a plug-in that was run, as JSON can hold it."""
-    told = {"format": FORMAT, "name": plugin.name, "sha256": plugin.sha256, "source": plugin.source}
+    told = {
+        "format": FORMAT,
+        "name": plugin.name,
+        "sha256": plugin.sha256,
+        "source": plugin.source,
+    }
     variants = [_declared(name, part) for name, part in _BROUGHT[plugin.sha256]]
-    held = {word: sort.held.get(plugin.sha256, {}).values() for word, sort in Sort.all.items()}
-    sorts = {word: [Sort.all[word].declared(value) for value in values] for word, values in held.items()}
+    held = {
+        word: sort.held.get(plugin.sha256, {}).values()
+        for word, sort in Sort.all.items()
+    }
+    sorts = {
+        word: [Sort.all[word].declared(value) for value in values]
+        for word, values in held.items()
+    }
     return {**told, "variants": variants, **sorts}
 
 
@@ -336,7 +382,9 @@ def stand_in(text: str) -> None:
                     sort.hold({made.name: made}, origin)
                     sort.add(made)
     except (KeyError, TypeError, ValueError) as error:
-        raise PluginError(f"a plug-in's declaration cannot be read ({error!r})") from None
+        raise PluginError(
+            f"a plug-in's declaration cannot be read ({error!r})"
+        ) from None
     changed()
 
 
@@ -351,7 +399,9 @@ def _stand_in(record: Mapping[str, Any]) -> None:
         default = ... if key in record["required"] else said.get("default")
         kind = kind if default is not None else kind | None
         fields[key] = kind, option(default, said.get("description", ""))
-    create_model(str(record["class"]), __base__=slot.base, __doc__=record["doc"], **fields)
+    create_model(
+        str(record["class"]), __base__=slot.base, __doc__=record["doc"], **fields
+    )
 
 
 def _kind(said: Mapping[str, Any]) -> Any:
@@ -362,5 +412,10 @@ def _kind(said: Mapping[str, Any]) -> Any:
         return options.measured(said["kind"])
     if "enum" in said:
         return Literal[tuple(said["enum"])]
-    plain = {"number": options.Number, "integer": options.Count, "boolean": options.Switch, "string": str}
+    plain = {
+        "number": options.Number,
+        "integer": options.Count,
+        "boolean": options.Switch,
+        "string": str,
+    }
     return plain.get(said.get("type", ""), Any)

@@ -1,8 +1,11 @@
-"""Slots: places of a scene where one of several variants stands; a file in its package adds another.
+"""Slots: places of a scene where one of several variants stands.
 
-A variant is a frozen `Part` whose chooser (``model``, ``method`` …) is a `Literal` of one name. It says its
-options and, in ``build``, makes the physics they stand for; whatever is slow to import is imported there.
-The slot finds its variants by itself: every module of its package, and what plug-ins add.
+A file in its package adds another.
+
+A variant is a frozen `Part` whose chooser (``model``, ``method`` …) is a `Literal` of
+one name. It says its options and, in ``build``, makes the physics they stand for;
+whatever is slow to import is imported there. The slot finds its variants by itself:
+every module of its package, and what plug-ins add.
 """
 
 from collections.abc import Callable, Iterator
@@ -66,9 +69,20 @@ class Slot:
     all: ClassVar[dict[str, "Slot"]] = {}
 
     def __init__(
-        self, key: str, package: str, chooser: str = "model", *, default: str = "", by_name: bool = False
+        self,
+        key: str,
+        package: str,
+        chooser: str = "model",
+        *,
+        default: str = "",
+        by_name: bool = False,
     ) -> None:
-        self.key, self.package, self.chooser, self.default = key, package, chooser, default
+        self.key, self.package, self.chooser, self.default = (
+            key,
+            package,
+            chooser,
+            default,
+        )
         self.by_name = by_name
         self.base: type[Variant] | None = None
         self.known: dict[str, type[Variant]] = {}
@@ -89,15 +103,24 @@ class Slot:
         return self.known
 
     def read(self, value: object) -> object:
-        """Return a choice as a table: a text is its name; own options imply it, else it is the default."""
+        """Return a choice as a table: a text is its name.
+
+        Own options imply it, else it is the default.
+        """
         if isinstance(value, dict) and self.chooser not in value:
-            implied = (name for name, part in self.variants.items() if part.implied_by.intersection(value))
+            implied = (
+                name
+                for name, part in self.variants.items()
+                if part.implied_by.intersection(value)
+            )
             chosen = next(implied, self.default)
             return {self.chooser: chosen, **value} if chosen else value
         return {self.chooser: value} if isinstance(value, str) else value
 
     def add(self, variant: "type[Variant]", name: str) -> None:
-        """Take up a variant; one of a plug-in may be replaced by its later self, no other.
+        """Take up a variant.
+
+        One of a plug-in may be replaced by its later self, no other.
 
         Raises
         ------
@@ -107,16 +130,22 @@ class Slot:
         before = self.known.get(name)
         if before is not None and issubclass(variant, before):
             return
-        if before is not None and (before.origin is None or before.source() != variant.source()):
+        if before is not None and (
+            before.origin is None or before.source() != variant.source()
+        ):
             raise SlotError(
-                f"{self.key}: {self.chooser} {name!r} is there already, from {before.source()}: "
+                f"{self.key}: {self.chooser} {name!r} is there already, from "
+                f"{before.source()}: "
                 "give yours another name"
             )
         self.known[name] = variant
 
 
 class Variant(Part):
-    """One of the variants of a slot; the common base of a slot's variants stands for any of them."""
+    """One of the variants of a slot.
+
+    The common base of a slot's variants stands for any of them.
+    """
 
     slot: ClassVar[Slot]
     origin: ClassVar[Origin | None] = None
@@ -135,23 +164,34 @@ class Variant(Part):
 
     def written(self, table: dict[str, Any]) -> Any:
         """Return a table of options as it is written: a word where the slot has words and it says no more."""
-        return self.chosen if self.slot.by_name and set(table) == {self.slot.chooser} else table
+        return (
+            self.chosen
+            if self.slot.by_name and set(table) == {self.slot.chooser}
+            else table
+        )
 
     @pydantic.model_serializer(mode="wrap")
     def _with_plugin(self, dump: pydantic.SerializerFunctionWrapHandler) -> Any:
         written: dict[str, Any] = dump(self)
         if self.origin is None:
             return self.written(written)
-        return {**written, PLUGIN: {"file": self.origin.file, "sha256": self.origin.sha256}}
+        return {
+            **written,
+            PLUGIN: {"file": self.origin.file, "sha256": self.origin.sha256},
+        }
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: pydantic.ValidationInfo) -> dict[str, Any]:
+    def _complete(
+        cls, given: dict[str, Any], info: pydantic.ValidationInfo
+    ) -> dict[str, Any]:
         """Refuse what another source of the same name was chosen from."""
         if cls.origin is None or PLUGIN not in given:
             return given
         was = given[PLUGIN]
         if not isinstance(was, dict) or was.get("sha256") != cls.origin.sha256:
-            raise ValueError(f"chosen from another {cls.origin.file} than the one that is loaded")
+            raise ValueError(
+                f"chosen from another {cls.origin.file} than the one that is loaded"
+            )
         return {key: value for key, value in given.items() if key != PLUGIN}
 
     @property
@@ -182,7 +222,10 @@ class Variant(Part):
 
     @classmethod
     def _read_defaults(cls) -> None:
-        """Take a default with a unit for its value in SI; refuse one that a campaign file could not say."""
+        """Take a default with a unit for its value in SI.
+
+        Refuse one that a campaign file could not say.
+        """
         for name, field in cls.model_fields.items():
             unit = unit_within(None, field.metadata)
             if unit is None or not isinstance(field.default, str):
@@ -201,19 +244,33 @@ class Variant(Part):
             return
         needs = (given,) if isinstance(given, str) else given
         if unknown := [name for name in needs if name not in cls.may_need]:
-            known = f"{meant(unknown[0], cls.may_need, ';')} there are {', '.join(map(repr, cls.may_need))}"
+            known = (
+                f"{meant(unknown[0], cls.may_need, ';')} there are "
+                f"{', '.join(map(repr, cls.may_need))}"
+            )
             raise SlotError(f"{cls.__name__}.needs: {unknown[0]!r} is unknown{known}")
         if needs is not given:
-            raise SlotError(f"{cls.__name__}.needs: {given!r} is no tuple: write {needs!r}")
+            raise SlotError(
+                f"{cls.__name__}.needs: {given!r} is no tuple: write {needs!r}"
+            )
 
     @classmethod
-    def __get_pydantic_core_schema__(cls, source: Any, handler: pydantic.GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(
+        cls, source: Any, handler: pydantic.GetCoreSchemaHandler
+    ) -> CoreSchema:
         """Choose among the variants known now, by the chooser, where the slot stands for any of them."""
         if not cls.is_slot() or cls.slot.base is None:
             return handler(source)
-        choices = {name: handler.generate_schema(part) for name, part in cls.slot.variants.items()}
-        own = core_schema.plain_serializer_function_ser_schema(lambda part: part.model_dump())
-        union = core_schema.tagged_union_schema(choices, cls.slot.chooser, serialization=own)
+        choices = {
+            name: handler.generate_schema(part)
+            for name, part in cls.slot.variants.items()
+        }
+        own = core_schema.plain_serializer_function_ser_schema(
+            lambda part: part.model_dump()
+        )
+        union = core_schema.tagged_union_schema(
+            choices, cls.slot.chooser, serialization=own
+        )
         return core_schema.no_info_before_validator_function(cls.slot.read, union)
 
     @classmethod
@@ -224,8 +281,14 @@ class Variant(Part):
         table = super().__get_pydantic_json_schema__(core, handler)
         if not cls.is_slot():
             return table
-        parts = [handler.resolve_ref_schema(part) for part in table.get("oneOf", [table])]
-        plain = [part for part in parts if not set(part.get("required", [])) - {cls.slot.chooser}]
+        parts = [
+            handler.resolve_ref_schema(part) for part in table.get("oneOf", [table])
+        ]
+        plain = [
+            part
+            for part in parts
+            if not set(part.get("required", [])) - {cls.slot.chooser}
+        ]
         names = [part["properties"][cls.slot.chooser]["const"] for part in plain]
         return {"anyOf": [{"enum": names}, table]} if names else table
 

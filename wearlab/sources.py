@@ -1,8 +1,8 @@
 """Which code this is: hashes of wearlab's sources and tables, without importing any.
 
-A run bears the hash of the code that it used. What comes after a run (the store, figures, commands) is no
-part of it, nor is `dynamics` of a run without ``[dynamics]``: a run is of other code only when code that it
-used has changed.
+A run bears the hash of the code that it used. What comes after a run (the store,
+figures, commands) is no part of it, nor is `dynamics` of a run without ``[dynamics]``:
+a run is of other code only when code that it used has changed.
 """
 
 import hashlib
@@ -11,7 +11,10 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
-ROOMS_AFTER = "gradients query campaign store runner comparison updating figures report accuracy browsing cli"
+ROOMS_AFTER = (
+    "gradients query campaign store runner comparison updating figures report accuracy "
+    "browsing cli"
+)
 AFTER = frozenset((*ROOMS_AFTER.split(), "__init__.py"))
 """Rooms that no run's numbers come from."""
 DYNAMICS = "dynamics"
@@ -26,7 +29,13 @@ def source_hash() -> str:
 
 
 def _sources() -> list[Path]:
-    return sorted([*PACKAGE.rglob("*.py"), *PACKAGE.glob("*.toml"), *PACKAGE.glob("schema/*.toml")])
+    return sorted(
+        [
+            *PACKAGE.rglob("*.py"),
+            *PACKAGE.glob("*.toml"),
+            *PACKAGE.glob("schema/*.toml"),
+        ]
+    )
 
 
 def code_and_place() -> tuple[str, str]:
@@ -43,7 +52,11 @@ def used_hash(dynamics: bool) -> str:
     dynamics : whether its scene moves
     """
     left_out = AFTER if dynamics else AFTER | {DYNAMICS}
-    return hash_of(file for file in _sources() if file.relative_to(PACKAGE).parts[0] not in left_out)
+    return hash_of(
+        file
+        for file in _sources()
+        if file.relative_to(PACKAGE).parts[0] not in left_out
+    )
 
 
 def present_hashes() -> tuple[str, ...]:
@@ -60,5 +73,10 @@ def hash_of(files: Iterable[Path]) -> str:
     """Return the hash of some of the sources: their names and bytes."""
     digest = hashlib.sha256()
     for file in files:
-        digest.update(file.relative_to(PACKAGE).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
+        digest.update(
+            file.relative_to(PACKAGE).as_posix().encode()
+            + b"\0"
+            + file.read_bytes()
+            + b"\0"
+        )
     return digest.hexdigest()[:16]

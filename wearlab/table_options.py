@@ -29,7 +29,9 @@ def read_stiffness(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
     keys = ("along", "abscissa", "stiffness")
     _refuse_written(given, keys, "{file, of, units}")
     units = named_texts({"units": {}, **given}, "units", '{ stiffness = "N/um" }')
-    return given | dict(zip(keys, stiffness_table(named_file(given), units, base), strict=True))
+    return given | dict(
+        zip(keys, stiffness_table(named_file(given), units, base), strict=True)
+    )
 
 
 def _refuse_written(given: dict[str, Any], keys: Sequence[str], wanted: str) -> None:
@@ -40,10 +42,16 @@ def _refuse_written(given: dict[str, Any], keys: Sequence[str], wanted: str) -> 
         raise ValueError(f"'file' is required: {wanted}")
 
 
-PROFILE_ABSCISSAE = {"diameter": "m", "roll_angle": "rad", "roll_length": "m", "path_position": "m"}
+PROFILE_ABSCISSAE = {
+    "diameter": "m",
+    "roll_angle": "rad",
+    "roll_length": "m",
+    "path_position": "m",
+}
 PROFILE_ORDINATES = ("depth", "deviation")
 FACE = "face_position"
-"""Where on the face points of a flank lie, from mid-face: beside one of these, or alone in a lead."""
+"""Where on the face points of a flank lie, from mid-face: beside one of these, or alone
+in a lead."""
 
 
 def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
@@ -54,7 +62,11 @@ def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
     given : the options as written; contents that were read before stay
     base : folder that a relative path starts from
     """
-    if "x" in given and "y" in given and _stored(given.get("abscissa"), given.get("ordinate")):
+    if (
+        "x" in given
+        and "y" in given
+        and _stored(given.get("abscissa"), given.get("ordinate"))
+    ):
         return given
     keys = ("x", "y", "abscissa", "ordinate", "across")
     _refuse_written(given, keys[2:], "{file, x, y, units}")
@@ -64,8 +76,8 @@ def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
 def profile_table(given: dict[str, Any], base: Path | None) -> Profile:
     """Return what abscissa and ordinate of a measured flank are, and their values [m] or [rad].
 
-    Last where each point lies on the face [m]; None of a profile, which was measured at one place alone, and
-    of a lead, whose abscissa that is.
+    Last where each point lies on the face [m]; None of a profile, which was measured at
+    one place alone, and of a lead, whose abscissa that is.
 
     Raises
     ------
@@ -77,13 +89,23 @@ def profile_table(given: dict[str, Any], base: Path | None) -> Profile:
 
 def profile_of(table: ReadTable, given: dict[str, Any]) -> Profile:
     """Return what `profile_table` does, of a table that was read."""
-    units = named_texts(given, "units", '{ diameter = "mm", depth = "um" }') if "units" in given else {}
-    mapped = named_texts(given, "columns", '{ deviation = "Abweichung" }') if "columns" in given else {}
+    units = (
+        named_texts(given, "units", '{ diameter = "mm", depth = "um" }')
+        if "units" in given
+        else {}
+    )
+    mapped = (
+        named_texts(given, "columns", '{ deviation = "Abweichung" }')
+        if "columns" in given
+        else {}
+    )
     if unknown := set(mapped) - {*PROFILE_ABSCISSAE, FACE, *PROFILE_ORDINATES}:
         known = ", ".join((*PROFILE_ABSCISSAE, FACE, *PROFILE_ORDINATES))
         raise TableError(f"columns: {', '.join(sorted(unknown))}: expected {known}")
     faced = table.meant(FACE, mapped) is not None
-    alone = faced and not any(name in mapped or table.meant(name, mapped) for name in PROFILE_ABSCISSAE)
+    alone = faced and not any(
+        name in mapped or table.meant(name, mapped) for name in PROFILE_ABSCISSAE
+    )
     abscissae = (FACE,) if alone else tuple(PROFILE_ABSCISSAE)
     x = _column(given.get("x"), table, mapped, abscissae, "x")
     y = _column(given.get("y"), table, mapped, PROFILE_ORDINATES, "y")
@@ -91,11 +113,19 @@ def profile_of(table: ReadTable, given: dict[str, Any]) -> Profile:
     ordinate = _of_table(table, mapped, units, y, "m")
     across = _of_table(table, mapped, units, FACE, "m") if faced and not alone else None
     for place, rows in traces(across, len(abscissa)).items():
-        lines = f": lines {table.lines[rows[0]]} to {table.lines[rows[-1]]}, {FACE} {1e3 * place:g} mm"
-        _check_order([abscissa[row] for row in rows], x, table.file + ("" if across is None else lines))
+        lines = (
+            f": lines {table.lines[rows[0]]} to {table.lines[rows[-1]]}, {FACE} "
+            f"{1e3 * place:g} mm"
+        )
+        _check_order(
+            [abscissa[row] for row in rows],
+            x,
+            table.file + ("" if across is None else lines),
+        )
     if across is not None and len(set(across)) == 1:
         raise TableError(
-            f"{table.file}: {FACE} is {1e3 * across[0]:g} mm in every row: give several traces over the "
+            f"{table.file}: {FACE} is {1e3 * across[0]:g} mm in every row: give "
+            "several traces over the "
             "face, or a file without that column for a profile that holds all over it"
         )
     return x, y, abscissa, ordinate, across
@@ -114,13 +144,21 @@ def traces(across: Sequence[float] | None, count: int) -> dict[float, list[int]]
 
 
 def _check_order(abscissa: Sequence[float], x: str, whose: str) -> None:
-    if any(b < a for a, b in pairwise(abscissa)) and any(b > a for a, b in pairwise(abscissa)):
-        raise TableError(f"{whose}: {x} neither rises nor falls throughout; sort the rows by {x}")
+    if any(b < a for a, b in pairwise(abscissa)) and any(
+        b > a for a, b in pairwise(abscissa)
+    ):
+        raise TableError(
+            f"{whose}: {x} neither rises nor falls throughout; sort the rows by {x}"
+        )
     if any(c == a for a, c in zip(abscissa, abscissa[2:], strict=False)):
-        raise TableError(f"{whose}: {x} has the same value three times; twice marks a step")
+        raise TableError(
+            f"{whose}: {x} has the same value three times; twice marks a step"
+        )
 
 
-def _of_table(table: ReadTable, mapped: Words, units: Words, name: str, wanted: str) -> Numbers:
+def _of_table(
+    table: ReadTable, mapped: Words, units: Words, name: str, wanted: str
+) -> Numbers:
     """Return a column in SI, by the unit that the campaign file gives, else by the one in the header."""
     header = table.meant(name, mapped)
     if header is None:
@@ -132,19 +170,30 @@ def _of_table(table: ReadTable, mapped: Words, units: Words, name: str, wanted: 
 def _lacking(table: ReadTable, expected: str, key: str, name: str) -> TableError:
     """Return the refusal of a table without the column of a key, which may be named."""
     return TableError(
-        f"{table.file}: columns are {', '.join(table.names)}; expected {expected} for {key}, "
+        f"{table.file}: columns are {', '.join(table.names)}; expected {expected} for "
+        f"{key}, "
         f'or name it: columns = {{ {name} = "…" }} ({table.understood})'
     )
 
 
-def _column(asked: Any, table: ReadTable, mapped: Mapping[str, str], known: tuple[str, ...], key: str) -> str:
+def _column(
+    asked: Any,
+    table: ReadTable,
+    mapped: Mapping[str, str],
+    known: tuple[str, ...],
+    key: str,
+) -> str:
     """Return the quantity meant: the one asked for or mapped, or the only known one of the file."""
     if asked is not None and asked not in known:
         raise TableError(f"{key}: {asked!r} is not one of {', '.join(known)}")
     chosen = [name for name in known if name in mapped]
-    present = chosen or [name for name in known if table.meant(name, mapped) is not None]
+    present = chosen or [
+        name for name in known if table.meant(name, mapped) is not None
+    ]
     if asked is None and len(present) > 1:
-        raise TableError(f"{table.file} has columns {' and '.join(present)}; say which with {key}")
+        raise TableError(
+            f"{table.file} has columns {' and '.join(present)}; say which with {key}"
+        )
     picked = asked if asked is not None else next(iter(present), None)
     if picked is None or table.meant(picked, mapped) is None:
         raise _lacking(table, picked or " or ".join(known), key, picked or known[0])
@@ -158,7 +207,9 @@ TIMES = ("s", "1")
 """What shares of time may be: durations, or parts of a whole."""
 
 
-def duty_table(file: str, columns: Words, units: Words, base: Path | None) -> tuple[Numbers, ...]:
+def duty_table(
+    file: str, columns: Words, units: Words, base: Path | None
+) -> tuple[Numbers, ...]:
     """Return torques [N m], speeds [rad/s] and shares of time (in their own proportions) of a load table.
 
     Parameters
@@ -170,28 +221,44 @@ def duty_table(file: str, columns: Words, units: Words, base: Path | None) -> tu
     Raises
     ------
     TableError
-        When the file cannot be read, lacks a column or a unit, or a value is impossible.
+        When the file cannot be read, lacks a column or a unit, or a value is
+        impossible.
     """
     if unknown := {*columns, *units} - {*DUTY, "share"}:
-        raise TableError(f"{', '.join(sorted(unknown))}: expected torque, speed and share")
+        raise TableError(
+            f"{', '.join(sorted(unknown))}: expected torque, speed and share"
+        )
     table = read_table((base or Path()) / file)
     columns = {**columns, **_by_unit(table, columns)}
     known = {name: table.meant(name, columns) for name in (*DUTY, "share")}
-    lacking = {name: "…" for name, header in known.items() if header is None and name not in columns}
+    lacking = {
+        name: "…"
+        for name, header in known.items()
+        if header is None and name not in columns
+    }
     if lacking:
         raise TableError(
-            f"{table.file}: columns are {', '.join(table.names)}; none is called {', '.join(lacking)}: "
+            f"{table.file}: columns are {', '.join(table.names)}; none is called "
+            f"{', '.join(lacking)}: "
             f"columns = {_written(lacking)} ({table.understood})"
         )
-    told = {name for name, header in known.items() if units.get(name) or table.units.get(header or "")}
+    told = {
+        name
+        for name, header in known.items()
+        if units.get(name) or table.units.get(header or "")
+    }
     bare = {name: unit for name, unit in USUAL.items() if name not in told}
     if bare and all(known.values()):
         lacking_units = " and ".join(f"units.{name}" for name in bare)
         raise TableError(f"{lacking_units} required: units = {_written(bare)}")
-    torque, speed = (_of_table(table, columns, units, name, wanted) for name, wanted in DUTY.items())
+    torque, speed = (
+        _of_table(table, columns, units, name, wanted) for name, wanted in DUTY.items()
+    )
     share = _times(table, columns, units)
     if min(torque) < 0.0 or min(speed) <= 0.0 or min(share) < 0.0 or sum(share) <= 0.0:
-        raise TableError(f"{file}: torques and shares must not be negative, speeds must be positive")
+        raise TableError(
+            f"{file}: torques and shares must not be negative, speeds must be positive"
+        )
     return torque, speed, share
 
 
@@ -210,7 +277,10 @@ def _by_unit(table: ReadTable, columns: Mapping[str, str]) -> dict[str, str]:
 
 
 def _written(options: Mapping[str, str]) -> str:
-    each = (f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in options.items())
+    each = (
+        f"{name} = {json.dumps(value, ensure_ascii=False)}"
+        for name, value in options.items()
+    )
     return f"{{ {', '.join(each)} }}"
 
 
@@ -244,19 +314,25 @@ def named_texts(given: dict[str, Any], key: str, example: str) -> dict[str, str]
     if not isinstance(texts, dict):
         raise TableError(f"{key}: {texts!r} is no table: write {key} = {example}")
     if wrong := [column for column, text in texts.items() if not isinstance(text, str)]:
-        raise TableError(f"{key}.{wrong[0]}: {texts[wrong[0]]!r} is no text: write {key} = {example}")
+        raise TableError(
+            f"{key}.{wrong[0]}: {texts[wrong[0]]!r} is no text: write {key} = {example}"
+        )
     return texts
 
 
 def _stored(*columns: Any) -> bool:
     """Say whether these are columns of numbers that a scene has already read."""
     return all(
-        isinstance(column, list | tuple) and column and all(isinstance(number, Stored) for number in column)
+        isinstance(column, list | tuple)
+        and column
+        and all(isinstance(number, Stored) for number in column)
         for column in columns
     )
 
 
-def stiffness_table(file: str, units: Words, base: Path | None) -> tuple[str, Numbers, Numbers]:
+def stiffness_table(
+    file: str, units: Words, base: Path | None
+) -> tuple[str, Numbers, Numbers]:
     """Return what the abscissa is, the abscissa [1] or [m], and the stiffness [N/m].
 
     Raises
@@ -268,13 +344,22 @@ def stiffness_table(file: str, units: Words, base: Path | None) -> tuple[str, Nu
     along = next((name for name in ABSCISSAE if table.find(name)), None)
     if along is None or table.find("stiffness") is None:
         wanted = "phase or path_position, and stiffness"
-        raise TableError(f"{file}: columns are {', '.join(table.names)}; expected {wanted}")
+        raise TableError(
+            f"{file}: columns are {', '.join(table.names)}; expected {wanted}"
+        )
     x = _of_table(table, {}, units, along, ABSCISSAE[along])
     k = _of_table(table, {}, units, "stiffness", "N/m")
     if any(b < a for a, b in pairwise(x)):
-        raise TableError(f"{file}: {along} descends; an abscissa that stands twice marks a jump")
+        raise TableError(
+            f"{file}: {along} descends; an abscissa that stands twice marks a jump"
+        )
     if any(c == a for a, c in zip(x, x[2:], strict=False)):
-        raise TableError(f"{file}: {along} has the same value three times; twice marks a jump")
+        raise TableError(
+            f"{file}: {along} has the same value three times; twice marks a jump"
+        )
     if min(k) < 0.0 or max(k) <= 0.0:
-        raise TableError(f"{file}: stiffness {min(k):g} N/m; it must not be negative, nor zero everywhere")
+        raise TableError(
+            f"{file}: stiffness {min(k):g} N/m; it must not be negative, nor zero "
+            "everywhere"
+        )
     return along, x, k

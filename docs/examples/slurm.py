@@ -1,9 +1,10 @@
 """Run a campaign on a cluster with SLURM: ``python slurm.py study.toml STORE --queue normal --jobs 20``.
 
-Needs ``pip install wearlab dask-jobqueue``, the same on every node. Start it where jobs can be sent from, in
-``tmux`` or as a small job: it is the parent, which alone writes the store. Jobs come and go with the work;
-one that is preempted or reaches its walltime costs what its cases had computed since they last told of it.
-``--show`` prints what would be handed to ``sbatch``.
+Needs ``pip install wearlab dask-jobqueue``, the same on every node. Start it where jobs
+can be sent from, in ``tmux`` or as a small job: it is the parent, which alone writes
+the store. Jobs come and go with the work; one that is preempted or reaches its walltime
+costs what its cases had computed since they last told of it. ``--show`` prints what
+would be handed to ``sbatch``.
 """
 
 import argparse
@@ -25,7 +26,8 @@ def cluster(asked: argparse.Namespace) -> SLURMCluster:
         local_directory="$TMPDIR",
         job_script_prologue=[
             "export OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1",
-            f"export WEARLAB_CACHE={asked.cache}",  # compiled code: once for all nodes of a kind
+            # compiled code: once for all nodes of a kind
+            f"export WEARLAB_CACHE={asked.cache}",
         ],
         job_extra_directives=asked.directive,
     )
@@ -39,13 +41,21 @@ def options(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--queue", help="partition of the cluster")
     parser.add_argument("--cores", type=int, default=16, help="cores of one job")
     parser.add_argument("--memory", default="64GB", help="memory of one job")
-    parser.add_argument("--walltime", default="04:00:00", help="of one job; lives go on in the next")
+    parser.add_argument(
+        "--walltime", default="04:00:00", help="of one job; lives go on in the next"
+    )
     parser.add_argument("--jobs", type=int, default=4, help="most jobs at once")
     parser.add_argument(
-        "--cache", default="$HOME/.cache/wearlab", help="folder of compiled code on the nodes"
+        "--cache",
+        default="$HOME/.cache/wearlab",
+        help="folder of compiled code on the nodes",
     )
-    parser.add_argument("--directive", action="append", default=[], help="a further #SBATCH line")
-    parser.add_argument("--show", action="store_true", help="print the job script and end")
+    parser.add_argument(
+        "--directive", action="append", default=[], help="a further #SBATCH line"
+    )
+    parser.add_argument(
+        "--show", action="store_true", help="print the job script and end"
+    )
     return parser.parse_args(words)
 
 

@@ -27,14 +27,20 @@ def test_the_default_method_is_of_high_order(problem, known):
     curve = steps_curve(problem, known, (48, 96, 192))
     first, *others = curve.rungs
     for rung in others:
-        least = max(first.error * (first.setting / rung.setting) ** 3.5, 30.0 * known.disagreement, 1e-8)
+        least = max(
+            first.error * (first.setting / rung.setting) ** 3.5,
+            30.0 * known.disagreement,
+            1e-8,
+        )
         assert rung.error <= least
         assert rung.work > first.work
 
 
 @pytest.mark.parametrize(("method", "order"), [(RungeKutta4, 4.0), (Newmark, 2.0)])
 def test_marched_methods_have_their_order(problem, known, method, order):
-    curve = integrated_curve(problem, known, "any", (64, 128, 256), lambda left: method(tolerance=left))
+    curve = integrated_curve(
+        problem, known, "any", (64, 128, 256), lambda left: method(tolerance=left)
+    )
     assert curve.order(known.disagreement) == pytest.approx(order, abs=0.25)
 
 
@@ -50,18 +56,32 @@ def test_peers_converge_to_the_same_answer(problem, known, monkeypatch):
         assert fine.seconds > 0.0 and curve.role == "peer"
 
 
-def test_a_march_that_takes_long_or_does_not_settle_is_not_begun(problem, known, monkeypatch):
-    assert measured.periods_to(known, 1e-3) == np.ceil(np.log(1e-3) / np.log(known.multiplier))
+def test_a_march_that_takes_long_or_does_not_settle_is_not_begun(
+    problem, known, monkeypatch
+):
+    assert measured.periods_to(known, 1e-3) == np.ceil(
+        np.log(1e-3) / np.log(known.multiplier)
+    )
     assert measured.periods_to(known._replace(multiplier=1.01), 1e-3) == np.inf
-    assert not list(measured.peer_curves(problem, known._replace(multiplier=1.01), lambda text: None))
+    assert not list(
+        measured.peer_curves(
+            problem, known._replace(multiplier=1.01), lambda text: None
+        )
+    )
 
 
-def test_a_ladder_ends_where_rungs_take_long_or_tell_nothing(problem, known, monkeypatch):
+def test_a_ladder_ends_where_rungs_take_long_or_tell_nothing(
+    problem, known, monkeypatch
+):
     def settings(seconds, disagreement):
         monkeypatch.setattr(measured, "timing", lambda action, **more: seconds)
         sure = known._replace(disagreement=disagreement)
         curve = integrated_curve(
-            problem, sure, "any", (64, 128, 256), lambda left: RungeKutta4(tolerance=left)
+            problem,
+            sure,
+            "any",
+            (64, 128, 256),
+            lambda left: RungeKutta4(tolerance=left),
         )
         return len(curve.rungs)
 
@@ -88,7 +108,9 @@ def test_settings_that_physics_refuses_are_left_out(problem, known, wears, monke
 
     monkeypatch.setattr(measured, "lived", refused)
     truth = measured.TimedLife(2e6, np.ones(4), np.zeros(4), 1, 1.0)
-    (curve,) = measured._knob_of_life(wears, "numerics.profile_points", (41, 61), {}, truth)
+    (curve,) = measured._knob_of_life(
+        wears, "numerics.profile_points", (41, 61), {}, truth
+    )
     assert [rung.setting for rung in curve.rungs] == [61.0]
 
 
@@ -98,21 +120,37 @@ def test_euler_over_cycles_is_of_first_order_and_lives_agree(wears):
     other = measured.second_life(problem, known.cycle)
     assert max(measured.errors(known, other)) < 3e-5
     deepest = float(known.depth.max())
-    found = [(deepest / n, measured.lived(problem, Euler(deepest / n), 1e-3)) for n in (40, 80, 160)]
-    curves = {c.quantity: c for c in measured._both("Euler", "threshold", "as published", found, other)}
+    found = [
+        (deepest / n, measured.lived(problem, Euler(deepest / n), 1e-3))
+        for n in (40, 80, 160)
+    ]
+    curves = {
+        c.quantity: c
+        for c in measured._both("Euler", "threshold", "as published", found, other)
+    }
     assert curves["life"].order(1e-6) == pytest.approx(1.0, abs=0.1)
-    assert [rung.work for rung in curves["life"].rungs] == sorted(r.work for r in curves["life"].rungs)
+    assert [rung.work for rung in curves["life"].rungs] == sorted(
+        r.work for r in curves["life"].rungs
+    )
 
 
 def ladder(errors, seconds=(1.0, 2.0, 4.0), settings=(10.0, 20.0, 40.0)):
-    rungs = tuple(Rung(*values, work=1.0) for values in zip(settings, errors, seconds, strict=True))
+    rungs = tuple(
+        Rung(*values, work=1.0)
+        for values in zip(settings, errors, seconds, strict=True)
+    )
     return WorkPrecision("ours", "steps_per_period", "mesh_force", "wearlab", rungs)
 
 
 def test_cheapest_is_the_fastest_rung_from_which_all_finer_ones_are_good():
     assert ladder((1e-2, 1e-4, 1e-6)).cheapest(1e-3)[:4] == (20.0, 1e-4, 2.0, 1.0)
-    assert ladder((1e-4, 1e-2, 1e-6)).cheapest(1e-3).setting == 40.0  # the first was luck
-    assert ladder((1e-4, 1e-5, 1e-6), seconds=(5.0, 1.0, 4.0)).cheapest(1e-3).setting == 20.0
+    assert (
+        ladder((1e-4, 1e-2, 1e-6)).cheapest(1e-3).setting == 40.0
+    )  # the first was luck
+    assert (
+        ladder((1e-4, 1e-5, 1e-6), seconds=(5.0, 1.0, 4.0)).cheapest(1e-3).setting
+        == 20.0
+    )
     assert ladder((1e-2, 1e-3, 1e-4)).cheapest(1e-6) is None
     assert ladder((1e-2, np.nan, np.nan)).cheapest(1e-3) is None
 
@@ -124,17 +162,23 @@ def test_order_leaves_out_what_the_reference_cannot_tell():
     stairs = ladder((1e-2, 9.9e-3, 1e-7), settings=(10.0, 20.0, 40.0))
     assert np.isnan(stairs.order(0.0))  # nor are slopes that have nothing in common
     bends = ladder(
-        (1e-2, 1e-2 / 2, 1e-2 / 16, 1e-2 / 128, 1e-2 / 1024), (1.0,) * 5, (1.0, 2.0, 4.0, 8.0, 16.0)
+        (1e-2, 1e-2 / 2, 1e-2 / 16, 1e-2 / 128, 1e-2 / 1024),
+        (1.0,) * 5,
+        (1.0, 2.0, 4.0, 8.0, 16.0),
     )
     assert bends.order(0.0) == pytest.approx(3.0)  # of the finest three: 3, 3, 3
-    assert ladder((1e-2, 1e-12, 1e-12)).order(1e-12) != ladder((1e-2, 1e-12, 1e-12)).order(1e-12)  # NaN
+    assert ladder((1e-2, 1e-12, 1e-12)).order(1e-12) != ladder(
+        (1e-2, 1e-12, 1e-12)
+    ).order(1e-12)  # NaN
 
 
 def test_costs_are_interpolated_in_logarithms():
     assert interpolated((1e-2, 1e-4), (1.0, 4.0), 1e-3) == pytest.approx(2.0)
     assert interpolated((1e-4, 1e-6), (1.0, 4.0), 1e-3) == 1.0
     assert np.isnan(interpolated((1e-2, 1e-4), (1.0, 4.0), 1e-6))
-    assert interpolated((1e-2, np.inf, 1e-4), (1.0, 9.0, 4.0), 1e-3) == pytest.approx(2.0)
+    assert interpolated((1e-2, np.inf, 1e-4), (1.0, 9.0, 4.0), 1e-3) == pytest.approx(
+        2.0
+    )
 
 
 def test_a_time_is_the_median_of_seven_after_a_warm_up():
@@ -144,9 +188,20 @@ def test_a_time_is_the_median_of_seven_after_a_warm_up():
 
 
 @pytest.mark.parametrize("sections", [("",), ("sun_planet", "planet_ring")])
-def test_harmonics_of_all_meshes_are_changed_wherever_they_are_written(planetary, sections):
-    series = {"excitation": {"model": "fourier", "stiffness_harmonics": 3, "error_harmonics": 2}}
+def test_harmonics_of_all_meshes_are_changed_wherever_they_are_written(
+    planetary, sections
+):
+    series = {
+        "excitation": {
+            "model": "fourier",
+            "stiffness_harmonics": 3,
+            "error_harmonics": 2,
+        }
+    }
     written = series if sections == ("",) else dict.fromkeys(sections, series)
     changed = measured.with_harmonics(planetary.replace("mesh", written), 7)
     for one in changed.meshes.values():
-        assert (one.excitation.stiffness_harmonics, one.excitation.error_harmonics) == (7, 7)
+        assert (one.excitation.stiffness_harmonics, one.excitation.error_harmonics) == (
+            7,
+            7,
+        )

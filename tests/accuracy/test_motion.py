@@ -11,22 +11,35 @@ from wearlab.scene import Scene
 
 def by_hand(problem: Steady, time: float, y: np.ndarray) -> np.ndarray:
     """ẏ from the tables' own look-up, with dense matrices and plain NumPy."""
-    vibration, system = problem.vibration, problem.vibration.system
+    vibration = problem.vibration
+    system = problem.vibration.system
     phase = (time / vibration.period) % 1.0
     where = problem.parts.look(0, np.array([phase]))
     stages = vibration.sampling._replace(grid=_one_step(phase), where=(_thrice(where),))
     tables = stage_tables(problem.kinds, stages, None)
-    k, g = tables.stiffness[0, 0, 0], tables.gap[0, 0, 0]
-    n, d = len(system.load), system.direction[0]
+    k = tables.stiffness[0, 0, 0]
+    g = tables.gap[0, 0, 0]
+    n = len(system.load)
+    d = system.direction[0]
     delta = d @ y[:n] - tables.error[0, 0, 0]
     rate = d @ y[n:] - tables.error_rate[0, 0, 0] / vibration.period
-    pressed = np.where(k > 0.0, k * np.maximum(0.0, delta - np.where(k > 0.0, g, 0.0)), 0.0)
-    back, c = k.sum() * max(0.0, -float(system.backlash[0]) - delta), system.mesh_damping[0]
+    pressed = np.where(
+        k > 0.0, k * np.maximum(0.0, delta - np.where(k > 0.0, g, 0.0)), 0.0
+    )
+    back = k.sum() * max(0.0, -float(system.backlash[0]) - delta)
+    c = system.mesh_damping[0]
     moves = tables.pair_rate[0, 0, 0] / vibration.period
     share = np.where(pressed > 0.0, k, 0.0) / max(k[pressed > 0.0].sum(), 1e-300)
-    drive = np.where(pressed > 0.0, np.maximum(0.0, pressed + c * share * (rate - moves)), 0.0).sum()
+    drive = np.where(
+        pressed > 0.0, np.maximum(0.0, pressed + c * share * (rate - moves)), 0.0
+    ).sum()
     force = drive - (max(0.0, back - c * rate) if back > 0.0 else 0.0)
-    load = system.load - system.total_stiffness @ y[:n] - system.total_damping @ y[n:] - d * force
+    load = (
+        system.load
+        - system.total_stiffness @ y[:n]
+        - system.total_damping @ y[n:]
+        - d * force
+    )
     return np.concatenate([y[n:], np.linalg.solve(system.mass, load)])
 
 
@@ -37,7 +50,9 @@ def _one_step(phase: float):
 
 
 def _thrice(where):
-    return where._replace(**{name: np.repeat(value, 3, axis=0) for name, value in where._asdict().items()})
+    return where._replace(
+        **{name: np.repeat(value, 3, axis=0) for name, value in where._asdict().items()}
+    )
 
 
 @pytest.fixture(scope="module")
@@ -59,12 +74,15 @@ def test_motion_is_the_tables(case):
     times = np.random.default_rng(1).uniform(0.0, 5.0, 40) * given.period
     for time, y in zip(times, states(len(given.push)), strict=True):
         exact = by_hand(problem, time, y)
-        np.testing.assert_allclose(motion_of(time, y, given), exact, rtol=1e-5, atol=1e-5 * abs(exact).max())
+        np.testing.assert_allclose(
+            motion_of(time, y, given), exact, rtol=1e-5, atol=1e-5 * abs(exact).max()
+        )
 
 
 def test_each_side_of_a_jump_can_be_asked_for(problem):
     given = problem.motion()
-    jump, y = given.breaks[1] * given.period, states(len(given.push))[30]
+    jump = given.breaks[1] * given.period
+    y = states(len(given.push))[30]
     bounds = [int(cell) for cell in given.first_cell]
     left = motion_within(jump, y, given, bounds[0], bounds[1])
     right = motion_within(jump, y, given, bounds[1], bounds[2])

@@ -3,14 +3,21 @@
 import numpy as np
 import pytest
 
-from wearlab.accuracy.steady import over_periods, reference, relative_error, second_method, steady
+from wearlab.accuracy.steady import (
+    over_periods,
+    reference,
+    relative_error,
+    second_method,
+    steady,
+)
 
 
 @pytest.mark.parametrize("which", ["loaded", "separating"])
 def test_a_second_method_agrees(which, request):
     problem = steady(request.getfixturevalue(which))
     known = reference(problem)
-    # Where pairs cease to push slopes of worn gaps decide, which bend at nodes that steps do not land on.
+    # Where pairs cease to push slopes of worn gaps decide, which bend at nodes that
+    # steps do not land on.
     assert known.disagreement < (2e-9 if which == "loaded" else 2e-6)
     if which == "separating":
         assert (known.force <= 0.0).any() and (known.force > 0.0).any()

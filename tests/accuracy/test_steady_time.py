@@ -6,7 +6,8 @@ from wearlab.scene import Scene
 
 
 def test_the_fewest_steps_that_reach_an_error_are_timed(planetary: Scene) -> None:
-    coarse, fine = (steady_time(planetary, error, budget=0.01) for error in (1e-3, 1e-7))
+    coarse = steady_time(planetary, 0.001, budget=0.01)
+    fine = steady_time(planetary, 1e-07, budget=0.01)
     assert coarse is not None and fine is not None and coarse.steps < fine.steps
     for found, error in ((coarse, 1e-3), (fine, 1e-7)):
         assert 0.0 < found.error < error and 0.0 < found.warm_error < error

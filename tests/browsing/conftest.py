@@ -14,8 +14,15 @@ import wearlab as wl
 from wearlab.browsing.window import browse
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-BROWSER = os.environ.get("WEARLAB_BROWSER") or next(filter(None, map(shutil.which, NAMES)), None)
-SMALL = ("--no-sandbox", "--disable-gpu", "--disable-extensions", "--disable-background-networking")
+BROWSER = os.environ.get("WEARLAB_BROWSER") or next(
+    filter(None, map(shutil.which, NAMES)), None
+)
+SMALL = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-extensions",
+    "--disable-background-networking",
+)
 
 
 class Asked:
@@ -29,9 +36,13 @@ class Asked:
         """Return status, headers and text of an answer."""
         own = self.window.token if token is None else token
         query = (
-            urlencode({"token": own, **arguments}, doseq=True) if own else urlencode(arguments, doseq=True)
+            urlencode({"token": own, **arguments}, doseq=True)
+            if own
+            else urlencode(arguments, doseq=True)
         )
-        connection = http.client.HTTPConnection("127.0.0.1", self.window.port, timeout=30)
+        connection = http.client.HTTPConnection(
+            "127.0.0.1", self.window.port, timeout=30
+        )
         headers = {"Host": host or f"127.0.0.1:{self.window.port}"}
         content = None if body is None else urlencode(body)
         if content is not None:
@@ -56,7 +67,9 @@ class Asked:
 @pytest.fixture
 def opened():
     """Return a function that opens a window on a store, closed at the end."""
-    pytest.importorskip("bokeh", reason="wearlab[browse] is not installed: no window can be opened")
+    pytest.importorskip(
+        "bokeh", reason="wearlab[browse] is not installed: no window can be opened"
+    )
     windows = []
 
     def open_(store):
@@ -77,7 +90,10 @@ def small(tmp_path, opened):
 
 @pytest.fixture(scope="session")
 def drawn_store(tmp_path_factory):
-    """Return the folder of a store whose runs have every variable that figures draw; copies are used."""
+    """Return the folder of a store whose runs have every variable that figures draw.
+
+    Copies are used.
+    """
     from wearlab.campaign.campaign import with_figures
     from wearlab.store import Store
 
@@ -87,12 +103,19 @@ def drawn_store(tmp_path_factory):
     cases = []
     for number, speed in enumerate(made_up.SPEEDS):
         run_id = f"{number + 1:020x}"
-        scene = f'{{"operation": {{"speed": {speed * 0.10471975511966}, "torque": 340.0}}}}'
+        scene = (
+            f'{{"operation": {{"speed": {speed * 0.10471975511966}, "torque": 340.0}}}}'
+        )
         made_up.put(store, run_id, made_up.run(speed), scene)
         cases.append(made_up.Case("base", run_id, {"speed": number}))
     campaign = made_up.Campaign(tuple(cases), (axis,))
-    members = [(case.id, case.label, {"speed": f"{made_up.SPEEDS[i]:g} rpm"}) for i, case in enumerate(cases)]
-    store.catalogue.record_campaign(campaign.title, "doi:1", None, members, {}, with_figures(campaign))
+    members = [
+        (case.id, case.label, {"speed": f"{made_up.SPEEDS[i]:g} rpm"})
+        for i, case in enumerate(cases)
+    ]
+    store.catalogue.record_campaign(
+        campaign.title, "doi:1", None, members, {}, with_figures(campaign)
+    )
     return store.path
 
 
@@ -170,10 +193,15 @@ def measured(measured_store, opened):
 
 @pytest.fixture(scope="session")
 def browser():
-    """Return the system's Chromium; whoever asks for it is skipped where there is none."""
+    """Return the system's Chromium.
+
+    Whoever asks for it is skipped where there is none.
+    """
     if BROWSER is None:
         pytest.skip("no browser is installed: windows are not looked at")
-    playwright = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    playwright = pytest.importorskip(
+        "playwright.sync_api", reason="Playwright is not installed"
+    )
     with playwright.sync_playwright() as driver:
         chromium = driver.chromium.launch(executable_path=BROWSER, args=list(SMALL))
         yield chromium
@@ -182,13 +210,24 @@ def browser():
 
 @pytest.fixture
 def page(browser):
-    """Return a page; the test fails where its scripts fail, a dialog opens, or another machine is asked."""
+    """Return a page.
+
+    The test fails where its scripts fail, a dialog opens, or another machine is asked.
+    """
     context = browser.new_context(viewport={"width": 1280, "height": 900})
     page = context.new_page()
     wrong = []
     page.on("pageerror", lambda error: wrong.append(f"script: {error}"))
-    page.on("dialog", lambda dialog: (wrong.append(f"dialog: {dialog.message}"), dialog.dismiss()))
-    page.on("console", lambda said: wrong.append(said.text) if "Security Policy" in said.text else None)
+    page.on(
+        "dialog",
+        lambda dialog: (wrong.append(f"dialog: {dialog.message}"), dialog.dismiss()),
+    )
+    page.on(
+        "console",
+        lambda said: (
+            wrong.append(said.text) if "Security Policy" in said.text else None
+        ),
+    )
 
     def asked(request):
         if not request.url.startswith(("http://127.0.0.1:", "data:", "blob:", "file:")):

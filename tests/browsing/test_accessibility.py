@@ -1,4 +1,7 @@
-"""Every control has a role, a name and a place in the order of the Tab key; pages fit the screen."""
+"""Every control has a role, a name and a place in the order of the Tab key.
+
+Pages fit the screen.
+"""
 
 import re
 
@@ -14,7 +17,8 @@ REACHABLE = f"""() => {{ {EVERY}
     e => e.tabIndex >= 0 && e.checkVisibility({{visibilityProperty: true}}));
   return window.reachable.map(e => e.outerHTML.slice(0, 90)) }}"""
 DEEPEST = (
-    "let e = document.activeElement; while (e?.shadowRoot?.activeElement) e = e.shadowRoot.activeElement;"
+    "let e = document.activeElement; while (e?.shadowRoot?.activeElement) e = "
+    "e.shadowRoot.activeElement;"
 )
 FOCUSED = f"() => {{ {DEEPEST} return window.reachable.indexOf(e) }}"
 ROLE = f"() => {{ {DEEPEST} return e?.getAttribute('role') }}"
@@ -24,7 +28,8 @@ READY = f"""() => {{ {EVERY} return Bokeh.documents.length > 0 && Bokeh.document
 
 def pages(drawn, measured):
     """Return what each page is called, its address and what is waited for."""
-    (first, second, _), (update,) = drawn.store.entries(), kept(measured)
+    (first, second, _) = drawn.store.entries()
+    (update,) = kept(measured)
     key = re.search(r"key=([0-9a-f]+)", drawn.page(""))[1]
     drawn.store.tag(first, "good")
     return {
@@ -52,15 +57,21 @@ def nameless(page):
     nodes = session.send("Accessibility.getFullAXTree")["nodes"]
     found = []
     for node in nodes:
-        focusable = any(p["name"] == "focusable" and p["value"]["value"] for p in node.get("properties", ()))
-        role, name = node.get("role", {}).get("value", ""), node.get("name", {}).get("value", "")
+        focusable = any(
+            p["name"] == "focusable" and p["value"]["value"]
+            for p in node.get("properties", ())
+        )
+        role = node.get("role", {}).get("value", "")
+        name = node.get("name", {}).get("value", "")
         if (
             focusable
             and not node.get("ignored")
             and role != "RootWebArea"
             and (role in IDLE or not name.strip())
         ):
-            told = session.send("DOM.describeNode", {"backendNodeId": node["backendDOMNodeId"]})["node"]
+            told = session.send(
+                "DOM.describeNode", {"backendNodeId": node["backendDOMNodeId"]}
+            )["node"]
             found.append((role, told["nodeName"], told.get("attributes")))
     session.detach()
     return found
@@ -78,8 +89,12 @@ def unreached(page):
     return [html for number, html in enumerate(expected) if number not in reached]
 
 
-def test_every_control_of_every_page_has_a_name_and_is_reached_by_keys(page, drawn, measured):
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed").Axe()
+def test_every_control_of_every_page_has_a_name_and_is_reached_by_keys(
+    page, drawn, measured
+):
+    axe = pytest.importorskip(
+        "axe_playwright_python.sync_playwright", reason="axe is not installed"
+    ).Axe()
     wrong = []
     for name, (address, awaited) in pages(drawn, measured).items():
         page.goto(address)
@@ -87,15 +102,21 @@ def test_every_control_of_every_page_has_a_name_and_is_reached_by_keys(page, dra
         while awaited == "canvas" and not page.evaluate(READY):
             page.wait_for_timeout(100)
         assert (
-            page.get_by_role("heading", level=1).count() == 1 and page.locator("html[lang=en]").count() == 1
+            page.get_by_role("heading", level=1).count() == 1
+            and page.locator("html[lang=en]").count() == 1
         )
         wrong += [(name, "nameless", told) for told in nameless(page)]
         wrong += [(name, "unreached", told) for told in unreached(page)]
         for scheme in ("light", "dark"):
             page.emulate_media(color_scheme=scheme)
-            broken = axe.run(page, options={"resultTypes": ["violations"]}).response["violations"]
+            broken = axe.run(page, options={"resultTypes": ["violations"]}).response[
+                "violations"
+            ]
             for rule in broken:
-                wrong += [(name, scheme, rule["id"], node["html"][:160]) for node in rule["nodes"]]
+                wrong += [
+                    (name, scheme, rule["id"], node["html"][:160])
+                    for node in rule["nodes"]
+                ]
     assert wrong == [], "\n".join(map(str, wrong))
 
 
@@ -108,7 +129,9 @@ def test_the_slider_is_named_and_moved_by_keys_alone(page, drawn):
         if page.evaluate(ROLE) == "slider":
             break
     page.keyboard.press("ArrowLeft")
-    page.get_by_role("status").filter(has_text="State 1 of 2: 3 million cycles").wait_for()
+    page.get_by_role("status").filter(
+        has_text="State 1 of 2: 3 million cycles"
+    ).wait_for()
 
 
 @pytest.mark.parametrize("width", [390, 1280])

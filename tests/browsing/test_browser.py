@@ -1,6 +1,7 @@
 """A window as people use it, in a real browser: the system's Chromium, driven by Playwright.
 
-`pytest -m browser` runs these; without a browser each is skipped, and says so. `WEARLAB_BROWSER` names one.
+`pytest -m browser` runs these; without a browser each is skipped, and says so.
+`WEARLAB_BROWSER` names one.
 """
 
 import re
@@ -19,14 +20,16 @@ from wearlab.store import Store
 
 pytestmark = pytest.mark.browser
 PLANTED = (
-    '"><img src=x onerror="window.planted=1"><script>window.planted=1</script>$$\\href{javascript:1}{x}$$'
+    '"><img src=x '
+    'onerror="window.planted=1"><script>window.planted=1</script>$$\\href{javascript:1}{x}$$'
 )
 
 
 def column(page, name):
     """Return the texts of a column of the table of runs."""
     heads = [
-        text.split(" [")[0].strip("▲▼ ") for text in page.locator("table.runs thead th").all_inner_texts()
+        text.split(" [")[0].strip("▲▼ ")
+        for text in page.locator("table.runs thead th").all_inner_texts()
     ]
     place = heads.index(name) + 1
     return page.locator(f"table.runs tbody tr > :nth-child({place})").all_inner_texts()
@@ -44,7 +47,9 @@ def test_from_the_campaigns_to_a_run_and_its_slider(page, drawn):
     before = page.locator("details[open] li").all_inner_texts()
     page.get_by_role("slider").focus()
     page.keyboard.press("ArrowLeft")
-    page.get_by_role("status").filter(has_text="State 1 of 2: 3 million cycles").wait_for()
+    page.get_by_role("status").filter(
+        has_text="State 1 of 2: 3 million cycles"
+    ).wait_for()
     page.get_by_role("button", name="Less worn").click()
     page.get_by_role("status").filter(has_text="State 0 of 2: 0 cycles").wait_for()
     page.locator("summary", has_text="In words").click()
@@ -82,7 +87,13 @@ def test_marked_runs_are_compared_and_taken_along(page, drawn, tmp_path):
         mark.check()
     page.get_by_role("button", name="Compare the marked runs").first.click()
     page.locator("canvas").first.wait_for()
-    assert page.get_by_label("Legend").inner_text().split() == ["speed:", "800", "rpm", "1100", "rpm"]
+    assert page.get_by_label("Legend").inner_text().split() == [
+        "speed:",
+        "800",
+        "rpm",
+        "1100",
+        "rpm",
+    ]
     asked = page.get_by_role("region", name="Runs side by side")
     assert "operation.speed" in asked.inner_text()
     page.get_by_label("Kind", exact=True).select_option("tvms")
@@ -110,12 +121,16 @@ def test_a_sweep_is_drawn_over_axes_of_choice_and_tells_what_is_pointed_at(page,
     canvas.wait_for()
     box = canvas.bounding_box()
     tip = page.locator(".bk-tooltip-content")
-    for down in range(10, 260, 4):  # across the line between the second and the third speed
+    for down in range(
+        10, 260, 4
+    ):  # across the line between the second and the third speed
         page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + down)
         if tip.count():
             break
     words = " ".join(tip.first.inner_text().split())
-    assert re.fullmatch(r".*x: (1100|3720) y: [0-9.e+]+( ± [0-9.e+]+)? run: 0+[23]", words), words
+    assert re.fullmatch(
+        r".*x: (1100|3720) y: [0-9.e+]+( ± [0-9.e+]+)? run: 0+[23]", words
+    ), words
 
 
 def test_a_tag_is_put_on_and_found_by_command(page, small, capsys):
@@ -138,7 +153,11 @@ def test_a_tag_is_put_on_and_found_by_command(page, small, capsys):
 
 def test_a_wrong_token_shows_nothing(page, small):
     page.goto(f"http://127.0.0.1:{small.window.port}/?token=wrong")
-    assert page.locator("body").inner_text().startswith("The token of this window is missing or wrong")
+    assert (
+        page.locator("body")
+        .inner_text()
+        .startswith("The token of this window is missing or wrong")
+    )
 
 
 def test_text_of_strangers_stays_text(page, drawn):
@@ -147,21 +166,45 @@ def test_text_of_strangers_stays_text(page, drawn):
     store.tag(run, "".join(PLANTED[:99]))
     store.note(run, PLANTED)
     second = list(store.entries())[1]
-    axis = {"name": "speed", "values": [PLANTED, "b"], "units": None, "key": PLANTED, "beside": {}}
+    axis = {
+        "name": "speed",
+        "values": [PLANTED, "b"],
+        "units": None,
+        "key": PLANTED,
+        "beside": {},
+    }
     record = {
-        "format": 1, "title": PLANTED, "reference": PLANTED, "axes": [axis],
+        "format": 1,
+        "title": PLANTED,
+        "reference": PLANTED,
+        "axes": [axis],
         "cases": [[run, PLANTED, [0]], [second, PLANTED, [1]]],
-        "figures": [{"kind": "tvms", "title": PLANTED, "note": PLANTED, "select": {"update": -1}}],
-    }  # fmt: skip
+        "figures": [
+            {
+                "kind": "tvms",
+                "title": PLANTED,
+                "note": PLANTED,
+                "select": {"update": -1},
+            }
+        ],
+    }
     members = [(run, PLANTED, {"speed": PLANTED}), (second, PLANTED, {"speed": "b"})]
-    key = store.catalogue.record_campaign(PLANTED, PLANTED, PLANTED, members, {}, record)
+    key = store.catalogue.record_campaign(
+        PLANTED, PLANTED, PLANTED, members, {}, record
+    )
     for path, more in (
-        ("", {}), ("campaign", {"key": key}), ("runs", {"columns": "tag,note,case", "where": PLANTED}),
-        ("runs", {"columns": "tag,note,campaign,case"}), ("run", {"id": run}),
-        ("compare", {"run": [run, second]}), ("compare", {"campaign": key, "x": PLANTED}),
+        ("", {}),
+        ("campaign", {"key": key}),
+        ("runs", {"columns": "tag,note,case", "where": PLANTED}),
+        ("runs", {"columns": "tag,note,campaign,case"}),
+        ("run", {"id": run}),
+        ("compare", {"run": [run, second]}),
+        ("compare", {"campaign": key, "x": PLANTED}),
         ("compare", {"campaign": key, "kind": "tvms"}),
-        ("run", {"id": PLANTED}), ("progress", {}), ("updates", {}),
-    ):  # fmt: skip
+        ("run", {"id": PLANTED}),
+        ("progress", {}),
+        ("updates", {}),
+    ):
         page.goto(drawn.at(path, **more))
         if path in ("campaign", "run", "compare") and PLANTED not in more.values():
             page.locator("canvas").first.wait_for()
@@ -179,15 +222,27 @@ def test_a_hundred_thousand_runs_are_paged(page, tmp_path, opened):
     assert page.get_by_role("status").inner_text() == "runs 51 to 100 of 100,000"
     page.locator("thead").get_by_role("link", name="life [cycles]", exact=True).click()
     longest = max(many_runs.values(n)["life"] for n in range(1, 100_001))
-    assert float(column(page, "life")[0].replace(",", "")) == pytest.approx(longest, rel=1e-5)
+    assert float(column(page, "life")[0].replace(",", "")) == pytest.approx(
+        longest, rel=1e-5
+    )
 
 
 def test_a_campaign_under_way_is_watched(page, tmp_path, opened):
     store = filled(tmp_path / "store", sweep(2))
     gate = tmp_path / "gate"
     here = Path(__file__).parents[1] / "support"
-    words = [sys.executable, here / "run_fake.py", store.path, "4", "-", gate, "alone=1"]
-    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    words = [
+        sys.executable,
+        here / "run_fake.py",
+        store.path,
+        "4",
+        "-",
+        gate,
+        "alone=1",
+    ]
+    process = subprocess.Popen(
+        words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
     try:
         asked = opened(store)
         page.goto(asked.at("progress"))

@@ -8,22 +8,41 @@ from fake_campaign import filled, sweep
 
 import wearlab as wl
 from wearlab.browsing import contents, figures, listing, recorded
-from wearlab.browsing.one_run import Lived, WornPlace, in_hours, longest, margin, told, why, worn_place
+from wearlab.browsing.one_run import (
+    Lived,
+    WornPlace,
+    in_hours,
+    longest,
+    margin,
+    told,
+    why,
+    worn_place,
+)
 
 
 def test_a_number_without_a_unit_is_asked_for_it_and_kept(small):
-    told = listing.listed(small.store, {"where": "life > 1", "word": "torque", "sign": ">=", "value": "340"})
+    told = listing.listed(
+        small.store,
+        {"where": "life > 1", "word": "torque", "sign": ">=", "value": "340"},
+    )
     assert told.problem == "340 of what? Write torque with its unit: 340 N*m"
     assert (told.where, told.refused) == ("life > 1", ("torque", ">=", "340"))
     page = small.page("runs", word="torque", sign=">=", value="340")
-    assert 'placeholder="such as 340 N*m" value="340"' in page and '<option value="&gt;=" selected>' in page
+    assert (
+        'placeholder="such as 340 N*m" value="340"' in page
+        and '<option value="&gt;=" selected>' in page
+    )
     for written in ("340 N*m", "340 Nm", "340 N·m"):
-        told = listing.listed(small.store, {"word": "torque", "sign": ">=", "value": written})
+        told = listing.listed(
+            small.store, {"word": "torque", "sign": ">=", "value": written}
+        )
         assert (told.problem, told.where) == ("", f"torque >= {written}")
 
 
 def test_a_unit_of_something_else_is_told_as_on_the_command_line(small):
-    told = listing.listed(small.store, {"word": "torque", "sign": ">=", "value": "340 rpm"})
+    told = listing.listed(
+        small.store, {"word": "torque", "sign": ">=", "value": "340 rpm"}
+    )
     assert "rpm" in told.problem and told.where == "" and told.refused[2] == "340 rpm"
 
 
@@ -34,9 +53,13 @@ def test_cases_are_sorted_by_the_numbers_in_their_cells(tmp_path, opened, monkey
     rows = contents.cases(store, told.key, "", 0, 9)[1]
     lives = [float(cells[-2].split()[0]) for _, cells in rows]
     assert len(set(lives)) == 5
-    pages = [contents.cases(store, told.key, "-result", skip, 2)[1] for skip in (0, 2, 4)]
+    pages = [
+        contents.cases(store, told.key, "-result", skip, 2)[1] for skip in (0, 2, 4)
+    ]
     assert [len(page) for page in pages] == [2, 2, 1]
-    assert [float(cells[-2].split()[0]) for page in pages for _, cells in page] == sorted(lives, reverse=True)
+    assert [
+        float(cells[-2].split()[0]) for page in pages for _, cells in page
+    ] == sorted(lives, reverse=True)
     page = opened(store).page("campaign", key=told.key, sort="-result")
     assert re.search(r'aria-sort="descending">\s*<a [^>]*sort=result"', page)
     assert contents.cases(store, told.key, "none", 0, 2)[1] == rows[:2]
@@ -44,17 +67,31 @@ def test_cases_are_sorted_by_the_numbers_in_their_cells(tmp_path, opened, monkey
 
 @pytest.mark.parametrize("cell", ["9.5e+07 cycles of life", "± 3 %", "-2 mm"])
 def test_a_cell_is_put_in_order_by_its_number(cell):
-    assert contents._in_order(cell)[:2] == (False, {"9": 9.5e7, "±": 3.0, "-": -2.0}[cell[0]])
+    assert contents._in_order(cell)[:2] == (
+        False,
+        {"9": 9.5e7, "±": 3.0, "-": -2.0}[cell[0]],
+    )
     assert contents._in_order("completed") > contents._in_order(cell)
 
 
 def lived(lives, labels, hours=(None,) * 4, **values):
-    """Return the keys and the runs of some lives, torques, models; of each what the catalogue has."""
+    """Return the keys and the runs of some lives, torques, models.
+
+    Of each what the catalogue has.
+    """
     keys = [f"operation.{name}" for name in values]
-    scenes = [dict(zip(keys, each, strict=True)) for each in zip(*values.values(), strict=True)]
-    told = zip(lives, labels, hours[: len(lives)], scenes or [{}] * len(lives), strict=True)
+    scenes = [
+        dict(zip(keys, each, strict=True))
+        for each in zip(*values.values(), strict=True)
+    ]
+    told = zip(
+        lives, labels, hours[: len(lives)], scenes or [{}] * len(lives), strict=True
+    )
     runs = [
-        Lived(SimpleNamespace(summary={"life": life, "service_life": time}, values=scene), label)
+        Lived(
+            SimpleNamespace(summary={"life": life, "service_life": time}, values=scene),
+            label,
+        )
         for life, label, time, scene in told
     ]
     return runs, keys
@@ -64,7 +101,8 @@ def test_the_longest_life_is_told_with_what_differs():
     torque = (300.0, 340.0, 400.0)
     assert longest(*lived((9e8, 6e8, 3e8), "abc", torque=torque)) == [
         "The longest life is 9e+08 cycles, of a: 3 times the shortest, of c.",
-        "It has the lowest torque, 300 N·m: in these runs life never falls as it gets lower.",
+        "It has the lowest torque, 300 N·m: in these runs life never falls as it gets "
+        "lower.",
     ]
     beside = longest(*lived((9e8, 3e8, 6e8), "abc", torque=torque))[1]
     assert beside == "It has the lowest torque, 300 N·m."
@@ -77,11 +115,14 @@ def test_the_next_life_is_told_with_how_far_it_is_behind():
     first.entry.summary["error_estimate_life"] = 1e6
     assert margin(first, second) == "The next, speed 1100 rpm, lives 1.9 % less."
     first.entry.summary["error_estimate_life"] = 1e7
-    assert margin(first, second).endswith("1.9 % less, which is within their numerical errors.")
+    assert margin(first, second).endswith(
+        "1.9 % less, which is within their numerical errors."
+    )
 
 
 def test_several_differences_name_no_cause():
-    lives, torque = (9e8, 6e8, 3e8, None), (300.0, 300.0, 400.0, 400.0)
+    lives = (9e8, 6e8, 3e8, None)
+    torque = (300.0, 300.0, 400.0, 400.0)
     said = longest(*lived(lives, "abcd", torque=torque, model=("x", "y", "y", "x")))
     assert said[1:] == [
         "1 of these runs reached no limit of wear: they may live longer.",
@@ -96,7 +137,9 @@ def test_no_longest_life_without_two():
     torque = (300.0, 340.0)
     for lives in ((9e8, None), (None, None)):
         assert longest(*lived(lives, "ab", torque=torque)) == []
-    assert longest(*lived((9e8, 9e8), "ab", torque=torque)) == ["All 2 lives are 9e+08 cycles."]
+    assert longest(*lived((9e8, 9e8), "ab", torque=torque)) == [
+        "All 2 lives are 9e+08 cycles."
+    ]
 
 
 def test_a_campaign_without_figures_is_shown_by_a_result_over_its_axis(drawn):
@@ -105,19 +148,27 @@ def test_a_campaign_without_figures_is_shown_by_a_result_over_its_axis(drawn):
     asked = figures.Source(drawn.store, source).asked()
     assert asked[0].table["kind"] == "line" and len(asked) == figures.MOST_AT_ONCE
     assert (asked[0].table["y"], asked[0].table["x"]) == ("life", "speed")
-    assert "Which lives longest" in drawn.page("compare", run=list(drawn.store.entries()))
+    assert "Which lives longest" in drawn.page(
+        "compare", run=list(drawn.store.entries())
+    )
 
 
 def test_a_life_that_is_longest_in_hours_alone_is_told():
-    told = in_hours(lived((3.6e8, 3.7e8, None), "abc", (5500 * 3600.0, 3310 * 3600.0, 9e9))[0])
+    told = in_hours(
+        lived((3.6e8, 3.7e8, None), "abc", (5500 * 3600.0, 3310 * 3600.0, 9e9))[0]
+    )
     assert told == "Counted in hours another one lives longest, a: 5,500 h."
     assert in_hours(lived((3.6e8, 3.7e8), "ab", (10 * 3600.0, 20 * 3600.0))[0]) == ""
     assert in_hours(lived((1.0,), "a")[0]) == ""
 
 
 def test_a_place_is_worn_out_by_what_differs_there():
-    own = WornPlace("pinion", -6.8e-3, 0.9e-13, {"tooth_force": 900.0, "specific_sliding": 0.5})
-    other = WornPlace("gear", 0.0, 1e-13, {"tooth_force": 1000.0, "specific_sliding": 0.5})
+    own = WornPlace(
+        "pinion", -6.8e-3, 0.9e-13, {"tooth_force": 900.0, "specific_sliding": 0.5}
+    )
+    other = WornPlace(
+        "gear", 0.0, 1e-13, {"tooth_force": 1000.0, "specific_sliding": 0.5}
+    )
     assert why(own, other) == [
         "It is worn out on the pinion 6.8 mm before the pitch point, "
         "the next on the gear at the pitch point.",
@@ -166,5 +217,7 @@ def test_the_page_says_why_one_lives_longer(opened, tmp_path):
     assert said[4].startswith("There it wears") and "force on the tooth −" in said[4]
     page = opened(store).page("compare", run=[first.id, second.id])
     assert "Which lives longest, and why" in page and said[2] in page
-    page = opened(store).page("run", id=first.id, back="where=torque+%3E%3D+1+N*m&sort=-life&token=x")
+    page = opened(store).page(
+        "run", id=first.id, back="where=torque+%3E%3D+1+N*m&sort=-life&token=x"
+    )
     assert "Back to the runs" in page and "Compare it with its campaign" in page

@@ -14,17 +14,27 @@ class Kernel:
     """A kernel in a thread of its own: both it and the browser have an event loop."""
 
     def __init__(self):
-        jupyter = pytest.importorskip("jupyter_client.manager", reason="ipykernel is not installed")
+        jupyter = pytest.importorskip(
+            "jupyter_client.manager", reason="ipykernel is not installed"
+        )
         self.thread = ThreadPoolExecutor(1)
-        self.manager, self.client = self.thread.submit(jupyter.start_new_kernel).result(60)
+        self.manager, self.client = self.thread.submit(jupyter.start_new_kernel).result(
+            60
+        )
 
     def outputs(self, code):
         """Return what a cell gave."""
         found = []
         run = self.client.execute_interactive
-        answer = self.thread.submit(run, code, output_hook=found.append, timeout=100).result(120)
+        answer = self.thread.submit(
+            run, code, output_hook=found.append, timeout=100
+        ).result(120)
         assert answer["content"]["status"] == "ok", answer["content"]
-        return [message["content"]["data"] for message in found if message["msg_type"] == "execute_result"]
+        return [
+            message["content"]["data"]
+            for message in found
+            if message["msg_type"] == "execute_result"
+        ]
 
     def end(self):
         self.thread.submit(self.client.stop_channels).result(30)

@@ -16,8 +16,11 @@ from wearlab.store import StoreError
 from wearlab.store.outcome import Outcome
 from wearlab.store.presence import ReachedCycle
 
-copy = pytest.importorskip("wearlab.browsing.pages", reason="wearlab[browse] is not installed")
-question, words = copy.figures, copy.interactive
+copy = pytest.importorskip(
+    "wearlab.browsing.pages", reason="wearlab[browse] is not installed"
+)
+question = copy.figures
+words = copy.interactive
 write_copy = copy.write_copy
 
 
@@ -30,7 +33,10 @@ def test_a_campaign_is_counted(tmp_path, opened):
     store = filled(tmp_path / "store", campaign)
     store.catalogue.record_campaign("absent", None, None, [("ab" * 10, "base", {})])
     told = {each.title: dict(each.states) for each in recorded.campaigns(store)[0]}
-    assert told == {"five speeds": {"done": 2, "failed": 1, "refused": 1}, "absent": {"missing": 1}}
+    assert told == {
+        "five speeds": {"done": 2, "failed": 1, "refused": 1},
+        "absent": {"missing": 1},
+    }
     page = opened(store).page("")
     for words_ in ("2 done", "1 failed", "1 refused", "1 missing"):
         assert words_ in page
@@ -38,12 +44,25 @@ def test_a_campaign_is_counted(tmp_path, opened):
 
 def test_doubtful_runs_are_counted_as_figures_mark_them(tmp_path):
     store = filled(tmp_path / "store", sweep(3))
-    some = {"verdict": "aperiodic"}, {"estimate_quality": "doubtful: steps"}, {"separation_fraction": 0.2}
+    some = (
+        {"verdict": "aperiodic"},
+        {"estimate_quality": "doubtful: steps"},
+        {"separation_fraction": 0.2},
+    )
     ids = [f"{number:020x}" for number in range(5)]
-    summaries = [*some, {"verdict": "completed", "separation_fraction": 0.0}, {"verdict": "stopped"}]
-    done = [Outcome(i, "done", "now", 1.0, "{}", summary=s) for i, s in zip(ids, summaries, strict=True)]
+    summaries = [
+        *some,
+        {"verdict": "completed", "separation_fraction": 0.0},
+        {"verdict": "stopped"},
+    ]
+    done = [
+        Outcome(i, "done", "now", 1.0, "{}", summary=s)
+        for i, s in zip(ids, summaries, strict=True)
+    ]
     store.catalogue.record(done)
-    store.catalogue.record_campaign("doubts", None, None, [(i, "base", {}) for i in ids])
+    store.catalogue.record_campaign(
+        "doubts", None, None, [(i, "base", {}) for i in ids]
+    )
     (told,) = [each for each in recorded.campaigns(store)[0] if each.title == "doubts"]
     assert told.counts["doubtful"] == 3
 
@@ -52,7 +71,9 @@ def test_a_file_that_was_run_again_is_one_campaign(tmp_path):
     store = filled(tmp_path / "store", sweep(2))
     ids = list(store.entries())
     for count in (1, 2):
-        store.catalogue.record_campaign("t", None, "a.toml", [(run, "base", {}) for run in ids[:count]])
+        store.catalogue.record_campaign(
+            "t", None, "a.toml", [(run, "base", {}) for run in ids[:count]]
+        )
     told = [each for each in recorded.campaigns(store)[0] if each.title == "t"]
     assert [each.cases for each in told] == [2]
 
@@ -67,7 +88,11 @@ def test_axes_come_back_with_and_without_a_record(drawn):
     for campaign in (with_record, without):
         (axis,) = campaign.axes
         assert (axis.name, axis.values, axis.units) == ("speed", made_up.SPEEDS, "rpm")
-        assert [case.position for case in campaign.cases] == [{"speed": 0}, {"speed": 1}, {"speed": 2}]
+        assert [case.position for case in campaign.cases] == [
+            {"speed": 0},
+            {"speed": 1},
+            {"speed": 2},
+        ]
     assert without.axes[0].key == "operation.speed"
 
 
@@ -83,7 +108,10 @@ def test_marked_runs_that_one_number_tells_apart_have_an_axis(drawn):
 
 def test_marked_runs_that_differ_in_more_are_told_in_words(drawn):
     made_up.put(
-        drawn.store, "ab" * 10, made_up.run(900.0), '{"operation": {"speed": 94.2477796, "torque": 5.0}}'
+        drawn.store,
+        "ab" * 10,
+        made_up.run(900.0),
+        '{"operation": {"speed": 94.2477796, "torque": 5.0}}',
     )
     campaign = recorded.together(drawn.store, [runs(drawn)[0], "ab" * 10])
     assert [case.label for case in campaign.cases] == [
@@ -99,9 +127,14 @@ def test_a_figure_is_told_in_words_and_as_a_table(drawn):
     lines = words.summary(plot)
     assert lines[0].startswith("Largest wear depth")
     curve = plot.panels[0].curves[0]
-    assert any(f"largest {curve.y.max():.4g} at {curve.x[curve.y.argmax()]:.4g}" in line for line in lines)
+    assert any(
+        f"largest {curve.y.max():.4g} at {curve.x[curve.y.argmax()]:.4g}" in line
+        for line in lines
+    )
     rows = list(csv.DictReader(io.StringIO(words.table(plot))))
-    assert [float(row["y"]) for row in rows if row["run"]][: len(curve.y)] == pytest.approx(list(curve.y))
+    assert [float(row["y"]) for row in rows if row["run"]][
+        : len(curve.y)
+    ] == pytest.approx(list(curve.y))
     assert {row["run"] for row in rows} - {""} == {runs(drawn)[0]}
 
 
@@ -120,14 +153,17 @@ def test_what_is_drawn_follows_values_of_the_same_form_alone(drawn):
         source = question.source_of(drawn.store, wanted)
         return source.plot(source.ask_for(wanted))
 
-    shown, other = interactive.drawn(plot("tvms", 0, 1, 2)), plot("tvms", 0, 0, 2)
+    shown = interactive.drawn(plot("tvms", 0, 1, 2))
+    other = plot("tvms", 0, 0, 2)
     before = [handle.source.data["y"] for handle in shown.curves[0]]
     assert shown.follow(other)
     after = [handle.source.data["y"] for handle in shown.curves[0]]
     for values, curve in zip(after, other.panels[0].curves, strict=True):
         assert values.tolist() == curve.y.tolist()
     assert after[0] is before[0] and after[1] is not before[1]
-    assert not shown.follow(plot("tvms", 0)) and not shown.follow(plot("wear-profile", 0, 1, 2))
+    assert not shown.follow(plot("tvms", 0)) and not shown.follow(
+        plot("wear-profile", 0, 1, 2)
+    )
 
 
 def test_a_wear_state_is_worked_out_once(drawn):
@@ -141,7 +177,9 @@ def test_a_wear_state_is_worked_out_once(drawn):
     follower.ahead(0)
     made = dict(follower.made)
     follower.follow(1)
-    assert set(made) == {0, 1, 2} and all(follower.made[state] is made[state] for state in made)
+    assert set(made) == {0, 1, 2} and all(
+        follower.made[state] is made[state] for state in made
+    )
     assert "State 1 of 2: 3 million cycles" in follower.said.text
 
 
@@ -158,22 +196,29 @@ def test_a_table_of_runs_has_pages(tmp_path, opened, monkeypatch):
 @pytest.mark.parametrize(
     ("word", "sign", "value", "where"),
     [
-        ("torque", ">=", "340 N*m", "torque >= 340 N*m"), ("tag", "=", "it's", 'tag = "it\'s"'),
-        ("verdict", "contains", "ok", "verdict contains 'ok'"), ("torque", "; drop", "5 Nm", "torque = 5 Nm"),
-        ("torque", "<", "", ""), ("", "<", "5", ""),
+        ("torque", ">=", "340 N*m", "torque >= 340 N*m"),
+        ("tag", "=", "it's", 'tag = "it\'s"'),
+        ("verdict", "contains", "ok", "verdict contains 'ok'"),
+        ("torque", "; drop", "5 Nm", "torque = 5 Nm"),
+        ("torque", "<", "", ""),
+        ("", "<", "5", ""),
     ],
-)  # fmt: skip
+)
 def test_a_condition_is_put_together(small, word, sign, value, where):
     told = listing.listed(small.store, {"word": word, "sign": sign, "value": value})
     assert told.where == where
-    both = listing.listed(small.store, {"where": "life > 1", "word": word, "sign": sign, "value": value})
+    both = listing.listed(
+        small.store, {"where": "life > 1", "word": word, "sign": sign, "value": value}
+    )
     assert both.where == (f"life > 1 and {where}" if where else "life > 1")
 
 
 def test_an_error_is_that_of_the_command_line(small):
     with pytest.raises(QueryError) as error:
         small.store.query("lief > 5")
-    assert listing.listed(small.store, {"where": "lief > 5"}).problem == str(error.value)
+    assert listing.listed(small.store, {"where": "lief > 5"}).problem == str(
+        error.value
+    )
     assert "did you mean" in small.page("runs", where="lief > 5")
 
 
@@ -181,16 +226,29 @@ def test_worth_is_told_before_any_number(drawn):
     page = drawn.page("run", id=runs(drawn)[0])
     places = [
         page.index(words_)
-        for words_ in ("What it is worth", "What it came to", "Over its wear", "How to cite it")
+        for words_ in (
+            "What it is worth",
+            "What it came to",
+            "Over its wear",
+            "How to cite it",
+        )
     ]
     assert places == sorted(places)
-    assert f"wl.open({str(drawn.store.path.absolute())!r})".replace("'", "&#39;") in page
+    assert (
+        f"wl.open({str(drawn.store.path.absolute())!r})".replace("'", "&#39;") in page
+    )
 
 
 def test_what_failed_says_why(tmp_path, opened):
-    store = filled(tmp_path / "store", alter(alter(sweep(3), 0, act="fail"), 1, act="warn"))
+    store = filled(
+        tmp_path / "store", alter(alter(sweep(3), 0, act="fail"), 1, act="warn")
+    )
     asked = opened(store)
-    states = {entry.state: run for run, entry in store.entries().items() if entry.state != "done"}
+    states = {
+        entry.state: run
+        for run, entry in store.entries().items()
+        if entry.state != "done"
+    }
     assert "the shooting did not converge" in asked.page("run", id=states["failed"])
     warned = next(run for run, entry in store.entries().items() if entry.warnings)
     assert "the film is thin" in asked.page("run", id=warned)
@@ -209,7 +267,9 @@ def test_a_damaged_run_is_told_and_the_rest_goes_on(drawn):
     ):
         page = drawn.page(address, **more)
         assert "is not what was written" in page
-    assert "is not what was written" in drawn.page("compare", run=[first, second], kind="tvms")
+    assert "is not what was written" in drawn.page(
+        "compare", run=[first, second], kind="tvms"
+    )
     assert drawn.send("data", id=first)[0] == 400
     assert "In words" in drawn.page("compare", run=[second], kind="tvms")
     path.unlink()
@@ -222,7 +282,12 @@ def test_what_is_taken_along_is_what_is_stored(drawn):
     assert content == drawn.store.files.path(run).read_bytes()
     assert headers["Content-Disposition"] == f'attachment; filename="{run}.nc"'
     assert run in drawn.send("citation", id=run)[2].decode()
-    for ending, start in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF"), ("csv", b"panel,")):
+    for ending, start in (
+        ("png", b"\x89PNG"),
+        ("svg", b"<?xml"),
+        ("pdf", b"%PDF"),
+        ("csv", b"panel,"),
+    ):
         assert drawn.send(f"figure.{ending}", run=run, kind="tvms")[2].startswith(start)
     assert drawn.send("figure.exe", run=run)[0] == 404
 
@@ -231,7 +296,9 @@ def test_runs_under_way_say_how_far_they_are(tmp_path, opened):
     store = filled(tmp_path / "store", sweep(2))
     with store.presence() as presence:
         store.claim(["ab" * 10, "cd" * 10], presence.token, lambda entry: False)
-        store.checkpoints.write("ab" * 10, b"image", "code", ReachedCycle(2.5e6, 7.5e-6))
+        store.checkpoints.write(
+            "ab" * 10, b"image", "code", ReachedCycle(2.5e6, 7.5e-6)
+        )
         assert store.checkpoints.read("ab" * 10, "code") == b"image"
         page = opened(store).page("progress")
     assert "2.5e+06" in page and "7.5 µm" in page and "not told yet" in page
@@ -242,8 +309,15 @@ def test_a_window_touches_nothing(drawn):
         files = (path for path in drawn.store.path.rglob("*") if path.is_file())
         return {path: path.read_bytes() for path in files if "sqlite" not in path.name}
 
-    before, run = there(), runs(drawn)[0]
-    for path, more in (("", {}), ("runs", {}), ("run", {"id": run}), ("progress", {}), ("updates", {})):
+    before = there()
+    run = runs(drawn)[0]
+    for path, more in (
+        ("", {}),
+        ("runs", {}),
+        ("run", {"id": run}),
+        ("progress", {}),
+        ("updates", {}),
+    ):
         drawn.page(path, **more)
     assert there() == before
 
@@ -256,7 +330,9 @@ def test_a_copy_is_whole_and_asks_for_nothing(drawn, tmp_path):
     for page in pages.values():
         for link in re.findall(r'(?:src|href)="([^"]*)"', page):
             assert link.startswith(("#", "data:,")) or link in there, link
-        assert "<form" not in page and str(tmp_path) not in page.replace(str(drawn.store.path.absolute()), "")
+        assert "<form" not in page and str(tmp_path) not in page.replace(
+            str(drawn.store.path.absolute()), ""
+        )
     with pytest.raises(StoreError, match="empty folder"):
         write_copy(drawn.store, tmp_path / "copy")
     with pytest.raises(StoreError, match="did you mean 'Three speeds"):
@@ -266,19 +342,26 @@ def test_a_copy_is_whole_and_asks_for_nothing(drawn, tmp_path):
 
 def test_a_copy_has_two_hundred_runs_at_most(small, tmp_path):
     run = runs(small)[0]
-    small.store.catalogue.record_campaign("large", None, None, [(run, f"c{n}", {}) for n in range(201)])
+    small.store.catalogue.record_campaign(
+        "large", None, None, [(run, f"c{n}", {}) for n in range(201)]
+    )
     with pytest.raises(StoreError, match="201 cases are more than the 200"):
         write_copy(small.store, tmp_path / "copy", "large")
     with pytest.raises(StoreError, match="2 campaigns: choose one"):
         write_copy(small.store, tmp_path / "copy")
 
 
-@pytest.mark.parametrize(("page", "named"), [("run", "id"), ("campaign", "key"), ("update", "id")])
+@pytest.mark.parametrize(
+    ("page", "named"), [("run", "id"), ("campaign", "key"), ("update", "id")]
+)
 def test_a_page_of_nothing_says_what_to_give(small, page, named):
     """Was "run '': no such run"."""
     status, _, content = small.send(page)
     assert status == 400
-    assert f"which {page}? Open one from the pages, or give {named}=… in the address" in content.decode()
+    assert (
+        f"which {page}? Open one from the pages, or give {named}=… in the address"
+        in content.decode()
+    )
 
 
 def test_a_figure_of_too_many_runs_is_refused(small):
@@ -303,12 +386,16 @@ def test_a_notebook_shows_the_window(small):
 def test_commands_and_python_agree(small, capsys):
     from wearlab.cli import app
 
-    run, where = runs(small)[0], ["--store", str(small.store.path)]
+    run = runs(small)[0]
+    where = ["--store", str(small.store.path)]
     assert app.status_of(["tag", run, "good", "late", *where]) == 0
     assert app.status_of(["tag", run, "--remove", "late", *where]) == 0
     assert app.status_of(["note", run, "seen", *where, "--json"]) == 0
     assert [
-        note["note"] for note in json.loads(capsys.readouterr().out.rpartition("\n[")[2].join(["[", ""]))
+        note["note"]
+        for note in json.loads(
+            capsys.readouterr().out.rpartition("\n[")[2].join(["[", ""])
+        )
     ] == ["seen"]
     assert [r.text for r in small.store.remarks(run)] == ["good", "seen"]
     assert app.status_of(["show", run, *where]) == 0
@@ -330,11 +417,24 @@ def test_a_map_is_drawn_as_cells_that_tell_their_level():
     level = np.arange(6.0)
     pen = SimpleNamespace(colour="#000000", dash="-", width=1.0, marker="")
     curve = SimpleNamespace(
-        x=x.ravel(), y=y.ravel(), level=level, reach=(0.0, 5.0), look="map", pen=pen,
-        y_error=None, doubtful=None, runs=None,
-    )  # fmt: skip
+        x=x.ravel(),
+        y=y.ravel(),
+        level=level,
+        reach=(0.0, 5.0),
+        look="map",
+        pen=pen,
+        y_error=None,
+        doubtful=None,
+        runs=None,
+    )
     data = interactive._data(curve, 0.0)
-    assert data["width"].tolist() == [1.0, 1.5, 2.0] * 2 and data["height"].tolist() == [20.0] * 6
+    assert (
+        data["width"].tolist() == [1.0, 1.5, 2.0] * 2
+        and data["height"].tolist() == [20.0] * 6
+    )
     (cells,), asked = interactive._curve(figure(), curve, ColumnDataSource(data))
     assert asked == [cells] and cells.glyph.fill_color.field == "level"
-    assert (cells.glyph.fill_color.transform.low, cells.glyph.fill_color.transform.high) == (0.0, 5.0)
+    assert (
+        cells.glyph.fill_color.transform.low,
+        cells.glyph.fill_color.transform.high,
+    ) == (0.0, 5.0)

@@ -33,7 +33,11 @@ def test_other_units_of_an_axis_follow_the_first():
 
 @pytest.mark.parametrize(
     ("values", "stored"),
-    [([1, 2.5], (1, 2.5)), (["rk4", "rk45"], ("rk4", "rk45")), ([True, False], (True, False))],
+    [
+        ([1, 2.5], (1, 2.5)),
+        (["rk4", "rk45"], ("rk4", "rk45")),
+        ([True, False], (True, False)),
+    ],
 )
 def test_plain_values(values, stored):
     one = axis({"dynamics.method": values})
@@ -41,32 +45,50 @@ def test_plain_values(values, stored):
 
 
 def test_nested_tables_are_dotted_keys():
-    assert axis({"operation": {"speed": ["1 rpm"]}}).written == {"operation.speed": ("1 rpm",)}
+    assert axis({"operation": {"speed": ["1 rpm"]}}).written == {
+        "operation.speed": ("1 rpm",)
+    }
 
 
 def test_tables_need_labels():
     tables = [{"model": "constant", "value": "1 N/um"}, "potential-energy"]
     assert "labels = [...]" in refused({"mesh.stiffness": tables})
     one = axis({"mesh.stiffness": tables, "labels": ["soft", "computed"]})
-    assert one.values == ("soft", "computed") and one.written["mesh.stiffness"] == tuple(tables)
-    assert "no list of 2 texts" in refused({"mesh.stiffness": tables, "labels": ["soft"]})
+    assert one.values == ("soft", "computed") and one.written[
+        "mesh.stiffness"
+    ] == tuple(tables)
+    assert "no list of 2 texts" in refused(
+        {"mesh.stiffness": tables, "labels": ["soft"]}
+    )
 
 
 def test_keys_of_a_block_advance_together():
     one = axis(
-        {"gears.pinion.teeth": [20, 30], "gears.gear.teeth": [40, 60], "operation.torque": ["1 N*m", "2 N*m"]}
+        {
+            "gears.pinion.teeth": [20, 30],
+            "gears.gear.teeth": [40, 60],
+            "operation.torque": ["1 N*m", "2 N*m"],
+        }
     )
     assert one.name == "teeth" and one.values == (20, 30)
     assert set(one.coordinates) == {"gear_teeth", "torque"}
     assert one.coordinates["gear_teeth"].values == (40, 60)
-    assert (one.coordinates["torque"].units, one.coordinates["torque"].key) == ("N*m", "operation.torque")
-    assert "gears.gear.teeth has 1" in refused({"gears.pinion.teeth": [20, 30], "gears.gear.teeth": [40]})
+    assert (one.coordinates["torque"].units, one.coordinates["torque"].key) == (
+        "N*m",
+        "operation.torque",
+    )
+    assert "gears.gear.teeth has 1" in refused(
+        {"gears.pinion.teeth": [20, 30], "gears.gear.teeth": [40]}
+    )
 
 
 @pytest.mark.parametrize(
     ("generator", "values"),
     [
-        ({"linspace": [800, 1200, 5], "unit": "rpm"}, (800.0, 900.0, 1000.0, 1100.0, 1200.0)),
+        (
+            {"linspace": [800, 1200, 5], "unit": "rpm"},
+            (800.0, 900.0, 1000.0, 1100.0, 1200.0),
+        ),
         ({"linspace": [0.1, 0.5, 5]}, (0.1, 0.2, 0.3, 0.4, 0.5)),
         ({"linspace": [3, 1, 3]}, (3.0, 2.0, 1.0)),
         ({"linspace": [3, 3, 1]}, (3.0,)),
@@ -117,7 +139,8 @@ def test_a_block_without_keys_is_empty():
 
 
 @pytest.mark.parametrize(
-    "key", [{"integers": [1, 10**12]}, {"linspace": [0, 1, 1e9]}, {"logspace": [1, 2, 1e9]}]
+    "key",
+    [{"integers": [1, 10**12]}, {"linspace": [0, 1, 1e9]}, {"logspace": [1, 2, 1e9]}],
 )
 def test_absurd_axes_are_counted_not_expanded(key):
     assert "more than 100,000" in refused({"a.b": key})
@@ -125,7 +148,9 @@ def test_absurd_axes_are_counted_not_expanded(key):
 
 def test_an_absurd_product_is_counted_not_expanded():
     said = refused(*({f"a.{name}": {"integers": [1, 2000]}} for name in "uvw"))
-    assert "u 2000 × v 2000 × w 2000 = 8,000,000,000 cases" in said and "sample = " in said
+    assert (
+        "u 2000 × v 2000 × w 2000 = 8,000,000,000 cases" in said and "sample = " in said
+    )
 
 
 def test_names():
@@ -141,8 +166,12 @@ def test_names_of_the_dataset_are_taken(word):
 
 
 def test_two_axes_of_one_name():
-    assert "that of another axis: give the block another name" in refused({"a.x": [1]}, {"b.x": [1]})
-    assert [one.name for one in read_axes([{"a.x": [1]}, {"b.x": [1], "name": "y"}])] == ["x", "y"]
+    assert "that of another axis: give the block another name" in refused(
+        {"a.x": [1]}, {"b.x": [1]}
+    )
+    assert [
+        one.name for one in read_axes([{"a.x": [1]}, {"b.x": [1], "name": "y"}])
+    ] == ["x", "y"]
 
 
 @pytest.mark.parametrize("other", ["a.x", "a.x.y", "a"])

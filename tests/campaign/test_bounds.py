@@ -38,11 +38,15 @@ def test_files_that_extend_each_other_twice(tmp_path):
     """Thirty files reach the first one a billion times."""
     (tmp_path / "0.toml").write_text(PAIR)
     for number in range(1, 31):
-        (tmp_path / f"{number}.toml").write_text(f'extends = ["{number - 1}.toml", "{number - 1}.toml"]\n')
+        (tmp_path / f"{number}.toml").write_text(
+            f'extends = ["{number - 1}.toml", "{number - 1}.toml"]\n'
+        )
     refused(tmp_path / "30.toml", "extends: more than 60 files")
 
 
 def test_a_sweep_whose_last_values_cannot_be(tmp_path):
     file = tmp_path / "teeth.toml"
-    file.write_text(f'{PAIR}[[sweep]]\n"gears.pinion.teeth" = {{ integers = [5, 90000] }}\n')
+    file.write_text(
+        f'{PAIR}[[sweep]]\n"gears.pinion.teeth" = {{ integers = [5, 90000] }}\n'
+    )
     refused(file, "teeth: 90000 must be at most 10000")

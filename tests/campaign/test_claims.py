@@ -72,15 +72,29 @@ def store(file, tmp_path):
 
 @pytest.fixture
 def grid():
-    speed = xr.Variable("speed", [800.0, 1100.0], {"units": "rpm", "key": "operation.speed"})
-    depth = np.array([[[1.0, 3.0, np.nan], [4.0, 2.0, np.nan]], [[0.0, 6.0, 7.0], [8.0, 5.0, 9.0]]]) * 1e-6
+    speed = xr.Variable(
+        "speed", [800.0, 1100.0], {"units": "rpm", "key": "operation.speed"}
+    )
+    depth = (
+        np.array(
+            [
+                [[1.0, 3.0, np.nan], [4.0, 2.0, np.nan]],
+                [[0.0, 6.0, 7.0], [8.0, 5.0, 9.0]],
+            ]
+        )
+        * 1e-6
+    )
     return xr.Dataset(
         {
             "depth": (("speed", "case", "update"), depth, {"units": "m"}),
             "force": (("speed",), [2.0, 4.0], {"units": "N"}),
             "n_updates": (("speed", "case"), [[2, 2], [3, 3]]),
         },
-        {"speed": speed, "case": ["base", "static"], "cycle": ("update", [0.0, 1e6, 2e6])},
+        {
+            "speed": speed,
+            "case": ["base", "static"],
+            "cycle": ("update", [0.0, 1e6, 2e6]),
+        },
     )
 
 
@@ -123,9 +137,21 @@ def test_a_formula_without_a_number_says_why(grid, text, unit, message):
 
 @pytest.mark.parametrize(
     "text",
-    ["__import__('os').system('x')", "depth.values", "max(depth", "depth[speed]", "1 +", "(" * 200 + "1",
-     "- " * 400 + "1", "exp(depth)", "largest_at(depth)", "depth; force", "depth[speed=(1)]", "9" * 2000],
-)  # fmt: skip
+    [
+        "__import__('os').system('x')",
+        "depth.values",
+        "max(depth",
+        "depth[speed]",
+        "1 +",
+        "(" * 200 + "1",
+        "- " * 400 + "1",
+        "exp(depth)",
+        "largest_at(depth)",
+        "depth; force",
+        "depth[speed=(1)]",
+        "9" * 2000,
+    ],
+)
 def test_nothing_but_the_grammar_is_read(text):
     with pytest.raises(QueryError):
         parse_formula(text)
@@ -146,7 +172,9 @@ def test_notes_are_filled_from_the_runs(file, store):
     assert "claim" not in asked.table["note"] and "worn" not in asked.table["note"]
 
 
-def test_three_numbers_changed_in_a_stored_run_make_three_claims_fail(file, store, capsys):
+def test_three_numbers_changed_in_a_stored_run_make_three_claims_fail(
+    file, store, capsys
+):
     """A note that is no longer true is told by its name."""
     command = ["check", str(file), "--claims", "--store", str(store.path)]
     assert status_of(command) == 1  # the dash in the note
@@ -155,7 +183,12 @@ def test_three_numbers_changed_in_a_stored_run_make_three_claims_fail(file, stor
     file.write_text(text)
     assert status_of(command) == 0
     ids = [case.id for case in load(file).cases]
-    for run_id, place in ((ids[0], (1, 0)), (ids[1], (2, 1)), (ids[1], (1, 1)), (ids[2], (2, 1))):
+    for run_id, place in (
+        (ids[0], (1, 0)),
+        (ids[1], (2, 1)),
+        (ids[1], (1, 1)),
+        (ids[2], (2, 1)),
+    ):
         path = store.files.path(run_id)
         data = xr.load_dataset(path)
         data["max_wear_depth"][place] = 2e-7
@@ -167,14 +200,21 @@ def test_three_numbers_changed_in_a_stored_run_make_three_claims_fail(file, stor
     assert status_of(command) == 1
     told = capsys.readouterr()
     assert "0 of 3 claims hold" in told.out
-    assert all(f"fails  {name}: " in told.err for name in ("worn", "deepest_at", "growth"))
+    assert all(
+        f"fails  {name}: " in told.err for name in ("worn", "deepest_at", "growth")
+    )
 
 
 @pytest.fixture
 def kept(file, store, tmp_path, capsys):
     """What the runs say, as the command writes it: three claims hold, the note has every number."""
     file.write_text(file.read_text().replace("{max(wear_depth / 0):.1f um}", ""))
-    assert status_of(["check", str(file), "--claims", "--json", "--store", str(store.path)]) == 0
+    assert (
+        status_of(
+            ["check", str(file), "--claims", "--json", "--store", str(store.path)]
+        )
+        == 0
+    )
     record = tmp_path / "measured.json"
     record.write_text(capsys.readouterr().out)
     return record
@@ -191,12 +231,18 @@ def held(file, record, capsys):
 def test_claims_hold_against_what_was_measured(file, kept, capsys):
     status, told = held(file, kept, capsys)
     assert status == 0 and "3 of 3 claims hold" in told
-    assert status_of(["check", str(file), "--claims", "--measured", str(kept), "--json"]) == 0
-    again, record = json.loads(capsys.readouterr().out), json.loads(kept.read_text())
+    assert (
+        status_of(["check", str(file), "--claims", "--measured", str(kept), "--json"])
+        == 0
+    )
+    again = json.loads(capsys.readouterr().out)
+    record = json.loads(kept.read_text())
     assert again == record and len(record["runs"]) == 3
 
 
-def test_three_numbers_changed_in_what_was_measured_make_three_claims_fail(file, kept, capsys):
+def test_three_numbers_changed_in_what_was_measured_make_three_claims_fail(
+    file, kept, capsys
+):
     record = json.loads(kept.read_text())
     for one, number in zip(record["claims"], (5.4, 800.0, 301.5), strict=True):
         one["measured"] = number
@@ -209,16 +255,33 @@ def test_three_numbers_changed_in_what_was_measured_make_three_claims_fail(file,
 @pytest.mark.parametrize(
     "old, new, message",
     [
-        ('"3720 rpm"]', '"3730 rpm"]', "1 of 3 runs were not measured, or with another scene or model "
-         "version, the first base, speed=3730 rpm; measure anew"),
-        (', "3720 rpm"]', "]", "1 runs that were measured are no longer of the campaign; measure anew"),
-        ("max(max_wear_depth, flank)", "min(max_wear_depth, flank)",
-         "fails  worn: not measured, or by another formula"),
-        ("{worn:.2f} µm", "{worn:.3f} µm", "figure 1 (max-wear): note: {((max(max_wear_depth, flank))"),
+        (
+            '"3720 rpm"]',
+            '"3730 rpm"]',
+            "1 of 3 runs were not measured, or with another scene or model "
+            "version, the first base, speed=3730 rpm; measure anew",
+        ),
+        (
+            ', "3720 rpm"]',
+            "]",
+            "1 runs that were measured are no longer of the campaign; measure anew",
+        ),
+        (
+            "max(max_wear_depth, flank)",
+            "min(max_wear_depth, flank)",
+            "fails  worn: not measured, or by another formula",
+        ),
+        (
+            "{worn:.2f} µm",
+            "{worn:.3f} µm",
+            "figure 1 (max-wear): note: {((max(max_wear_depth, flank))",
+        ),
     ],
     ids=["another scene", "a run less", "another formula", "another number of a note"],
-)  # fmt: skip
-def test_what_was_measured_of_something_else_does_not_count(file, kept, capsys, old, new, message):
+)
+def test_what_was_measured_of_something_else_does_not_count(
+    file, kept, capsys, old, new, message
+):
     assert old in file.read_text()
     file.write_text(file.read_text().replace(old, new))
     status, told = held(file, kept, capsys)
@@ -228,7 +291,11 @@ def test_what_was_measured_of_something_else_does_not_count(file, kept, capsys, 
 def test_another_model_version_makes_all_claims_fail(file, kept, capsys, monkeypatch):
     monkeypatch.setattr("wearlab.scene.identity.MODEL_VERSION", 6)
     status, told = held(file, kept, capsys)
-    assert status == 1 and "0 of 3 claims hold" in told and "3 of 3 runs were not measured" in told
+    assert (
+        status == 1
+        and "0 of 3 claims hold" in told
+        and "3 of 3 runs were not measured" in told
+    )
 
 
 @pytest.mark.parametrize(
@@ -236,32 +303,57 @@ def test_another_model_version_makes_all_claims_fail(file, kept, capsys, monkeyp
     [
         ("{", "Invalid JSON"),
         ('{"runs": [], "numbers": {}}', "claims: Field required"),
-        ('{"runs": [], "numbers": {}, "claims": [{"name": "a", "formula": "", "unit": "", "measured": "x"}]}',
-         "claims: 0: measured: Input should be a valid number"),
+        (
+            '{"runs": [], "numbers": {}, "claims": [{"name": "a", "formula": "", '
+            '"unit": "", "measured": "x"}]}',
+            "claims: 0: measured: Input should be a valid number",
+        ),
         (None, "No such file"),
     ],
-)  # fmt: skip
+)
 def test_what_is_no_record_is_refused(file, tmp_path, capsys, text, message):
     record = tmp_path / "measured.json"
     if text is not None:
         record.write_text(text)
     status, told = held(file, record, capsys)
     assert status == 2 and message in told and str(record) in told
-    assert status_of(["check", str(file), "--measured", str(record)]) == 2  # without --claims
+    assert (
+        status_of(["check", str(file), "--measured", str(record)]) == 2
+    )  # without --claims
 
 
 @pytest.mark.parametrize(
     "old, new, message",
     [
         ('"deepest_at"', '"worn"', r"claim\[1\].name: 'worn' stands twice"),
-        ('"0 rpm"', '"0 um"', r"claim\[1\].tolerance: '0 um' is not in rpm, the unit of the value"),
+        (
+            '"0 rpm"',
+            '"0 um"',
+            r"claim\[1\].tolerance: '0 um' is not in rpm, the unit of the value",
+        ),
         ("{worn:.2f}", "{worm:.2f}", r"figure 1 \(.*\): note: 'worm' is no variable"),
-        ("{worn:.2f}", "{wor}", r"figure\[0\].note: \{wor\}: no claim is called so, did you mean 'worn'"),
+        (
+            "{worn:.2f}",
+            "{wor}",
+            r"figure\[0\].note: \{wor\}: no claim is called so, did you mean 'worn'",
+        ),
         ("{worn:.2f}", "{worn:two}", r"'two' is no format such as"),
         ("{worn:.2f}", "{exp(worn):.2f}", r"no function 'exp'"),
-        ("max(max_wear_depth, flank)", "max(max_wear_dept, flank)", "did you mean 'max_wear_depth'"),
-        ("max(max_wear_depth, flank)", "max(max_wear_depth", r"quantity: no formula: '\(' was never closed"),
-        ("tolerance = ", "tolerence = ", r"claim\[0\].tolerence: unknown key, did you mean 'tolerance'"),
+        (
+            "max(max_wear_depth, flank)",
+            "max(max_wear_dept, flank)",
+            "did you mean 'max_wear_depth'",
+        ),
+        (
+            "max(max_wear_depth, flank)",
+            "max(max_wear_depth",
+            r"quantity: no formula: '\(' was never closed",
+        ),
+        (
+            "tolerance = ",
+            "tolerence = ",
+            r"claim\[0\].tolerence: unknown key, did you mean 'tolerance'",
+        ),
     ],
 )
 def test_what_is_wrong_with_claims_is_refused(file, old, new, message, capsys):

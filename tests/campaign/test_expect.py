@@ -35,7 +35,11 @@ def test_case_merges_over_the_file_and_another_verdict_replaces_it(study):
     """)
     same, other, none = (case.expect for case in campaign.cases)
     assert (same.end_reason, same.values["response_period"].value) == ("depth", 2.0)
-    assert (other.verdict, other.end_reason, dict(other.values)) == ("refused", None, {})
+    assert (other.verdict, other.end_reason, dict(other.values)) == (
+        "refused",
+        None,
+        {},
+    )
     assert none is None
 
 
@@ -47,7 +51,9 @@ def test_values_are_swept_with_their_keys_without_becoming_coordinates(study):
         "expect.verdict" = ["completed", "unstable"]
     """)
     assert [case.expect.verdict for case in campaign.cases] == ["completed", "unstable"]
-    assert [case.expect.values["floquet_multiplier"].tolerance for case in campaign.cases] == [0.02, 0.03]
+    assert [
+        case.expect.values["floquet_multiplier"].tolerance for case in campaign.cases
+    ] == [0.02, 0.03]
     assert campaign.axes[0].coordinates == {}
 
 
@@ -60,7 +66,9 @@ def test_values_are_swept_with_their_keys_without_becoming_coordinates(study):
         ('service_life = { value = "2 h", tolerance = "1 min" }', 7200.0, 60.0),
     ],
 )
-def test_tolerance_is_absolute_unless_it_is_a_plain_number_beside_a_unit(study, given, value, tolerance):
+def test_tolerance_is_absolute_unless_it_is_a_plain_number_beside_a_unit(
+    study, given, value, tolerance
+):
     (case,) = study("[expect]\n" + given).cases
     (wanted,) = case.expect.values.values()
     assert isinstance(wanted, Wanted)
@@ -74,10 +82,19 @@ def test_tolerance_is_absolute_unless_it_is_a_plain_number_beside_a_unit(study, 
         ('verdict = "complete"', "expect.verdict: 'complete' is not one of"),
         ("response_period = 1.5", "expect.response_period: 1.5 is no count"),
         ("end_reason = 3", "expect.end_reason: 3 is no text"),
-        ("wear_dept = { value = 1, tolerance = 1 }", "expect.wear_dept: no variable of a dataset, did you"),
+        (
+            "wear_dept = { value = 1, tolerance = 1 }",
+            "expect.wear_dept: no variable of a dataset, did you",
+        ),
         ("wear_depth = 3", "expect.wear_depth: 3 is not {value"),
-        ("wear_depth = { value = 3, tolerance = 0.1 }", "needs its unit, such as '3 m'"),
-        ('wear_depth = { value = "3 s", tolerance = 0.1 }', "expect.wear_depth: value '3 s'"),
+        (
+            "wear_depth = { value = 3, tolerance = 0.1 }",
+            "needs its unit, such as '3 m'",
+        ),
+        (
+            'wear_depth = { value = "3 s", tolerance = 0.1 }',
+            "expect.wear_depth: value '3 s'",
+        ),
         ("dynamic_factor = { value = 1, tolerance = -1 }", "tolerance -1 is negative"),
         ('verdict = "refused"\nresponse_period = 1', "has no data to compare"),
     ],

@@ -17,7 +17,11 @@ def scene(campaign):
 
 def test_a_file_stands_for_itself(write):
     campaign = load(write('title = "x"', "empty.toml").parent / "base.toml")
-    assert campaign.title == "base" and campaign.reference is None and campaign.metadata == {}
+    assert (
+        campaign.title == "base"
+        and campaign.reference is None
+        and campaign.metadata == {}
+    )
     assert [case.label for case in campaign.cases] == ["base"] and campaign.axes == ()
     assert scene(campaign).operation.torque == 340.0
 
@@ -92,12 +96,16 @@ def test_changing_the_model_replaces_its_table(study):
 
 
 def test_alternatives_replace_each_other(study):
-    one = scene(study('mesh.damping_ratio = 0.07\ngears.pinion.root_diameter = "140 mm"'))
+    one = scene(
+        study('mesh.damping_ratio = 0.07\ngears.pinion.root_diameter = "140 mm"')
+    )
     assert one.mesh.damping is None and one.gears.pinion.dedendum_coefficient is None
 
 
 def test_drop_acts_before_the_files_own_keys(study):
-    one = scene(study('drop = ["dynamics", "wear.coefficient"]\n[wear]\npressure = "peak"'))
+    one = scene(
+        study('drop = ["dynamics", "wear.coefficient"]\n[wear]\npressure = "peak"')
+    )
     assert one.dynamics is None and one.wear.coefficient is None
     assert (one.wear.load.chosen, one.wear.pressure.chosen) == ("static", "peak")
     again = scene(study('drop = "dynamics"\n[dynamics]\nmodel = "torsional"'))
@@ -109,11 +117,16 @@ def test_a_dropped_key_regains_its_default(study):
 
 
 def test_drop_does_not_reach_the_files_own_keys(write):
-    line = problem(write, 'extends = "base.toml"\ndrop = ["numerics"]\n[numerics]\ntolerance = 1e-4')
+    line = problem(
+        write,
+        'extends = "base.toml"\ndrop = ["numerics"]\n[numerics]\ntolerance = 1e-4',
+    )
     assert "study.toml: drop: 'numerics' is not there to be dropped" in line
 
 
-@pytest.mark.parametrize(("path", "near"), [("dynamic", "dynamics"), ("mesh.dampin", "mesh.damping")])
+@pytest.mark.parametrize(
+    ("path", "near"), [("dynamic", "dynamics"), ("mesh.dampin", "mesh.damping")]
+)
 def test_an_unknown_path_is_not_dropped(write, path, near):
     line = problem(write, f'extends = "base.toml"\ndrop = ["{path}"]')
     assert f"drop: '{path}' is not there to be dropped, did you mean '{near}'?" in line
@@ -122,7 +135,9 @@ def test_an_unknown_path_is_not_dropped(write, path, near):
 def test_circles_are_found(write):
     write('extends = "c.toml"', "b.toml")
     write('extends = "a.toml"', "c.toml")
-    assert "a.toml → b.toml → c.toml → a.toml" in problem(write, 'extends = "b.toml"', "a.toml")
+    assert "a.toml → b.toml → c.toml → a.toml" in problem(
+        write, 'extends = "b.toml"', "a.toml"
+    )
 
 
 def test_the_same_base_twice_is_no_circle(write):
@@ -142,9 +157,15 @@ def test_the_same_base_twice_is_no_circle(write):
             "study.toml: drop: [3] is not a list of sections or dotted keys",
         ),
         ("title = ", "study.toml: no TOML file: "),
-        ("[gears]\nface_width = 30 mm", 'write a quantity with its unit in quotes: "30 mm"'),
+        (
+            "[gears]\nface_width = 30 mm",
+            'write a quantity with its unit in quotes: "30 mm"',
+        ),
         ("gear = { teeth = 20, face_width = 30mm }", 'in quotes: "30 mm"'),
-        ("[gears.pinion]\nprofile_shift_coefficient = 0,2", "write a decimal point: 0.2"),
+        (
+            "[gears.pinion]\nprofile_shift_coefficient = 0,2",
+            "write a decimal point: 0.2",
+        ),
         ('title = "a"\ntitle = "b"', "study.toml: no TOML file: "),
     ],
 )
@@ -155,23 +176,38 @@ def test_unreadable_files(write, text, said):
 def test_a_problem_names_the_file_that_wrote_it(write):
     write('[operation]\nspeed = "25 Hz"', "speed.toml")
     with pytest.raises(CampaignError) as caught:
-        load(write('extends = ["base.toml", "speed.toml"]\n[operation]\ntorqe = "3 N*m"'))
+        load(
+            write('extends = ["base.toml", "speed.toml"]\n[operation]\ntorqe = "3 N*m"')
+        )
     first, second = sorted(caught.value.problems)
     assert "speed.toml: scene.operation.speed: '25 Hz'" in first
-    assert "study.toml: scene.operation.torqe: unknown key, did you mean 'torque'?" in second
+    assert (
+        "study.toml: scene.operation.torqe: unknown key, did you mean 'torque'?"
+        in second
+    )
 
 
 def test_a_sweep_that_is_no_table_is_said_beside_what_else_is_wrong(write):
     with pytest.raises(CampaignError) as caught:
         load(write('extends = "base.toml"\nsweep = true\n[gears]\nmodule = "none"'))
     assert len(caught.value.problems) == 2
-    assert any("sweep: True is no list of tables" in line for line in caught.value.problems)
+    assert any(
+        "sweep: True is no list of tables" in line for line in caught.value.problems
+    )
 
 
 def test_a_message_names_the_file_that_replaced_a_table(write):
-    write('[wear]\ncoefficient = { model = "constant", value = "1e-18 m^2/N" }\n', "under.toml")
-    file = write('extends = ["base.toml", "under.toml"]\n[wear]\ncoefficient = "1e-18 m^2/N"\n')
+    write(
+        '[wear]\ncoefficient = { model = "constant", value = "1e-18 m^2/N" }\n',
+        "under.toml",
+    )
+    file = write(
+        'extends = ["base.toml", "under.toml"]\n[wear]\ncoefficient = "1e-18 m^2/N"\n'
+    )
     with pytest.raises(CampaignError) as refused:
         load(file)
     (line,) = [line for line in refused.value.problems if "wear.coefficient" in line]
-    assert line.startswith(str(file)) and "write { model = 'constant', value = '1e-18 m^2/N' }" in line
+    assert (
+        line.startswith(str(file))
+        and "write { model = 'constant', value = '1e-18 m^2/N' }" in line
+    )

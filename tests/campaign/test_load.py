@@ -15,7 +15,9 @@ def refused(study, text):
 
 
 def test_texts(study):
-    campaign = study('title = "t"\nreference = "doi:x"\n[metadata]\nauthor = "A"\norcid = "0"')
+    campaign = study(
+        'title = "t"\nreference = "doi:x"\n[metadata]\nauthor = "A"\norcid = "0"'
+    )
     assert (campaign.title, campaign.reference) == ("t", "doi:x")
     assert campaign.metadata == {"author": "A", "orcid": "0"}
     assert campaign.path.name == "study.toml" and campaign.path.is_absolute()
@@ -28,8 +30,14 @@ def test_texts(study):
         ("[metadata]\nauthor = 3", "metadata.author: 3 is no text or list: author"),
         ('figure = ["tvms"]', "figure[0]: 'tvms' is no table: write [[figure]]"),
         ("[[figure]]\nkind = 3", "figure[0].kind: 3 is no text: kind of figure"),
-        ('[[figure]]\nkind = "tvms"\ny = 3', "figure[0].y: 3 is no text or list: variable along y"),
-        ('[[figure]]\nkind = "tvms"\nselect = "gear"', "figure[0].select: 'gear' is no table: dimension ="),
+        (
+            '[[figure]]\nkind = "tvms"\ny = 3',
+            "figure[0].y: 3 is no text or list: variable along y",
+        ),
+        (
+            '[[figure]]\nkind = "tvms"\nselect = "gear"',
+            "figure[0].select: 'gear' is no table: dimension =",
+        ),
     ],
 )
 def test_a_value_of_the_wrong_kind(study, text, said):
@@ -39,7 +47,10 @@ def test_a_value_of_the_wrong_kind(study, text, said):
 
 def test_texts_and_figures_are_no_part_of_a_run(study):
     plain = study()
-    told = study('title = "t"\nreference = "r"\n[metadata]\nauthor = "A"\n[[figure]]\nkind = "tvms"')
+    told = study(
+        'title = "t"\nreference = "r"\n[metadata]\nauthor = "A"\n[[figure]]\nkind = '
+        '"tvms"'
+    )
     assert plain.cases[0].id == told.cases[0].id
 
 
@@ -60,18 +71,36 @@ def test_figures(study):
         """
     ).figures
     assert one.select == {"flank": "pinion", "case": ["base", "static"]}
-    assert (one.x, one.y, one.hue, one.rows) == ("diameter", ("wear_depth", "wear_rate"), "update", None)
-    assert one.units == {"wear_depth": "nm"} and other.units == "N/mm" and other.published is None
+    assert (one.x, one.y, one.hue, one.rows) == (
+        "diameter",
+        ("wear_depth", "wear_rate"),
+        "update",
+        None,
+    )
+    assert (
+        one.units == {"wear_depth": "nm"}
+        and other.units == "N/mm"
+        and other.published is None
+    )
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('[[figure]]\nselect = { flank = "pinion" }', "figure[0].kind: required: kind of figure"),
-        ('[[figure]]\nkind = "tvms"\ntitel = "x"', "figure[0].titel: unknown key, did you mean 'title'?"),
+        (
+            '[[figure]]\nselect = { flank = "pinion" }',
+            "figure[0].kind: required: kind of figure",
+        ),
+        (
+            '[[figure]]\nkind = "tvms"\ntitel = "x"',
+            "figure[0].titel: unknown key, did you mean 'title'?",
+        ),
         ('[[figure]]\nkind = "tvms"\nx = 3', "figure[0].x: 3"),
         ('[figure]\nkind = "tvms"', "write [[figure]]"),
-        ('[metadata]\nautor = "A"', "metadata.autor: unknown key, did you mean 'author'?"),
+        (
+            '[metadata]\nautor = "A"',
+            "metadata.autor: unknown key, did you mean 'author'?",
+        ),
         ("[metadata]\nauthor = 3", "metadata.author: 3"),
         ("[opration]", "opration: unknown key, did you mean 'operation'?"),
         ("[sweeps]", "sweeps: unknown key, did you mean 'sweep'?"),
@@ -87,10 +116,13 @@ def test_wrong_texts_and_figures(study, text, said):
 
 
 def test_all_faults_at_once(study):
-    lines = refused(study, 'titel = "x"\n[[figure]]\n[[sweep]]\n"a.b" = []\n[mesh]\ndampin = 1')
-    assert [any(word in line for line in lines) for word in ("titel", "figure[0].kind", "a.b", "dampin")] == [
-        True
-    ] * 4
+    lines = refused(
+        study, 'titel = "x"\n[[figure]]\n[[sweep]]\n"a.b" = []\n[mesh]\ndampin = 1'
+    )
+    assert [
+        any(word in line for line in lines)
+        for word in ("titel", "figure[0].kind", "a.b", "dampin")
+    ] == [True] * 4
 
 
 def test_the_published_study():
@@ -107,8 +139,14 @@ def test_the_published_study():
     assert scene.dynamics.supports.pinion.radial_stiffness == 1.15e9
     assert scene.dynamics.supports.gear.damping == 5360.0
     assert scene.wear.coefficient.value == 9.65e-19 and scene.wear.coefficient.film
-    assert scene.wear.snapshots.cycles == (3e6, 2e7, 4e7) and scene.wear.until.cycles == 1e8
-    assert scene.lubricant.viscosity == 0.012 and scene.lubricant.pressure_viscosity == 1.6e-8
+    assert (
+        scene.wear.snapshots.cycles == (3e6, 2e7, 4e7)
+        and scene.wear.until.cycles == 1e8
+    )
+    assert (
+        scene.lubricant.viscosity == 0.012
+        and scene.lubricant.pressure_viscosity == 1.6e-8
+    )
     assert "dynamics" in parts_left_out(campaign.cases[5].scene)
     assert "dynamics: spur-3dof, periodic" in parts_present(scene)
 

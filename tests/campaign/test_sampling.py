@@ -14,7 +14,9 @@ BLOCK = {
 
 
 def sampled(method="sobol", n=64, seed=7, **block):
-    (axis,) = read_axes([{**(block or BLOCK), "sample": {"method": method, "n": n, "seed": seed}}])
+    (axis,) = read_axes(
+        [{**(block or BLOCK), "sample": {"method": method, "n": n, "seed": seed}}]
+    )
     return axis
 
 
@@ -27,7 +29,10 @@ def refused(block):
 def columns(axis):
     """What is drawn stands beside the numbered samples, by its old names."""
     assert axis.name == "sample" and axis.values == tuple(range(len(axis.values)))
-    return tuple(axis.coordinates[name].values for name in ("torque", "factor", "total_composite"))
+    return tuple(
+        axis.coordinates[name].values
+        for name in ("torque", "factor", "total_composite")
+    )
 
 
 @pytest.mark.parametrize("method", ["sobol", "latin-hypercube", "random"])
@@ -39,7 +44,9 @@ def test_drawn_values_follow_their_distributions(method):
     assert statistics.mean(torque) == pytest.approx(340.0, abs=0.7)
     assert statistics.stdev(torque) == pytest.approx(10.0, rel=0.05)
     assert statistics.median(factor) == pytest.approx(2.0, rel=0.03)
-    assert statistics.stdev(factor) / statistics.mean(factor) == pytest.approx(0.3, rel=0.08)
+    assert statistics.stdev(factor) / statistics.mean(factor) == pytest.approx(
+        0.3, rel=0.08
+    )
     assert min(error) >= 5.0 and max(error) <= 25.0
     assert statistics.mean(error) == pytest.approx(15.0, rel=0.03)
     assert axis.written["operation.torque"][0] == f"{torque[0]!r} N*m"
@@ -54,9 +61,12 @@ def test_keys_are_drawn_independently_and_reproducibly(method):
     assert columns(sampled(method, 1024, seed=8)) != (torque, factor, error)
 
 
-@pytest.mark.parametrize(("method", "keeps"), [("sobol", True), ("random", True), ("latin-hypercube", False)])
+@pytest.mark.parametrize(
+    ("method", "keeps"), [("sobol", True), ("random", True), ("latin-hypercube", False)]
+)
 def test_what_can_be_extended_keeps_its_first_points(method, keeps):
-    few, more = (columns(sampled(method, n))[0] for n in (12, 20))
+    few = columns(sampled(method, 12))[0]
+    more = columns(sampled(method, 20))[0]
     assert (more[:12] == few) is keeps
 
 
@@ -71,10 +81,14 @@ def test_lists_advance_beside_what_is_drawn():
         "wear.coefficient.factor": BLOCK["wear.coefficient.factor"],
     }
     axis = sampled("latin-hypercube", 20, **block)
-    alone = sampled("latin-hypercube", 20, **{"a.factor": BLOCK["wear.coefficient.factor"]})
+    alone = sampled(
+        "latin-hypercube", 20, **{"a.factor": BLOCK["wear.coefficient.factor"]}
+    )
     assert axis.coordinates["seed"].values == tuple(range(1, 21))
     assert axis.coordinates["factor"].values == alone.coordinates["factor"].values
-    said = refused({**block, "sample": {"method": "latin-hypercube", "n": 21, "seed": 7}})
+    said = refused(
+        {**block, "sample": {"method": "latin-hypercube", "n": 21, "seed": 7}}
+    )
     assert "errors.seed has 20, wear.coefficient.factor has 21 values" in said
 
 
@@ -84,9 +98,18 @@ def test_lists_advance_beside_what_is_drawn():
         ({"a.b": [1, 2]}, "sweep[0].a.b: [1, 2] is no distribution"),
         ({"a.b": {"normal": {"mean": 1}}}, "is not {mean = …, sd = …}"),
         ({"a.b": {"normal": {"mean": 1, "sd": 0}}}, "sd: 0 must be greater than 0"),
-        ({"a.b": {"normal": {"mean": "1 mm", "sd": 2}}}, "one value has a unit, the other has none"),
-        ({"a.b": {"normal": {"mean": "1 mm", "sd": "2 N"}}}, "'N' is not a unit like 'mm'"),
-        ({"a.b": {"lognormal": {"median": -1, "cov": 0.1}}}, "median: -1 must be greater than 0"),
+        (
+            {"a.b": {"normal": {"mean": "1 mm", "sd": 2}}},
+            "one value has a unit, the other has none",
+        ),
+        (
+            {"a.b": {"normal": {"mean": "1 mm", "sd": "2 N"}}},
+            "'N' is not a unit like 'mm'",
+        ),
+        (
+            {"a.b": {"lognormal": {"median": -1, "cov": 0.1}}},
+            "median: -1 must be greater than 0",
+        ),
         ({"a.b": {"lognormal": {"median": 1, "cov": "1 mm"}}}, "cov: a plain number"),
         ({"a.b": {"uniform": [2, 1]}}, "from 2 to 1 there is nothing"),
         ({"a.b": {"uniform": [1]}}, "[1] is not [low, high]"),
@@ -111,7 +134,10 @@ def test_wrong_distributions_are_refused(block, said):
 )
 def test_wrong_samples_are_refused(change, said):
     assert said in refused(
-        {"a.b": {"uniform": [1, 2]}, "sample": {"method": "random", "n": 2, "seed": 0} | change}
+        {
+            "a.b": {"uniform": [1, 2]},
+            "sample": {"method": "random", "n": 2, "seed": 0} | change,
+        }
     )
 
 
@@ -134,14 +160,29 @@ def test_correlated_inputs_have_the_rank_correlation_asked_for_and_keep_their_di
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ([["operation.torque", "wear.coefficient.factor", 1.0]], "with ρ within −1 and 1"),
-        ([["operation.torque", "operation.speed", 0.5]], "'operation.speed' is not drawn here"),
+        (
+            [["operation.torque", "wear.coefficient.factor", 1.0]],
+            "with ρ within −1 and 1",
+        ),
+        (
+            [["operation.torque", "operation.speed", 0.5]],
+            "'operation.speed' is not drawn here",
+        ),
         ([["operation.torque", "operation.torque", 0.5]], "stands beside itself"),
         ("operation.torque", "is no list: [key, key, Spearman's ρ]"),
-        ([[*pair, rho] for pair, rho in zip([list(BLOCK)[:2], list(BLOCK)[1:], list(BLOCK)[::2]],
-                                            [0.95, 0.95, -0.95], strict=True)], "contradict each other"),
+        (
+            [
+                [*pair, rho]
+                for pair, rho in zip(
+                    [list(BLOCK)[:2], list(BLOCK)[1:], list(BLOCK)[::2]],
+                    [0.95, 0.95, -0.95],
+                    strict=True,
+                )
+            ],
+            "contradict each other",
+        ),
     ],
-)  # fmt: skip
+)
 def test_correlations_that_cannot_be(given, told):
     sample = {"method": "sobol", "n": 8, "seed": 7, "correlation": given}
     assert told in refused({**BLOCK, "sample": sample})
@@ -156,8 +197,15 @@ def test_the_design_of_sobol_indices_is_pairs_of_points_with_one_input_swapped_a
         for j, one in enumerate(mixed):
             assert one == (*a[:j], b[j], *a[j + 1 :])
     longer = sampled("sobol-indices", 16)
-    assert longer.coordinates["torque"].values[:40] == axis.coordinates["torque"].values  # it can be extended
-    correlated = {"method": "sobol-indices", "n": 8, "seed": 1, "correlation": [[*list(BLOCK)[:2], 0.5]]}
+    assert (
+        longer.coordinates["torque"].values[:40] == axis.coordinates["torque"].values
+    )  # it can be extended
+    correlated = {
+        "method": "sobol-indices",
+        "n": 8,
+        "seed": 1,
+        "correlation": [[*list(BLOCK)[:2], 0.5]],
+    }
     assert "independent inputs" in refused({**BLOCK, "sample": correlated})
     assert "pairs of points" in refused(
         {**BLOCK, "sample": {"method": "sobol-indices", "n": 99_999, "seed": 1}}

@@ -95,7 +95,11 @@ def test_every_option_says_what_it_means():
     for owner, key, node in PROPERTIES:
         place = f"{owner}.{key}"
         assert len(node["description"]) > 3, place
-        told = key in tables[owner].get("required", []) or {"default", "derived", "$ref"} & set(node)
+        told = key in tables[owner].get("required", []) or {
+            "default",
+            "derived",
+            "$ref",
+        } & set(node)
         assert told, f"{place}: neither required, nor a default"
         if "unit" in node:
             kind = KINDS[node["kind"]]
@@ -108,7 +112,12 @@ def test_every_option_says_what_it_means():
 def leaves(node):
     return (
         [node]
-        + [leaf for key in ("anyOf", "oneOf") for inner in node.get(key, []) for leaf in leaves(inner)]
+        + [
+            leaf
+            for key in ("anyOf", "oneOf")
+            for inner in node.get(key, [])
+            for leaf in leaves(inner)
+        ]
         + (leaves(node["items"]) if isinstance(node.get("items"), dict) else [])
     )
 
@@ -118,12 +127,21 @@ def test_every_dimensional_option_has_a_unit():
     columns = {"Columns", "RecordColumns"}  # which name a column of a file
     plain = {"StiffnessUnits", "ProfileUnits", *columns, *exponents}
     for owner, key, node in PROPERTIES:
-        if key in DIMENSIONAL and owner not in plain and "$ref" not in node and node.get("type") != "object":
+        if (
+            key in DIMENSIONAL
+            and owner not in plain
+            and "$ref" not in node
+            and node.get("type") != "object"
+        ):
             assert any("unit" in leaf for leaf in leaves(node)), f"{owner}.{key}"
 
 
 def test_every_dimensional_option_is_known_to_this_test():
-    measured = {key for _, key, node in PROPERTIES if any("unit" in leaf for leaf in leaves(node))}
+    measured = {
+        key
+        for _, key, node in PROPERTIES
+        if any("unit" in leaf for leaf in leaves(node))
+    }
     assert measured - DIMENSIONAL <= {
         "hours",
         "tooth_thickness_allowance",
@@ -152,14 +170,23 @@ def test_every_key_of_a_scene_is_in_the_schema():
         parts = parts_at(path)
         members = MEMBERS if any(part.per_member for part in parts) else ()
         for key in {*(key for part in parts for key in part.model_fields), *members}:
-            assert key in known or key in ("along", "abscissa", "ordinate", "across"), (path, key)
+            assert key in known or key in ("along", "abscissa", "ordinate", "across"), (
+                path,
+                key,
+            )
             if parts_at((*path, key)) and key not in path:
                 pending.append((*path, key))
 
 
 def test_sources_are_explained():
-    codes = {node["source"].split()[0].rstrip(",") for _, _, node in PROPERTIES if "source" in node}
-    assert {code for code in codes if code[0] in "LWYB" and code[1:].isdigit()} <= set(SCHEMA["sources"])
+    codes = {
+        node["source"].split()[0].rstrip(",")
+        for _, _, node in PROPERTIES
+        if "source" in node
+    }
+    assert {code for code in codes if code[0] in "LWYB" and code[1:].isdigit()} <= set(
+        SCHEMA["sources"]
+    )
 
 
 def test_choices_may_be_written_as_a_word():
@@ -167,31 +194,48 @@ def test_choices_may_be_written_as_a_word():
     assert stiffness["anyOf"][0] == {"enum": ["finite-element", "potential-energy"]}
     assert stiffness["default"] == "finite-element"
     assert SCHEMA["$defs"]["WearSection"]["properties"]["step"]["default"] == "adaptive"
-    assert SCHEMA["$defs"]["DisplacementContact"]["properties"]["threshold"]["default"] == "0.0001 rad"
-    assert SCHEMA["$defs"]["ExternalPair"]["properties"]["pressure_angle"]["default"] == "20 deg"
-    assert SCHEMA["$defs"]["Numerics"]["properties"]["tolerance"]["exclusiveMinimum"] == 0
+    assert (
+        SCHEMA["$defs"]["DisplacementContact"]["properties"]["threshold"]["default"]
+        == "0.0001 rad"
+    )
+    assert (
+        SCHEMA["$defs"]["ExternalPair"]["properties"]["pressure_angle"]["default"]
+        == "20 deg"
+    )
+    assert (
+        SCHEMA["$defs"]["Numerics"]["properties"]["tolerance"]["exclusiveMinimum"] == 0
+    )
 
 
 def test_flanks_are_named_as_in_files():
     flanks = {"pinion", "gear", "sun", "planet-sun", "planet-ring", "ring"}
     assert set(SCHEMA["$defs"]["InitialWears"]["properties"]) == flanks
-    assert {"sun_planet", "planet_ring"} < set(SCHEMA["$defs"]["MeshSection"]["properties"])
+    assert {"sun_planet", "planet_ring"} < set(
+        SCHEMA["$defs"]["MeshSection"]["properties"]
+    )
 
 
 def allows(node, value):
     """Return whether a value fits a schema, by the keywords that wearlab's own uses."""
     if "$ref" in node:
         return allows(SCHEMA["$defs"][node["$ref"].removeprefix("#/$defs/")], value)
-    if any(not any(allows(inner, value) for inner in node[key]) for key in ("anyOf", "oneOf") if key in node):
+    if any(
+        not any(allows(inner, value) for inner in node[key])
+        for key in ("anyOf", "oneOf")
+        if key in node
+    ):
         return False
-    if ("const" in node and value != node["const"]) or ("enum" in node and value not in node["enum"]):
+    if ("const" in node and value != node["const"]) or (
+        "enum" in node and value not in node["enum"]
+    ):
         return False
     if "type" in node and not isinstance(value, TYPES[node["type"]]):
         return False
     if isinstance(value, bool) and node.get("type") in ("number", "integer"):
         return False
     if isinstance(value, dict):
-        known, more = node.get("properties", {}), node.get("additionalProperties", True)
+        known = node.get("properties", {})
+        more = node.get("additionalProperties", True)
         return all(key in value for key in node.get("required", [])) and all(
             allows(known.get(key, more if isinstance(more, dict) else {}), inner)
             and (key in known or more is not False)
@@ -210,7 +254,9 @@ TYPES = {
     "integer": int,
     "boolean": bool,
 }
-WRITTEN = {file: tomllib.loads(file.read_text()) for file in sorted(CAMPAIGNS.rglob("*.toml"))}
+WRITTEN = {
+    file: tomllib.loads(file.read_text()) for file in sorted(CAMPAIGNS.rglob("*.toml"))
+}
 WHOLE = [
     file
     for file, written in WRITTEN.items()
@@ -224,9 +270,15 @@ def test_campaigns_fit_the_schema(file):
         json.dumps(tomllib.loads(file.read_text()), default=str)
     )  # a day, as editors have it
     assert allows(SCHEMA, written)
-    assert not allows(SCHEMA, {**written, "gears": {**written["gears"], "modul": "3 mm"}})
-    assert not allows(SCHEMA, {**written, "operation": {**written["operation"], "torque": 3}})
-    assert not allows(SCHEMA, {key: value for key, value in written.items() if key != "gears"})
+    assert not allows(
+        SCHEMA, {**written, "gears": {**written["gears"], "modul": "3 mm"}}
+    )
+    assert not allows(
+        SCHEMA, {**written, "operation": {**written["operation"], "torque": 3}}
+    )
+    assert not allows(
+        SCHEMA, {key: value for key, value in written.items() if key != "gears"}
+    )
 
 
 def test_top_level_keys():

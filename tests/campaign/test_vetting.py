@@ -14,12 +14,27 @@ LONG = ".".join(["a"] * 100_000)
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (f"[numerics]\nphase_points = {HUGE}", r"numerics\.phase_points: a whole number of 333 hex"),
+        (
+            f"[numerics]\nphase_points = {HUGE}",
+            r"numerics\.phase_points: a whole number of 333 hex",
+        ),
         (f"[errors]\nseed = -{HUGE}", r"errors\.seed: a whole number"),
-        (f"[wear]\nuntil = {{ cycles = {HUGE} }}", r"wear\.until\.cycles: a whole number"),
-        (f'[[sweep]]\n"gears.pinion.teeth" = [{HUGE}]', r"sweep\[0\]\.gears\.pinion\.teeth\[0\]: a whole"),
-        (f'[[sweep]]\n"gears.pinion.teeth" = {{ linspace = [1, 5, {HUGE}] }}', "a whole number"),
-        (f"[[sweep]]\nsample = {{ n = {HUGE} }}", r"sweep\[0\]\.sample\.n: a whole number"),
+        (
+            f"[wear]\nuntil = {{ cycles = {HUGE} }}",
+            r"wear\.until\.cycles: a whole number",
+        ),
+        (
+            f'[[sweep]]\n"gears.pinion.teeth" = [{HUGE}]',
+            r"sweep\[0\]\.gears\.pinion\.teeth\[0\]: a whole",
+        ),
+        (
+            f'[[sweep]]\n"gears.pinion.teeth" = {{ linspace = [1, 5, {HUGE}] }}',
+            "a whole number",
+        ),
+        (
+            f"[[sweep]]\nsample = {{ n = {HUGE} }}",
+            r"sweep\[0\]\.sample\.n: a whole number",
+        ),
         ('"" = 3', "the file: an empty key"),
         ('[gears]\n"" = 3', "gears: an empty key"),
         ('[[figure]]\nkind = "tvms"\n"" = 3', r"figure\[0\]: an empty key"),
@@ -35,7 +50,10 @@ LONG = ".".join(["a"] * 100_000)
         ('extends = "/dev/stdin"', "cannot read it"),
         ('extends = "pipe"', "cannot read it: not a file"),
         ('extends = "."', "cannot read it"),
-        ('extends = "/proc/self/maps"', "cannot read it: not a file of a size that can be told"),
+        (
+            'extends = "/proc/self/maps"',
+            "cannot read it: not a file of a size that can be told",
+        ),
     ],
 )
 def test_refused_in_a_moment(write, tmp_path, text, said):

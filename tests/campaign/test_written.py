@@ -8,11 +8,17 @@ from wearlab.report import run as told
 
 TABLE = {
     "title": "as written",
-    "gears": {"kind": "external-pair", "module": "3 mm", "face_width": "0.03 m", "pressure_angle": "20 deg",
-              "pinion": {"teeth": 24}, "gear": {"teeth": 53}},
+    "gears": {
+        "kind": "external-pair",
+        "module": "3 mm",
+        "face_width": "0.03 m",
+        "pressure_angle": "20 deg",
+        "pinion": {"teeth": 24},
+        "gear": {"teeth": 53},
+    },
     "operation": {"torque": "0.18 kN*m", "speed": "900 1/min"},
     "sweep": [{"operation.torque": ["0.18 kN*m", "250 Nm"]}],
-}  # fmt: skip
+}
 USUAL = {**TABLE, "operation": {"torque": "180 N*m", "speed": "900 rpm"}}
 USUAL["sweep"] = [{"operation.torque": ["180 N*m", "250 N*m"]}]
 
@@ -26,7 +32,9 @@ def recorded(tmp_path, table):
     store = wl.Store(tmp_path / "store")
     store.create()
     members = [(case.id, case.label, {}) for case in campaign.cases]
-    store.catalogue.record_campaign(campaign.title, None, None, members, {}, with_figures(campaign))
+    store.catalogue.record_campaign(
+        campaign.title, None, None, members, {}, with_figures(campaign)
+    )
     return campaign, store
 
 
@@ -34,13 +42,23 @@ def test_a_scene_is_told_as_its_file_wrote_it(tmp_path):
     campaign, store = recorded(tmp_path, TABLE)
     first, second = campaign.cases
     written = told.written_in(store, second.id)
-    shown = {key: told.in_file_units(key, value, written) for key, value in scene(second).items()}
-    assert shown["operation.torque"] == "250 Nm" and shown["operation.speed"] == "900 1/min"
+    shown = {
+        key: told.in_file_units(key, value, written)
+        for key, value in scene(second).items()
+    }
+    assert (
+        shown["operation.torque"] == "250 Nm"
+        and shown["operation.speed"] == "900 1/min"
+    )
     assert shown["gears.face_width"] == "0.03 m" and shown["gears.module"] == "3 mm"
     value = scene(first)["operation.torque"]
     assert told.in_file_units("operation.torque", value, written) == "0.18 kN*m"
-    assert told.in_file_units("operation.torque", 200.0, written) == "0.2 kN*m"  # derived: in the file's unit
-    assert told.in_file_units("operation.torque", value, {}) == "180 N*m"  # nothing is recorded
+    assert (
+        told.in_file_units("operation.torque", 200.0, written) == "0.2 kN*m"
+    )  # derived: in the file's unit
+    assert (
+        told.in_file_units("operation.torque", value, {}) == "180 N*m"
+    )  # nothing is recorded
 
 
 def test_what_was_written_is_no_part_of_a_run(tmp_path):
@@ -48,9 +66,15 @@ def test_what_was_written_is_no_part_of_a_run(tmp_path):
 
 
 def test_lists_and_short_forms_are_told_too():
-    written = {"mesh.misalignment": ["0.02 mm"], "wear.snapshots.depth": ["2 um", "0.005 mm"]}
+    written = {
+        "mesh.misalignment": ["0.02 mm"],
+        "wear.snapshots.depth": ["2 um", "0.005 mm"],
+    }
     assert told.in_file_units("mesh.misalignment.value", [2e-5], written) == "[0.02 mm]"
-    assert told.in_file_units("wear.snapshots.depth", [2e-6, 5e-6], written) == "[2 um, 0.005 mm]"
+    assert (
+        told.in_file_units("wear.snapshots.depth", [2e-6, 5e-6], written)
+        == "[2 um, 0.005 mm]"
+    )
 
 
 def test_what_a_store_says_wrongly_is_left_out():

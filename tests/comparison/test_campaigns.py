@@ -18,7 +18,11 @@ from wearlab.store import Store
 def run(speed):
     data = made(speed)
     return data[
-        [name for name in ("mesh_stiffness", "dynamic_mesh_force", "wear_depth", "life") if name in data]
+        [
+            name
+            for name in ("mesh_stiffness", "dynamic_mesh_force", "wear_depth", "life")
+            if name in data
+        ]
     ]
 
 
@@ -37,7 +41,9 @@ def store(tmp_path_factory) -> Store:
 def campaign(first: int, speeds=SPEEDS, units="rpm") -> Campaign:
     cases = [Case("base", f"{first + i}" * 20, {"speed": i}) for i in range(3)]
     axes = (Axis("speed", tuple(speeds), units, "operation.speed"),)
-    return Campaign((*cases, Case("static", f"{first + 3}" * 20)), axes, f"from {first}")
+    return Campaign(
+        (*cases, Case("static", f"{first + 3}" * 20)), axes, f"from {first}"
+    )
 
 
 def stiffness(found):
@@ -55,21 +61,27 @@ def test_pairs_by_label_and_place(store):
     worse = 0.01 * np.arange(1, 5)
     np.testing.assert_allclose(stiffness(found), worse / (1.0 + worse))
     assert found["run_id"].values[1].tolist() == ["1" * 20, "5" * 20]
-    assert np.isnan(found["largest_relative_difference"].sel(quantity="dynamic_mesh_force")[-1])
+    assert np.isnan(
+        found["largest_relative_difference"].sel(quantity="dynamic_mesh_force")[-1]
+    )
     assert json.loads(found.attrs["only_a"]) == json.loads(found.attrs["only_b"]) == []
 
 
 def test_a_grid_is_compared_like_its_campaign(store):
     found = compare(store.open(campaign(0)), store.open(campaign(4)))
     named = compare(campaign(0), campaign(4), store=store)
-    np.testing.assert_allclose(found["largest_relative_difference"], named["largest_relative_difference"])
+    np.testing.assert_allclose(
+        found["largest_relative_difference"], named["largest_relative_difference"]
+    )
     assert found["run_id"].values.tolist() == named["run_id"].values.tolist()
 
 
 def test_at_most_five_missing_runs_are_named(store):
     many = campaign(0)
     speeds = (*SPEEDS, *range(4000, 4009))
-    lacking = tuple(Case("base", f"f{i}" * 10, {"speed": i}) for i in range(3, len(speeds)))
+    lacking = tuple(
+        Case("base", f"f{i}" * 10, {"speed": i}) for i in range(3, len(speeds))
+    )
     axes = (Axis("speed", speeds, "rpm", "operation.speed"),)
     many = replace(many, cases=(*many.cases, *lacking), axes=axes)
     said = ["speed = 4000 rpm: missing", "speed = 4004 rpm: missing", "and 4 more"]
@@ -80,22 +92,34 @@ def test_at_most_five_missing_runs_are_named(store):
         named = json.loads(found.attrs["only_b"])
         assert [named[0], *named[4:]] == said and len(named) == 6
     some = store.open(many).isel(speed=[0, 1, 3])
-    assert json.loads(compare(store.open(campaign(0)), some).attrs["only_b"]) == said[:1]
+    assert (
+        json.loads(compare(store.open(campaign(0)), some).attrs["only_b"]) == said[:1]
+    )
 
 
 def test_the_unit_of_the_file_does_not_matter(store):
     other = campaign(4, [v / 60 for v in SPEEDS], "rev/s")
-    found = compare(campaign(0), replace(other, axes=(replace(other.axes[0], units="rev/s"),)), store=store)
+    found = compare(
+        campaign(0),
+        replace(other, axes=(replace(other.axes[0], units="rev/s"),)),
+        store=store,
+    )
     assert found.sizes["pair"] == 4
 
 
 def test_what_has_no_partner_is_named(store):
     other = campaign(4, (800.0, 1200.0, 3720.0))
-    other = replace(other, cases=(*other.cases[:2], replace(other.cases[2], id="f" * 20), other.cases[3]))
+    other = replace(
+        other,
+        cases=(*other.cases[:2], replace(other.cases[2], id="f" * 20), other.cases[3]),
+    )
     found = compare(campaign(0), other, store=store)
     assert found["pair"].values.tolist() == ["speed = 800 rpm", "static"]
     assert json.loads(found.attrs["only_a"]) == ["speed = 1100 rpm", "speed = 3720 rpm"]
-    assert json.loads(found.attrs["only_b"]) == ["speed = 1200 rpm", "speed = 3720 rpm: missing"]
+    assert json.loads(found.attrs["only_b"]) == [
+        "speed = 1200 rpm",
+        "speed = 3720 rpm: missing",
+    ]
     with pytest.raises(CompareError, match=r"no run of 'from 0' has a partner"):
         compare(campaign(0), replace(other, cases=other.cases[1:2]), store=store)
 
@@ -106,9 +130,9 @@ def test_lives_in_a_table_of_pairs_have_their_unit():
 
 def test_by_id(store):
     found = compare("0", "4", store=store)
-    assert float(found["largest_relative_difference"].sel(quantity="mesh_stiffness")) == pytest.approx(
-        0.01 / 1.01
-    )
+    assert float(
+        found["largest_relative_difference"].sel(quantity="mesh_stiffness")
+    ) == pytest.approx(0.01 / 1.01)
 
 
 def test_a_case_that_shares_a_run_with_the_base_takes_no_place_from_it():

@@ -11,8 +11,16 @@ from wearlab.campaign.axes import read_axes
 from wearlab.comparison import CompareError
 from wearlab.comparison.sobol import SobolWarning, indices
 
-KEYS = ("wear.coefficient.factor", "operation.torque_fluctuation.amplitude", "numerics.tolerance")
-FIRST = (0.31390519, 0.44241114, 0.0)  # a = 7, b = 0.1: V₁ = ½(1 + bπ⁴/5)², V₂ = a²/8, V₁₃ = 8b²π⁸/225
+KEYS = (
+    "wear.coefficient.factor",
+    "operation.torque_fluctuation.amplitude",
+    "numerics.tolerance",
+)
+FIRST = (
+    0.31390519,
+    0.44241114,
+    0.0,
+)  # a = 7, b = 0.1: V₁ = ½(1 + bπ⁴/5)², V₂ = a²/8, V₁₃ = 8b²π⁸/225
 TOTAL = (0.55758886, 0.44241114, 0.24368366)
 
 
@@ -22,11 +30,14 @@ def ishigami(x):
 
 def drawn(n):
     block = {key: {"uniform": [-np.pi, np.pi]} for key in KEYS}
-    (axis,) = read_axes([{**block, "sample": {"method": "sobol-indices", "n": n, "seed": 3}}])
+    (axis,) = read_axes(
+        [{**block, "sample": {"method": "sobol-indices", "n": n, "seed": 3}}]
+    )
     inputs = [np.array(one.values) for one in axis.coordinates.values()]
     coordinates = {"sample": ("sample", list(axis.values), {"key": axis.key})}
     coordinates |= {
-        name: ("sample", list(one.values), {"key": one.key}) for name, one in axis.coordinates.items()
+        name: ("sample", list(one.values), {"key": one.key})
+        for name, one in axis.coordinates.items()
     }
     return xr.DataArray(ishigami(inputs), coordinates, ("sample",))
 
@@ -36,30 +47,49 @@ def test_ishigami():
     assert found.first_order.values == pytest.approx(FIRST, abs=0.02)
     assert found.total_order.values == pytest.approx(TOTAL, abs=0.02)
     inside = (found.total_order_low <= TOTAL) & (TOTAL <= found.total_order_high)
-    assert inside.all() and found.key.values.tolist() == list(KEYS) and found.points == 2048
+    assert (
+        inside.all()
+        and found.key.values.tolist() == list(KEYS)
+        and found.points == 2048
+    )
 
 
 def test_too_few_base_points_are_warned_of():
-    with pytest.warns(SobolWarning, match=r"8 base points are too few.*95 % intervals of .* Raise sample.n"):
+    with pytest.warns(
+        SobolWarning,
+        match=r"8 base points are too few.*95 % intervals of .* Raise sample.n",
+    ):
         wl.sobol_indices(drawn(8))
 
 
 def test_the_estimates_are_those_of_scipy():
     values = drawn(256).values.reshape(256, 5)
     theirs = of_scipy(
-        func={"f_A": values[None, :, 0], "f_B": values[None, :, 1], "f_AB": values.T[2:, None]}, n=256,
+        func={
+            "f_A": values[None, :, 0],
+            "f_B": values[None, :, 1],
+            "f_AB": values.T[2:, None],
+        },
+        n=256,
         dists=[uniform()] * 3,
-    )  # fmt: skip
-    assert indices(values) == pytest.approx(np.stack([theirs.first_order, theirs.total_order]), rel=1e-10)
+    )
+    assert indices(values) == pytest.approx(
+        np.stack([theirs.first_order, theirs.total_order]), rel=1e-10
+    )
 
 
 def test_lost_runs_cost_their_base_points_only_and_other_dimensions_are_kept():
     result = drawn(512)
-    both = xr.concat([result, 2.0 * result], "flank").assign_coords(flank=["pinion", "gear"])
+    both = xr.concat([result, 2.0 * result], "flank").assign_coords(
+        flank=["pinion", "gear"]
+    )
     both[0, 7] = np.nan
     with pytest.warns(SobolWarning):
         found = wl.sobol_indices(both)
-    assert found.points.values.tolist() == [511, 512] and found.first_order.dims == ("input", "flank")
+    assert found.points.values.tolist() == [511, 512] and found.first_order.dims == (
+        "input",
+        "flank",
+    )
     assert found.first_order.sel(flank="pinion").values == pytest.approx(FIRST, abs=0.1)
 
 

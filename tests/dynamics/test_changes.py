@@ -13,23 +13,37 @@ from wearlab.dynamics.system import System
 
 def pushed_pair() -> tuple[BenchmarkPair, System]:
     """Return a pair without damping, hardly held, that a load alone pushes together."""
-    pair = BenchmarkPair(double=1e4, single=1e4, mesh_damping=0.0, amplitude=0.0, backlash=1.0, ramp=0.0)
-    system, held, nothing = pair.system(), 1e-3 * np.eye(3), np.zeros((3, 3))
+    pair = BenchmarkPair(
+        double=1e4, single=1e4, mesh_damping=0.0, amplitude=0.0, backlash=1.0, ramp=0.0
+    )
+    system = pair.system()
+    held = 1e-3 * np.eye(3)
+    nothing = np.zeros((3, 3))
     push = 1800.0 * system.mass @ [0.0, 0.0, 1.0]
     return pair, system._replace(stiffness=held, damping=nothing, load=push)
 
 
 def test_a_short_separation_inside_one_step() -> None:
     pair, system = pushed_pair()
-    # δ = 1 mm, approaching zero at 2 m/s while the load pushes back: separated between about 0.8 and 1.5 ms.
-    start, duration = np.array([0.0, 0.0, 1e-3, 0.0, 0.0, -2.0]), 2.5e-3
+    # δ = 1 mm, approaching zero at 2 m/s while the load pushes back: separated between
+    # about 0.8 and 1.5 ms.
+    start = np.array([0.0, 0.0, 1e-3, 0.0, 0.0, -2.0])
+    duration = 2.5e-3
 
     def rate(_: float, y: np.ndarray) -> np.ndarray:
         d = system.direction[0]
         force = d * 1e4 * max(0.0, d @ y[:3]) + system.stiffness @ y[:3]
         return np.r_[y[3:], np.linalg.solve(system.mass, system.load - force)]
 
-    exact = solve_ivp(rate, (0.0, duration), start, method="DOP853", rtol=1e-11, atol=1e-14, max_step=1e-5)
+    exact = solve_ivp(
+        rate,
+        (0.0, duration),
+        start,
+        method="DOP853",
+        rtol=1e-11,
+        atol=1e-14,
+        max_step=1e-5,
+    )
     assert (exact.y[:3].T @ system.direction[0]).min() < -5e-5
     tables = pair.tables(pair.grid(4))
     marcher = OnTables(kernel_of(system, tables, duration / tables.width[0]))
@@ -45,9 +59,12 @@ def terms_of_flight(kernel, h, state):
 def test_the_series_of_a_free_flight_ends_soon() -> None:
     pair, system = pushed_pair()
     flying = kernel_of(system, pair.tables(pair.grid(4)), 1e-3)
-    series, h = flying.series, 1e-6
+    series = flying.series
+    h = 1e-6
     state = np.zeros((6, series.terms.shape[2]))
     state[:, 0] = 0.0, 0.0, 1e-3, 0.0, 0.0, -2.0
     terms = terms_of_flight(flying, h, state)
     assert terms <= 8
-    np.testing.assert_allclose(series.terms[:3, 2, 0], [1e-3, -2.0 * h, 0.5 * 1800.0 * h * h], rtol=1e-6)
+    np.testing.assert_allclose(
+        series.terms[:3, 2, 0], [1e-3, -2.0 * h, 0.5 * 1800.0 * h * h], rtol=1e-6
+    )

@@ -30,7 +30,9 @@ LOSS, FILM, THICKNESS = 0.4, 3e-6, 1e-6
 def law_of(name: str, count: int = 1) -> Any:
     """Return a law for some meshes."""
     if name == "hunt-crossley":
-        built = HuntCrossleyDamping(model=name, loss=f"{LOSS} s/m").build(operation(count))
+        built = HuntCrossleyDamping(model=name, loss=f"{LOSS} s/m").build(
+            operation(count)
+        )
         assert built.loss.tolist() == [LOSS] * count
         return built
     law = SqueezeFilmDamping(model=name).build(operation(count))
@@ -38,7 +40,9 @@ def law_of(name: str, count: int = 1) -> Any:
 
 
 def operation(count: int = 1) -> MeshesInOperation:
-    return MeshesInOperation(*(np.full(count, value) for value in (1000.0, 2000.0, 12e-3, 20e-3)), 0.012)
+    return MeshesInOperation(
+        *(np.full(count, value) for value in (1000.0, 2000.0, 12e-3, 20e-3)), 0.012
+    )
 
 
 def written_out(name: str, k: float, c: float, x: float, rate: float) -> float:
@@ -53,40 +57,64 @@ def written_out(name: str, k: float, c: float, x: float, rate: float) -> float:
 def by_scipy(name: str, start: np.ndarray) -> np.ndarray:
     """Return where the pair is after a mesh period by DOP853 and Newton's law written out."""
     system = PAIR.system()
-    inverse, d = np.linalg.inv(system.mass), system.direction[0]
+    inverse = np.linalg.inv(system.mass)
+    d = system.direction[0]
 
     def motion(time: float, y: np.ndarray, middle: float) -> np.ndarray:
-        phase, q, v = time / PERIOD_OF_PAIR, y[:3], y[3:]
+        phase = time / PERIOD_OF_PAIR
+        q = y[:3]
+        v = y[3:]
         k = float(PAIR.stiffness(np.array(phase), np.array(middle)))
         delta = d @ q - PAIR.amplitude * np.sin(2.0 * np.pi * phase)
-        rate = d @ v - 2.0 * np.pi * PAIR.amplitude / PERIOD_OF_PAIR * np.cos(2.0 * np.pi * phase)
+        rate = d @ v - 2.0 * np.pi * PAIR.amplitude / PERIOD_OF_PAIR * np.cos(
+            2.0 * np.pi * phase
+        )
         normal = written_out(name, k, PAIR.mesh_damping, delta, rate)
         normal -= written_out(name, k, PAIR.mesh_damping, -delta - PAIR.backlash, -rate)
-        return np.r_[v, inverse @ (system.load - d * normal - system.stiffness @ q - system.damping @ v)]
+        return np.r_[
+            v,
+            inverse
+            @ (system.load - d * normal - system.stiffness @ q - system.damping @ v),
+        ]
 
-    state, ends = start, [*PAIR.breaks, 1.0]
+    state = start
+    ends = [*PAIR.breaks, 1.0]
     for low, high in pairwise(ends):
         span = (low * PERIOD_OF_PAIR, high * PERIOD_OF_PAIR)
         state = solve_ivp(
-            motion, span, state, "DOP853", args=(0.5 * (low + high),), rtol=1e-11, atol=1e-16,
+            motion,
+            span,
+            state,
+            "DOP853",
+            args=(0.5 * (low + high),),
+            rtol=1e-11,
+            atol=1e-16,
             max_step=1e-3 * PERIOD_OF_PAIR,
-        ).y[:, -1]  # fmt: skip
+        ).y[:, -1]
     return np.asarray(state)
 
 
 BOTH = ["hunt-crossley", pytest.param("squeeze-film", marks=pytest.mark.slow)]
-"""Laws of a whole motion: each is compiled for itself, and shares all but its two functions of one flank."""
+"""Laws of a whole motion: each is compiled for itself, and shares all but its two
+functions of one flank."""
 
 
 @pytest.mark.parametrize("name", BOTH)
 def test_a_parting_pair_closes_under_scipy_with_the_law_written_out(name: str) -> None:
-    system, errors = PAIR.system()._replace(damping_law=law_of(name)), []
+    system = PAIR.system()._replace(damping_law=law_of(name))
+    errors = []
     for steps in (600, 2400):
-        response = Periodic().solve(system, PAIR.tables(PAIR.grid(steps)), PERIOD_OF_PAIR)
+        response = Periodic().solve(
+            system, PAIR.tables(PAIR.grid(steps)), PERIOD_OF_PAIR
+        )
         assert response.period == 1 and extremes(response).separated[0] > 0.05
         start = response.state[0, 0]
-        errors.append(np.abs(by_scipy(name, start)[:3] - start[:3]).max() / np.abs(start[:3]).max())
-    # A film stiffens without bound as flanks close in: steps must be as short as that lasts.
+        errors.append(
+            np.abs(by_scipy(name, start)[:3] - start[:3]).max()
+            / np.abs(start[:3]).max()
+        )
+    # A film stiffens without bound as flanks close in: steps must be as short as that
+    # lasts.
     assert errors[1] < (1e-6 if name == "hunt-crossley" else 1e-4)
     assert errors[0] < (2e-5 if name == "hunt-crossley" else 2e-3)
 
@@ -99,16 +127,23 @@ def test_the_force_that_wears_carries_the_load_and_energy_closes(name: str) -> N
     balance = energy_balance(response, np.zeros(3))
     lost = balance.mesh_damping + balance.bearing_damping
     assert balance.mesh_damping > 0.5 * lost
-    assert lost + balance.parametric + balance.moving_gaps == pytest.approx(0.0, abs=1e-3 * lost)
+    assert lost + balance.parametric + balance.moving_gaps == pytest.approx(
+        0.0, abs=1e-3 * lost
+    )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "build", "mu"), [("hunt-crossley", planetary, None), ("squeeze-film", torsional, 0.1)]
+    ("name", "build", "mu"),
+    [("hunt-crossley", planetary, None), ("squeeze-film", torsional, 0.1)],
 )
-def test_a_planetary_set_carries_its_load(name: str, build: Any, mu: float | None) -> None:
+def test_a_planetary_set_carries_its_load(
+    name: str, build: Any, mu: float | None
+) -> None:
     system = build()._replace(damping_law=law_of(name, 6))
-    response = Periodic().solve(system, meshes(stage_grid(BREAKS, 1500), mu, 4e-6), PERIOD)
+    response = Periodic().solve(
+        system, meshes(stage_grid(BREAKS, 1500), mu, 4e-6), PERIOD
+    )
     assert response.period > 0
     assert np.abs(unbalanced(response)).max() < 2e-6
 
@@ -120,7 +155,11 @@ def test_other_methods_find_the_same_orbit(name: str) -> None:
     tables = PAIR.tables(PAIR.grid(1200))
     orbit = Periodic().solve(system, tables, PERIOD_OF_PAIR)
     found = extremes(orbit)
-    for method, bar in ((RungeKutta4(), 1e-6), (RungeKutta45(), 1e-4), (Newmark(), 5e-3)):
+    for method, bar in (
+        (RungeKutta4(), 1e-6),
+        (RungeKutta45(), 1e-4),
+        (Newmark(), 5e-3),
+    ):
         other = extremes(method.solve(system, tables, PERIOD_OF_PAIR))
         np.testing.assert_allclose(other.largest_normal, found.largest_normal, rtol=bar)
 
@@ -133,31 +172,46 @@ def test_other_methods_find_the_same_orbit(name: str) -> None:
         pytest.param("hunt-crossley", "planetary", marks=pytest.mark.slow),
     ],
 )
-def test_the_derivative_of_the_map_is_that_of_differences(name: str, build: str) -> None:
+def test_the_derivative_of_the_map_is_that_of_differences(
+    name: str, build: str
+) -> None:
     if build == "pair":
-        system, tables, period = PAIR.system(), PAIR.tables(PAIR.grid(1200)), PERIOD_OF_PAIR
+        system = PAIR.system()
+        tables = PAIR.tables(PAIR.grid(1200))
+        period = PERIOD_OF_PAIR
     else:
-        system, tables, period = planetary(), meshes(stage_grid(BREAKS, 400), None, 4e-6), PERIOD
+        system = planetary()
+        tables = meshes(stage_grid(BREAKS, 400), None, 4e-6)
+        period = PERIOD
     system = system._replace(damping_law=law_of(name, len(system.direction)))
     orbit = Periodic().solve(system, tables, period)
     shooting = Shooting(system, tables, period)
     start = orbit.state[0, 0]
     _, derivative = shooting.path_of(start)
     n = len(start) // 2
-    scale = np.r_[np.full(n, np.abs(start[:n]).max()), np.full(n, np.abs(start[n:]).max())]
+    scale = np.r_[
+        np.full(n, np.abs(start[:n]).max()), np.full(n, np.abs(start[n:]).max())
+    ]
     for row in (0, n - 1, n, 2 * n - 1):
         moved = np.zeros(2 * n)
         moved[row] = 1e-5 * scale[row]
-        ahead, behind = (shooting.path_of(start + sign * moved)[0][-1] for sign in (1.0, -1.0))
+        ahead, behind = (
+            shooting.path_of(start + sign * moved)[0][-1] for sign in (1.0, -1.0)
+        )
         slope = (ahead - behind) / (2e-5 * scale[row])
         np.testing.assert_allclose(
-            derivative[:, row] * scale[row] / scale, slope * scale[row] / scale, atol=5e-4
+            derivative[:, row] * scale[row] / scale,
+            slope * scale[row] / scale,
+            atol=5e-4,
         )
 
 
 def test_flanks_that_meet_part_slower_by_two_thirds_of_the_loss() -> None:
     """Hunt & Crossley 1975: ``e = 1 − ⅔ χ v`` for small losses, whatever stiffness and mass."""
-    law, k, mass, speed = law_of("hunt-crossley"), 3e8, 0.7, 0.01
+    law = law_of("hunt-crossley")
+    k = 3e8
+    mass = 0.7
+    speed = 0.01
 
     def motion(_: float, y: np.ndarray) -> list[float]:
         force = contact_force(law, 0, k * y[0], k, 0.0, y[1])[0] if y[0] > 0.0 else 0.0
@@ -168,15 +222,21 @@ def test_flanks_that_meet_part_slower_by_two_thirds_of_the_loss() -> None:
 
     parts.terminal = True  # type: ignore[attr-defined]
     time = 4.0 * np.sqrt(mass / k)
-    end = solve_ivp(motion, (0.0, time), [0.0, speed], events=parts, rtol=1e-10, atol=1e-18).y[1, -1]
-    assert -end / speed == pytest.approx(1.0 - 2.0 / 3.0 * LOSS * speed, abs=0.5 * (LOSS * speed) ** 2)
+    end = solve_ivp(
+        motion, (0.0, time), [0.0, speed], events=parts, rtol=1e-10, atol=1e-18
+    ).y[1, -1]
+    assert -end / speed == pytest.approx(
+        1.0 - 2.0 / 3.0 * LOSS * speed, abs=0.5 * (LOSS * speed) ** 2
+    )
 
 
 def test_about_the_static_force_the_loss_is_that_of_the_dashpot() -> None:
     law = HuntCrossleyDamping(model="hunt-crossley").build(operation())
     static = operation().force[0]
     normal, _, damping = contact_force(law, 0, static, 3e8, 123.0, 0.02)
-    assert damping == pytest.approx(1000.0) and normal == pytest.approx(static + 1000.0 * 0.02)
+    assert damping == pytest.approx(1000.0) and normal == pytest.approx(
+        static + 1000.0 * 0.02
+    )
     assert contact_force(law, 0, static, 3e8, 123.0, -1e3) == (0.0, 0.0, 0.0)
 
 
@@ -184,7 +244,9 @@ def test_a_film_is_reynolds_equation_solved_for_a_cylinder_and_a_plane() -> None
     """``dp/dx = −12 η V x/h³``, so p = 6 η V R/h², over ``h = h0 + x²/2R`` (SciPy's quadrature)."""
     given = operation()
     law = SqueezeFilmDamping(model="squeeze-film").build(given)
-    radius, viscosity, width = given.curvature_radius[0], given.viscosity, given.face_width[0]
+    radius = given.curvature_radius[0]
+    viscosity = given.viscosity
+    width = given.face_width[0]
     for clearance, speed in ((0.0, 0.01), (4e-6, 0.02), (60e-6, 0.3)):
         h0 = law.thickness[0] + clearance
 
@@ -193,8 +255,12 @@ def test_a_film_is_reynolds_equation_solved_for_a_cylinder_and_a_plane() -> None
 
         wide = 60.0 * np.sqrt(radius * h0)
         force = width * quad(pressure, -wide, wide, points=[0.0], limit=400)[0]
-        assert apart_force(law, 0, clearance, speed)[0] == pytest.approx(force, rel=1e-4)
-    assert apart_force(law, 0, 0.0, 1.0)[0] == pytest.approx(given.damping[0])  # no jump where flanks meet
+        assert apart_force(law, 0, clearance, speed)[0] == pytest.approx(
+            force, rel=1e-4
+        )
+    assert apart_force(law, 0, 0.0, 1.0)[0] == pytest.approx(
+        given.damping[0]
+    )  # no jump where flanks meet
     assert apart_force(law, 0, 1e-6, -0.1) == (0.0, 0.0, 0.0)
 
 

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
+from wearlab.dynamics.methods import (
+    Method,
+    Newmark,
+    Periodic,
+    RungeKutta4,
+    RungeKutta45,
+)
 from wearlab.dynamics.orbits.integrate import remaining_change
 from wearlab.dynamics.orbits.response import deflection_at
 
@@ -15,9 +21,12 @@ PHASE = np.arange(200) / 200
 
 @pytest.mark.parametrize(("pair", "rpm"), [(PAIR, 1860), (SEPARATING, 6000)])
 @pytest.mark.parametrize(
-    ("method", "tolerance"), [(RungeKutta4(), 1e-6), (RungeKutta45(), 3e-6), (Newmark(), 2e-3)]
+    ("method", "tolerance"),
+    [(RungeKutta4(), 1e-6), (RungeKutta45(), 3e-6), (Newmark(), 2e-3)],
 )
-def test_methods_agree(method: Method, tolerance: float, pair: BenchmarkPair, rpm: float) -> None:
+def test_methods_agree(
+    method: Method, tolerance: float, pair: BenchmarkPair, rpm: float
+) -> None:
     grid = pair.grid(400)
     arguments = pair.system(), pair.tables(grid), mesh_period(rpm)
     exact, _ = deflection_at(Periodic().solve(*arguments), grid, PHASE)
@@ -30,16 +39,22 @@ def test_methods_agree(method: Method, tolerance: float, pair: BenchmarkPair, rp
 def test_newmark_is_of_second_order() -> None:
     exact_grid = PAIR.grid(1600)
     exact, _ = deflection_at(
-        Periodic().solve(PAIR.system(), PAIR.tables(exact_grid), mesh_period(1860)), exact_grid, PHASE
+        Periodic().solve(PAIR.system(), PAIR.tables(exact_grid), mesh_period(1860)),
+        exact_grid,
+        PHASE,
     )
     errors = []
     for steps in (200, 400, 800):
         grid = PAIR.grid(steps)
         delta, _ = deflection_at(
-            Newmark().solve(PAIR.system(), PAIR.tables(grid), mesh_period(1860)), grid, PHASE
+            Newmark().solve(PAIR.system(), PAIR.tables(grid), mesh_period(1860)),
+            grid,
+            PHASE,
         )
         errors.append(np.abs(delta - exact).max())
-    np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 2.0, atol=0.2)
+    np.testing.assert_allclose(
+        np.log2(np.array(errors[:-1]) / errors[1:]), 2.0, atol=0.2
+    )
 
 
 def test_a_slow_decay_is_marched_to_its_end() -> None:

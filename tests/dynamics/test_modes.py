@@ -20,9 +20,13 @@ def two(body: Body) -> dict[str, Body]:
 
 
 def test_l16_primary_resonance_of_one_degree_of_freedom() -> None:
-    system = torsional(Paired(two(Body(0.0, 7.3e-3, BASE_RADIUS)), {}, Meshing(1e3), 340.0))
+    system = torsional(
+        Paired(two(Body(0.0, 7.3e-3, BASE_RADIUS)), {}, Meshing(1e3), 340.0)
+    )
     found = modes(system, 2.788e8)
-    assert critical_speeds(found.frequency, 50)[0, 0] * RPM == pytest.approx(3720, abs=2)
+    assert critical_speeds(found.frequency, 50)[0, 0] * RPM == pytest.approx(
+        3720, abs=2
+    )
     np.testing.assert_allclose(found.participation, 1.0)
 
 
@@ -43,7 +47,9 @@ def test_modes_solve_the_eigenproblem() -> None:
     found = modes(system, 3e8)
     k = system.stiffness + 3e8 * system.direction.T @ system.direction
     for f, shape in zip(found.frequency, found.shape, strict=True):
-        np.testing.assert_allclose(k @ shape, (2 * np.pi * f) ** 2 * system.mass @ shape, atol=1.0)
+        np.testing.assert_allclose(
+            k @ shape, (2 * np.pi * f) ** 2 * system.mass @ shape, atol=1.0
+        )
         assert shape @ system.mass @ shape == pytest.approx(1.0)
 
 
@@ -55,25 +61,39 @@ def test_fastest_rate_of_an_oscillator() -> None:
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
 @pytest.mark.parametrize("rpm", [800, 1860, 3720])
 def test_steps_meet_their_tolerance(rpm: float, tolerance: float) -> None:
-    system, period = PAIR.system(), mesh_period(rpm)
+    system = PAIR.system()
+    period = mesh_period(rpm)
     phase = np.arange(100) / 100
     found = []
     for steps in (steps_per_period(system, PAIR.double, period, tolerance, 5), 4000):
         grid = PAIR.grid(steps)
-        found.append(deflection_at(Periodic().solve(system, PAIR.tables(grid), period), grid, phase)[0])
+        found.append(
+            deflection_at(
+                Periodic().solve(system, PAIR.tables(grid), period), grid, phase
+            )[0]
+        )
     error = np.abs(found[0] - found[1]).max() / np.abs(found[1]).max()
     assert error < 2.0 * tolerance
 
 
 def test_stiff_and_hardly_damped_takes_more_steps_and_stays_accurate() -> None:
-    pair = PAIR._replace(double=3.7e10, single=2.2e10, mesh_damping=10.0, bearing_damping=53.6)
-    system, period = pair.system(), mesh_period(1860)
+    pair = PAIR._replace(
+        double=3.7e10, single=2.2e10, mesh_damping=10.0, bearing_damping=53.6
+    )
+    system = pair.system()
+    period = mesh_period(1860)
     normal = steps_per_period(PAIR.system(), PAIR.double, period, 1e-3)
     steps = steps_per_period(system, pair.double, period, 1e-3)
-    assert steps > 5 * normal and fastest_rate(system, pair.double) * period / steps < 1.0
+    assert (
+        steps > 5 * normal and fastest_rate(system, pair.double) * period / steps < 1.0
+    )
     phase = np.arange(100) / 100
     found = []
     for count in (steps, 8 * steps):
         grid = pair.grid(count)
-        found.append(deflection_at(Periodic().solve(system, pair.tables(grid), period), grid, phase)[0])
+        found.append(
+            deflection_at(
+                Periodic().solve(system, pair.tables(grid), period), grid, phase
+            )[0]
+        )
     assert np.abs(found[0] - found[1]).max() < 5e-2 * np.abs(found[1]).max()

@@ -9,7 +9,11 @@ from momentum_balance import unbalanced
 from plain_planetary import BREAKS, PERIOD, planetary, torsional
 from plain_planetary import tables as meshes
 
-from wearlab.dynamics.forces.mesh_forces import forces_within, mean_over_period, within_steps
+from wearlab.dynamics.forces.mesh_forces import (
+    forces_within,
+    mean_over_period,
+    within_steps,
+)
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.scene import Scene
@@ -27,7 +31,9 @@ from wearlab.simulation import simulate
 def test_a_pair_carries_its_load_by_the_force_that_wears(
     pair: BenchmarkPair, rpm: float, parts: bool
 ) -> None:
-    response = Periodic().solve(pair.system(), pair.tables(pair.grid(6000)), mesh_period(rpm))
+    response = Periodic().solve(
+        pair.system(), pair.tables(pair.grid(6000)), mesh_period(rpm)
+    )
     assert response.period > 0
     apart = forces_within(response, np.array([0.5])).reserve.min() < 0.0
     assert apart == parts
@@ -39,7 +45,9 @@ def test_a_pair_carries_its_load_by_the_force_that_wears(
 def test_a_planetary_set_carries_its_load_by_the_force_that_wears(
     build: Any, mu: float | None, amplitude: float
 ) -> None:
-    response = Periodic().solve(build(), meshes(stage_grid(BREAKS, 1500), mu, amplitude), PERIOD)
+    response = Periodic().solve(
+        build(), meshes(stage_grid(BREAKS, 1500), mu, amplitude), PERIOD
+    )
     assert response.period > 0
     assert np.abs(unbalanced(response)).max() < 1e-6
 
@@ -49,18 +57,27 @@ def test_a_short_blow_of_a_flank_that_comes_into_contact_counts_in_the_mean() ->
     scene = Scene.from_mapping(
         {
             "gears": {
-                "kind": "external-pair", "module": "17.55 mm", "face_width": "44 mm",
-                "pinion": {"teeth": 105}, "gear": {"teeth": 17},
+                "kind": "external-pair",
+                "module": "17.55 mm",
+                "face_width": "44 mm",
+                "pinion": {"teeth": 105},
+                "gear": {"teeth": 17},
             },
             "operation": {"torque": "202.194 N*m", "speed": "21130 rpm"},
             "mesh": {
-                "stiffness": {"model": "potential-energy", "coupling": "shared", "hertz": "weber"},
-                "normal_backlash": "2.858e-8 m", "damping_ratio": 0.0229, "damping_in": "contact",
+                "stiffness": {
+                    "model": "potential-energy",
+                    "coupling": "shared",
+                    "hertz": "weber",
+                },
+                "normal_backlash": "2.858e-8 m",
+                "damping_ratio": 0.0229,
+                "damping_in": "contact",
             },
             "dynamics": {"model": "torsional"},
             "numerics": {"steps_per_period": 50},
         }
-    )  # fmt: skip
+    )
     dataset = simulate(scene)
     assert float(dataset.normal_force_factor.item()) > 20.0
     assert abs(float(dataset.residual_mean_force.item())) < 1e-4
@@ -69,7 +86,9 @@ def test_a_short_blow_of_a_flank_that_comes_into_contact_counts_in_the_mean() ->
 def test_means_count_jumps_within_steps() -> None:
     def values(steps: StageGrid) -> Any:
         phase = within_steps(steps)[0]
-        return np.stack([np.where(phase < 0.2345, 26.0, 1.0), np.sin(2.0 * np.pi * phase) ** 2])
+        return np.stack(
+            [np.where(phase < 0.2345, 26.0, 1.0), np.sin(2.0 * np.pi * phase) ** 2]
+        )
 
     mean = mean_over_period(stage_grid(np.array([0.0, 0.6, 1.0]), 20), values)
     np.testing.assert_allclose(mean, [1.0 + 25.0 * 0.2345, 0.5], atol=5e-5)

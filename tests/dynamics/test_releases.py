@@ -17,13 +17,17 @@ DEFLECTION = 1e-5
 @pytest.fixture(scope="module")
 def response() -> Response:
     pair = BenchmarkPair(backlash=None)
-    return Periodic().solve(pair.system(), pair.tables(pair.grid(60)), mesh_period(1860.0))
+    return Periodic().solve(
+        pair.system(), pair.tables(pair.grid(60)), mesh_period(1860.0)
+    )
 
 
 def modal(response: Response, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return of every mode its rate, its mesh deflection, and complex amplitudes in some releases."""
     system = response.system
-    square, shapes = eigh(system.in_contact(response.tables.mean_stiffness), system.mass)
+    square, shapes = eigh(
+        system.in_contact(response.tables.mean_stiffness), system.mass
+    )
     states = np.array(list(islice(releases(response, DEFLECTION), count)))
     off = states - response.state[:, :-1].mean(axis=(0, 1))
     rates = np.sqrt(square)
@@ -36,13 +40,18 @@ def test_each_release_is_of_one_mode_that_the_mesh_drives(response: Response) ->
     driven = np.abs(felt) > 1e-6 * np.abs(felt).max()
     assert driven.sum() == 2  # gears that are alike swing in phase without the mesh
     shares = np.abs(swings) / np.abs(swings).max(axis=1, keepdims=True)
-    assert np.all((shares > 0.5).sum(axis=1) == 1) and not (shares > 1e-6)[:, ~driven].any()
+    assert (
+        np.all((shares > 0.5).sum(axis=1) == 1)
+        and not (shares > 1e-6)[:, ~driven].any()
+    )
     assert set((shares > 0.5).sum(axis=0)) == {0, 30}
 
 
 def test_amplitudes_are_those_of_force_or_energy(response: Response) -> None:
     rates, felt, swings = modal(response, 400)
-    static = eigh(response.system.in_contact(response.tables.mean_stiffness), response.system.mass)[1].T
+    static = eigh(
+        response.system.in_contact(response.tables.mean_stiffness), response.system.mass
+    )[1].T
     energy = np.sum((static @ response.system.load / rates) ** 2)
     for mode in np.flatnonzero(np.abs(felt) > 1e-6 * np.abs(felt).max()):
         sizes = np.abs(swings[:, mode])

@@ -26,7 +26,10 @@ def response() -> Response:
 def test_sides_of_a_break() -> None:
     jump = int(np.flatnonzero(GRID.segment == 1)[0])
     phase = GRID.start[[jump]]
-    assert step_of(GRID, phase)[0] == jump and step_of(GRID, phase, side="left")[0] == jump - 1
+    assert (
+        step_of(GRID, phase)[0] == jump
+        and step_of(GRID, phase, side="left")[0] == jump - 1
+    )
     assert step_of(GRID, phase, np.array([0]))[0] == jump - 1
     assert step_of(GRID, phase, np.array([1]))[0] == jump
     assert step_of(GRID, np.array([0.0, 1.0]))[1] == len(GRID.start) - 1
@@ -34,11 +37,16 @@ def test_sides_of_a_break() -> None:
 
 def test_interpolation_meets_the_states_and_their_rates(response: Response) -> None:
     delta, rate = deflection_at(response, GRID, GRID.start)
-    state, d, tables = response.state[0, :-1], PAIR.system().direction[0], response.tables
-    np.testing.assert_allclose(delta[0, 0], state[:, :3] @ d - tables.error[:, 0, 0], rtol=1e-13)
+    state = response.state[0, :-1]
+    d = PAIR.system().direction[0]
+    tables = response.tables
+    np.testing.assert_allclose(
+        delta[0, 0], state[:, :3] @ d - tables.error[:, 0, 0], rtol=1e-13
+    )
     speed = state[:, 3:] @ d - tables.error_rate[:, 0, 0] / response.mesh_period
     np.testing.assert_allclose(rate[0, 0], speed, rtol=1e-9, atol=1e-12)
-    middle, step = GRID.start + 0.37 * GRID.width, 1e-4 * GRID.width.min()
+    middle = GRID.start + 0.37 * GRID.width
+    step = 1e-4 * GRID.width.min()
     up, down = (deflection_at(response, GRID, middle + x)[0] for x in (step, -step))
     numeric = (up - down) / (2 * step * response.mesh_period)
     speed = deflection_at(response, GRID, middle)[1]
@@ -50,13 +58,18 @@ def test_coordinates_give_the_deflection(response: Response) -> None:
     q, v = coordinates_at(response, GRID, phase)
     delta, _ = deflection_at(response, GRID, phase)
     e = PAIR.amplitude * np.sin(2 * np.pi * phase)
-    np.testing.assert_allclose(np.einsum("kns,n->ks", q, [1, -1, 1]) - e, delta[:, 0], atol=1e-12)
+    np.testing.assert_allclose(
+        np.einsum("kns,n->ks", q, [1, -1, 1]) - e, delta[:, 0], atol=1e-12
+    )
     assert q.shape == v.shape == (1, 3, 77)
 
 
-def test_acceleration_is_the_derivative_of_velocity_and_one_sided(response: Response) -> None:
+def test_acceleration_is_the_derivative_of_velocity_and_one_sided(
+    response: Response,
+) -> None:
     a = accelerations(response)
-    v, h = response.state[..., 3:], (GRID.width * response.mesh_period)[None, :, None]
+    v = response.state[..., 3:]
+    h = (GRID.width * response.mesh_period)[None, :, None]
     mean = (v[:, 1:] - v[:, :-1]) / h
     np.testing.assert_allclose(a.mean(axis=2), mean, atol=2e-3 * np.abs(mean).max())
     jump = int(np.flatnonzero(GRID.segment == 1)[0])

@@ -1,8 +1,9 @@
 """Mutated files, conditions, stores and bits: ``python tests/faults/attack.py [KIND=COUNT …] [seed=N]``.
 
-Kinds and counts in full: ``files=3000 conditions=3000 stores=500 flips=1000``. Survived is what ends in a
-result or in one message (exit status 0, 1 or 2, no traceback), within ten seconds; of flips, what is refused.
-Prints one line a kind, and every fault that was not survived; ends with status 0 when there is none.
+Kinds and counts in full: ``files=3000 conditions=3000 stores=500 flips=1000``. Survived
+is what ends in a result or in one message (exit status 0, 1 or 2, no traceback), within
+ten seconds; of flips, what is refused. Prints one line a kind, and every fault that was
+not survived; ends with status 0 when there is none.
 """
 
 import contextlib
@@ -30,21 +31,110 @@ from wearlab.cli.app import status_of
 from wearlab.query import QueryError
 from wearlab.store import Store, StoreError
 
-FEW = ("wear_depth", "max_wear_depth", "life", "mesh_stiffness", "contact_ratio", "dynamic_mesh_force")
-"""Results of every shape that a catalogue knows: what stores suffer is in their catalogues."""
+FEW = (
+    "wear_depth",
+    "max_wear_depth",
+    "life",
+    "mesh_stiffness",
+    "contact_ratio",
+    "dynamic_mesh_force",
+)
+"""Results of every shape that a catalogue knows: what stores suffer is in their
+catalogues."""
 FULL = {"files": 3000, "conditions": 3000, "stores": 500, "flips": 1000}
 LONGEST = 10.0  # s
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 ODD = [
-    *('""', "9" * 400, "-1", "0", "nan", "inf", "1e999", "true", "[]", "{}", '"x"', '"-5 furlong"', "[[]]"),
-    *('"1 rpm"', '"1e300 N*m"', '"/dev/zero"', '"../.."', "2026-01-01", '"\\u0000"', "{ linspace = [1] }"),
-    *("[" * 200 + "]" * 200, '"' + "a" * 5000 + '"', "0x7fffffffffffffff", "1_000", '"µ"', '"340 N*m"'),
+    *(
+        '""',
+        "9" * 400,
+        "-1",
+        "0",
+        "nan",
+        "inf",
+        "1e999",
+        "true",
+        "[]",
+        "{}",
+        '"x"',
+        '"-5 furlong"',
+        "[[]]",
+    ),
+    *(
+        '"1 rpm"',
+        '"1e300 N*m"',
+        '"/dev/zero"',
+        '"../.."',
+        "2026-01-01",
+        '"\\u0000"',
+        "{ linspace = [1] }",
+    ),
+    *(
+        "[" * 200 + "]" * 200,
+        '"' + "a" * 5000 + '"',
+        "0x7fffffffffffffff",
+        "1_000",
+        '"µ"',
+        '"340 N*m"',
+    ),
 ]
 WORDS = [
-    *("speed", "torque", "life", "verdict", "scene.operation.speed", "first_cycle(", "max_wear_depth", ")"),
-    *("(", "and", "or", "not", "in", "between", "is", "missing", "contains", "=", "<", ">=", "!=", "[", "]"),
-    *(",", "1100 rpm", "5 N*m", "1e9", "'x'", '"', "'", "2026-01-01", "µ", "\x00", "10 um", "-", "1 1/min"),
-    *("9" * 300, "\\", "%", ";", "--", "*", "0 furlong", "status", "campaign", "case", "1e-400", "nan"),
+    *(
+        "speed",
+        "torque",
+        "life",
+        "verdict",
+        "scene.operation.speed",
+        "first_cycle(",
+        "max_wear_depth",
+        ")",
+    ),
+    *(
+        "(",
+        "and",
+        "or",
+        "not",
+        "in",
+        "between",
+        "is",
+        "missing",
+        "contains",
+        "=",
+        "<",
+        ">=",
+        "!=",
+        "[",
+        "]",
+    ),
+    *(
+        ",",
+        "1100 rpm",
+        "5 N*m",
+        "1e9",
+        "'x'",
+        '"',
+        "'",
+        "2026-01-01",
+        "µ",
+        "\x00",
+        "10 um",
+        "-",
+        "1 1/min",
+    ),
+    *(
+        "9" * 300,
+        "\\",
+        "%",
+        ";",
+        "--",
+        "*",
+        "0 furlong",
+        "status",
+        "campaign",
+        "case",
+        "1e-400",
+        "nan",
+    ),
 ]
 
 
@@ -52,27 +142,42 @@ class Tally:
     """What was tried and what was not survived."""
 
     def __init__(self, kind: str) -> None:
-        self.kind, self.ends, self.faults = kind, Counter(), []
+        self.kind = kind
+        self.ends = Counter()
+        self.faults = []
 
     def attempt(self, what: str, act) -> None:
         begun = time.process_time()
         try:
-            with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            with (
+                contextlib.redirect_stdout(io.StringIO()),
+                contextlib.redirect_stderr(io.StringIO()),
+            ):
                 end = act()
         except Exception as error:
             where = traceback.extract_tb(error.__traceback__)[-1]
-            return self.fault(what, f"{type(error).__name__}: {error} ({where.filename}:{where.lineno})")
+            return self.fault(
+                what,
+                f"{type(error).__name__}: {error} ({where.filename}:{where.lineno})",
+            )
         self.ends[end] += 1
         if time.process_time() - begun > LONGEST:
-            self.fault(what, f"took {time.process_time() - begun:.0f} s of processor time")
+            self.fault(
+                what, f"took {time.process_time() - begun:.0f} s of processor time"
+            )
 
     def fault(self, what: str, said: str) -> None:
         self.faults.append(f"{self.kind}: {what[:300]!r}: {said[:300]}")
 
     def tell(self) -> bool:
         tried = sum(self.ends.values()) + len(self.faults)
-        ends = ", ".join(f"{count} {end}" for end, count in sorted(self.ends.items(), key=str))
-        print(f"{self.kind}: {tried} tried, {tried - len(self.faults)} survived ({ends})", flush=True)
+        ends = ", ".join(
+            f"{count} {end}" for end, count in sorted(self.ends.items(), key=str)
+        )
+        print(
+            f"{self.kind}: {tried} tried, {tried - len(self.faults)} survived ({ends})",
+            flush=True,
+        )
         for fault in self.faults[:20]:
             print(" ", fault)
         return not self.faults
@@ -107,7 +212,9 @@ def mutated(dice: random.Random, text: str) -> str:
             case _:
                 place = dice.randrange(len(line) + 1)
                 lines[at] = (
-                    line[:place] + chr(dice.choice((0, 10, 34, 39, 91, 93, 123, 46, 955))) + line[place:]
+                    line[:place]
+                    + chr(dice.choice((0, 10, 34, 39, 91, 93, 123, 46, 955)))
+                    + line[place:]
                 )
     return "\n".join(lines)
 
@@ -115,26 +222,37 @@ def mutated(dice: random.Random, text: str) -> str:
 def files(count: int, dice: random.Random, folder: Path) -> Tally:
     tally = Tally("files")
     shutil.copytree(CAMPAIGNS, folder / "campaigns")
-    own, inherited = (sorted((folder / name).glob("*.toml")) for name in ("campaigns", "campaigns/base"))
+    own = sorted((folder / "campaigns").glob("*.toml"))
+    inherited = sorted((folder / "campaigns/base").glob("*.toml"))
     texts = {path: path.read_text() for path in (*own, *inherited)}
     for _ in range(count):
         path = dice.choice(inherited if dice.random() < 0.7 else own)
         text = mutated(dice, texts[path])
         strange = path.with_name("strange.toml")
         strange.write_text(text, errors="replace")
-        tally.attempt(text, lambda at=str(strange): command("plan", at, "--store", str(folder / "none")))
+        tally.attempt(
+            text,
+            lambda at=str(strange): command(
+                "plan", at, "--store", str(folder / "none")
+            ),
+        )
     return tally
 
 
 def filled(folder: Path, only: Sequence[str] = ()) -> Path:
-    """Return a store with two runs and a campaign; of the run's variables those named, or all."""
+    """Return a store with two runs and a campaign.
+
+    Of the run's variables those named, or all.
+    """
     whole = made_up.run(800.0)
     data = whole[list(only)].assign_attrs(whole.attrs) if only else whole
     with closing(Store(folder)) as store:
         store.create()
         made_up.put(store, "a" * 20, data, scene='{"operation":{"speed":3.0}}')
         made_up.put(store, "b" * 20, None)
-        store.catalogue.record_campaign("t", None, "x.toml", [("a" * 20, "base", {}), ("b" * 20, "base", {})])
+        store.catalogue.record_campaign(
+            "t", None, "x.toml", [("a" * 20, "base", {}), ("b" * 20, "base", {})]
+        )
     return folder
 
 
@@ -156,7 +274,16 @@ def conditions(count: int, dice: random.Random, folder: Path) -> Tally:
 
 
 VALUES = [
-    *("{{{", "[" * 100_000, "5", "null", '"x"', "[1]", '{"operation": 5}', '{"a":' * 3000 + "1" + "}" * 3000),
+    *(
+        "{{{",
+        "[" * 100_000,
+        "5",
+        "null",
+        '"x"',
+        "[1]",
+        '{"operation": 5}',
+        '{"a":' * 3000 + "1" + "}" * 3000,
+    ),
     *(
         b"\xff\xfe",
         5,
@@ -171,7 +298,8 @@ VALUES = [
     ),
 ]
 COLUMNS = {
-    "runs": "id state owner size sha256 started seconds source_hash wearlab_version layout",
+    "runs": "id state owner size sha256 started seconds source_hash wearlab_version "
+    "layout",
     "documents": "reason warnings sizes digests summary scene",
     "layouts": "key layout",
     "keys": "name source kind unit quantity display_unit",
@@ -196,15 +324,19 @@ def vandalised(dice: random.Random, store: Path) -> str:
             catalogue.write_bytes(catalogue.read_bytes()[:keep])
             return f"catalogue cut to {keep}"
         case 7:
-            column, value = dice.choice(TEXTS), dice.choice(VALUES)
+            column = dice.choice(TEXTS)
+            value = dice.choice(VALUES)
             change_texts(catalogue, column, lambda text: value)
             return f"{column} = {str(value)[:40]}"
         case 2:
             table = dice.choice(list(COLUMNS))
-            statement: tuple[object, ...] = (dice.choice((f"DROP TABLE {table}", f"DELETE FROM {table}")),)
+            statement: tuple[object, ...] = (
+                dice.choice((f"DROP TABLE {table}", f"DELETE FROM {table}")),
+            )
         case _:
             table = dice.choice(list(COLUMNS))
-            column, value = dice.choice(COLUMNS[table].split()), dice.choice(VALUES)
+            column = dice.choice(COLUMNS[table].split())
+            value = dice.choice(VALUES)
             statement = (f"UPDATE {table} SET {column} = ?", value)
     with closing(sqlite3.connect(catalogue, isolation_level=None)) as connection:
         with contextlib.suppress(sqlite3.Error):
@@ -214,11 +346,25 @@ def vandalised(dice: random.Random, store: Path) -> str:
 
 def stores(count: int, dice: random.Random, folder: Path) -> Tally:
     tally = Tally("stores")
-    whole, store = filled(folder / "whole", FEW), folder / "vandalised"
+    whole = filled(folder / "whole", FEW)
+    store = folder / "vandalised"
     file = str(CAMPAIGNS / "base" / "spur_50_50.toml")
     asked = [
-        *(["ls"], ["ls", "--where", "speed > 1 rpm"], ["show", "aaaa"], ["show", "bbbb"], ["plan", file]),
-        *(["verify"], ["prune"], ["cite", "aaaa"], ["merge", str(store)], ["reindex"], ["ls", "--json"]),
+        *(
+            ["ls"],
+            ["ls", "--where", "speed > 1 rpm"],
+            ["show", "aaaa"],
+            ["show", "bbbb"],
+            ["plan", file],
+        ),
+        *(
+            ["verify"],
+            ["prune"],
+            ["cite", "aaaa"],
+            ["merge", str(store)],
+            ["reindex"],
+            ["ls", "--json"],
+        ),
     ]
     for _ in range(count):
         shutil.rmtree(store, ignore_errors=True)
@@ -227,12 +373,18 @@ def stores(count: int, dice: random.Random, folder: Path) -> Tally:
         for words in asked:
             at = folder / "into" if words[0] == "merge" else store
             shutil.rmtree(folder / "into", ignore_errors=True)
-            tally.attempt(f"{what}; {words[0]}", lambda w=words, at=at: command(*w, "--store", str(at)))
+            tally.attempt(
+                f"{what}; {words[0]}",
+                lambda w=words, at=at: command(*w, "--store", str(at)),
+            )
     return tally
 
 
 def flips(count: int, dice: random.Random, folder: Path) -> Tally:
-    """Change single bits of a run's file; reading it, whole or lazily, must refuse every one."""
+    """Change single bits of a run's file.
+
+    Reading it, whole or lazily, must refuse every one.
+    """
     tally = Tally("flips")
     run_id = "a" * 20
     campaign = made_up.Campaign((made_up.Case("base", run_id),))
@@ -247,7 +399,10 @@ def flips(count: int, dice: random.Random, folder: Path) -> Tally:
             path.write_bytes(content)
 
             def read() -> str:
-                for one in (lambda: store.run(run_id), lambda: store.open(campaign).wear_depth.load()):
+                for one in (
+                    lambda: store.run(run_id),
+                    lambda: store.open(campaign).wear_depth.load(),
+                ):
                     try:
                         one()
                     except StoreError:

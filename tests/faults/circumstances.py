@@ -1,10 +1,11 @@
 """Circumstances that no command chooses: ``python tests/faults/circumstances.py [KIND …]``.
 
-Kinds: ``streams`` (standard streams closed, full, or their reader gone, for every command), ``umask``,
-``temporary`` (a full temporary folder), ``users`` (a store and locks of another user; as root only),
-``clock`` (the clock jumps while a campaign runs; needs a C compiler). Survived is what ends as
-undisturbed or in one message, with status 0, 1 or 2 and no traceback; of outputs that nobody reads any more,
-status 1 or that of the undisturbed command. Prints one line a kind and every fault that was not survived.
+Kinds: ``streams`` (standard streams closed, full, or their reader gone, for every
+command), ``umask``, ``temporary`` (a full temporary folder), ``users`` (a store and
+locks of another user; as root only), ``clock`` (the clock jumps while a campaign runs;
+needs a C compiler). Survived is what ends as undisturbed or in one message, with status
+0, 1 or 2 and no traceback; of outputs that nobody reads any more, status 1 or that of
+the undisturbed command. Prints one line a kind and every fault that was not survived.
 """
 
 import contextlib
@@ -44,7 +45,9 @@ class Tally:
     """What was tried and what was not survived."""
 
     def __init__(self, kind: str) -> None:
-        self.kind, self.tried, self.faults = kind, 0, []
+        self.kind = kind
+        self.tried = 0
+        self.faults = []
 
     def judge(self, what: str, well: bool, said: object = "") -> None:
         self.tried += 1
@@ -52,7 +55,11 @@ class Tally:
             self.faults.append(f"{self.kind}: {what}: {str(said)[-400:]}")
 
     def tell(self) -> bool:
-        print(f"{self.kind}: {self.tried} tried, {self.tried - len(self.faults)} survived", flush=True)
+        print(
+            f"{self.kind}: {self.tried} tried, {self.tried - len(self.faults)} "
+            "survived",
+            flush=True,
+        )
         for fault in self.faults[:20]:
             print(" ", fault)
         return not self.faults
@@ -85,13 +92,22 @@ def deserted(*numbers):
 
 
 SHAPES = {
-    ">&-": closed(1), "2>&-": closed(2), "<&-": closed(0), "<&- >&- 2>&-": closed(0, 1, 2),
-    ">/dev/full": full(1), "2>/dev/full": full(2), "| true": deserted(1), "2>&1 | true": deserted(1, 2),
-}  # fmt: skip
+    ">&-": closed(1),
+    "2>&-": closed(2),
+    "<&-": closed(0),
+    "<&- >&- 2>&-": closed(0, 1, 2),
+    ">/dev/full": full(1),
+    "2>/dev/full": full(2),
+    "| true": deserted(1),
+    "2>&1 | true": deserted(1, 2),
+}
 
 
 def forked(words, shape=None, **options) -> tuple[int, str]:
-    """Run a command in a process that begins as the shell would begin it; return status and what it said."""
+    """Run a command in a process that begins as the shell would begin it.
+
+    Return status and what it said.
+    """
     with tempfile.TemporaryFile("w+") as said:
         child = begun(words, said, shape, **options)
         deadline = time.monotonic() + LONGEST
@@ -106,7 +122,10 @@ def forked(words, shape=None, **options) -> tuple[int, str]:
 
 
 def begun(words, said, shape=None, umask=None) -> int:
-    """Fork a command; standard error goes to ``said`` unless the shape says otherwise."""
+    """Fork a command.
+
+    Standard error goes to ``said`` unless the shape says otherwise.
+    """
     sys.stdout.flush()
     child = os.fork()
     if child:
@@ -147,22 +166,61 @@ def begun(words, said, shape=None, umask=None) -> int:
 
 def commands(folder: Path, file: Path, store: Path) -> list[list[object]]:
     """Return every command on a store that holds the runs of a file, those that read first."""
-    here, merged = ["--store", store], folder / "merged"
-    two, drawn = [case.id for case in _cases(file)], folder / "drawn"
+    here = ["--store", store]
+    merged = folder / "merged"
+    two = [case.id for case in _cases(file)]
+    drawn = folder / "drawn"
     flank = folder / "flank.csv"
-    flank.write_text("roll_angle [deg],deviation [um]\n" + "".join(f"{a},{0.1 * a}\n" for a in range(8, 30)))
+    flank.write_text(
+        "roll_angle [deg],deviation [um]\n"
+        + "".join(f"{a},{0.1 * a}\n" for a in range(8, 30))
+    )
     return [
         *(["--help"], ["--version"], ["ls", "--help"], ["nonsense"], []),
-        *(["check", file], ["plan", file, *here], ["run", file, *here], ["run", "--json", file, *here]),
-        *(["ls", *here], ["ls", "--json", *here], ["ls", "--format", "csv", *here], ["show", two[0], *here]),
-        *(["show", "zzz", *here], ["compare", *two, *here], ["figures", file, "--out", drawn, *here]),
-        *(["report", file, "--out", folder / "page.html", *here], ["modes", file], ["schema"]),
-        *(["variables"], ["features", *here], ["cite", two[0], *here], ["verify", *here]),
-        *(["export", file, folder / "all.nc", *here], ["merge", store, "--store", merged]),
-        *(["pull", store, "--store", merged], ["push", merged, *here], ["prune", *here]),
+        *(
+            ["check", file],
+            ["plan", file, *here],
+            ["run", file, *here],
+            ["run", "--json", file, *here],
+        ),
+        *(
+            ["ls", *here],
+            ["ls", "--json", *here],
+            ["ls", "--format", "csv", *here],
+            ["show", two[0], *here],
+        ),
+        *(
+            ["show", "zzz", *here],
+            ["compare", *two, *here],
+            ["figures", file, "--out", drawn, *here],
+        ),
+        *(
+            ["report", file, "--out", folder / "page.html", *here],
+            ["modes", file],
+            ["schema"],
+        ),
+        *(
+            ["variables"],
+            ["features", *here],
+            ["cite", two[0], *here],
+            ["verify", *here],
+        ),
+        *(
+            ["export", file, folder / "all.nc", *here],
+            ["merge", store, "--store", merged],
+        ),
+        *(
+            ["pull", store, "--store", merged],
+            ["push", merged, *here],
+            ["prune", *here],
+        ),
         *(["reindex", *here],),
-        *(["new", "fzg", "--out", folder / "begun.toml"], ["profile", flank], ["update", file, *here]),
-    ]  # fmt: skip
+        *(
+            ["new", "fzg", "--out", folder / "begun.toml"],
+            ["profile", flank],
+            ["update", file, *here],
+        ),
+    ]
 
 
 def _cases(file):
@@ -176,7 +234,8 @@ def study(folder: Path) -> tuple[Path, Path]:
     import wearlab
 
     folder.mkdir(exist_ok=True)
-    file, store = folder / "study.toml", folder / "store"
+    file = folder / "study.toml"
+    store = folder / "store"
     file.write_text(STUDY)
     for case in wearlab.load(file).cases:
         wearlab.run([case.scene], store, progress=False)
@@ -190,13 +249,25 @@ def streams(folder: Path) -> Tally:
     os.chdir(folder)
     for words in commands(folder, file, store):
         plain, said = forked(words)
-        tally.judge(f"{words}", plain in (0, 1, 2) and "Traceback" not in said, (plain, said))
+        tally.judge(
+            f"{words}", plain in (0, 1, 2) and "Traceback" not in said, (plain, said)
+        )
         for name, shape in SHAPES.items():
             (folder / "begun.toml").unlink(missing_ok=True)
             status, said = forked(words, shape)
-            may = {plain} if name in (">&-", "2>&-", "<&-", "<&- >&- 2>&-", "2>/dev/full") else {plain, 1}
-            strange = [word for word in ("Traceback", "Exception ignored") if word in said]
-            tally.judge(f"{' '.join(map(str, words))} {name}", status in may and not strange, (status, said))
+            may = (
+                {plain}
+                if name in (">&-", "2>&-", "<&-", "<&- >&- 2>&-", "2>/dev/full")
+                else {plain, 1}
+            )
+            strange = [
+                word for word in ("Traceback", "Exception ignored") if word in said
+            ]
+            tally.judge(
+                f"{' '.join(map(str, words))} {name}",
+                status in may and not strange,
+                (status, said),
+            )
     return tally
 
 
@@ -205,9 +276,20 @@ def umask(folder: Path) -> Tally:
     file, _ = study(folder)
     for mask in (0o077, 0o000, 0o777 & ~0o700, 0o027):
         store = folder / f"masked-{mask:03o}"
-        for words in (["run", file], ["ls"], ["verify"], ["reindex"], ["run", file], ["prune"]):
+        for words in (
+            ["run", file],
+            ["ls"],
+            ["verify"],
+            ["reindex"],
+            ["run", file],
+            ["prune"],
+        ):
             status, said = forked([*words, "--store", store], umask=mask)
-            tally.judge(f"{mask:03o} {words[0]}", (status, "Traceback" in said) == (0, False), (status, said))
+            tally.judge(
+                f"{mask:03o} {words[0]}",
+                (status, "Traceback" in said) == (0, False),
+                (status, said),
+            )
         beyond = [
             f"{path} {stat.filemode(path.stat().st_mode)}"
             for path in store.rglob("*")
@@ -224,7 +306,10 @@ def temporary(folder: Path) -> Tally:
     small.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=64k,mode=1777", "tmpfs", str(small)]
     if subprocess.run(mount, capture_output=True).returncode:
-        print("temporary: mounting a small file system is not permitted; a folder that is not there instead")
+        print(
+            "temporary: mounting a small file system is not permitted; a folder that "
+            "is not there instead"
+        )
         small = folder / "none"
     else:
         with contextlib.suppress(OSError):
@@ -238,9 +323,19 @@ def temporary(folder: Path) -> Tally:
             environment = {**os.environ, "TMPDIR": str(small)}
             code = "from wearlab.cli import main; main()"
             command = [sys.executable, "-c", code, *map(str, words)]
-            ended = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=LONGEST)
+            ended = subprocess.run(
+                command,
+                env=environment,
+                capture_output=True,
+                text=True,
+                timeout=LONGEST,
+            )
             well = ended.returncode in {plain, 1, 2}
-            tally.judge(" ".join(map(str, words)), well and "Traceback" not in ended.stderr, ended)
+            tally.judge(
+                " ".join(map(str, words)),
+                well and "Traceback" not in ended.stderr,
+                ended,
+            )
     finally:
         if small.name == "small":
             subprocess.run(["umount", "--lazy", str(small)], check=True)
@@ -255,13 +350,23 @@ def users(folder: Path) -> Tally:
         return tally
     os.chmod(folder, 0o777)
     for mask in (0o000, 0o022, 0o077):
-        store, gate = folder / f"store-{mask:03o}", folder / f"gate-{mask:03o}"
+        store = folder / f"store-{mask:03o}"
+        gate = folder / f"gate-{mask:03o}"
         before = os.umask(mask)
         fake_campaign.filled(store, fake_campaign.sweep(3)).close()
         child = subprocess.Popen(
-            [sys.executable, ROOT / "tests" / "support" / "run_fake.py", store, "4", "-", gate, "alone=1"],
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+            [
+                sys.executable,
+                ROOT / "tests" / "support" / "run_fake.py",
+                store,
+                "4",
+                "-",
+                gate,
+                "alone=1",
+            ],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         os.umask(before)
         _until(lambda store=store: list((store / "runners").glob("*.lock")))
         time.sleep(1.0)
@@ -273,7 +378,9 @@ def users(folder: Path) -> Tally:
             ["reindex"],
             ["ls", "--where", "life > 1"],
         ):
-            status, said = _as_nobody("-c", "from wearlab.cli import main; main()", *words, "--store", store)
+            status, said = _as_nobody(
+                "-c", "from wearlab.cli import main; main()", *words, "--store", store
+            )
             well = status in (0, 1, 2) and "Traceback" not in said
             tally.judge(f"{mask:03o} held: {words[0]}", well, (status, said))
         child.kill()
@@ -281,16 +388,28 @@ def users(folder: Path) -> Tally:
         gate.write_text("")
         script = ROOT / "tests" / "support" / "run_fake.py"
         status, said = _as_nobody(script, store, 4, "-", gate, "alone=1")
-        tally.judge(f"{mask:03o} left behind: run", _goes_on(status, said, mask), (status, said))
+        tally.judge(
+            f"{mask:03o} left behind: run", _goes_on(status, said, mask), (status, said)
+        )
     return tally
 
 
 def _as_nobody(*words: object) -> tuple[int, str]:
     """Run Python as another user."""
-    command = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups", sys.executable]
+    command = [
+        "setpriv",
+        f"--reuid={NOBODY}",
+        f"--regid={NOBODY}",
+        "--clear-groups",
+        sys.executable,
+    ]
     try:
         ended = subprocess.run(
-            [*command, *map(str, words)], capture_output=True, text=True, timeout=LONGEST, cwd="/"
+            [*command, *map(str, words)],
+            capture_output=True,
+            text=True,
+            timeout=LONGEST,
+            cwd="/",
         )
     except subprocess.TimeoutExpired:
         return -1, "waits for ever"
@@ -312,21 +431,31 @@ def _until(happens) -> None:
 
 
 def clock(folder: Path, count: int = 400, seed: int = 1) -> Tally:
-    """Let the clock jump by up to decades, both ways, while two workers compute; at last back only."""
+    """Let the clock jump by up to decades, both ways, while two workers compute.
+
+    At last back only.
+    """
     tally = Tally("clock")
     if shutil.which("cc") is None:
         print("clock: needs a C compiler, cc")
         return tally
-    library, now = folder / "jumping_clock.so", folder / "now"
+    library = folder / "jumping_clock.so"
+    now = folder / "now"
     source = ROOT / "tests" / "support" / "jumping_clock.c"
-    subprocess.run(["cc", "-shared", "-fPIC", "-O2", "-o", library, source, "-ldl"], check=True)
+    subprocess.run(
+        ["cc", "-shared", "-fPIC", "-O2", "-o", library, source, "-ldl"], check=True
+    )
     now.write_bytes(bytes(8))
     whole = reference(folder / "quiet", count, folder / "jumping.log", act="slow")
     with _environment(LD_PRELOAD=str(library), JUMPING_CLOCK=str(now)):
         child = begin(folder / "jumping", count, folder / "jumping.log", act="slow")
     jumps = _jumps(child, now, random.Random(seed))
     status, said = finish(child)
-    tally.judge(f"{jumps} jumps", (status, said) == (0, f"computed {count} of {count}"), (status, said))
+    tally.judge(
+        f"{jumps} jumps",
+        (status, said) == (0, f"computed {count} of {count}"),
+        (status, said),
+    )
     tally.judge("results", done(folder / "jumping") == whole)
     tally.tried += jumps - 1
     return tally
@@ -334,12 +463,16 @@ def clock(folder: Path, count: int = 400, seed: int = 1) -> Tally:
 
 def _jumps(child: subprocess.Popen[str], now: Path, dice: random.Random) -> int:
     """Set the clock by up to twenty years, both ways, then a day further back each time; return how often."""
-    day, jumps, deadline = 86400, 0, time.monotonic() + LONGEST
+    day = 86400
+    jumps = 0
+    deadline = time.monotonic() + LONGEST
     with now.open("r+b", buffering=0) as file:
         while child.poll() is None and time.monotonic() < deadline:
             wild = jumps < WILD
             by = (
-                dice.choice((-1, 1)) * dice.choice((1, 3600, 400 * day, 7300 * day)) if wild else -jumps * day
+                dice.choice((-1, 1)) * dice.choice((1, 3600, 400 * day, 7300 * day))
+                if wild
+                else -jumps * day
             )
             os.pwrite(file.fileno(), by.to_bytes(8, sys.byteorder, signed=True), 0)
             jumps += 1
@@ -361,7 +494,13 @@ def _environment(**values: str):
         os.environ.update(before)
 
 
-KINDS = {"streams": streams, "umask": umask, "temporary": temporary, "users": users, "clock": clock}
+KINDS = {
+    "streams": streams,
+    "umask": umask,
+    "temporary": temporary,
+    "users": users,
+    "clock": clock,
+}
 
 
 def attack(kinds: list[str]) -> int:

@@ -1,10 +1,11 @@
 """Run files of strangers: ``python tests/faults/datasets.py [NAME … | PART/PARTS]``, without words all.
 
-Each is a sound run's file with one hostile thing in it: attributes and dimensions that are huge, of strange
-types, or that refer to themselves. The catalogue has its hash. It is read whole and lazily, verified, merged,
-taken in by ``reindex``, and taken in without a catalogue, each time in a process of its own. Survived is a
-result or one short message, within ten seconds of processor time and 1 GB of memory beyond that of the
-process.
+Each is a sound run's file with one hostile thing in it: attributes and dimensions that
+are huge, of strange types, or that refer to themselves. The catalogue has its hash. It
+is read whole and lazily, verified, merged, taken in by ``reindex``, and taken in
+without a catalogue, each time in a process of its own. Survived is a result or one
+short message, within ten seconds of processor time and 1 GB of memory beyond that of
+the process.
 """
 
 import os
@@ -70,7 +71,9 @@ def raw(name, value, of="wear_depth"):
 def typed(name, shape, dtype, of="wear_depth"):
     """Make an attribute of a type, not filled."""
     return hdf5(
-        lambda file: (file[of] if of else file).attrs.create(name, np.zeros(shape, dtype), dtype=dtype)
+        lambda file: (file[of] if of else file).attrs.create(
+            name, np.zeros(shape, dtype), dtype=dtype
+        )
     )
 
 
@@ -160,7 +163,8 @@ def dimension_circle(file):
 
 def wrong_dimension(file):
     """Let a variable have the dimensions of another, of other lengths."""
-    one, other = file["wear_depth"], file["phase"]
+    one = file["wear_depth"]
+    other = file["phase"]
     del one.attrs["DIMENSION_LIST"]
     lists = np.empty(one.ndim, object)
     lists[:] = [np.array([other.ref], h5py.ref_dtype)] * one.ndim
@@ -237,11 +241,19 @@ HOSTILE = {
     "a dimension of 2^40": dimension("vast", 2**40),
     "a dimension without end": dimension("endless", None),
     "a variable of 2^40 values": variable("vast", "f8", ("vast",), (2**40,)),
-    "a product beyond 64 bits": variable("vast", "i1", ("one", "two"), (2**40, 2**40), chunksizes=(1, 1000)),
-    "labels of a dimension of a million": variable("wide", "f8", ("wide",), (1_000_000,), 0.0, zlib=True),
-    "labels of seven million": variable("wide", "i1", ("wide",), (7_000_000,), 0, zlib=True),
+    "a product beyond 64 bits": variable(
+        "vast", "i1", ("one", "two"), (2**40, 2**40), chunksizes=(1, 1000)
+    ),
+    "labels of a dimension of a million": variable(
+        "wide", "f8", ("wide",), (1_000_000,), 0.0, zlib=True
+    ),
+    "labels of seven million": variable(
+        "wide", "i1", ("wide",), (7_000_000,), 0, zlib=True
+    ),
     "one dimension twice": variable("square", "f8", ("phase", "phase"), values=0.0),
-    "thirty dimensions": variable("cube", "f8", tuple(f"d{i}" for i in range(30)), (1,) * 30, 0.0),
+    "thirty dimensions": variable(
+        "cube", "f8", tuple(f"d{i}" for i in range(30)), (1,) * 30, 0.0
+    ),
     "no length": variable("none", "f8", ("nil",), (0,)),
     "a coordinate of other dims": variable("cycle2", "f8", ("vast",), (5,), 0.0),
     "a strange name": dataset("a b\u202e{}%s\n", (3,), "f8"),
@@ -307,7 +319,7 @@ HOSTILE = {
     "a seal of many": attribute("content_sha256", np.arange(5.0), ""),
     "times of many": variable("run_time_total", "f8", ("phase",), values=1.0),
     "times of text": variable("run_time_total", str, (), values=np.array("x", object)),
-}  # fmt: skip
+}
 
 
 def acts(folder):
@@ -357,7 +369,10 @@ def acts(folder):
 
 
 def judged(act) -> str:
-    """Return what is wrong with an act, "" when nothing is; done in a process of its own."""
+    """Return what is wrong with an act, "" when nothing is.
+
+    Done in a process of its own.
+    """
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
@@ -397,12 +412,18 @@ def _done(act) -> str:
         return f"says {len(str(error))} letters" if len(str(error)) > 1000 else ""
     except BaseException as error:
         where = traceback.extract_tb(error.__traceback__)[-1]
-        return f"{type(error).__name__}: {str(error)[:200]} ({where.filename}:{where.lineno})"
+        return (
+            f"{type(error).__name__}: {str(error)[:200]} "
+            f"({where.filename}:{where.lineno})"
+        )
     return ""
 
 
 def prepared(folder, craft) -> bool:
-    """Make a store whose run has a crafted file, its hash in the catalogue; say whether it could be made."""
+    """Make a store whose run has a crafted file, its hash in the catalogue.
+
+    Say whether it could be made.
+    """
     folder.mkdir()
     with closing(Store(folder / "store")) as store:
         store.create()
@@ -415,8 +436,13 @@ def prepared(folder, craft) -> bool:
         store.close()
         if not crafted(craft, path):
             return False
-        with closing(sqlite3.connect(store.catalogue.path, isolation_level=None)) as connection:
-            connection.execute("UPDATE runs SET sha256 = ?, size = ?", (hash_of(path), path.stat().st_size))
+        with closing(
+            sqlite3.connect(store.catalogue.path, isolation_level=None)
+        ) as connection:
+            connection.execute(
+                "UPDATE runs SET sha256 = ?, size = ?",
+                (hash_of(path), path.stat().st_size),
+            )
     return True
 
 
@@ -435,7 +461,8 @@ def crafted(craft, path) -> bool:
 
 def attack(names, folder) -> tuple[int, list[str]]:
     """Return how many acts were tried, and the faults; each is told at once."""
-    tried, faults = 0, []
+    tried = 0
+    faults = []
     for number, name in enumerate(names):
         here = Path(folder) / str(number)
         if not prepared(here, HOSTILE[name]):

@@ -1,10 +1,12 @@
 """Kill parents and workers: ``python tests/faults/kills.py [PHASE …] [workers] [starting[=N]] [seed=N]``.
 
-Parents at three moments of each phase of saving (`PHASES`), workers at 30 random moments, and in N campaigns
-[30] both workers at a random moment about when they begin to work. Without words all phases, then workers.
+Parents at three moments of each phase of saving (`PHASES`), workers at 30 random
+moments, and in N campaigns [30] both workers at a random moment about when they begin
+to work. Without words all phases, then workers.
 
-Prints the phase that each kill of a parent hit, and ends with status 0 only when afterwards nothing done was
-lost, ``verify`` was clean, the campaign completed, and every dataset had the seal of an undisturbed one.
+Prints the phase that each kill of a parent hit, and ends with status 0 only when
+afterwards nothing done was lost, ``verify`` was clean, the campaign completed, and
+every dataset had the seal of an undisturbed one.
 """
 
 import random
@@ -17,7 +19,15 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 import storm
 from phases import PHASES
-from storm import begin, done, finish, kill_parent, kill_starting, kill_workers, reference
+from storm import (
+    begin,
+    done,
+    finish,
+    kill_parent,
+    kill_starting,
+    kill_workers,
+    reference,
+)
 
 CASES = 40
 STARTED = 120  # cases of a campaign whose workers are killed as they begin
@@ -38,7 +48,11 @@ def parents(folder: Path, phases: list[str]) -> None:
             assert status == 0, said
             assert done(store) == whole
             assert not list(store.rglob("*.part"))
-            print(f"parent killed at {hit} ({at}): {len(kept)} of {CASES} were done; then {said}", flush=True)
+            print(
+                f"parent killed at {hit} ({at}): {len(kept)} of {CASES} were done; "
+                f"then {said}",
+                flush=True,
+            )
     print(dict(hits))
 
 
@@ -47,18 +61,26 @@ def workers(folder: Path) -> None:
     assert (status, said) == (0, "computed 600 of 600"), said
     whole = reference(folder / "quiet", 600, folder / "bereft.log", act="slow")
     assert done(folder / "bereft") == whole
-    print(f"{len(moments)} workers killed, when so many cases had begun: {moments}; {said}")
+    print(
+        f"{len(moments)} workers killed, when so many cases had begun: {moments}; "
+        f"{said}"
+    )
 
 
 def starting(folder: Path, trials: int, dice: random.Random) -> None:
     """Kill both workers at a moment between their coming and their first work, in each trial another."""
     ended: Counter[str] = Counter()
     for trial in range(trials):
-        store, after = folder / f"started-{trial}", dice.uniform(0.0, LATEST)
+        store = folder / f"started-{trial}"
+        after = dice.uniform(0.0, LATEST)
         killed, (status, said) = kill_starting(store, STARTED, 2, after, act="slow")
-        well = (status, said) == (0, f"computed {STARTED} of {STARTED}") and len(done(store)) == STARTED
+        well = (status, said) == (0, f"computed {STARTED} of {STARTED}") and len(
+            done(store)
+        ) == STARTED
         ended["completed" if well else f"status {status}: {said}"] += 1
-        print(f"{killed} workers killed {after:.2f} s after they came: {said}", flush=True)
+        print(
+            f"{killed} workers killed {after:.2f} s after they came: {said}", flush=True
+        )
         assert killed == 2
     print(dict(ended))
     assert ended["completed"] == trials
@@ -66,12 +88,23 @@ def starting(folder: Path, trials: int, dice: random.Random) -> None:
 
 if __name__ == "__main__":
     storm.PATIENCE = 600.0
-    seeds = [int(word.removeprefix("seed=")) for word in sys.argv[1:] if word.startswith("seed=")]
-    words = [word for word in sys.argv[1:] if not word.startswith("seed=")] or [*PHASES, "workers"]
+    seeds = [
+        int(word.removeprefix("seed="))
+        for word in sys.argv[1:]
+        if word.startswith("seed=")
+    ]
+    words = [word for word in sys.argv[1:] if not word.startswith("seed=")] or [
+        *PHASES,
+        "workers",
+    ]
     with tempfile.TemporaryDirectory() as folder:
         if phases := [word for word in words if word in PHASES]:
             parents(Path(folder), phases)
         if "workers" in words:
             workers(Path(folder))
-        for trials in (word.partition("=")[2] or "30" for word in words if word.startswith("starting")):
+        for trials in (
+            word.partition("=")[2] or "30"
+            for word in words
+            if word.startswith("starting")
+        ):
             starting(Path(folder), int(trials), random.Random(*seeds or [1]))

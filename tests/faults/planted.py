@@ -2,14 +2,15 @@
 
 Kinds and counts in full: ``checkpoints=2000 facts=500 bits=500 answers=300``.
 
-- checkpoints: of a life under way, mutated or planted. Survived is a life that ends as one that nobody
-  disturbed, goes on from the numbers that stand there, or ends in an error of Python's own within ten
-  seconds; nothing is called meanwhile that Python tells of by its audit events.
-- facts: numbers, texts and rows of the catalogue. Survived is what ``verify`` names and ``reindex`` mends,
-  and what changes no answer.
+- checkpoints: of a life under way, mutated or planted. Survived is a life that ends as
+  one that nobody disturbed, goes on from the numbers that stand there, or ends in an
+  error of Python's own within ten seconds; nothing is called meanwhile that Python
+  tells of by its audit events.
+- facts: numbers, texts and rows of the catalogue. Survived is what ``verify`` names and
+  ``reindex`` mends, and what changes no answer.
 - bits: of the catalogue's file, one at a time, likewise.
-- answers: of a store that is read over HTTP, cut off, longer, changed. Survived is what was asked, or a
-  refusal.
+- answers: of a store that is read over HTTP, cut off, longer, changed. Survived is what
+  was asked, or a refusal.
 """
 
 import importlib
@@ -44,7 +45,15 @@ from wearlab.store import Store, StoreError, open_store
 
 FULL = {"checkpoints": 2000, "facts": 500, "bits": 500, "answers": 300}
 FORBIDDEN = (
-    *("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.fork", "os.remove", "os.rename"),
+    *(
+        "subprocess.Popen",
+        "os.system",
+        "os.exec",
+        "os.posix_spawn",
+        "os.fork",
+        "os.remove",
+        "os.rename",
+    ),
     *("pickle.find_class", "exec", "socket.connect", "shutil.rmtree", "ctypes.dlopen"),
 )
 """What Python tells of when it happens; a checkpoint makes none of it happen."""
@@ -53,8 +62,13 @@ WATCHING = threading.Event()
 
 
 def watch(event: str, given: tuple[Any, ...]) -> None:
-    """Write down what nothing in a checkpoint may do; files are opened to be written as well."""
-    if WATCHING.is_set() and (event in FORBIDDEN or (event == "open" and set(str(given[1])) & set("wax+"))):
+    """Write down what nothing in a checkpoint may do.
+
+    Files are opened to be written as well.
+    """
+    if WATCHING.is_set() and (
+        event in FORBIDDEN or (event == "open" and set(str(given[1])) & set("wax+"))
+    ):
         WATCHED.append(f"{event} {str(given)[:80]}")
 
 
@@ -77,11 +91,18 @@ def watched() -> Iterator[None]:
         raise AssertionError(f"it did {WATCHED[0]}")
 
 
-def lived(image: bytes | None, keep: Callable[[bytes], None] = lambda image: None) -> tuple[float, ...]:
-    """Return where a short life ends that goes on from an image; ``keep`` gets one of each of its states."""
+def lived(
+    image: bytes | None, keep: Callable[[bytes], None] = lambda image: None
+) -> tuple[float, ...]:
+    """Return where a short life ends that goes on from an image.
+
+    ``keep`` gets one of each of its states.
+    """
 
     def rate(depth: np.ndarray) -> np.ndarray:
-        return 1e-9 * (1.0 + np.linspace(0.0, 1.0, depth.size)) - 1e-4 * (depth - depth.mean())
+        return 1e-9 * (1.0 + np.linspace(0.0, 1.0, depth.size)) - 1e-4 * (
+            depth - depth.mean()
+        )
 
     with checkpoint.checkpoints(lambda reached, make: keep(make()), image):
         life = integrate(rate, np.zeros(7), limits=Limits(depth=2e-5), tolerance=1e-6)
@@ -95,12 +116,22 @@ def short_text(text: str) -> bytes:
 def command(dice: random.Random) -> bytes:
     """Return a pickle that calls a name, dotted ones among them, with a command."""
     module = dice.choice(
-        ("subprocess", "os", "wearlab.simulation.label", "wearlab.life.checkpoint", "builtins")
+        (
+            "subprocess",
+            "os",
+            "wearlab.simulation.label",
+            "wearlab.life.checkpoint",
+            "builtins",
+        )
     )
-    name = dice.choice(("Popen", "system", "subprocess.Popen", "importlib.import_module", "exec"))
+    name = dice.choice(
+        ("Popen", "system", "subprocess.Popen", "importlib.import_module", "exec")
+    )
     called = short_text(module) + short_text(name) + pickle.STACK_GLOBAL
     words = b"(" + short_text("touch") + b"l"
-    return pickle.PROTO + b"\x04" + called + words + pickle.TUPLE1 + pickle.REDUCE + b"."
+    return (
+        pickle.PROTO + b"\x04" + called + words + pickle.TUPLE1 + pickle.REDUCE + b"."
+    )
 
 
 CLASSES = [
@@ -119,7 +150,11 @@ STORED: list[Any] = [
     ["table", [[[0], [0]]]],
     ["tuple", [[0]] * 1000],
     ["slice", [0], [0], [0]],
-    ["record", "wearlab.life.step:Node", {"cycle": float("nan"), "depth": [0], "rate": [0]}],
+    [
+        "record",
+        "wearlab.life.step:Node",
+        {"cycle": float("nan"), "depth": [0], "rate": [0]},
+    ],
     [],
     "x" * 10_000,
     None,
@@ -128,7 +163,11 @@ STORED: list[Any] = [
 
 def nested(depth: int) -> list[Any]:
     """Return tuples within tuples, each twice: a hash of the outermost would take 2^depth steps."""
-    return [["tuple", []], *(["tuple", [[k], [k]]] for k in range(depth)), ["table", [[[depth], 1]]]]
+    return [
+        ["tuple", []],
+        *(["tuple", [[k], [k]]] for k in range(depth)),
+        ["table", [[[depth], 1]]],
+    ]
 
 
 def replaced(dice: random.Random, value: Any) -> Any:
@@ -150,7 +189,10 @@ def replaced(dice: random.Random, value: Any) -> Any:
 
 
 def mutated(dice: random.Random, image: bytes) -> bytes:
-    """Return an image of a checkpoint as a stranger may leave it; its lengths fit where that is possible."""
+    """Return an image of a checkpoint as a stranger may leave it.
+
+    Its lengths fit where that is possible.
+    """
     ((key, _),) = json.loads(image.partition(b"\n")[0]).items()
     life = image.partition(b"\n")[2]
     head, _, arrays = life.partition(b"\n")
@@ -170,7 +212,12 @@ def mutated(dice: random.Random, image: bytes) -> bytes:
                 content[dice.randrange(len(content))] = dice.randrange(256)
             life = head + b"\n" + bytes(content)
         case 4:
-            life = json.dumps({"values": nested(dice.randint(30, 60)), "root": [0]}).encode() + b"\n"
+            life = (
+                json.dumps(
+                    {"values": nested(dice.randint(30, 60)), "root": [0]}
+                ).encode()
+                + b"\n"
+            )
         case _:
             document = json.loads(head)
             for _ in range(dice.randint(1, 3)):
@@ -189,9 +236,18 @@ def checkpoints(count: int, dice: random.Random, folder: Path) -> Tally:
         with watched():
             try:
                 return (
-                    "as undisturbed" if lived(image) == undisturbed else "from the numbers that stand there"
+                    "as undisturbed"
+                    if lived(image) == undisturbed
+                    else "from the numbers that stand there"
                 )
-            except (ValueError, TypeError, AttributeError, KeyError, IndexError, ArithmeticError) as error:
+            except (
+                ValueError,
+                TypeError,
+                AttributeError,
+                KeyError,
+                IndexError,
+                ArithmeticError,
+            ) as error:
                 return type(error).__name__
 
     for _ in range(count):
@@ -225,22 +281,29 @@ def told(store: Store) -> list[tuple[Any, ...]]:
 
 
 def judged(store: Store, before: list[tuple[Any, ...]]) -> str:
-    """Return what became of a catalogue that was changed; another answer in silence is a fault."""
+    """Return what became of a catalogue that was changed.
+
+    Another answer in silence is a fault.
+    """
     try:
-        answers, found = told(store), store.verify()
+        answers = told(store)
+        found = store.verify()
     except (StoreError, ValueError):
         return "refused"
     if answers != before and not found:
         raise AssertionError("another answer, and verify names nothing")
     if not found:
         return "no other answer"
-    again, left = store.reindex(), store.verify()
+    again = store.reindex()
+    left = store.verify()
     if again or left or told(store) != before:
         raise AssertionError(f"reindex did not mend it: {again} {left}")
     return "named and mended"
 
 
-def attacked(kind: str, count: int, folder: Path, change: Callable[[Path], str]) -> Tally:
+def attacked(
+    kind: str, count: int, folder: Path, change: Callable[[Path], str]
+) -> Tally:
     """Change a catalogue again and again, each time anew, and judge each."""
     tally = Tally(kind)
     whole = filled(folder / "whole", sweep(4))
@@ -259,15 +322,23 @@ def facts(count: int, dice: random.Random, folder: Path) -> Tally:
     def change(path: Path) -> str:
         table = dice.choice(list(COLUMNS))
         column = dice.choice(COLUMNS[table].split())
-        with closing(sqlite3.connect(path, isolation_level=None)) as connection, suppress(sqlite3.Error):
+        with (
+            closing(sqlite3.connect(path, isolation_level=None)) as connection,
+            suppress(sqlite3.Error),
+        ):
             if table == "facts" and dice.random() < 0.7:
-                statement = f"UPDATE facts SET value = {dice.choice(CHANGES)} WHERE abs(random()) % 3 = 0"
+                statement = (
+                    f"UPDATE facts SET value = {dice.choice(CHANGES)} WHERE "
+                    "abs(random()) % 3 = 0"
+                )
                 connection.execute(statement)
             elif dice.random() < 0.3:
                 statement = f"DELETE FROM {table} WHERE abs(random()) % 2 = 0"
                 connection.execute(statement)
             else:
-                statement = f"UPDATE {table} SET {column} = ? WHERE abs(random()) % 2 = 0"
+                statement = (
+                    f"UPDATE {table} SET {column} = ? WHERE abs(random()) % 2 = 0"
+                )
                 connection.execute(statement, (dice.choice(VALUES),))
         return statement
 
@@ -288,7 +359,8 @@ def bits(count: int, dice: random.Random, folder: Path) -> Tally:
 class Liar(SimpleHTTPRequestHandler):
     """Answers with a file's bytes as a die has them."""
 
-    dice, worst = random.Random(1), 0.1
+    dice = random.Random(1)
+    worst = 0.1
 
     def log_message(self, *words: Any) -> None:
         pass
@@ -306,11 +378,17 @@ class Liar(SimpleHTTPRequestHandler):
                 case 1:
                     content += bytes(self.dice.randrange(1, 3_000_000))
                 case 2:
-                    content[self.dice.randrange(len(content))] ^= 1 << self.dice.randrange(8)
+                    content[self.dice.randrange(len(content))] ^= (
+                        1 << self.dice.randrange(8)
+                    )
                 case _:
                     content = bytearray(str(self.dice.choice(ODD)).encode())
         self.send_response(200)
-        claimed = len(content) if self.dice.random() < 0.9 else self.dice.choice((0, 10**9, len(content) + 7))
+        claimed = (
+            len(content)
+            if self.dice.random() < 0.9
+            else self.dice.choice((0, 10**9, len(content) + 7))
+        )
         self.send_header("Content-Length", str(claimed))
         self.end_headers()
         with suppress(OSError):
@@ -322,9 +400,12 @@ class Liar(SimpleHTTPRequestHandler):
 def answers(count: int, dice: random.Random, folder: Path) -> Tally:
     tally = Tally("answers")
     there = filled(folder / "there" / "store", sweep(3))
-    before, ids = told(there), [case.id for case in sweep(3).cases]
+    before = told(there)
+    ids = [case.id for case in sweep(3).cases]
     Liar.dice = dice
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Liar, directory=str(folder / "there")))
+    server = ThreadingHTTPServer(
+        ("127.0.0.1", 0), partial(Liar, directory=str(folder / "there"))
+    )
     threading.Thread(target=server.serve_forever, daemon=True).start()
     address = f"http://127.0.0.1:{server.server_port}/store"
 
@@ -332,7 +413,9 @@ def answers(count: int, dice: random.Random, folder: Path) -> Tally:
         try:
             with closing(open_store(address)) as here:
                 assert told(here) == before, "another answer"
-                np.testing.assert_array_equal(here.run(run_id).wear_depth, there.run(run_id).wear_depth)
+                np.testing.assert_array_equal(
+                    here.run(run_id).wear_depth, there.run(run_id).wear_depth
+                )
         except (StoreError, ValueError) as error:
             assert len(str(error)) < 3000, f"{len(str(error))} characters: {error}"
             return "refused"

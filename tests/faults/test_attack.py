@@ -12,7 +12,9 @@ COUNTS = {"files": 12, "conditions": 200, "stores": 12, "flips": 20}
 @pytest.fixture(scope="module")
 def attack():
     """The script beside, as a module."""
-    spec = importlib.util.spec_from_file_location("attack", Path(__file__).with_name("attack.py"))
+    spec = importlib.util.spec_from_file_location(
+        "attack", Path(__file__).with_name("attack.py")
+    )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

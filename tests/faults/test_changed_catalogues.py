@@ -20,7 +20,9 @@ TOLD = ("life", "max_wear_depth", "verdict", "operation.speed", "speed")
 
 @pytest.fixture
 def store(tmp_path, monkeypatch):
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
+    monkeypatch.setattr(
+        running._Work, "_begin", lambda self, tasks, cluster, more: None
+    )
     with closing(Store(tmp_path / "store")) as made:
         wearlab.run(sweep(3), made, simulate=SIMULATE, progress=False)
         assert made.verify() == []
@@ -30,10 +32,12 @@ def store(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "statement",
     [
-        "UPDATE facts SET value = value * 1.5 WHERE key = (SELECT number FROM keys WHERE name = 'life')",
+        "UPDATE facts SET value = value * 1.5 WHERE key = (SELECT number FROM keys "
+        "WHERE name = 'life')",
         "UPDATE facts SET value = value + 1e-9 WHERE typeof(value) = 'real'",
         "UPDATE facts SET value = CAST(value AS TEXT) WHERE typeof(value) = 'real'",
-        "DELETE FROM facts WHERE key = (SELECT number FROM keys WHERE name = 'max_wear_depth()')",
+        "DELETE FROM facts WHERE key = (SELECT number FROM keys WHERE name = "
+        "'max_wear_depth()')",
         "UPDATE facts SET value = zeroblob(length(value)) WHERE typeof(value) = 'blob'",
         "INSERT INTO facts SELECT 999, number, 7.0 FROM runs",
         "UPDATE keys SET name = 'stolen' WHERE name = 'life'",
@@ -44,19 +48,31 @@ def store(tmp_path, monkeypatch):
     ],
 )
 def test_what_was_changed_in_the_catalogue_is_found_and_mended(store, statement):
-    with closing(sqlite3.connect(store.catalogue.path, isolation_level=None)) as connection:
+    with closing(
+        sqlite3.connect(store.catalogue.path, isolation_level=None)
+    ) as connection:
         if "999" in statement:
-            key = "INSERT INTO keys VALUES (999, 'added', 'result', 'number', '', NULL, '')"
+            key = (
+                "INSERT INTO keys VALUES (999, 'added', 'result', 'number', '', NULL, "
+                "'')"
+            )
             connection.execute(key)
         assert connection.execute(statement).rowcount != 0
     found = store.verify()
-    assert found and all("'wearlab reindex' mends it" in problem.message for problem in found), found
+    assert found and all(
+        "'wearlab reindex' mends it" in problem.message for problem in found
+    ), found
     assert store.reindex() == [] and store.verify() == []
 
 
 @pytest.mark.parametrize("name", ["sizes", "digests", "summary", "scene"])
 def test_texts_that_were_changed_are_found(store, name):
-    changed = {"sizes": '{"update": 2}', "digests": "{}", "summary": '{"life": 3.0}', "scene": "{}"}[name]
+    changed = {
+        "sizes": '{"update": 2}',
+        "digests": "{}",
+        "summary": '{"life": 3.0}',
+        "scene": "{}",
+    }[name]
     change_texts(store.catalogue.path, name, lambda text: changed)
     assert [problem.kind for problem in store.verify()] == ["altered"] * 3
     assert status_of(["verify", "--store", str(store.path)]) == 1
@@ -64,12 +80,17 @@ def test_texts_that_were_changed_are_found(store, name):
 
 
 def told(store):
-    return [tuple(row.values()) for row in store.query("", columns=("life", "max_wear_depth", "speed"))]
+    return [
+        tuple(row.values())
+        for row in store.query("", columns=("life", "max_wear_depth", "speed"))
+    ]
 
 
 def test_a_flipped_bit_of_the_catalogue_gives_no_other_number_in_silence(store):
     """What still answers otherwise than before is named by ``verify``."""
-    dice, sound, before = random.Random(32), store.catalogue.path.read_bytes(), told(store)
+    dice = random.Random(32)
+    sound = store.catalogue.path.read_bytes()
+    before = told(store)
     silent = []
     for _ in range(60):
         store.close()
@@ -95,7 +116,9 @@ def write(folder: str, first: int, until: float) -> None:
         number = 0
         while time.monotonic() < until or number < 3:
             campaign = sweep(3, updates=2 + number, log=f"{folder}.{first}")
-            assert wearlab.run(campaign, store, simulate=SIMULATE, progress=False, recompute="all").ok
+            assert wearlab.run(
+                campaign, store, simulate=SIMULATE, progress=False, recompute="all"
+            ).ok
             number += 1
 
 
@@ -115,19 +138,27 @@ def test_a_catalogue_made_anew_beside_four_writers_stays_readable(tmp_path):
     folder = str(tmp_path / "store")
     until = time.monotonic() + 2.0
     spawned = multiprocessing.get_context("spawn")
-    writers = [spawned.Process(target=write, args=(folder, n, until)) for n in range(1, 5)]
+    writers = [
+        spawned.Process(target=write, args=(folder, n, until)) for n in range(1, 5)
+    ]
     for writer in writers:
         writer.start()
     with closing(Store(folder)) as store:
         while any(writer.is_alive() for writer in writers):
             time.sleep(0.2)
             if store.catalogue.exists():
-                assert [problem for problem in store.reindex() if problem.kind != "unfinished"] == []
+                assert [
+                    problem
+                    for problem in store.reindex()
+                    if problem.kind != "unfinished"
+                ] == []
                 store.entries()
         for writer in writers:
             writer.join()
         assert [writer.exitcode for writer in writers] == [0] * 4
         entries = store.entries()
-        assert len(entries) >= 9 and {entry.state for entry in entries.values()} == {"done"}
+        assert len(entries) >= 9 and {entry.state for entry in entries.values()} == {
+            "done"
+        }
         assert store.verify() == []
         assert len(store.query("life > 0")) == len(entries)

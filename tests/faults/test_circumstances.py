@@ -16,7 +16,9 @@ from circumstances import SHAPES, forked
 from wearlab.store import Store
 from wearlab.store.netcdf import encoded
 
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="streams and modes as POSIX has them")
+pytestmark = pytest.mark.skipif(
+    os.name != "posix", reason="streams and modes as POSIX has them"
+)
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +30,11 @@ def store(tmp_path_factory):
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_standard_streams_may_be_closed_full_or_deserted(store, shape):
-    for words in (["ls", "--store", store], ["show", "zzz", "--store", store], ["--version"]):
+    for words in (
+        ["ls", "--store", store],
+        ["show", "zzz", "--store", store],
+        ["--version"],
+    ):
         plain, _ = forked(words)
         status, said = forked(words, SHAPES[shape])
         assert status in {plain, 1}, said
@@ -40,7 +46,11 @@ def test_standard_streams_may_be_closed_full_or_deserted(store, shape):
 def test_a_full_output_is_told_in_one_message(store):
     status, said = forked(["ls", "--store", store], SHAPES[">/dev/full"])
     assert status == 1
-    assert said == "wearlab: cannot write to standard output or to the disk: No space left on device\n"
+    assert (
+        said
+        == "wearlab: cannot write to standard output or to the disk: No space left on "
+        "device\n"
+    )
 
 
 def test_a_run_needs_no_temporary_folder(tmp_path, monkeypatch):
@@ -63,7 +73,10 @@ def test_a_store_is_as_open_as_the_umask_says_and_locks_can_be_read(tmp_path, ma
         store.close()
     finally:
         os.umask(before)
-    assert stat.S_IMODE((tmp_path / "store" / "catalogue.sqlite").stat().st_mode) == 0o666 & ~mask
+    assert (
+        stat.S_IMODE((tmp_path / "store" / "catalogue.sqlite").stat().st_mode)
+        == 0o666 & ~mask
+    )
 
 
 def test_faults_of_streams_are_seen(store, monkeypatch):

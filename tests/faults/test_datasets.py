@@ -12,20 +12,29 @@ sys.path.insert(0, str(Path(__file__).parent))
 import datasets
 from datasets import HOSTILE, acts, judged, prepared
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="memory is bounded as Linux has it")
+pytestmark = pytest.mark.skipif(
+    sys.platform != "linux", reason="memory is bounded as Linux has it"
+)
 
 
 @pytest.mark.parametrize(
     "name",
     [
-        *("own type: half", "one text, many times", "one text of an attribute, many times"),
+        *(
+            "own type: half",
+            "one text, many times",
+            "one text of an attribute, many times",
+        ),
         *("days", "times of many", "labels of seven million"),
     ],
 )
 def test_hostile_files_are_answered_in_one_message(tmp_path, name):
     assert prepared(tmp_path / "here", HOSTILE[name])
     tried = acts(tmp_path / "here")
-    assert {what: judged(tried[what]) for what in ("run", "reindex")} == {"run": "", "reindex": ""}
+    assert {what: judged(tried[what]) for what in ("run", "reindex")} == {
+        "run": "",
+        "reindex": "",
+    }
 
 
 def test_the_judge_sees_crashes_and_greed(monkeypatch):

@@ -15,7 +15,8 @@ MOST_BYTES = 8_500  # of a run with 97 facts: scene, results, histories
 
 def test_one_more_run_takes_few_bytes(tmp_path, monkeypatch):
     monkeypatch.setattr(files, "_synchronise", lambda paths: None)
-    some, sizes = Runs(), []
+    some = Runs()
+    sizes = []
     with closing(Store(tmp_path / "store")) as store:
         store.create()
         with store.presence() as here:

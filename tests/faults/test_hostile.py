@@ -22,7 +22,9 @@ from wearlab.store.presence import alive
 
 @pytest.fixture
 def store(tmp_path, monkeypatch):
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
+    monkeypatch.setattr(
+        running._Work, "_begin", lambda self, tasks, cluster, more: None
+    )
     with closing(Store(tmp_path / "store")) as made:
         wearlab.run(sweep(2), made, simulate=SIMULATE, progress=False)
         made.close()
@@ -31,15 +33,20 @@ def store(tmp_path, monkeypatch):
 
 def crafted(store, *statements):
     """Change a catalogue as its owner never would."""
-    with closing(sqlite3.connect(store.catalogue.path, isolation_level=None)) as connection:
+    with closing(
+        sqlite3.connect(store.catalogue.path, isolation_level=None)
+    ) as connection:
         for statement, *values in statements:
             connection.execute(statement, values)
 
 
-# -- names become no paths ----------------------------------------------------------------------------------
+# -- names become no paths
+# ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["../../victim", "/etc/passwd", "..", "a/../../b", "%2e%2e%2f", "a\x00b"])
+@pytest.mark.parametrize(
+    "name", ["../../victim", "/etc/passwd", "..", "a/../../b", "%2e%2e%2f", "a\x00b"]
+)
 def test_identities_that_would_be_paths(store, name, capsys):
     crafted(store, ("UPDATE runs SET id = ? WHERE number = 1", name))
     problems = store.verify()
@@ -83,15 +90,20 @@ def test_links_lead_nowhere(tmp_path, store):
         with pytest.raises(StoreError, match="is a link"):
             grid[name].load()
     problems = store.reindex()
-    assert store.entries() == {} and all("is a link" in problem.message for problem in problems)
+    assert store.entries() == {} and all(
+        "is a link" in problem.message for problem in problems
+    )
     other = Store(tmp_path / "other")
     wearlab.run(sweep(1), other, simulate=SIMULATE, progress=False)
     with pytest.raises(StoreError, match="is a link"):
         wearlab.run(sweep(2), store, simulate=SIMULATE, progress=False)
-    assert (tmp_path / "secret").exists() and len(list((tmp_path / "folder").iterdir())) == 1
+    assert (tmp_path / "secret").exists() and len(
+        list((tmp_path / "folder").iterdir())
+    ) == 1
 
 
-# -- claims that would fill the memory ----------------------------------------------------------------------
+# -- claims that would fill the memory
+# ----------------------------------------------------------------------
 
 
 def test_a_file_that_claims_more_than_it_holds(store):
@@ -104,8 +116,12 @@ def test_a_file_that_claims_more_than_it_holds(store):
         file.createVariable("empty", "f8", ("wide",), chunksizes=(1000,))
     with pytest.raises(StoreError, match="is not what was written"):
         store.run(path.stem)
-    crafted(store, ("UPDATE runs SET sha256 = ? WHERE id = ?", hash_of(path), path.stem))
-    with pytest.raises(StoreError, match=r"claims 8e\+12 bytes of values in a file of \d+ bytes"):
+    crafted(
+        store, ("UPDATE runs SET sha256 = ? WHERE id = ?", hash_of(path), path.stem)
+    )
+    with pytest.raises(
+        StoreError, match=r"claims 8e\+12 bytes of values in a file of \d+ bytes"
+    ):
         store.run(path.stem)
     assert [problem.path for problem in store.reindex()] == [path]
 
@@ -113,52 +129,73 @@ def test_a_file_that_claims_more_than_it_holds(store):
 @pytest.mark.parametrize(
     ("column", "change", "said"),
     [
-        ("sizes", lambda sizes: sizes | {"profile": 10**12}, "claims .* bytes of values"),
+        (
+            "sizes",
+            lambda sizes: sizes | {"profile": 10**12},
+            "claims .* bytes of values",
+        ),
         ("sizes", lambda sizes: {"profile": "x"}, "cannot be understood"),
         ("sizes", lambda sizes: [1, 2], "cannot be understood"),
     ],
 )
 def test_a_catalogue_that_claims_more_than_the_files_hold(store, column, change, said):
-    change_texts(store.catalogue.path, column, lambda text: json.dumps(change(json.loads(text))))
+    change_texts(
+        store.catalogue.path, column, lambda text: json.dumps(change(json.loads(text)))
+    )
     with pytest.raises(StoreError, match=said):
         store.open(sweep(2)).wear_depth.load()
 
 
-@pytest.mark.parametrize("dtype", ["O", "f8,(99999999,)f8", "V9999999999", "<U99999999", "object"])
+@pytest.mark.parametrize(
+    "dtype", ["O", "f8,(99999999,)f8", "V9999999999", "<U99999999", "object"]
+)
 def test_types_that_no_run_has(store, dtype):
     ((key, text),) = store.catalogue.read("SELECT key, layout FROM layouts")
     layout = json.loads(text)
     layout["variables"]["wear_depth"]["dtype"] = dtype
-    crafted(store, ("UPDATE layouts SET layout = ? WHERE key = ?", json.dumps(layout), key))
+    crafted(
+        store, ("UPDATE layouts SET layout = ? WHERE key = ?", json.dumps(layout), key)
+    )
     with pytest.raises(StoreError, match="as a type of numbers"):
         store.open(sweep(2)).wear_depth.load()
 
 
-# -- no code runs -------------------------------------------------------------------------------------------
+# -- no code runs
+# -------------------------------------------------------------------------------------------
 
 
 def test_triggers_and_views_are_refused(store, capsys):
-    crafted(store, ("CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM runs; END",))
+    crafted(
+        store, ("CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM runs; END",)
+    )
     assert status_of(["ls", "--store", str(store.path)]) == 2
-    assert "holds 1 views or triggers, which no wearlab makes" in capsys.readouterr().err
+    assert (
+        "holds 1 views or triggers, which no wearlab makes" in capsys.readouterr().err
+    )
     assert status_of(["reindex", "--store", str(store.path)]) == 0
     assert len(store.entries()) == 2
 
 
 @pytest.mark.parametrize("column", ["sizes", "digests", "summary", "scene"])
 def test_texts_that_are_no_json(store, column, capsys):
-    change_texts(store.catalogue.path, column, lambda text: "__import__('os').system('true')")
+    change_texts(
+        store.catalogue.path, column, lambda text: "__import__('os').system('true')"
+    )
     assert status_of(["show", sweep(1).cases[0].id, "--store", str(store.path)]) == 2
     assert "cannot be understood" in capsys.readouterr().err
 
 
 def test_rows_that_are_no_json(store, capsys):
-    crafted(store, ("UPDATE documents SET warnings = ?", "__import__('os').system('true')"))
+    crafted(
+        store, ("UPDATE documents SET warnings = ?", "__import__('os').system('true')")
+    )
     assert status_of(["show", sweep(1).cases[0].id, "--store", str(store.path)]) == 2
     assert "cannot be understood" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("position", ['{"variables": {"a": {}}}', '{"speed": [1]}', "[1]", "{{{", "5"])
+@pytest.mark.parametrize(
+    "position", ['{"variables": {"a": {}}}', '{"speed": [1]}', "[1]", "{{{", "5"]
+)
 def test_places_that_are_none(store, position, capsys):
     crafted(store, ("UPDATE members SET position = ?", position))
     assert status_of(["ls", "--store", str(store.path)]) == 2
@@ -207,8 +244,11 @@ BASE = 'title = "a stranger\'s"\n'
     "text",
     [
         '[[sweep]]\n"operation.speed" = { linspace = ["1 rpm", "2 rpm", 1000000000] }',
-        '[[sweep]]\n"operation.speed" = { from = "1 rpm", to = "2 rpm", n = 1000000000 }',
-        "\n".join(f'[[sweep]]\n"operation.speed" = {list(range(40))}' for _ in range(12)),
+        '[[sweep]]\n"operation.speed" = { from = "1 rpm", to = "2 rpm", n = '
+        "1000000000 }",
+        "\n".join(
+            f'[[sweep]]\n"operation.speed" = {list(range(40))}' for _ in range(12)
+        ),
         '[[sweep]]\nsample = { method = "sobol", n = 1000000000000, seed = 1 }\n'
         '"operation.torque" = { normal = { mean = "340 N*m", sd = "10 N*m" } }',
         "a = " + "[" * 20_000 + "]" * 20_000,

@@ -1,10 +1,21 @@
-"""SIGKILL at every step of saving; ``kills.py`` beside does more of it, with worker processes."""
+"""SIGKILL at every step of saving.
+
+``kills.py`` beside does more of it, with worker processes.
+"""
 
 import os
 
 import pytest
 from phases import PHASES
-from storm import begin, done, finish, kill_parent, kill_starting, kill_workers, reference
+from storm import (
+    begin,
+    done,
+    finish,
+    kill_parent,
+    kill_starting,
+    kill_workers,
+    reference,
+)
 
 pytestmark = [
     pytest.mark.slow,
@@ -13,7 +24,10 @@ pytestmark = [
 
 
 def test_a_parent_killed_at_every_step_loses_nothing(tmp_path):
-    """One store, killed at each step in turn: what was done stays done; the end is that of a quiet run."""
+    """One store, killed at each step in turn: what was done stays done.
+
+    The end is that of a quiet run.
+    """
     count = 14
     whole = reference(tmp_path / "undisturbed", count, alone=1)
     kept = {}

@@ -12,14 +12,18 @@ COUNTS = {"checkpoints": 60, "facts": 12, "bits": 12, "answers": 12}
 @pytest.fixture(scope="module")
 def planted():
     """The script beside, as a module."""
-    spec = importlib.util.spec_from_file_location("planted", Path(__file__).with_name("planted.py"))
+    spec = importlib.util.spec_from_file_location(
+        "planted", Path(__file__).with_name("planted.py")
+    )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
 
 @pytest.mark.parametrize(("kind", "count"), COUNTS.items())
-def test_what_is_planted_does_nothing_in_silence(planted, tmp_path, monkeypatch, kind, count):
+def test_what_is_planted_does_nothing_in_silence(
+    planted, tmp_path, monkeypatch, kind, count
+):
     monkeypatch.setenv("WEARLAB_CACHE", str(tmp_path / "cache"))
     tally = planted.KINDS[kind](count, random.Random(32), tmp_path)
     assert tally.faults == []

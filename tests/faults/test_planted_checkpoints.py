@@ -27,7 +27,9 @@ def pickled_command(module, name, command):
     """Return a pickle that calls a name, dotted names among them, with a command."""
     words = b"(" + b"".join(map(short_text, command)) + b"l"
     called = short_text(module) + short_text(name) + pickle.STACK_GLOBAL
-    return pickle.PROTO + b"\x04" + called + words + pickle.TUPLE1 + pickle.REDUCE + b"."
+    return (
+        pickle.PROTO + b"\x04" + called + words + pickle.TUPLE1 + pickle.REDUCE + b"."
+    )
 
 
 def planted(module, name, command):
@@ -55,7 +57,9 @@ def test_a_planted_pickle_calls_nothing(tmp_path, module, name):
             store.checkpoints.write(case.id, image, source_hash())
             with in_progress(case.id, image, lambda message: None):
                 assert fake_life.simulate(case.scene).cycle.size > 10
-            assert wearlab.run(sweep(1), store, simulate=fake_life.SIMULATE, progress=False).ok
+            assert wearlab.run(
+                sweep(1), store, simulate=fake_life.SIMULATE, progress=False
+            ).ok
     assert not witness.exists()
 
 
@@ -88,13 +92,22 @@ def test_what_no_checkpoint_holds_is_refused(stored):
 
 
 def test_keys_that_take_ages_to_hash_are_refused():
-    """Tuples within tuples, each twice, are read in no time; as a key they had taken 2^60 steps."""
-    nested = [["tuple", []], *(["tuple", [[k], [k]]] for k in range(60)), ["table", [[[60], 1]]]]
+    """Tuples within tuples, each twice, are read in no time.
+
+    As a key they had taken 2^60 steps.
+    """
+    nested = [
+        ["tuple", []],
+        *(["tuple", [[k], [k]]] for k in range(60)),
+        ["table", [[[60], 1]]],
+    ]
     with pytest.raises(CheckpointError, match="is no key of a table"):
         decoded(json.dumps({"values": nested, "root": [61]}).encode() + b"\n")
 
 
-@pytest.mark.parametrize("image", [b"", b"{}", b"[" * 100_000, b'{"values": 3, "root": [0]}\n', b"\x80\x04."])
+@pytest.mark.parametrize(
+    "image", [b"", b"{}", b"[" * 100_000, b'{"values": 3, "root": [0]}\n', b"\x80\x04."]
+)
 def test_what_is_no_checkpoint_is_refused(image):
     with pytest.raises(CheckpointError):
         decoded(image)
@@ -103,7 +116,8 @@ def test_what_is_no_checkpoint_is_refused(image):
 def test_a_checkpoint_of_another_shape_begins_anew(tmp_path):
     """Its hash is right and so is its key, but it does not hold a life."""
     (case,) = sweep(1).cases
-    images, undisturbed = [], fake_life.simulate(case.scene)
+    images = []
+    undisturbed = fake_life.simulate(case.scene)
     with in_progress(case.id, None, lambda message: images.append(message["image"])):
         fake_life.simulate(case.scene)
     head, _, rest = images[3].partition(b"\n")
@@ -118,14 +132,20 @@ def test_a_checkpoint_of_another_shape_begins_anew(tmp_path):
         life = encoded(other)
         image = json.dumps({key: len(life)}).encode() + b"\n" + life
         with in_progress(case.id, image, lambda message: None):
-            np.testing.assert_array_equal(fake_life.simulate(case.scene).wear_depth, undisturbed.wear_depth)
+            np.testing.assert_array_equal(
+                fake_life.simulate(case.scene).wear_depth, undisturbed.wear_depth
+            )
 
 
 def test_checkpoints_of_earlier_versions_begin_anew(tmp_path):
     (case,) = sweep(1).cases
     with closing(Store(tmp_path / "store")) as store:
         store.create()
-        image = pickle.dumps({hashlib.sha256(b"life").hexdigest(): pickle.dumps({"integration": {}})})
+        image = pickle.dumps(
+            {hashlib.sha256(b"life").hexdigest(): pickle.dumps({"integration": {}})}
+        )
         store.checkpoints.write(case.id, image, source_hash())
-        assert wearlab.run(sweep(1), store, simulate=fake_life.SIMULATE, progress=False).ok
+        assert wearlab.run(
+            sweep(1), store, simulate=fake_life.SIMULATE, progress=False
+        ).ok
         assert not (store.path / "checkpoints").exists()

@@ -19,7 +19,9 @@ from wearlab.store import Store, StoreError, catalogue, database
 @pytest.fixture(autouse=True)
 def alone(monkeypatch):
     """Let several cases run in this process."""
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
+    monkeypatch.setattr(
+        running._Work, "_begin", lambda self, tasks, cluster, more: None
+    )
 
 
 @pytest.fixture
@@ -50,17 +52,29 @@ def small_disk(folder, size):
 
 
 def test_a_full_disk_stops_in_order_and_the_rest_follows(tmp_path):
-    with small_disk(tmp_path / "disk", 700_000), closing(Store(tmp_path / "disk" / "store")) as store:
+    with (
+        small_disk(tmp_path / "disk", 700_000),
+        closing(Store(tmp_path / "disk" / "store")) as store,
+    ):
         with pytest.raises(StoreError, match=r"No space left on device|disk is full"):
             run(sweep(60), store)
         assert store.verify() == []
-        kept = {i: entry.sha256 for i, entry in store.entries().items() if entry.state == "done"}
+        kept = {
+            i: entry.sha256
+            for i, entry in store.entries().items()
+            if entry.state == "done"
+        }
         assert 3 < len(kept) < 60
         assert not list(store.files.folder.rglob("*.part"))
-        subprocess.run(["mount", "-o", "remount,size=20000000", str(tmp_path / "disk")], check=True)
+        subprocess.run(
+            ["mount", "-o", "remount,size=20000000", str(tmp_path / "disk")], check=True
+        )
         assert run(sweep(60), store).computed == 60 - len(kept)
         assert store.verify() == []
-        assert kept.items() <= {i: entry.sha256 for i, entry in store.entries().items()}.items()
+        assert (
+            kept.items()
+            <= {i: entry.sha256 for i, entry in store.entries().items()}.items()
+        )
 
 
 @contextmanager
@@ -88,9 +102,14 @@ def test_a_store_that_may_only_be_read_can_be_read(tmp_path, capsys):
             assert float(store.open(sweep(2)).life[0]) > 0
             assert store.verify() == []
             store.close()
-            statuses = [status_of([word, "--store", str(store.path)]) for word in ("ls", "verify", "prune")]
+            statuses = [
+                status_of([word, "--store", str(store.path)])
+                for word in ("ls", "verify", "prune")
+            ]
             assert statuses == [0, 0, 0]
-            with pytest.raises(StoreError, match=r"readonly database|cannot be written"):
+            with pytest.raises(
+                StoreError, match=r"readonly database|cannot be written"
+            ):
                 run(sweep(3), store)
             store.close()
             assert status_of(["reindex", "--store", str(store.path)]) == 2
@@ -99,13 +118,17 @@ def test_a_store_that_may_only_be_read_can_be_read(tmp_path, capsys):
             store.close()
 
 
-@pytest.mark.parametrize("name", ["my runs", "Läufe Ω 齿轮", "a#b?c=1&d%20", "quote'\"s"])
+@pytest.mark.parametrize(
+    "name", ["my runs", "Läufe Ω 齿轮", "a#b?c=1&d%20", "quote'\"s"]
+)
 def test_any_name_of_a_folder_will_do(tmp_path, name, capsys):
     with closing(Store(tmp_path / name / "store")) as store:
         assert run(sweep(2), store).ok
         assert store.verify() == []
         grid = store.open(sweep(2))
-        assert float(grid.wear_depth.isel(speed=1, update=0, flank=0, profile=0)) == 900.0
+        assert (
+            float(grid.wear_depth.isel(speed=1, update=0, flank=0, profile=0)) == 900.0
+        )
         assert grid.flank.values.tolist() == ["pinion", "gear"]
         assert store.run(sweep(2).cases[0].id).attrs["id"] == sweep(2).cases[0].id
         assert not list((store.path / "runners").iterdir())
@@ -120,7 +143,9 @@ def test_a_flipped_bit_is_found(store, place, capsys):
     content = bytearray(file.read_bytes())
     content[int(place * len(content))] ^= 4
     file.write_bytes(content)
-    assert [(problem.path, problem.kind) for problem in store.verify()] == [(file, "altered")]
+    assert [(problem.path, problem.kind) for problem in store.verify()] == [
+        (file, "altered")
+    ]
     assert status_of(["verify", "--store", str(store.path)]) == 1
     assert file.name in capsys.readouterr().out
 
@@ -145,7 +170,9 @@ def test_a_catalogue_that_was_deleted_is_made_anew(store, capsys):
     assert "is missing; 'wearlab reindex' makes it anew" in capsys.readouterr().err
     report = run(sweep(4), store)
     assert (report.computed, report.done) == (1, 4)
-    assert report.notes == ("the catalogue had gone: 3 runs were taken back from their files",)
+    assert report.notes == (
+        "the catalogue had gone: 3 runs were taken back from their files",
+    )
     assert store.verify() == []
 
 
@@ -195,8 +222,12 @@ def test_a_clock_that_was_set_back(store, monkeypatch, capsys):
     assert (report.computed, report.done) == (2, 4)
     assert run(sweep(4), store).computed == 0
     assert store.verify() == []
-    assert [member.run for member in store.catalogue.members()][:4] == [case.id for case in sweep(4).cases]
-    assert status_of(["prune", "--store", str(store.path)]) == 0  # what was asked for last counts
+    assert [member.run for member in store.catalogue.members()][:4] == [
+        case.id for case in sweep(4).cases
+    ]
+    assert (
+        status_of(["prune", "--store", str(store.path)]) == 0
+    )  # what was asked for last counts
     assert capsys.readouterr().out.startswith("0 runs can go")
 
 
@@ -224,10 +255,15 @@ def test_ctrl_c_twice_ends_at_once(tmp_path):
     import signal
 
     child = subprocess.Popen(
-        [sys.executable, "-c", TWICE], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        text=True, cwd=tmp_path,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # parallel tests run without Ctrl-C
-    )  # fmt: skip
+        [sys.executable, "-c", TWICE],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+        preexec_fn=lambda: signal.signal(
+            signal.SIGINT, signal.SIG_DFL
+        ),  # parallel tests run without Ctrl-C
+    )
     assert child.stdout.readline() == "begun\n"
     child.send_signal(signal.SIGINT)
     assert child.stdout.readline() == "farewell\n"
@@ -235,5 +271,6 @@ def test_ctrl_c_twice_ends_at_once(tmp_path):
     _, said = child.communicate(timeout=30)
     assert child.returncode == 130
     assert said == (
-        "wearlab: interrupted twice: stopped at once; finished runs are kept, run again to continue\n"
+        "wearlab: interrupted twice: stopped at once; finished runs are kept, run "
+        "again to continue\n"
     )

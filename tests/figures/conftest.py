@@ -27,7 +27,10 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
 def campaign() -> Campaign:
     """Three speeds and a static case, all there."""
     cases = [Case("base", f"{i}" * 32, {"speed": i}) for i in range(3)]
-    return Campaign((*cases, Case("static", "3" * 32)), (Axis("speed", SPEEDS, "rpm", "operation.speed"),))
+    return Campaign(
+        (*cases, Case("static", "3" * 32)),
+        (Axis("speed", SPEEDS, "rpm", "operation.speed"),),
+    )
 
 
 @pytest.fixture
@@ -53,7 +56,9 @@ def plot(store: Store, campaign: Campaign):
 def drawn(store: Store, campaign: Campaign, tmp_path: Path):
     """Return a function that draws figures of a campaign and returns the files."""
 
-    def drawing(*wishes: dict[str, Any], of: Campaign = campaign, to: str = "out") -> list[Path]:
+    def drawing(
+        *wishes: dict[str, Any], of: Campaign = campaign, to: str = "out"
+    ) -> list[Path]:
         specs = tuple(SimpleNamespace(**one) for one in wishes)
         return draw(replace(of, figures=specs), store, tmp_path / to)
 

@@ -12,7 +12,11 @@ from wearlab.figures import FigureError, draw, redraw
 from wearlab.figures.question import embedded
 from wearlab.store import Store
 
-WISH = {"kind": "max-wear", "select": {"flank": "gear", "speed": [800, 1100]}, "note": 'µ (a) \\ <b> & "c"'}
+WISH = {
+    "kind": "max-wear",
+    "select": {"flank": "gear", "speed": [800, 1100]},
+    "note": 'µ (a) \\ <b> & "c"',
+}
 CAMPAIGN = 'title = "Three speeds"  # as written\n'
 
 
@@ -51,7 +55,10 @@ def test_what_a_file_tells(ending, asked, store, tmp_path):
     (first,) = draw(asked, store, tmp_path / "one", ending)
     found = embedded(first)
     assert found["campaign"] == asked.title
-    assert found["campaign_text"] == f"# ---- speeds.toml\n{CAMPAIGN}" and len(found["campaign_hash"]) == 16
+    assert (
+        found["campaign_text"] == f"# ---- speeds.toml\n{CAMPAIGN}"
+        and len(found["campaign_hash"]) == 16
+    )
     assert json.loads(found["table"]) == WISH
     assert json.loads(found["select"]) == WISH["select"]
     assert found["runs"].split() == ["0" * 32, "3" * 32, "1" * 32]
@@ -61,7 +68,11 @@ def test_what_a_file_tells(ending, asked, store, tmp_path):
 
 def test_runs_made_by_other_code_are_stale(asked, store, tmp_path, monkeypatch):
     (first,) = draw(asked, store, tmp_path)
-    assert redraw(first, store, tmp_path / "two").stale == ("0" * 10, "1" * 10, "3" * 10)
+    assert redraw(first, store, tmp_path / "two").stale == (
+        "0" * 10,
+        "1" * 10,
+        "3" * 10,
+    )
     monkeypatch.setattr("wearlab.sources.present_hashes", lambda: ("feed",))
     assert redraw(first, store, tmp_path / "two").stale == ()
 
@@ -120,7 +131,14 @@ def test_what_is_larger_than_any_figure(store, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "spoilt", [{"table": {"kind": "../../evil"}}, {"campaign": []}, {"runs": 1}, {"format": 9}, {"points": 3}]
+    "spoilt",
+    [
+        {"table": {"kind": "../../evil"}},
+        {"campaign": []},
+        {"runs": 1},
+        {"format": 9},
+        {"points": 3},
+    ],
 )
 def test_a_hostile_question_is_refused(spoilt, asked, store, tmp_path):
     (first,) = draw(asked, store, tmp_path, "svg")
@@ -128,7 +146,9 @@ def test_a_hostile_question_is_refused(spoilt, asked, store, tmp_path):
     texts["question"] = json.dumps(json.loads(texts["question"]) | spoilt)
     escaped = json.dumps(texts).replace("&", "&amp;").replace("<", "&lt;")
     uri = "http://purl.org/dc/elements/1.1/"
-    first.write_text(f'<svg><d:description xmlns:d="{uri}">{escaped}</d:description></svg>')
+    first.write_text(
+        f'<svg><d:description xmlns:d="{uri}">{escaped}</d:description></svg>'
+    )
     with pytest.raises(FigureError, match="question cannot be read"):
         redraw(first, store, tmp_path / "out")
 

@@ -25,7 +25,9 @@ def meshes(series):
 
 def test_alike_meshes_are_drawn_once_and_the_others_named():
     names = ("sun-planet-1", "sun-planet-2", "planet-ring-1", "planet-ring-2")
-    found, notes = drawn_once([curve(name, X + (i > 1)) for i, name in enumerate(names)], ASK)
+    found, notes = drawn_once(
+        [curve(name, X + (i > 1)) for i, name in enumerate(names)], ASK
+    )
     assert meshes(found) == ["sun-planet-1", "planet-ring-1"]
     assert notes == [
         "The same, drawn once as sun-planet-1: sun-planet-2.",

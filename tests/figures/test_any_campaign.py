@@ -1,4 +1,7 @@
-"""Whatever a campaign holds is drawn with defaults: many places, samples, cases; nothing goes unsaid."""
+"""Whatever a campaign holds is drawn with defaults: many places, samples, cases.
+
+Nothing goes unsaid.
+"""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -24,7 +27,11 @@ COUNT = 30
 TORQUES = tuple(100.0 + 10.0 * i for i in range(COUNT))
 GRIDS = {}
 MODES = ("natural_frequency", "critical_speed")
-ORDINARY = [name for name, kind in KINDS.items() if name != "line" and set(kind.needs) <= set(VARIABLES)]
+ORDINARY = [
+    name
+    for name, kind in KINDS.items()
+    if name != "line" and set(kind.needs) <= set(VARIABLES)
+]
 """Kinds that draw runs, not what an update made of them."""
 
 
@@ -51,7 +58,9 @@ def many(tmp_path_factory):
 
 def swept(count, axis=None):
     axis = axis or Axis("torque", TORQUES[:count], "N*m", "operation.torque")
-    return Campaign(tuple(Case("base", f"{i:032d}", {axis.name: i}) for i in range(count)), (axis,))
+    return Campaign(
+        tuple(Case("base", f"{i:032d}", {axis.name: i}) for i in range(count)), (axis,)
+    )
 
 
 def sampled(count=COUNT):
@@ -91,7 +100,10 @@ def test_two_axes_and_two_flanks_fold_into_panels(many):
     """Was KeyError: 4, the columns."""
     plot = plot_of(many, swept(4), kind="wear-profile")
     assert (plot.rows, plot.columns) == (4, 2)
-    assert [panel.title for panel in plot.panels[:2]] == ["(a) 100 N·m, pinion", "(b) 100 N·m, gear"]
+    assert [panel.title for panel in plot.panels[:2]] == [
+        "(a) 100 N·m, pinion",
+        "(b) 100 N·m, gear",
+    ]
     assert len(plot.panels) == 8
 
 
@@ -101,12 +113,16 @@ def test_three_things_more_than_there_are_roles(many):
         Axis("ratio", (1.0, 2.0), None, "x.ratio"),
     )
     cases = tuple(
-        Case("base", f"{2 * i + j:032d}", {"torque": i, "ratio": j}) for i in range(3) for j in range(2)
+        Case("base", f"{2 * i + j:032d}", {"torque": i, "ratio": j})
+        for i in range(3)
+        for j in range(2)
     )
     plot = plot_of(many, Campaign(cases, axes), kind="wear-profile")
     curves = [curve for panel in plot.panels for curve in panel.curves]
     assert len(curves) == 3 * 2 * 2 * 3
-    assert any("100 N·m" in panel.title and "ratio 2" in panel.title for panel in plot.panels)
+    assert any(
+        "100 N·m" in panel.title and "ratio 2" in panel.title for panel in plot.panels
+    )
 
 
 def test_samples_become_bands(many):
@@ -120,7 +136,10 @@ def test_samples_become_bands(many):
 def test_many_places_get_a_bar_of_colours_instead_of_a_legend(many):
     plot = seen(many, swept(COUNT), kind="max-wear")
     assert plot.legend == () and plot.bar is not None
-    assert plot.bar.label == "torque (N·m)" and (plot.bar.low, plot.bar.high) == (100.0, 390.0)
+    assert plot.bar.label == "torque (N·m)" and (plot.bar.low, plot.bar.high) == (
+        100.0,
+        390.0,
+    )
     (panel,) = plot.panels
     assert len(panel.curves) == COUNT
     assert len({curve.pen.colour for curve in panel.curves}) == COUNT
@@ -129,7 +148,16 @@ def test_many_places_get_a_bar_of_colours_instead_of_a_legend(many):
 def test_what_has_many_places_takes_the_hue_from_what_has_few(many):
     plot = plot_of(many, swept(COUNT), kind="mesh-force")
     assert plot.bar is not None and len(plot.panels) == 3
-    assert len({curve.pen.colour for curve in plot.panels[0].curves if curve.look == "line"}) == COUNT
+    assert (
+        len(
+            {
+                curve.pen.colour
+                for curve in plot.panels[0].curves
+                if curve.look == "line"
+            }
+        )
+        == COUNT
+    )
 
 
 def test_too_many_panels_are_thinned_and_it_is_said(many):
@@ -142,23 +170,38 @@ def test_wear_states_of_runs_that_wear_differently_are_told_by_their_cycles(many
     """Were "wear state 0" to "wear state 2"."""
     plot = plot_of(many, swept(2), kind="wear-profile", select={"flank": "gear"})
     assert [entry.text.split(" (")[0] for entry in plot.legend] == [
-        "unworn", "3 million cycles", "3.03 million cycles", "100 million cycles", "101 million cycles",
-    ]  # fmt: skip
-    panels = [panel.title for panel in plot_of(many, swept(4), kind="along-path").panels]
+        "unworn",
+        "3 million cycles",
+        "3.03 million cycles",
+        "100 million cycles",
+        "101 million cycles",
+    ]
+    panels = [
+        panel.title for panel in plot_of(many, swept(4), kind="along-path").panels
+    ]
     assert panels[0] == "(a) unworn"
-    assert panels[1].startswith("(b) last state: 100 million cycles") and "103 million cycles" in panels[1]
+    assert (
+        panels[1].startswith("(b) last state: 100 million cycles")
+        and "103 million cycles" in panels[1]
+    )
 
 
 def test_wear_states_tell_hours_and_so_does_an_axis(many):
     plot = plot_of(many, swept(1), kind="wear-profile", select={"flank": "gear"})
     assert [entry.text for entry in plot.legend][1] == "3 million cycles (50 h)"
     (panel,) = plot_of(many, swept(1), kind="max-wear").panels
-    assert panel.hours == pytest.approx(1e6 / 60.0 / 1000.0)  # the axis shows millions of cycles
-    assert plot_of(many, swept(2), kind="max-wear").panels[0].hours is None  # other speeds, other hours
+    assert panel.hours == pytest.approx(
+        1e6 / 60.0 / 1000.0
+    )  # the axis shows millions of cycles
+    assert (
+        plot_of(many, swept(2), kind="max-wear").panels[0].hours is None
+    )  # other speeds, other hours
 
 
 def test_a_case_that_is_not_drawn_is_named(store, campaign, plot):
-    assert any("static" in note and "select.case" in note for note in plot(kind="tvms").notes)
+    assert any(
+        "static" in note and "select.case" in note for note in plot(kind="tvms").notes
+    )
     assert not plot(kind="tvms", select={"case": "base"}).notes
     assert not plot(kind="max-wear").notes  # draws them all
 
@@ -175,7 +218,11 @@ def test_many_cases_are_told_by_their_order(many):
     [
         ("wear-profile", "flank_deviation", "Flank deviation along the flank"),
         ("max-wear", "dynamic_factor", "Dynamic factor"),
-        ("histogram", "service_life", "Distribution of the operating time to the depth limit"),
+        (
+            "histogram",
+            "service_life",
+            "Distribution of the operating time to the depth limit",
+        ),
         ("wear-profile", "wear_depth", "Wear depth along the flank"),
     ],
 )
@@ -184,29 +231,45 @@ def test_the_title_tells_what_is_drawn(many, kind, y, title):
 
 
 def test_another_variable_must_run_along_what_the_kind_shows(many):
-    with pytest.raises(FigureError, match=r"y = 'life' does not run along profile.*kind = \"line\""):
+    with pytest.raises(
+        FigureError, match=r"y = 'life' does not run along profile.*kind = \"line\""
+    ):
         plot_of(many, swept(2), kind="wear-profile", y="life")
 
 
 def test_a_line_over_places_on_the_flank_is_of_what_runs_along_it(many):
-    with pytest.raises(FigureError, match=r"x = 'diameter' does not run along max_wear_depth; valid: "):
+    with pytest.raises(
+        FigureError, match=r"x = 'diameter' does not run along max_wear_depth; valid: "
+    ):
         plot_of(many, swept(2), kind="line", y="max_wear_depth", x="diameter")
 
 
 @pytest.mark.parametrize("figure", ["max-wear", "quantile-bands"])
 def test_over_wear_states_x_has_one_number_for_each(many, figure):
     """Was a fault of broadcasting."""
-    with pytest.raises(FigureError, match=r"x = 'diameter' is not one number per wear state; leave it out"):
+    with pytest.raises(
+        FigureError,
+        match=r"x = 'diameter' is not one number per wear state; leave it out",
+    ):
         plot_of(many, swept(4), kind=figure, x="diameter")
 
 
 def test_a_run_at_its_limit_is_not_flat():
     """Depths v·n to a limit of 1 at rates 1…99: the median ends where the fiftieth run has reached it."""
-    depth, life = Scale("depth", "um"), Scale("life", "1")
+    depth = Scale("depth", "um")
+    life = Scale("life", "1")
     run_of = QUANTILE_BANDS.series.__globals__["OfRun"]
     rates = np.arange(1.0, 100.0)
     runs = [
-        run_of({}, np.array([0.0, 1.0 / v]), np.array([0.0, 1.0]), life, depth, ended="above") for v in rates
+        run_of(
+            {},
+            np.array([0.0, 1.0 / v]),
+            np.array([0.0, 1.0]),
+            life,
+            depth,
+            ended="above",
+        )
+        for v in rates
     ]
     *_, median = QUANTILE_BANDS.joined(runs)
     assert median.x[-1] == pytest.approx(1.0 / 50.0, rel=0.1)
@@ -219,12 +282,16 @@ def test_x_is_found_by_the_key_that_was_swept(many):
     (panel,) = plot.panels
     assert panel.x_label == "Wear coefficient ($10^{-14}$\N{NO-BREAK SPACE}m²/N)"
     (curve,) = panel.curves
-    assert curve.look == "dots" and len(curve.x) == COUNT  # drawn at random: no line joins them
+    assert (
+        curve.look == "dots" and len(curve.x) == COUNT
+    )  # drawn at random: no line joins them
 
 
 def test_one_number_a_run_is_drawn_over_the_sweep(many):
     (panel,) = plot_of(many, swept(4), kind="line", y="life").panels
-    assert panel.x_label == "Torque (N·m)" and panel.curves[0].x.tolist() == list(TORQUES[:4])
+    assert panel.x_label == "Torque (N·m)" and panel.curves[0].x.tolist() == list(
+        TORQUES[:4]
+    )
 
 
 def test_sensitivity_ranks_sweeps_and_samples(many):
@@ -248,7 +315,10 @@ def test_cases_stand_beside_their_names_in_the_order_of_the_file(many):
     assert panel.names == tuple(f"{torque:g} N·m" for torque in TORQUES[:4])
     points, base = panel.curves
     np.testing.assert_allclose(points.x, [100.0, 101.0, 102.0, 103.0])
-    assert points.y.tolist() == [1.0, 2.0, 3.0, 4.0] and base.x.tolist() == [100.0, 100.0]
+    assert points.y.tolist() == [1.0, 2.0, 3.0, 4.0] and base.x.tolist() == [
+        100.0,
+        100.0,
+    ]
     assert plot.title == "Cycles to the depth limit"
     with pytest.raises(FigureError, match="cannot be told by name"):
         listed([named(number) for number in range(100)])
@@ -263,7 +333,14 @@ def test_names_on_the_abscissa_are_refused_with_a_remedy():
 def named(number):
     """Return a point of `cases` as a run yields it."""
     key = {"run": Label(str(number), str(number))}
-    return Series(key, np.array([1.0]), np.zeros(1), Scale("life", "1"), Scale("run", "1"), "points")
+    return Series(
+        key,
+        np.array([1.0]),
+        np.zeros(1),
+        Scale("life", "1"),
+        Scale("run", "1"),
+        "points",
+    )
 
 
 def test_a_fault_of_ours_in_one_figure_stops_no_other(many, monkeypatch, tmp_path):
@@ -272,7 +349,9 @@ def test_a_fault_of_ours_in_one_figure_stops_no_other(many, monkeypatch, tmp_pat
 
     monkeypatch.setitem(KINDS, "tvms", KINDS["tvms"]._replace(series=broken))
     figures = tuple(SimpleNamespace(kind=kind) for kind in ("tvms", "max-wear"))
-    with pytest.raises(FigureError, match=r"figure 1 \(tvms\): a fault of wearlab.*KeyError: 4") as caught:
+    with pytest.raises(
+        FigureError, match=r"figure 1 \(tvms\): a fault of wearlab.*KeyError: 4"
+    ) as caught:
         draw(replace(swept(3), figures=figures), many, tmp_path)
     assert [path.name for path in caught.value.drawn] == ["02-max-wear.png"]
 
@@ -297,8 +376,13 @@ def test_states_of_few_samples_are_left_out_and_it_is_said(many):
 def _with_a_state_more(data):
     more = data.isel({"update": [0, 1, 2, 2]})
     times = {"cycle": [0.0, 3e6, 5e7, 1e8], "operating_hours": [0.0, 180.0, 3e3, 6e3]}
-    new = {name: ("update", np.array(values), data[name].attrs) for name, values in times.items()}
-    return more.assign_coords(cycle=new["cycle"]).assign(operating_hours=new["operating_hours"])
+    new = {
+        name: ("update", np.array(values), data[name].attrs)
+        for name, values in times.items()
+    }
+    return more.assign_coords(cycle=new["cycle"]).assign(
+        operating_hours=new["operating_hours"]
+    )
 
 
 def test_a_set_that_turns_freely_and_one_under_a_duty_have_modes(many, tmp_path):
@@ -337,17 +421,30 @@ def test_many_speeds_of_a_response_are_thinned_and_it_is_said(many, tmp_path):
     store = Store(tmp_path / "store")
     store.create()
     data = run(1000.0).isel(response_speed=[0, 1, 2, 3, 4, 5, 5, 5])
-    speeds = ("response_speed", np.linspace(80.0, 180.0, 8), data["response_speed"].attrs)
+    speeds = (
+        "response_speed",
+        np.linspace(80.0, 180.0, 8),
+        data["response_speed"].attrs,
+    )
     put(store, f"{0:032d}", data.assign_coords(response_speed=speeds))
     plot = plot_of(store, swept(1), kind="poincare")
-    assert "6 of 8 speeds are drawn, spread over all; select.response_speed names others." in plot.notes
+    assert (
+        "6 of 8 speeds are drawn, spread over all; select.response_speed names others."
+        in plot.notes
+    )
 
 
 def test_what_is_absent_says_what_makes_it(store, campaign, plot):
-    with pytest.raises(FigureError, match=r"no selected run has dynamic_mesh_force; it takes \[dynamics\]"):
+    with pytest.raises(
+        FigureError,
+        match=r"no selected run has dynamic_mesh_force; it takes \[dynamics\]",
+    ):
         plot(kind="mesh-force", select={"case": "static"})
 
 
 def test_a_distribution_of_two_says_which_figure(many):
-    with pytest.raises(FigureError, match=r"figure 1 \(histogram\): a distribution needs at least 3 runs"):
+    with pytest.raises(
+        FigureError,
+        match=r"figure 1 \(histogram\): a distribution needs at least 3 runs",
+    ):
         plot_of(many, swept(2), kind="histogram")

@@ -19,7 +19,9 @@ PINION, GEAR = "gears.pinion.tip_relief.amount", "gears.gear.tip_relief.amount"
 
 def scene(relief, load="instant"):
     relieved = {"tip_relief": {"amount": relief * 1e-6, "length": 3e-3}}
-    return json.dumps({"gears": {"pinion": relieved, "gear": relieved}, "wear": {"load": load}})
+    return json.dumps(
+        {"gears": {"pinion": relieved, "gear": relieved}, "wear": {"load": load}}
+    )
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +34,12 @@ def store(tmp_path_factory):
         data["life"] = ((), float(index + 1), data["life"].attrs)
         put(store, f"{index}" * 32, data, scene(relief))
     data = run(1000.0)
-    put(store, "7" * 32, data.assign(life=((), 7.0, data["life"].attrs)), scene(20.0, "static"))
+    put(
+        store,
+        "7" * 32,
+        data.assign(life=((), 7.0, data["life"].attrs)),
+        scene(20.0, "static"),
+    )
     return store
 
 
@@ -41,14 +48,22 @@ def campaign():
     beside = {"amount": Coordinate(RELIEF, "um", GEAR)}
     axis = Axis("relief", RELIEF, "um", PINION, beside)
     cases = [Case("base", f"{i}" * 32, {"relief": i}) for i in range(len(RELIEF))]
-    return Campaign((*cases, Case("as built", "3" * 32), Case("light load", "7" * 32)), (axis,))
+    return Campaign(
+        (*cases, Case("as built", "3" * 32), Case("light load", "7" * 32)), (axis,)
+    )
 
 
 def test_the_grid_says_where_a_run_stands_at_its_own_place(store, campaign):
     grid = store.open(campaign)
     computed = grid["computed"]
     assert computed.sel(case="base").all()
-    assert computed.sel(case="as built").values.tolist() == [False, False, False, True, False]
+    assert computed.sel(case="as built").values.tolist() == [
+        False,
+        False,
+        False,
+        True,
+        False,
+    ]
     assert not computed.sel(case="light load").any()  # 20 µm is between two places
     own = json.loads(computed.attrs["own_values"])
     assert own["light load"] == pytest.approx({"relief": 20.0, "amount": 20.0})
@@ -72,16 +87,22 @@ def test_no_point_is_left_out_and_cases_are_lines_with_a_mark(store, campaign, x
     np.testing.assert_allclose(built.y, 4.0)
     np.testing.assert_allclose(light.y, 7.0)
     assert [entry.text for entry in plot.legend][1:] == ["as built", "light load"]
-    lines = [line for line in drawn(plot).axes[0].lines if line.get_markevery() is not None]
+    lines = [
+        line for line in drawn(plot).axes[0].lines if line.get_markevery() is not None
+    ]
     marked = [line.get_xdata()[line.get_markevery()].tolist() for line in lines]
     np.testing.assert_allclose(marked, [[25.0], [20.0]])
 
 
 def test_lines_that_coincide_are_both_seen(store, campaign):
     cases = (*campaign.cases[:-1], Case("the other oil", "3" * 32))
-    asked = read(SimpleNamespace(kind="line", y="life", x="relief", hue="case"), 1, None)
+    asked = read(
+        SimpleNamespace(kind="line", y="life", x="relief", hue="case"), 1, None
+    )
     plot, *_ = plotted(store.open(replace(campaign, cases=cases)), asked)
-    levels = [line for line in drawn(plot).axes[0].lines if line.get_markevery() is not None]
+    levels = [
+        line for line in drawn(plot).axes[0].lines if line.get_markevery() is not None
+    ]
     (first, _), (second, _) = (line._unscaled_dash_pattern for line in levels)
     assert first != second and levels[0].get_markersize() > levels[1].get_markersize()
 
@@ -90,9 +111,16 @@ def test_the_base_is_called_what_it_is(store, campaign):
     alone = replace(campaign, cases=(*campaign.cases[:5], campaign.cases[-1]))
     grid = store.open(alone)
     assert grid["case"].attrs["base"] == "instant load"
-    asked = read(SimpleNamespace(kind="line", y="life", x="relief", hue="case"), 1, None)
-    assert [entry.text for entry in plotted(grid, asked)[0].legend] == ["instant load", "light load"]
-    built = replace(campaign, cases=campaign.cases[:6])  # a case that changes nothing but the sweep
+    asked = read(
+        SimpleNamespace(kind="line", y="life", x="relief", hue="case"), 1, None
+    )
+    assert [entry.text for entry in plotted(grid, asked)[0].legend] == [
+        "instant load",
+        "light load",
+    ]
+    built = replace(
+        campaign, cases=campaign.cases[:6]
+    )  # a case that changes nothing but the sweep
     assert store.open(built)["case"].attrs["base"] == "relief swept"
 
 
@@ -112,8 +140,27 @@ def test_the_base_is_told_from_the_cases_that_change_little(tmp_path, campaign):
         Case("unloaded", "1" * 32, {"relief": 0}),
         Case("static", "2" * 32),
     )
-    assert store.open(replace(campaign, cases=cases))["case"].attrs["base"] == "loaded error"
-    put(store, "3" * 32, run(1000.0), json.dumps({"wear": given[0] | {"contact_patch": "none"}}))
-    put(store, "4" * 32, run(1000.0), json.dumps({"wear": given[0] | {"contact_patch": "elastic"}}))
-    cases = (Case("base", "3" * 32, {"relief": 0}), Case("spread", "4" * 32, {"relief": 0}))
-    assert store.open(replace(campaign, cases=cases))["case"].attrs["base"] == "no contact patch"
+    assert (
+        store.open(replace(campaign, cases=cases))["case"].attrs["base"]
+        == "loaded error"
+    )
+    put(
+        store,
+        "3" * 32,
+        run(1000.0),
+        json.dumps({"wear": given[0] | {"contact_patch": "none"}}),
+    )
+    put(
+        store,
+        "4" * 32,
+        run(1000.0),
+        json.dumps({"wear": given[0] | {"contact_patch": "elastic"}}),
+    )
+    cases = (
+        Case("base", "3" * 32, {"relief": 0}),
+        Case("spread", "4" * 32, {"relief": 0}),
+    )
+    assert (
+        store.open(replace(campaign, cases=cases))["case"].attrs["base"]
+        == "no contact patch"
+    )

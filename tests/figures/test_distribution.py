@@ -21,7 +21,10 @@ LIFE = Scale("life", "1")
 
 def sample(values, hue=None):
     key = {} if hue is None else {"speed": Label(hue, hue)}
-    return [Series(key, np.array([v]), np.zeros(1), LIFE, Scale("runs", "1")) for v in values]
+    return [
+        Series(key, np.array([v]), np.zeros(1), LIFE, Scale("runs", "1"))
+        for v in values
+    ]
 
 
 @pytest.mark.parametrize("probability", [0.05, 0.5, 0.95])
@@ -51,19 +54,29 @@ def test_every_value_is_counted_once():
 def test_a_histogram_shows_its_runs_and_their_quantiles():
     values = 1e6 * np.arange(1.0, 102.0)
     outline, *rest = HISTOGRAM.joined(sample(values))
-    edges, counts = outline.x[::2], outline.y[1:-1:2]
+    edges = outline.x[::2]
+    counts = outline.y[1:-1:2]
     assert outline.look == "area" and counts.sum() == 101
     np.testing.assert_array_equal(edges[[0, -1]], [1e6, 101e6])
     marks = [mark for one in rest for mark in one.marks]
-    assert [mark.text for mark in marks] == ["5 %", "50 %", "95 %"] and marks[1].x == 51e6
+    assert [mark.text for mark in marks] == ["5 %", "50 %", "95 %"] and marks[
+        1
+    ].x == 51e6
     assert rest[2].text == "50 %: 51 (41–61) million"
     bands = [one for one in rest if one.look == "area"]
-    assert all(one.y.min() > outline.y.max() for one in bands)  # no band is taken for a bar
-    assert all(low.x.min() <= mark.x <= low.x.max() for low, mark in zip(bands, marks, strict=True))
+    assert all(
+        one.y.min() > outline.y.max() for one in bands
+    )  # no band is taken for a bar
+    assert all(
+        low.x.min() <= mark.x <= low.x.max()
+        for low, mark in zip(bands, marks, strict=True)
+    )
 
 
 def test_samples_stay_apart_by_hue():
-    found = HISTOGRAM.joined(sample(np.arange(9.0), "slow") + sample(np.arange(9.0) + 20.0, "fast"))
+    found = HISTOGRAM.joined(
+        sample(np.arange(9.0), "slow") + sample(np.arange(9.0) + 20.0, "fast")
+    )
     outlines = [one for one in found if one.look == "area" and len(one.x) > 4]
     assert [one.key["speed"].text for one in outlines] == ["slow", "fast"]
     assert outlines[0].x.max() == 8.0 and outlines[1].x.min() == 20.0
@@ -76,11 +89,15 @@ def test_a_log_normal_sample_lies_on_its_line_and_in_its_band():
     np.testing.assert_allclose(np.sort(np.log10(values)), points.x)
     slope = np.ptp(line.y) / np.ptp(line.x)
     assert slope == pytest.approx(np.log(10.0) / 0.3, rel=0.1)
-    low, high = band.x[:400], band.x[:399:-1]
+    low = band.x[:400]
+    high = band.x[:399:-1]
     assert np.mean((low <= points.x) & (points.x <= high)) > 0.95
     bent = PROBABILITY.joined(sample(np.random.default_rng(3).random(400)))
-    low, high = bent[1].x[:400], bent[1].x[:399:-1]
-    assert np.mean((low <= bent[0].x) & (bent[0].x <= high)) < 0.7  # uniform values are none
+    low = bent[1].x[:400]
+    high = bent[1].x[:399:-1]
+    assert (
+        np.mean((low <= bent[0].x) & (bent[0].x <= high)) < 0.7
+    )  # uniform values are none
 
 
 @pytest.mark.parametrize("ended", ["above", "kept"])
@@ -89,17 +106,26 @@ def test_bands_of_runs_that_end_at_a_limit(ended):
     rates = np.arange(1.0, 100.0)
     depth = Scale("depth", "um")
     ends = np.array([0.0, 1.0])
-    runs = [OfRun({}, np.array([0.0, 1.0 / v]), ends, LIFE, depth, ended=ended) for v in rates]
+    runs = [
+        OfRun({}, np.array([0.0, 1.0 / v]), ends, LIFE, depth, ended=ended)
+        for v in rates
+    ]
     wide, narrow, median = QUANTILE_BANDS.joined(runs)
     np.testing.assert_allclose(median.y, np.minimum(1.0, 50.0 * median.x), atol=1e-12)
     half = len(wide.x) // 2
-    x, low, high = wide.x[:half], wide.y[:half], wide.y[: half - 1 : -1]
+    x = wide.x[:half]
+    low = wide.y[:half]
+    high = wide.y[: half - 1 : -1]
     early = x < 0.009
     np.testing.assert_allclose(low[early], 5.3 * x[early], rtol=0.01)
     np.testing.assert_allclose(high[early], 95.0 * x[early], rtol=0.01)
     assert (high == 1.0).any() and low[-1] == pytest.approx(1.0, abs=0.05)
-    assert narrow.y.max() <= 1.0 and x[-1] < 0.3  # the slowest 5 % of the runs are not waited for
-    assert (median.x[-1] < 0.025) == (ended == "above")  # where the median run has reached its limit
+    assert (
+        narrow.y.max() <= 1.0 and x[-1] < 0.3
+    )  # the slowest 5 % of the runs are not waited for
+    assert (median.x[-1] < 0.025) == (
+        ended == "above"
+    )  # where the median run has reached its limit
 
 
 @pytest.mark.parametrize("kind", [HISTOGRAM, PROBABILITY, QUANTILE_BANDS])

@@ -21,18 +21,26 @@ ORDINARY = [name for name, kind in KINDS.items() if set(kind.needs) <= set(VARIA
 
 
 def made(torque):
-    """Return a run of a torque [N*m] with errors; at 30 N·m no motion repeats, at 60 flanks lose contact."""
+    """Return a run of a torque [N*m] with errors.
+
+    At 30 N·m no motion repeats, at 60 flanks lose contact.
+    """
     data = run(1000.0)
     data["life"] = ((), 1e9 / torque, data["life"].attrs)
     data["service_life"] = ((), 6e7 / torque, data["service_life"].attrs)
     given = {
         "error_estimate_life": RELATIVE[torque] * 1e9 / torque,
-        "error_estimate_wear_depth": ("update", RELATIVE[torque] * np.array([0.0, 1e-6, 5e-6])),
+        "error_estimate_wear_depth": (
+            "update",
+            RELATIVE[torque] * np.array([0.0, 1e-6, 5e-6]),
+        ),
         "error_estimate_mesh_force": ("update", np.full(3, 30.0)),
         "error_estimate_mesh_force_max": ("update", np.full(3, 48.0)),
         "verdict": "aperiodic" if torque == 30.0 else "completed",
         "estimate_quality": "as usual",
-        "validity": "contact lost for 12 % of the period: outside what is known" if torque == 60.0 else "",
+        "validity": "contact lost for 12 % of the period: outside what is known"
+        if torque == 60.0
+        else "",
     }
     for name, value in given.items():
         data[name] = value if isinstance(value, tuple) else ((), value)
@@ -47,7 +55,9 @@ def grid(tmp_path_factory):
     for index, torque in enumerate(TORQUES):
         put(store, f"{index}" * 32, made(torque))
     cases = tuple(Case("base", f"{i}" * 32, {"torque": i}) for i in range(3))
-    return store.open(Campaign(cases, (Axis("torque", TORQUES, "N*m", "operation.torque"),)))
+    return store.open(
+        Campaign(cases, (Axis("torque", TORQUES, "N*m", "operation.torque"),))
+    )
 
 
 def test_a_motion_whose_error_nobody_could_tell_is_drawn(tmp_path):
@@ -73,12 +83,15 @@ def test_lives_over_a_sweep_have_bars_and_hollow_marks(grid):
     np.testing.assert_allclose(curve.y_error / curve.y, list(RELATIVE.values()))
     assert curve.doubtful.tolist() == [True, True, False]
     assert plot.notes == (
-        "Bars and bands: estimated numerical error, up to 20 %. Hollow coloured marks are in doubt: "
+        "Bars and bands: estimated numerical error, up to 20 %. Hollow coloured marks "
+        "are in doubt: "
         "30 N·m (aperiodic); 60 N·m (contact lost for 12 % of the period).",
     )
     axes = drawn(plot).axes[0]
     bars = axes.collections[0].get_segments()
-    assert len(bars) == 3 and np.ptp(bars[0][:, 1]) == pytest.approx(2 * 0.2 * curve.y[0], rel=0.01)
+    assert len(bars) == 3 and np.ptp(bars[0][:, 1]) == pytest.approx(
+        2 * 0.2 * curve.y[0], rel=0.01
+    )
     hollow = [line for line in axes.lines if line.get_markerfacecolor() == "white"]
     assert [line.get_xdata().tolist() for line in hollow] == [[30.0, 60.0]]
 
@@ -93,18 +106,26 @@ def test_cases_show_both_along_x(grid):
 
 def test_errors_are_those_of_the_wear_state_and_the_factor(grid):
     wear = plot_of(grid, kind="max-wear").panels[0].curves[0]
-    assert (wear.y_error[1:] / wear.y[1:]).tolist() == pytest.approx([0.2 / 1.0, 0.2 * 5.0 / 4.0])
+    assert (wear.y_error[1:] / wear.y[1:]).tolist() == pytest.approx(
+        [0.2 / 1.0, 0.2 * 5.0 / 4.0]
+    )
     factor = error_of(made(90.0), "dynamic_factor")
     np.testing.assert_allclose(factor, 0.01)
     np.testing.assert_allclose(error_of(made(90.0), "mesh_force_max"), 48.0)
     np.testing.assert_allclose(error_of(made(90.0), "mesh_force_min"), 30.0)
     forces = plot_of(grid, kind="mesh-force").panels[0].curves
-    assert any(c.y_error is not None and np.allclose(c.y_error, 30.0) for c in forces if c.look == "line")
+    assert any(
+        c.y_error is not None and np.allclose(c.y_error, 30.0)
+        for c in forces
+        if c.look == "line"
+    )
 
 
 def test_a_bar_ends_at_zero_and_small_errors_are_said_alone(grid):
     plot = plot_of(grid, kind="scatter", y="life", x="torque", select={"torque": 90})
-    assert plot.notes == ("Estimated numerical error, up to 0.0001 %: too small to be seen.",)
+    assert plot.notes == (
+        "Estimated numerical error, up to 0.0001 %: too small to be seen.",
+    )
     assert not drawn(plot).axes[0].collections
 
 
@@ -120,9 +141,17 @@ def test_spectra_in_doubt_are_not_covered_by_their_marks(grid):
     """Was a mark at every order of every spectrum, which hid the peaks."""
     plot = plot_of(grid, kind="waterfall", select={"torque": 30})
     (curve, *_) = plot.panels[0].curves
-    long = replace(curve, x=np.arange(1000.0), y=np.ones(1000), doubtful=np.ones(1000, bool), runs=None)
+    long = replace(
+        curve,
+        x=np.arange(1000.0),
+        y=np.ones(1000),
+        doubtful=np.ones(1000, bool),
+        runs=None,
+    )
     panel = plot.panels[0]._replace(curves=(long,))
-    _, marks = drawn(plot._replace(panels=(panel,), rows=1, columns=1)).axes[0].lines[:2]
+    _, marks = (
+        drawn(plot._replace(panels=(panel,), rows=1, columns=1)).axes[0].lines[:2]
+    )
     assert len(marks.get_xdata()) < 12
 
 
@@ -132,10 +161,19 @@ def test_a_firm_run_without_estimates_says_nothing(plot):
 
 def test_every_estimate_is_declared():
     assert {*ESTIMATES.values()} <= set(VARIABLES)
-    named = {name.removeprefix("error_estimate_") for name in VARIABLES if name.startswith("error_estimate_")}
+    named = {
+        name.removeprefix("error_estimate_")
+        for name in VARIABLES
+        if name.startswith("error_estimate_")
+    }
     assert named & set(VARIABLES) <= set(ESTIMATES)
     assert doubts(made(90.0)) == ()
 
 
 def test_large_shares_are_written_out():
-    assert [doubt._percent(x) for x in (2.6, 0.9987, 0.093, 1e-6)] == ["260", "100", "9.3", "0.0001"]
+    assert [doubt._percent(x) for x in (2.6, 0.9987, 0.093, 1e-6)] == [
+        "260",
+        "100",
+        "9.3",
+        "0.0001",
+    ]

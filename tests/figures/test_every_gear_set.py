@@ -14,9 +14,17 @@ from wearlab.figures.render import rendered
 BASE = Path(wl.__file__).parents[1] / "campaigns" / "base"
 SPUR, INTERNAL, NGW, FRICTION = (
     str(BASE / f"{name}.toml")
-    for name in ("spur_50_50", "internal_40_100", "planetary_ngw11", "planetary_friction")
+    for name in (
+        "spur_50_50",
+        "internal_40_100",
+        "planetary_ngw11",
+        "planetary_friction",
+    )
 )
-WEAR = {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}, "until": {"cycles": 1e6}}
+WEAR = {
+    "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
+    "until": {"cycles": 1e6},
+}
 STATIC = {**WEAR, "load": "static"}
 DUTY = [
     {"torque": "150 N*m", "speed": "1500 rpm", "share": 0.4},
@@ -49,12 +57,22 @@ CAMPAIGNS = {
         "sweep": [
             {
                 "sample": {"method": "sobol", "n": 16, "seed": 1},
-                "wear.coefficient.value": {"lognormal": {"median": "1e-18 m^2/N", "cov": 0.5}},
+                "wear.coefficient.value": {
+                    "lognormal": {"median": "1e-18 m^2/N", "cov": 0.5}
+                },
             }
         ],
     },
-    "duty": {"extends": SPUR, "operation": {"duty": DUTY}, "wear": {"until": {"cycles": 1e6}}},
-    "stages": {"extends": SPUR, "operation": {"stage": STAGES}, "wear": {"until": {"cycles": 1e6}}},
+    "duty": {
+        "extends": SPUR,
+        "operation": {"duty": DUTY},
+        "wear": {"until": {"cycles": 1e6}},
+    },
+    "stages": {
+        "extends": SPUR,
+        "operation": {"stage": STAGES},
+        "wear": {"until": {"cycles": 1e6}},
+    },
     "averaged errors": {
         "extends": SPUR,
         "errors": {"seed": 1, "pinion": ERRORS, "gear": ERRORS},
@@ -94,7 +112,9 @@ CAMPAIGNS = {
         "wear": {**WEAR, "until": {"cycles": 1e4}},
     },
 }
-ORDINARY = [name for name, kind in KINDS.items() if kind.of == "runs" and name != "line"]
+ORDINARY = [
+    name for name, kind in KINDS.items() if kind.of == "runs" and name != "line"
+]
 
 
 @pytest.fixture(scope="module")
@@ -112,9 +132,13 @@ def test_each_kind_is_drawn_or_says_why_not(name, folder):
         try:
             plot = plotted(grid, read(SimpleNamespace(kind=kind), 1, None))[0]
         except FigureError as error:
-            assert str(error).startswith(f"figure 1 ({kind}): ") and "\n" not in str(error)
+            assert str(error).startswith(f"figure 1 ({kind}): ") and "\n" not in str(
+                error
+            )
             continue
         assert rendered(plot, {})[:4] == b"\x89PNG"
-        assert all(len(curve.x) for panel in plot.panels for curve in panel.curves), kind
+        assert all(len(curve.x) for panel in plot.panels for curve in panel.curves), (
+            kind
+        )
         drawn += 1
     assert drawn >= 4

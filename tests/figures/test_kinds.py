@@ -22,16 +22,24 @@ def titles(plot):
 def test_stiffness_through_an_engagement(plot):
     one = plot(kind="tvms", select={"case": "static"})
     assert len(one.panels) == 1
-    assert named(one) == ["unworn", "3 million cycles (50 h)", "100 million cycles (1,670 h)"]
+    assert named(one) == [
+        "unworn",
+        "3 million cycles (50 h)",
+        "100 million cycles (1,670 h)",
+    ]
     (panel,) = one.panels
     assert panel.y_label == "Mesh stiffness (N/µm)"
     curve = panel.curves[2]
     assert curve.x[-1] == 1.75
     np.testing.assert_allclose(curve.y[0], 320.0)
-    np.testing.assert_allclose(curve.y[17], 320.0 + 1 / 16)  # the second mesh cycle repeats the first
+    np.testing.assert_allclose(
+        curve.y[17], 320.0 + 1 / 16
+    )  # the second mesh cycle repeats the first
     assert curve.y[-1] == curve.y[-2]
     marks = {mark.text: mark.x for mark in panel.marks}
-    assert marks == pytest.approx({"A": 0.0, "B": 0.75, "C": 0.875, "D": 1.0, "E": 1.75})
+    assert marks == pytest.approx(
+        {"A": 0.0, "B": 0.75, "C": 0.875, "D": 1.0, "E": 1.75}
+    )
 
 
 def test_one_period_when_x_is_phase(plot):
@@ -50,7 +58,9 @@ def test_a_panel_for_each_speed(plot):
 
 def test_a_response_of_fewer_periods_is_repeated(plot):
     """The first state has period one, the last has two: no gap, and nothing invented."""
-    first, _, last, *_ = (c for c in plot(kind="mesh-force").panels[0].curves if c.look == "line")
+    first, _, last, *_ = (
+        c for c in plot(kind="mesh-force").panels[0].curves if c.look == "line"
+    )
     np.testing.assert_array_equal(first.y[:16], first.y[16:])
     assert not np.array_equal(last.y[:16], last.y[16:])
     assert np.isfinite(first.y).all()
@@ -90,14 +100,21 @@ def test_units_asked_for(plot):
 
 def test_harmonics_stop_at_the_third(plot):
     one = plot(kind="dte-harmonics")
-    assert named(one) == ["RMS of the fluctuation", "1st harmonic", "2nd harmonic", "3rd harmonic"]
+    assert named(one) == [
+        "RMS of the fluctuation",
+        "1st harmonic",
+        "2nd harmonic",
+        "3rd harmonic",
+    ]
     assert len(one.panels) == 3
     stiffness = plot(kind="stiffness-harmonics", select={"speed": 1100})
     assert [panel.y_label for panel in stiffness.panels] == [
         "Mean stiffness (N/µm)",
         "Stiffness fluctuation (N/µm)",
     ]
-    np.testing.assert_allclose(stiffness.panels[0].curves[0].x, [0.0, 2.2, 5.5])  # the flank worn most
+    np.testing.assert_allclose(
+        stiffness.panels[0].curves[0].x, [0.0, 2.2, 5.5]
+    )  # the flank worn most
 
 
 def test_orbits_close_and_bear_their_points(plot):
@@ -117,7 +134,9 @@ def test_wear_profiles_keep_their_steps(plot):
     curve = one.panels[0].curves[0]
     assert curve.x.tolist() == [-7, -3, -1, -1, 0, 1, 1, 4, 7]
     assert [mark.text for mark in one.panels[0].marks] == list("ABCDE")
-    assert plot(kind="wear-profile", x="roll_angle").panels[0].x_label == "Roll angle (°)"
+    assert (
+        plot(kind="wear-profile", x="roll_angle").panels[0].x_label == "Roll angle (°)"
+    )
 
 
 def test_a_row_for_each_quantity_along_the_path(plot):
@@ -142,7 +161,9 @@ def test_one_pair_through_its_engagement(plot, store, campaign):
 def test_campbell(plot):
     (panel,) = plot(kind="natural-modes").panels
     for order, curve in enumerate(panel.curves[:4], 1):
-        assert curve.y[1] / curve.x[1] == pytest.approx(order * 50 / 60)  # teeth per revolution, rpm to Hz
+        assert curve.y[1] / curve.x[1] == pytest.approx(
+            order * 50 / 60
+        )  # teeth per revolution, rpm to Hz
     levels = {float(c.y[0]) for c in panel.curves if c.look == "reference"}
     assert levels == {2000.0, 3000.0, 4000.0}
     at = {float(c.x[0]) for c in panel.curves if c.look == "points" and len(c.x)}
@@ -150,7 +171,12 @@ def test_campbell(plot):
 
 
 def test_line_over_a_sweep(plot):
-    one = plot(kind="line", y="max_wear_depth", x="speed", select={"cycle": 9e7, "flank": "pinion"})
+    one = plot(
+        kind="line",
+        y="max_wear_depth",
+        x="speed",
+        select={"cycle": 9e7, "flank": "pinion"},
+    )
     (panel,) = one.panels
     assert panel.x_label == "Speed (rpm)"
     swept, level = panel.curves
@@ -162,11 +188,17 @@ def test_line_over_a_sweep(plot):
 
 def test_roles_asked_for(plot):
     one = plot(kind="mesh-force", cols="update", hue="speed")
-    assert titles(one) == ["(a) unworn", "(b) 3 million cycles", "(c) 100 million cycles"]
+    assert titles(one) == [
+        "(a) unworn",
+        "(b) 3 million cycles",
+        "(c) 100 million cycles",
+    ]
     assert named(one)[:3] == ["800 rpm", "1100 rpm", "3720 rpm"]
 
 
-def test_an_abscissa_with_a_dimension_of_its_own_gives_a_panel_for_each_place(plot, store):
+def test_an_abscissa_with_a_dimension_of_its_own_gives_a_panel_for_each_place(
+    plot, store
+):
     """Was drawn over the phase, silently: both members have a contact angle, the pair has one stiffness."""
     select = {"case": "base", "speed": 800, "update": 0, "pair": 1}
     shown = plot(kind="line", y="pair_stiffness", x="contact_angle", select=select)

@@ -26,7 +26,11 @@ def ended(tmp_path_factory):
     store = Store(tmp_path_factory.mktemp("ended") / "store")
     store.create()
     for index, speed in enumerate(SPEEDS):
-        data = run(speed).drop_vars(["life", "service_life"]).assign(end_reason=((), "work limit"))
+        data = (
+            run(speed)
+            .drop_vars(["life", "service_life"])
+            .assign(end_reason=((), "work limit"))
+        )
         put(store, f"{index}" * 32, data)
         put(store, f"{index + 5}" * 32, run(speed).assign(end_reason=((), "depth")))
     axis = (Axis("speed", SPEEDS, "rpm", "operation.speed"),)
@@ -38,14 +42,22 @@ def ended(tmp_path_factory):
 def test_a_life_that_ended_otherwise_says_by_what(ended):
     store, campaign, _ = ended
     grid = store.open(campaign)
-    with pytest.raises(FigureError, match=r"no selected run has life: .*\(3 by work limit\)"):
+    with pytest.raises(
+        FigureError, match=r"no selected run has life: .*\(3 by work limit\)"
+    ):
         plotted(grid, asked(kind="line", y="life", x="speed", select={"case": "base"}))
 
 
 def test_the_only_case_drawn_keeps_its_name(ended, tmp_path):
     store, campaign, base = ended
     (tmp_path / "points.csv").write_text("x [rpm],y\n800,1\n", encoding="utf-8")
-    wishes = {"kind": "line", "y": "life", "x": "speed", "hue": "case", "published": tmp_path / "points.csv"}
+    wishes = {
+        "kind": "line",
+        "y": "life",
+        "x": "speed",
+        "hue": "case",
+        "published": tmp_path / "points.csv",
+    }
     lost = [replace(case, id="e" * 32) for case in base]
     holed = replace(campaign, cases=(*lost, *campaign.cases[3:]))
     plot, _, missing = plotted(store.open(holed), asked(**wishes))
@@ -56,17 +68,22 @@ def test_the_only_case_drawn_keeps_its_name(ended, tmp_path):
 def test_a_hue_of_cases_that_were_dropped_is_left_out_and_said(ended):
     store, campaign, _ = ended
     alone = store.open(replace(campaign, cases=campaign.cases[:3]))
-    plot, _, _ = plotted(alone, asked(kind="line", y="worn_mass", x="speed", hue="case"))
+    plot, _, _ = plotted(
+        alone, asked(kind="line", y="worn_mass", x="speed", hue="case")
+    )
     assert any("hue = 'case' tells nothing apart here" in note for note in plot.notes)
 
 
 def test_published_points_are_hollow_and_larger_than_ours():
-    published, ours = strokes(Pen("#000000", "", "o"), "published"), strokes(Pen("#000000"), "points")
+    published = strokes(Pen("#000000", "", "o"), "published")
+    ours = strokes(Pen("#000000"), "points")
     assert published["mfc"] == "none" and published["ms"] > ours["ms"]
 
 
 def test_the_outer_words_of_parallel_axes_stay_within_the_figure():
-    marks = tuple(Mark(float(at), f"cycles to the depth limit\n{at} … 9") for at in range(3))
+    marks = tuple(
+        Mark(float(at), f"cycles to the depth limit\n{at} … 9") for at in range(3)
+    )
     assert _sides(Panel(0, 0, "", "", "", (), marks), 1) == ["left", "center", "right"]
 
 
@@ -81,7 +98,10 @@ def test_what_a_killed_process_left_is_interrupted(ended, tmp_path):
 
 
 def test_a_key_that_is_no_axis_is_answered_by_the_axis_of_its_sweep(plot, ended):
-    with pytest.raises(FigureError, match=r"the sweep of operation.speed is called 'speed'; valid: .*speed"):
+    with pytest.raises(
+        FigureError,
+        match=r"the sweep of operation.speed is called 'speed'; valid: .*speed",
+    ):
         plot(kind="max-wear", hue="operation")
 
 
@@ -89,7 +109,12 @@ def test_a_legend_of_numbers_says_what_they_are_and_one_of_names_does_not(plot):
     wear = plot(kind="max-wear")
     assert wear.legend[0].text == "800 rpm" and wear.headed[0].text == "speed: 800 rpm"
     assert wear.headed[1:] == wear.legend[1:]
-    assert plot(kind="wear-profile", hue="update", select={"speed": 800, "flank": "pinion"}).head == ""
+    assert (
+        plot(
+            kind="wear-profile", hue="update", select={"speed": 800, "flank": "pinion"}
+        ).head
+        == ""
+    )
 
 
 def test_no_row_of_panels_stands_empty(plot):
@@ -98,20 +123,32 @@ def test_no_row_of_panels_stands_empty(plot):
     one = plot(**wishes, select={"case": ["base", "static"], "flank": "pinion"})
     assert {panel.row for panel in one.panels} == {*range(one.rows)}
     assert {panel.column for panel in one.panels} == {*range(one.columns)}
-    assert all(panel.curves for panel in one.panels) and any("static" in p.title for p in one.panels)
+    assert all(panel.curves for panel in one.panels) and any(
+        "static" in p.title for p in one.panels
+    )
 
 
 def test_one_dimension_cannot_have_two_roles(plot):
-    with pytest.raises(FigureError, match=r"rows and cols both are 'speed': leave one of them out"):
+    with pytest.raises(
+        FigureError, match=r"rows and cols both are 'speed': leave one of them out"
+    ):
         plot(kind="wear-profile", rows="speed", cols="speed")
 
 
 def test_what_is_meant_is_told_by_whole_words_and_long_lists_are_not_told():
     """Was 'did you mean sun-planet-3' of sun-planet, and 180 names behind 'did you mean diameter'."""
     meshes = ["sun-planet-1", "sun-planet-2", "planet-ring-1"]
-    assert choices("sun-planet", meshes).startswith("did you mean 'sun-planet-1' or 'sun-planet-2'? valid: ")
-    assert choices("diameter [mm]", ["diameter", *map(str, range(50))]) == "did you mean 'diameter'?"
-    assert no_axis("wear state", {}, ["update", "flank"]) == "wear state is called 'update'"
-    assert unknown_key("crowning", ["lead_crowning", "mass", "profile_crowning"]).endswith(
-        "did you mean 'lead_crowning' or 'profile_crowning'?"
+    assert choices("sun-planet", meshes).startswith(
+        "did you mean 'sun-planet-1' or 'sun-planet-2'? valid: "
     )
+    assert (
+        choices("diameter [mm]", ["diameter", *map(str, range(50))])
+        == "did you mean 'diameter'?"
+    )
+    assert (
+        no_axis("wear state", {}, ["update", "flank"])
+        == "wear state is called 'update'"
+    )
+    assert unknown_key(
+        "crowning", ["lead_crowning", "mass", "profile_crowning"]
+    ).endswith("did you mean 'lead_crowning' or 'profile_crowning'?")

@@ -1,4 +1,7 @@
-"""y_as: curves less the first one, values on a logarithmic axis; axes without zero are marked."""
+"""y_as: curves less the first one, values on a logarithmic axis.
+
+Axes without zero are marked.
+"""
 
 from dataclasses import replace
 
@@ -16,8 +19,15 @@ from wearlab.figures.wording import Label
 
 
 def series(hue: str, y: list[float]) -> Series:
-    across, up = Scale("Phase", ""), Scale("Mesh stiffness", "N/µm")
-    return Series({"speed": Label(hue, hue)}, np.linspace(0.0, 1.0, len(y)), np.array(y), across, up)
+    across = Scale("Phase", "")
+    up = Scale("Mesh stiffness", "N/µm")
+    return Series(
+        {"speed": Label(hue, hue)},
+        np.linspace(0.0, 1.0, len(y)),
+        np.array(y),
+        across,
+        up,
+    )
 
 
 def test_the_first_curve_is_taken_from_all_even_on_other_abscissae() -> None:
@@ -28,19 +38,31 @@ def test_the_first_curve_is_taken_from_all_even_on_other_abscissae() -> None:
     )
     np.testing.assert_allclose(found[0].y, 0.0)
     np.testing.assert_allclose(found[1].y, 0.5)
-    assert found[1].up.label == "change of mesh stiffness" and found[1].up.units == "N/µm"
+    assert (
+        found[1].up.label == "change of mesh stiffness" and found[1].up.units == "N/µm"
+    )
     assert "1 rpm" in notes[0] and "from 1 to 3" in notes[0]
 
 
 def test_what_cannot_be_drawn_so_is_refused_with_the_reason() -> None:
     with pytest.raises(FigureError, match="needs a second curve"):
         from_first([series("1 rpm", [1.0, 2.0])], {}, Ask("tvms", "01"))
-    with pytest.raises(FigureError, match="needs a second curve"):  # a mean beside harmonics
+    with pytest.raises(
+        FigureError, match="needs a second curve"
+    ):  # a mean beside harmonics
         mean = replace(series("1 rpm", [1.0, 2.0]), key={})
-        from_first([mean, series("1 rpm", [1.0, 2.0])], {"hue": "speed"}, Ask("01", "ste-harmonics"))
+        from_first(
+            [mean, series("1 rpm", [1.0, 2.0])],
+            {"hue": "speed"},
+            Ask("01", "ste-harmonics"),
+        )
     orbit = replace(series("1 rpm", [1.0, 2.0, 1.0]), x=np.array([0.0, 1.0, 0.5]))
     with pytest.raises(FigureError, match=r"01: .*turns back"):
-        from_first([orbit, series("2 rpm", [1.0, 2.0])], {"hue": "speed"}, Ask("01", "phase-plane"))
+        from_first(
+            [orbit, series("2 rpm", [1.0, 2.0])],
+            {"hue": "speed"},
+            Ask("01", "phase-plane"),
+        )
     with pytest.raises(FigureError, match="must be above 0"):
         require_positive([series("1 rpm", [1.0, 0.0])], Ask("tvms", "01"))
 
@@ -56,9 +78,12 @@ def test_either_way_of_drawing_is_another_picture(drawn) -> None:
 
 
 @pytest.mark.parametrize(
-    ("limits", "strokes"), [((0.0, 2.0), 0), ((-1.0, 1.0), 0), ((1.0, 2.0), 2), ((-2.0, -1.0), 2)]
+    ("limits", "strokes"),
+    [((0.0, 2.0), 0), ((-1.0, 1.0), 0), ((1.0, 2.0), 2), ((-2.0, -1.0), 2)],
 )
-def test_an_axis_without_zero_is_marked(limits: tuple[float, float], strokes: int) -> None:
+def test_an_axis_without_zero_is_marked(
+    limits: tuple[float, float], strokes: int
+) -> None:
     ax = Figure().subplots()
     ax.set_ylim(*limits)
     _mark_truncated(ax)
@@ -66,10 +91,17 @@ def test_an_axis_without_zero_is_marked(limits: tuple[float, float], strokes: in
 
 
 def test_panels_that_share_an_axis_show_what_is_negative_in_any_of_them() -> None:
-    """The bearings of two gears push opposite ways; an axis that begins at zero would hide one."""
+    """The bearings of two gears push opposite ways.
+
+    An axis that begins at zero would hide one.
+    """
     x = np.linspace(0.0, 1.0, 5)
-    curves = [Curve(x, sign * (1.0 + x), Pen("#000000"), "line") for sign in (1.0, -1.0)]
-    panels = tuple(Panel(row, 0, "", "x", "y", (curve,)) for row, curve in enumerate(curves))
+    curves = [
+        Curve(x, sign * (1.0 + x), Pen("#000000"), "line") for sign in (1.0, -1.0)
+    ]
+    panels = tuple(
+        Panel(row, 0, "", "x", "y", (curve,)) for row, curve in enumerate(curves)
+    )
     figure = figure_of(Plot("", panels, 2, 1))
     for axes in figure.axes[:2]:
         low, high = axes.get_ylim()

@@ -26,16 +26,23 @@ def axes():
 
 def text_sizes(figure):
     return {
-        text.get_text(): text.get_size() for text in figure.findobj(matplotlib.text.Text) if text.get_text()
+        text.get_text(): text.get_size()
+        for text in figure.findobj(matplotlib.text.Text)
+        if text.get_text()
     }
 
 
 def test_a_figure_goes_into_axes_that_are_given(grid, axes):
     figure = wl.figure(grid, "max-wear", ax=axes[0])
     assert figure is axes[0].figure and len(axes[0].lines) == 4 and not axes[1].lines
-    assert axes[0].get_xlabel().startswith("Wear cycles") and len(axes[0].get_legend().get_texts()) == 4
+    assert (
+        axes[0].get_xlabel().startswith("Wear cycles")
+        and len(axes[0].get_legend().get_texts()) == 4
+    )
     wl.figure(grid, "mesh-force", ax=axes)
-    assert [ax.get_title(loc="left") or ax.get_title() for ax in axes][1].startswith("(b) 1100")
+    assert [ax.get_title(loc="left") or ax.get_title() for ax in axes][1].startswith(
+        "(b) 1100"
+    )
 
 
 def test_axes_must_be_as_many_as_panels(grid, axes):
@@ -44,27 +51,36 @@ def test_axes_must_be_as_many_as_panels(grid, axes):
 
 
 def test_text_grows_with_the_size(grid):
-    small, large = (wl.figure(grid, "max-wear", size=width) for width in (5.0, 10.0))
+    small = wl.figure(grid, "max-wear", size=5.0)
+    large = wl.figure(grid, "max-wear", size=10.0)
     assert small.get_figwidth() == 5.0 and large.get_figwidth() == 10.0
     assert large.get_figheight() == pytest.approx(2.0 * small.get_figheight(), rel=1e-6)
-    one, two = text_sizes(small), text_sizes(large)
-    assert two["Largest wear depth (µm)"] == pytest.approx(2.0 * one["Largest wear depth (µm)"])
+    one = text_sizes(small)
+    two = text_sizes(large)
+    assert two["Largest wear depth (µm)"] == pytest.approx(
+        2.0 * one["Largest wear depth (µm)"]
+    )
     exact = wl.figure(grid, "max-wear", size=(5.0, 4.5))
     assert exact.get_size_inches().tolist() == [5.0, 4.5]
 
 
 def test_what_the_reader_has_set_holds_and_files_stay_as_they_are(grid, plot):
     before = rendered(plot(kind="max-wear"), {})
-    with plt.rc_context({"font.size": 13.0, "font.serif": ["DejaVu Serif"], "lines.linewidth": 3.0}):
+    with plt.rc_context(
+        {"font.size": 13.0, "font.serif": ["DejaVu Serif"], "lines.linewidth": 3.0}
+    ):
         figure = wl.figure(grid, "max-wear", size=4.0)
-        assert text_sizes(figure)["Largest wear depth (µm)"] == 13.0  # set by hand: not scaled
+        assert (
+            text_sizes(figure)["Largest wear depth (µm)"] == 13.0
+        )  # set by hand: not scaled
         assert figure.axes[0].yaxis.label.get_family() == ["sans-serif"]
         assert figure.axes[0].lines[0].get_linewidth() == 3.0
         assert rendered(plot(kind="max-wear"), {}) == before
 
 
 def test_an_empty_title_is_no_title(grid, drawn):
-    with_title, without = (wl.figure(grid, "max-wear", title=title) for title in (None, ""))
+    with_title = wl.figure(grid, "max-wear", title=None)
+    without = wl.figure(grid, "max-wear", title="")
     assert without.get_figheight() < with_title.get_figheight()
     assert "Largest wear depth" not in text_sizes(without)
     one, other = drawn({"kind": "max-wear"}, {"kind": "max-wear", "title": ""})
@@ -73,12 +89,21 @@ def test_an_empty_title_is_no_title(grid, drawn):
 
 def test_texts_become_latex():
     assert latex("50 % of 20 µm, a_b") == r"50 \% of 20 $\mu$m, a\_b"
-    assert latex("Depth ($10^{-3}$ m²/N)") == r"Depth ($10^{-3}$ m²/N)".replace("²", "$^{2}$")
+    assert latex("Depth ($10^{-3}$ m²/N)") == r"Depth ($10^{-3}$ m²/N)".replace(
+        "²", "$^{2}$"
+    )
 
 
 def panel(column, end):
     x = np.linspace(0.0, end, 20)
-    return Panel(0, column, "", "Mesh periods", "Force (N)", (Curve(x, x, Pen("#000000"), "line"),))
+    return Panel(
+        0,
+        column,
+        "",
+        "Mesh periods",
+        "Force (N)",
+        (Curve(x, x, Pen("#000000"), "line"),),
+    )
 
 
 def test_a_panel_of_many_periods_squeezes_no_other():
@@ -90,23 +115,46 @@ def test_a_panel_of_many_periods_squeezes_no_other():
 
 
 def test_a_waterfall_over_wear(plot):
-    (shown, *_) = plot(kind="waterfall", y="mesh_deflection_orders", select={"speed": 800}).panels
-    assert shown.y_label.startswith("Wear cycles; highest peak") and len(shown.curves) == 3
+    (shown, *_) = plot(
+        kind="waterfall", y="mesh_deflection_orders", select={"speed": 800}
+    ).panels
+    assert (
+        shown.y_label.startswith("Wear cycles; highest peak") and len(shown.curves) == 3
+    )
     starts = [float(curve.y.min()) for curve in shown.curves]
     assert starts == sorted(starts)
-    (whole, *_) = plot(kind="waterfall", y="dte_harmonics", select={"speed": 800}).panels
+    (whole, *_) = plot(
+        kind="waterfall", y="dte_harmonics", select={"speed": 800}
+    ).panels
     assert whole.curves[0].x.size == 3 * 5  # five orders, each a peak of its own
 
 
 def test_a_bifurcation_over_a_sweep_and_over_wear(plot):
-    over = plot(kind="bifurcation", y="poincare_deflection", x="speed", select={"update": -1})
+    over = plot(
+        kind="bifurcation", y="poincare_deflection", x="speed", select={"update": -1}
+    )
     (curve,) = over.panels[0].curves
     assert over.panels[0].x_label == "Speed (rpm)" and curve.look in ("points", "dots")
-    assert curve.x.tolist() == [800.0, 800.0, 1100.0, 1100.0, 3720.0, 3720.0]  # of period two
-    worn = plot(kind="bifurcation", y="poincare_deflection", x="cycle", select={"speed": 800})
-    assert worn.panels[0].x_label.startswith("Wear cycles") and len(worn.panels[0].curves[0].x) == 1 + 1 + 2
+    assert curve.x.tolist() == [
+        800.0,
+        800.0,
+        1100.0,
+        1100.0,
+        3720.0,
+        3720.0,
+    ]  # of period two
+    worn = plot(
+        kind="bifurcation", y="poincare_deflection", x="cycle", select={"speed": 800}
+    )
+    assert (
+        worn.panels[0].x_label.startswith("Wear cycles")
+        and len(worn.panels[0].curves[0].x) == 1 + 1 + 2
+    )
     deeper = {"kind": "bifurcation", "y": "poincare_deflection", "x": "max_wear_depth"}
-    with pytest.raises(FigureError, match="x = 'max_wear_depth' has several values there: select a flank"):
+    with pytest.raises(
+        FigureError,
+        match="x = 'max_wear_depth' has several values there: select a flank",
+    ):
         plot(**deeper, select={"speed": 800})  # was an IndexError of numpy
     worn = plot(**deeper, select={"speed": 800, "flank": "pinion"})
     assert worn.panels[0].x_label.startswith("Largest wear depth")
@@ -116,4 +164,7 @@ def test_orders_are_stems(plot):
     orders = plot(kind="orders", select={"speed": 800})
     (shown,) = orders.panels
     assert {curve.look for curve in shown.curves} == {"stem"} and len(shown.curves) == 3
-    assert drawn(orders).axes[0].collections[0].get_segments()[0][0].tolist() == [1.0, 0.0]
+    assert drawn(orders).axes[0].collections[0].get_segments()[0][0].tolist() == [
+        1.0,
+        0.0,
+    ]

@@ -16,28 +16,40 @@ def table(tmp_path):
 
 def test_points_in_their_units_and_the_colour_of_their_hue(plot, table):
     path = table(
-        "# Fig. 13, read by eye\nx [million cycles], y [mm], hue\n3, 0.002, 800\n100, 0.01, 1100 rpm\n"
+        "# Fig. 13, read by eye\nx [million cycles], y [mm], hue\n3, 0.002, 800\n100, "
+        "0.01, 1100 rpm\n"
     )
     one = plot(kind="max-wear", published=path)
     assert one.legend[-1].text == "published"
     points = [c for c in one.panels[0].curves if c.look == "published"]
-    np.testing.assert_allclose([(*c.x, *c.y) for c in points], [(3.0, 2.0), (100.0, 10.0)])
+    np.testing.assert_allclose(
+        [(*c.x, *c.y) for c in points], [(3.0, 2.0), (100.0, 10.0)]
+    )
     pens = {entry.text: entry.pen for entry in one.legend}
     assert [c.pen for c in points] == [pens["800 rpm"], pens["1100 rpm"]]
 
 
 def test_one_curve_beside_points_has_its_name_too(plot, table):
-    alone = {"kind": "max-wear", "select": {"case": "base", "speed": 800, "flank": "pinion"}}
+    alone = {
+        "kind": "max-wear",
+        "select": {"case": "base", "speed": 800, "flank": "pinion"},
+    }
     assert "computed" not in [entry.text for entry in plot(**alone).legend]
     one = plot(**alone, published=table("x [million cycles],y [um]\n3,2\n"))
     assert [entry.text for entry in one.legend] == ["computed", "published"]
-    assert one.legend[0].pen == next(c.pen for c in one.panels[0].curves if c.look != "published")
+    assert one.legend[0].pen == next(
+        c.pen for c in one.panels[0].curves if c.look != "published"
+    )
 
 
 def test_points_find_their_panel(plot, table):
     path = table("x,y [N],speed\n0.5,100,1100\n")
     panels = plot(kind="mesh-force", published=path).panels
-    assert [sum(c.look == "published" for c in panel.curves) for panel in panels] == [0, 1, 0]
+    assert [sum(c.look == "published" for c in panel.curves) for panel in panels] == [
+        0,
+        1,
+        0,
+    ]
 
 
 def test_places_without_a_height_are_marked_in_their_panel(plot, table):
@@ -55,8 +67,12 @@ def test_orders_are_drawn_as_frequencies(plot, store, campaign):
         "x": "order",
         "select": {"speed": 800, "case": "base"},
     }
-    order, hertz = (plot(**asked, **more).panels[0] for more in ({}, {"units": {"order": "kHz"}}))
-    frequency = float(store.open(campaign).mesh_frequency.sel(speed=800, case="base").values[0])
+    order, hertz = (
+        plot(**asked, **more).panels[0] for more in ({}, {"units": {"order": "kHz"}})
+    )
+    frequency = float(
+        store.open(campaign).mesh_frequency.sel(speed=800, case="base").values[0]
+    )
     np.testing.assert_allclose(hertz.curves[0].x, 1e-3 * frequency * order.curves[0].x)
     assert hertz.x_label == "Frequency (kHz)"
     with pytest.raises(FigureError, match="units of order"):

@@ -6,7 +6,9 @@ from wearlab.figures.runs import index_of
 SPEEDS = [800.0, 1100.0, 3720.0]
 
 
-@pytest.mark.parametrize("asked, found", [(1100, [1]), ("1100 rpm", [1]), ([800, 3720.0], [0, 2])])
+@pytest.mark.parametrize(
+    "asked, found", [(1100, [1]), ("1100 rpm", [1]), ([800, 3720.0], [0, 2])]
+)
 def test_labels_in_the_units_of_the_file(asked, found):
     assert index_of(asked, SPEEDS, "speed", "figure 1", "rpm") == found
 
@@ -18,10 +20,17 @@ def test_another_unit():
 
 
 @pytest.mark.parametrize(
-    "cycle, text", [(0, "unworn"), (2e6, "3 million cycles (50 h)"), (6e7, "100 million cycles (1,670 h)")]
+    "cycle, text",
+    [
+        (0, "unworn"),
+        (2e6, "3 million cycles (50 h)"),
+        (6e7, "100 million cycles (1,670 h)"),
+    ],
 )
 def test_the_nearest_wear_state(plot, cycle, text):
-    one = plot(kind="wear-profile", select={"cycle": cycle, "case": "static", "flank": "gear"})
+    one = plot(
+        kind="wear-profile", select={"cycle": cycle, "case": "static", "flank": "gear"}
+    )
     assert one.title.split(", ")[0] == "Wear depth along the flank"
     assert set(one.title.replace("1,670", "1670").split(", ")[1:]) == {
         "static",
@@ -32,5 +41,11 @@ def test_the_nearest_wear_state(plot, cycle, text):
 
 
 def test_several_states(plot):
-    one = plot(kind="wear-profile", select={"update": [0, -1], "case": "static", "flank": "gear"})
-    assert [entry.text for entry in one.legend] == ["unworn", "100 million cycles (1,670 h)"]
+    one = plot(
+        kind="wear-profile",
+        select={"update": [0, -1], "case": "static", "flank": "gear"},
+    )
+    assert [entry.text for entry in one.legend] == [
+        "unworn",
+        "100 million cycles (1,670 h)",
+    ]

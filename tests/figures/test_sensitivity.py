@@ -11,13 +11,21 @@ from wearlab.figures.wording import Label
 
 def point(what, value):
     key = {"influence": Label(what, what)}
-    return Series(key, np.array([value]), np.zeros(1), Scale("life", "1"), RANK, "line-points")
+    return Series(
+        key, np.array([value]), np.zeros(1), Scale("life", "1"), RANK, "line-points"
+    )
 
 
 def test_influences_are_ranked_by_their_range_about_the_base():
-    found = ranked([
-        point("", 10.0), point("speed", 10.5), point("speed", 9.8), point("torque", 4.0), point("wear", 12.0),
-    ])  # fmt: skip
+    found = ranked(
+        [
+            point("", 10.0),
+            point("speed", 10.5),
+            point("speed", 9.8),
+            point("torque", 4.0),
+            point("wear", 12.0),
+        ]
+    )
     assert list(found[0].names) == ["torque", "wear", "speed"]
     np.testing.assert_array_equal(found[0].x, [4.0, 10.0])
     np.testing.assert_array_equal(found[2].x, [9.8, 10.0, 10.5])

@@ -14,6 +14,11 @@ def pair_of():
     def build(pinion=None, gear=None, **keywords):
         first = GearSpec(**{"name": "pinion", "teeth": 50, **(pinion or {})})
         second = GearSpec(**{"name": "gear", "teeth": 50, **(gear or {})})
-        return shaped(gear_pair, first, second, **{"module": 0.003, "face_width": 0.02, **keywords})
+        return shaped(
+            gear_pair,
+            first,
+            second,
+            **{"module": 0.003, "face_width": 0.02, **keywords},
+        )
 
     return build

@@ -22,16 +22,24 @@ from wearlab.gears.specification import Basics, GearSpec
 
 def test_every_printed_digit():
     pair, turned, given = pair_of(ISO)
-    overlap = overlap_ratio(pair.face_width, turned.angle, 1e-3 * float(given["normal_module"]))
+    overlap = overlap_ratio(
+        pair.face_width, turned.angle, 1e-3 * float(given["normal_module"])
+    )
     force = float(given["tangential_load_reference_circle"])
     assert round(zone_factor(pair, turned), 5) == float(given["zone_factor"])
     assert round(1e-3 * elasticity_factor(pair), 4) == float(given["elasticity_factor"])
-    assert round(contact_ratio_factor(pair.contact_ratio, overlap), 3) == float(given["contact_ratio_factor"])
-    assert list(single_contact_factors(pair, overlap)) == both(given["single_contact_factors"])
+    assert round(contact_ratio_factor(pair.contact_ratio, overlap), 3) == float(
+        given["contact_ratio_factor"]
+    )
+    assert list(single_contact_factors(pair, overlap)) == both(
+        given["single_contact_factors"]
+    )
     stress = 1e-6 * nominal_stress(pair, turned, overlap, force)
     assert stress == pytest.approx(float(given["nominal_contact_stress"]), rel=1e-4)
     factors = float(given["dynamic_factor"]) * float(given["face_load_factor_flank"])
-    assert stress * math.sqrt(factors) == pytest.approx(float(given["contact_stress"]), rel=2e-4)
+    assert stress * math.sqrt(factors) == pytest.approx(
+        float(given["contact_stress"]), rel=2e-4
+    )
 
 
 def test_every_printed_digit_of_the_limit():
@@ -65,7 +73,9 @@ def test_the_inner_point_of_single_contact_by_the_printed_formula():
     M2 = tangent / math.sqrt((over[1] - turn[1]) * (over[0] - rest * turn[0]))
     assert M1 > 1.0 > M2
     assert single_contact_factors(pair, 0.0) == (pytest.approx(M1, rel=1e-12), 1.0)
-    assert single_contact_factors(pair, 0.4)[0] == pytest.approx(M1 - 0.4 * (M1 - 1.0), rel=1e-12)
+    assert single_contact_factors(pair, 0.4)[0] == pytest.approx(
+        M1 - 0.4 * (M1 - 1.0), rel=1e-12
+    )
 
 
 def test_the_stress_of_a_spur_pair_is_that_of_hertz_at_the_pitch_point_shared_by_overlap():
@@ -74,9 +84,13 @@ def test_the_stress_of_a_spur_pair_is_that_of_hertz_at_the_pitch_point_shared_by
     force = 5e3
     normal = force / math.cos(pair.driving.pressure_angle)
     modulus = pair.driving.material.youngs_modulus / (2.0 * (1.0 - 0.3**2))
-    peak = math.sqrt(normal / 0.03 * modulus / (math.pi * float(pair.equivalent_curvature(0.0))))
+    peak = math.sqrt(
+        normal / 0.03 * modulus / (math.pi * float(pair.equivalent_curvature(0.0)))
+    )
     shared = math.sqrt((4.0 - pair.contact_ratio) / 3.0)
-    assert nominal_stress(pair, SPUR, 0.0, force) == pytest.approx(peak * shared, rel=1e-12)
+    assert nominal_stress(pair, SPUR, 0.0, force) == pytest.approx(
+        peak * shared, rel=1e-12
+    )
 
 
 def test_lives_are_straight_between_their_corners():

@@ -7,9 +7,13 @@ L = 0.0155
 
 
 def test_reliefs_fade_from_the_ends():
-    item = Modification(tip_relief=Relief(20e-6, 0.004), root_relief=Relief(10e-6, 0.002, "parabolic"))
+    item = Modification(
+        tip_relief=Relief(20e-6, 0.004), root_relief=Relief(10e-6, 0.002, "parabolic")
+    )
     x = np.array([0.0, 0.001, 0.002, L / 2, L - 0.004, L - 0.002, L])
-    assert item.removed(x, L) == pytest.approx([10e-6, 2.5e-6, 0, 0, 0, 10e-6, 20e-6], abs=1e-18)
+    assert item.removed(x, L) == pytest.approx(
+        [10e-6, 2.5e-6, 0, 0, 0, 10e-6, 20e-6], abs=1e-18
+    )
 
 
 def test_crowning_and_slope():

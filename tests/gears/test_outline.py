@@ -27,9 +27,12 @@ def test_trochoid_meets_the_involute_in_a_common_tangent(pair_of, spec):
     assert gear.root_profile == "trochoid"
     angle = load_angle(gear, gear.form_radius)
     x, y, _ = root_curve(gear, np.array([1.0 - 1e-6, 1.0]))
-    assert (x[1], y[1]) == pytest.approx(tuple(float(v) for v in involute_point(gear, angle)), rel=1e-12)
+    assert (x[1], y[1]) == pytest.approx(
+        tuple(float(v) for v in involute_point(gear, angle)), rel=1e-12
+    )
     assert np.hypot(x[1], y[1]) == pytest.approx(gear.form_radius, rel=1e-12)
-    # the chord deviates from the tangent by curvature times the step; the involute's is dy/dx = −tanλ
+    # the chord deviates from the tangent by curvature times the step; the involute's is
+    # dy/dx = −tanλ
     assert (y[1] - y[0]) / (x[1] - x[0]) == pytest.approx(-math.tan(angle), abs=1e-5)
 
 
@@ -46,7 +49,8 @@ def test_trochoid_runs_out_along_the_root_circle(pair_of, spec):
 def test_trochoid_keeps_clear_of_the_rounding(pair_of):
     """The rack's rounding never cuts into the outline it generates: an envelope, not just a curve."""
     gear = pair_of().driving
-    r, rho = gear.reference_radius, gear.fillet_radius
+    r = gear.reference_radius
+    rho = gear.fillet_radius
     x, y, _ = root_curve(gear, np.linspace(0, 1, 101))
     depth = r - gear.root_radius - rho
     offset = root_half_angle(gear) * r
@@ -61,7 +65,8 @@ def test_trochoid_keeps_clear_of_the_rounding(pair_of):
 
 def test_root_curve_rate(pair_of):
     gear = pair_of().driving
-    t, step = np.linspace(0.1, 0.9, 5), 1e-6
+    t = np.linspace(0.1, 0.9, 5)
+    step = 1e-6
     slope = (root_curve(gear, t + step)[0] - root_curve(gear, t - step)[0]) / (2 * step)
     assert root_curve(gear, t)[2] == pytest.approx(slope, rel=1e-6)
 
@@ -85,7 +90,9 @@ def test_involute_lies_on_its_circle_at_its_thickness(pair_of):
     radius = np.linspace(gear.form_radius, gear.tip_radius, 7)
     x, y = involute_point(gear, load_angle(gear, radius))
     assert np.hypot(x, y) == pytest.approx(radius, rel=1e-13)
-    assert np.arctan2(y, x) == pytest.approx([gear.half_angle(r) for r in radius], rel=1e-11)
+    assert np.arctan2(y, x) == pytest.approx(
+        [gear.half_angle(r) for r in radius], rel=1e-11
+    )
     r = gear.reference_radius
     assert 2 * r * gear.half_angle(r) == pytest.approx(
         gear.module * (math.pi / 2 + 2 * 0.3 * math.tan(gear.pressure_angle)), rel=1e-12
@@ -96,9 +103,13 @@ def test_line_of_action_is_tangent_to_the_base_circle(pair_of):
     gear = pair_of().driving
     angle = load_angle(gear, np.linspace(gear.form_radius, gear.tip_radius, 5))
     x, y = involute_point(gear, angle)
-    assert x * np.cos(angle) - y * np.sin(angle) == pytest.approx(gear.base_radius, rel=1e-13)
+    assert x * np.cos(angle) - y * np.sin(angle) == pytest.approx(
+        gear.base_radius, rel=1e-13
+    )
     step = 1e-6
-    slope = (involute_point(gear, angle + step)[0] - involute_point(gear, angle - step)[0]) / (2 * step)
+    slope = (
+        involute_point(gear, angle + step)[0] - involute_point(gear, angle - step)[0]
+    ) / (2 * step)
     assert involute_rise(gear, angle) == pytest.approx(slope, rel=1e-7)
 
 
@@ -110,4 +121,6 @@ def test_half_thickness_and_depth(pair_of):
     radius = np.linspace(gear.form_radius, gear.tip_radius, 5)
     x, y = involute_point(gear, load_angle(gear, radius))
     assert half_thickness(gear, x) == pytest.approx(y, rel=1e-9)
-    assert contact_depth(gear, radius) == pytest.approx(y / np.cos(load_angle(gear, radius)), rel=1e-13)
+    assert contact_depth(gear, radius) == pytest.approx(
+        y / np.cos(load_angle(gear, radius)), rel=1e-13
+    )

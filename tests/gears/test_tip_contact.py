@@ -20,14 +20,17 @@ PAIR = gear_pair(
 def by_search(distance):
     """Turn both gears past E, and measure the corner's distance to the driven involute along its normal."""
     alpha = PAIR.working_pressure_angle
-    r1, r2, a = PAIR.driving.base_radius, PAIR.driven.base_radius, PAIR.centre_distance
+    r1 = PAIR.driving.base_radius
+    r2 = PAIR.driven.base_radius
+    a = PAIR.centre_distance
     along = np.array([math.sin(alpha), math.cos(alpha)])
     contact = np.array([r1 / math.cos(alpha), 0.0]) + PAIR.path.E * along
     turn1 = distance / r1
     turn2 = distance / r2
 
     def rotate(v, angle):
-        c, s = math.cos(angle), math.sin(angle)
+        c = math.cos(angle)
+        s = math.sin(angle)
         return np.array([c * v[0] - s * v[1], s * v[0] + c * v[1]])
 
     corner = rotate(contact, turn1)
@@ -51,7 +54,9 @@ def by_search(distance):
 
 @pytest.mark.parametrize("distance", [2e-4, 5e-4, 1e-3])
 def test_separation_is_the_distance_to_the_mating_involute(distance):
-    assert tip_separation(PAIR, "E", distance) == pytest.approx(by_search(distance), rel=1e-4)
+    assert tip_separation(PAIR, "E", distance) == pytest.approx(
+        by_search(distance), rel=1e-4
+    )
 
 
 def test_separation_starts_quadratically():

@@ -7,9 +7,12 @@ from wearlab.gears.specification import GearError
 
 
 @pytest.mark.parametrize(
-    "diameter, ratio, total, tooth", [(45e-3, 1.411, 39, 18), (0.1, 1.411, 46, 20), (0.225, 1.683, 54, 19)]
+    "diameter, ratio, total, tooth",
+    [(45e-3, 1.411, 39, 18), (0.1, 1.411, 46, 20), (0.225, 1.683, 54, 19)],
 )
-def test_the_class_that_a_campaign_had_worked_out_by_hand(diameter, ratio, total, tooth):
+def test_the_class_that_a_campaign_had_worked_out_by_hand(
+    diameter, ratio, total, tooth
+):
     """Class 6 of NGW11-6, as campaigns/planetary_life_distribution.toml tells it (19.55 µm there is 19)."""
     found = allowed(6, 2.25e-3, diameter, ratio)
     assert found.total_composite == pytest.approx(1e-6 * total)
@@ -17,7 +20,8 @@ def test_the_class_that_a_campaign_had_worked_out_by_hand(diameter, ratio, total
 
 
 def test_two_classes_double_what_is_allowed():
-    fine, coarse = (allowed(q, 5e-3, 0.2, 1.6) for q in (7, 9))
+    fine = allowed(7, 0.005, 0.2, 1.6)
+    coarse = allowed(9, 0.005, 0.2, 1.6)
     for one, other in zip(fine, coarse, strict=True):
         assert other == pytest.approx(2.0 * one, rel=0.03)  # rounding to micrometres
 

@@ -9,7 +9,8 @@ import pytest
 class Sharing:
     """A path of contact: nodes in double contact share the force with the node one pitch on, linearly in h.
 
-    The rate is ``c |s| F_j``; short of separation the load difference of partners decays exponentially.
+    The rate is ``c |s| F_j``; short of separation the load difference of partners
+    decays exponentially.
     """
 
     def __init__(self, n=80, load=1.0, stiffness=2e5, ratio=1.75):
@@ -21,7 +22,9 @@ class Sharing:
     def __call__(self, h):
         self.count += 1
         force = np.full(self.n, self.load)
-        wanted = 0.5 * (self.load + self.stiffness * (h[self.shift :] - h[: self.double]))
+        wanted = 0.5 * (
+            self.load + self.stiffness * (h[self.shift :] - h[: self.double])
+        )
         force[: self.double] = np.clip(wanted, 0.0, self.load)
         force[self.shift :] = self.load - force[: self.double]
         return self.coefficient * force
@@ -35,7 +38,10 @@ class LineContact:
         self.width = x[1] - x[0]
         distance = np.maximum(np.abs(x[:, None] - x[None]), 0.35 * self.width)
         self.influence = (1.2 - np.log(distance)) * self.width / modulus
-        self.coefficient, self.load, self.n, self.count = 1e-12 * (1.0 + 0.5 * x), load, n, 0
+        self.coefficient = 1e-12 * (1.0 + 0.5 * x)
+        self.load = load
+        self.n = n
+        self.count = 0
 
     def __call__(self, h):
         self.count += 1
@@ -44,7 +50,8 @@ class LineContact:
             m = len(active)
             system = np.zeros((m + 1, m + 1))
             system[:m, :m] = self.influence[np.ix_(active, active)]
-            system[:m, m], system[m, :m] = -1.0, self.width
+            system[:m, m] = -1.0
+            system[m, :m] = self.width
             pressure = np.linalg.solve(system, np.append(-h[active], self.load))[:m]
             if pressure.min() >= 0.0:
                 break

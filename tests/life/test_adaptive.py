@@ -10,19 +10,30 @@ from wearlab.life.limits import Limits
 
 def reference(rate, cycles):
     result = solve_ivp(
-        lambda _, y: rate(y), (0, cycles), np.zeros(rate.n), method="Radau", rtol=1e-8, atol=1e-17
+        lambda _, y: rate(y),
+        (0, cycles),
+        np.zeros(rate.n),
+        method="Radau",
+        rtol=1e-8,
+        atol=1e-17,
     )
     rate.count = 0
     return result.y[:, -1]
 
 
-@pytest.mark.parametrize(("name", "cycles"), [("Sharing", 4e7), ("Sharing", 4e8), ("LineContact", 4e6)])
+@pytest.mark.parametrize(
+    ("name", "cycles"), [("Sharing", 4e7), ("Sharing", 4e8), ("LineContact", 4e6)]
+)
 def test_tolerance_bounds_the_error_and_the_estimate_covers_it(toys, name, cycles):
     rate = getattr(toys, name)()
     exact = reference(rate, cycles)
     for tolerance in (1e-2, 1e-3, 1e-4):
         life = integrate(
-            rate, np.zeros(rate.n), limits=Limits(cycles=cycles), tolerance=tolerance, scale=1e-7
+            rate,
+            np.zeros(rate.n),
+            limits=Limits(cycles=cycles),
+            tolerance=tolerance,
+            scale=1e-7,
         )
         error = np.abs(life.depth[-1] - exact).max()
         assert life.end_reason == "cycles"
@@ -43,8 +54,16 @@ def test_error_falls_with_tolerance_as_second_order_promises(toys):
     exact = reference(rate, 2e6)
     found = []
     for tolerance in (1e-2, 1e-4):
-        life = integrate(rate, np.zeros(rate.n), limits=Limits(cycles=2e6), tolerance=tolerance, scale=1e-7)
-        found.append((life.count_rate_evaluations, np.abs(life.depth[-1] - exact).max()))
+        life = integrate(
+            rate,
+            np.zeros(rate.n),
+            limits=Limits(cycles=2e6),
+            tolerance=tolerance,
+            scale=1e-7,
+        )
+        found.append(
+            (life.count_rate_evaluations, np.abs(life.depth[-1] - exact).max())
+        )
     (few, large), (many, small) = found
     assert small < large / 10.0
     assert (
@@ -55,7 +74,9 @@ def test_error_falls_with_tolerance_as_second_order_promises(toys):
 def test_far_beyond_the_euler_limit_without_saw_tooth_and_cheaper(toys):
     rate = toys.LineContact()
     cycles, euler_limit = 4e7, 2.26e5
-    life = integrate(rate, np.zeros(rate.n), limits=Limits(cycles=cycles), tolerance=1e-2, scale=1e-7)
+    life = integrate(
+        rate, np.zeros(rate.n), limits=Limits(cycles=cycles), tolerance=1e-2, scale=1e-7
+    )
     assert np.diff(life.cycle).max() > 10.0 * euler_limit
     assert life.count_rate_evaluations < cycles / euler_limit
     assert not life.saw_tooth
@@ -72,20 +93,28 @@ def test_constant_rate_is_static_archard(toys):
 
 def test_depth_never_falls_and_is_never_negative(toys):
     rate = toys.LineContact()
-    life = integrate(rate, np.zeros(rate.n), limits=Limits(cycles=4e7), tolerance=3e-2, scale=1e-7)
+    life = integrate(
+        rate, np.zeros(rate.n), limits=Limits(cycles=4e7), tolerance=3e-2, scale=1e-7
+    )
     assert np.diff(life.depth, axis=0).min() >= 0.0
 
 
 def test_the_two_methods_do_not_take_turns_in_vain(toys):
     """Where RKC2 can take no longer steps than the fourth order, it is left alone for a while."""
     rate = toys.LineContact()
-    life = integrate(rate, np.zeros(rate.n), limits=Limits(cycles=4e7), tolerance=1e-3, scale=1e-7)
-    assert life.count_rejected < 8 and life.count_rate_evaluations < 350  # else 13 and 450
+    life = integrate(
+        rate, np.zeros(rate.n), limits=Limits(cycles=4e7), tolerance=1e-3, scale=1e-7
+    )
+    assert (
+        life.count_rejected < 8 and life.count_rate_evaluations < 350
+    )  # else 13 and 450
 
 
 def whirling(a, b):
     """Steady wear with a stiff deviation of three nodes whose eigenvalues are −a ± ib, driven off centre."""
-    turn = (np.roll(np.eye(3), 1, axis=0) - np.roll(np.eye(3), -1, axis=0)) / np.sqrt(3.0)
+    turn = (np.roll(np.eye(3), 1, axis=0) - np.roll(np.eye(3), -1, axis=0)) / np.sqrt(
+        3.0
+    )
     J = -a * (np.eye(3) - 1.0 / 3.0) + b * turn
     drive = 3e-13 * np.array([1.0, 0.0, -1.0])
 
@@ -96,9 +125,19 @@ def whirling(a, b):
 
 
 def test_complex_spectrum_stays_accurate_and_affordable():
-    rate, cycles = whirling(3e-5, 1e-5), 3e7
-    exact = solve_ivp(lambda _, y: rate(y), (0, cycles), np.zeros(3), method="Radau", rtol=1e-9, atol=1e-17)
-    life = integrate(rate, np.zeros(3), limits=Limits(cycles=cycles), tolerance=1e-3, scale=1e-8)
+    rate = whirling(3e-5, 1e-5)
+    cycles = 3e7
+    exact = solve_ivp(
+        lambda _, y: rate(y),
+        (0, cycles),
+        np.zeros(3),
+        method="Radau",
+        rtol=1e-9,
+        atol=1e-17,
+    )
+    life = integrate(
+        rate, np.zeros(3), limits=Limits(cycles=cycles), tolerance=1e-3, scale=1e-8
+    )
     assert np.abs(life.depth[-1] - exact.y[:, -1]).max() < 1e-3 * exact.y[:, -1].max()
     assert life.count_rate_evaluations < 750  # sharp damping needs 960
 
@@ -138,7 +177,9 @@ def test_branches_do_not_leak_through_rejected_tries():
         return 1e-12 / (1.0 + (h / 1e-6) ** 2)
 
     limits = Limits(depth=1e-5)
-    leaky, plain = (integrate(rate, np.zeros(1), limits=limits) for rate in (Leaky(), honest))
+    leaky, plain = (
+        integrate(rate, np.zeros(1), limits=limits) for rate in (Leaky(), honest)
+    )
     assert plain.count_rejected > 0
     assert leaky.cycle[-1] == pytest.approx(plain.cycle[-1], rel=2e-3)
     exact = (1e-5 + 1e-5**3 / (3 * 1e-12)) / 1e-12
@@ -147,7 +188,8 @@ def test_branches_do_not_leak_through_rejected_tries():
 
 def looked_at(monkeypatch):
     """Return the list that grows with every look at the spectrum."""
-    looks, original = [], stiffness.spectrum
+    looks = []
+    original = stiffness.spectrum
 
     def look(rate, h, *arguments, **options):
         looks.append(float(h.max()))
@@ -157,7 +199,9 @@ def looked_at(monkeypatch):
     return looks
 
 
-def test_a_short_mild_life_takes_two_steps_and_no_look_at_the_spectrum(toys, monkeypatch):
+def test_a_short_mild_life_takes_two_steps_and_no_look_at_the_spectrum(
+    toys, monkeypatch
+):
     looks = looked_at(monkeypatch)
     rate = toys.Braking(length=2e-5)
     life = integrate(rate, [0.0], limits=Limits(depth=1e-5), tolerance=1e-2)
@@ -175,7 +219,9 @@ def test_a_long_way_is_worth_a_look_as_soon_as_a_step_tells(toys, monkeypatch):
 def test_no_short_step_is_left_for_the_end(toys):
     rate = toys.Braking(length=5e-5)
     for cycles in np.geomspace(3e6, 3e8, 7):
-        life = integrate(rate, [0.0], limits=Limits(cycles=float(cycles)), tolerance=1e-3)
+        life = integrate(
+            rate, [0.0], limits=Limits(cycles=float(cycles)), tolerance=1e-3
+        )
         sizes = np.diff(life.cycle)
         assert len(sizes) == 1 or sizes[-1] > 0.3 * sizes.max()
         assert life.depth[-1, 0] == pytest.approx(rate.depth(cycles), rel=1e-3)

@@ -22,7 +22,11 @@ class Rate:
     def __call__(self, h):
         self.work += 1.0
         self.last = 0.9 * self.last + 1e-12 * float(h.sum())
-        level = 1e-9 * (1.0 + np.linspace(0.0, 1.0, h.size) ** 2) * (1.3 if h.max() > 4e-6 else 1.0)
+        level = (
+            1e-9
+            * (1.0 + np.linspace(0.0, 1.0, h.size) ** 2)
+            * (1.3 if h.max() > 4e-6 else 1.0)
+        )
         return np.maximum(0.0, level - 2e-4 * (h - h.mean()) + self.last * 1e-9)
 
     def remember(self):
@@ -49,7 +53,9 @@ class Wavers(Rate):
     def __call__(self, h):
         self.work += 1.0
         self.last = 3.9 * (self.last or 0.3) * (1.0 - (self.last or 0.3))
-        return np.maximum(0.0, self.still(h) + self.noise * np.cos(np.arange(h.size) * self.last))
+        return np.maximum(
+            0.0, self.still(h) + self.noise * np.cos(np.arange(h.size) * self.last)
+        )
 
 
 class OwnEuler(Euler):
@@ -57,7 +63,8 @@ class OwnEuler(Euler):
 
 
 def lived(image=None, die_after=None, of=Rate, method=None):
-    images, told = [], []
+    images = []
+    told = []
 
     def tell(state, image_of):
         told.append(state)
@@ -65,7 +72,8 @@ def lived(image=None, die_after=None, of=Rate, method=None):
         if die_after is not None and len(images) == die_after:
             raise Killed
 
-    rate, shown = of(), []
+    rate = of()
+    shown = []
     try:
         with checkpoints(tell, image):
             life = integrate(
@@ -84,7 +92,9 @@ def lived(image=None, die_after=None, of=Rate, method=None):
 def same(one, other):
     for name in ("cycle", "depth", "rate", "accumulated_error", "snapshot_depth"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-    np.testing.assert_array_equal([step.error for step in one.steps], [step.error for step in other.steps])
+    np.testing.assert_array_equal(
+        [step.error for step in one.steps], [step.error for step in other.steps]
+    )
     assert one.end_reason == other.end_reason
     assert (one.count_rate_evaluations, one.count_rejected) == (
         other.count_rate_evaluations,
@@ -142,6 +152,11 @@ def test_another_march_takes_nothing_up():
 def test_lives_without_a_keeper_are_the_same():
     whole, *_ = lived()
     same(
-        integrate(Rate(), np.zeros(9), limits=Limits(depth=1e-5), snapshots=Snapshots(cycles=(1e3, 5e3))),
+        integrate(
+            Rate(),
+            np.zeros(9),
+            limits=Limits(depth=1e-5),
+            snapshots=Snapshots(cycles=(1e3, 5e3)),
+        ),
         whole,
     )

@@ -27,7 +27,8 @@ def after(size):
 
 
 def test_local_error_is_of_fifth_order():
-    coarse, fine = after(0.2)[0], after(0.1)[0]
+    coarse = after(0.2)[0]
+    fine = after(0.1)[0]
     np.testing.assert_allclose(coarse / fine, 32.0, rtol=0.1)
 
 
@@ -55,7 +56,10 @@ def test_estimate_bounds_the_error_of_the_fastest_wave_and_of_others(size):
 
 @pytest.mark.parametrize("place", [0.01, 0.2, 0.4, 0.6, 0.7, 0.95])
 def test_a_jump_anywhere_in_the_step_is_not_explained_away(place):
-    """No order is reached, and the estimate must not count on one; a little before the end hides half."""
+    """No order is reached, and the estimate must not count on one.
+
+    A little before the end hides half.
+    """
 
     def jumping(h):
         return np.where(h < 0.1 * place, 1.0, 0.5)
@@ -75,14 +79,19 @@ def test_stages_see_the_fastest_decay_and_no_noise():
 
     seen = stepped(rate, np.zeros(12), 0.1, 0.0)[3]
     assert 0.7 < seen <= 1.0 + 1e-9
-    assert stepped(lambda h: 1.0 + 1e-9 * rng.normal(size=12), np.zeros(12), 0.1, 0.0)[3] == 0.0
+    assert (
+        stepped(lambda h: 1.0 + 1e-9 * rng.normal(size=12), np.zeros(12), 0.1, 0.0)[3]
+        == 0.0
+    )
 
 
 def test_a_mild_life_takes_a_fraction_of_the_rates_that_euler_takes():
     def rate(h):
         return 1e-13 / (1.0 + h / 2e-5)
 
-    life = integrate(rate, np.zeros(1), limits=Limits(depth=1e-5), tolerance=1e-3, scale=1e-8)
+    life = integrate(
+        rate, np.zeros(1), limits=Limits(depth=1e-5), tolerance=1e-3, scale=1e-8
+    )
     exact = (1e-5 + 1e-10 / 4e-5) / 1e-13
     error = abs(life.cycle[-1] / exact - 1.0)
     assert error < 3e-4
@@ -90,7 +99,8 @@ def test_a_mild_life_takes_a_fraction_of_the_rates_that_euler_takes():
 
 
 def test_stages_never_refill_a_flank():
-    start, lowest = np.full(1, 1.0), []
+    start = np.full(1, 1.0)
+    lowest = []
 
     def braking(h):
         lowest.append(h[0])

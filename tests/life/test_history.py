@@ -13,7 +13,10 @@ from wearlab.life.limits import Limits, Snapshots
 
 
 class Worn:
-    """Ten nodes that wear each at its own rate, the less the deeper; every full state costs 100 of work."""
+    """Ten nodes that wear each at its own rate, the less the deeper.
+
+    Every full state costs 100 of work.
+    """
 
     accounts: tuple[Any, ...] = ()
     shared: tuple[Any, ...] = ()
@@ -36,7 +39,9 @@ class Worn:
     def evaluate(self, wear: Any, start: Any = None) -> Any:
         self.work += 100
         rate = np.linspace(1.0, 2.0, 10) * np.exp(-wear / 3e-6) * 1e-12
-        return SimpleNamespace(wear=wear, rate=rate, wears=True, responses=(), noise=0.0)
+        return SimpleNamespace(
+            wear=wear, rate=rate, wears=True, responses=(), noise=0.0
+        )
 
 
 def lived(**asked: Any) -> Any:
@@ -53,8 +58,11 @@ def test_halving_goes_through_all_and_the_middle_first() -> None:
     assert halving(0) == []
 
 
-def test_states_that_nobody_asked_for_are_kept_as_far_as_their_work_is_paid_for() -> None:
-    whole, bounded = lived(), lived(kept_work=250.0)
+def test_states_that_nobody_asked_for_are_kept_as_far_as_their_work_is_paid_for() -> (
+    None
+):
+    whole = lived()
+    bounded = lived(kept_work=250.0)
     assert len(whole.cycle) == len(whole.life.cycle) > 8
     assert len(bounded.cycle) == len(bounded.samples.cycle) + 3
     assert set(bounded.cycle) < set(whole.cycle)

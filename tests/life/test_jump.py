@@ -8,7 +8,10 @@ SLOW, FAST, FOLD = 1e-12, 3e-12, 1e-5
 
 
 def jumping(h):
-    """The rate triples where the first depth passes the fold; beside it, a mild dependence on depth."""
+    """The rate triples where the first depth passes the fold.
+
+    Beside it, a mild dependence on depth.
+    """
     return (FAST if h[0] > FOLD else SLOW) / (1.0 + h / 1e-4)
 
 
@@ -21,12 +24,18 @@ def life_through_the_jump(depth):
 
 @pytest.mark.parametrize("tolerance", [3e-3, 1e-3, 1e-4])
 def test_jump_is_located_recorded_and_left_behind(tolerance):
-    life = integrate(jumping, np.zeros(2), limits=Limits(depth=3e-5), tolerance=tolerance)
+    life = integrate(
+        jumping, np.zeros(2), limits=Limits(depth=3e-5), tolerance=tolerance
+    )
     (jump,) = life.jumps
     where = (FOLD + FOLD**2 / 2e-4) / SLOW
     assert jump.cycle == pytest.approx(where, rel=2 * tolerance, abs=0.0)
-    assert jump.after[0] / jump.before[0] == pytest.approx(FAST / SLOW, rel=1e-2, abs=0.0)
-    assert life.cycle[-1] == pytest.approx(life_through_the_jump(3e-5), rel=2 * tolerance, abs=0.0)
+    assert jump.after[0] / jump.before[0] == pytest.approx(
+        FAST / SLOW, rel=1e-2, abs=0.0
+    )
+    assert life.cycle[-1] == pytest.approx(
+        life_through_the_jump(3e-5), rel=2 * tolerance, abs=0.0
+    )
     assert life.count_rate_evaluations < 400
 
 
@@ -38,12 +47,18 @@ def test_without_a_jump_none_is_found(toys):
 
     life = integrate(steep, np.zeros(1), limits=Limits(depth=2e-5))
     assert life.jumps == ()
-    # ∫ dh/(2 + tanh x): 1 before and 3 after, and −ln 3/6·(…) of the width in between is negligible here
-    assert life.cycle[-1] == pytest.approx((FOLD + FOLD / 3.0) / SLOW, rel=1e-2, abs=0.0)
+    # ∫ dh/(2 + tanh x): 1 before and 3 after, and −ln 3/6·(…) of the width in between
+    # is negligible here
+    assert life.cycle[-1] == pytest.approx(
+        (FOLD + FOLD / 3.0) / SLOW, rel=1e-2, abs=0.0
+    )
 
 
 class Hysteresis:
-    """Two branches that overlap: up at 10 µm, down below 5 µm; each call starts on the last one's branch."""
+    """Two branches that overlap: up at 10 µm, down below 5 µm.
+
+    Each call starts on the last one's branch.
+    """
 
     def __init__(self):
         self.high = False
@@ -62,7 +77,9 @@ class Hysteresis:
 def test_a_rejected_step_leaves_no_memory_of_the_other_branch():
     life = integrate(Hysteresis(), np.zeros(1), limits=Limits(depth=3e-5))
     assert len(life.jumps) == 1
-    assert life.cycle[-1] == pytest.approx(FOLD / SLOW + 2 * FOLD / FAST, rel=2e-3, abs=0.0)
+    assert life.cycle[-1] == pytest.approx(
+        FOLD / SLOW + 2 * FOLD / FAST, rel=2e-3, abs=0.0
+    )
     assert np.all(life.rate[life.depth[:, 0] < 0.99 * FOLD] == SLOW)
 
 
@@ -82,7 +99,10 @@ def test_branches_back_and_forth_stay_bounded():
 
 
 class Fragile(Hysteresis):
-    """Branches that overlap from 6 to 10 µm; an orbit a tenth of a µm off finds the upper one there."""
+    """Branches that overlap from 6 to 10 µm.
+
+    An orbit a tenth of a µm off finds the upper one there.
+    """
 
     def __init__(self):
         self.high, self.last = False, 0.0
@@ -101,8 +121,13 @@ class Fragile(Hysteresis):
 
 
 def test_a_jump_lies_where_small_steps_still_follow_the_branch():
-    """What a long step meets beyond 6 µm is the other branch; the one that is followed ends at 10 µm."""
+    """What a long step meets beyond 6 µm is the other branch.
+
+    The one that is followed ends at 10 µm.
+    """
     life = integrate(Fragile(), np.zeros(1), limits=Limits(depth=3e-5))
     (jump,) = life.jumps
     assert jump.cycle == pytest.approx(FOLD / SLOW, rel=2e-3, abs=0.0)
-    assert life.cycle[-1] == pytest.approx(FOLD / SLOW + 2 * FOLD / FAST, rel=2e-3, abs=0.0)
+    assert life.cycle[-1] == pytest.approx(
+        FOLD / SLOW + 2 * FOLD / FAST, rel=2e-3, abs=0.0
+    )

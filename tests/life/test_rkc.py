@@ -7,7 +7,8 @@ from wearlab.life import runge_kutta as rkc
 
 def amplification(z, scheme):
     """Growth of y' = λ y over one step, z = ΔN λ (stages may not be clipped for this)."""
-    before, current = 1.0, 1.0 + scheme.mu_rate[1] * z
+    before = 1.0
+    current = 1.0 + scheme.mu_rate[1] * z
     for j in range(2, scheme.stages + 1):
         following = (
             (1 - scheme.mu[j] - scheme.nu[j])
@@ -53,12 +54,16 @@ def test_fewest_stages_that_reach():
 
 def test_second_order_on_nonlinear_toys_and_error_estimate_of_the_right_size(toys):
     rate = toys.Sharing()
-    total, h0 = 1.5e7, np.zeros(rate.n)
-    exact = solve_ivp(lambda _, y: rate(y), (0, total), h0, method="DOP853", rtol=1e-12, atol=1e-19).y[:, -1]
+    total = 1.5e7
+    h0 = np.zeros(rate.n)
+    exact = solve_ivp(
+        lambda _, y: rate(y), (0, total), h0, method="DOP853", rtol=1e-12, atol=1e-19
+    ).y[:, -1]
     for stages in (2, 5):
         errors = []
         for steps in (20, 40, 80):
-            h, size = h0, total / steps
+            h = h0
+            size = total / steps
             for _ in range(steps):
                 h = rkc.chebyshev_step(rate, h, rate(h), size, rkc.scheme(stages))
             errors.append(np.abs(h - exact).max())
@@ -69,11 +74,14 @@ def test_second_order_on_nonlinear_toys_and_error_estimate_of_the_right_size(toy
 def test_local_error_is_third_order_and_of_the_size_of_the_true_one(toys):
     rate = toys.Braking()
     h0 = np.zeros(1)
-    ratios, sizes = [], []
+    ratios = []
+    sizes = []
     for size in (4e5, 2e5):
         h = rkc.chebyshev_step(rate, h0, rate(h0), size, rkc.scheme(10))
         estimate = rkc.chebyshev_error(h0, h, rate(h0), rate(h), size)
         ratios.append(float(estimate[0] / (rate.depth(size) - h[0])))
         sizes.append(float(estimate[0]))
     assert np.log2(sizes[0] / sizes[1]) == pytest.approx(3.0, abs=0.3)
-    assert 1.0 < ratios[1] < 2.0  # 1/15 of ΔN³ h''' and 0.8 of the error itself: 1.8 in the limit
+    assert (
+        1.0 < ratios[1] < 2.0
+    )  # 1/15 of ΔN³ h''' and 0.8 of the error itself: 1.8 in the limit

@@ -13,7 +13,10 @@ RELAXES = 5e-6
 
 
 class Wavering:
-    """Wear that evens out, with a drift beside the static rate; beyond a depth dear and noisy."""
+    """Wear that evens out, with a drift beside the static rate.
+
+    Beyond a depth dear and noisy.
+    """
 
     def __init__(self, level, seed=1, deep=DEEP):
         self.deep = deep
@@ -33,7 +36,12 @@ class Wavering:
 
 
 def lived(level, seed=1, most_work=2e4):
-    return integrate(Wavering(level, seed), np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work)
+    return integrate(
+        Wavering(level, seed),
+        np.zeros(30),
+        limits=Limits(depth=DEPTH),
+        most_work=most_work,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -52,13 +60,15 @@ def test_noise_that_levels_moves_a_life_little_and_within_its_estimate(quiet, se
 
 def test_scatter_of_independent_steps_adds_up_by_its_squares(quiet):
     """A life with twice the noise is twice as doubtful, and far less than if all steps were wrong one way."""
-    one, two = lived(0.1).error_estimate_life, lived(0.2).error_estimate_life
+    one = lived(0.1).error_estimate_life
+    two = lived(0.2).error_estimate_life
     assert one < two < 3.0 * one
     assert two < 0.5 * 0.2 * quiet.cycle[-1]
 
 
 def test_a_held_step_asks_for_one_dear_rate_and_is_stable_at_any_size():
-    rate, counted = Wavering(0.0), []
+    rate = Wavering(0.0)
+    counted = []
 
     def dear(h):
         counted.append(h)
@@ -77,21 +87,28 @@ def test_held_steps_converge_in_second_order_and_tell_more_than_their_error():
     rate = Wavering(0.0)
 
     def end_of(steps):
-        node, errors = Node(0.0, np.zeros(30), rate(np.zeros(30))), np.zeros(30)
+        node = Node(0.0, np.zeros(30), rate(np.zeros(30)))
+        errors = np.zeros(30)
         for _ in range(steps):
             step, _ = held_step(rate, rate.still, node, 2e6 / steps, np.empty(0), 1e-9)
-            node, errors = step.end, errors + step.error
+            node = step.end
+            errors = errors + step.error
         return node.depth, errors
 
-    (coarse, told), (fine, _), (finest, _) = (end_of(steps) for steps in (32, 64, 256))
-    one, half = np.abs(coarse - finest).max(), np.abs(fine - finest).max()
+    (coarse, told) = end_of(32)
+    (fine, _) = end_of(64)
+    (finest, _) = end_of(256)
+    one = np.abs(coarse - finest).max()
+    half = np.abs(fine - finest).max()
     assert one / half == pytest.approx(4.0, rel=0.25)
     assert one < np.abs(told).max()
 
 
 def test_a_step_that_runs_into_a_rough_stretch_is_taken_again_as_a_held_one(quiet):
     """An ordinary first step of 2.7 µm in a stiff, noisy rate was accepted whole, wherever it led."""
-    life = integrate(Wavering(0.2, deep=0.0), np.zeros(30), limits=Limits(depth=DEPTH), most_work=2e5)
+    life = integrate(
+        Wavering(0.2, deep=0.0), np.zeros(30), limits=Limits(depth=DEPTH), most_work=2e5
+    )
     assert life.end_reason == "depth"
     assert life.depth[1].max() < 0.1e-6
     off = abs(life.cycle[-1] - quiet.cycle[-1])
@@ -99,5 +116,10 @@ def test_a_step_that_runs_into_a_rough_stretch_is_taken_again_as_a_held_one(quie
 
 
 def test_a_life_out_of_work_far_from_its_end_stops():
-    life = integrate(Wavering(0.0, deep=0.1 * DEPTH), np.zeros(30), limits=Limits(depth=DEPTH), most_work=300)
+    life = integrate(
+        Wavering(0.0, deep=0.1 * DEPTH),
+        np.zeros(30),
+        limits=Limits(depth=DEPTH),
+        most_work=300,
+    )
     assert life.end_reason == "work limit" and life.cycle[-1] > 0.0

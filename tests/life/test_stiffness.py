@@ -14,7 +14,12 @@ def test_radius_and_alignment_of_a_real_spectrum():
     Q = np.linalg.qr(rng.normal(size=(20, 20)))[0]
     J = -Q @ np.diag(np.linspace(1e-9, 1e-6, 20)) @ Q.T
     found = spectrum(
-        linear(J), np.zeros(20), random_direction(np.ones(20)), amplitude=1e-9, tolerance=1e-6, iterations=200
+        linear(J),
+        np.zeros(20),
+        random_direction(np.ones(20)),
+        amplitude=1e-9,
+        tolerance=1e-6,
+        iterations=200,
     )
     assert found.radius == pytest.approx(1e-6, rel=1e-3, abs=0.0)
     assert found.is_real
@@ -34,7 +39,9 @@ def test_a_nonlinear_rate_is_differenced_at_one_point():
     def rate(h):
         return 1e-12 - 1.0 * h**2 + 2e-7 * h.mean()
 
-    found = spectrum(rate, np.full(2, 1e-6), np.array([1.0, -1.0]), amplitude=1e-9, tolerance=1e-9)
+    found = spectrum(
+        rate, np.full(2, 1e-6), np.array([1.0, -1.0]), amplitude=1e-9, tolerance=1e-9
+    )
     assert found.radius == pytest.approx(2.0 * (1e-6 + 1e-9), rel=1e-2, abs=0.0)
 
 
@@ -69,11 +76,16 @@ def test_growing_saw_needs_two_rises():
 
 
 def test_swings_alternate_without_dying_out():
-    base, wave = np.ones(10), np.linspace(1.0, 2.0, 10)
+    base = np.ones(10)
+    wave = np.linspace(1.0, 2.0, 10)
     assert swings(base, base + 0.10 * wave, base)
-    assert not swings(base, base + 0.10 * wave, base + 0.02 * wave)  # dies out by 0.8 a step
+    assert not swings(
+        base, base + 0.10 * wave, base + 0.02 * wave
+    )  # dies out by 0.8 a step
     assert not swings(base, base + 0.10 * wave, base + 0.20 * wave)  # a trend
     other = np.linspace(2.0, -1.6, 10)
     assert abs(wave @ other) < 0.3 * np.linalg.norm(wave) * np.linalg.norm(other)
-    assert not swings(base, base + 0.1 * wave, base + 0.1 * wave + 0.1 * other)  # elsewhere
+    assert not swings(
+        base, base + 0.1 * wave, base + 0.1 * wave + 0.1 * other
+    )  # elsewhere
     assert not swings(base, base + 1e-4 * wave, base)  # noise

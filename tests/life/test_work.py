@@ -31,7 +31,9 @@ class DearOnceDeep:
 
 def lived(dear, most_work):
     rate = DearOnceDeep(dear)
-    return integrate(rate, np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work), rate
+    return integrate(
+        rate, np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work
+    ), rate
 
 
 def test_a_life_ends_where_it_was_asked_to_and_not_by_its_work():
@@ -40,11 +42,14 @@ def test_a_life_ends_where_it_was_asked_to_and_not_by_its_work():
     assert life.end_reason == "depth" and life.hurried
     assert rate.work < bound
     exact = lived(0.01, np.inf)[0].cycle[-1]
-    assert abs(life.cycle[-1] - exact) < min(0.15 * exact, 2.0 * life.error_estimate_life)
+    assert abs(life.cycle[-1] - exact) < min(
+        0.15 * exact, 2.0 * life.error_estimate_life
+    )
 
 
 def test_work_that_suffices_changes_nothing():
-    free, bounded = lived(0.01, np.inf)[0], lived(0.01, 1e9)[0]
+    free = lived(0.01, np.inf)[0]
+    bounded = lived(0.01, 1e9)[0]
     assert not bounded.hurried
     np.testing.assert_array_equal(bounded.depth, free.depth)
 
@@ -64,11 +69,21 @@ class Even:
         return np.full(h.shape, 1e-11)
 
 
-@pytest.mark.parametrize(("most_work", "reason"), [(100.0, "depth"), (95.0, "work limit")])
-def test_a_life_within_two_hundredths_of_its_depth_gets_some_more_work(most_work, reason):
+@pytest.mark.parametrize(
+    ("most_work", "reason"), [(100.0, "depth"), (95.0, "work limit")]
+)
+def test_a_life_within_two_hundredths_of_its_depth_gets_some_more_work(
+    most_work, reason
+):
     """A hundred steps of a hundredth each, and a first rate: a hundred rates lead to the last but one."""
     hundredth = Fixed(size=0.01 * DEPTH / 1e-11)
-    life = integrate(Even(), np.zeros(30), limits=Limits(depth=DEPTH), method=hundredth, most_work=most_work)
+    life = integrate(
+        Even(),
+        np.zeros(30),
+        limits=Limits(depth=DEPTH),
+        method=hundredth,
+        most_work=most_work,
+    )
     assert life.end_reason == reason
 
 
@@ -87,16 +102,25 @@ class DearNowAndThen(DearOnceDeep):
 @pytest.mark.parametrize("most_work", [60_000.0, 80_000.0])
 def test_steps_are_planned_by_what_rates_cost_on_the_whole(most_work):
     rate = DearNowAndThen(1.0)
-    life = integrate(rate, np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work)
+    life = integrate(
+        rate, np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work
+    )
     assert life.end_reason == "depth"
 
 
 def test_a_life_hurries_before_its_rates_are_used_up():
-    life = integrate(DearOnceDeep(1.0), np.zeros(30), limits=Limits(depth=DEPTH), most_evaluations=500)
+    life = integrate(
+        DearOnceDeep(1.0),
+        np.zeros(30),
+        limits=Limits(depth=DEPTH),
+        most_evaluations=500,
+    )
     assert life.end_reason == "depth" and life.hurried
 
 
-@pytest.mark.parametrize(("work", "way", "late"), [(-0.01, 0.0, False), (0.01, 0.0, True), (0.4, 0.5, False)])
+@pytest.mark.parametrize(
+    ("work", "way", "late"), [(-0.01, 0.0, False), (0.01, 0.0, True), (0.4, 0.5, False)]
+)
 def test_a_life_may_be_ahead_of_its_way_by_its_head_start(work, way, late):
     rate = CountedRate(DearOnceDeep(1.0), 1_000, 1_000.0)
     begun = Work(rate, Node(0.0, np.zeros(30), np.ones(30)), 1e-6)

@@ -9,7 +9,12 @@ from wearlab.gears.specification import Basics, GearSpec
 
 
 def l16(**changes):
-    common = {"teeth": 50, "tip_diameter": 0.156, "root_diameter": 0.140, "bore_diameter": 0.040}
+    common = {
+        "teeth": 50,
+        "tip_diameter": 0.156,
+        "root_diameter": 0.140,
+        "bore_diameter": 0.040,
+    }
     return gear_pair(
         GearSpec(name="pinion", **{**common, **changes}),
         GearSpec(name="gear", **common),

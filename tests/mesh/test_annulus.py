@@ -30,7 +30,8 @@ def pair_of(teeth=50, bore=0.5):
 
 def shooting(n):
     """Rim displacements of mode n by integrating Navier's equations outwards from the clamped bore."""
-    nu, mu = STEEL.poisson_ratio, STEEL.shear_modulus
+    nu = STEEL.poisson_ratio
+    mu = STEEL.shear_modulus
     stiff = STEEL.youngs_modulus / (1 - nu**2)
 
     def outwards(r, state):
@@ -44,10 +45,13 @@ def shooting(n):
         return [u_rate, v_rate, s_rate, t_rate]
 
     ends = [
-        solve_ivp(outwards, (INNER, OUTER), start, method="DOP853", rtol=1e-11, atol=1e-30).y[:, -1]
+        solve_ivp(
+            outwards, (INNER, OUTER), start, method="DOP853", rtol=1e-11, atol=1e-30
+        ).y[:, -1]
         for start in ([0, 0, 1e6, 0], [0, 0, 0, 1e6])
     ]
-    moved, loaded = np.array([e[:2] for e in ends]).T, np.array([e[2:] for e in ends]).T
+    moved = np.array([e[:2] for e in ends]).T
+    loaded = np.array([e[2:] for e in ends]).T
     return moved @ np.linalg.inv(loaded)
 
 
@@ -74,10 +78,14 @@ def test_tractions_balance_the_load():
     gear = pair_of().driving
     radius = 0.0765
     s0, s1, t0 = arc_tractions(gear, np.array([radius]))[:, 0]
-    theta, r, lam = root_half_angle(gear), gear.root_radius, float(load_angle(gear, radius))
+    theta = root_half_angle(gear)
+    r = gear.root_radius
+    lam = float(load_angle(gear, radius))
 
     def total(part):
-        return quad(lambda a: r * part(a, s0 + s1 * a / theta), -theta, theta, epsrel=1e-12)[0]
+        return quad(
+            lambda a: r * part(a, s0 + s1 * a / theta), -theta, theta, epsrel=1e-12
+        )[0]
 
     assert total(lambda a, s: s * math.cos(a) - t0 * math.sin(a)) == pytest.approx(
         -math.sin(lam), rel=1e-10, abs=0
@@ -85,14 +93,18 @@ def test_tractions_balance_the_load():
     assert total(lambda a, s: s * math.sin(a) + t0 * math.cos(a)) == pytest.approx(
         -math.cos(lam), rel=1e-10, abs=0
     )
-    assert total(lambda a, s: r * t0) == pytest.approx(-gear.base_radius, rel=1e-10, abs=0)
+    assert total(lambda a, s: r * t0) == pytest.approx(
+        -gear.base_radius, rel=1e-10, abs=0
+    )
 
 
 def test_work_of_the_arcs_against_a_plain_fourier_sum():
     """Sum the waves of displacement over the neighbouring arc, then integrate traction times displacement."""
     gear = pair_of().driving
-    theta, r = root_half_angle(gear), gear.root_radius
-    separation, count = 2 * math.pi / gear.teeth, 1100
+    theta = root_half_angle(gear)
+    r = gear.root_radius
+    separation = 2 * math.pi / gear.teeth
+    count = 1100
     response = mode_compliance(gear.bore_radius, r, gear.material, count)
     shapes = (lambda a: (1.0, 0.0), lambda a: (a / theta, 0.0), lambda a: (0.0, 1.0))
     nodes, weights = np.polynomial.legendre.leggauss(120)
@@ -101,9 +113,12 @@ def test_work_of_the_arcs_against_a_plain_fourier_sum():
     expected = np.zeros((3, 3))
     fine, fine_weights = np.polynomial.legendre.leggauss(200)
     for b, shape in enumerate(shapes):
-        normal, shear = np.array([shape(a) for a in theta * fine]).T * theta * fine_weights
+        normal, shear = (
+            np.array([shape(a) for a in theta * fine]).T * theta * fine_weights
+        )
         turned = np.exp(-1j * np.outer(n, theta * fine)) / math.pi
-        s_hat, t_hat = turned @ normal, turned @ shear
+        s_hat = turned @ normal
+        t_hat = turned @ shear
         u_hat = response.normal[1:] * s_hat + 1j * response.mixed[1:] * t_hat
         v_hat = -1j * response.mixed[1:] * s_hat + response.shear[1:] * t_hat
         waves = np.exp(1j * np.outer(angle + separation, n))
@@ -112,12 +127,16 @@ def test_work_of_the_arcs_against_a_plain_fourier_sum():
         for a, observer in enumerate(shapes):
             s, t = np.array([observer(x) for x in angle]).T
             expected[a, b] = np.sum(weights * theta * r * (s * u + t * v))
-    assert arc_work(gear, separation) == pytest.approx(expected, abs=2e-6 * np.abs(expected).max())
+    assert arc_work(gear, separation) == pytest.approx(
+        expected, abs=2e-6 * np.abs(expected).max()
+    )
 
 
 def test_betti_and_positive_energy():
     gear = pair_of().driving
-    own, ahead, behind = (arc_work(gear, d * 2 * math.pi / gear.teeth) for d in (0, 1, -1))
+    own, ahead, behind = (
+        arc_work(gear, d * 2 * math.pi / gear.teeth) for d in (0, 1, -1)
+    )
     assert own == pytest.approx(own.T, abs=1e-12 * own.max())
     assert ahead == pytest.approx(behind.T, abs=1e-12 * own.max())
     assert np.linalg.eigvalsh(np.block([[own, behind], [ahead, own]])).min() > 0
@@ -138,7 +157,9 @@ def test_own_compliance_is_near_sainsot(teeth, bore):
         Basics(0.003, face_width=0.02),
     )
     radius = pair.radius(0, np.linspace(pair.path.A, pair.path.E, 5))
-    ratio = body_compliance(pair.driving, radius) / foundation_compliance(pair.driving, radius)
+    ratio = body_compliance(pair.driving, radius) / foundation_compliance(
+        pair.driving, radius
+    )
     assert np.all((ratio > 0.90) & (ratio < 1.08))
 
 
@@ -149,21 +170,28 @@ def test_coupling_is_symmetric_and_one_with_itself():
     back = body_coupling(pair.driving, radius[1], radius[0])
     assert forth == pytest.approx(back, rel=1e-13, abs=0)
     assert 0.3 < forth < 0.6
-    assert body_coupling(pair.driving, radius, radius, teeth_apart=0) == pytest.approx(1.0, rel=1e-12, abs=0)
+    assert body_coupling(pair.driving, radius, radius, teeth_apart=0) == pytest.approx(
+        1.0, rel=1e-12, abs=0
+    )
 
 
 def test_coupling_of_equal_gears_is_a_mirror_image():
     pair = pair_of()
     s = np.linspace(pair.path.A, pair.path.B, 4)
-    first = body_coupling(pair.driving, pair.radius(0, s), pair.radius(0, s + pair.base_pitch))
-    second = body_coupling(pair.driven, pair.radius(1, -s), pair.radius(1, -s - pair.base_pitch))
+    first = body_coupling(
+        pair.driving, pair.radius(0, s), pair.radius(0, s + pair.base_pitch)
+    )
+    second = body_coupling(
+        pair.driven, pair.radius(1, -s), pair.radius(1, -s - pair.base_pitch)
+    )
     assert first == pytest.approx(second, rel=1e-12, abs=0)
 
 
 def test_coupling_fades_with_distance_and_with_a_large_bore():
     pair = pair_of()
     a, b = pair.radius(0, np.array([pair.path.A, pair.path.A + pair.base_pitch]))
-    near, far = (body_coupling(pair.driving, a, b, teeth_apart=k) for k in (1, 2))
+    near = body_coupling(pair.driving, a, b, teeth_apart=1)
+    far = body_coupling(pair.driving, a, b, teeth_apart=2)
     assert near > far > 0
     ring = pair_of(bore=0.8)
     assert body_coupling(ring.driving, a, b) < 0.7 * near

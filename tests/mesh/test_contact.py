@@ -30,20 +30,44 @@ def grid(pair):
 
 def given(grid, curve, of_mesh=False, **changes):
     return ContactAnalysis(
-        grid, GivenStiffness(curve, of_mesh, grid), np.zeros(len(grid.position)), LOAD, **changes
+        grid,
+        GivenStiffness(curve, of_mesh, grid),
+        np.zeros(len(grid.position)),
+        LOAD,
+        **changes,
     )
 
 
-def potential_energy(pair, grid, *, correction=(1.0, 1.0), coupling=(), partner=(), **changes):
-    """Return the contact of a pair; ``coupling`` (n_apart, 2, n): ratios shared with ``partner`` nodes."""
+def potential_energy(
+    pair, grid, *, correction=(1.0, 1.0), coupling=(), partner=(), **changes
+):
+    """Return the contact of a pair.
+
+    ``coupling`` (n_apart, 2, n): ratios shared with ``partner`` nodes.
+    """
     n = len(grid.position)
-    teeth = tuple(tooth_flexibility(g, pair.radius(i, grid.position)) for i, g in enumerate(pair.gears))
-    bodies = np.stack([tooth.foundation / by for tooth, by in zip(teeth, correction, strict=True)])
+    teeth = tuple(
+        tooth_flexibility(g, pair.radius(i, grid.position))
+        for i, g in enumerate(pair.gears)
+    )
+    bodies = np.stack(
+        [tooth.foundation / by for tooth, by in zip(teeth, correction, strict=True)]
+    )
     shared = np.zeros((len(partner), n))
     for out, ratio, node in zip(shared, coupling, partner, strict=True):
-        out[:] = np.where(node < 0, 0.0, (ratio * np.sqrt(bodies * bodies[:, node])).sum(axis=0))
-    hertz = ConstantContact(yang_sun(pair.driving.material, pair.driven.material, pair.face_width))
-    parts = {"hertz": hertz, "rest": bodies, "shared": shared, "teeth": teeth, **changes}
+        out[:] = np.where(
+            node < 0, 0.0, (ratio * np.sqrt(bodies * bodies[:, node])).sum(axis=0)
+        )
+    hertz = ConstantContact(
+        yang_sun(pair.driving.material, pair.driven.material, pair.face_width)
+    )
+    parts = {
+        "hertz": hertz,
+        "rest": bodies,
+        "shared": shared,
+        "teeth": teeth,
+        **changes,
+    }
     return ContactAnalysis(grid, InSeries(**parts), np.zeros(n), LOAD)
 
 
@@ -54,7 +78,9 @@ def some_wear(grid):
 
 def test_equal_pairs_share_equally_and_stiffen_in_double_contact(grid):
     analysis = given(grid, constant(2.4e8))
-    state = analysis.quasistatic(analysis.nodes(np.zeros((2, len(grid.position)))), analysis.at_nodes)
+    state = analysis.quasistatic(
+        analysis.nodes(np.zeros((2, len(grid.position)))), analysis.at_nodes
+    )
     double = np.all(grid.pairs_at_phase_nodes >= 0, axis=1)
     np.testing.assert_allclose(state.tangent, np.where(double, 4.8e8, 2.4e8))
     np.testing.assert_allclose(state.deflection, LOAD / state.tangent)
@@ -62,12 +88,14 @@ def test_equal_pairs_share_equally_and_stiffen_in_double_contact(grid):
 
 
 def test_worn_flanks_agree_with_root_finding_pair_by_pair(pair, grid):
-    analysis, wear = potential_energy(pair, grid), some_wear(grid)
+    analysis = potential_energy(pair, grid)
+    wear = some_wear(grid)
     nodes = analysis.nodes(wear)
     state = analysis.quasistatic(nodes, analysis.at_nodes)
     for i, pairs in enumerate(grid.pairs_at_phase_nodes[::7]):
         touching = pairs[pairs >= 0]
-        k, g = 1.0 / nodes.compliance[touching], wear[0, touching] + wear[1, touching]
+        k = 1.0 / nodes.compliance[touching]
+        g = wear[0, touching] + wear[1, touching]
 
         def unbalanced(delta, k=k, g=g):
             return np.sum(k * np.maximum(0.0, delta - g)) - LOAD
@@ -86,12 +114,16 @@ def load_dependent(pair, grid):
     )
 
 
-def test_contacts_that_soften_agree_with_root_finding_and_settle_from_anywhere(pair, grid):
-    hertz, wear = load_dependent(pair, grid), some_wear(grid)
+def test_contacts_that_soften_agree_with_root_finding_and_settle_from_anywhere(
+    pair, grid
+):
+    hertz = load_dependent(pair, grid)
+    wear = some_wear(grid)
     analysis = potential_energy(pair, grid, hertz=hertz)
     nodes = analysis.nodes(wear)
     state = analysis.quasistatic(nodes, analysis.at_nodes)
-    body, gap = analysis.stiffness.body(wear), wear[0] + wear[1]
+    body = analysis.stiffness.body(wear)
+    gap = wear[0] + wear[1]
 
     def deflection_under(force, node):
         at_least = np.full(len(gap), max(force, LEAST_LOADED * LOAD))
@@ -100,24 +132,38 @@ def test_contacts_that_soften_agree_with_root_finding_and_settle_from_anywhere(p
     def force_of(delta, node):
         if delta <= gap[node]:
             return 0.0
-        return brentq(lambda force: deflection_under(force, node) - delta, 0.0, 1e5, xtol=1e-12, rtol=1e-14)
+        return brentq(
+            lambda force: deflection_under(force, node) - delta,
+            0.0,
+            1e5,
+            xtol=1e-12,
+            rtol=1e-14,
+        )
 
     for i, pairs in enumerate(grid.pairs_at_phase_nodes[::9]):
         touching = pairs[pairs >= 0]
         expected = brentq(
-            lambda delta, touching=touching: sum(force_of(delta, node) for node in touching) - LOAD,
-            0.0, 1e-4, xtol=1e-18, rtol=1e-14,
-        )  # fmt: skip
+            lambda delta, touching=touching: (
+                sum(force_of(delta, node) for node in touching) - LOAD
+            ),
+            0.0,
+            1e-4,
+            xtol=1e-18,
+            rtol=1e-14,
+        )
         assert state.deflection[9 * i] == pytest.approx(expected, rel=1e-11, abs=0.0)
         forces = [force_of(expected, node) for node in touching]
         assert state.force[9 * i, pairs >= 0] == pytest.approx(forces, abs=1e-9 * LOAD)
     for other in (0.0 * wear, wear * (1.0 + 1e-7), 5.0 * wear):
         near = analysis.quasistatic(analysis.nodes(other), analysis.at_nodes)
-        np.testing.assert_allclose(analysis.nodes(wear, near).compliance, nodes.compliance, rtol=1e-14)
+        np.testing.assert_allclose(
+            analysis.nodes(wear, near).compliance, nodes.compliance, rtol=1e-14
+        )
 
 
 def test_wear_vanishing_is_the_healthy_mesh(pair, grid):
-    analysis, wear = potential_energy(pair, grid), some_wear(grid)
+    analysis = potential_energy(pair, grid)
+    wear = some_wear(grid)
     healthy = analysis.nodes(0.0 * wear)
     before = analysis.quasistatic(healthy, analysis.at_nodes)
     change = []
@@ -127,11 +173,15 @@ def test_wear_vanishing_is_the_healthy_mesh(pair, grid):
         change.append(np.max(np.abs(worn.deflection - before.deflection)))
     assert change[0] / change[1] == pytest.approx(10, rel=0.05)
     assert change[1] / change[2] == pytest.approx(10, rel=0.05)
-    assert analysis.nodes(0.0 * wear).compliance.tobytes() == healthy.compliance.tobytes()
+    assert (
+        analysis.nodes(0.0 * wear).compliance.tobytes() == healthy.compliance.tobytes()
+    )
 
 
 def test_the_series_of_compliances_has_every_term(pair, grid):
-    full = potential_energy(pair, grid).nodes(np.zeros((2, len(grid.position)))).compliance
+    full = (
+        potential_energy(pair, grid).nodes(np.zeros((2, len(grid.position)))).compliance
+    )
     rigid_body = potential_energy(pair, grid, correction=(np.inf, np.inf))
     no_hertz = potential_energy(pair, grid, hertz=ConstantContact(0.0))
     wear = np.zeros((2, len(grid.position)))
@@ -139,10 +189,14 @@ def test_the_series_of_compliances_has_every_term(pair, grid):
     np.testing.assert_allclose(full - no_hertz.nodes(wear).compliance, hertz, rtol=1e-9)
     teeth = potential_energy(pair, grid).stiffness.teeth
     foundations = teeth[0].foundation + teeth[1].foundation
-    np.testing.assert_allclose(full - rigid_body.nodes(wear).compliance, foundations, rtol=1e-9)
+    np.testing.assert_allclose(
+        full - rigid_body.nodes(wear).compliance, foundations, rtol=1e-9
+    )
     softer = potential_energy(pair, grid, correction=(2.0, 1.0)).nodes(wear).compliance
     np.testing.assert_allclose(full - softer, 0.5 * teeth[0].foundation, rtol=1e-9)
-    np.testing.assert_allclose(potential_energy(pair, grid, scale=1.25).nodes(wear).compliance, full / 1.25)
+    np.testing.assert_allclose(
+        potential_energy(pair, grid, scale=1.25).nodes(wear).compliance, full / 1.25
+    )
 
 
 def test_engagement_by_threshold_leaves_late_pairs_out(pair, grid):
@@ -184,7 +238,10 @@ def test_by_a_threshold_the_mesh_is_as_stiff_as_all_engaged_pairs(pair, grid, sh
 
 
 def test_weber_contact_is_solved_for_its_own_load(pair, grid):
-    teeth = tuple(tooth_flexibility(g, pair.radius(i, grid.position)) for i, g in enumerate(pair.gears))
+    teeth = tuple(
+        tooth_flexibility(g, pair.radius(i, grid.position))
+        for i, g in enumerate(pair.gears)
+    )
     steel = pair.driving.material
     weber = WeberContact(
         pair.equivalent_curvature(grid.position),
@@ -195,8 +252,12 @@ def test_weber_contact_is_solved_for_its_own_load(pair, grid):
     analysis = potential_energy(pair, grid, hertz=weber)
     wear = some_wear(grid)
     nodes = analysis.nodes(wear)
-    force = analysis.force_at_nodes(analysis.quasistatic(nodes, analysis.at_nodes).force)
-    rigid = potential_energy(pair, grid, hertz=ConstantContact(0.0)).nodes(wear).compliance
+    force = analysis.force_at_nodes(
+        analysis.quasistatic(nodes, analysis.at_nodes).force
+    )
+    rigid = (
+        potential_energy(pair, grid, hertz=ConstantContact(0.0)).nodes(wear).compliance
+    )
     expected = weber.compliance(force)
     np.testing.assert_allclose(nodes.compliance - rigid, expected, rtol=1e-7)
     stiffer = potential_energy(pair, grid).nodes(wear).compliance
@@ -226,7 +287,9 @@ def test_a_shared_body_softens_double_contact_only(pair, grid):
 
 
 def test_mesh_stiffness_from_a_table_keeps_its_jump(pair):
-    curve = PiecewiseCurve(np.array([0.0, 0.4, 0.4, 1.0]), np.array([3e8, 3e8, 2e8, 2e8]))
+    curve = PiecewiseCurve(
+        np.array([0.0, 0.4, 0.4, 1.0]), np.array([3e8, 3e8, 2e8, 2e8])
+    )
     grid = profile_grid(pair, 101, jumps=curve.jumps)
     analysis = given(grid, curve, of_mesh=True)
     nodes = analysis.nodes(np.zeros((2, len(grid.position))))

@@ -10,7 +10,9 @@ from exact_extension import Deflections, extension
 from wearlab.mesh.exact.gaps import corner, separations, unworn_extension
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 
-_spec = importlib.util.spec_from_file_location("flanks", Path(__file__).parent / "exact" / "conftest.py")
+_spec = importlib.util.spec_from_file_location(
+    "flanks", Path(__file__).parent / "exact" / "conftest.py"
+)
 exact = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(exact)
 
@@ -27,16 +29,23 @@ def beyond(pair, end, furthest=0.3, n=13):
 
 @pytest.mark.parametrize("end", ["A", "E"])
 def test_unworn_corners_are_as_far_as_the_exact_search_finds(flanks, end):
-    pair, s = flanks.pair, flanks.grid.position
-    x, none = beyond(pair, end), np.zeros((2, len(s)))
+    pair = flanks.pair
+    s = flanks.grid.position
+    x = beyond(pair, end)
+    none = np.zeros((2, len(s)))
     found = corner(pair, end, x, s).gap(none)
-    np.testing.assert_allclose(found, minimum_gap(*flanks.worn(none), x).gap, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(
+        found, minimum_gap(*flanks.worn(none), x).gap, rtol=1e-9, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("end", ["A", "E"])
-def test_worn_corners_differ_from_the_exact_search_at_second_order(flanks, end, depths=(1e-5, 5e-6, 2.5e-6)):
+def test_worn_corners_differ_from_the_exact_search_at_second_order(
+    flanks, end, depths=(1e-5, 5e-6, 2.5e-6)
+):
     """Half the wear leaves a quarter of the error, until the spacing of the nodes near the tip counts."""
-    pair, s = flanks.pair, flanks.grid.position
+    pair = flanks.pair
+    s = flanks.grid.position
     x = beyond(pair, end)
     error = []
     for depth in depths:
@@ -49,7 +58,8 @@ def test_worn_corners_differ_from_the_exact_search_at_second_order(flanks, end, 
 
 @pytest.mark.parametrize("end", ["A", "E"])
 def test_even_wear_of_one_flank_opens_the_gap_by_itself(flanks, end):
-    pair, s = flanks.pair, flanks.grid.position
+    pair = flanks.pair
+    s = flanks.grid.position
     one = corner(pair, end, beyond(pair, end, 0.2), s)
     unworn = one.gap(np.zeros((2, len(s))))
     for gear in (0, 1):
@@ -70,4 +80,6 @@ def test_flanks_in_conjugate_contact_are_not_apart(flanks):
 def test_the_extension_of_unworn_gears_is_the_exact_search_s(flanks):
     none = np.zeros((2, len(flanks.grid.position)))
     expected = extension(flanks, none, Deflections(20e-6, 20e-6))
-    np.testing.assert_allclose(unworn_extension(flanks.pair, 20e-6), expected, rtol=1e-5)
+    np.testing.assert_allclose(
+        unworn_extension(flanks.pair, 20e-6), expected, rtol=1e-5
+    )

@@ -9,7 +9,11 @@ from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.damping import nothing, register
 from wearlab.mesh.damping_laws import hunt_crossley
 from wearlab.mesh.excitation import MeshFlanks, combined_error, stage_tables
-from wearlab.mesh.excitations import FourierExcitation, ModulatedExcitation, PairsExcitation
+from wearlab.mesh.excitations import (
+    FourierExcitation,
+    ModulatedExcitation,
+    PairsExcitation,
+)
 from wearlab.mesh.force import Dashpot, Deflections, flank_forces
 from wearlab.mesh.harmonics import mesh_error
 from wearlab.mesh.profile import lookup, profile_grid
@@ -26,13 +30,20 @@ def grid(pair):
 
 @pytest.fixture(scope="module")
 def analysis(grid):
-    return ContactAnalysis(grid, GivenStiffness(constant(K), False, grid), np.zeros(len(grid.position)), LOAD)
+    return ContactAnalysis(
+        grid,
+        GivenStiffness(constant(K), False, grid),
+        np.zeros(len(grid.position)),
+        LOAD,
+    )
 
 
 @pytest.fixture(scope="module")
 def nodes(analysis, grid):
     s = grid.position
-    return analysis.nodes(np.stack([1e-6 + 3e-4 * np.abs(s), 2e-6 * np.cos(300 * s) + 2e-6]))
+    return analysis.nodes(
+        np.stack([1e-6 + 3e-4 * np.abs(s), 2e-6 * np.cos(300 * s) + 2e-6])
+    )
 
 
 def test_steps_land_on_breaks_in_pairs():
@@ -47,29 +58,53 @@ def test_steps_land_on_breaks_in_pairs():
 def test_pairs_are_tabulated_with_both_sides_of_every_jump(pair, grid, analysis, nodes):
     meshes = (Mesh(0, 0.0, mesh_error((), ((2, 1e-6, 0.3),))),)
     at = sampling([grid], meshes, grid.breaks, stage_grid(grid.breaks[:-1], 60))
-    tables = stage_tables([MeshFlanks(analysis, nodes, PairsExcitation().prepare(analysis, nodes))], at, None)
+    tables = stage_tables(
+        [MeshFlanks(analysis, nodes, PairsExcitation().prepare(analysis, nodes))],
+        at,
+        None,
+    )
     phase = at.grid.phase
     for slot, ahead in ((0, 1), (1, 0)):
         s = pair.path.A + (phase + ahead) * pair.base_pitch
         middle = (s[:, 1] < pair.path.E)[:, None] & np.ones(3, bool)
         expected = 1e-6 + 3e-4 * np.abs(s) + 2e-6 * np.cos(300 * s) + 2e-6
-        np.testing.assert_allclose(tables.stiffness[:, :, 0, slot], np.where(middle, K, 0.0))
-        np.testing.assert_allclose(tables.gap[:, :, 0, slot][middle], expected[middle], atol=1e-11)
-    np.testing.assert_allclose(tables.error[:, :, 0], 1e-6 * np.sin(4 * np.pi * phase + 0.3), atol=1e-20)
+        np.testing.assert_allclose(
+            tables.stiffness[:, :, 0, slot], np.where(middle, K, 0.0)
+        )
+        np.testing.assert_allclose(
+            tables.gap[:, :, 0, slot][middle], expected[middle], atol=1e-11
+        )
     np.testing.assert_allclose(
-        tables.error_rate[:, :, 0], 4e-6 * np.pi * np.cos(4 * np.pi * phase + 0.3), atol=1e-18
+        tables.error[:, :, 0], 1e-6 * np.sin(4 * np.pi * phase + 0.3), atol=1e-20
+    )
+    np.testing.assert_allclose(
+        tables.error_rate[:, :, 0],
+        4e-6 * np.pi * np.cos(4 * np.pi * phase + 0.3),
+        atol=1e-18,
     )
 
 
-def test_force_of_pairs_is_that_of_its_springs_and_the_back_flank(grid, analysis, nodes):
+def test_force_of_pairs_is_that_of_its_springs_and_the_back_flank(
+    grid, analysis, nodes
+):
     where = lookup(grid, np.array([0.2, 0.6, 0.9]))
     _, gap, _ = analysis.at(nodes, where)
     for delta in (2e-5, 3e-6, -1e-6, -6e-5):
         motion = Deflections(np.full(3, delta), np.zeros(3))
-        force = flank_forces(MeshFlanks(analysis, nodes, None), where, motion, Dashpot(0.0, False, 5e-5), 1.0)
+        force = flank_forces(
+            MeshFlanks(analysis, nodes, None),
+            where,
+            motion,
+            Dashpot(0.0, False, 5e-5),
+            1.0,
+        )
         for i in range(3):
             present = np.isfinite(gap[i])
-            expected = np.where(present, K * np.maximum(0.0, delta - np.where(present, gap[i], 0.0)), 0.0)
+            expected = np.where(
+                present,
+                K * np.maximum(0.0, delta - np.where(present, gap[i], 0.0)),
+                0.0,
+            )
             back = K * present.sum() * max(0.0, -5e-5 - delta)
             np.testing.assert_allclose(force.pair[i], expected, rtol=1e-12)
             assert force.elastic[i] == pytest.approx(expected.sum() - back, rel=1e-12)
@@ -80,10 +115,14 @@ def test_fourier_series_tends_to_the_contact_analysis(grid, analysis, nodes):
     state = analysis.quasistatic(nodes, analysis.at_nodes)
     misfit = []
     for count in (3, 9, 27):
-        series = FourierExcitation(stiffness_harmonics=count, error_harmonics=count).prepare(analysis, nodes)
+        series = FourierExcitation(
+            stiffness_harmonics=count, error_harmonics=count
+        ).prepare(analysis, nodes)
         misfit.append(weight @ (series.stiffness.value(phase) - state.tangent) ** 2)
         assert len(series.stiffness.amplitude) == count == len(series.error.amplitude)
-        assert series.error.mean == pytest.approx(weight @ state.unloaded, rel=1e-12, abs=0.0)
+        assert series.error.mean == pytest.approx(
+            weight @ state.unloaded, rel=1e-12, abs=0.0
+        )
     assert misfit[0] > misfit[1] > misfit[2]
 
 
@@ -94,39 +133,60 @@ def test_combination_rules(analysis, nodes):
         found = combined_error(state, rule, "unloaded")
         np.testing.assert_allclose(found[both], expected(state.gap[both], axis=1))
         np.testing.assert_allclose(found[~both], state.gap[~both].min(axis=1))
-    np.testing.assert_array_equal(combined_error(state, "min", "loaded"), state.deflection)
+    np.testing.assert_array_equal(
+        combined_error(state, "min", "loaded"), state.deflection
+    )
 
 
 @pytest.mark.parametrize(
-    "excitation", [FourierExcitation(stiffness_harmonics=5, error_harmonics=4), ModulatedExcitation()]
+    "excitation",
+    [
+        FourierExcitation(stiffness_harmonics=5, error_harmonics=4),
+        ModulatedExcitation(),
+    ],
 )
-def test_series_forces_are_one_spring_split_by_the_static_share(grid, analysis, nodes, excitation):
+def test_series_forces_are_one_spring_split_by_the_static_share(
+    grid, analysis, nodes, excitation
+):
     series = excitation.prepare(analysis, nodes)
     meshes = (Mesh(0, 0.0, mesh_error((), ((1, 1e-6, 0.0),))),)
     at = sampling([grid], meshes, grid.breaks, stage_grid(grid.breaks[:-1], 40))
     tables = stage_tables([MeshFlanks(analysis, nodes, series)], at, None)
     phase = at.grid.phase
     assert tables.stiffness.shape[2:] == (1, 1) and not tables.gap.any()
-    np.testing.assert_allclose(tables.stiffness[:, :, 0, 0], series.stiffness.value(phase))
     np.testing.assert_allclose(
-        tables.error[:, :, 0], series.error.value(phase) + 1e-6 * np.sin(2 * np.pi * phase), rtol=1e-12
+        tables.stiffness[:, :, 0, 0], series.stiffness.value(phase)
+    )
+    np.testing.assert_allclose(
+        tables.error[:, :, 0],
+        series.error.value(phase) + 1e-6 * np.sin(2 * np.pi * phase),
+        rtol=1e-12,
     )
     where = lookup(grid, np.array([0.1, 0.85]))
     delta = np.array([2e-5, 1.5e-5])
     motion = Deflections(delta, np.zeros(2))
-    force = flank_forces(MeshFlanks(analysis, nodes, series), where, motion, Dashpot(0.0), 1.0)
-    np.testing.assert_allclose(force.elastic, series.stiffness.value(where.phase) * delta)
+    force = flank_forces(
+        MeshFlanks(analysis, nodes, series), where, motion, Dashpot(0.0), 1.0
+    )
+    np.testing.assert_allclose(
+        force.elastic, series.stiffness.value(where.phase) * delta
+    )
     np.testing.assert_allclose(force.pair.sum(axis=1), force.elastic)
     share = analysis.quasistatic(nodes, where).force / LOAD
     np.testing.assert_allclose(force.pair, share * force.elastic[:, None], rtol=1e-10)
 
 
 @pytest.mark.parametrize("law", [None, "hunt-crossley"])
-def test_periods_found_at_once_are_periods_found_one_by_one(grid, analysis, nodes, law, monkeypatch):
+def test_periods_found_at_once_are_periods_found_one_by_one(
+    grid, analysis, nodes, law, monkeypatch
+):
     monkeypatch.setattr(force, "AT_ONCE", 12)  # blocks of fewer periods than there are
-    where, flanks = lookup(grid, np.array([0.1, 0.5, 0.85])), MeshFlanks(analysis, nodes, None)
+    where = lookup(grid, np.array([0.1, 0.5, 0.85]))
+    flanks = MeshFlanks(analysis, nodes, None)
     rng = np.random.default_rng(3)
-    motion = Deflections(2e-5 * rng.standard_normal((5, 3)), 1e-3 * rng.standard_normal((5, 3)))
+    motion = Deflections(
+        2e-5 * rng.standard_normal((5, 3)), 1e-3 * rng.standard_normal((5, 3))
+    )
     if law is not None:
         register(hunt_crossley.HuntCrossley, hunt_crossley.in_contact, nothing)
         law = hunt_crossley.HuntCrossley(np.array([0.1]))
@@ -135,13 +195,20 @@ def test_periods_found_at_once_are_periods_found_one_by_one(grid, analysis, node
     for number, row in enumerate(zip(*motion, strict=True)):
         alone = flank_forces(flanks, where, Deflections(*row), dashpot, 1e-3)
         for name in together._fields:
-            np.testing.assert_array_equal(getattr(together, name)[number], getattr(alone, name))
+            np.testing.assert_array_equal(
+                getattr(together, name)[number], getattr(alone, name)
+            )
 
 
-def test_a_mesh_that_lags_repeats_the_first_later_on_the_clock(pair, grid, analysis, nodes):
+def test_a_mesh_that_lags_repeats_the_first_later_on_the_clock(
+    pair, grid, analysis, nodes
+):
     """Stage tables of a lagging mesh against the same flanks asked directly at its own phase."""
     lag = 0.37
-    meshes = (Mesh(0, 0.0, mesh_error(())), Mesh(0, lag, mesh_error((), ((1, 1e-6, 0.2),))))
+    meshes = (
+        Mesh(0, 0.0, mesh_error(())),
+        Mesh(0, lag, mesh_error((), ((1, 1e-6, 0.2),))),
+    )
     edges = breaks_on_clock([grid], meshes)
     at = sampling([grid], meshes, edges, stage_grid(edges[:-1], 80))
     tables = stage_tables([MeshFlanks(analysis, nodes, None)], at, None)
@@ -151,7 +218,9 @@ def test_a_mesh_that_lags_repeats_the_first_later_on_the_clock(pair, grid, analy
     np.testing.assert_allclose(tables.stiffness[:, 1, 1], 1.0 / compliance, rtol=1e-12)
     np.testing.assert_allclose(tables.gap[:, 1, 1][present], gap[present], rtol=1e-9)
     np.testing.assert_allclose(
-        tables.error[:, :, 1], 1e-6 * np.sin(2 * np.pi * (at.grid.phase - lag) + 0.2), atol=1e-18
+        tables.error[:, :, 1],
+        1e-6 * np.sin(2 * np.pi * (at.grid.phase - lag) + 0.2),
+        atol=1e-18,
     )
     entry = np.searchsorted(edges, lag)
     assert edges[entry] == pytest.approx(lag, abs=1e-12)
@@ -159,7 +228,9 @@ def test_a_mesh_that_lags_repeats_the_first_later_on_the_clock(pair, grid, analy
 
 def test_own_phases_meet_the_clock_on_their_own_side_of_a_break(grid, analysis):
     lag = 0.62
-    edges = breaks_on_clock([grid], (Mesh(0, 0.0, mesh_error(())), Mesh(0, lag, mesh_error(()))))
+    edges = breaks_on_clock(
+        [grid], (Mesh(0, 0.0, mesh_error(())), Mesh(0, lag, mesh_error(())))
+    )
     own = analysis.at_nodes
     when = instants_of(grid, lag, own, edges)
     assert np.all(when.phase >= edges[when.segment] - 1e-12)

@@ -7,7 +7,8 @@ from scipy.integrate import quad
 from wearlab.gears.specification import STEEL, Material
 from wearlab.mesh.stiffness import WeberContact, yang_sun
 
-E, NU = STEEL.youngs_modulus, STEEL.poisson_ratio
+E = STEEL.youngs_modulus
+NU = STEEL.poisson_ratio
 WEBER = WeberContact(6e-3, np.array([2.4e-3, 2.2e-3]), (STEEL, STEEL), 0.02)
 
 
@@ -19,7 +20,9 @@ def test_yang_sun_of_equal_materials():
 
 def test_yang_sun_against_a_rigid_mate_is_half():
     rigid = Material(1e30, 0.3, 1.0)
-    assert yang_sun(STEEL, rigid, 0.02) == pytest.approx(0.5 * yang_sun(STEEL, STEEL, 0.02), rel=1e-12, abs=0)
+    assert yang_sun(STEEL, rigid, 0.02) == pytest.approx(
+        0.5 * yang_sun(STEEL, STEEL, 0.02), rel=1e-12, abs=0
+    )
     assert yang_sun(rigid, STEEL, 0.02) == yang_sun(STEEL, rigid, 0.02)
 
 
@@ -34,7 +37,9 @@ def test_weber_against_the_strain_under_a_hertzian_pressure():
         along = -p0 * a / math.hypot(a, z)
         return -((1 - NU**2) * along - NU * (1 + NU) * across) / E
 
-    expected = sum(quad(strain, 0, t, epsrel=1e-10, points=[a, 10 * a])[0] for t in (t1, t2))
+    expected = sum(
+        quad(strain, 0, t, epsrel=1e-10, points=[a, 10 * a])[0] for t in (t1, t2)
+    )
     assert F * WEBER.compliance(F) == pytest.approx(expected, rel=2e-3, abs=0)
 
 
@@ -44,7 +49,8 @@ def test_weber_is_about_three_times_softer_than_yang_sun():
 
 
 def test_weber_falls_with_the_logarithm_of_load_and_stays_finite():
-    soft, stiff = (WEBER.compliance(F) for F in (100.0, 10000.0))
+    soft = WEBER.compliance(100.0)
+    stiff = WEBER.compliance(10000.0)
     slope = 2 / (math.pi * 0.02) * 2 * (1 - NU**2) / E * 0.5 * math.log(100.0)
     assert soft - stiff == pytest.approx(slope, rel=1e-12, abs=0)
     assert np.isfinite(WEBER.compliance(0.0))
@@ -53,14 +59,21 @@ def test_weber_falls_with_the_logarithm_of_load_and_stays_finite():
 
 def test_weber_keeps_the_share_of_each_material():
     soft = Material(1e11, 0.2, 1.0)
-    one = WeberContact(6e-3, np.array([2.4e-3, 2.2e-3]), (STEEL, soft), 0.02).compliance(1000.0)
-    other = WeberContact(6e-3, np.array([2.2e-3, 2.4e-3]), (soft, STEEL), 0.02).compliance(1000.0)
+    one = WeberContact(
+        6e-3, np.array([2.4e-3, 2.2e-3]), (STEEL, soft), 0.02
+    ).compliance(1000.0)
+    other = WeberContact(
+        6e-3, np.array([2.2e-3, 2.4e-3]), (soft, STEEL), 0.02
+    ).compliance(1000.0)
     assert one == pytest.approx(other, rel=1e-14, abs=0)
 
 
 def test_weber_over_the_nodes():
-    force, radius = np.array([10.0, 1000.0]), np.array([5e-3, 6e-3])
+    force = np.array([10.0, 1000.0])
+    radius = np.array([5e-3, 6e-3])
     depth = np.array([[2e-3, 2.4e-3], [3e-3, 2.2e-3]])
     found = WeberContact(radius, depth, (STEEL, STEEL), 0.02).compliance(force)
     for i in range(2):
-        assert found[i] == WeberContact(radius[i], depth[:, i], (STEEL, STEEL), 0.02).compliance(force[i])
+        assert found[i] == WeberContact(
+            radius[i], depth[:, i], (STEEL, STEEL), 0.02
+        ).compliance(force[i])

@@ -5,7 +5,13 @@ import pytest
 
 from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.mesh.profile import NO_EXTENSION, Extension, interpolate, lookup, profile_grid
+from wearlab.mesh.profile import (
+    NO_EXTENSION,
+    Extension,
+    interpolate,
+    lookup,
+    profile_grid,
+)
 
 
 def long_addendum_pair():
@@ -32,14 +38,20 @@ def test_every_node_has_its_base_pitch_partner(pair):
     double = np.all(both >= 0, axis=1)
     leading, following = grid.position[both[double]].T
     np.testing.assert_allclose(leading - following, pair.base_pitch, rtol=1e-13)
-    assert double.sum() * 2 + (~double).sum() - 1 == len(grid.position)  # C's node belongs to two segments
+    assert double.sum() * 2 + (~double).sum() - 1 == len(
+        grid.position
+    )  # C's node belongs to two segments
 
 
 def test_weights_integrate_the_path(pair):
     grid = profile_grid(pair, 41)
     s = grid.position
-    assert grid.weight @ np.ones_like(s) == pytest.approx(pair.path.E - pair.path.A, rel=1e-14)
-    assert grid.weight @ s**3 == pytest.approx((pair.path.E**4 - pair.path.A**4) / 4, abs=1e-16)
+    assert grid.weight @ np.ones_like(s) == pytest.approx(
+        pair.path.E - pair.path.A, rel=1e-14
+    )
+    assert grid.weight @ s**3 == pytest.approx(
+        (pair.path.E**4 - pair.path.A**4) / 4, abs=1e-16
+    )
 
 
 def test_interpolation_is_fourth_order_and_one_sided(pair):
@@ -47,7 +59,9 @@ def test_interpolation_is_fourth_order_and_one_sided(pair):
     for points in (41, 81, 161):
         grid = profile_grid(pair, points)
         jump = 1e-3 * (grid.position > pair.path.D - 1e-12)
-        jump[np.flatnonzero(np.abs(grid.position - pair.path.D) < 1e-12)[0]] = 0.0  # left limit
+        jump[np.flatnonzero(np.abs(grid.position - pair.path.D) < 1e-12)[0]] = (
+            0.0  # left limit
+        )
         nodes = np.sin(900 * grid.position) + jump
         phase = (np.arange(500) + 0.5) / 500
         out = interpolate(grid, lookup(grid, phase), nodes, np.nan)
@@ -76,7 +90,9 @@ def test_pairs_beyond_both_ends_at_once_have_a_slot_each(pair):
         grid = profile_grid(pair, 101, extension=Extension(reach, reach))
         assert grid.slots == grid.most_pairs + 1 + more
         values = (grid.first.T >= 0).astype(float)
-        np.testing.assert_array_equal(grid.into_slots(values, 0.0).sum(axis=0), values.sum(axis=0))
+        np.testing.assert_array_equal(
+            grid.into_slots(values, 0.0).sum(axis=0), values.sum(axis=0)
+        )
 
 
 def test_extra_jump_is_two_sided(pair):
@@ -85,7 +101,9 @@ def test_extra_jump_is_two_sided(pair):
     assert np.sum(np.abs(grid.position - s) < 1e-12) == 2
 
 
-@pytest.mark.parametrize("extension", [NO_EXTENSION, Extension(0.3e-3, 0.0), Extension(0.3e-3, 0.5e-3)])
+@pytest.mark.parametrize(
+    "extension", [NO_EXTENSION, Extension(0.3e-3, 0.0), Extension(0.3e-3, 0.5e-3)]
+)
 def test_values_of_nodes_are_carried_beyond_the_path_by_their_ends(pair, extension):
     grid = profile_grid(pair, 41, extension=extension)
     values = np.random.default_rng(1).uniform(0.0, 1.0, (2, len(grid.position)))
@@ -99,8 +117,14 @@ def test_values_of_nodes_are_carried_beyond_the_path_by_their_ends(pair, extensi
 def test_layers_beside_a_and_e_have_their_own_least_number_of_nodes(pair, reach):
     far = Extension(reach * pair.base_pitch, reach * pair.base_pitch)
     nodes = profile_grid(pair, 201, extension=far).contact_position / pair.base_pitch
-    start, end = pair.path.A / pair.base_pitch, pair.path.E / pair.base_pitch
-    for low, high in ((start - reach, start), (start, start + reach), (end - reach, end), (end, end + reach)):
+    start = pair.path.A / pair.base_pitch
+    end = pair.path.E / pair.base_pitch
+    for low, high in (
+        (start - reach, start),
+        (start, start + reach),
+        (end - reach, end),
+        (end, end + reach),
+    ):
         inside = np.unique(nodes[(nodes > low - 1e-9) & (nodes < high + 1e-9)].round(9))
         assert len(inside) >= 9
     middle = nodes[(nodes > start + reach) & (nodes < end - reach)]

@@ -18,7 +18,9 @@ def test_harmonics_of_a_jump_are_those_of_its_integral(pair):
     orders = np.arange(1, 7)
     assert found.mean == pytest.approx(5 * epsilon + 2 * (1 - epsilon), rel=1e-12)
     np.testing.assert_allclose(
-        found.amplitude, 2 * 3 * np.abs(np.sin(np.pi * orders * epsilon)) / (np.pi * orders), rtol=1e-4
+        found.amplitude,
+        2 * 3 * np.abs(np.sin(np.pi * orders * epsilon)) / (np.pi * orders),
+        rtol=1e-4,
     )
     assert found.rms == pytest.approx(3 * np.sqrt(epsilon * (1 - epsilon)), rel=1e-12)
 
@@ -34,7 +36,8 @@ def test_harmonic_series_and_its_rate():
 
 
 def test_modulation_fit_recovers_its_own_parameters():
-    phase, weight = np.arange(128) / 128, np.full(128, 1 / 128)
+    phase = np.arange(128) / 128
+    weight = np.full(128, 1 / 128)
     given = Modulation(3e8, 6e7, 0.6, 0.25, -0.8, 0.3, 1.1)
     found = fit(phase, weight, given.value(phase))
     np.testing.assert_allclose(found.value(phase), given.value(phase), rtol=1e-8)
@@ -52,12 +55,15 @@ def test_modulating_at_the_mesh_frequency_moves_the_mean():
 
 
 def test_constant_curve_fits_without_modulation():
-    phase, weight = np.arange(32) / 32, np.full(32, 1 / 32)
+    phase = np.arange(32) / 32
+    weight = np.full(32, 1 / 32)
     assert fit(phase, weight, np.full(32, 7.0)) == Modulation(7.0, 0, 0, 0, 0, 0, 0)
 
 
 def test_table_jumps_where_an_abscissa_stands_twice():
-    curve = PiecewiseCurve(np.array([0.0, 0.5, 0.5, 1.0]), np.array([1.0, 1.0, 4.0, 4.0]))
+    curve = PiecewiseCurve(
+        np.array([0.0, 0.5, 0.5, 1.0]), np.array([1.0, 1.0, 4.0, 4.0])
+    )
     assert curve.jumps == (0.5,)
     at = np.array([0.5, 0.5])
     np.testing.assert_array_equal(curve.value(at, np.array([0.4, 0.6])), [1.0, 4.0])
@@ -69,7 +75,9 @@ def test_table_jumps_where_an_abscissa_stands_twice():
 def test_prescribed_error_and_its_rate():
     error = mesh_error((), ((1, 3e-6, 0.2), (3, 1e-6, -1.0)))
     phase = np.linspace(0, 1, 11)
-    expected = 3e-6 * np.sin(2 * np.pi * phase + 0.2) + 1e-6 * np.sin(6 * np.pi * phase - 1.0)
+    expected = 3e-6 * np.sin(2 * np.pi * phase + 0.2) + 1e-6 * np.sin(
+        6 * np.pi * phase - 1.0
+    )
     np.testing.assert_allclose(error.value(phase), expected, atol=1e-20)
     step = 1e-6
     slope = (error.value(phase + step) - error.value(phase - step)) / (2 * step)
@@ -78,7 +86,9 @@ def test_prescribed_error_and_its_rate():
 
 def test_member_errors_have_the_published_amplitudes_and_are_drawn_once():
     members = (MemberError(20, 31e-6, 13e-6, (5e-6,)), MemberError(29, 20e-6, 0.0))
-    one, same, other = (mesh_error(members, seed=seed) for seed in (4, 4, 5))
+    one = mesh_error(members, seed=4)
+    same = mesh_error(members, seed=4)
+    other = mesh_error(members, seed=5)
     np.testing.assert_allclose(one.amplitude, [6.5e-6])
     np.testing.assert_allclose(one.slow.amplitude, [9e-6, 5e-6, 10e-6])
     for a, b in ((one, same), (one.slow, same.slow)):
@@ -94,5 +104,7 @@ def test_member_errors_have_the_published_amplitudes_and_are_drawn_once():
     start = one.slow.phase[0]
     phase = np.linspace(0, 1, 7)
     np.testing.assert_allclose(
-        one.value(phase), 6.5e-6 * np.sin(20 * (2 * np.pi * phase / 20 + start)), atol=1e-18
+        one.value(phase),
+        6.5e-6 * np.sin(20 * (2 * np.pi * phase / 20 + start)),
+        atol=1e-18,
     )

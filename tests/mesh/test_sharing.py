@@ -91,19 +91,26 @@ def test_each_spring_hands_its_force_to_pairs():
 
 def test_pairs_that_change_places_within_a_step_leave_its_springs_smooth():
     """Three stages have the order of the middle one, so that every spring is the parabola through them."""
-    matrix, gaps = random_case(2, True)[0], np.array([[2e-6, 1e-6], [1.6e-6, 1.5e-6], [1.2e-6, 2e-6]])
+    matrix = random_case(2, True)[0]
+    gaps = np.array([[2e-6, 1e-6], [1.6e-6, 1.5e-6], [1.2e-6, 2e-6]])
     compliance, _, cross = as_tables(matrix, gaps[0], True)
-    compliance, cross = np.repeat(compliance, 3, axis=0), np.repeat(cross, 3, axis=0)
+    compliance = np.repeat(compliance, 3, axis=0)
+    cross = np.repeat(cross, 3, axis=0)
     for stages, firsts in ((1, (1, 1, 0)), (3, (1, 1, 1))):
         stiffness, shifted, part = equivalent_springs(compliance, gaps, cross, stages)
         np.testing.assert_allclose(
-            stiffness[:, 0], 1.0 / np.diag(matrix)[list(firsts)], rtol=1e-14, err_msg=str(stages)
+            stiffness[:, 0],
+            1.0 / np.diag(matrix)[list(firsts)],
+            rtol=1e-14,
+            err_msg=str(stages),
         )
         for gap, where, handed in zip(gaps, shifted, part, strict=True):
             delta, force, _ = by_brute_force(matrix, gap, 3e4)
             np.testing.assert_allclose((delta - where) @ handed, force, rtol=1e-9)
     linear = shifted[:, 1] - np.linalg.lstsq(gaps, shifted[:, 1])[0] @ gaps.T
-    np.testing.assert_allclose(linear, 0.0, atol=1e-18)  # one and the same mean of both gaps at every stage
+    np.testing.assert_allclose(
+        linear, 0.0, atol=1e-18
+    )  # one and the same mean of both gaps at every stage
 
 
 def test_absent_pairs_carry_nothing():

@@ -40,23 +40,31 @@ def at_angle(gear, height):
     return middle
 
 
-def by_quadrature(gear, radius, wear_at, lowest, shear_factor=1.2, back_at=lambda r: 0.0):
+def by_quadrature(
+    gear, radius, wear_at, lowest, shear_factor=1.2, back_at=lambda r: 0.0
+):
     """Integrate each energy with quad: M about the worn centroid, N and V in the worn section."""
     lam = float(load_angle(gear, radius))
     x_A, y_A = (float(v) for v in involute_point(gear, lam))
     h_A = wear_at(radius)
-    x_A, y_A = x_A - h_A * math.sin(lam), y_A - h_A * math.cos(lam)
-    E, G, B = gear.material.youngs_modulus, gear.material.shear_modulus, gear.face_width
+    x_A = x_A - h_A * math.sin(lam)
+    y_A = y_A - h_A * math.cos(lam)
+    E = gear.material.youngs_modulus
+    G = gear.material.shear_modulus
+    B = gear.face_width
     start = gear.root_radius * math.cos(root_half_angle(gear))
     lowest_x = float(involute_point(gear, load_angle(gear, lowest))[0])
     form_x = float(involute_point(gear, load_angle(gear, gear.form_radius))[0])
 
     def energy(x):
-        y, h_y, back = float(half_thickness(gear, x)), 0.0, 0.0
+        y = float(half_thickness(gear, x))
+        h_y = 0.0
+        back = 0.0
         if x > lowest_x:
             angle = at_angle(gear, x)
             r = math.hypot(*involute_point(gear, angle))
-            h_y, back = wear_at(r) / math.cos(angle), back_at(r) / math.cos(angle)
+            h_y = wear_at(r) / math.cos(angle)
+            back = back_at(r) / math.cos(angle)
         t = 2 * y - h_y - back
         centroid = 0.5 * (back - h_y)
         moment = math.cos(lam) * (x_A - x) - math.sin(lam) * (y_A - centroid)
@@ -64,13 +72,29 @@ def by_quadrature(gear, radius, wear_at, lowest, shear_factor=1.2, back_at=lambd
         shear = shear_factor * math.cos(lam) ** 2 / (G * B * t)
         return bending + shear + math.sin(lam) ** 2 / (E * B * t)
 
-    edges = [start, start + 0.15 * (form_x - start), min(form_x, x_A), min(lowest_x, x_A), x_A]
+    edges = [
+        start,
+        start + 0.15 * (form_x - start),
+        min(form_x, x_A),
+        min(lowest_x, x_A),
+        x_A,
+    ]
     pieces = pairwise(edges)
-    return sum(quad(energy, a, b, epsabs=0, epsrel=1e-8, limit=80)[0] for a, b in pieces if b > a)
+    return sum(
+        quad(energy, a, b, epsabs=0, epsrel=1e-8, limit=80)[0]
+        for a, b in pieces
+        if b > a
+    )
 
 
 @pytest.mark.parametrize(
-    ("pinion", "side"), [({}, 0), (RADIAL, 0), ({"teeth": 25, "profile_shift_coefficient": 0.3}, 0), ({}, 1)]
+    ("pinion", "side"),
+    [
+        ({}, 0),
+        (RADIAL, 0),
+        ({"teeth": 25, "profile_shift_coefficient": 0.3}, 0),
+        ({}, 1),
+    ],
 )
 def test_healthy_tooth_against_quadrature(pinion, side):
     pair = build(pinion)
@@ -103,7 +127,9 @@ def test_worn_tooth_against_quadrature(side):
     for i in (20, 60, 150, 180):
         expected = by_quadrature(gear, radius[i], wear_at, radius.min())
         assert worn[i] - healthy[i] == pytest.approx(
-            expected - by_quadrature(gear, radius[i], lambda r: 0.0, radius.min()), rel=2e-3, abs=2e-16
+            expected - by_quadrature(gear, radius[i], lambda r: 0.0, radius.min()),
+            rel=2e-3,
+            abs=2e-16,
         )
         assert worn[i] == pytest.approx(expected, rel=1e-5, abs=0)
 
@@ -112,7 +138,8 @@ def test_worn_tooth_against_quadrature(side):
 def test_a_tooth_worn_on_both_sides_against_quadrature(share):
     """Y23's Fig. 10: the section is thinner by both depths, and its centroid where they leave it."""
     pair = build(RADIAL)
-    gear, s = pair.driving, np.linspace(pair.path.A, pair.path.E, 201)
+    gear = pair.driving
+    s = np.linspace(pair.path.A, pair.path.E, 201)
     radius = pair.radius(0, s)
 
     def wear_at(r):
@@ -126,19 +153,29 @@ def test_a_tooth_worn_on_both_sides_against_quadrature(share):
     worn, _ = evaluate(flexibility._replace(back=share * wear), wear)
     drive, _ = evaluate(flexibility, wear)
     for i in (60, 150, 180):
-        expected = by_quadrature(gear, radius[i], wear_at, radius.min(), back_at=lambda r: share * wear_at(r))
+        expected = by_quadrature(
+            gear, radius[i], wear_at, radius.min(), back_at=lambda r: share * wear_at(r)
+        )
         before = by_quadrature(gear, radius[i], wear_at, radius.min())
         assert worn[i] == pytest.approx(expected, rel=1e-5, abs=0)
-        assert worn[i] - drive[i] == pytest.approx(expected - before, rel=2e-3, abs=2e-16)
+        assert worn[i] - drive[i] == pytest.approx(
+            expected - before, rel=2e-3, abs=2e-16
+        )
 
 
 def test_shear_factor_enters_the_shear_alone():
     pair = build()
     s = np.linspace(pair.path.A, pair.path.E, 41)
     radius = pair.radius(0, s)
-    low, _ = evaluate(tooth_flexibility(pair.driving, radius, shear_factor=1.2), np.zeros(41))
-    high, _ = evaluate(tooth_flexibility(pair.driving, radius, shear_factor=1.5), np.zeros(41))
-    expected = by_quadrature(pair.driving, radius[30], lambda r: 0.0, radius[0], shear_factor=1.5)
+    low, _ = evaluate(
+        tooth_flexibility(pair.driving, radius, shear_factor=1.2), np.zeros(41)
+    )
+    high, _ = evaluate(
+        tooth_flexibility(pair.driving, radius, shear_factor=1.5), np.zeros(41)
+    )
+    expected = by_quadrature(
+        pair.driving, radius[30], lambda r: 0.0, radius[0], shear_factor=1.5
+    )
     assert high[30] == pytest.approx(expected, rel=3e-6, abs=0)
     assert np.all(high > low)
 
@@ -167,7 +204,9 @@ def test_wear_tends_to_the_healthy_tooth_linearly_and_exactly():
     assert np.array_equal(healthy, again)
     once, worn_foundation = evaluate(flexibility, shape)
     tenth, _ = evaluate(flexibility, 0.1 * shape)
-    assert (once - healthy)[80] == pytest.approx(10 * (tenth - healthy)[80], rel=1e-2, abs=0)
+    assert (once - healthy)[80] == pytest.approx(
+        10 * (tenth - healthy)[80], rel=1e-2, abs=0
+    )
     assert np.array_equal(foundation, worn_foundation)
     # wear of 1e-30 m changes nothing at all: no cancelling terms
     nothing, _ = evaluate(flexibility, 1e-24 * shape)
@@ -188,7 +227,9 @@ def test_equal_gears_are_mirror_images():
     s = np.linspace(pair.path.A, pair.path.E, 41)
     wear = 50e-6 * (s / pair.path.E) ** 2 * (1 + 0.3 * s / pair.path.E)
     first, body1 = evaluate(tooth_flexibility(pair.driving, pair.radius(0, s)), wear)
-    second, body2 = evaluate(tooth_flexibility(pair.driven, pair.radius(1, s)), wear[::-1].copy())
+    second, body2 = evaluate(
+        tooth_flexibility(pair.driven, pair.radius(1, s)), wear[::-1].copy()
+    )
     assert first == pytest.approx(second[::-1], rel=1e-11, abs=0)
     assert body1 == pytest.approx(body2[::-1], rel=1e-12, abs=0)
 
@@ -221,7 +262,10 @@ def test_a_vanished_section_is_reported():
 
 
 def test_a_section_vanishes_before_its_contact_point_does():
-    """Across the tooth wear counts h/cosλ; the worn contact point itself still has 2y − h cosλ under it."""
+    """Across the tooth wear counts h/cosλ.
+
+    The worn contact point itself still has 2y − h cosλ under it.
+    """
     pair = build()
     s = np.linspace(pair.path.A, pair.path.E, 401)
     flexibility = tooth_flexibility(pair.driving, pair.radius(0, s))
@@ -236,7 +280,9 @@ def test_a_section_vanishes_before_its_contact_point_does():
 def test_compliance_scales_with_the_face_width_and_not_with_the_module():
     def compliance(module, width):
         pair = gear_pair(
-            GearSpec(name="a", teeth=30), GearSpec(name="b", teeth=40), Basics(module, face_width=width)
+            GearSpec(name="a", teeth=30),
+            GearSpec(name="b", teeth=40),
+            Basics(module, face_width=width),
         )
         radius = pair.radius(0, np.linspace(pair.path.A, pair.path.E, 21))
         return evaluate(tooth_flexibility(pair.driving, radius), np.zeros(21))[0]
@@ -265,8 +311,14 @@ def test_single_stiffness_is_near_iso_6336(bore):
     compliance = yang_sun(pair.driving.material, pair.driven.material, pair.face_width)
     for side in (0, 1):
         radius = pair.radius(side, np.linspace(pair.path.A, pair.path.E, 21))
-        tooth, foundation = evaluate(tooth_flexibility(pair.gears[side], radius), np.zeros(21))
-        assert foundation == pytest.approx(foundation_compliance(pair.gears[side], radius), rel=1e-14, abs=0)
+        tooth, foundation = evaluate(
+            tooth_flexibility(pair.gears[side], radius), np.zeros(21)
+        )
+        assert foundation == pytest.approx(
+            foundation_compliance(pair.gears[side], radius), rel=1e-14, abs=0
+        )
         compliance += tooth[10] + foundation[10]
     assert 14.0e9 < single < 14.5e9
-    assert 1.0 / (compliance * pair.face_width) == pytest.approx(single, rel=0.18, abs=0)
+    assert 1.0 / (compliance * pair.face_width) == pytest.approx(
+        single, rel=0.18, abs=0
+    )

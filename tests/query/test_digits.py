@@ -13,13 +13,21 @@ from wearlab.shop.materials import SCALES
 from wearlab.units import KINDS, UnitError, convert, quantity, rounded
 
 TOUR = (Path(__file__).parents[2] / "docs" / "tour.md").read_text().replace("\\*", "*")
-UNITS = sorted({(kind.name, unit) for kind in KINDS.values() for unit in kind.units if unit not in SCALES})
+UNITS = sorted(
+    {
+        (kind.name, unit)
+        for kind in KINDS.values()
+        for unit in kind.units
+        if unit not in SCALES
+    }
+)
 HOLDING = {"<": False, "<=": True, ">": False, ">=": True, "=": True, "!=": False}
 
 
 def drawn(dice, kind):
     """Return a plausible number of a kind in SI, with few digits as people write them."""
-    low, high = max(kind.low, 1e-20), min(kind.high, 1e20)
+    low = max(kind.low, 1e-20)
+    high = min(kind.high, 1e20)
     value = low * (high / low) ** dice.uniform(0.2, 0.8)
     return float(f"{value:.{dice.randint(1, 9)}g}")
 
@@ -28,7 +36,8 @@ def written(dice, name, unit):
     """Return a quantity of a kind as somebody writes it in a unit, and what a scene keeps of it."""
     while True:
         text = (
-            f"{convert(drawn(dice, KINDS[name]), KINDS[name].unit, _own(unit)):.{dice.randint(1, 7)}g} {unit}"
+            f"{convert(drawn(dice, KINDS[name]), KINDS[name].unit, _own(unit)):.{dice.randint(1, 7)}g} "
+            f"{unit}"
         )
         try:
             return text, rounded(quantity(text, name))
@@ -53,9 +62,19 @@ def test_what_was_written_is_met_by_every_operator(name, unit):
         text, kept = written(dice, name, unit)
         for told in (text, f"{kept!r} {KINDS[name].unit}"):
             for sign, wanted in HOLDING.items():
-                assert asked(name, f"x {sign} {told}", kept) is wanted, (sign, told, kept)
-                assert asked(name, f"{told} {sign} x", kept) is wanted, (sign, told, kept)
-            assert asked(name, f"x in [{told}]", kept) and asked(name, f"x between {told} and {told}", kept)
+                assert asked(name, f"x {sign} {told}", kept) is wanted, (
+                    sign,
+                    told,
+                    kept,
+                )
+                assert asked(name, f"{told} {sign} x", kept) is wanted, (
+                    sign,
+                    told,
+                    kept,
+                )
+            assert asked(name, f"x in [{told}]", kept) and asked(
+                name, f"x between {told} and {told}", kept
+            )
             assert asked(name, f"x not in [{told}]", kept) is False
 
 
@@ -66,7 +85,9 @@ def test_what_was_written_is_met_in_every_other_unit(name, unit):
         for _ in range(3):
             _, kept = written(dice, name, unit)
             said = f"{convert(kept, KINDS[name].unit, _own(other))!r} {other}"
-            assert asked(name, f"x = {said} and x <= {said} and not x > {said}", kept), (said, kept)
+            assert asked(
+                name, f"x = {said} and x <= {said} and not x > {said}", kept
+            ), (said, kept)
 
 
 def test_every_unit_of_the_tour_is_among_them():
@@ -82,7 +103,9 @@ def test_neighbours_in_the_last_digit_are_others():
             other = rounded(other)
             assert other != kept
             assert not met("=", other, kept) and met("!=", other, kept)
-            assert met("<", kept, other) is (kept < other) and met("<=", other, kept) is (other < kept)
+            assert met("<", kept, other) is (kept < other) and met(
+                "<=", other, kept
+            ) is (other < kept)
 
 
 @pytest.mark.parametrize("value", [0.0, float("inf"), 12345678901234567, 2.0**60])
@@ -95,10 +118,16 @@ def test_the_limits_agree_with_rounding():
     dice = Random(3)
     for _ in range(1000):
         value = dice.uniform(1.0, 10.0) * 10.0 ** dice.randint(-20, 11)
-        other = value * (1.0 + dice.choice((0.0, 1e-13, 1e-12, 3e-12, 1e-11, 1e-10)) * dice.uniform(-1, 1))
+        other = value * (
+            1.0
+            + dice.choice((0.0, 1e-13, 1e-12, 3e-12, 1e-11, 1e-10))
+            * dice.uniform(-1, 1)
+        )
         for sign in COMPARED:
             if sign != "contains" and abs(rounded(value) - rounded(other)) != 0.0:
-                assert met(sign, rounded(other), value) is COMPARED[sign](rounded(other), rounded(value))
+                assert met(sign, rounded(other), value) is COMPARED[sign](
+                    rounded(other), rounded(value)
+                )
 
 
 SPEEDS = (800.0, 1100.0, 3720.0)
@@ -107,9 +136,26 @@ SPEEDS = (800.0, 1100.0, 3720.0)
 @pytest.mark.parametrize(
     ("asked", "found"),
     [
-        *((1100, 1), (1100.0, 1), ("1100 rpm", 1), ("115.191730632 rad/s", 1), ("62 rev/s", 2)),
-        *(("1100 1/min", 1), ("1100 min^-1", 1), ("18.3333333333 rev/s", 1), ("800 r/min", 0)),
-        *((1100.0000001, None), ("1100 Hz", None), ("1101 rpm", None), (True, None), ("fast", None)),
+        *(
+            (1100, 1),
+            (1100.0, 1),
+            ("1100 rpm", 1),
+            ("115.191730632 rad/s", 1),
+            ("62 rev/s", 2),
+        ),
+        *(
+            ("1100 1/min", 1),
+            ("1100 min^-1", 1),
+            ("18.3333333333 rev/s", 1),
+            ("800 r/min", 0),
+        ),
+        *(
+            (1100.0000001, None),
+            ("1100 Hz", None),
+            ("1101 rpm", None),
+            (True, None),
+            ("fast", None),
+        ),
     ],
 )
 def test_places_on_an_axis(asked, found):

@@ -14,11 +14,18 @@ SCENE = {
     "wear": {"coefficient": {"film": True}},
     "errors": {"harmonic": [{"order": 1, "amplitude": 2e-6}]},
 }
-VALUES = dict(flat(SCENE)) | {"life": 2e7, "status": "done", "started": "2026-03-01T10:00:00"}
+VALUES = dict(flat(SCENE)) | {
+    "life": 2e7,
+    "status": "done",
+    "started": "2026-03-01T10:00:00",
+}
 VOCABULARY = Vocabulary(
     [
         *(scene_key(name, isinstance(value, str)) for name, value in flat(SCENE)),
-        *(Key("life", unit="1"), Key("depth", unit="m", display_unit="um", history=True)),
+        *(
+            Key("life", unit="1"),
+            Key("depth", unit="m", display_unit="um", history=True),
+        ),
         *(Key("status", "text"), Key("started", "date"), Key("separation", unit="1")),
     ],
     {"date": "started"},
@@ -77,7 +84,7 @@ def refused(text):
         ("separation is missing and life is not missing", True),
         ("torque > 0", True),
     ],
-)  # fmt: skip
+)
 def test_conditions(text, expected):
     assert answer(text) is expected
 
@@ -86,7 +93,11 @@ def test_conditions(text, expected):
     ("text", "said", "at"),
     [
         ("torqe > 3 N*m", "unknown name 'torqe'; did you mean 'torque'", 0),
-        ("life > 1 and teeth > 3", "may mean 'gears.gear.teeth' or 'gears.pinion.teeth'", 13),
+        (
+            "life > 1 and teeth > 3",
+            "may mean 'gears.gear.teeth' or 'gears.pinion.teeth'",
+            13,
+        ),
         ("torque > 3", "needs a unit, such as '340 N*m'", 9),
         ("depth > 3", "needs a unit, such as '1 um'", 8),
         ("torque > 3 um", "'um' is not a unit like 'N*m'", 9),
@@ -129,7 +140,10 @@ def test_hostile_lengths_and_depths_are_refused():
 def test_first_cycle_binds_its_inner_unit():
     condition = read_condition("first_cycle(depth > 20 um) < 1e7 cycles", VOCABULARY)
     assert [key.name for key in condition.keys] == ["depth", "depth()", "cycle()"]
-    for cycle, met in ((0.999999e7, True), (1.000001e7, False)):  # at which the line is at 20 um
+    for cycle, met in (
+        (0.999999e7, True),
+        (1.000001e7, False),
+    ):  # at which the line is at 20 um
         line = {
             "depth()": array("d", [0.0, 40e-6]).tobytes(),
             "cycle()": array("d", [0.0, 2 * cycle]).tobytes(),
@@ -163,12 +177,19 @@ def test_units_end_where_words_begin(text, unit):
 
 def test_kinds_of_scene_values():
     assert quantity_at("operation.speed") == "speed"
-    assert quantity_at("errors.harmonic.0.amplitude") == quantity_at("errors.harmonic.3.amplitude") == "depth"
+    assert (
+        quantity_at("errors.harmonic.0.amplitude")
+        == quantity_at("errors.harmonic.3.amplitude")
+        == "depth"
+    )
     assert quantity_at("gears.pinion.teeth") is None
     assert quantity_at("no.such.key") is None
 
 
 def test_scenes_that_differ_in_a_hardness_are_told_apart_in_a_unit_that_converts():
     """Was "'HRC' is not a known unit": a scale is no unit, and runs could not be compared."""
-    a, b = (json.dumps({"wear": {"coefficient": {"hardness": value}}}) for value in (6e9, 7.5e9))
-    assert [tuple(each) for each in differences(a, b)] == [("wear.coefficient.hardness", 6.0, 7.5, "GPa")]
+    a = json.dumps({"wear": {"coefficient": {"hardness": 6000000000.0}}})
+    b = json.dumps({"wear": {"coefficient": {"hardness": 7500000000.0}}})
+    assert [tuple(each) for each in differences(a, b)] == [
+        ("wear.coefficient.hardness", 6.0, 7.5, "GPa")
+    ]

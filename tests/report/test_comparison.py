@@ -15,7 +15,11 @@ from wearlab.store import Store
 def store(tmp_path_factory) -> Store:
     store = Store(tmp_path_factory.mktemp("comparison") / "store")
     store.create()
-    put(store, "a" * 20, run(800.0).assign_attrs(id="a" * 20, scene='{"operation":{"torque":340}}'))
+    put(
+        store,
+        "a" * 20,
+        run(800.0).assign_attrs(id="a" * 20, scene='{"operation":{"torque":340}}'),
+    )
     worse = run(800.0).assign_attrs(id="b" * 20, scene='{"operation":{"torque":300}}')
     worse["max_wear_depth"] = 1.1 * worse["max_wear_depth"]
     put(store, "b" * 20, worse)
@@ -29,9 +33,9 @@ def test_table_and_files(store, tmp_path, capsys):
     assert "operation.torque  340  300  N*m" in told
     assert "largest wear depth" in told and "9.09 %" in told
     with xr.open_dataset(tmp_path / "c.nc") as found:
-        assert float(found["largest_relative_difference"].sel(quantity="max_wear_depth")) == pytest.approx(
-            1 / 11
-        )
+        assert float(
+            found["largest_relative_difference"].sel(quantity="max_wear_depth")
+        ) == pytest.approx(1 / 11)
         assert found["first_difference"].attrs["units"] == "1"
     first = (tmp_path / "c.png").read_bytes()
     assert embedded(tmp_path / "c.png")["run_b"] == "b" * 20
@@ -40,10 +44,26 @@ def test_table_and_files(store, tmp_path, capsys):
 
 
 def test_json(store, capsys):
-    assert status_of(["compare", "a", "b", "--store", str(store.path), "--json", "--on", "wear_depth"]) == 0
+    assert (
+        status_of(
+            [
+                "compare",
+                "a",
+                "b",
+                "--store",
+                str(store.path),
+                "--json",
+                "--on",
+                "wear_depth",
+            ]
+        )
+        == 0
+    )
     found = json.loads(capsys.readouterr().out)
     assert found["aligned_on"] == "wear_depth" and found["run_a"] == "a" * 20
-    assert found["scene_differences"] == [{"key": "operation.torque", "a": 340.0, "b": 300.0, "units": "N*m"}]
+    assert found["scene_differences"] == [
+        {"key": "operation.torque", "a": 340.0, "b": 300.0, "units": "N*m"}
+    ]
     assert len(found["quantities"]) == len(found["largest_relative_difference"])
 
 

@@ -15,7 +15,10 @@ from wearlab.scene.build.sheet import sheet
 from wearlab.store import Store
 
 CAMPAIGNS = Path(wl.__file__).parents[1] / "campaigns"
-WEAR = {"coefficient": {"model": "constant", "value": "2e-10 mm^3/Nm"}, "until": {"depth": "20 um"}}
+WEAR = {
+    "coefficient": {"model": "constant", "value": "2e-10 mm^3/Nm"},
+    "until": {"depth": "20 um"},
+}
 
 
 def study(**more):
@@ -42,22 +45,36 @@ def told(campaign):
 
 def test_torque_speed_and_wear_coefficient_are_told():
     found = told(study())
-    assert (found["torque on the pinion"], found["speed of the pinion"]) == ("60", "1450")
+    assert (found["torque on the pinion"], found["speed of the pinion"]) == (
+        "60",
+        "1450",
+    )
     assert found["power"] == "9.111"  # 60 N m × 151.8 rad/s
-    assert found["wear coefficient"] == "2e-10" and found["wear law"] == "Archard, static load"
+    assert (
+        found["wear coefficient"] == "2e-10"
+        and found["wear law"] == "Archard, static load"
+    )
     assert found["ends at"] == "20 µm of wear"
 
 
 def test_what_varies_is_told_case_by_case_and_of_many_cases_as_a_range():
     two = conditions(study(sweep=[{"operation.torque": ["60 N*m", "80 N*m"]}]))
     assert two.heads == ("torque on the pinion [N·m]", "power [kW]")
-    assert two.cases == (("torque 60 N·m", ("60", "9.111")), ("torque 80 N·m", ("80", "12.15")))
+    assert two.cases == (
+        ("torque 60 N·m", ("60", "9.111")),
+        ("torque 80 N·m", ("80", "12.15")),
+    )
     assert "torque on the pinion" not in {one.meaning for one in two.shared}
     many = study(sweep=[{"operation.torque": [f"{60 + i} N*m" for i in range(30)]}])
-    assert told(many)["torque on the pinion"] == "60 to 89 (30 values)" and not conditions(many).cases
+    assert (
+        told(many)["torque on the pinion"] == "60 to 89 (30 values)"
+        and not conditions(many).cases
+    )
 
 
-@pytest.mark.parametrize("name", ["planetary_duty", "planetary_torque", "internal_wear_life"])
+@pytest.mark.parametrize(
+    "name", ["planetary_duty", "planetary_torque", "internal_wear_life"]
+)
 def test_any_campaign_has_conditions(name):
     found = conditions(wl.load(CAMPAIGNS / f"{name}.toml"))
     words = " ".join([*(one.meaning for one in found.shared), *found.heads])
@@ -78,8 +95,14 @@ def stored(tmp_path_factory):
     store.create()
     for case, hours in zip(campaign.cases, (100.0, 50.0), strict=True):
         data = run(1000.0)
-        data["max_wear_depth"] = data["max_wear_depth"].copy(data=[[3e-6, 0.0], [5e-6, 2e-6], [20e-6, 9e-6]])
-        data = data.assign(life=((), 1e8), service_life=((), 3600.0 * hours), error_estimate_life=((), 1.3e5))
+        data["max_wear_depth"] = data["max_wear_depth"].copy(
+            data=[[3e-6, 0.0], [5e-6, 2e-6], [20e-6, 9e-6]]
+        )
+        data = data.assign(
+            life=((), 1e8),
+            service_life=((), 3600.0 * hours),
+            error_estimate_life=((), 1.3e5),
+        )
         put(store, case.id, data)
     return campaign, store
 
@@ -89,7 +112,10 @@ def test_the_flank_and_its_first_wear_are_named(stored):
     entries = store.entries(case.id for case in campaign.cases)
     said = " ".join(answer(campaign, entries, 2.0, store).sentences)
     assert "20 µm of wear on the pinion is reached after 50 h" in said
-    assert "The wear that the pinion begins with (up to 3 µm, as measured in flank.csv) is part" in said
+    assert (
+        "The wear that the pinion begins with (up to 3 µm, as measured in flank.csv) "
+        "is part" in said
+    )
     assert "estimated at up to 0.13 %" in said and "at most" not in said
     assert "as measured in flank.csv" in " ".join(
         build(campaign.cases[0].scene).validity
@@ -97,28 +123,55 @@ def test_the_flank_and_its_first_wear_are_named(stored):
 
 
 def test_a_varied_wear_coefficient_gets_no_second_range():
-    campaign = study(sweep=[{"wear.coefficient.value": ["1e-10 mm^3/Nm", "1e-9 mm^3/Nm"], "name": "k"}])
+    campaign = study(
+        sweep=[
+            {"wear.coefficient.value": ["1e-10 mm^3/Nm", "1e-9 mm^3/Nm"], "name": "k"}
+        ]
+    )
     done = SimpleNamespace(
         state="done",
-        summary={"operating_hours": 36e4, "service_life": 36e4, "life": 1e8, "error_estimate_life": 1e5},
+        summary={
+            "operating_hours": 36e4,
+            "service_life": 36e4,
+            "life": 1e8,
+            "error_estimate_life": 1e5,
+        },
     )
     found = answer(campaign, {case.id: done for case in campaign.cases}, 3.16)
     assert not any(one.range for one in found.cases)
-    assert "varied from case to case" in " ".join(found.sentences) and "3.16" not in " ".join(found.sentences)
+    assert "varied from case to case" in " ".join(
+        found.sentences
+    ) and "3.16" not in " ".join(found.sentences)
 
 
 def test_ends_that_nobody_asked_for_stand_in_the_head():
-    campaign = study(sweep=[{"wear.coefficient.value": ["1e-10 mm^3/Nm", "1e-9 mm^3/Nm"], "name": "k"}])
-    nothing = SimpleNamespace(state="done", summary={"operating_hours": 0.0, "end_reason": "no wear"})
+    campaign = study(
+        sweep=[
+            {"wear.coefficient.value": ["1e-10 mm^3/Nm", "1e-9 mm^3/Nm"], "name": "k"}
+        ]
+    )
+    nothing = SimpleNamespace(
+        state="done", summary={"operating_hours": 0.0, "end_reason": "no wear"}
+    )
     vanished = SimpleNamespace(
         state="done",
-        summary={"operating_hours": 36e4, "end_reason": "section vanished", "max_wear_depth": 1e-5},
+        summary={
+            "operating_hours": 36e4,
+            "end_reason": "section vanished",
+            "max_wear_depth": 1e-5,
+        },
     )
     first, second = (case.id for case in campaign.cases)
     (alone,) = answer(campaign, {first: nothing}, 2.0).sentences
-    assert alone.startswith("1 of 1 ended otherwise than asked") and "nothing wears off these flanks" in alone
+    assert (
+        alone.startswith("1 of 1 ended otherwise than asked")
+        and "nothing wears off these flanks" in alone
+    )
     said = " ".join(answer(campaign, {first: nothing, second: vanished}, 2.0).sentences)
-    assert said.count("1 of 2 ended otherwise than asked") == 2 and "section vanished" in said
+    assert (
+        said.count("1 of 2 ended otherwise than asked") == 2
+        and "section vanished" in said
+    )
 
 
 def test_page_of_one_run(stored):
@@ -132,4 +185,6 @@ def test_page_of_one_run(stored):
 
 def test_lengths_are_told_to_the_micrometre():
     rows = {row.meaning: row.values for row in sheet(study().cases[0].scene).rows}
-    assert rows["base diameter"] == ("44.635", "72.826") and rows["working pressure angle"] == ("21.722",)
+    assert rows["base diameter"] == ("44.635", "72.826") and rows[
+        "working pressure angle"
+    ] == ("21.722",)

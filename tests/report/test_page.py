@@ -50,11 +50,14 @@ def study(tmp_path_factory):
     """The campaign and a store: two speeds done, one failed, the case refused with what it expects missed."""
     folder = tmp_path_factory.mktemp("page")
     (folder / "study.toml").write_text(STUDY)
-    campaign, store = wl.load(folder / "study.toml"), Store(folder / "store")
+    campaign = wl.load(folder / "study.toml")
+    store = Store(folder / "store")
     store.create()
     flags = "bore_diameter <assumed>\nroot profile radial"
     for case, speed in zip(campaign.cases[:2], (800.0, 1100.0), strict=True):
-        data = run(speed).assign(verdict=((), "completed"), validity=((), flags), run_time_total=((), 1.5))
+        data = run(speed).assign(
+            verdict=((), "completed"), validity=((), flags), run_time_total=((), 1.5)
+        )
         put(store, case.id, data.assign_attrs(commit="c0ffee"))
     store.catalogue.record(
         [
@@ -67,12 +70,19 @@ def study(tmp_path_factory):
                 reason="Traceback\nBoom: <i>no</i>",
             ),
             Outcome(
-                campaign.cases[3].id, "refused", "2026-01-02T03", 0.1, "{}", reason="teeth lose each other"
+                campaign.cases[3].id,
+                "refused",
+                "2026-01-02T03",
+                0.1,
+                "{}",
+                reason="teeth lose each other",
             ),
         ]
     )
     members = [(case.id, case.label, place(campaign, case)) for case in campaign.cases]
-    key = store.catalogue.record_campaign(campaign.title, None, str(campaign.path), members)
+    key = store.catalogue.record_campaign(
+        campaign.title, None, str(campaign.path), members
+    )
     missed = Comparison("refused", "completed", "refused", False)
     store.catalogue.record_comparisons(key, [None, None, None, missed])
     return campaign, store
@@ -83,13 +93,20 @@ class Outline(HTMLParser):
 
     def __init__(self, page):
         super().__init__()
-        self.tags, self.addresses, self.text, self.open = [], [], "", []
+        self.tags = []
+        self.addresses = []
+        self.text = ""
+        self.open = []
         self.feed(page)
         self.text = re.sub(r"\s+", " ", self.text)
 
     def handle_starttag(self, tag, attributes):
         self.tags.append(tag)
-        self.addresses += [value for name, value in attributes if name in ("src", "href", "data", "action")]
+        self.addresses += [
+            value
+            for name, value in attributes
+            if name in ("src", "href", "data", "action")
+        ]
         assert not [name for name, _ in attributes if name.startswith("on")]
         if tag not in ("meta", "img", "source", "br"):
             self.open.append(tag)
@@ -109,7 +126,9 @@ def page(study):
 def test_nothing_is_fetched_and_nothing_runs(page):
     found = Outline(page)
     assert found.open == [] and "script" not in found.tags
-    assert all(one.startswith(("#", "data:image/png;base64,")) for one in found.addresses)
+    assert all(
+        one.startswith(("#", "data:image/png;base64,")) for one in found.addresses
+    )
     assert "@import" not in page and "url(" not in page
     assert "default-src 'none'" in page
     assert found.tags.count("img") == 1
@@ -150,7 +169,12 @@ def test_remarks_that_differ_in_one_number_are_one(study):
     entries = store.entries(case.id for case in campaign.cases[:2])
     one, other = entries.values()
     said = {
-        "one": ["path longer by 9 %", "path longer by 43 %", "h_f = 1.2, at most 2", "R_q = 1.25 R_a"],
+        "one": [
+            "path longer by 9 %",
+            "path longer by 43 %",
+            "h_f = 1.2, at most 2",
+            "R_q = 1.25 R_a",
+        ],
         "other": ["path longer by 12 %", "h_f = 1.3, at most 3", "R_q = 1.25 R_a"],
     }
     told = {
@@ -186,9 +210,16 @@ def test_the_command(study, tmp_path, capsys):
         str(tmp_path / "a" / "b.html"),
     ]
     assert status_of(words) == 0
-    assert (tmp_path / "a" / "b.html").read_text(encoding="utf-8").startswith("<!doctype html>")
+    assert (
+        (tmp_path / "a" / "b.html")
+        .read_text(encoding="utf-8")
+        .startswith("<!doctype html>")
+    )
     assert capsys.readouterr().out.strip() == str(tmp_path / "a" / "b.html")
-    assert status_of(["report", str(campaign.path), "--store", str(tmp_path / "none")]) == 2
+    assert (
+        status_of(["report", str(campaign.path), "--store", str(tmp_path / "none")])
+        == 2
+    )
 
 
 def test_a_figure_of_one_column_is_drawn_once_and_light(study, page):
@@ -204,7 +235,10 @@ def test_a_figure_of_one_column_is_drawn_once_and_light(study, page):
 def test_assumptions_stand_in_the_order_of_the_run():
     """Was another order in every process: a page made again was another page."""
     lines = [
-        f"{word}: assumed" for word in ("pinion", "gear", "ring", "sun", "carrier", "oil", "bore", "rim")
+        f"{word}: assumed"
+        for word in ("pinion", "gear", "ring", "sun", "carrier", "oil", "bore", "rim")
     ]
-    entry = SimpleNamespace(id="a", warnings=["last"], summary={"validity": "\n".join(lines)})
+    entry = SimpleNamespace(
+        id="a", warnings=["last"], summary={"validity": "\n".join(lines)}
+    )
     assert [line for line, _ in remarks({"a": entry})] == [*lines, "last"]

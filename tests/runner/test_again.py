@@ -35,10 +35,13 @@ def test_what_each_word_means(monkeypatch):
 
 
 def test_stale_runs_are_computed_once_more(tmp_path, monkeypatch):
-    store, campaign = Store(tmp_path / "store"), sweep(1, log=str(tmp_path / "log"))
+    store = Store(tmp_path / "store")
+    campaign = sweep(1, log=str(tmp_path / "log"))
     run(campaign, store)
     assert run(campaign, store).computed == 0
-    monkeypatch.setattr("wearlab.sources.present_hashes", lambda: ("abc",))  # what the fake runs bear
+    monkeypatch.setattr(
+        "wearlab.sources.present_hashes", lambda: ("abc",)
+    )  # what the fake runs bear
     assert run(campaign, store, recompute="stale").computed == 0
     monkeypatch.setattr("wearlab.sources.present_hashes", lambda: ("new",))
     assert run(campaign, store, recompute="stale").computed == 1
@@ -47,7 +50,8 @@ def test_stale_runs_are_computed_once_more(tmp_path, monkeypatch):
 
 
 def test_an_interruption_leaves_the_old_run(tmp_path, monkeypatch):
-    store, campaign = Store(tmp_path / "store"), sweep(1)
+    store = Store(tmp_path / "store")
+    campaign = sweep(1)
     run(campaign, store)
     before = store.run(campaign.cases[0].id)
 

@@ -18,17 +18,28 @@ from wearlab.store.upkeep import merge, prunable
 
 PAIR = {
     "gears": {
-        "kind": "external-pair", "module": "3 mm", "face_width": "20 mm", "pinion": {"teeth": 25},
+        "kind": "external-pair",
+        "module": "3 mm",
+        "face_width": "20 mm",
+        "pinion": {"teeth": 25},
         "gear": {"teeth": 30},
     },
     "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
     "mesh": {"stiffness": "potential-energy"},
-}  # fmt: skip
+}
 GIVEN = {
-    "model": "calibrated", "life": 1e7, "depth": "1 um", "flank": "pinion", "torque": "340 N*m",
+    "model": "calibrated",
+    "life": 1e7,
+    "depth": "1 um",
+    "flank": "pinion",
+    "torque": "340 N*m",
     "speed": "1100 rpm",
-}  # fmt: skip
-WEAR = {"coefficient": GIVEN, "until": {"depth": "1 um", "flank": "pinion"}, "load": "static"}
+}
+WEAR = {
+    "coefficient": GIVEN,
+    "until": {"depth": "1 um", "flank": "pinion"},
+    "load": "static",
+}
 
 
 def campaign(torque):
@@ -41,7 +52,9 @@ def campaign(torque):
 
 
 def scene(torque):
-    return Scene.from_mapping({key: value for key, value in campaign(torque).items() if key != "title"})
+    return Scene.from_mapping(
+        {key: value for key, value in campaign(torque).items() if key != "title"}
+    )
 
 
 @pytest.fixture(scope="module")
@@ -59,11 +72,20 @@ def test_the_run_names_what_calibrated_it(kept):
     store, own, by = kept
     assert set(store.entries()) == {own, by}
     data = store.run(own)
-    assert data.attrs["calibration"] == by and float(data.attrs["calibration_life"]) == store.run(by).life
+    assert (
+        data.attrs["calibration"] == by
+        and float(data.attrs["calibration_life"]) == store.run(by).life
+    )
     assert show(own, store).content["calibrated by"] == by
-    assert show(by, store).content["calibrates"] == [own] == children(store, by, CALIBRATION)
+    assert (
+        show(by, store).content["calibrates"]
+        == [own]
+        == children(store, by, CALIBRATION)
+    )
     facts = facts_of(store, own)
-    assert f"calibrated by run {by}." in citation(facts) and f"calibrated by run {by}" in bibtex(facts)
+    assert f"calibrated by run {by}." in citation(
+        facts
+    ) and f"calibrated by run {by}" in bibtex(facts)
 
 
 def test_the_stored_scene_is_the_calibration(kept):
@@ -80,7 +102,9 @@ def test_the_next_campaign_finds_it(kept, monkeypatch):
     report = run(campaign("340 N*m"), store, workers=1, progress=False)
     assert report.computed == 1 and len(store.entries()) == 3
     found = store.run(scene("340 N*m").id)
-    assert found.attrs["calibration"] == by and float(found.life) == pytest.approx(1e7, rel=1e-5)
+    assert found.attrs["calibration"] == by and float(found.life) == pytest.approx(
+        1e7, rel=1e-5
+    )
 
 
 def test_a_plan_counts_it_where_it_is_missing(tmp_path):
@@ -100,24 +124,40 @@ def test_it_stays_as_long_as_what_rests_on_it(kept, tmp_path):
 
 def test_exports_name_it(kept):
     store, _, by = kept
-    assert export_attributes(campaign_of(campaign("170 N*m")), store)["calibration"] == by
+    assert (
+        export_attributes(campaign_of(campaign("170 N*m")), store)["calibration"] == by
+    )
 
 
 def test_a_store_elsewhere_lives_it_again(kept, tmp_path):
     store, own, by = kept
     elsewhere = Store(tmp_path / "elsewhere")
     run(campaign("170 N*m"), elsewhere, workers=1, progress=False)
-    assert elsewhere.run(own).attrs["calibration_life"] == store.run(own).attrs["calibration_life"]
+    assert (
+        elsewhere.run(own).attrs["calibration_life"]
+        == store.run(own).attrs["calibration_life"]
+    )
     assert set(elsewhere.entries()) == {own, by}
 
 
-def test_a_calibration_that_failed_is_tried_again_though_its_campaign_is_complete(kept, tmp_path):
+def test_a_calibration_that_failed_is_tried_again_though_its_campaign_is_complete(
+    kept, tmp_path
+):
     store, _, by = kept
     copy = Store(tmp_path / "copy")
     merge(copy, store)
     known = copy.entries([by])[by]
     copy.catalogue.record(
-        [Outcome(by, "failed", "2026-01-01", 0.0, known.scene, reason="the worker process died")]
+        [
+            Outcome(
+                by,
+                "failed",
+                "2026-01-01",
+                0.0,
+                known.scene,
+                reason="the worker process died",
+            )
+        ]
     )
     assert run(campaign("170 N*m"), copy, workers=1, progress=False).ok
     assert copy.heads([by])[by].state == "failed"

@@ -40,7 +40,12 @@ def store(tmp_path) -> Store:
     store = Store(tmp_path / "store")
     store.create()
     data = xr.Dataset(
-        {"wear_depth": (("update", "flank", "profile"), np.array([[[0.0, 0.0]], [[1.0, 3.0]]]))},
+        {
+            "wear_depth": (
+                ("update", "flank", "profile"),
+                np.array([[[0.0, 0.0]], [[1.0, 3.0]]]),
+            )
+        },
         coords={
             "cycle": ("update", [0.0, 10.0]),
             "flank": ["pinion"],
@@ -49,7 +54,9 @@ def store(tmp_path) -> Store:
         attrs={"id": PARENT},
     )
     with store.presence() as presence:
-        outcome = Outcome(PARENT, "done", "now", 1.0, "{}", *to_image(data), **describe(data))
+        outcome = Outcome(
+            PARENT, "done", "now", 1.0, "{}", *to_image(data), **describe(data)
+        )
         store.save([outcome], presence.token)
     return store
 
@@ -63,7 +70,9 @@ def test_the_wear_is_handed_over(store):
 def test_a_finished_case_needs_no_parent(store):
     data = xr.Dataset(attrs={"id": "b" * 20})
     with store.presence() as presence:
-        outcome = Outcome("b" * 20, "done", "now", 1.0, "{}", *to_image(data), **describe(data))
+        outcome = Outcome(
+            "b" * 20, "done", "now", 1.0, "{}", *to_image(data), **describe(data)
+        )
         store.save([outcome], presence.token)
     store.catalogue.forget([PARENT])
     made = with_parents({"b" * 20: Task("b" * 20, CHILD)}, store)
@@ -72,10 +81,15 @@ def test_a_finished_case_needs_no_parent(store):
 
 def test_an_absent_parent_stops_before_anything_is_written(store, tmp_path):
     store.catalogue.forget([PARENT])
-    with pytest.raises(RunnerError, match=f"1 cases continue runs that are not in the store: {PARENT}; run"):
+    with pytest.raises(
+        RunnerError,
+        match=f"1 cases continue runs that are not in the store: {PARENT}; run",
+    ):
         with_parents({"b": Task("b", CHILD)}, store)
     case = SimpleNamespace(id="b" * 20, scene=CHILD, label="base", position={})
-    campaign = SimpleNamespace(cases=(case,), axes=(), title="t", reference=None, path=None)
+    campaign = SimpleNamespace(
+        cases=(case,), axes=(), title="t", reference=None, path=None
+    )
     with pytest.raises(wl.store.StoreError, match="no store here"):
         wl.run(campaign, Store(tmp_path / "none"))
     assert not (tmp_path / "none").exists()

@@ -33,16 +33,32 @@ class Cluster:
     """Starts ``dask scheduler`` and ``dask worker``, and ends them."""
 
     def __init__(self, folder, *words):
-        self.folder, self.children = folder, []
+        self.folder = folder
+        self.children = []
         self.file = folder / "scheduler.json"
-        self.start("scheduler", "--port", "0", "--host", "127.0.0.1", "--scheduler-file", self.file, *words)
+        self.start(
+            "scheduler",
+            "--port",
+            "0",
+            "--host",
+            "127.0.0.1",
+            "--scheduler-file",
+            self.file,
+            *words,
+        )
         until(self.file.exists)
 
     def start(self, role, *words, path=()):
         support = str(Path(fake_campaign.__file__).parent)
         here = os.environ.get("PYTHONPATH", "")
         places = os.pathsep.join([*map(str, path), support, *here.split(os.pathsep)])
-        command = [sys.executable, "-m", f"distributed.cli.dask_{role}", "--no-dashboard", *map(str, words)]
+        command = [
+            sys.executable,
+            "-m",
+            f"distributed.cli.dask_{role}",
+            "--no-dashboard",
+            *map(str, words),
+        ]
         child = subprocess.Popen(
             command,
             cwd=self.folder,
@@ -54,7 +70,15 @@ class Cluster:
         return child
 
     def worker(self, *, path=()):
-        words = ("--scheduler-file", self.file, "--nthreads", "1", "--no-nanny", "--host", "127.0.0.1")
+        words = (
+            "--scheduler-file",
+            self.file,
+            "--nthreads",
+            "1",
+            "--no-nanny",
+            "--host",
+            "127.0.0.1",
+        )
         return self.start("worker", *words, path=path)
 
     @property
@@ -82,7 +106,9 @@ def there(tmp_path):
 def edited(tmp_path):
     """Return a folder with another wearlab: one comment more."""
     folder = tmp_path / "edited"
-    shutil.copytree(PACKAGE, folder / "wearlab", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(
+        PACKAGE, folder / "wearlab", ignore=shutil.ignore_patterns("__pycache__")
+    )
     with (folder / "wearlab" / "units.py").open("a") as file:
         file.write("# edited\n")
     return folder
@@ -97,20 +123,34 @@ def until(condition):
 
 def begun(log):
     """Return the process of every simulation begun so far."""
-    return [int(line.split()[1]) for line in log.read_text().splitlines()] if log.exists() else []
+    return (
+        [int(line.split()[1]) for line in log.read_text().splitlines()]
+        if log.exists()
+        else []
+    )
 
 
 def run(campaign, store, cluster):
     return wearlab.run(
-        campaign, store, scheduler=cluster.address, simulate=SIMULATE, progress=False, dashboard=False
+        campaign,
+        store,
+        scheduler=cluster.address,
+        simulate=SIMULATE,
+        progress=False,
+        dashboard=False,
     )
 
 
 def test_killed_and_strange_workers_lose_nothing(there, edited, tmp_path):
-    """One of two workers is killed, a third has other code and gets nothing; only the parent writes."""
-    log, store = tmp_path / "log", Store(tmp_path / "store")
+    """One of two workers is killed, a third has other code and gets nothing.
+
+    Only the parent writes.
+    """
+    log = tmp_path / "log"
+    store = Store(tmp_path / "store")
     campaign = sweep(80, log=str(log), act="slow")
-    steady, doomed = there.worker(), there.worker()
+    steady = there.worker()
+    doomed = there.worker()
     reports = []
     here = threading.Thread(target=lambda: reports.append(run(campaign, store, there)))
     here.start()
@@ -128,12 +168,15 @@ def test_killed_and_strange_workers_lose_nothing(there, edited, tmp_path):
 
 
 def test_a_worker_that_dies_while_it_compiles_is_replaced(there, tmp_path):
-    log, store = tmp_path / "log", Store(tmp_path / "store")
+    log = tmp_path / "log"
+    store = Store(tmp_path / "store")
     campaign = sweep(4, log=str(log), act="die compiling")
     there.worker(), there.worker()
     until(lambda: two_workers(there))
     reports = []
-    here = threading.Thread(target=lambda: reports.append(run(campaign, store, there)), daemon=True)
+    here = threading.Thread(
+        target=lambda: reports.append(run(campaign, store, there)), daemon=True
+    )
     here.start()
     here.join(PATIENCE)
     assert reports and reports[0].done == 4
@@ -142,19 +185,24 @@ def test_a_worker_that_dies_while_it_compiles_is_replaced(there, tmp_path):
 
 
 def test_a_worker_with_other_code_is_refused(there, edited, tmp_path):
-    log, store = tmp_path / "log", Store(tmp_path / "store")
+    log = tmp_path / "log"
+    store = Store(tmp_path / "store")
     campaign = sweep(6, log=str(log))
     strange = there.worker(path=[edited])
     with pytest.raises(RunnerError) as caught:
         run(campaign, store, there)
     assert "no worker is left that runs the same code" in str(caught.value)
-    assert f"here it is {source_hash()}; install the same version there" in str(caught.value)
+    assert f"here it is {source_hash()}; install the same version there" in str(
+        caught.value
+    )
     assert store.entries() == {}
     fit = there.worker()
     until(lambda: two_workers(there))
     report = run(campaign, store, there)
     assert report.ok and report.computed == 6
-    assert len(report.notes) == 1 and report.notes[0].startswith("worker tcp://127.0.0.1:")
+    assert len(report.notes) == 1 and report.notes[0].startswith(
+        "worker tcp://127.0.0.1:"
+    )
     assert "is refused: the source hash of its wearlab is" in report.notes[0]
     assert set(begun(log)) == {fit.pid} != {strange.pid}
     store.close()
@@ -175,7 +223,9 @@ def test_work_that_reaches_other_code_comes_back(monkeypatch):
 
     from wearlab.runner.worker import OtherCode, execute_all
 
-    monkeypatch.setattr(distributed, "get_worker", lambda: SimpleNamespace(address="tcp://there"))
+    monkeypatch.setattr(
+        distributed, "get_worker", lambda: SimpleNamespace(address="tcp://there")
+    )
     with pytest.raises(OtherCode) as caught:
         execute_all([], SIMULATE, "other")
     assert caught.value.args == ("tcp://there", source_hash())
@@ -186,9 +236,20 @@ def test_a_killed_scheduler_is_one_message(there, tmp_path):
     log = tmp_path / "log"
     there.worker()
     script = Path(fake_campaign.__file__).with_name("run_fake.py")
-    words = [script, tmp_path / "store", 300, log, "-", "act=slow", f"scheduler={there.address}"]
+    words = [
+        script,
+        tmp_path / "store",
+        300,
+        log,
+        "-",
+        "act=slow",
+        f"scheduler={there.address}",
+    ]
     child = subprocess.Popen(
-        [sys.executable, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, *map(str, words)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     until(lambda: len(begun(log)) > 10)
     there.children[0].kill()
@@ -204,10 +265,15 @@ def test_a_life_goes_on_elsewhere_when_its_worker_dies(there, tmp_path):
     until(lambda: two_workers(there))
     rates = {}
     for act in ("finish", "die"):
-        log, store = tmp_path / act, Store(tmp_path / f"{act}-store")
+        log = tmp_path / act
+        store = Store(tmp_path / f"{act}-store")
         campaign = sweep(2, act=act, gate=str(tmp_path / "gate"), log=str(log))
         report = wearlab.run(
-            campaign, store, scheduler=there.address, simulate=fake_life.SIMULATE, progress=False
+            campaign,
+            store,
+            scheduler=there.address,
+            simulate=fake_life.SIMULATE,
+            progress=False,
         )
         assert report.done == 2
         rates[act] = [int(line.split()[1]) for line in log.read_text().splitlines()]
@@ -223,11 +289,16 @@ def test_a_life_goes_on_elsewhere_when_its_worker_dies(there, tmp_path):
 def test_two_parents_share_a_scheduler_and_a_store(there, tmp_path):
     """Each run is computed once, whoever asks for it."""
     there.worker(), there.worker()
-    log, reports = tmp_path / "log", []
+    log = tmp_path / "log"
+    reports = []
     parents = [
         threading.Thread(
             target=lambda: reports.append(
-                run(sweep(30, log=str(log), act="slow"), Store(tmp_path / "store"), there)
+                run(
+                    sweep(30, log=str(log), act="slow"),
+                    Store(tmp_path / "store"),
+                    there,
+                )
             )
         )
         for _ in range(2)
@@ -244,11 +315,24 @@ def test_two_parents_share_a_scheduler_and_a_store(there, tmp_path):
 @pytest.fixture
 def secured(tmp_path):
     """Return files of a certificate and its key, which is its own authority."""
-    key, certificate = tmp_path / "key.pem", tmp_path / "cert.pem"
-    words = ["req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=127.0.0.1"]
+    key = tmp_path / "key.pem"
+    certificate = tmp_path / "cert.pem"
+    words = [
+        "req",
+        "-x509",
+        "-newkey",
+        "rsa:2048",
+        "-nodes",
+        "-days",
+        "2",
+        "-subj",
+        "/CN=127.0.0.1",
+    ]
     try:
         subprocess.run(
-            ["openssl", *words, "-keyout", key, "-out", certificate], check=True, capture_output=True
+            ["openssl", *words, "-keyout", key, "-out", certificate],
+            check=True,
+            capture_output=True,
         )
     except (OSError, subprocess.CalledProcessError):
         pytest.skip("no openssl here")
@@ -262,7 +346,9 @@ def test_work_goes_through_tls(secured, tmp_path, monkeypatch):
     """As dask's documentation has it: the same configuration everywhere, a tls:// address."""
     secured["distributed.comm.require-encryption"] = "True"
     for name, value in secured.items():
-        monkeypatch.setenv(f"DASK_{name.upper().replace('.', '__').replace('-', '_')}", value)
+        monkeypatch.setenv(
+            f"DASK_{name.upper().replace('.', '__').replace('-', '_')}", value
+        )
     cluster = Cluster(tmp_path, "--protocol", "tls")
     try:
         cluster.worker()

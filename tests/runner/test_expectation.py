@@ -18,7 +18,9 @@ class ExpectingCase(Case):
 
 @pytest.fixture
 def store(tmp_path, monkeypatch):
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
+    monkeypatch.setattr(
+        running._Work, "_begin", lambda self, tasks, cluster, more: None
+    )
     made = Store(tmp_path / "store")
     yield made
     made.close()
@@ -27,7 +29,9 @@ def store(tmp_path, monkeypatch):
 def expecting(expect: Expectation | None, act: str = "finish") -> Campaign:
     campaign = sweep(1, act=act)
     (case,) = campaign.cases
-    return Campaign((ExpectingCase(case.label, case.scene, case.position, expect),), campaign.axes)
+    return Campaign(
+        (ExpectingCase(case.label, case.scene, case.position, expect),), campaign.axes
+    )
 
 
 def compared(campaign, store):
@@ -36,7 +40,9 @@ def compared(campaign, store):
     return report.ok, one.comparison
 
 
-DEEPEST = 800.0 + 20.0 + 1.0 + 0.3  # last update, second flank, last node of the fake dataset [m]
+DEEPEST = (
+    800.0 + 20.0 + 1.0 + 0.3
+)  # last update, second flank, last node of the fake dataset [m]
 
 
 def wear_depth(value, tolerance):
@@ -68,13 +74,17 @@ def test_success_is_what_was_expected(store, act, expect, met):
 
 
 def test_a_run_without_expectation_still_has_to_be_done(store):
-    report = wearlab.run(expecting(None, "refuse"), store, simulate=SIMULATE, progress=False)
+    report = wearlab.run(
+        expecting(None, "refuse"), store, simulate=SIMULATE, progress=False
+    )
     assert not report.ok
     assert report.expected == ()
 
 
 def test_measured_stands_beside_expected_in_words_and_in_the_store(store):
-    _, comparison = compared(expecting(Expectation("completed", None, wear_depth(1.0, 0.5))), store)
+    _, comparison = compared(
+        expecting(Expectation("completed", None, wear_depth(1.0, 0.5))), store
+    )
     assert comparison.verdict == "completed"
     assert comparison.expected == "completed, wear_depth = 1.0 ± 0.5"
     assert comparison.measured == f"completed, wear_depth = {DEEPEST:.6g}"

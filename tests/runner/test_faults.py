@@ -23,13 +23,24 @@ class Scene:
     """A store, a log of simulations, and a gate that holds simulations until it is opened."""
 
     def __init__(self, folder):
-        self.folder, self.store = folder, Store(folder / "store")
-        self.log, self.gate = folder / "log", folder / "gate"
+        self.folder = folder
+        self.store = Store(folder / "store")
+        self.log = folder / "log"
+        self.gate = folder / "gate"
         self.children = []
 
     def start(self, count):
         """Run a campaign of ``count`` cases in a process of its own, in a session of its own."""
-        command = [sys.executable, "-W", "error", SCRIPT, self.store.path, count, self.log, self.gate]
+        command = [
+            sys.executable,
+            "-W",
+            "error",
+            SCRIPT,
+            self.store.path,
+            count,
+            self.log,
+            self.gate,
+        ]
         child = subprocess.Popen(
             list(map(str, command)),
             stdout=subprocess.PIPE,
@@ -46,7 +57,10 @@ class Scene:
     def simulations(self):
         """Return (speed, worker) of every simulation begun so far."""
         lines = self.log.read_text().splitlines() if self.log.exists() else []
-        return [(float(speed), int(worker)) for speed, worker in (line.split() for line in lines)]
+        return [
+            (float(speed), int(worker))
+            for speed, worker in (line.split() for line in lines)
+        ]
 
     def until(self, condition):
         end = time.monotonic() + PATIENCE
@@ -72,13 +86,18 @@ def scene(tmp_path):
 def running(pid):
     """Say whether a process exists and is more than a zombie."""
     try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+        return (
+            Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+        )
     except OSError:
         return False
 
 
 def test_killed_then_completed(scene):
-    """kill -9 of the parent loses the runs in flight; the workers go too; the next run does the rest."""
+    """kill -9 of the parent loses the runs in flight; the workers go too.
+
+    The next run does the rest.
+    """
     first = scene.start(6)
     scene.until(lambda: len(scene.simulations()) >= 2)
     os.kill(first.pid, signal.SIGKILL)
@@ -103,7 +122,10 @@ def test_interrupted_then_completed(scene, whole_group):
     scene.until(lambda: len(scene.simulations()) >= 2)
     (os.killpg if whole_group else os.kill)(first.pid, signal.SIGINT)
     output, _ = first.communicate(timeout=PATIENCE)
-    assert (first.returncode, output) == (130, "interrupted: 0 done, 5 to go; run again to continue\n")
+    assert (first.returncode, output) == (
+        130,
+        "interrupted: 0 done, 5 to go; run again to continue\n",
+    )
     assert scene.store.entries() == {}
     assert not any(running(worker) for _, worker in scene.simulations())
     if whole_group:
@@ -114,7 +136,8 @@ def test_interrupted_then_completed(scene, whole_group):
 
 def test_two_runs_share_one_campaign(scene):
     """Two processes on one store compute every case once between them, and both end with all of it."""
-    first, second = scene.start(10), scene.start(10)
+    first = scene.start(10)
+    second = scene.start(10)
     scene.until(lambda: len({worker for _, worker in scene.simulations()}) == 4)
     scene.gate.touch()
     outputs = [child.communicate(timeout=PATIENCE)[0] for child in (first, second)]
@@ -162,7 +185,9 @@ except wearlab.store.StoreError as error:
 def test_a_full_disk_is_said_and_leaves_nothing_half_written(scene):
     environment = {**os.environ, "PYTHONPATH": str(SCRIPT.parent)}
     command = [sys.executable, "-W", "error", "-c", FULL_DISK, str(scene.store.path)]
-    output = subprocess.run(command, capture_output=True, text=True, env=environment, check=True).stdout
+    output = subprocess.run(
+        command, capture_output=True, text=True, env=environment, check=True
+    ).stdout
     assert "cannot be written (File too large)" in output
     assert scene.store.entries() == {}
     assert scene.store.verify() == []

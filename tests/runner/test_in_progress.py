@@ -16,7 +16,9 @@ from wearlab.store.presence import Checkpoints
 
 
 def run(campaign, store, **options):
-    return wearlab.run(campaign, store, simulate=fake_life.SIMULATE, progress=False, **options)
+    return wearlab.run(
+        campaign, store, simulate=fake_life.SIMULATE, progress=False, **options
+    )
 
 
 def rates(log):
@@ -25,14 +27,16 @@ def rates(log):
 
 @pytest.fixture
 def undisturbed(tmp_path):
-    store, log = Store(tmp_path / "whole"), tmp_path / "undisturbed"
+    store = Store(tmp_path / "whole")
+    log = tmp_path / "undisturbed"
     whole = sweep(2, log=str(log))
     assert run(whole, store, workers=2).ok
     return store, whole, min(rates(log))
 
 
 def test_an_interrupted_life_goes_on_where_it_was(tmp_path, undisturbed):
-    store, log = Store(tmp_path / "part"), tmp_path / "log"
+    store = Store(tmp_path / "part")
+    log = tmp_path / "log"
     campaign = sweep(1, act="interrupt", gate=str(tmp_path / "gate"), log=str(log))
     with pytest.raises(Interrupted):
         run(campaign, store)
@@ -42,19 +46,24 @@ def test_an_interrupted_life_goes_on_where_it_was(tmp_path, undisturbed):
     assert run(campaign, store).ok
     assert not (store.path / "checkpoints").exists()
     whole, other, all_rates = undisturbed
-    np.testing.assert_array_equal(store.run(case.id).wear_depth, whole.run(other.cases[0].id).wear_depth)
+    np.testing.assert_array_equal(
+        store.run(case.id).wear_depth, whole.run(other.cases[0].id).wear_depth
+    )
     assert rates(log)[0] < all_rates  # what was done before was not done again
 
 
 def test_a_life_whose_worker_was_killed_goes_on_where_it_was(tmp_path, undisturbed):
     """Its case is tried once more by itself, from what the parent heard."""
-    store, log = Store(tmp_path / "part"), tmp_path / "log"
+    store = Store(tmp_path / "part")
+    log = tmp_path / "log"
     campaign = sweep(2, act="die", gate=str(tmp_path / "gate"), log=str(log))
     assert run(campaign, store, workers=2).ok
     assert not (store.path / "checkpoints").exists()
     whole, other, all_rates = undisturbed
     for one, never in zip(campaign.cases, other.cases, strict=True):
-        np.testing.assert_array_equal(store.run(one.id).wear_depth, whole.run(never.id).wear_depth)
+        np.testing.assert_array_equal(
+            store.run(one.id).wear_depth, whole.run(never.id).wear_depth
+        )
     assert min(rates(log)) < all_rates
 
 
@@ -67,7 +76,9 @@ def test_checkpoints_of_other_code_and_damaged_ones_are_none(tmp_path):
     path = tmp_path / "checkpoints" / "ab12.life"
     path.write_bytes(path.read_bytes()[:-1] + b"x")
     assert kept.read("ab12", "code") is None
-    (tmp_path / "checkpoints" / "ab12.77.part").touch()  # of a process that was killed as it wrote
+    (
+        tmp_path / "checkpoints" / "ab12.77.part"
+    ).touch()  # of a process that was killed as it wrote
     kept.forget(["ab12"])
     assert not (tmp_path / "checkpoints").exists()
 

@@ -19,8 +19,12 @@ from wearlab.sources import code_and_place
 def test_workers_find_everything_imported_and_leave_at_once() -> None:
     with local_client(2, dashboard=False) as client:
         parents = client.run(os.getppid)
-        ready = client.run(lambda: {"wearlab.simulation", "dask.array", "netCDF4"} <= set(sys.modules))
-        single = client.run(lambda names: [os.environ[name] for name in names], list(ONE_THREAD))
+        ready = client.run(
+            lambda: {"wearlab.simulation", "dask.array", "netCDF4"} <= set(sys.modules)
+        )
+        single = client.run(
+            lambda names: [os.environ[name] for name in names], list(ONE_THREAD)
+        )
         workers = list(client.run(os.getpid).values())
     assert len(workers) == 2
     assert not multiprocessing.active_children()
@@ -34,24 +38,40 @@ def test_workers_find_everything_imported_and_leave_at_once() -> None:
         assert os.getpid() not in parents.values()
 
 
-def test_environment_reaches_workers_as_it_is_now(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_environment_reaches_workers_as_it_is_now(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     local.begin_imports()
-    monkeypatch.setenv("WEARLAB_TEST_WORD", "late")  # unknown to the process that workers are forked from
+    monkeypatch.setenv(
+        "WEARLAB_TEST_WORD", "late"
+    )  # unknown to the process that workers are forked from
     with local_client(1, dashboard=False) as client:
         assert list(client.run(os.getenv, "WEARLAB_TEST_WORD").values()) == ["late"]
 
 
 @pytest.mark.parametrize(
     ("done", "scheduler", "begun"),
-    [((), None, 1), (("a",), None, 1), (("a", "b"), None, 0), ((), "tcp://127.0.0.1:1", 0)],
+    [
+        ((), None, 1),
+        (("a",), None, 1),
+        (("a", "b"), None, 0),
+        ((), "tcp://127.0.0.1:1", 0),
+    ],
 )
 def test_imports_begin_early_when_workers_will_be_wanted(
-    done: tuple[str, ...], scheduler: str | None, begun: int, monkeypatch: pytest.MonkeyPatch
+    done: tuple[str, ...],
+    scheduler: str | None,
+    begun: int,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     calls: list[int] = []
     monkeypatch.setattr(local, "begin_imports", lambda: calls.append(1))
-    campaign = SimpleNamespace(cases=[SimpleNamespace(id=name) for name in ("a", "b", "c", "c")])
-    store = SimpleNamespace(catalogue=SimpleNamespace(exists=lambda: True), heads=lambda ids: set(done))
+    campaign = SimpleNamespace(
+        cases=[SimpleNamespace(id=name) for name in ("a", "b", "c", "c")]
+    )
+    store = SimpleNamespace(
+        catalogue=SimpleNamespace(exists=lambda: True), heads=lambda ids: set(done)
+    )
     foresee(campaign, store, scheduler)  # type: ignore[arg-type]
     assert len(calls) == begun
     store.catalogue.exists = lambda: False
@@ -65,7 +85,9 @@ def test_a_replacement_that_never_began_is_not_joined() -> None:
 
     kind = local.swift_nanny()
     nanny = kind.__new__(kind)
-    nanny.process = SimpleNamespace(status=Status.failed, process=SimpleNamespace(pid=None))
+    nanny.process = SimpleNamespace(
+        status=Status.failed, process=SimpleNamespace(pid=None)
+    )
     asyncio.run(nanny.kill())
 
 
@@ -73,7 +95,9 @@ def test_a_replacement_that_never_began_is_not_joined() -> None:
 def impostor(tmp_path: Path) -> Path:
     """Return a folder in which lies another package of our name."""
     (tmp_path / "wearlab").mkdir()
-    (tmp_path / "wearlab" / "__init__.py").write_text("raise RuntimeError('another wearlab')")
+    (tmp_path / "wearlab" / "__init__.py").write_text(
+        "raise RuntimeError('another wearlab')"
+    )
     return tmp_path
 
 
@@ -86,12 +110,18 @@ print("same code")
 """
 
 
-def test_workers_import_what_their_parent_does_wherever_it_stands(impostor: Path) -> None:
+def test_workers_import_what_their_parent_does_wherever_it_stands(
+    impostor: Path,
+) -> None:
     script = impostor / "scripts" / "run.py"
     script.parent.mkdir()
     script.write_text(RUN)
     found = subprocess.run(
-        [sys.executable, script], cwd=impostor, capture_output=True, text=True, timeout=120
+        [sys.executable, script],
+        cwd=impostor,
+        capture_output=True,
+        text=True,
+        timeout=120,
     )
     assert (found.stdout, found.stderr) == ("same code\n", "")
 
@@ -99,7 +129,10 @@ def test_workers_import_what_their_parent_does_wherever_it_stands(impostor: Path
 def test_workers_with_other_code_are_one_message() -> None:
     answers = {"tcp://1": OSError("gone"), "tcp://2": ("feed", "/elsewhere/wearlab")}
     client = SimpleNamespace(run=lambda function, on_error: answers)
-    with pytest.raises(RunnerError, match="another wearlab than this process \\(/elsewhere/wearlab there"):
+    with pytest.raises(
+        RunnerError,
+        match="another wearlab than this process \\(/elsewhere/wearlab there",
+    ):
         local._refuse_other_code(client)
     answers["tcp://2"] = code_and_place()
     local._refuse_other_code(client)
@@ -114,11 +147,19 @@ def test_a_client_is_taken_as_scheduler_and_stays_open(tmp_path: Path) -> None:
     import wearlab as wl
 
     with local_client(1, dashboard=False) as client:
-        report = wl.run(sweep(2), tmp_path, scheduler=client, simulate=SIMULATE, progress=False)
+        report = wl.run(
+            sweep(2), tmp_path, scheduler=client, simulate=SIMULATE, progress=False
+        )
         assert (report.computed, report.done) == (2, 2)
         assert client.status == "running" and client.submit(max, 1, 2).result() == 2
     with pytest.raises(RunnerError, match="the client is closed"):
-        wl.run(sweep(3), tmp_path / "none", scheduler=client, simulate=SIMULATE, progress=False)
+        wl.run(
+            sweep(3),
+            tmp_path / "none",
+            scheduler=client,
+            simulate=SIMULATE,
+            progress=False,
+        )
     with pytest.raises(RunnerError, match="neither an address nor a dask client"):
         wl.run(sweep(3), tmp_path / "none", scheduler=5, simulate=SIMULATE)  # type: ignore[arg-type]
     assert not (tmp_path / "none").exists()
@@ -130,19 +171,31 @@ def test_workers_of_several_threads_are_refused(tmp_path: Path) -> None:
 
     import wearlab as wl
 
-    cluster = LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None)
+    cluster = LocalCluster(
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+    )
     with (
         cluster,
         Client(cluster) as client,
         pytest.raises(RunnerError, match="has 2 threads; wearlab needs one a process"),
     ):
-        wl.run(sweep(2), tmp_path / "none", scheduler=client, simulate=SIMULATE, progress=False)
+        wl.run(
+            sweep(2),
+            tmp_path / "none",
+            scheduler=client,
+            simulate=SIMULATE,
+            progress=False,
+        )
     assert not (tmp_path / "none").exists()
 
 
 @pytest.mark.parametrize("cores", [1, 2, 64])
-def test_as_many_workers_as_the_process_may_use_cores(cores: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(os, "sched_getaffinity", lambda process: set(range(cores)), raising=False)
+def test_as_many_workers_as_the_process_may_use_cores(
+    cores: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        os, "sched_getaffinity", lambda process: set(range(cores)), raising=False
+    )
     assert local.available_cores() == cores
     monkeypatch.delattr(os, "sched_getaffinity")
     monkeypatch.setattr(os, "cpu_count", lambda: None)

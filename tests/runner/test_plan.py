@@ -29,7 +29,10 @@ class Excluded:
 
 @pytest.fixture
 def store(tmp_path):
-    """A store of two done runs, 2 s and 4 s, 1000 and 3000 bytes; one failed, one refused."""
+    """A store of two done runs, 2 s and 4 s, 1000 and 3000 bytes.
+
+    One failed, one refused.
+    """
     made = Store(tmp_path / "store")
     made.create()
     campaign = alter(alter(sweep(4), 2, act="fail"), 3, act="refuse")
@@ -49,7 +52,14 @@ def test_what_is_known_of_each_run(store):
     found = plan(campaign, store)
     assert states(found) == ["cached", "cached", "failed", "refused", "new", "new"]
     assert found.runs[4].position == {"speed": "1200 rpm"}
-    assert [run.other_code for run in found.runs] == [True, True, False, False, False, False]
+    assert [run.other_code for run in found.runs] == [
+        True,
+        True,
+        False,
+        False,
+        False,
+        False,
+    ]
     store.files.path(campaign.cases[0].id).unlink()
     assert states(plan(campaign, store))[0] == "lost"
 
@@ -69,8 +79,12 @@ def test_a_plan_writes_nothing_and_needs_no_store(tmp_path):
 
 
 def test_time_and_size_come_from_runs_with_the_same_parts(store):
-    sizes = [head.size for head in store.heads(case.id for case in sweep(2).cases).values()]
-    found = plan(sweep(7), store, workers=2)  # 5 new: the last two of the store are other scenes
+    sizes = [
+        head.size for head in store.heads(case.id for case in sweep(2).cases).values()
+    ]
+    found = plan(
+        sweep(7), store, workers=2
+    )  # 5 new: the last two of the store are other scenes
     assert found.seconds == Amount(15.0, 10.0, 20.0)
     assert found.bytes == Amount(2.5 * sum(sizes), 5 * min(sizes), 5 * max(sizes))
     assert found.basis == "2 recorded runs with the same parts" and found.workers == 2
@@ -104,12 +118,16 @@ def command(store, monkeypatch, capsys):
         Excluded("base", {"speed": 1}, "speed_ratio > 1"),
         Excluded("base", {"speed": 2}, "speed_ratio > 1"),
     )
-    campaign = WithExcluded(campaign.cases[:1] + campaign.cases[3:], campaign.axes, excluded=left_out)
+    campaign = WithExcluded(
+        campaign.cases[:1] + campaign.cases[3:], campaign.axes, excluded=left_out
+    )
     monkeypatch.setattr(output, "read_campaign", lambda file: campaign)
 
     def run(*words):
         capsys.readouterr()
-        status = app.status_of(["plan", "a.toml", "--store", str(store.path), "--workers", "2", *words])
+        status = app.status_of(
+            ["plan", "a.toml", "--store", str(store.path), "--workers", "2", *words]
+        )
         captured = capsys.readouterr()
         return status, captured.out, captured.err
 
@@ -120,7 +138,12 @@ def test_the_command_in_words(command, monkeypatch):
     status, out, err = command()
     assert (status, err) == (0, "")
     for words in (
-        *("4 cases, 4 distinct runs, 2 excluded", "3 new", "1 cached", "2 excluded by speed_ratio > 1"),
+        *(
+            "4 cases, 4 distinct runs, 2 excluded",
+            "3 new",
+            "1 cached",
+            "2 excluded by speed_ratio > 1",
+        ),
         *(
             "time: about 4.5 s with 2 workers (3.0 s to 6.0 s)",
             " kB ",
@@ -141,24 +164,47 @@ def test_the_command_as_json(command):
 
 
 def test_a_billion_cases_are_refused_before_they_are_made(tmp_path, capsys):
-    text = "".join(f'[[sweep]]\n"a.{name}" = {{ integers = [1, 1000] }}\n' for name in "xyz")
+    text = "".join(
+        f'[[sweep]]\n"a.{name}" = {{ integers = [1, 1000] }}\n' for name in "xyz"
+    )
     (tmp_path / "absurd.toml").write_text(text)
-    assert app.status_of(["plan", str(tmp_path / "absurd.toml"), "--store", str(tmp_path / "s")]) == 2
+    assert (
+        app.status_of(
+            ["plan", str(tmp_path / "absurd.toml"), "--store", str(tmp_path / "s")]
+        )
+        == 2
+    )
     assert "1,000,000,000 cases, more than 100,000" in capsys.readouterr().err
     assert not (tmp_path / "s").exists()
 
 
 def test_what_has_changed_since_a_case_ran(store):
     campaign = replace(sweep(3), path=Path("a.toml"))
-    members = [(case.id, case.label, {"speed": f"{case.scene.speed:g} rpm"}) for case in campaign.cases]
+    members = [
+        (case.id, case.label, {"speed": f"{case.scene.speed:g} rpm"})
+        for case in campaign.cases
+    ]
     store.catalogue.record_campaign(campaign.title, None, "a.toml", members)
     found = plan(alter(campaign, 1, updates=4), store)
-    assert [(run.state, run.changed) for run in found.runs[:2]] == [("cached", ()), ("new", ("updates",))]
-    assert plan(replace(alter(campaign, 1, updates=4), path=Path("b.toml")), store).runs[1].changed == ()
+    assert [(run.state, run.changed) for run in found.runs[:2]] == [
+        ("cached", ()),
+        ("new", ("updates",)),
+    ]
+    assert (
+        plan(replace(alter(campaign, 1, updates=4), path=Path("b.toml")), store)
+        .runs[1]
+        .changed
+        == ()
+    )
 
 
-def test_a_scene_that_asks_for_too_much_is_told_without_any_record(monkeypatch, tmp_path):
-    text = {"numerics": {"phase_points": 1_000_000}, "wear": {"snapshots": {"cycles": [1.0] * 9}}}
+def test_a_scene_that_asks_for_too_much_is_told_without_any_record(
+    monkeypatch, tmp_path
+):
+    text = {
+        "numerics": {"phase_points": 1_000_000},
+        "wear": {"snapshots": {"cycles": [1.0] * 9}},
+    }
     scene = SimpleNamespace(canonical=lambda: json.dumps(text))
     assert least_bytes(scene) == 10 * 1_000_000 * 8 * 8 // 2
     assert least_bytes(SimpleNamespace(canonical=lambda: "{}")) == 64 * 8 * 8 // 2
@@ -173,11 +219,14 @@ def test_only_the_model_has_changed(store):
 
 
 def test_the_time_of_a_coupled_life_is_not_foretold_from_other_runs(store):
-    coupled = load("campaigns/base/planetary_ngw11_coupled.toml")  # with the life that calibrates it
+    coupled = load(
+        "campaigns/base/planetary_ngw11_coupled.toml"
+    )  # with the life that calibrates it
     found = plan(coupled, store)
     assert found.seconds is None and found.bytes is not None
     assert found.basis.endswith(
-        "the time of coupled lives (2) cannot be foretold, none with the same parts is recorded"
+        "the time of coupled lives (2) cannot be foretold, none with the same parts "
+        "is recorded"
     )
     static = load({"extends": str(coupled.path), "wear": {"load": "static"}})
     assert plan(static, store).seconds is not None
@@ -196,7 +245,12 @@ def test_a_plan_is_made_of_whatever_can_be_run(tmp_path, monkeypatch):
     }
     monkeypatch.setenv("WEARLAB_STORE", str(tmp_path / "store"))
     scene = wl.Scene.from_mapping(pair)
-    for given in (pair, scene, [scene, scene.replace("operation.torque", "80 N*m")], wl.load(pair)):
+    for given in (
+        pair,
+        scene,
+        [scene, scene.replace("operation.torque", "80 N*m")],
+        wl.load(pair),
+    ):
         planned = wl.plan(given)
         assert planned.count("new") == len(planned.runs) >= 1
     assert not (tmp_path / "store").exists()

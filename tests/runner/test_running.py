@@ -31,7 +31,9 @@ def log(tmp_path):
 @pytest.fixture
 def alone(monkeypatch):
     """Let several cases run in this process, as a single one does: most rules do not need a cluster."""
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
+    monkeypatch.setattr(
+        running._Work, "_begin", lambda self, tasks, cluster, more: None
+    )
 
 
 def run(campaign, store, **options):
@@ -45,29 +47,49 @@ def simulated(log):
 
 
 def test_two_workers_end_to_end(store, log):
-    campaign = alter(alter(sweep(6, static=True, log=str(log)), 1, act="fail"), 3, act="refuse")
+    campaign = alter(
+        alter(sweep(6, static=True, log=str(log)), 1, act="fail"), 3, act="refuse"
+    )
     campaign = alter(campaign, 4, act="warn")
     report = run(campaign, store, workers=2)
-    assert (report.total, report.computed, report.done, report.failed, report.refused) == (7, 7, 5, 1, 1)
+    assert (
+        report.total,
+        report.computed,
+        report.done,
+        report.failed,
+        report.refused,
+    ) == (7, 7, 5, 1, 1)
     assert not report.ok
     trouble = {case.state: case for case in report.troubled}
-    assert trouble["failed"].headline == "FloatingPointError: the shooting did not converge"
+    assert (
+        trouble["failed"].headline
+        == "FloatingPointError: the shooting did not converge"
+    )
     assert trouble["refused"].reason.startswith("contact ratio 0.93")
     assert trouble["done"].warnings == ("RuntimeWarning: the film is thin",)
-    assert simulated(log) == {s: 1 for s in (0.0, 800.0, 900.0, 1000.0, 1100.0, 1200.0, 1300.0)}
+    assert simulated(log) == {
+        s: 1 for s in (0.0, 800.0, 900.0, 1000.0, 1100.0, 1200.0, 1300.0)
+    }
     processes = {line.split()[1] for line in log.read_text().splitlines()}
     assert len(processes) == 2
-    (warm,) = Path(f"{log}.warm").read_text().splitlines()  # the first part of all scenes
+    (warm,) = (
+        Path(f"{log}.warm").read_text().splitlines()
+    )  # the first part of all scenes
     assert warm.split()[0] == "7"
     assert warm.split()[1] in processes
     assert store.verify() == []
     assert not any((store.path / "runners").iterdir())
-    assert {m.position.get("speed") for m in store.catalogue.members()} >= {"800 rpm", None}
+    assert {m.position.get("speed") for m in store.catalogue.members()} >= {
+        "800 rpm",
+        None,
+    }
 
 
 @pytest.mark.parametrize("batch", [1, 4])
 def test_a_worker_that_dies_takes_only_its_own_case(store, log, monkeypatch, batch):
-    monkeypatch.setattr(cluster.Pace, "batch", lambda self, waiting, workers: min(batch, waiting))
+    monkeypatch.setattr(
+        cluster.Pace, "batch", lambda self, waiting, workers: min(batch, waiting)
+    )
     campaign = alter(sweep(4, log=str(log)), 1, act="die")
     report = run(campaign, store, workers=1)
     assert (report.done, report.failed) == (3, 1)
@@ -84,8 +106,12 @@ def test_a_case_whose_process_was_killed_twice_is_tried_once_more(store, log):
 
 
 def test_a_single_case_needs_no_cluster(store, log, monkeypatch):
-    monkeypatch.setattr(cluster, "connect", lambda *_: pytest.fail("a cluster was started"))
-    monkeypatch.setattr(running.cluster, "connect", lambda *_: pytest.fail("a cluster was started"))
+    monkeypatch.setattr(
+        cluster, "connect", lambda *_: pytest.fail("a cluster was started")
+    )
+    monkeypatch.setattr(
+        running.cluster, "connect", lambda *_: pytest.fail("a cluster was started")
+    )
     assert run(sweep(1, log=str(log)), store).ok
     assert simulated(log) == {800.0: 1}
 
@@ -136,11 +162,15 @@ def test_a_file_that_was_lost_is_made_again(store, log, alone, damage):
 
 def test_ctrl_c_releases_what_was_running(store, alone, monkeypatch):
     monkeypatch.setattr(running, "execute", interrupting(running.execute, after=1))
-    with pytest.raises(KeyboardInterrupt, match=r"1 done, 2 to go; run again to continue"):
+    with pytest.raises(
+        KeyboardInterrupt, match=r"1 done, 2 to go; run again to continue"
+    ):
         run(sweep(3), store)
     assert [entry.state for entry in store.entries().values()] == ["done"]
     monkeypatch.undo()
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
+    monkeypatch.setattr(
+        running._Work, "_begin", lambda self, tasks, cluster, more: None
+    )
     assert run(sweep(3), store).computed == 2
 
 
@@ -175,7 +205,12 @@ def test_a_scheduler_that_was_there_before(store, log):
         worker_dashboard_address=None,
     ) as there:
         assert run(sweep(3, log=str(log)), store, scheduler=there.scheduler_address).ok
-        assert run(sweep(3, log=str(log)), store, scheduler=there.scheduler_address).computed == 0
+        assert (
+            run(
+                sweep(3, log=str(log)), store, scheduler=there.scheduler_address
+            ).computed
+            == 0
+        )
     assert set(simulated(log).values()) == {1}
 
 
@@ -193,7 +228,8 @@ def test_the_same_datasets_whoever_computes(store, tmp_path, alone):
     run(sweep(2), other)
     for case in sweep(2).cases:
         volatile = {"date_created": None}
-        mine, theirs = (s.run(case.id).assign_attrs(volatile) for s in (store, other))
+        mine = store.run(case.id).assign_attrs(volatile)
+        theirs = other.run(case.id).assign_attrs(volatile)
         xr.testing.assert_identical(mine, theirs)
 
 
@@ -210,19 +246,30 @@ def test_a_scheduler_that_does_not_answer_leaves_nothing_behind(tmp_path, monkey
     monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.2)
     store = Store(tmp_path / "store")
     with pytest.raises(RunnerError, match="no dask scheduler answers"):
-        wearlab.run(sweep(2), store, scheduler="tcp://127.0.0.1:9", simulate=SIMULATE, progress=False)
+        wearlab.run(
+            sweep(2),
+            store,
+            scheduler="tcp://127.0.0.1:9",
+            simulate=SIMULATE,
+            progress=False,
+        )
     monkeypatch.setattr(cluster, "find_spec", lambda name: None)
     with pytest.raises(RunnerError, match="the dashboard needs bokeh"):
         wearlab.run(sweep(2), store, dashboard=True, simulate=SIMULATE, progress=False)
     assert not store.path.exists()
 
 
-def test_an_interruption_between_file_and_catalogue_leaves_no_unknown_file(store, monkeypatch):
+def test_an_interruption_between_file_and_catalogue_leaves_no_unknown_file(
+    store, monkeypatch
+):
     """Ctrl-C may come when a run's file is in place and nothing is recorded of it."""
     from wearlab.store.catalogue import Catalogue
 
-    monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
-    original, calls = Catalogue.record, []
+    monkeypatch.setattr(
+        running._Work, "_begin", lambda self, tasks, cluster, more: None
+    )
+    original = Catalogue.record
+    calls = []
 
     def record(self, outcomes, *words):
         calls.append(1)

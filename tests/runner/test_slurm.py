@@ -1,4 +1,7 @@
-"""The example of a cluster with SLURM; ``sbatch`` and ``scancel`` start and end jobs on this machine."""
+"""The example of a cluster with SLURM.
+
+``sbatch`` and ``scancel`` start and end jobs on this machine.
+"""
 
 import importlib.util
 import os
@@ -36,11 +39,23 @@ def example():
 
 def test_the_job_script_asks_slurm_for_what_is_told(example, tmp_path, capsys):
     asked = (
-        "study.toml store --queue short --cores 8 --memory 16GB --walltime 01:30:00 --directive --exclusive"
+        "study.toml store --queue short --cores 8 --memory 16GB --walltime 01:30:00 "
+        "--directive --exclusive"
     )
-    assert example.main([*shlex.split(asked.replace("--directive ", "--directive=")), "--show"]) == 0
+    assert (
+        example.main(
+            [*shlex.split(asked.replace("--directive ", "--directive=")), "--show"]
+        )
+        == 0
+    )
     said = capsys.readouterr().out
-    for line in ("-p short", "--cpus-per-task=8", "--mem=15G", "-t 01:30:00", "--exclusive"):
+    for line in (
+        "-p short",
+        "--cpus-per-task=8",
+        "--mem=15G",
+        "-t 01:30:00",
+        "--exclusive",
+    ):
         assert f"#SBATCH {line}\n" in said
     assert "--nworkers 8" in said and "--nthreads 1" in said
     assert said.index("export WEARLAB_CACHE=$HOME") < said.index("dask_worker")

@@ -31,8 +31,12 @@ class Wire:
 
 
 async def two_messages(monkeypatch):
-    """Send a message, set the clock back, send another; return what arrived within a second."""
-    wire, sender = Wire(), batched.BatchedSend(interval=0.002, loop=IOLoop.current())
+    """Send a message, set the clock back, send another.
+
+    Return what arrived within a second.
+    """
+    wire = Wire()
+    sender = batched.BatchedSend(interval=0.002, loop=IOLoop.current())
     sender.start(wire)
     sender.send("first")
     while not wire.sent:

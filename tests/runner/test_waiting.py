@@ -13,7 +13,8 @@ from wearlab.runner.cluster import Cluster
 from wearlab.runner.worker import Task
 from wearlab.store.outcome import Outcome
 
-GONE = "inproc://127.0.0.1/1/1"  # one that was killed just now: a scheduler that lost all its workers
+# one that was killed just now: a scheduler that lost all its workers
+GONE = "inproc://127.0.0.1/1/1"
 PATIENCE = 30.0
 
 
@@ -23,7 +24,9 @@ def bereft() -> Iterator[Any]:
     from dask.distributed import Client, LocalCluster
 
     with (
-        LocalCluster(n_workers=0, processes=False, threads_per_worker=1, dashboard_address=None) as own,
+        LocalCluster(
+            n_workers=0, processes=False, threads_per_worker=1, dashboard_address=None
+        ) as own,
         Client(own) as client,
     ):
         yield client
@@ -51,10 +54,14 @@ def ended(work: Callable[[], object], client: Any) -> list[BaseException]:
 def seen_late(client: Any) -> Callable[[], list[str]]:
     """Return whom a process takes to be there: at its first look, one that has just been killed."""
     looks = iter([[GONE]])
-    return lambda: next(looks, None) or list(client.scheduler_info(n_workers=-1)["workers"])
+    return lambda: (
+        next(looks, None) or list(client.scheduler_info(n_workers=-1)["workers"])
+    )
 
 
-def test_warming_up_does_not_wait_for_who_was_killed(bereft: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_warming_up_does_not_wait_for_who_was_killed(
+    bereft: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     cluster = Cluster(bereft, SIMULATE)
     monkeypatch.setattr(cluster, "workers", seen_late(bereft))
     assert ended(lambda: cluster.warm_up([]), bereft) == []
@@ -78,26 +85,46 @@ def test_work_asked_of_who_was_killed_is_asked_of_others(bereft: Any) -> None:
     assert {outcome.state for outcome in kept} == {"done"}
 
 
-def test_workers_that_nobody_can_start_are_given_up(bereft: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_workers_that_nobody_can_start_are_given_up(
+    bereft: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("wearlab.runner.cluster.ABSENT_SECONDS", 0.6)
     tasks = [Task(case.id, case.scene) for case in sweep(2).cases]
-    with pytest.raises(RunnerError, match=r"none could be started for 0\.6 s.*run again"):
+    with pytest.raises(
+        RunnerError, match=r"none could be started for 0\.6 s.*run again"
+    ):
         Cluster(bereft, SIMULATE).compute(tasks, lambda outcomes, wanted: list(wanted))
 
 
-@pytest.mark.parametrize(("raised", "waits", "suspects"), [(OSError("died"), 0, 1), (TimeoutError(), 1, 0)])
-def test_results_that_went_with_their_worker(raised: Exception, waits: int, suspects: int) -> None:
+@pytest.mark.parametrize(
+    ("raised", "waits", "suspects"), [(OSError("died"), 0, 1), (TimeoutError(), 1, 0)]
+)
+def test_results_that_went_with_their_worker(
+    raised: Exception, waits: int, suspects: int
+) -> None:
     """A batch that had finished, and then was lost with its worker: tried alone, or waited for once more."""
 
     def result(timeout: float) -> None:
         raise raised
 
-    words = {"key": "a", "result": staticmethod(result), "cancelled": lambda self: False}
+    words = {
+        "key": "a",
+        "result": staticmethod(result),
+        "cancelled": lambda self: False,
+    }
     future = type("Future", (), words)()
     added: list[Any] = []
-    flow = SimpleNamespace(next_batch=lambda: [future], has_ready=lambda: True, add=added.append)
+    flow = SimpleNamespace(
+        next_batch=lambda: [future], has_ready=lambda: True, add=added.append
+    )
     task = Task(sweep(1).cases[0].id, sweep(1).cases[0].scene)
     cluster = Cluster(SimpleNamespace(status="running", scheduler_info=dict), SIMULATE)
-    cluster.flow, cluster.in_progress, cluster.named = flow, {future: [task]}, {future: []}
+    cluster.flow = flow
+    cluster.in_progress = {future: [task]}
+    cluster.named = {future: []}
     assert cluster._returned() == []
-    assert (len(added), len(cluster.in_progress), len(cluster.suspects)) == (waits, waits, suspects)
+    assert (len(added), len(cluster.in_progress), len(cluster.suspects)) == (
+        waits,
+        waits,
+        suspects,
+    )

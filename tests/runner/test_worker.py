@@ -27,12 +27,15 @@ def test_a_finished_case():
 
 
 def test_a_refusal_keeps_its_reason_and_a_failure_its_traceback():
-    refused, failed = outcome(act="refuse"), outcome(act="fail")
+    refused = outcome(act="refuse")
+    failed = outcome(act="fail")
     assert (refused.state, refused.image) == ("refused", None)
     assert refused.reason.startswith("contact ratio 0.93 is below one")
     assert (failed.state, failed.image) == ("failed", None)
     assert "Traceback" in failed.reason
-    assert failed.reason.rstrip().endswith("FloatingPointError: the shooting did not converge")
+    assert failed.reason.rstrip().endswith(
+        "FloatingPointError: the shooting did not converge"
+    )
 
 
 def test_warnings_are_kept_once_and_do_not_escape(recwarn):
@@ -42,7 +45,11 @@ def test_warnings_are_kept_once_and_do_not_escape(recwarn):
 
 def test_a_batch_goes_on_after_a_failure():
     tasks = [Task(s.id, s) for s in (Scene(act="fail"), Scene(), Scene(act="refuse"))]
-    assert [o.state for o in execute_all(tasks, SIMULATE)] == ["failed", "done", "refused"]
+    assert [o.state for o in execute_all(tasks, SIMULATE)] == [
+        "failed",
+        "done",
+        "refused",
+    ]
 
 
 def test_an_unknown_simulation_is_a_failure():
@@ -75,7 +82,10 @@ def test_the_parent_side_stays_light():
     """Managing runs needs neither physics nor xarray nor HDF5: those live in workers and readers."""
     code = (
         "import sys, wearlab.runner, wearlab.store.store; "
-        "print([m for m in ('numpy', 'numba', 'xarray', 'netCDF4', 'dask', 'rich') if m in sys.modules])"
+        "print([m for m in ('numpy', 'numba', 'xarray', 'netCDF4', 'dask', 'rich') if "
+        "m in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
     assert done.stdout.strip() == "[]"

@@ -38,11 +38,14 @@ def test_dynamics_know_the_backlash_of_the_drawing():
     gears = build_set(scene)
     free = gears.kinds[0].pair.drawn_backlash
     assert free == pytest.approx(
-        80e-6 * np.cos(np.radians(20)) + 2 * 85.25e-6 * np.sin(np.radians(21.8)), rel=0.02
+        80e-6 * np.cos(np.radians(20)) + 2 * 85.25e-6 * np.sin(np.radians(21.8)),
+        rel=0.02,
     )
     assert build_system(scene, gears, np.array([3e8])).backlash == pytest.approx([free])
     given = scene.replace("mesh.normal_backlash", "10 um")
-    assert build_system(given, gears, np.array([3e8])).backlash == pytest.approx([10e-6])
+    assert build_system(given, gears, np.array([3e8])).backlash == pytest.approx(
+        [10e-6]
+    )
 
 
 def test_check_prints_centre_distance_contact_ratio_backlash_and_sliding():
@@ -57,27 +60,50 @@ def test_check_prints_tips_and_what_they_keep_from_the_root():
     """A pair of 3 mm whose centre distance is rounded below the one that its shifts ask for."""
     table = copy.deepcopy(TABLE)
     table["gears"] |= {"module": "3 mm", "centre_distance": "114.5 mm"}
-    pinion, gear = table["gears"]["pinion"], table["gears"]["gear"]
-    pinion |= {"teeth": 19, "profile_shift_coefficient": 0.35, "tooth_thickness_allowance": "-110 um"}
-    gear |= {"teeth": 57, "profile_shift_coefficient": -0.1, "tooth_thickness_allowance": "-145 um"}
+    pinion = table["gears"]["pinion"]
+    gear = table["gears"]["gear"]
+    pinion |= {
+        "teeth": 19,
+        "profile_shift_coefficient": 0.35,
+        "tooth_thickness_allowance": "-110 um",
+    }
+    gear |= {
+        "teeth": 57,
+        "profile_shift_coefficient": -0.1,
+        "tooth_thickness_allowance": "-145 um",
+    }
     said = {row.symbol: row.values for row in sheet(Scene.from_mapping(table)).rows}
     assert said["d_a"] == ("64.6", "175.9") and said["k"] == ("-0.0833", "-0.0833")
     assert said["d_w"] == ("57.25", "171.75")  # 2 a z / Σz
-    thinned = [0.5 * e / np.tan(np.radians(20)) for e in (0.110, 0.145)]  # a thinner tooth is cut deeper
-    assert [float(c) for c in said["c"]] == pytest.approx([0.75 + thinned[1], 0.75 + thinned[0]], abs=6e-4)
+    thinned = [
+        0.5 * e / np.tan(np.radians(20)) for e in (0.110, 0.145)
+    ]  # a thinner tooth is cut deeper
+    assert [float(c) for c in said["c"]] == pytest.approx(
+        [0.75 + thinned[1], 0.75 + thinned[0]], abs=6e-4
+    )
     x = 0.35 - 0.110 / (6 * np.tan(np.radians(20)))
-    inv = {r: np.tan(a := np.arccos(57 * np.cos(np.radians(20)) / (2 * r))) - a for r in (28.5, 32.3)}
+    inv = {
+        r: np.tan(a := np.arccos(57 * np.cos(np.radians(20)) / (2 * r))) - a
+        for r in (28.5, 32.3)
+    }
     half = np.pi / 38 + 2 * x * np.tan(np.radians(20)) / 19 + inv[28.5] - inv[32.3]
     assert float(said["s_an"][0]) == pytest.approx(2 * 32.3 * half, abs=6e-4)
 
 
 def test_check_prints_the_modifications_of_the_flanks():
     table = copy.deepcopy(TABLE)
-    table["gears"]["pinion"] |= {"tip_relief": {"amount": "20 um", "length": "2 mm"}, "lead_crowning": "8 um"}
+    table["gears"]["pinion"] |= {
+        "tip_relief": {"amount": "20 um", "length": "2 mm"},
+        "lead_crowning": "8 um",
+    }
     table["mesh"] |= {"misalignment": "15 um"}
     scene = Scene.from_mapping(table)
     said = {row.symbol: row.values for row in sheet(scene).rows}
-    assert said["C_αa"] == ("20", "") and said["C_β"] == ("8", "") and said["F_βy"] == ("15",)
+    assert (
+        said["C_αa"] == ("20", "")
+        and said["C_β"] == ("8", "")
+        and said["F_βy"] == ("15",)
+    )
     pinion = build_set(scene).gears["pinion"]
     length = np.sqrt(pinion.tip_radius**2 - pinion.base_radius**2)
     assert float(said["d_Ca"][0]) == pytest.approx(
@@ -90,9 +116,14 @@ def test_check_prints_the_modifications_of_the_flanks():
 def test_allowances_thin_teeth():
     table = copy.deepcopy(TABLE)
     table["gears"]["pinion"]["tooth_thickness_allowance"] = "20 um"
-    with pytest.raises(SceneError, match=r"gears\.pinion\.tooth_thickness_allowance.*must be at most 0"):
+    with pytest.raises(
+        SceneError, match=r"gears\.pinion\.tooth_thickness_allowance.*must be at most 0"
+    ):
         Scene.from_mapping(table)
-    table["gears"]["pinion"]["tooth_thickness_allowance"] = {"upper": "-50 um", "lower": "-30 um"}
+    table["gears"]["pinion"]["tooth_thickness_allowance"] = {
+        "upper": "-50 um",
+        "lower": "-30 um",
+    }
     with pytest.raises(SceneError, match="lower must not be above upper"):
         Scene.from_mapping(table)
 
@@ -109,8 +140,14 @@ def test_a_static_set_needs_no_carrier():
         "ring": {"teeth": 79, "rim_diameter": "220 mm"},
     }
     table = {"gears": gears, "operation": {"torque": "134 N*m", "speed": "1000 rpm"}}
-    assert build_set(Scene.from_mapping(table)).bodies["carrier"].radius == pytest.approx(56.5e-3)
-    moving = {**table, "dynamics": {"model": "planetary-torsional"}, "mesh": {"damping_ratio": 0.05}}
+    assert build_set(Scene.from_mapping(table)).bodies[
+        "carrier"
+    ].radius == pytest.approx(56.5e-3)
+    moving = {
+        **table,
+        "dynamics": {"model": "planetary-torsional"},
+        "mesh": {"damping_ratio": 0.05},
+    }
     with pytest.raises(SceneError) as refused:
         Scene.from_mapping(moving)
     assert [line.split(", such")[0] for line in refused.value.problems] == [
@@ -121,13 +158,21 @@ def test_a_static_set_needs_no_carrier():
 
 def test_what_is_read_off_a_motion_says_so_under_static_load():
     table = {k: v for k, v in TABLE.items() if k != "dynamics"}
-    with pytest.raises(SceneError, match=r"mesh_acceleration_orders' is read off a motion, .*\[dynamics\]"):
-        Scene.from_mapping({**table, "store": {"variables": ["all", "mesh_acceleration_orders"]}})
+    with pytest.raises(
+        SceneError,
+        match=r"mesh_acceleration_orders' is read off a motion, .*\[dynamics\]",
+    ):
+        Scene.from_mapping(
+            {**table, "store": {"variables": ["all", "mesh_acceleration_orders"]}}
+        )
 
 
 def test_check_prints_no_backlash_of_0_where_none_is_given():
     table = copy.deepcopy(TABLE)
-    del table["gears"]["centre_distance"], table["gears"]["gear"]["tooth_thickness_allowance"]
+    del (
+        table["gears"]["centre_distance"],
+        table["gears"]["gear"]["tooth_thickness_allowance"],
+    )
     del table["gears"]["pinion"]["tooth_thickness_allowance"]
     scene = Scene.from_mapping(table)
 

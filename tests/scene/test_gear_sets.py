@@ -43,7 +43,9 @@ def test_meshes_of_a_planetary_set_share_the_torque_on_the_sun(roles, sun):
     planetary = gear_set(PLANETARY, **roles)
     assert planetary.torque == pytest.approx(sun, rel=1e-12)
     radius = planetary.gears["sun"].base_radius
-    assert [kind.load for kind in planetary.kinds] == pytest.approx([sun / (3 * radius)] * 2, rel=1e-12)
+    assert [kind.load for kind in planetary.kinds] == pytest.approx(
+        [sun / (3 * radius)] * 2, rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("driver", ["pinion", "ring"])
@@ -51,7 +53,9 @@ def test_the_mesh_of_a_pair_carries_the_torque_of_whichever_gear_drives(driver):
     roles = {} if driver == "pinion" else {"input": "ring", "output": "pinion"}
     pair = gear_set(INTERNAL, **roles)
     assert pair.torque == pytest.approx(134.0, rel=1e-12)
-    assert pair.kinds[0].load == pytest.approx(134.0 / pair.gears[driver].base_radius, rel=1e-12)
+    assert pair.kinds[0].load == pytest.approx(
+        134.0 / pair.gears[driver].base_radius, rel=1e-12
+    )
 
 
 def test_the_torsional_model_of_a_planetary_set_is_loaded_by_the_force_of_all_its_meshes():
@@ -62,4 +66,6 @@ def test_the_torsional_model_of_a_planetary_set_is_loaded_by_the_force_of_all_it
         "dynamics": {"model": "planetary-torsional"},
     }
     parts = build(Scene.from_mapping(scene))
-    assert parts.vibration.system.load[0] == pytest.approx(3.0 * parts.gears.kinds[0].load, rel=1e-12)
+    assert parts.vibration.system.load[0] == pytest.approx(
+        3.0 * parts.gears.kinds[0].load, rel=1e-12
+    )

@@ -38,7 +38,11 @@ def changed(table, key, value):
         (
             "gears.material",
             "steel",
-            {"youngs_modulus": "206 GPa", "poisson_ratio": 0.3, "density": "7.83 g/cm^3"},
+            {
+                "youngs_modulus": "206 GPa",
+                "poisson_ratio": 0.3,
+                "density": "7.83 g/cm^3",
+            },
         ),
         ("wear.load", "instant", "instant"),
         ("wear.snapshots.cycles", [3e6, 2e7], [2e7, 3000000, 3e6]),
@@ -52,7 +56,8 @@ def changed(table, key, value):
     ],
 )
 def test_equal_scenes_share_an_id(table, key, one, other):
-    a, b = changed(table, key, one), changed(table, key, other)
+    a = changed(table, key, one)
+    b = changed(table, key, other)
     assert a == b and a.id == b.id and a.canonical() == b.canonical()
 
 
@@ -82,7 +87,10 @@ def test_defaults_are_filled_in(table):
     assert said["mesh"]["stiffness"]["hertz"] == "weber"
     assert said["wear"]["load"] == "instant"
     assert "errors" not in said and "lubricant" not in said
-    written = {**table, "mesh": {**table["mesh"], "contact": "displacement", "damping_in": "contact"}}
+    written = {
+        **table,
+        "mesh": {**table["mesh"], "contact": "displacement", "damping_in": "contact"},
+    }
     assert Scene.from_mapping(written) == Scene.from_mapping(table)
 
 
@@ -98,7 +106,9 @@ SECTIONS = ("mesh", "errors", "dynamics", "lubricant", "wear", "numerics", "stor
 
 def grown(part):
     """Return a part with one option more, as a later version might have."""
-    return create_model(part.__name__, __base__=part, an_option_more=(Number, option(0.5, "new")))
+    return create_model(
+        part.__name__, __base__=part, an_option_more=(Number, option(0.5, "new"))
+    )
 
 
 @pytest.mark.parametrize("section", SECTIONS)
@@ -106,9 +116,13 @@ def test_an_option_added_with_a_default_makes_no_stored_run_new(full, section):
     scene = Scene.from_mapping(full)
     later = grown(type(getattr(scene, section)))
     standard = later() if section in ("mesh", "numerics", "store") else ...
-    newer = create_model("Scene", __base__=Scene, **{section: (later, option(standard, "a section"))})
+    newer = create_model(
+        "Scene", __base__=Scene, **{section: (later, option(standard, "a section"))}
+    )
     same = newer.from_mapping(full)
-    other = newer.from_mapping({**full, section: {**full[section], "an_option_more": 2}})
+    other = newer.from_mapping(
+        {**full, section: {**full[section], "an_option_more": 2}}
+    )
     assert "an_option_more" in same.canonical()
     assert same.id == scene.id != other.id
 
@@ -131,14 +145,29 @@ def test_what_identity_sees():
         "needed": 2.0,
         "inner": {"model": "a", "size": 3.0},
     }
-    assert essence(Outer(needed=2, maybe={})) == {"needed": 2.0, "maybe": {"model": "a"}}
-    assert essence(Outer(needed=2, many=[{}])) == {"needed": 2.0, "many": [{"model": "a"}]}
+    assert essence(Outer(needed=2, maybe={})) == {
+        "needed": 2.0,
+        "maybe": {"model": "a"},
+    }
+    assert essence(Outer(needed=2, many=[{}])) == {
+        "needed": 2.0,
+        "many": [{"model": "a"}],
+    }
 
 
 def test_where_a_mesh_says_it_does_not_matter():
-    said = MeshSection(sun_planet={"damping_in": "always"}, planet_ring={"damping_in": "always"})
-    assert essence(said) == essence(MeshSection(damping_in="always")) == {"damping_in": "always"}
-    own = MeshSection(face_load_factor=1.2, sun_planet=OneMesh(damping_in="always", face_load_factor=1.2))
+    said = MeshSection(
+        sun_planet={"damping_in": "always"}, planet_ring={"damping_in": "always"}
+    )
+    assert (
+        essence(said)
+        == essence(MeshSection(damping_in="always"))
+        == {"damping_in": "always"}
+    )
+    own = MeshSection(
+        face_load_factor=1.2,
+        sun_planet=OneMesh(damping_in="always", face_load_factor=1.2),
+    )
     assert essence(own) == {
         "sun_planet": {"damping_in": "always", "face_load_factor": 1.2},
         "planet_ring": {"face_load_factor": 1.2},
@@ -175,8 +204,12 @@ def test_canonical_numbers_keep_twelve_digits_and_settle(value):
     model=st.sampled_from(["potential-energy", "constant"]),
     dynamic=st.booleans(),
 )
-def test_canonical_round_trip(teeth, torque, speed, seed, share, depths, model, dynamic):
-    stiffness = {"model": model} | ({"value": "300 N/um"} if model == "constant" else {"scale": share})
+def test_canonical_round_trip(
+    teeth, torque, speed, seed, share, depths, model, dynamic
+):
+    stiffness = {"model": model} | (
+        {"value": "300 N/um"} if model == "constant" else {"scale": share}
+    )
     table = {
         "gears": {
             "kind": "external-pair",
@@ -187,15 +220,25 @@ def test_canonical_round_trip(teeth, torque, speed, seed, share, depths, model, 
         },
         "operation": {"torque": f"{torque!r} N*m", "speed": f"{speed!r} rpm"},
         "mesh": {"damping_ratio": share, "stiffness": stiffness},
-        "errors": {"seed": seed, "harmonic": [{"order": 1, "amplitude": f"{d!r} um"} for d in depths]},
+        "errors": {
+            "seed": seed,
+            "harmonic": [{"order": 1, "amplitude": f"{d!r} um"} for d in depths],
+        },
         "wear": {
-            "coefficient": {"model": "constant", "value": "1e-18 m^2/N", "gear": {"factor": share}},
+            "coefficient": {
+                "model": "constant",
+                "value": "1e-18 m^2/N",
+                "gear": {"factor": share},
+            },
             "until": {"depth": "1 mm"},
             "snapshots": {"depth": [f"{d!r} um" for d in depths]},
         },
     }
     if dynamic:
-        table["dynamics"] = {"model": "spur-3dof", "supports": {"pinion": SUPPORT, "gear": SUPPORT}}
+        table["dynamics"] = {
+            "model": "spur-3dof",
+            "supports": {"pinion": SUPPORT, "gear": SUPPORT},
+        }
     scene = Scene.from_mapping(table)
     again = Scene.from_canonical(scene.canonical())
     assert again.canonical() == scene.canonical() and again.id == scene.id

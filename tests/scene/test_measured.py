@@ -36,7 +36,9 @@ def test_contents_become_part_of_the_scene(table, tmp_path):
     assert Scene.from_canonical(one.canonical()) == one and "csv" not in one.canonical()
     assert scene(table, tmp_path, CSV.replace("-6", "-7")).id != one.id
     assert scene(table, tmp_path, zero="line").id != one.id
-    assert scene(table, tmp_path, smooth="1 mm").wear.initial_of("pinion").smooth == pytest.approx(1e-3)
+    assert scene(table, tmp_path, smooth="1 mm").wear.initial_of(
+        "pinion"
+    ).smooth == pytest.approx(1e-3)
 
 
 @pytest.mark.parametrize(
@@ -69,19 +71,25 @@ def test_a_runs_own_deviation_read_back_is_its_wear(table, tmp_path):
     initial = {}
     for flank in ("pinion", "gear"):
         one = worn.sel(flank=flank)
-        rows = zip(1e3 * one.diameter.values, 1e6 * one.flank_deviation.values, strict=True)
+        rows = zip(
+            1e3 * one.diameter.values, 1e6 * one.flank_deviation.values, strict=True
+        )
         text = "diameter,deviation\n" + "".join(f"{x:.15g},{y:.15g}\n" for x, y in rows)
         (tmp_path / f"{flank}.csv").write_text(text)
         initial[flank] = {"file": f"{flank}.csv", "units": UNITS}
     again = merge(static(table, gears=relief), {"wear": {"initial": initial}})
     del again["wear"]["until"]
     read = simulate(Scene.from_mapping(again, tmp_path))
-    np.testing.assert_allclose(read.wear_depth.values[0], worn.wear_depth.values, atol=1e-12)
+    np.testing.assert_allclose(
+        read.wear_depth.values[0], worn.wear_depth.values, atol=1e-12
+    )
 
 
 def test_exact_contact_is_told_and_agrees_for_slight_wear(table):
     uniform = {"pinion": {"depth": "2 um", "shape": "uniform"}}
-    base = merge(static(table, wear={"initial": uniform}), {"mesh": {"extended_contact": False}})
+    base = merge(
+        static(table, wear={"initial": uniform}), {"mesh": {"extended_contact": False}}
+    )
     del base["wear"]["until"]
     plain, exact = (
         simulate(Scene.from_mapping(merge(base, {"mesh": {"contact": model}})))
@@ -93,7 +101,9 @@ def test_exact_contact_is_told_and_agrees_for_slight_wear(table):
     assert "contact_angle" not in plain and exact.contact_angle.sizes["member"] == 2
     angle = exact.unloaded_transmission_angle.values
     r_b = 0.5 * 0.150 * np.cos(np.radians(20.0))
-    np.testing.assert_allclose(angle * r_b, exact.unloaded_transmission_error.values, rtol=1e-5)
+    np.testing.assert_allclose(
+        angle * r_b, exact.unloaded_transmission_error.values, rtol=1e-5
+    )
     share = float(exact.single_contact_share.values[0, 0])
     assert share == pytest.approx(2.0 - float(exact.contact_ratio.values[0]), abs=0.02)
 
@@ -102,7 +112,8 @@ def test_extended_contact_removes_the_jump_and_says_how_far_it_reaches(table):
     base = static(table)
     del base["wear"]["until"]
     jump, smooth = (
-        simulate(Scene.from_mapping(merge(base, {"mesh": {"extended_contact": on}}))) for on in (False, True)
+        simulate(Scene.from_mapping(merge(base, {"mesh": {"extended_contact": on}})))
+        for on in (False, True)
     )
     assert "would extend the path" in str(jump.validity.values)
     assert "pairs may touch up to" in str(smooth.validity.values)
@@ -142,20 +153,25 @@ def test_a_file_as_a_machine_writes_it(table, tmp_path, encoding):
         "diameter\tdeviation\nmm\tum\n143\t-5\n146\t-2\n150\t0\n153\t-3\n157\t-6\n",
         "diameter_mm deviation_um\n143 -5\n146 -2\n150 0\n153 -3\n157 -6\n",
         "d / mm;f / µm\n143;-5\n146;-2\n150;0\n153;-3\n157;-6\n",
-        '"diameter [mm]","deviation [mm]"\n143,-5e-3\n146,-2e-3\n150,0\n153,-3e-3\n157,-6e-3\n',
+        '"diameter [mm]","deviation '
+        '[mm]"\n143,-5e-3\n146,-2e-3\n150,0\n153,-3e-3\n157,-6e-3\n',
     ],
     ids=["a row of units", "blanks", "slashes", "quotes and millimetres"],
 )
 def test_other_ways_to_write_the_same(table, tmp_path, text):
     plain = scene(table, tmp_path)
     (tmp_path / "other.csv").write_text(text)
-    found = Scene.from_mapping(static(table, wear={"initial": {"pinion": {"file": "other.csv"}}}), tmp_path)
+    found = Scene.from_mapping(
+        static(table, wear={"initial": {"pinion": {"file": "other.csv"}}}), tmp_path
+    )
     assert found.id == plain.id
 
 
 def test_columns_by_their_own_names(table, tmp_path):
     text = CSV.replace("diameter,deviation", "A,B")
-    with pytest.raises(SceneError, match=r'columns are A, B; .*columns = \{ diameter = "…" \}'):
+    with pytest.raises(
+        SceneError, match=r'columns are A, B; .*columns = \{ diameter = "…" \}'
+    ):
         scene(table, tmp_path, text)
     columns = {"diameter": "A", "deviation": "B"}
     assert scene(table, tmp_path, text, columns=columns).id == scene(table, tmp_path).id
@@ -165,7 +181,8 @@ def test_columns_by_their_own_names(table, tmp_path):
 def test_an_evaluated_range_shorter_than_the_flank_goes_on_as_it_is_told(how):
     from wearlab.wear.measured_profile import continued
 
-    x, y = np.linspace(-2.0, 3.0, 51), 1.0 + 0.5 * np.linspace(-2.0, 3.0, 51)
+    x = np.linspace(-2.0, 3.0, 51)
+    y = 1.0 + 0.5 * np.linspace(-2.0, 3.0, 51)
     where, depth = continued(x, y, -4.0, 5.0, how)
     assert (where[0], where[-1]) == (-4.0, 5.0) and np.all(np.diff(where) >= 0.0)
     ends = {"hold": (0.0, 2.5), "slope": (-1.0, 3.5), "zero": (0.0, 0.0)}[how]
@@ -174,7 +191,12 @@ def test_an_evaluated_range_shorter_than_the_flank_goes_on_as_it_is_told(how):
 
 
 def test_a_shorter_range_is_refused_unless_it_is_told(table, tmp_path):
-    short = "\n".join(line for line in CSV.splitlines() if not line.startswith(("143", "157"))) + "\n151,-1\n"
+    short = (
+        "\n".join(
+            line for line in CSV.splitlines() if not line.startswith(("143", "157"))
+        )
+        + "\n151,-1\n"
+    )
     short = short.replace("150,0\n153,-3\n151,-1", "150,0\n151,-1\n153,-3")
     with pytest.raises(Exception, match="continuation = 'hold', 'slope' or 'zero'"):
         simulate(scene(table, tmp_path, short))

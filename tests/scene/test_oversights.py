@@ -10,7 +10,9 @@ CONSTANT = {"model": "constant", "value": "1e-16 m^2/N"}
 WITH_FILM = {**CONSTANT, "film": True}
 
 
-def pair(material="steel", coefficient=WITH_FILM, rough=True, oil=OIL, damping_law=None):
+def pair(
+    material="steel", coefficient=WITH_FILM, rough=True, oil=OIL, damping_law=None
+):
     own = {"roughness_ra": "0.3 um"} if rough else {}
     table = {
         "gears": {
@@ -21,7 +23,8 @@ def pair(material="steel", coefficient=WITH_FILM, rough=True, oil=OIL, damping_l
             "gear": {"teeth": 30, "material": material, **own},
         },
         "operation": {"torque": "10 N*m", "speed": "1100 rpm"},
-        "mesh": {"stiffness": "potential-energy"} | ({"damping_law": damping_law} if damping_law else {}),
+        "mesh": {"stiffness": "potential-energy"}
+        | ({"damping_law": damping_law} if damping_law else {}),
         "wear": {"load": "static"},
     }
     if coefficient is not None:
@@ -31,7 +34,9 @@ def pair(material="steel", coefficient=WITH_FILM, rough=True, oil=OIL, damping_l
 
 def test_an_oil_that_no_coefficient_asks_changes_no_life():
     (told,) = oversights(pair(coefficient=CONSTANT))
-    assert told.startswith("the oil does not change this life") and "film = true" in told
+    assert (
+        told.startswith("the oil does not change this life") and "film = true" in told
+    )
     (told,) = oversights(pair(coefficient=CONSTANT, rough=False))
     assert "gears.pinion.roughness_ra, gears.gear.roughness_ra" in told
     assert oversights(pair()) == []
@@ -69,4 +74,7 @@ def test_a_limit_that_leaves_little_of_a_tooth_is_told_with_the_module():
     """Was a life of 3 mm on teeth of module 1.25 mm, told to within 78 % and without a word."""
     for depth, said in (("20 um", 0), ("0.89 mm", 0), ("0.91 mm", 1), ("3 mm", 1)):
         told = oversights(pair().replace("wear.until.depth", depth))
-        assert len([line for line in told if line.startswith("wear.until.depth = ")]) == said, depth
+        assert (
+            len([line for line in told if line.startswith("wear.until.depth = ")])
+            == said
+        ), depth

@@ -16,9 +16,15 @@ def planetary():
 
 
 def own(scene, backlash):
-    """The scene with each kind of mesh said apart; backlash of the ring's mesh, or none at all."""
+    """The scene with each kind of mesh said apart.
+
+    Backlash of the ring's mesh, or none at all.
+    """
     meshes = {
-        "sun_planet": {"damping_ratio": 0.07, "stiffness": {"model": "constant", "value": "5e8 N/m"}},
+        "sun_planet": {
+            "damping_ratio": 0.07,
+            "stiffness": {"model": "constant", "value": "5e8 N/m"},
+        },
         "planet_ring": {"damping_ratio": 0.07, "extended_contact": True, **backlash},
     }
     return scene.replace("mesh.normal_backlash", None).replace("mesh", meshes)

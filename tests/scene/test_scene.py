@@ -41,7 +41,10 @@ def test_defaults(table):
     assert scene.errors is None and scene.lubricant is None
     assert scene.dynamics.method == "periodic"
     assert scene.wear.load.chosen == "instant" and scene.wear.step == AdaptiveStep()
-    assert scene.wear.pressure.chosen == "mean" and scene.wear.projection.chosen == "normal"
+    assert (
+        scene.wear.pressure.chosen == "mean"
+        and scene.wear.projection.chosen == "normal"
+    )
     assert scene.numerics.tolerance == 1e-3 and scene.numerics.phase_points is None
     assert scene.store.variables is None
 
@@ -62,7 +65,9 @@ def test_the_other_member_is_driven(table):
     table["operation"]["input"] = "gear"
     assert Scene.from_mapping(table).operation.output == "pinion"
     table["operation"]["output"] = "gear"
-    with pytest.raises(SceneError, match="one member in two roles: input 'gear', output 'gear'"):
+    with pytest.raises(
+        SceneError, match="one member in two roles: input 'gear', output 'gear'"
+    ):
         Scene.from_mapping(table)
 
 
@@ -84,7 +89,9 @@ def test_one_tolerance_needs_no_list(table):
 
 def test_shares_of_a_duty_without_a_unit_are_parts(table, tmp_path):
     (tmp_path / "duty.csv").write_text("torque,speed,share\n100,900,3\n200,800,1\n")
-    table["operation"] = {"duty": {"file": "duty.csv", "units": {"torque": "N*m", "speed": "rpm"}}}
+    table["operation"] = {
+        "duty": {"file": "duty.csv", "units": {"torque": "N*m", "speed": "rpm"}}
+    }
     duty = Scene.from_mapping(table, base_directory=tmp_path).operation.duty
     assert [block.share for block in duty] == [0.75, 0.25]
 
@@ -93,12 +100,17 @@ def test_shares_of_a_duty_without_a_unit_are_parts(table, tmp_path):
     ("given", "said"),
     [
         ({"units": "h"}, "units: 'h' is no table: write units = { torque = "),
-        ({"columns": "time"}, "columns: 'time' is no table: write columns = { share = "),
+        (
+            {"columns": "time"},
+            "columns: 'time' is no table: write columns = { share = ",
+        ),
         ({"file": 3}, "file: 3 is no text"),
     ],
 )
 def test_a_duty_file_of_the_wrong_kind_is_refused(table, given, said):
-    table["operation"] = {"duty": {"file": "duty.csv", "units": {"torque": "N*m"}, **given}}
+    table["operation"] = {
+        "duty": {"file": "duty.csv", "units": {"torque": "N*m"}, **given}
+    }
     with pytest.raises(SceneError, match=f"scene.operation.duty: {said}"):
         Scene.from_mapping(table)
 
@@ -121,11 +133,21 @@ def test_a_string_is_a_model(table):
 
 
 def test_given_modulation(table):
-    given = {"mean": "300 N/um", "carrier": "30 N/um", "am": 0.1, "fm": "5 deg", "fm_phase": "1 rad"}
+    given = {
+        "mean": "300 N/um",
+        "carrier": "30 N/um",
+        "am": 0.1,
+        "fm": "5 deg",
+        "fm_phase": "1 rad",
+    }
     table["mesh"]["excitation"] = {"model": "modulated", "stiffness_modulation": given}
     modulation = Scene.from_mapping(table).mesh.excitation.stiffness_modulation
     assert (modulation.mean, modulation.carrier, modulation.am) == (3e8, 3e7, 0.1)
-    assert (modulation.fm, modulation.fm_phase, modulation.carrier_phase) == (math.radians(5), 1.0, 0.0)
+    assert (modulation.fm, modulation.fm_phase, modulation.carrier_phase) == (
+        math.radians(5),
+        1.0,
+        0.0,
+    )
 
 
 def test_every_option_at_once(full):
@@ -149,13 +171,18 @@ def test_one_coefficient_per_member(full):
     assert wear.coefficient_of("pinion") == ConstantCoefficient(
         model="constant", value="9.65e-19 m^2/N", film=True
     )
-    assert wear.coefficient_of("gear") == HardnessCoefficient(model="hardness", k=1e-7, hardness="2.7 GPa")
+    assert wear.coefficient_of("gear") == HardnessCoefficient(
+        model="hardness", k=1e-7, hardness="2.7 GPa"
+    )
 
 
 def test_a_member_overrides_the_general_coefficient(table):
     table["wear"]["coefficient"]["gear"] = {"factor": 2}
     wear = Scene.from_mapping(table).wear
-    assert (wear.coefficient_of("pinion").factor, wear.coefficient_of("gear").factor) == (1.0, 2.0)
+    assert (
+        wear.coefficient_of("pinion").factor,
+        wear.coefficient_of("gear").factor,
+    ) == (1.0, 2.0)
     assert wear.coefficient_of("gear").value == 9.65e-19
     table["wear"]["coefficient"]["gear"] = {"factor": 1}
     assert isinstance(Scene.from_mapping(table).wear.coefficient, ConstantCoefficient)
@@ -171,7 +198,9 @@ def test_a_scene_travels_to_workers(full):
     scene = Scene.from_mapping(full)
     copy = pickle.loads(pickle.dumps(scene))
     assert copy == scene and copy.id == scene.id and hash(copy) == hash(scene)
-    assert copy.replace("operation.torque", "1 N*m") == scene.replace("operation.torque", "1 N*m")
+    assert copy.replace("operation.torque", "1 N*m") == scene.replace(
+        "operation.torque", "1 N*m"
+    )
 
 
 def test_replace_gives_a_new_scene(table):
@@ -194,14 +223,24 @@ def test_replace_gives_a_new_scene(table):
 )
 def test_a_scene_that_keeps_what_was_read_is_as_one_read_anew(full, key, value):
     scene = Scene.from_mapping(full)
-    assert scene.id and scene.replace("numerics.tolerance", 1e-5).id  # what its sections say is known
-    for before in (scene, scene.with_start_wear(None), pickle.loads(pickle.dumps(scene))):
+    assert (
+        scene.id and scene.replace("numerics.tolerance", 1e-5).id
+    )  # what its sections say is known
+    for before in (
+        scene,
+        scene.with_start_wear(None),
+        pickle.loads(pickle.dumps(scene)),
+    ):
         kept = before.replace(key, value)
-        anew = Scene.from_mapping(merge(full, nested(key, value)) if value else without(full, key))
+        anew = Scene.from_mapping(
+            merge(full, nested(key, value)) if value else without(full, key)
+        )
         assert (kept.id, kept.canonical()) == (anew.id, anew.canonical())
 
 
-@pytest.mark.parametrize("file", sorted(CAMPAIGNS.glob("*.toml")), ids=lambda file: file.stem)
+@pytest.mark.parametrize(
+    "file", sorted(CAMPAIGNS.glob("*.toml")), ids=lambda file: file.stem
+)
 def test_scenes_of_campaigns_keep_what_was_read_as_read_anew(file):
     scene = load(file).cases[0].scene
     for _ in range(2):
@@ -213,18 +252,25 @@ def test_scenes_of_campaigns_keep_what_was_read_as_read_anew(file):
 def test_replace_makes_alternatives_and_models_make_way(table):
     scene = Scene.from_mapping(table)
     assert scene.replace("mesh.damping_ratio", 0.05).mesh.damping is None
-    assert scene.replace("dynamics.model", "torsional").dynamics == TorsionalDynamics(model="torsional")
-    assert scene.replace("mesh.stiffness.coupling", "shared").mesh.stiffness.coupling == "shared"
-    assert scene.replace("wear.step", {"method": "euler", "threshold": "1 um"}).wear.step == EulerStep(
-        threshold="1 um"
+    assert scene.replace("dynamics.model", "torsional").dynamics == TorsionalDynamics(
+        model="torsional"
     )
+    assert (
+        scene.replace("mesh.stiffness.coupling", "shared").mesh.stiffness.coupling
+        == "shared"
+    )
+    assert scene.replace(
+        "wear.step", {"method": "euler", "threshold": "1 um"}
+    ).wear.step == EulerStep(threshold="1 um")
 
 
 def test_replace_with_nothing_regains_the_default(table):
     scene = Scene.from_mapping(table)
     static = scene.replace("dynamics", None)
     assert static.dynamics is None and static.wear.load.chosen == "static"
-    with pytest.raises(SceneError, match=r"scene\.mesh\.dampin: .*did you mean 'mesh.damping'"):
+    with pytest.raises(
+        SceneError, match=r"scene\.mesh\.dampin: .*did you mean 'mesh.damping'"
+    ):
         scene.replace("mesh.dampin", None)
 
 
@@ -238,7 +284,9 @@ def test_replace_refuses_bare_numbers_even_beside_stored_ones(table):
 def test_parts(table, full):
     scene = Scene.from_mapping(table)
     assert "dynamics: spur-3dof, periodic" in parts_present(scene)
-    assert {"back flank", "errors", "film", "initial wear"} <= set(parts_left_out(scene))
+    assert {"back flank", "errors", "film", "initial wear"} <= set(
+        parts_left_out(scene)
+    )
     static = scene.replace("dynamics", None)
     assert {"dynamics", "excitation"} <= set(parts_left_out(static))
     assert "wear: constant coefficient, static load" in parts_present(static)
@@ -291,7 +339,12 @@ ORDERED = [
             "start from another run: 0123456789",
             lambda s: s.wear.initial is None,
         ),
-        ("mesh.contact", "exact", "contact: exact", lambda s: s.mesh.contact.threshold == 1e-4),
+        (
+            "mesh.contact",
+            "exact",
+            "contact: exact",
+            lambda s: s.mesh.contact.threshold == 1e-4,
+        ),
         (
             "wear.coefficient",
             {
@@ -321,7 +374,12 @@ def test_parts_that_are_asked_for_are_present_and_read(table, key, value, part, 
 
 def test_the_face_load_factor_is_read(table):
     assert Scene.from_mapping(table).mesh.face_load_factor == 1.0
-    assert Scene.from_mapping(table).replace("mesh.face_load_factor", 1.2).mesh.face_load_factor == 1.2
+    assert (
+        Scene.from_mapping(table)
+        .replace("mesh.face_load_factor", 1.2)
+        .mesh.face_load_factor
+        == 1.2
+    )
 
 
 def test_several_options_are_replaced_at_once(table):
@@ -329,8 +387,13 @@ def test_several_options_are_replaced_at_once(table):
     scene = Scene.from_mapping(table)
     changes = {"operation.torque": "80 N*m", "operation.speed": "900 rpm"}
     both = scene.replace(changes)
-    assert both == scene.replace("operation.torque", "80 N*m").replace("operation.speed", "900 rpm")
-    assert both.replace({key: table["operation"][key.split(".")[1]] for key in changes}) == scene
+    assert both == scene.replace("operation.torque", "80 N*m").replace(
+        "operation.speed", "900 rpm"
+    )
+    assert (
+        both.replace({key: table["operation"][key.split(".")[1]] for key in changes})
+        == scene
+    )
     fixed = scene.replace("gears.centre_distance", "150 mm")
     with pytest.raises(SceneError):
         fixed.replace({"gears.centre_distance": None, "gears.nonsense": 3})

@@ -12,13 +12,17 @@ from wearlab.scene.wear import StartWear, is_replaced
 
 BASE = Path(wl.__file__).parents[1] / "campaigns" / "base" / "spur_50_50.toml"
 PARENT = "0123456789abcdef0123"
-WEAR = StartWear(1e7, 0.0, {"pinion": "right"}, {"pinion": (0.0, 1.0)}, {"pinion": (0.0, 1e-6)})
+WEAR = StartWear(
+    1e7, 0.0, {"pinion": "right"}, {"pinion": (0.0, 1.0)}, {"pinion": (0.0, 1e-6)}
+)
 
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     file = tmp_path_factory.mktemp("start") / "a.toml"
-    file.write_text(f'extends = "{BASE.as_posix()}"\n[start]\nrun = "{PARENT}"\ncycle = 1e7\n')
+    file.write_text(
+        f'extends = "{BASE.as_posix()}"\n[start]\nrun = "{PARENT}"\ncycle = 1e7\n'
+    )
     return wl.load(file).cases[0].scene
 
 
@@ -39,7 +43,9 @@ def test_run_cycle_and_replaced_members_are_the_identity(scene):
 def test_the_wear_travels_and_is_no_part_of_the_identity(scene):
     ready = scene.with_start_wear(WEAR)
     there = pickle.loads(pickle.dumps(ready))
-    assert there.start_wear == WEAR and there.id == ready.id == scene.id and there == scene
+    assert (
+        there.start_wear == WEAR and there.id == ready.id == scene.id and there == scene
+    )
     assert scene.start_wear is None
 
 
@@ -71,13 +77,15 @@ def test_a_case_of_a_campaign_is_a_run(tmp_path):
     parent = write(
         tmp_path,
         "parent.toml",
-        f'extends = "{BASE.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", "1100 rpm"]\n',
+        f'extends = "{BASE.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", '
+        '"1100 rpm"]\n',
     )
     child = write(
         tmp_path,
         "child.toml",
         f'extends = "{BASE.as_posix()}"\n'
-        'start = { campaign = "parent.toml", select = { speed = 1100 }, cycle = 1e7 }\n',
+        'start = { campaign = "parent.toml", select = { speed = 1100 }, cycle = 1e7 '
+        "}\n",
     )
     assert wl.load(child).cases[0].scene.start.run == wl.load(parent).cases[1].id
     for select, message in (
@@ -102,21 +110,27 @@ def test_campaigns_that_continue_each_other(tmp_path):
 
 
 def test_which_flanks_a_member_has():
-    assert is_replaced("planet-ring", ("planet",)) and is_replaced("planet-sun", ("planet",))
+    assert is_replaced("planet-ring", ("planet",)) and is_replaced(
+        "planet-sun", ("planet",)
+    )
     assert is_replaced("ring", ("ring",)) and not is_replaced("planet-ring", ("ring",))
 
 
-@pytest.mark.parametrize("told", ['"1100 rpm"', '"115.191730632 rad/s"', '"1100 1/min"', "1100.0"])
+@pytest.mark.parametrize(
+    "told", ['"1100 rpm"', '"115.191730632 rad/s"', '"1100 1/min"', "1100.0"]
+)
 def test_select_understands_quantities(tmp_path, told):
     parent = write(
         tmp_path,
         "parent.toml",
-        f'extends = "{BASE.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", "1100 rpm"]\n',
+        f'extends = "{BASE.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", '
+        '"1100 rpm"]\n',
     )
     child = write(
         tmp_path,
         "child.toml",
         f'extends = "{BASE.as_posix()}"\n'
-        f'start = {{ campaign = "parent.toml", select = {{ speed = {told} }}, cycle = 1e7 }}\n',
+        f'start = {{ campaign = "parent.toml", select = {{ speed = {told} }}, cycle = '
+        f"1e7 }}\n",
     )
     assert wl.load(child).cases[0].scene.start.run == wl.load(parent).cases[1].id

@@ -7,7 +7,9 @@ from wearlab.scene import Scene, SceneError
 
 def with_mesh(table, **mesh):
     kept = {
-        key: value for key, value in table["mesh"].items() if key not in ("stiffness", "extended_contact")
+        key: value
+        for key, value in table["mesh"].items()
+        if key not in ("stiffness", "extended_contact")
     }
     return Scene.from_mapping(table | {"mesh": {**kept, **mesh}}).mesh
 
@@ -63,5 +65,7 @@ def test_an_option_of_the_potential_energy_method_alone_chooses_it(table, given,
         ({"stiffness": {"model": "constant", "value": "3e8 N/m", "of": "mesh"}}, False),
     ],
 )
-def test_contact_reaches_beyond_the_path_wherever_there_are_pairs_and_corners(table, mesh, extended):
+def test_contact_reaches_beyond_the_path_wherever_there_are_pairs_and_corners(
+    table, mesh, extended
+):
     assert with_mesh(table, **mesh).extended_contact is extended

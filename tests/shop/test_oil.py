@@ -19,16 +19,22 @@ def test_the_line_of_d341_goes_through_both_points_and_is_straight_in_its_coordi
     np.testing.assert_allclose(slopes, slopes[0], rtol=1e-9)
 
 
-@pytest.mark.parametrize("at_40, at_100, index", [(73.30, 8.86, 92), (22.83, 5.05, 156), (53.47, 7.80, 111)])
+@pytest.mark.parametrize(
+    "at_40, at_100, index", [(73.30, 8.86, 92), (22.83, 5.05, 156), (53.47, 7.80, 111)]
+)
 def test_the_examples_of_astm_d2270(at_40, at_100, index):
     assert oil.viscosity_index(at_40, at_100) == pytest.approx(index, abs=0.6)
 
 
 @pytest.mark.parametrize(
-    "at_100, low, high", [(8.86, 119.94, 69.48), (5.05, None, 28.97), (7.80, None, 57.31)]
+    "at_100, low, high",
+    [(8.86, 119.94, 69.48), (5.05, None, 28.97), (7.80, None, 57.31)],
 )
 def test_the_fit_keeps_to_the_table_of_astm_d2270(at_100, low, high):
-    """L and H as its examples 5.1.4 and 6.1.4 interpolate them from Table 1; the fit is within 0.04 %."""
+    """L and H as its examples 5.1.4 and 6.1.4 interpolate them from Table 1.
+
+    The fit is within 0.04 %.
+    """
     fitted_low, fitted_high = oil._reference(at_100)
     assert fitted_high == pytest.approx(high, rel=4e-4)
     assert low is None or fitted_low == pytest.approx(low, rel=4e-4)
@@ -45,10 +51,14 @@ def test_the_fit_meets_the_equations_of_astm_d2270_above_70():
 def test_a_grade_has_the_index_it_was_asked_for(grade, index):
     one = of_grade(grade, index)
     assert 1e6 * one.viscosity_40 == pytest.approx(grade)
-    assert oil.viscosity_index(grade, 1e6 * one.viscosity_100) == pytest.approx(index, abs=1e-6)
+    assert oil.viscosity_index(grade, 1e6 * one.viscosity_100) == pytest.approx(
+        index, abs=1e-6
+    )
 
 
-@pytest.mark.parametrize("grade, at_100", [(68, 8.5), (150, 14.5), (220, 18.8), (320, 24.0), (460, 30.4)])
+@pytest.mark.parametrize(
+    "grade, at_100", [(68, 8.5), (150, 14.5), (220, 18.8), (320, 24.0), (460, 30.4)]
+)
 def test_viscosities_of_usual_gear_oils_at_100_degrees(grade, at_100):
     """Datasheets of mineral CLP oils of index 95 give these within 3 %."""
     assert 1e6 * of_grade(grade).viscosity_100 == pytest.approx(at_100, rel=0.03)
@@ -60,9 +70,13 @@ def test_density_and_pressure_viscosity():
     assert oil.density(one, 289.0) == one.density_15
     eta = 1e3 * oil.dynamic_viscosity(one, 311.15)
     # ISO/TR 15144-1: 2.657e-8 η^0.1348 with η in Pa s at 38 °C is the same line
-    assert oil.pressure_viscosity(one, 311.15) == pytest.approx(2.657e-8 * (eta / 1e3) ** 0.1348, rel=1e-3)
+    assert oil.pressure_viscosity(one, 311.15) == pytest.approx(
+        2.657e-8 * (eta / 1e3) ** 0.1348, rel=1e-3
+    )
 
 
 def test_no_oil_has_such_an_index():
-    with pytest.raises(ValueError, match="no oil of 220 mm²/s at 40 °C has a viscosity index of 900"):
+    with pytest.raises(
+        ValueError, match="no oil of 220 mm²/s at 40 °C has a viscosity index of 900"
+    ):
         of_grade(220, 900.0)

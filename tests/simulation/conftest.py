@@ -13,7 +13,9 @@ CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 @cache
 def scenes():
-    return {case.label: case.scene for case in load(CAMPAIGNS / "spur_options.toml").cases}
+    return {
+        case.label: case.scene for case in load(CAMPAIGNS / "spur_options.toml").cases
+    }
 
 
 @cache

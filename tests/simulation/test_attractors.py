@@ -19,9 +19,16 @@ def test_states_that_wear_little_have_the_same_other_attractor() -> None:
     assert str(data.verdict.values) == "coexisting"
     assert list(data.attractor_search.values[:4]) == ["another found"] * 4
     largest = data.coexisting_force_max.values[:4].ravel()
-    assert np.all(largest > 2.0 * data.dynamic_mesh_force.max(("phase", "mesh")).values[:4].ravel())
-    assert np.all(np.abs(np.diff(largest)) < 0.05 * largest[1:]) and np.all(np.diff(largest) != 0.0)
-    assert int(data.count_attractor_starts) <= RELEASES + FURTHER  # those of the alike states took none
+    assert np.all(
+        largest
+        > 2.0 * data.dynamic_mesh_force.max(("phase", "mesh")).values[:4].ravel()
+    )
+    assert np.all(np.abs(np.diff(largest)) < 0.05 * largest[1:]) and np.all(
+        np.diff(largest) != 0.0
+    )
+    assert (
+        int(data.count_attractor_starts) <= RELEASES + FURTHER
+    )  # those of the alike states took none
 
 
 def test_states_try_other_releases_and_look_for_what_their_neighbours_found(
@@ -36,7 +43,9 @@ def test_states_try_other_releases_and_look_for_what_their_neighbours_found(
         asked.append((name, tries, most))
         finds = name == "third" or (tries.near is not None and name != "first")
         rival = _Named(f"beside the {name}") if finds else None
-        return Search(rival, 0 if tries.near is not None else tries.releases, 5, spent=5.0)  # type: ignore[arg-type]
+        return Search(
+            rival, 0 if tries.near is not None else tries.releases, 5, spent=5.0
+        )  # type: ignore[arg-type]
 
     monkeypatch.setattr(attractors.coexisting, "coexisting", search)
     found = attractors._searches([*states.values()], None, 1000)  # type: ignore[arg-type, list-item]
@@ -44,11 +53,23 @@ def test_states_try_other_releases_and_look_for_what_their_neighbours_found(
     names = [name for name, _, _ in asked]
     assert names == ["first", "second", "third", "fourth", "second", "first"]
     near = [None if tries.near is None else str(tries.near) for _, tries, _ in asked]
-    assert near == [None, None, None, "beside the third", "beside the third", "beside the second"]
+    assert near == [
+        None,
+        None,
+        None,
+        "beside the third",
+        "beside the third",
+        "beside the second",
+    ]
     first = RELEASES, RELEASES + FURTHER, RELEASES + 2 * FURTHER
     assert [tries.first for _, tries, _ in asked] == [0, *first, 0, 0]
     assert [tries.releases for _, tries, _ in asked] == [RELEASES, *[FURTHER] * 3, 0, 0]
-    assert [search.rival is not None for search in searches] == [False, True, True, True]
+    assert [search.rival is not None for search in searches] == [
+        False,
+        True,
+        True,
+        True,
+    ]
     assert [search.starts for search in searches] == [RELEASES, FURTHER, FURTHER, 0]
     assert [search.periods for search in searches] == [10, 10, 5, 5]
     assert [most for _, _, most in asked] == [250, 330, 490, 970, 960, 950]
@@ -77,10 +98,14 @@ def test_the_worst_attractor_found_is_told_and_all_are_listed() -> None:
     """The first one found has a fifth of the force of the worst: two of four random releases end on that."""
     data = simulate(Scene.from_mapping(PAIR))
     largest = data.rival_force_max.values[0, 0]
-    assert largest[0] == pytest.approx(16925.0, rel=1e-3) and np.all(np.diff(largest) < 0.0)
+    assert largest[0] == pytest.approx(16925.0, rel=1e-3) and np.all(
+        np.diff(largest) < 0.0
+    )
     assert 3206.0 == pytest.approx(largest[1], rel=1e-3)
     for name in ("period", "multiplier", "force_min", "force_max"):
-        assert np.array_equal(data[f"coexisting_{name}"], data[f"rival_{name}"].isel(rival=0))
+        assert np.array_equal(
+            data[f"coexisting_{name}"], data[f"rival_{name}"].isel(rival=0)
+        )
 
 
 class _Named:

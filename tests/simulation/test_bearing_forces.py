@@ -48,7 +48,9 @@ CASES: dict[str, dict[str, Any]] = {
     "three planets": {},
     "four unequal, free to turn, at speed": {
         "gears.planets": 4,
-        "gears.planet_angles": [f"{round(k * 24.75) * 360 / 99!r} deg" for k in range(4)],
+        "gears.planet_angles": [
+            f"{round(k * 24.75) * 360 / 99!r} deg" for k in range(4)
+        ],
         "operation.speed": "6000 rpm",
         "dynamics.supports.carrier": BEARING,
     },
@@ -89,10 +91,13 @@ class Pushed(NamedTuple):
     flung: Any
 
 
-def friction_on_driver(pitch: Any, along: Any, centres: tuple[Any, Any], speeds: tuple[float, float]) -> Any:
+def friction_on_driver(
+    pitch: Any, along: Any, centres: tuple[Any, Any], speeds: tuple[float, float]
+) -> Any:
     """Return where friction pushes the driving flank past the pitch point: against its sliding, (2, N).
 
-    The contact moves on along the force on the driven gear; both flanks turn about their centres.
+    The contact moves on along the force on the driven gear; both flanks turn about
+    their centres.
     """
     point = pitch + 1e-3 * along
     first, second = (
@@ -105,12 +110,13 @@ def friction_on_driver(pitch: Any, along: Any, centres: tuple[Any, Any], speeds:
 def pushed(scene: Any, data: Any) -> Pushed:
     """Return what pushes the planets, by geometry and the mean forces of the meshes.
 
-    Without friction those are the static ones, by load alone; with it, what is stored along and across the
-    lines of action.
+    Without friction those are the static ones, by load alone; with it, what is stored
+    along and across the lines of action.
     """
     built = build(scene).gears
     angles = built.sense * np.asarray(built.angles)
-    n, sun_drives = len(angles), built.sense > 0.0
+    n = len(angles)
+    sun_drives = built.sense > 0.0
     sense = 1.0 if sun_drives else -1.0  # in which the sun pushes its planets
     sun, ring = (kind.pair.working_pressure_angle for kind in built.kinds)
     radius = built.bodies["carrier"].radius
@@ -127,12 +133,17 @@ def pushed(scene: Any, data: Any) -> Pushed:
         return Pushed(force[:n] * normals[0], force[n:] * normals[1], flung)
     along, across = (
         one.isel(update=0).mean(["mesh_period", "phase"]).values
-        for one in (data.dynamic_mesh_force + data.mesh_damping_force, data.friction_force)
+        for one in (
+            data.dynamic_mesh_force + data.mesh_damping_force,
+            data.friction_force,
+        )
     )
     gears = {name: built.gears[name] for name in ("sun", "ring", "planet")}
     own = radius * outwards  # the planets' centres
     found = []
-    for at, (name, normal, alpha) in enumerate(zip(("sun", "ring"), normals, (sun, ring), strict=True)):
+    for at, (name, normal, alpha) in enumerate(
+        zip(("sun", "ring"), normals, (sun, ring), strict=True)
+    ):
         planet_drives = (name == "ring") == sun_drives
         speeds = (1.0 / gears[name].teeth, -1.0 / gears["planet"].teeth)
         if name == "ring":
@@ -141,7 +152,9 @@ def pushed(scene: Any, data: Any) -> Pushed:
         pitch = gears[name].base_radius / np.cos(alpha) * outwards
         on_driven = -normal if planet_drives else normal
         order = slice(None, None, -1) if planet_drives else slice(None)
-        across_driver = friction_on_driver(pitch, on_driven, centres[order], speeds[order])
+        across_driver = friction_on_driver(
+            pitch, on_driven, centres[order], speeds[order]
+        )
         across_planet = across_driver if planet_drives else -across_driver
         mine = slice(at * n, (at + 1) * n)
         found.append(along[mine] * normal + across[mine] * across_planet)
@@ -156,9 +169,15 @@ def test_every_member_of_a_planetary_set_is_in_equilibrium(case: str) -> None:
     held = mean_bearing_force(data).transpose("axis", "member")
     planets = [f"planet-{k + 1}" for k in range(by_sun.shape[1])]
     size = np.hypot(*(by_sun + by_ring)).max()
-    np.testing.assert_allclose(held.sel(member=planets), -(by_sun + by_ring + flung), atol=2e-4 * size)
-    np.testing.assert_allclose(held.sel(member="sun"), by_sun.sum(axis=1), atol=1e-3 * size)
-    np.testing.assert_allclose(held.sel(member="ring"), by_ring.sum(axis=1), atol=1e-3 * size)
+    np.testing.assert_allclose(
+        held.sel(member=planets), -(by_sun + by_ring + flung), atol=2e-4 * size
+    )
+    np.testing.assert_allclose(
+        held.sel(member="sun"), by_sun.sum(axis=1), atol=1e-3 * size
+    )
+    np.testing.assert_allclose(
+        held.sel(member="ring"), by_ring.sum(axis=1), atol=1e-3 * size
+    )
     on_pins = held.sel(member=planets).sum("member")
     np.testing.assert_allclose(held.sel(member="carrier"), on_pins, atol=1e-3 * size)
 
@@ -173,69 +192,112 @@ def test_the_pins_carry_the_torque_of_the_carrier(case: str) -> None:
     held = mean_bearing_force(data).transpose("axis", "member")
     pins = held.sel(member=[f"planet-{k + 1}" for k in range(len(angles))]).values
     torque = -built.sense * (pins * onwards).sum() * built.bodies["carrier"].radius
-    given, by_carrier = float(scene.operation.torque), scene.operation.input == "carrier"
+    given = float(scene.operation.torque)
+    by_carrier = scene.operation.input == "carrier"
     efficiency = float(data.efficiency[0]) if "efficiency" in data else 1.0
-    assert torque == pytest.approx(given if by_carrier else given * efficiency * 99.0 / 20.0, rel=1e-3)
+    assert torque == pytest.approx(
+        given if by_carrier else given * efficiency * 99.0 / 20.0, rel=1e-3
+    )
 
 
 def test_a_planet_of_ngw11_presses_on_its_pin_as_statics_says() -> None:
     _, data = of_set("three planets")
     held = np.hypot(*mean_bearing_force(data).transpose("axis", "member").values)
-    assert held[1:4] == pytest.approx(3915.0, rel=2e-3)  # by hand: 134 N·m, N = 3, 0.35 kg at 303 rpm
+    assert held[1:4] == pytest.approx(
+        3915.0, rel=2e-3
+    )  # by hand: 134 N·m, N = 3, 0.35 kg at 303 rpm
 
 
 @pytest.mark.parametrize("input_gear", ["pinion", "ring"])
 def test_both_gears_of_an_internal_pair_are_in_equilibrium(input_gear: str) -> None:
     other = "ring" if input_gear == "pinion" else "pinion"
-    scene = Scene.from_mapping({
-        "gears": {
-            "kind": "internal-pair", "module": "6 mm", "face_width": "60 mm",
-            "pinion": {"teeth": 40}, "ring": {"teeth": 100, "rim_diameter": "680 mm"},
-        },
-        "operation": {"torque": "1000 N*m", "speed": "1000 rpm", "input": input_gear, "output": other},
-        "mesh": {"damping_ratio": 0.07},
-        "dynamics": {
-            "model": "spur-3dof",
-            "supports": {"pinion": BEARING, "ring": {**BEARING, "preload": "250 N"}},
-        },
-    })  # fmt: skip
+    scene = Scene.from_mapping(
+        {
+            "gears": {
+                "kind": "internal-pair",
+                "module": "6 mm",
+                "face_width": "60 mm",
+                "pinion": {"teeth": 40},
+                "ring": {"teeth": 100, "rim_diameter": "680 mm"},
+            },
+            "operation": {
+                "torque": "1000 N*m",
+                "speed": "1000 rpm",
+                "input": input_gear,
+                "output": other,
+            },
+            "mesh": {"damping_ratio": 0.07},
+            "dynamics": {
+                "model": "spur-3dof",
+                "supports": {
+                    "pinion": BEARING,
+                    "ring": {**BEARING, "preload": "250 N"},
+                },
+            },
+        }
+    )
     data = simulate(scene)
     load = float(data.static_mesh_force[0])
     held = mean_bearing_force(data).sel(axis="y")
     push = {input_gear: load, other: -load}
     away = -250.0 if input_gear == "ring" else 250.0  # a preload pulls the gears apart
     assert float(held.sel(member="pinion")) == pytest.approx(push["pinion"], rel=1e-3)
-    assert float(held.sel(member="ring")) == pytest.approx(push["ring"] - away, rel=1e-3)
+    assert float(held.sel(member="ring")) == pytest.approx(
+        push["ring"] - away, rel=1e-3
+    )
 
 
 @pytest.mark.parametrize(
-    ("kind", "driving"), [("external", "pinion"), ("internal", "pinion"), ("internal", "ring")]
+    ("kind", "driving"),
+    [("external", "pinion"), ("internal", "pinion"), ("internal", "ring")],
 )
-def test_both_gears_of_a_rubbing_pair_are_in_equilibrium(kind: str, driving: str) -> None:
+def test_both_gears_of_a_rubbing_pair_are_in_equilibrium(
+    kind: str, driving: str
+) -> None:
     """Forces along the path as they wear the flanks, with arms by geometry: bearings and torques."""
     mate = "gear" if kind == "external" else "ring"
     driven = mate if driving == "pinion" else "pinion"
-    second = {"teeth": 45} if kind == "external" else {"teeth": 100, "rim_diameter": "680 mm"}
+    second = (
+        {"teeth": 45}
+        if kind == "external"
+        else {"teeth": 100, "rim_diameter": "680 mm"}
+    )
     friction = 0.1
-    scene = Scene.from_mapping({
-        "gears": {
-            "kind": f"{kind}-pair", "module": "6 mm", "face_width": "60 mm",
-            "pinion": {"teeth": 40}, mate: second,
-        },
-        "operation": {"torque": "1000 N*m", "speed": "400 rpm", "input": driving, "output": driven},
-        "mesh": {"damping_ratio": 0.07, "extended_contact": False},  # all force is between A and E
-        "dynamics": {
-            "model": "spur-3dof", "supports": {"pinion": BEARING, mate: BEARING},
-            "friction": {"coefficient": friction},
-        },
-    })  # fmt: skip
-    data, pair = simulate(scene), build(scene).gears.kinds[0].pair
+    scene = Scene.from_mapping(
+        {
+            "gears": {
+                "kind": f"{kind}-pair",
+                "module": "6 mm",
+                "face_width": "60 mm",
+                "pinion": {"teeth": 40},
+                mate: second,
+            },
+            "operation": {
+                "torque": "1000 N*m",
+                "speed": "400 rpm",
+                "input": driving,
+                "output": driven,
+            },
+            "mesh": {
+                "damping_ratio": 0.07,
+                "extended_contact": False,
+            },  # all force is between A and E
+            "dynamics": {
+                "model": "spur-3dof",
+                "supports": {"pinion": BEARING, mate: BEARING},
+                "friction": {"coefficient": friction},
+            },
+        }
+    )
+    data = simulate(scene)
+    pair = build(scene).gears.kinds[0].pair
     held = mean_bearing_force(data).sel(axis="y")
     torque = {}
     for gear in pair.gears:
         one = data.sel(flank=gear.name).isel(update=0)
         s = one.path_position.values
-        force, arm = one.tooth_force.values, pair.curvature(s)[pair.gears.index(gear)]
+        force = one.tooth_force.values
+        arm = pair.curvature(s)[pair.gears.index(gear)]
         normal = np.trapezoid(force, s) / pair.base_pitch
         torque[gear.name] = gear.base_radius * normal + np.trapezoid(
             force * np.sign(s) * friction * arm, s
@@ -244,4 +306,6 @@ def test_both_gears_of_a_rubbing_pair_are_in_equilibrium(kind: str, driving: str
         assert float(held.sel(member=gear.name)) == pytest.approx(push, rel=2e-3)
     assert torque[driving] == pytest.approx(1000.0, rel=2e-3)
     ratio = pair.driven.teeth / pair.driving.teeth
-    assert torque[driven] == pytest.approx(1000.0 * ratio * float(data.efficiency[0]), rel=2e-3)
+    assert torque[driven] == pytest.approx(
+        1000.0 * ratio * float(data.efficiency[0]), rel=2e-3
+    )

@@ -9,15 +9,25 @@ from wearlab.simulation import Refused, run, simulate
 
 @pytest.fixture
 def limited(scene):
-    given = scene("quasi-static").replace("wear.snapshots", None).replace("wear.until", None)
+    given = (
+        scene("quasi-static")
+        .replace("wear.snapshots", None)
+        .replace("wear.until", None)
+    )
     return given.replace("wear.until", {"depth": "1 um", "flank": "gear"})
 
 
 def on(life, film=True, **more):
     return {
-        "model": "calibrated", "life": life, "depth": "1 um", "flank": "gear", "torque": "340 N*m",
-        "speed": "1100 rpm", "film": film, **more,
-    }  # fmt: skip
+        "model": "calibrated",
+        "life": life,
+        "depth": "1 um",
+        "flank": "gear",
+        "torque": "340 N*m",
+        "speed": "1100 rpm",
+        "film": film,
+        **more,
+    }
 
 
 @pytest.mark.parametrize("film", [True, False])
@@ -28,7 +38,9 @@ def test_a_life_gives_back_its_coefficient(limited, film):
     assert float(again.calibrated_wear_coefficient) == pytest.approx(9.65e-19, rel=1e-6)
     assert float(again.life) == pytest.approx(float(data.life), rel=1e-9)
     share = float(again.error_estimate_wear_coefficient) / 9.65e-19
-    assert share == pytest.approx(float(data.error_estimate_life) / float(data.life), rel=1e-3)
+    assert share == pytest.approx(
+        float(data.error_estimate_life) / float(data.life), rel=1e-3
+    )
     assert "calibrated on a life of" in str(again.validity.values)
     assert "1100 rpm" in str(again.validity.values)
 
@@ -42,7 +54,9 @@ def test_other_lives_are_predicted_with_one_calibration(limited):
         (given.replace("wear.coefficient.life", 2e7), 2e7),
     ):
         assert float(simulate(changed).life) == pytest.approx(life, rel=1e-5)
-    worn = simulate(given.replace("wear.initial.gear", {"depth": "0.5 um", "shape": "uniform"}))
+    worn = simulate(
+        given.replace("wear.initial.gear", {"depth": "0.5 um", "shape": "uniform"})
+    )
     assert float(worn.life) < 0.8e7
     light = simulate(given.replace("operation.torque", "170 N*m"))
     assert float(light.life) > 1.5e7
@@ -55,7 +69,9 @@ def test_one_realisation_of_errors_does_not_calibrate(scene):
     given = scene("tooth errors")
     if given.errors is None:
         pytest.skip("the campaign has no errors")
-    frozen = given.replace("errors.slow", "frozen").replace("wear.coefficient", on(1e7, film=False))
+    frozen = given.replace("errors.slow", "frozen").replace(
+        "wear.coefficient", on(1e7, film=False)
+    )
     assert calibrating(frozen).errors is None
     averaged = frozen.replace("errors.slow", "averaged")
     assert calibrating(averaged).errors is not None
@@ -68,9 +84,13 @@ def test_what_cannot_be_reached_is_refused(limited):
 
 
 def test_the_constant_is_what_the_law_uses(limited):
-    data = simulate(limited.replace("wear.coefficient", on(1e7, film=False, factor=3.0)))
+    data = simulate(
+        limited.replace("wear.coefficient", on(1e7, film=False, factor=3.0))
+    )
     used = data.effective_wear_coefficient.values
-    np.testing.assert_allclose(used, 3.0 * float(data.calibrated_wear_coefficient), rtol=1e-12)
+    np.testing.assert_allclose(
+        used, 3.0 * float(data.calibrated_wear_coefficient), rtol=1e-12
+    )
 
 
 def test_a_squeeze_film_keeps_its_oil_while_a_coefficient_is_calibrated(scene):

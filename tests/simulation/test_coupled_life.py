@@ -41,7 +41,8 @@ def marched(parts):
         state = coupling.evaluate(coupling.split(np.maximum(flat, 0.0)), orbit)
         found = []
         for kind, one in zip(coupling.kinds, state.kind, strict=True):
-            patch, force = kind.patch, one.mean_tooth_force
+            patch = kind.patch
+            force = one.mean_tooth_force
             contact = np.clip(force / patch.reference, 0.0, 1.0)
             pointwise = wear_rate(kind.law, force).ravel()
             spread = patch.spreading @ pointwise
@@ -57,7 +58,14 @@ def marched(parts):
     reached.terminal = True
     begin = coupling.flat(coupling.unworn())
     found = solve_ivp(
-        rate, (0.0, 1e8), begin, method="RK23", rtol=1e-5, atol=1e-9, max_step=4e4, events=reached
+        rate,
+        (0.0, 1e8),
+        begin,
+        method="RK23",
+        rtol=1e-5,
+        atol=1e-9,
+        max_step=4e4,
+        events=reached,
     )
     return float(found.t_events[0][0])
 
@@ -65,14 +73,16 @@ def marched(parts):
 @pytest.mark.slow
 def test_a_coupled_life_is_that_of_an_independent_march(scene):
     (stage,) = stages_of(scene)
-    parts, life = stage.first, live_through(scene, (stage,)).life
+    parts = stage.first
+    life = live_through(scene, (stage,)).life
     assert life.end_reason == "depth"
     assert float(life.cycle[-1]) == pytest.approx(marched(parts), rel=5e-3)
 
 
 def test_what_rests_wears_as_the_static_scene_does(scene):
     """The rate that held steps follow is that of the scene under its static load."""
-    moving, still = (build(scene.replace("wear.load", load)).coupling for load in ("instant", "static"))
+    moving = build(scene.replace("wear.load", "instant")).coupling
+    still = build(scene.replace("wear.load", "static")).coupling
     assert still.resting() is None
     depth = still.flat(still.unworn()) + 2e-6
     rates = [SetRate(one)(depth) for one in (moving.resting(), still)]
@@ -81,7 +91,10 @@ def test_what_rests_wears_as_the_static_scene_does(scene):
 
 
 def test_a_pair_that_once_jumped_is_within_its_estimate_at_any_tolerance():
-    """The torsional pair at 1100 rpm to 1e8 cycles; point by point its response jumps on the way."""
+    """The torsional pair at 1100 rpm to 1e8 cycles.
+
+    Point by point its response jumps on the way.
+    """
     found = load(CAMPAIGNS / "spur_1dof.toml").cases[1].scene
     assert found.operation.speed == pytest.approx(1100.0 * np.pi / 30.0)
     assert found.wear.load.model == "instant"
@@ -89,7 +102,9 @@ def test_a_pair_that_once_jumped_is_within_its_estimate_at_any_tolerance():
     def lived(tolerance):
         data = simulate(found.replace("numerics.tolerance", tolerance))
         last = data.isel(update=-1)
-        return float(last.max_wear_depth.max()), float(last.error_estimate_wear_depth.max())
+        return float(last.max_wear_depth.max()), float(
+            last.error_estimate_wear_depth.max()
+        )
 
     true, _ = lived(1e-4)
     for tolerance in (2e-3, 1e-3, 5e-4):

@@ -15,8 +15,12 @@ def said(mesh=None, **sections):
 def test_the_default_is_told_with_its_size_and_source():
     lines = said()
     stiffness, onset, load = lines
-    assert stiffness.startswith("stiffness: within ") and "defaults_table.py" in stiffness
-    assert onset.startswith("onset of contact: pairs carry within") and load.startswith("load: even")
+    assert (
+        stiffness.startswith("stiffness: within ") and "defaults_table.py" in stiffness
+    )
+    assert onset.startswith("onset of contact: pairs carry within") and load.startswith(
+        "load: even"
+    )
 
 
 @pytest.mark.parametrize(

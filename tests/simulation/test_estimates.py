@@ -17,20 +17,28 @@ from wearlab.simulation.living import live_through, stages_of
 from wearlab.simulation.twins import between_nodes, carried, rough_parts
 from wearlab.simulation.wear_off import above_nodes, end_of, late_rate, levelled
 
-SMALL = Scene.from_mapping({
-    "gears": {
-        "kind": "external-pair", "module": "3 mm", "face_width": "20 mm",
-        "pinion": {"teeth": 28}, "gear": {"teeth": 41},
-    },
-    "operation": {"torque": "70 N*m", "speed": "1900 rpm"},
-    "mesh": {"damping_ratio": 0.08, "stiffness": {"model": "potential-energy", "coupling": "shared"}},
-    "dynamics": {"model": "torsional"},
-    "wear": {
-        "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
-        "until": {"depth": "3 um", "flank": "pinion"},
-        "snapshots": {"depth": ["1 um"], "flank": "pinion"},
-    },
-})  # fmt: skip
+SMALL = Scene.from_mapping(
+    {
+        "gears": {
+            "kind": "external-pair",
+            "module": "3 mm",
+            "face_width": "20 mm",
+            "pinion": {"teeth": 28},
+            "gear": {"teeth": 41},
+        },
+        "operation": {"torque": "70 N*m", "speed": "1900 rpm"},
+        "mesh": {
+            "damping_ratio": 0.08,
+            "stiffness": {"model": "potential-energy", "coupling": "shared"},
+        },
+        "dynamics": {"model": "torsional"},
+        "wear": {
+            "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
+            "until": {"depth": "3 um", "flank": "pinion"},
+            "snapshots": {"depth": ["1 um"], "flank": "pinion"},
+        },
+    }
+)
 ASKED = SMALL.replace("wear.snapshots.depth", ["0.4 um"])
 
 
@@ -39,13 +47,18 @@ def test_values_carried_between_grids_keep_their_shape() -> None:
     parts = build(scene)
     rough = rough_parts(parts)
     assert rough is not None
-    fine, coarse = parts.kinds[0].analysis.grid, rough.kinds[0].analysis.grid
+    fine = parts.kinds[0].analysis.grid
+    coarse = rough.kinds[0].analysis.grid
     assert 0.4 < len(coarse.position) / len(fine.position) < 0.65
-    assert rough.vibration is None or len(rough.vibration.sampling.grid.width) < 0.7 * len(
+    assert rough.vibration is None or len(
+        rough.vibration.sampling.grid.width
+    ) < 0.7 * len(
         parts.vibration.sampling.grid.width  # type: ignore[union-attr]
     )
     wave = np.stack([1.0 + (1e2 * fine.position) ** 3, np.sin(300.0 * fine.position)])
-    there = np.stack([1.0 + (1e2 * coarse.position) ** 3, np.sin(300.0 * coarse.position)])
+    there = np.stack(
+        [1.0 + (1e2 * coarse.position) ** 3, np.sin(300.0 * coarse.position)]
+    )
     found = carried(fine, wave, coarse)
     np.testing.assert_allclose(found[0], there[0], rtol=1e-12)
     np.testing.assert_allclose(found[1], there[1], atol=1e-4)
@@ -58,24 +71,32 @@ def test_what_every_second_node_does_not_tell_of_the_wear() -> None:
     place = parts.kinds[0].analysis.grid.position
     cubic = np.stack([1.0 + (1e2 * place) ** 3, (50.0 * place) ** 2])
     assert between_nodes(parts, (cubic,), rough) < 1e-11
-    middle, wide = int(0.3 * len(place)), 2.0 * float(np.diff(place).max())
+    middle = int(0.3 * len(place))
+    wide = 2.0 * float(np.diff(place).max())
     missed = [
         between_nodes(parts, (np.stack([np.abs(place - place[at]), cubic[1]]),), rough)
         for at in (middle, middle + 1)
     ]
-    assert 0.1 * wide < max(missed) < 0.5 * wide  # a corner at one of two neighbours is at no rough node
+    assert (
+        0.1 * wide < max(missed) < 0.5 * wide
+    )  # a corner at one of two neighbours is at no rough node
 
 
 def test_what_nodes_miss_of_the_deepest_place() -> None:
     place = np.linspace(-1.0, 1.0, 41)
     for middle in (0.51, -0.49, 0.99, -0.985):
         missed = 2.0 - (2.0 - (place - middle) ** 2).max()
-        assert above_nodes(2.0 - (place - middle) ** 2) == pytest.approx(missed, rel=1e-9)
-    assert above_nodes(-np.abs(place)) == above_nodes(place) == above_nodes(-place) == 0.0  # corner and ends
+        assert above_nodes(2.0 - (place - middle) ** 2) == pytest.approx(
+            missed, rel=1e-9
+        )
+    assert (
+        above_nodes(-np.abs(place)) == above_nodes(place) == above_nodes(-place) == 0.0
+    )  # corner and ends
 
 
 def test_the_end_of_a_life_is_told_by_the_flank_that_ends_it() -> None:
-    depth, rate = np.array([1.0, 3.0, 2.0, 9.0, 5.0, 1.0]), np.arange(6.0)
+    depth = np.array([1.0, 3.0, 2.0, 9.0, 5.0, 1.0])
+    rate = np.arange(6.0)
     flank = np.repeat([0, 1], 3)
     assert end_of(depth, rate, flank, slice(0, 3))[0] == 1.0
     fastest, _, flanks, _ = end_of(depth, rate, flank, slice(0, 6))
@@ -85,17 +106,33 @@ def test_the_end_of_a_life_is_told_by_the_flank_that_ends_it() -> None:
 TRUTH = cache(scoring.reference_within)
 
 
-def test_estimates_bound_the_errors_and_do_not_exaggerate(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_estimates_bound_the_errors_and_do_not_exaggerate(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(scoring, "reference_within", TRUTH)
     still = SMALL.replace("dynamics", None).replace("mesh.damping_ratio", None)
-    faster = [SMALL.replace("operation.speed", speed) for speed in ("2600 rpm", "3300 rpm")]
-    found = summary([score(one) for one in (SMALL, still, *faster)])  # one force may be right by chance
-    for name, count in (("wear_depth", 4), ("life", 4), ("mesh_force", 3), ("mesh_force_max", 3)):
+    faster = [
+        SMALL.replace("operation.speed", speed) for speed in ("2600 rpm", "3300 rpm")
+    ]
+    found = summary(
+        [score(one) for one in (SMALL, still, *faster)]
+    )  # one force may be right by chance
+    for name, count in (
+        ("wear_depth", 4),
+        ("life", 4),
+        ("mesh_force", 3),
+        ("mesh_force_max", 3),
+    ):
         scenes, share, ratio = found[name]
-        assert scenes == count and share == 1.0 and 1.0 < ratio < 20.0, (name, found[name])
+        assert scenes == count and share == 1.0 and 1.0 < ratio < 20.0, (
+            name,
+            found[name],
+        )
 
 
-def test_what_the_rate_levels_is_no_error_of_deep_wear(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_the_rate_levels_is_no_error_of_deep_wear(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """The drive alone adds up to 40 um of 200 where the life is 0.5 um off."""
     still = SMALL.replace("dynamics", None).replace("mesh.damping_ratio", None)
     deep = still.replace("wear.until.depth", "200 um").replace("wear.snapshots", None)
@@ -120,7 +157,9 @@ def test_narrow_layers_of_wear_under_light_loads_are_resolved() -> None:
     scene = light.replace("wear.until.depth", "8 um")
     (stage,) = stages_of(scene)
     lived = live_through(scene, (stage,)).stages[0]
-    truth = scoring.reference(scene.replace("numerics.profile_points", 1201), float(lived.cycle[-1]), 1e-4)
+    truth = scoring.reference(
+        scene.replace("numerics.profile_points", 1201), float(lived.cycle[-1]), 1e-4
+    )
     true = carried(truth.grids[0], truth.wear[0], stage.first.kinds[0].analysis.grid)
     missed = float(np.abs(true - lived.state[-1].wear[0]).max())
     told = estimated(stage, lived).wear_depth
@@ -132,14 +171,21 @@ def test_an_error_is_levelled_as_an_implicit_step_has_it() -> None:
     """Beside the solution of the linear equations, for an answer that levels 200-fold and couples nodes."""
     rng = np.random.default_rng(3)
     slope = np.diag(rng.uniform(-2.0, 0.0, 40)) + 0.02 * rng.standard_normal((40, 40))
-    drive, step = rng.standard_normal(40), 100.0
+    drive = rng.standard_normal(40)
+    step = 100.0
     exact = np.linalg.solve(np.eye(40) - step * slope, drive)
     found = levelled(drive, step, lambda off: slope @ off)
-    assert np.linalg.norm(found - step * slope @ found - drive) <= 0.3 * np.linalg.norm(drive)
+    assert np.linalg.norm(found - step * slope @ found - drive) <= 0.3 * np.linalg.norm(
+        drive
+    )
     assert 0.3 < np.abs(found).max() / np.abs(exact).max() < 3.0
-    np.testing.assert_allclose(levelled(drive, step, lambda off: -off), drive / (1.0 + step), rtol=1e-9)
+    np.testing.assert_allclose(
+        levelled(drive, step, lambda off: -off), drive / (1.0 + step), rtol=1e-9
+    )
     for nothing_told in (None, 0.001 * drive):
-        np.testing.assert_array_equal(levelled(drive, step, lambda off, x=nothing_told: x), drive)
+        np.testing.assert_array_equal(
+            levelled(drive, step, lambda off, x=nothing_told: x), drive
+        )
 
 
 def test_the_cost_is_that_of_a_quiet_run(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -152,10 +198,15 @@ def test_the_cost_is_that_of_a_quiet_run(monkeypatch: pytest.MonkeyPatch) -> Non
     assert scoring._cost(SMALL, told(0.2, 1.2)) == pytest.approx(0.2)  # long enough
 
 
-def test_less_rough_twins_serve_where_the_rough_ones_fail(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene, known = SMALL, twins.rough_parts
+def test_less_rough_twins_serve_where_the_rough_ones_fail(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = SMALL
+    known = twins.rough_parts
     usual = simulate(scene)
-    names = [name for name in usual.data_vars if str(name).startswith("error_estimate_")]
+    names = [
+        name for name in usual.data_vars if str(name).startswith("error_estimate_")
+    ]
     assert len(names) >= 2 and float(usual.run_time_estimates) > 0.0
 
     def without_half(parts: Parts, share: float = twins.COARSENED) -> Parts | None:
@@ -164,24 +215,35 @@ def test_less_rough_twins_serve_where_the_rough_ones_fail(monkeypatch: pytest.Mo
     monkeypatch.setattr(twins, "rough_parts", without_half)
     other = simulate(scene)
     for name in names:
-        assert 0.3 < float(other[name].values.flat[-1] / usual[name].values.flat[-1]) < 3.0, name
+        assert (
+            0.3 < float(other[name].values.flat[-1] / usual[name].values.flat[-1]) < 3.0
+        ), name
     monkeypatch.setattr(twins, "rough_parts", lambda parts, share=1.0: None)
     none = simulate(scene)
     for name in names:
         assert np.isnan(none[name].values.flat[-1]), name
 
 
-@pytest.mark.parametrize("snapshots", [{"depth": ["1 um", "2 um"], "flank": "pinion"}, None])
-def test_asking_for_states_changes_no_estimate(snapshots: dict[str, object] | None) -> None:
+@pytest.mark.parametrize(
+    "snapshots", [{"depth": ["1 um", "2 um"], "flank": "pinion"}, None]
+)
+def test_asking_for_states_changes_no_estimate(
+    snapshots: dict[str, object] | None,
+) -> None:
     scene = ASKED.replace("wear.snapshots", {"depth": ["0.4 um"], "flank": "pinion"})
-    found, other = simulate(scene), simulate(ASKED.replace("wear.snapshots", snapshots))
+    found = simulate(scene)
+    other = simulate(ASKED.replace("wear.snapshots", snapshots))
     for name in ("wear_depth", "life", "mesh_force"):
-        one, two = (each[f"error_estimate_{name}"].values.flat[-1] for each in (found, other))
+        one, two = (
+            each[f"error_estimate_{name}"].values.flat[-1] for each in (found, other)
+        )
         assert one == two > 0.0, name
     assert found.estimate_quality.item() == other.estimate_quality.item()
 
 
-def test_a_reference_that_is_hardly_better_judges_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_reference_that_is_hardly_better_judges_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     still = SMALL.replace("dynamics", None).replace("mesh.damping_ratio", None)
     monkeypatch.setattr(scoring, "TIGHT", scoring.LESS_TIGHT / 10.0)
 
@@ -207,11 +269,14 @@ def test_finer_twins_are_asked_where_rougher_ones_say_that_forces_may_be_far_off
     monkeypatch.setattr(estimates, "LARGE", 1e-9)
     closer = score(SMALL)
     for name in ("wear_depth", "life", "mesh_force", "mesh_force_max"):
-        (true, told), (same, before) = (getattr(each, name) for each in (closer, usual))
+        (true, told) = getattr(closer, name)
+        (same, before) = getattr(usual, name)
         assert same == true < told < before, name
 
 
-def test_finer_twins_that_respond_otherwise_say_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_finer_twins_that_respond_otherwise_say_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     usual = simulate(SMALL)
     monkeypatch.setattr(estimates, "LARGE", 1e-9)
 
@@ -224,7 +289,9 @@ def test_finer_twins_that_respond_otherwise_say_nothing(monkeypatch: pytest.Monk
         np.testing.assert_array_equal(simulate(SMALL)[told], usual[told])
 
 
-def test_a_force_that_may_be_far_off_makes_the_estimates_doubtful(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_force_that_may_be_far_off_makes_the_estimates_doubtful(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     told = "of the largest"
     assert told not in str(simulate(SMALL).estimate_quality.values)
     monkeypatch.setattr(estimates, "LARGE", 1e-9)
@@ -233,33 +300,47 @@ def test_a_force_that_may_be_far_off_makes_the_estimates_doubtful(monkeypatch: p
 
 def test_teeth_that_strike_hard_make_the_estimates_doubtful() -> None:
     """A light load, a large third harmonic: the depth was 2 % off, beyond its estimate."""
-    scene = Scene.from_mapping({
-        "gears": {
-            "kind": "external-pair", "module": "8 mm", "face_width": "40 mm",
-            "pinion": {"teeth": 59}, "gear": {"teeth": 49},
-        },
-        "operation": {"torque": "60 N*m", "speed": "157 rpm"},
-        "mesh": {"damping_ratio": 0.07, "normal_backlash": "1 nm"},
-        "dynamics": {"model": "torsional"},
-        "errors": {"harmonic": [{"order": 3, "amplitude": "4 um", "mesh": "pinion-gear"}]},
-        "wear": {
-            "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
-            "until": {"depth": "3 um", "flank": "pinion"},
-        },
-    })  # fmt: skip
+    scene = Scene.from_mapping(
+        {
+            "gears": {
+                "kind": "external-pair",
+                "module": "8 mm",
+                "face_width": "40 mm",
+                "pinion": {"teeth": 59},
+                "gear": {"teeth": 49},
+            },
+            "operation": {"torque": "60 N*m", "speed": "157 rpm"},
+            "mesh": {"damping_ratio": 0.07, "normal_backlash": "1 nm"},
+            "dynamics": {"model": "torsional"},
+            "errors": {
+                "harmonic": [{"order": 3, "amplitude": "4 um", "mesh": "pinion-gear"}]
+            },
+            "wear": {
+                "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
+                "until": {"depth": "3 um", "flank": "pinion"},
+            },
+        }
+    )
     struck = simulate(scene)
     assert "teeth strike with" in struck.estimate_quality.item()
     loaded = scene.replace("errors", None).replace("operation.torque", "3000 N*m")
     quiet = simulate(loaded.replace("wear.until.depth", "0.3 um"))
     assert quiet.estimate_quality.item() == "as usual"
-    asked = simulate(scene.replace("wear.snapshots", {"depth": ["1 um"], "flank": "pinion"}))
+    asked = simulate(
+        scene.replace("wear.snapshots", {"depth": ["1 um"], "flank": "pinion"})
+    )
     for name in ("wear_depth", "life", "mesh_force", "mesh_force_max"):
-        one, two = (each[f"error_estimate_{name}"].values.flat[-1] for each in (struck, asked))
+        one, two = (
+            each[f"error_estimate_{name}"].values.flat[-1] for each in (struck, asked)
+        )
         assert one == two > 0.0, name
 
 
 def test_a_late_rate_is_the_mean_over_the_last_tenth_of_the_depth():
-    """Whatever the last noisy rate says; a life that ended at its first state has none."""
+    """Whatever the last noisy rate says.
+
+    A life that ended at its first state has none.
+    """
     depth = np.outer([0.0, 50.0, 89.0, 95.0, 100.0], [1.0, 0.5])
     cycle = np.array([0.0, 10.0, 20.0, 21.0, 31.0])
     np.testing.assert_allclose(late_rate(cycle, depth), [1.0, 0.5])
@@ -273,18 +354,22 @@ def test_the_error_of_a_life_is_that_of_the_place_that_ends_it() -> None:
     (stage,) = stages_of(scene)
     lived = live_through(scene, (stage,)).stages[0]
     assert lived.life is not None
-    depth, own = lived.life.depth[-1], lived.life.depth_error
+    depth = lived.life.depth[-1]
+    own = lived.life.depth_error
     pinion = stage.first.coupling.entries(0, 0)
     deepest = int(np.argmax(depth[pinion])) + pinion.start
 
     def told(node: int, error: float) -> float:
         off = own.copy()
         off[node] = error
-        found = estimated(stage, lived._replace(life=lived.life._replace(depth_error=off))).life
+        found = estimated(
+            stage, lived._replace(life=lived.life._replace(depth_error=off))
+        ).life
         assert found is not None
         return found
 
-    usual, fastest = told(deepest, float(own[deepest])), float(lived.life.rate[-1][deepest])
+    usual = told(deepest, float(own[deepest]))
+    fastest = float(lived.life.rate[-1][deepest])
     shallow = int(np.argmin(depth[pinion])) + pinion.start
     for node in (shallow, pinion.stop + 3):
         assert told(node, 1e-7) == usual

@@ -31,7 +31,9 @@ def scene(**sections):
 
 def steps(order, amplitude="3 um"):
     harmonic = {"order": order, "amplitude": amplitude}
-    return len(build(scene(errors={"harmonic": [harmonic]})).vibration.sampling.grid.width)
+    return len(
+        build(scene(errors={"harmonic": [harmonic]})).vibration.sampling.grid.width
+    )
 
 
 def test_steps_rise_until_they_see_a_high_order_error():
@@ -49,8 +51,11 @@ def test_a_ramp_that_no_step_hits_is_resolved(tmp_path):
             f"phase,stiffness\n0,300\n{middle - width},300\n{middle + width},200\n0.9,200\n0.95,300\n1,300\n"
         )
         stiffness = {
-            "model": "tabulated", "of": "mesh", "file": str(table), "units": {"stiffness": "N/um"}
-        }  # fmt: skip
+            "model": "tabulated",
+            "of": "mesh",
+            "file": str(table),
+            "units": {"stiffness": "N/um"},
+        }
         mesh = SCENE["mesh"] | {"stiffness": stiffness}
         return build(scene(mesh=mesh)).vibration.sampling.grid
 
@@ -60,7 +65,9 @@ def test_a_ramp_that_no_step_hits_is_resolved(tmp_path):
 @pytest.mark.parametrize("backlash", ["100 um", None])
 @pytest.mark.parametrize("stiffness", ["constant", "potential-energy"])
 def test_no_load_is_a_family_of_orbits_with_finite_values(backlash, stiffness):
-    mesh = {"damping": "1000 N*s/m"} | ({"normal_backlash": backlash} if backlash else {})
+    mesh = {"damping": "1000 N*s/m"} | (
+        {"normal_backlash": backlash} if backlash else {}
+    )
     if stiffness == "constant":
         mesh["stiffness"] = SCENE["mesh"]["stiffness"]
     dataset = simulate(
@@ -72,8 +79,16 @@ def test_no_load_is_a_family_of_orbits_with_finite_values(backlash, stiffness):
     )
     assert dataset.verdict.item() == "non-unique"
     assert dataset.residual_load_share.item() == 0.0
-    for name in ("mesh_stiffness", "secant_stiffness", "dynamic_mesh_force", "mesh_deflection", "load_share"):
+    for name in (
+        "mesh_stiffness",
+        "secant_stiffness",
+        "dynamic_mesh_force",
+        "mesh_deflection",
+        "load_share",
+    ):
         assert np.isfinite(dataset[name].values).all(), name
     np.testing.assert_allclose(dataset.secant_stiffness, dataset.mesh_stiffness)
-    if stiffness == "constant":  # the load that begins to grow meets every pair in the path
+    if (
+        stiffness == "constant"
+    ):  # the load that begins to grow meets every pair in the path
         np.testing.assert_allclose(dataset.mesh_stiffness, 300e6)

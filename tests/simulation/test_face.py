@@ -28,7 +28,9 @@ SPUR = {
 
 
 def scene(**changes):
-    return Scene.from_mapping(SPUR).replace({key.replace("__", "."): value for key, value in changes.items()})
+    return Scene.from_mapping(SPUR).replace(
+        {key.replace("__", "."): value for key, value in changes.items()}
+    )
 
 
 @cache
@@ -36,33 +38,61 @@ def known(name):
     return simulate(
         {
             "spur": scene(wear__until={"depth": "5 um"}),
-            "slices": scene(wear__until={"depth": "5 um"}, mesh__face_coupling="none", mesh__face_points=5),
+            "slices": scene(
+                wear__until={"depth": "5 um"},
+                mesh__face_coupling="none",
+                mesh__face_points=5,
+            ),
             "layer": scene(
-                wear__until={"depth": "5 um"}, mesh__face_coupling="pasternak", mesh__face_points=5
+                wear__until={"depth": "5 um"},
+                mesh__face_coupling="pasternak",
+                mesh__face_points=5,
             ),
             "right": helical(),
-            "left": helical().replace({"gears.pinion.hand": "left", "mesh.misalignment": "-20 um"}),
+            "left": helical().replace(
+                {"gears.pinion.hand": "left", "mesh.misalignment": "-20 um"}
+            ),
         }[name]
     )
 
 
 def helical():
-    return scene(gears__helix_angle="12 deg", mesh__misalignment="20 um", mesh__face_points=21)
+    return scene(
+        gears__helix_angle="12 deg", mesh__misalignment="20 um", mesh__face_points=21
+    )
 
 
 @pytest.mark.parametrize("coupling", ["slices", "layer"])
 def test_an_even_spur_face_is_the_spur_pair(coupling):
-    """The first rate to rounding; later what wear does to the sections of teeth is left out."""
-    spur, face = known("spur"), known(coupling)
+    """The first rate to rounding.
+
+    Later what wear does to the sections of teeth is left out.
+    """
+    spur = known("spur")
+    face = known(coupling)
     rate = spur["wear_rate"].values[0][:, None, :]
-    np.testing.assert_allclose(face["wear_rate"].values[0] - rate, 0.0, atol=1e-9 * rate.max())
-    for name in ("stiffness_mean", "stiffness_harmonics", "ste_mean", "ste_harmonics", "ste_max"):
+    np.testing.assert_allclose(
+        face["wear_rate"].values[0] - rate, 0.0, atol=1e-9 * rate.max()
+    )
+    for name in (
+        "stiffness_mean",
+        "stiffness_harmonics",
+        "ste_mean",
+        "ste_harmonics",
+        "ste_max",
+    ):
         wanted = spur[name].values[0]
         np.testing.assert_allclose(
-            face[name].values[0], wanted, rtol=0.0, atol=1e-9 * wanted.max(), err_msg=name
+            face[name].values[0],
+            wanted,
+            rtol=0.0,
+            atol=1e-9 * wanted.max(),
+            err_msg=name,
         )
     assert float(face.life) == pytest.approx(float(spur.life), rel=2e-4)
-    assert face["worn_mass"].values[-1] == pytest.approx(spur["worn_mass"].values[-1], rel=1e-3)
+    assert face["worn_mass"].values[-1] == pytest.approx(
+        spur["worn_mass"].values[-1], rel=1e-3
+    )
     assert face["face_load_factor"].values == pytest.approx(1.0, rel=1e-9)
 
 
@@ -78,32 +108,60 @@ def test_the_film_over_an_even_face_is_the_pairs_and_wears_by_its_own_slice():
     for name in ("film_thickness", "lambda_ratio", "wear_rate"):
         assert even[name].dims == ("update", "flank", "face", "profile")
         wanted = pair[name].values[:, :, None, :]
-        np.testing.assert_allclose(even[name].values - wanted, 0.0, atol=1e-9 * wanted.max(), err_msg=name)
-    tilted = simulate(scene(mesh__misalignment="20 um", mesh__face_points=5).replace(oil))
-    film, load = tilted["film_thickness"].values[0, 0], tilted["line_load"].values[0, 0]
+        np.testing.assert_allclose(
+            even[name].values - wanted, 0.0, atol=1e-9 * wanted.max(), err_msg=name
+        )
+    tilted = simulate(
+        scene(mesh__misalignment="20 um", mesh__face_points=5).replace(oil)
+    )
+    film = tilted["film_thickness"].values[0, 0]
+    load = tilted["line_load"].values[0, 0]
     inner = film.shape[1] // 2
     carrying = load[:, inner] > 0.0
-    thin, pressed = film[carrying, inner], load[carrying, inner]
-    np.testing.assert_allclose(thin, thin[0] * (pressed / pressed[0]) ** -0.13, rtol=1e-6)  # Dowson–Higginson
+    thin = film[carrying, inner]
+    pressed = load[carrying, inner]
+    np.testing.assert_allclose(
+        thin, thin[0] * (pressed / pressed[0]) ** -0.13, rtol=1e-6
+    )  # Dowson–Higginson
 
 
 @pytest.mark.parametrize("coupling", ["none", "pasternak"])
 def test_an_estimate_of_the_life_covers_what_more_slices_change(coupling):
     """The deepest point of spur gears moves by the first order of the width of slices."""
-    given = {"mesh.misalignment": "20 um", "mesh.face_coupling": coupling, "wear.until": {"depth": "2 um"}}
-    lives = {n: simulate(scene().replace({**given, "mesh.face_points": n})) for n in (20, 40, 120)}
+    given = {
+        "mesh.misalignment": "20 um",
+        "mesh.face_coupling": coupling,
+        "wear.until": {"depth": "2 um"},
+    }
+    lives = {
+        n: simulate(scene().replace({**given, "mesh.face_points": n}))
+        for n in (20, 40, 120)
+    }
     error = {n: abs(float(lives[n].life) - float(lives[120].life)) for n in (20, 40)}
     assert all(error[n] <= float(lives[n].error_estimate_life) for n in error)
-    assert error[40] == pytest.approx(0.4 * error[20], rel=0.2)  # 1/40 − 1/120 over 1/20 − 1/120
+    assert error[40] == pytest.approx(
+        0.4 * error[20], rel=0.2
+    )  # 1/40 − 1/120 over 1/20 − 1/120
 
 
 def test_a_vanishing_helix_leads_to_the_spur_pair():
     straight = simulate(scene(mesh__face_points=7, mesh__face_coupling="none"))
     errors = []
     for degrees in ("2 deg", "0.02 deg"):
-        turned = simulate(scene(gears__helix_angle=degrees, mesh__face_points=7, mesh__face_coupling="none"))
-        mean = float(turned["stiffness_mean"].values.item() / straight["stiffness_mean"].values.item())
-        peak = float(turned["wear_rate"].values.max() / straight["wear_rate"].values.max())
+        turned = simulate(
+            scene(
+                gears__helix_angle=degrees,
+                mesh__face_points=7,
+                mesh__face_coupling="none",
+            )
+        )
+        mean = float(
+            turned["stiffness_mean"].values.item()
+            / straight["stiffness_mean"].values.item()
+        )
+        peak = float(
+            turned["wear_rate"].values.max() / straight["wear_rate"].values.max()
+        )
         errors.append((abs(mean - 1.0), abs(peak - 1.0)))
     assert errors[1][0] < 5e-3 and errors[1][1] < 2e-2
 
@@ -123,15 +181,21 @@ def test_whole_overlap_without_coupling_transmits_evenly():
     assert len(grid.position) == len(grid.phase)
     run = simulate(even)
     assert run["overlap_ratio"].values == pytest.approx(1.0, rel=1e-12)
-    assert run["ste_peak_to_peak"].values.max() < 1e-12 * float(run["ste_mean"].values.item())
+    assert run["ste_peak_to_peak"].values.max() < 1e-12 * float(
+        run["ste_mean"].values.item()
+    )
 
 
 def test_the_other_hand_and_the_other_misalignment_are_mirror_images():
-    right, left = known("right"), known("left")
+    right = known("right")
+    left = known("left")
     for name in ("wear_rate", "line_load", "contact_pressure"):
-        there, here = right[name].values, left[name].values[..., ::-1, :]
+        there = right[name].values
+        here = left[name].values[..., ::-1, :]
         np.testing.assert_allclose(here, there, rtol=1e-7, atol=1e-7 * there.max())
-    assert not np.allclose(right["line_load"].values, right["line_load"].values[..., ::-1, :], rtol=1e-2)
+    assert not np.allclose(
+        right["line_load"].values, right["line_load"].values[..., ::-1, :], rtol=1e-2
+    )
 
 
 def test_line_loads_carry_the_force():
@@ -142,7 +206,10 @@ def test_line_loads_carry_the_force():
         float(run["static_mesh_force"][0]), rel=0.05
     )
     assert run["face_load_factor"].values.item() > 1.2
-    assert run["peak_line_load_factor"].values.item() > run["face_load_factor"].values.item() * 0.5
+    assert (
+        run["peak_line_load_factor"].values.item()
+        > run["face_load_factor"].values.item() * 0.5
+    )
 
 
 def test_worn_volume_is_that_of_the_work_of_sliding():
@@ -150,12 +217,19 @@ def test_worn_volume_is_that_of_the_work_of_sliding():
     parts = build(helical().replace("wear.contact_patch", "none"))
     state = parts.coupling.evaluate(parts.coupling.unworn())
     contact = parts.face.kinds[0].contact
-    grid, path = contact.grid, parts.kinds[0].path
+    grid = contact.grid
+    path = parts.kinds[0].path
     of_all_teeth = worn_mass(parts, 0, state.kind[0].rate[None])[0]
     gears = parts.kinds[0].pair.gears
-    volume = of_all_teeth / [gear.material.density * gear.teeth for gear in gears] / path.passes
+    volume = (
+        of_all_teeth
+        / [gear.material.density * gear.teeth for gear in gears]
+        / path.passes
+    )
     speed = np.abs(sliding_velocity(path))
-    step = np.full(len(grid.profile.position), grid.profile.position[1] - grid.profile.position[0])
+    step = np.full(
+        len(grid.profile.position), grid.profile.position[1] - grid.profile.position[0]
+    )
     step[[0, -1]] *= 0.5
     time = step / (parts.gears.kinds[0].speed * parts.kinds[0].pair.driving.base_radius)
     load = state.kind[0].line_load
@@ -167,14 +241,21 @@ def test_worn_volume_is_that_of_the_work_of_sliding():
     area = path.arc_weight[:, inner] / contact.helix.cosine
     h = state.kind[0].rate[:, :, inner] / path.passes[:, None, None]
     taken = np.einsum("gjk,gk,j->g", h, area, grid.width)
-    given = 1e-18 * np.einsum("jk,gk,k,j->g", normal[:, inner], speed[:, inner], time[inner], grid.width)
+    given = 1e-18 * np.einsum(
+        "jk,gk,k,j->g", normal[:, inner], speed[:, inner], time[inner], grid.width
+    )
     assert taken == pytest.approx(given, rel=1e-9)
 
 
 def test_a_patch_keeps_the_worn_volume():
-    points, spread = (build(helical().replace("wear.contact_patch", patch)) for patch in ("none", "two-way"))
+    points = build(helical().replace("wear.contact_patch", "none"))
+    spread = build(helical().replace("wear.contact_patch", "two-way"))
     masses = [
-        worn_mass(parts, 0, parts.coupling.evaluate(parts.coupling.unworn()).kind[0].rate[None])
+        worn_mass(
+            parts,
+            0,
+            parts.coupling.evaluate(parts.coupling.unworn()).kind[0].rate[None],
+        )
         for parts in (points, spread)
     ]
     assert masses[0] == pytest.approx(masses[1], rel=1e-9)
@@ -183,8 +264,8 @@ def test_a_patch_keeps_the_worn_volume():
 def test_misalignment_wears_in_as_an_exponential():
     """``K − 1 = (K0 − 1) exp(−h̄ c/w̄)`` at one point of the path, slices and pairs apart, all touching.
 
-    At a point the depth follows ``dh/dN = a w``, so that every difference of load over the face decays with
-    the mean depth of both flanks together.
+    At a point the depth follows ``dh/dN = a w``, so that every difference of load over
+    the face decays with the mean depth of both flanks together.
     """
     stiffness = 8e8
     faced = scene(
@@ -196,18 +277,23 @@ def test_misalignment_wears_in_as_an_exponential():
         wear__until={"depth": "60 um"},
         numerics__tolerance=1e-5,
     )
-    run, parts = simulate(faced), build(faced)
+    run = simulate(faced)
+    parts = build(faced)
     grid = parts.face.kinds[0].contact.grid
     single = [k for k, count in _pairs_at(grid).items() if count == 1]
     node = single[len(single) // 4]
     load = run["line_load"].values[:, 0, :, node]
     depth = run["wear_depth"].values[:, :, :, node].sum(axis=1)
-    mean_depth, mean_load = depth.mean(axis=1), load.mean(axis=1)
+    mean_depth = depth.mean(axis=1)
+    mean_load = load.mean(axis=1)
     uneven = load.max(axis=1) / mean_load - 1.0
-    c, w = stiffness / 45e-3, float(run["static_mesh_force"][0]) / 45e-3
+    c = stiffness / 45e-3
+    w = float(run["static_mesh_force"][0]) / 45e-3
     assert uneven[0] == pytest.approx(6e-6 * c / (2.0 * w) * 20 / 21, rel=1e-9)
     assert mean_depth[-1] * c / w > 1.0
-    np.testing.assert_allclose(uneven, uneven[0] * np.exp(-mean_depth * c / w), rtol=2e-3)
+    np.testing.assert_allclose(
+        uneven, uneven[0] * np.exp(-mean_depth * c / w), rtol=2e-3
+    )
 
 
 def _pairs_at(grid):
@@ -227,44 +313,72 @@ def test_the_deepest_point_of_the_face_ends_the_life():
 
 
 def on_elements(**changes):
-    solid = {"mesh.stiffness": "finite-element", "mesh.face_coupling": "elements", "mesh.face_points": 9}
+    solid = {
+        "mesh.stiffness": "finite-element",
+        "mesh.face_coupling": "elements",
+        "mesh.face_points": 9,
+    }
     return helical().replace({**solid, "numerics.profile_points": 31, **changes})
 
 
 def test_solid_teeth_say_how_they_yield_beside_plane_elements_and_mirror():
     right = simulate(on_elements())
-    left = simulate(on_elements(**{"gears.pinion.hand": "left", "mesh.misalignment": "-20 um"}))
+    left = simulate(
+        on_elements(**{"gears.pinion.hand": "left", "mesh.misalignment": "-20 um"})
+    )
     layer = simulate(on_elements(**{"mesh.face_coupling": "pasternak"}))
     assert "% against plane elements" in str(right["model_error"].values)
     assert "against plane elements" not in str(layer["model_error"].values)
     assert right["residual_line_load"].values.max() < 1e-12
     mirrored = left["line_load"].values[0, 0, ::-1]
-    np.testing.assert_allclose(right["line_load"].values[0, 0], mirrored, atol=1e-6 * mirrored.max())
-    factor, wanted = (run["face_load_factor"].values.item() for run in (right, layer))
-    assert factor == pytest.approx(wanted, rel=0.1) and factor != pytest.approx(wanted, rel=1e-3)
+    np.testing.assert_allclose(
+        right["line_load"].values[0, 0], mirrored, atol=1e-6 * mirrored.max()
+    )
+    factor = right["face_load_factor"].values.item()
+    wanted = layer["face_load_factor"].values.item()
+    assert factor == pytest.approx(wanted, rel=0.1) and factor != pytest.approx(
+        wanted, rel=1e-3
+    )
 
 
 def test_solid_teeth_under_even_loads_yield_as_they_are_told_to():
     """A spur pair whose gap is even: its mesh stiffness against that of plane elements, as the run tells."""
-    solid = {"mesh.stiffness": "finite-element", "mesh.face_coupling": "elements", "mesh.face_points": 9}
+    solid = {
+        "mesh.stiffness": "finite-element",
+        "mesh.face_coupling": "elements",
+        "mesh.face_points": 9,
+    }
     even = Scene.from_mapping(SPUR).replace(solid)
     contact = build(even).face.kinds[0].contact
     layer = build(even.replace("mesh.face_coupling", "pasternak")).face.kinds[0].contact
     softer = contact.solid.even / contact.section.body - 1.0
-    assert 0.0 < softer.min() and softer.max() < 0.02  # b/m 11: free ends, on a wheel in plane strain
+    assert (
+        0.0 < softer.min() and softer.max() < 0.02
+    )  # b/m 11: free ends, on a wheel in plane strain
     ratio = layer.mean_stiffness / contact.mean_stiffness - 1.0
     assert 0.0 < ratio < softer.max()
 
 
-@pytest.mark.parametrize(("helix", "modules", "within"), [("12 deg", 10, 0.01), ("25 deg", 5, 0.06)])
+@pytest.mark.parametrize(
+    ("helix", "modules", "within"), [("12 deg", 10, 0.01), ("25 deg", 5, 0.06)]
+)
 def test_oblique_lines_on_a_layer_yield_about_as_on_solid_teeth(helix, modules, within):
-    """Beside teeth of elements; without cos β the second is 12 % too stiff, and its identity is another."""
-    given = {"mesh.stiffness": "finite-element", "gears.helix_angle": helix, "mesh.face_points": 21}
+    """Beside teeth of elements.
+
+    Without cos β the second is 12 % too stiff, and its identity is another.
+    """
+    given = {
+        "mesh.stiffness": "finite-element",
+        "gears.helix_angle": helix,
+        "mesh.face_points": 21,
+    }
     given |= {"gears.face_width": f"{4 * modules} mm"}
     solid, layer = (
         Scene.from_mapping(SPUR).replace({**given, "mesh.face_coupling": coupling})
         for coupling in ("elements", "pasternak")
     )
-    stiff = [build(each).face.kinds[0].contact.mean_stiffness for each in (layer, solid)]
+    stiff = [
+        build(each).face.kinds[0].contact.mean_stiffness for each in (layer, solid)
+    ]
     assert stiff[0] == pytest.approx(stiff[1], rel=within)
     assert set(layer.identifying()) - set(solid.identifying()) == {"oblique"}

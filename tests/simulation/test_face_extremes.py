@@ -24,7 +24,8 @@ PAIR = {
 def width_of_overlap(overlap, degrees):
     return {
         "gears.helix_angle": f"{degrees} deg",
-        "gears.face_width": f"{float(overlap * np.pi * 4.0 / np.sin(np.radians(degrees))):.6f} mm",
+        "gears.face_width": f"{float(overlap * np.pi * 4.0 / np.sin(np.radians(degrees))):.6f} "
+        "mm",
     }
 
 
@@ -43,7 +44,11 @@ LIVES = {
     "crowned": {"gears.pinion.lead_crowning": "60 um"},
     "hollow": {"gears.pinion.lead_crowning": "-20 um"},
     "hardly turned": {"gears.helix_angle": "0 deg"},
-    "without load": {"operation.torque": "0 N*m", "wear.until": {"cycles": 1e6}, "wear.snapshots": None},
+    "without load": {
+        "operation.torque": "0 N*m",
+        "wear.until": {"cycles": 1e6},
+        "wear.snapshots": None,
+    },
 }
 
 
@@ -52,8 +57,14 @@ def scene(changes):
     drop = [key for key, value in given.items() if value is None]
     mapping = {key: value for key, value in PAIR.items()}
     if drop:
-        mapping["wear"] = {key: value for key, value in PAIR["wear"].items() if f"wear.{key}" not in drop}
-    return Scene.from_mapping(mapping).replace({key: v for key, v in given.items() if v is not None})
+        mapping["wear"] = {
+            key: value
+            for key, value in PAIR["wear"].items()
+            if f"wear.{key}" not in drop
+        }
+    return Scene.from_mapping(mapping).replace(
+        {key: v for key, v in given.items() if v is not None}
+    )
 
 
 @pytest.mark.parametrize("name", LIVES)
@@ -66,7 +77,9 @@ def test_a_face_at_its_edge_lives_to_its_end_and_carries_its_force(name):
         assert not run["line_load"].values.any() and "face_load_factor" not in run
         return
     assert run["residual_line_load"].values.max() < 1e-9
-    assert deepest[-1] == pytest.approx(2e-6, rel=1e-3) and (np.diff(deepest) > 0.0).all()
+    assert (
+        deepest[-1] == pytest.approx(2e-6, rel=1e-3) and (np.diff(deepest) > 0.0).all()
+    )
     carrying = (run["mean_line_load"].values[0, 0] > 0.0).mean()
     factor = run["face_load_factor"].values[0, 0]
     assert factor >= 1.0 - 1e-9
@@ -78,16 +91,24 @@ def test_a_face_at_its_edge_lives_to_its_end_and_carries_its_force(name):
 
 
 def test_the_end_that_carries_may_change_with_the_load_and_with_wear():
-    """Shafts that bend open the other end under the light load; what wore there gives the load back."""
+    """Shafts that bend open the other end under the light load.
+
+    What wore there gives the load back.
+    """
     bends = {"torque": ["100 N*m", "320 N*m"], "value": ["-20 um", "20 um"]}
     stages = [
         {"label": "heavy", "torque": "320 N*m", "speed": "1450 rpm", "cycles": 2e6},
         {"label": "light", "torque": "100 N*m", "speed": "1450 rpm", "cycles": 2e7},
     ]
-    mapping = {**PAIR, "operation": {"stage": stages}, "wear": {"coefficient": PAIR["wear"]["coefficient"]}}
+    mapping = {
+        **PAIR,
+        "operation": {"stage": stages},
+        "wear": {"coefficient": PAIR["wear"]["coefficient"]},
+    }
     run = simulate(Scene.from_mapping(mapping).replace("mesh.misalignment", bends))
     assert run["verdict"].item() == "completed"
-    load, heavy = run["mean_line_load"].values[:, 0], run["update_stage"].values == "heavy"
+    load = run["mean_line_load"].values[:, 0]
+    heavy = run["update_stage"].values == "heavy"
     ends = load[:, :3].sum(axis=1) - load[:, -3:].sum(axis=1)
     assert (ends[heavy] > 0.0).all() and (ends[~heavy] < 0.0).all()
     assert heavy.sum() > 1 and (~heavy).sum() > 1
@@ -107,12 +128,25 @@ def test_the_end_that_carries_may_change_with_the_load_and_with_wear():
             "contact ratio 0.8237 is below 1: .*; enlarge the tips",
         ),
         ({"gears.helix_angle": "50 deg"}, "helix_angle must lie between 0 and 45 deg"),
-        ({"gears.helix_angle": "12 deg", "gears.pinion.hand": "left", "gears.gear.hand": "left"}, "opposite"),
+        (
+            {
+                "gears.helix_angle": "12 deg",
+                "gears.pinion.hand": "left",
+                "gears.gear.hand": "left",
+            },
+            "opposite",
+        ),
         ({"gears.pinion.hand": "left"}, "give gears.helix_angle"),
-        ({"gears.pinion.end_relief": {"amount": "-5 um", "length": "4 mm"}}, "end_relief.amount"),
+        (
+            {"gears.pinion.end_relief": {"amount": "-5 um", "length": "4 mm"}},
+            "end_relief.amount",
+        ),
         ({"mesh.face_points": 2}, "mesh.face_points"),
         ({"mesh.misalignment": "20"}, "mesh.misalignment"),
-        ({"mesh.misalignment": {"torque": ["0 N*m"], "value": ["1 um", "2 um"]}}, "one for each torque"),
+        (
+            {"mesh.misalignment": {"torque": ["0 N*m"], "value": ["1 um", "2 um"]}},
+            "one for each torque",
+        ),
         ({"gears.helix_angle": "-12 deg"}, "gears.helix_angle"),
         ({"mesh.face_coupling": "springs"}, "mesh.face_coupling"),
     ],

@@ -11,7 +11,11 @@ CLOSE = {
         "module": "1 mm",
         "face_width": "15 mm",
         "pinion": {"teeth": 58, "profile_shift_coefficient": 0.184},
-        "ring": {"teeth": 72, "profile_shift_coefficient": 0.184, "rim_diameter": "79.2 mm"},
+        "ring": {
+            "teeth": 72,
+            "profile_shift_coefficient": 0.184,
+            "rim_diameter": "79.2 mm",
+        },
     },
     "operation": {"torque": "57.9 N*m", "speed": "1000 rpm"},
     "mesh": {"stiffness": "potential-energy", "extended_contact": True},

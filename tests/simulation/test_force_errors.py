@@ -34,13 +34,16 @@ CASES: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("case", list(CASES))
 def test_it_covers_what_dop853_finds(case: str) -> None:
     scene = Scene.from_mapping(SCENE | CASES[case])
-    run, problem = simulate(scene), steady(scene)
+    run = simulate(scene)
+    problem = steady(scene)
     edge = problem.parts.edges
     sides = np.concatenate([edge[:-1] + 1e-9, edge[1:] - 1e-9])
     phase = np.sort(np.concatenate([(np.arange(3000) + 0.5) / 3000, sides]))
     vars(problem.parts)["phase"] = phase  # instead of the stored ones
     response = problem.solve(problem.with_steps(1000, Periodic()))
-    truth = float(second_method(problem, problem.motion(response.system), response).max())
+    truth = float(
+        second_method(problem, problem.motion(response.system), response).max()
+    )
     estimate = float(run.error_estimate_mesh_force_max[-1])
     assert abs(float(run.mesh_force_max[-1, 0]) - truth) <= estimate < 5e-3 * truth
 
@@ -52,7 +55,9 @@ def test_the_largest_is_off_by_no_more_than_the_error_where_it_may_lie() -> None
     assert error_of_largest(values, far) == pytest.approx(0.01 * LARGEST_SHARE)
     assert error_of_largest(values, 20.0 * far) == pytest.approx(20.0 * LARGEST_SHARE)
     by_chance = np.abs(x - x[values.argmax()])
-    assert error_of_largest(values, by_chance) == pytest.approx(LARGEST_SHARE * 0.1 * NEAR * 5.0, rel=0.05)
+    assert error_of_largest(values, by_chance) == pytest.approx(
+        LARGEST_SHARE * 0.1 * NEAR * 5.0, rel=0.05
+    )
 
 
 BASE = Path(__file__).parents[2] / "campaigns" / "base"
@@ -62,23 +67,35 @@ BASE = Path(__file__).parents[2] / "campaigns" / "base"
 def table() -> tuple[Scene, float]:
     """The benchmark pair far above resonance, and its largest force by DOP853 at 6,000 places."""
     pair = load(BASE / "benchmark_pair.toml").cases[0].scene
-    scene = pair.replace("operation.speed", "30000 rpm").replace("numerics.profile_points", 61)
+    scene = pair.replace("operation.speed", "30000 rpm").replace(
+        "numerics.profile_points", 61
+    )
     problem = steady(scene)
     phase = (np.arange(6000) + 0.5) / 6000
     vars(problem.parts)["phase"] = phase  # instead of the stored ones
     response = problem.solve(problem.with_steps(600, Periodic()))
-    return scene, float(second_method(problem, problem.motion(response.system), response).max())
+    return scene, float(
+        second_method(problem, problem.motion(response.system), response).max()
+    )
 
 
-def test_the_largest_force_over_a_table_is_what_dop853_finds(table: tuple[Scene, float]) -> None:
+def test_the_largest_force_over_a_table_is_what_dop853_finds(
+    table: tuple[Scene, float],
+) -> None:
     scene, truth = table
     run = simulate(scene)
-    assert int(run.count_steps_per_period) == len(build(scene).vibration.sampling.grid.width)
+    assert int(run.count_steps_per_period) == len(
+        build(scene).vibration.sampling.grid.width
+    )
     missed = abs(float(run.mesh_force_max[-1, 0]) - truth)
-    assert missed < 1e-5 * truth and missed <= float(run.error_estimate_mesh_force_max[-1])
+    assert missed < 1e-5 * truth and missed <= float(
+        run.error_estimate_mesh_force_max[-1]
+    )
 
 
-def test_a_misread_table_is_seen(table: tuple[Scene, float], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_misread_table_is_seen(
+    table: tuple[Scene, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Parabolas over few steps miss the ramp of the table, and the twin's more so."""
     scene, truth = table
     monkeypatch.setattr("wearlab.life.coupled.Between", lambda *given: None)

@@ -37,7 +37,9 @@ PAIR = {
 def work(scene):
     """Return the mesh periods of a scene's hunting teeth, and the work that its life may take."""
     parts = build(scene)
-    return parts.vibration.hunting, living.most_work(scene, parts) * living.units(parts.vibration.system)
+    return parts.vibration.hunting, living.most_work(scene, parts) * living.units(
+        parts.vibration.system
+    )
 
 
 def test_many_periods_may_take_a_tenth_of_the_right_hand_sides_of_few():
@@ -46,16 +48,23 @@ def test_many_periods_may_take_a_tenth_of_the_right_hand_sides_of_few():
     averaged = hunting.replace("errors.slow", "averaged")
     (many, least), (some, more), (_, most) = map(work, (hunting, few, averaged))
     assert (many, some) == (17 * 23, 48) and some <= living.MANY_PERIODS < many
-    assert more == pytest.approx(most) and most / least == pytest.approx(living.OUT_OF_CACHE)
+    assert more == pytest.approx(most) and most / least == pytest.approx(
+        living.OUT_OF_CACHE
+    )
 
 
 @pytest.mark.slow
 def test_a_life_of_hunting_teeth_ends_at_that_work_and_says_so(monkeypatch):
-    """A twentieth of the bound, which takes a minute; beyond it no more maps than a step needs."""
+    """A twentieth of the bound, which takes a minute.
+
+    Beyond it no more maps than a step needs.
+    """
     scene = Scene.from_mapping(PAIR)
     monkeypatch.setattr(living, "MOST_WORK", living.MOST_WORK / SMALL)
     allowed = living.most_work(scene, build(scene))
     run = simulate(scene)
     assert str(run["end_reason"].values) == "work limit" and np.isnan(run["life"])
-    counted, maps = (int(run[f"count_{of}"]) for of in ("right_hand_sides", "period_maps"))
+    counted, maps = (
+        int(run[f"count_{of}"]) for of in ("right_hand_sides", "period_maps")
+    )
     assert allowed < counted < allowed + STEP * counted / maps

@@ -21,19 +21,30 @@ def printed(steps: int | None) -> Any:
     """B23's set with its printed stiffness, a hundredfold low, unworn, at 100 rpm."""
     scene = load(CAMPAIGNS / "planetary_friction_as_published.toml").cases[0].scene
     scene = scene.replace("wear.snapshots", None).replace("wear.until", None)
-    return simulate(scene if steps is None else scene.replace("numerics.steps_per_period", steps))
+    return simulate(
+        scene if steps is None else scene.replace("numerics.steps_per_period", steps)
+    )
 
 
 def test_steps_made_for_the_motion_carry_its_spectrum_to_order_200() -> None:
-    """Forces jump, so that lines fall slowly; four nodes a step made humps of them at orders 130 to 190."""
-    few, many = printed(None), printed(2000)
+    """Forces jump, so that lines fall slowly.
+
+    Four nodes a step made humps of them at orders 130 to 190.
+    """
+    few = printed(None)
+    many = printed(2000)
     assert int(few.count_steps_per_period) < 1000 < int(many.count_steps_per_period)
-    lines, expected = (one.mesh_acceleration_orders.values[0] for one in (few, many))
+    lines = few.mesh_acceleration_orders.values[0]
+    expected = many.mesh_acceleration_orders.values[0]
     assert few.order.values[-1] == 200.0 and np.isfinite(lines).all()
     for low in range(0, 200, 20):
         size = np.linalg.norm(expected[:, low : low + 20], axis=1)
-        apart = np.linalg.norm(lines[:, low : low + 20] - expected[:, low : low + 20], axis=1)
-        assert np.all(apart < 0.05 * size)  # steps for a thousandth of the largest force
+        apart = np.linalg.norm(
+            lines[:, low : low + 20] - expected[:, low : low + 20], axis=1
+        )
+        assert np.all(
+            apart < 0.05 * size
+        )  # steps for a thousandth of the largest force
     beyond = np.sqrt(0.5 * (lines[0, 100:] ** 2).sum())
     assert beyond < 30.0  # m/s², where four nodes a step gave 87
     assert "orders up to" not in str(few.validity.values)
@@ -51,10 +62,17 @@ def test_a_spectrum_ends_where_too_few_steps_do() -> None:
     scene = next(c for c in load(CAMPAIGNS / "spur_speeds.toml").cases).scene
     scene = scene.replace("wear.snapshots", None).replace("wear.until", None)
     asked = {"variables": ["all", "mesh_acceleration_orders", "mesh_acceleration_rms"]}
-    scene = scene.replace("dynamics.method", "rk4")  # orbits are found on other steps, which carry more
-    few = simulate(scene.replace("store", asked).replace("numerics.steps_per_period", 24))
-    many = simulate(scene.replace("store", asked).replace("numerics.steps_per_period", 800))
-    lines, expected = few.mesh_acceleration_orders.values[0, 0], many.mesh_acceleration_orders.values[0, 0]
+    scene = scene.replace(
+        "dynamics.method", "rk4"
+    )  # orbits are found on other steps, which carry more
+    few = simulate(
+        scene.replace("store", asked).replace("numerics.steps_per_period", 24)
+    )
+    many = simulate(
+        scene.replace("store", asked).replace("numerics.steps_per_period", 800)
+    )
+    lines = few.mesh_acceleration_orders.values[0, 0]
+    expected = many.mesh_acceleration_orders.values[0, 0]
     carried = np.isfinite(lines)
     assert np.isfinite(expected).all() and 0 <= carried.sum() < 40
     assert "steps a mesh period carry orders up to" in str(few.validity.values)

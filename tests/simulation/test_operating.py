@@ -1,4 +1,7 @@
-"""Duties and stages of operation: one condition is the plain run; rates are mixed per cycle."""
+"""Duties and stages of operation: one condition is the plain run.
+
+Rates are mixed per cycle.
+"""
 
 import numpy as np
 import pytest
@@ -13,23 +16,37 @@ from wearlab.simulation.living import along_duty, in_order, stages_of
 
 RATED = {"torque": "340 N*m", "speed": "1100 rpm"}
 EASY = {"torque": "170 N*m", "speed": "2200 rpm"}
-WEARS = ("wear_depth", "wear_rate", "max_wear_depth", "worn_mass", "cycle", "operating_hours")
+WEARS = (
+    "wear_depth",
+    "wear_rate",
+    "max_wear_depth",
+    "worn_mass",
+    "cycle",
+    "operating_hours",
+)
 
 
 def duty(scene, *blocks):
-    return scene.replace("operation.duty", [{**block, "share": share} for block, share in blocks])
+    return scene.replace(
+        "operation.duty", [{**block, "share": share} for block, share in blocks]
+    )
 
 
 @pytest.fixture
 def short(scene):
     """A quasi-static life of few steps, without film."""
-    given = scene("quasi-static").replace("wear.until", {"cycles": 1e6}).replace("wear.snapshots", None)
+    given = (
+        scene("quasi-static")
+        .replace("wear.until", {"cycles": 1e6})
+        .replace("wear.snapshots", None)
+    )
     return given.replace("wear.coefficient.film", False)
 
 
 @pytest.mark.parametrize("shares", [(1.0,), (0.3, 0.7), (0.2, 0.3, 0.5)])
 def test_the_same_condition_over_and_over_is_the_plain_run(short, shares):
-    plain, mixed = simulate(short), simulate(duty(short, *[(RATED, share) for share in shares]))
+    plain = simulate(short)
+    mixed = simulate(duty(short, *[(RATED, share) for share in shares]))
     for name in WEARS:
         np.testing.assert_array_equal(mixed[name], plain[name])
     assert mixed.sizes["duty"] == len(shares)
@@ -39,11 +56,18 @@ def test_the_same_condition_over_and_over_is_the_plain_run(short, shares):
 
 
 def test_the_same_condition_twice_vibrates_as_the_plain_run(scene):
-    given = scene("base case").replace("wear.until", {"cycles": 2e5}).replace("wear.snapshots", None)
-    plain, mixed = simulate(given), simulate(duty(given, (RATED, 0.5), (RATED, 0.5)))
+    given = (
+        scene("base case")
+        .replace("wear.until", {"cycles": 2e5})
+        .replace("wear.snapshots", None)
+    )
+    plain = simulate(given)
+    mixed = simulate(duty(given, (RATED, 0.5), (RATED, 0.5)))
     np.testing.assert_array_equal(mixed.wear_depth, plain.wear_depth)
     for block in (0, 1):
-        np.testing.assert_array_equal(mixed.dynamic_mesh_force.isel(duty=block), plain.dynamic_mesh_force)
+        np.testing.assert_array_equal(
+            mixed.dynamic_mesh_force.isel(duty=block), plain.dynamic_mesh_force
+        )
     assert float(mixed.error_estimate_wear_depth[-1]) == pytest.approx(
         float(plain.error_estimate_wear_depth[-1])
     )
@@ -55,7 +79,10 @@ def test_rates_are_mixed_by_cycles_not_by_time(short):
     weight = np.array([0.75 * 1100, 0.25 * 2200]) / (0.75 * 1100 + 0.25 * 2200)
     mean = short.replace("operation.torque", f"{weight @ [340, 170]:.15g} N*m")
     np.testing.assert_allclose(
-        mixed.wear_rate.isel(update=0), simulate(mean).wear_rate.isel(update=0), rtol=1e-9, atol=1e-30
+        mixed.wear_rate.isel(update=0),
+        simulate(mean).wear_rate.isel(update=0),
+        rtol=1e-9,
+        atol=1e-30,
     )
     hours = mixed.operating_hours.values[-1] / mixed.cycle.values[-1]
     assert hours == pytest.approx(60.0 / (0.75 * 1100 + 0.25 * 2200))
@@ -64,26 +91,41 @@ def test_rates_are_mixed_by_cycles_not_by_time(short):
 
 
 def test_every_condition_has_its_own_film(scene):
-    given = scene("quasi-static").replace("wear.until", {"cycles": 1e5}).replace("wear.snapshots", None)
-    mixed = simulate(duty(given, (RATED, 0.5), (EASY, 0.5)))
-    easy = simulate(given.replace("operation.torque", "170 N*m").replace("operation.speed", "2200 rpm"))
-    np.testing.assert_allclose(
-        mixed.film_thickness.isel(update=0, duty=1), easy.film_thickness.isel(update=0), rtol=1e-12
+    given = (
+        scene("quasi-static")
+        .replace("wear.until", {"cycles": 1e5})
+        .replace("wear.snapshots", None)
     )
-    assert float(mixed.film_thickness[0, 1].max()) > 1.2 * float(mixed.film_thickness[0, 0].max())
+    mixed = simulate(duty(given, (RATED, 0.5), (EASY, 0.5)))
+    easy = simulate(
+        given.replace("operation.torque", "170 N*m").replace(
+            "operation.speed", "2200 rpm"
+        )
+    )
+    np.testing.assert_allclose(
+        mixed.film_thickness.isel(update=0, duty=1),
+        easy.film_thickness.isel(update=0),
+        rtol=1e-12,
+    )
+    assert float(mixed.film_thickness[0, 1].max()) > 1.2 * float(
+        mixed.film_thickness[0, 0].max()
+    )
 
 
 def test_hours_end_a_duty_at_its_mean_speed(short):
-    mixed = simulate(duty(short, (RATED, 0.5), (EASY, 0.5)).replace("wear.until", {"hours": 10}))
+    mixed = simulate(
+        duty(short, (RATED, 0.5), (EASY, 0.5)).replace("wear.until", {"hours": 10})
+    )
     assert float(mixed.cycle[-1]) == pytest.approx(10 * 60 * 1650, rel=1e-12)
 
 
 def test_a_load_table_is_its_contents(short, tmp_path):
     (tmp_path / "loads.csv").write_text("T,n,time\n340,1100,6\n50,900,0\n170,2200,2\n")
     table = {
-        "file": str(tmp_path / "loads.csv"), "columns": {"torque": "T", "speed": "n", "share": "time"},
+        "file": str(tmp_path / "loads.csv"),
+        "columns": {"torque": "T", "speed": "n", "share": "time"},
         "units": {"torque": "N*m", "speed": "rpm", "share": "h"},
-    }  # fmt: skip
+    }
     read = short.replace("operation.duty", table)
     assert read.id == duty(short, (RATED, 0.75), (EASY, 0.25)).id
     assert Scene.from_canonical(read.canonical()).id == read.id
@@ -95,9 +137,12 @@ def stages(scene, *each):
 
 def test_stages_of_one_condition_are_the_plain_run(short):
     split = stages(short, (RATED, {"label": "first", "cycles": 4e5}), (RATED, {}))
-    plain, run = simulate(short), simulate(split)
+    plain = simulate(short)
+    run = simulate(split)
     assert float(run.cycle[-1]) == float(plain.cycle[-1]) == 1e6
-    np.testing.assert_allclose(run.wear_depth[-1], plain.wear_depth[-1], rtol=3e-3, atol=1e-12)
+    np.testing.assert_allclose(
+        run.wear_depth[-1], plain.wear_depth[-1], rtol=3e-3, atol=1e-12
+    )
     assert run.update_stage.values[0] == "first" and run.update_stage.values[-1] == "2"
     assert list(run.stage.values) == ["first", "2"]
     assert 4e5 in run.cycle.values and np.all(np.diff(run.cycle.values) > 0.0)
@@ -113,18 +158,36 @@ def test_wear_carries_over_from_stage_to_stage(short):
     first = simulate(short.replace("wear.until", {"cycles": 5e5}))
     np.testing.assert_allclose(run.wear_depth[2], first.wear_depth[-1], rtol=1e-12)
     grown = (run.max_wear_depth[4] - run.max_wear_depth[2]) / 3e5
-    rate = simulate(short.replace("operation.torque", "170 N*m")).wear_rate[0].max("profile")
+    rate = (
+        simulate(short.replace("operation.torque", "170 N*m"))
+        .wear_rate[0]
+        .max("profile")
+    )
     np.testing.assert_allclose(grown, rate, rtol=0.1)
-    assert str(run.end_reason.values) == "cycles" and run.static_mesh_force.dims == ("stage", "mesh")
-    assert run.static_mesh_force.values[1, 0] == pytest.approx(0.5 * run.static_mesh_force.values[0, 0])
+    assert str(run.end_reason.values) == "cycles" and run.static_mesh_force.dims == (
+        "stage",
+        "mesh",
+    )
+    assert run.static_mesh_force.values[1, 0] == pytest.approx(
+        0.5 * run.static_mesh_force.values[0, 0]
+    )
 
 
 def test_a_depth_ends_the_stage_that_reaches_it(short):
-    until = short.replace("wear.until", None).replace("wear.until", {"depth": "0.1 um", "flank": "gear"})
-    run = simulate(stages(until, (EASY, {"cycles": 1e5}), (RATED, {"cycles": 1e9}), (EASY, {})))
-    assert str(run.end_reason.values) == "depth" and set(run.update_stage.values) == {"1", "2"}
+    until = short.replace("wear.until", None).replace(
+        "wear.until", {"depth": "0.1 um", "flank": "gear"}
+    )
+    run = simulate(
+        stages(until, (EASY, {"cycles": 1e5}), (RATED, {"cycles": 1e9}), (EASY, {}))
+    )
+    assert str(run.end_reason.values) == "depth" and set(run.update_stage.values) == {
+        "1",
+        "2",
+    }
     assert float(run.life) == float(run.cycle[-1])
-    assert float(run.max_wear_depth.sel(flank="gear")[-1]) == pytest.approx(1e-7, rel=1e-9)
+    assert float(run.max_wear_depth.sel(flank="gear")[-1]) == pytest.approx(
+        1e-7, rel=1e-9
+    )
     expected = 1e5 * 60 / 2200 + (float(run.life) - 1e5) * 60 / 1100
     assert float(run.service_life) == pytest.approx(expected)
 
@@ -157,19 +220,28 @@ def test_stages_need_a_law_and_an_end(short):
 def test_a_duty_at_rest_wears_as_under_its_static_loads(scene):
     """What held steps follow is mixed like the rates of the motion."""
     given = duty(scene("base case"), (RATED, 0.4), (EASY, 0.6))
-    moving, still = (
-        stages_of(given.replace("wear.load", load))[0].coupling for load in ("instant", "static")
-    )
+    moving = stages_of(given.replace("wear.load", "instant"))[0].coupling
+    still = stages_of(given.replace("wear.load", "static"))[0].coupling
     depth = still.flat(still.unworn()) + 1e-6
-    np.testing.assert_array_equal(SetRate(moving.resting())(depth), SetRate(still)(depth))
+    np.testing.assert_array_equal(
+        SetRate(moving.resting())(depth), SetRate(still)(depth)
+    )
     assert still.resting() is None
 
 
 @pytest.mark.parametrize("join", [along_duty, in_order])
 def test_conditions_may_have_more_or_fewer_rivals_each(join):
     def condition(rivals: int) -> xr.Dataset:
-        found = {"rival_force_max": (("update", "rival"), np.full((2, rivals), 5.0), {"units": "N"})}
-        return xr.Dataset({"cycles": ("update", np.zeros(2)), **(found if rivals else {})})
+        found = {
+            "rival_force_max": (
+                ("update", "rival"),
+                np.full((2, rivals), 5.0),
+                {"units": "N"},
+            )
+        }
+        return xr.Dataset(
+            {"cycles": ("update", np.zeros(2)), **(found if rivals else {})}
+        )
 
     joined = join([condition(0), condition(2), condition(1)]).rival_force_max
     assert joined.units == "N" and joined.sizes["rival"] == 2
@@ -187,5 +259,8 @@ def test_a_stage_that_cannot_begin_says_why_the_life_ends(short, monkeypatch):
 
     monkeypatch.setattr(living, "_integrated", no_second)
     run = simulate(stages(short, (RATED, {"cycles": 4e5}), (EASY, {})))
-    assert (run.end_reason.item(), run.verdict.item()) == ("unbounded motion", "stopped")
+    assert (run.end_reason.item(), run.verdict.item()) == (
+        "unbounded motion",
+        "stopped",
+    )
     assert float(run.cycle[-1]) == 4e5 and run.sizes["stage"] == 1

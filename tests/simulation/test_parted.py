@@ -12,7 +12,9 @@ from wearlab.dynamics.orbits.periodic import AVERAGED_LARGE, Periodic
 from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.scene.build import build
 
-BASE = Path(__file__).parents[2] / "campaigns" / "base" / "planetary_ngw11_vibration.toml"
+BASE = (
+    Path(__file__).parents[2] / "campaigns" / "base" / "planetary_ngw11_vibration.toml"
+)
 DEPTH = 40e-6
 MOST_MAPS = 60 * 5
 """Mesh periods that the hardest steady state may take."""
@@ -21,7 +23,12 @@ MOST_MAPS = 60 * 5
 @cache
 def worn(torque: str, speed: str) -> Any:
     """NGW11-6 worn by 40 µm that wave: pairs part everywhere, at 30 N·m and 4000 rpm whole meshes."""
-    scene = load(BASE).cases[0].scene.replace("operation.torque", torque).replace("operation.speed", speed)
+    scene = (
+        load(BASE)
+        .cases[0]
+        .scene.replace("operation.torque", torque)
+        .replace("operation.speed", speed)
+    )
     parts = build(scene.replace("mesh.extended_contact", False))
     wear = []
     for kind in parts.kinds:
@@ -31,7 +38,9 @@ def worn(torque: str, speed: str) -> Any:
     return parts, tuple(wear), parts.coupling.evaluate(tuple(wear))
 
 
-@pytest.mark.parametrize(("torque", "speed"), [("134 N*m", "1500 rpm"), ("30 N*m", "1500 rpm")])
+@pytest.mark.parametrize(
+    ("torque", "speed"), [("134 N*m", "1500 rpm"), ("30 N*m", "1500 rpm")]
+)
 def test_the_orbit_is_that_of_located_changes(torque: str, speed: str) -> None:
     _, _, state = worn(torque, speed)
     found = state.response
@@ -41,7 +50,9 @@ def test_the_orbit_is_that_of_located_changes(torque: str, speed: str) -> None:
     assert located is not None
     q = len(found.system.load)
     size = np.abs(found.state[0, :, :q]).max()
-    np.testing.assert_allclose(located.state[0, :, :q], found.state[0, :, :q], atol=1e-6 * size)
+    np.testing.assert_allclose(
+        located.state[0, :, :q], found.state[0, :, :q], atol=1e-6 * size
+    )
     assert found.counts.period_maps <= MOST_MAPS
 
 
@@ -50,7 +61,9 @@ def test_meshes_that_part_without_an_orbit_end_in_a_bounded_average() -> None:
     found = state.response
     assert found is not None and isinstance(parts.vibration.method, Periodic)
     assert found.counts.period_maps <= MOST_MAPS
-    again = parts.coupling.evaluate(tuple(1.01 * one for one in wear), state.responses).response
+    again = parts.coupling.evaluate(
+        tuple(1.01 * one for one in wear), state.responses
+    ).response
     assert again is not None and again.counts.period_maps <= MOST_MAPS // 2
     if again.period == 0:
         assert np.isfinite(again.state).all() and len(again.state) >= AVERAGED_LARGE

@@ -26,7 +26,10 @@ SET = {
         "carrier": {"mass": "4.5 kg", "inertia": "11178 kg*mm^2"},
     },
     "operation": {"torque": "134 N*m", "speed": "1500 rpm"},
-    "mesh": {"stiffness": {"model": "potential-energy"}, "extended_contact": False},  # linear in the load
+    "mesh": {
+        "stiffness": {"model": "potential-energy"},
+        "extended_contact": False,
+    },  # linear in the load
     "wear": {
         "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
         "contact_patch": "none",  # Archard's law by hand, point by point
@@ -47,7 +50,9 @@ def still(scene):
 
 def test_every_mesh_carries_its_share_of_the_sun_torque(scene, still):
     base_radius = build(scene).gears.gears["sun"].base_radius
-    np.testing.assert_allclose(still.static_mesh_force, TORQUE / (3 * base_radius), rtol=1e-12)
+    np.testing.assert_allclose(
+        still.static_mesh_force, TORQUE / (3 * base_radius), rtol=1e-12
+    )
     np.testing.assert_allclose(still.load_share.sum("pair"), 1.0, atol=1e-12)
 
 
@@ -60,9 +65,13 @@ def test_flanks_pass_as_often_as_the_train_says(still):
         "ring": 3 * cycles * SUN / RING,
     }
     for flank, passes in expected.items():
-        assert float(still.load_cycles.sel(flank=flank)[-1]) == pytest.approx(passes, rel=1e-12)
+        assert float(still.load_cycles.sel(flank=flank)[-1]) == pytest.approx(
+            passes, rel=1e-12
+        )
     carrier = 1500.0 * SUN / (SUN + RING)
-    assert float(still.mesh_frequency[0]) == pytest.approx(SUN * (1500.0 - carrier) / 60.0, rel=1e-12)
+    assert float(still.mesh_frequency[0]) == pytest.approx(
+        SUN * (1500.0 - carrier) / 60.0, rel=1e-12
+    )
 
 
 def test_first_wear_is_archards_law_on_each_flank(scene, still):
@@ -70,12 +79,19 @@ def test_first_wear_is_archards_law_on_each_flank(scene, still):
     parts = build(scene)
     teeth = {"sun": SUN, "planet-sun": PLANET, "planet-ring": PLANET, "ring": RING}
     other = {"sun": PLANET, "planet-sun": SUN, "planet-ring": RING, "ring": PLANET}
-    passes = {"sun": 3, "planet-sun": SUN / PLANET, "planet-ring": SUN / PLANET, "ring": 3 * SUN / RING}
+    passes = {
+        "sun": 3,
+        "planet-sun": SUN / PLANET,
+        "planet-ring": SUN / PLANET,
+        "ring": 3 * SUN / RING,
+    }
     for flank in teeth:
         kind, gear = parts.gears.flank(flank)
-        pair, s = parts.kinds[kind].pair, parts.kinds[kind].analysis.grid.position
+        pair = parts.kinds[kind].pair
+        s = parts.kinds[kind].analysis.grid.position
         rho = pair.curvature(s)
-        own, mate = rho[gear] / teeth[flank], rho[1 - gear] / other[flank]
+        own = rho[gear] / teeth[flank]
+        mate = rho[1 - gear] / other[flank]
         force = still.tooth_force.sel(flank=flank).values[0, : len(s)]
         rate = passes[flank] * K * force / pair.face_width * np.abs(1.0 - mate / own)
         found = still.wear_rate.sel(flank=flank).values[0, : len(s)]
@@ -118,7 +134,9 @@ def test_power_may_enter_anywhere(scene, roles, sun_drives):
     changed = Scene.from_mapping({**SET, "operation": {**SET["operation"], **table}})
     parts = build(changed)
     lever = {"sun": SUN, "ring": RING, "carrier": SUN + RING}
-    expected = TORQUE * SUN / lever[roles[0]] / (3 * parts.gears.gears["sun"].base_radius)
+    expected = (
+        TORQUE * SUN / lever[roles[0]] / (3 * parts.gears.gears["sun"].base_radius)
+    )
     assert parts.gears.kinds[0].load == pytest.approx(expected, rel=1e-12)
     assert (parts.gears.kinds[0].pair.driving.name == "sun") is sun_drives
     assert (parts.gears.kinds[1].pair.driving.name == "planet") is sun_drives
@@ -131,26 +149,52 @@ def test_face_load_factor_wears_as_a_narrower_face(scene, still):
 
 
 def test_planets_with_errors_of_their_pins_share_unequally(scene):
-    """The mean elastic and damping force of each mesh, over that of its kind; alike without errors."""
-    held = {"radial_stiffness": "100 N/um", "tangential_stiffness": "50 N/um", "damping_ratio": 0.05}
-    dynamics = {"model": "planetary", "supports": dict.fromkeys(("sun", "ring", "carrier", "planet"), held)}
+    """The mean elastic and damping force of each mesh, over that of its kind.
+
+    Alike without errors.
+    """
+    held = {
+        "radial_stiffness": "100 N/um",
+        "tangential_stiffness": "50 N/um",
+        "damping_ratio": 0.05,
+    }
+    dynamics = {
+        "model": "planetary",
+        "supports": dict.fromkeys(("sun", "ring", "carrier", "planet"), held),
+    }
     for member in ("sun", "planet"):
-        dynamics["supports"][member] = {k: v for k, v in held.items() if k != "tangential_stiffness"}
+        dynamics["supports"][member] = {
+            k: v for k, v in held.items() if k != "tangential_stiffness"
+        }
     table = {**SET, "dynamics": dynamics, "mesh": {"damping_ratio": 0.07}}
     table["wear"] = {"coefficient": SET["wear"]["coefficient"]}
     alike = simulate(Scene.from_mapping(table)).mesh_load_factor.values
     np.testing.assert_allclose(alike, 1.0, atol=1e-4)
-    table["errors"] = {"slow": "frozen", "seed": 3, "carrier": {"planet_position": ["5 um"]}}
+    table["errors"] = {
+        "slow": "frozen",
+        "seed": 3,
+        "carrier": {"planet_position": ["5 um"]},
+    }
     data = simulate(Scene.from_mapping(table))
     found = data.mesh_load_factor.values[0]
-    assert np.ptp(found[:3]) > 0.05 and found[:3].mean() == pytest.approx(1.0, abs=1e-12)
-    force = (data.dynamic_mesh_force + data.mesh_damping_force)[0].mean(("mesh_period", "phase")).values
+    assert np.ptp(found[:3]) > 0.05 and found[:3].mean() == pytest.approx(
+        1.0, abs=1e-12
+    )
+    force = (
+        (data.dynamic_mesh_force + data.mesh_damping_force)[0]
+        .mean(("mesh_period", "phase"))
+        .values
+    )
     shares = np.r_[force[:3] / force[:3].mean(), force[3:] / force[3:].mean()]
     np.testing.assert_allclose(found, shares, atol=2e-3)
-    np.testing.assert_allclose(found[:3], found[3:], atol=1e-2)  # a planet passes on what it takes
+    np.testing.assert_allclose(
+        found[:3], found[3:], atol=1e-2
+    )  # a planet passes on what it takes
 
 
-@pytest.mark.parametrize("roles", [("sun", "carrier", "ring"), ("carrier", "sun", "ring")])
+@pytest.mark.parametrize(
+    "roles", [("sun", "carrier", "ring"), ("carrier", "sun", "ring")]
+)
 def test_critical_speeds_are_those_of_the_input(roles):
     """At the speed in the table, as ``operation.speed`` would have it, the mesh meets the mode."""
     held = {"radial_stiffness": "100 N/um", "damping_ratio": 0.03}
@@ -158,7 +202,9 @@ def test_critical_speeds_are_those_of_the_input(roles):
         "model": "planetary",
         "rotation": False,
         "supports": dict.fromkeys(("sun", "planet"), held)
-        | dict.fromkeys(("ring", "carrier"), held | {"tangential_stiffness": "10 N/um"}),
+        | dict.fromkeys(
+            ("ring", "carrier"), held | {"tangential_stiffness": "10 N/um"}
+        ),
     }
     table = dict(zip(("input", "output", "fixed"), roles, strict=True))
     changed = Scene.from_mapping(
@@ -173,7 +219,9 @@ def test_critical_speeds_are_those_of_the_input(roles):
     for order in (1, 2):
         speed = row[f"critical speed, order {order} [rpm]"]
         at = build(changed.replace("operation.speed", f"{speed!r} rpm"))
-        assert order * at.gears.mesh_frequency == pytest.approx(row["natural_frequency [Hz]"], rel=1e-9)
+        assert order * at.gears.mesh_frequency == pytest.approx(
+            row["natural_frequency [Hz]"], rel=1e-9
+        )
 
 
 def test_a_set_with_two_free_rotations_is_refused_by_name():
@@ -181,7 +229,9 @@ def test_a_set_with_two_free_rotations_is_refused_by_name():
     supports = dict.fromkeys(("sun", "planet", "ring", "carrier"), held)
     mapping = {**SET, "mesh": {"damping_ratio": 0.05}}
     mapping |= {"dynamics": {"model": "planetary", "supports": supports}}
-    with pytest.raises(GearError, match=r"supports: 2 rotations are free .* torsional_stiffness"):
+    with pytest.raises(
+        GearError, match=r"supports: 2 rotations are free .* torsional_stiffness"
+    ):
         build(Scene.from_mapping(mapping))
 
 
@@ -194,7 +244,11 @@ def held_softly(stiffness, speed):
         "mesh": {"damping_ratio": 0.05},
         "dynamics": {"model": "planetary", "supports": supports},
     }
-    return build(Scene.from_mapping({**mapping, "operation": {"torque": "134 N*m", "speed": speed}}))
+    return build(
+        Scene.from_mapping(
+            {**mapping, "operation": {"torque": "134 N*m", "speed": speed}}
+        )
+    )
 
 
 def test_a_set_that_flies_apart_is_refused_and_one_that_stretches_keeps_its_free_rotation():

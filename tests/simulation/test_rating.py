@@ -10,7 +10,9 @@ from wearlab.simulation import simulate
 
 def scene(**changes):
     given = reference(ISO)
-    teeth, shifts, tips = (both(given[key]) for key in ("teeth", "shift_1/shift_2", "tip_diameter"))
+    teeth = both(given["teeth"])
+    shifts = both(given["shift_1/shift_2"])
+    tips = both(given["tip_diameter"])
     gears = [
         {
             "teeth": int(z),
@@ -30,25 +32,35 @@ def scene(**changes):
             "pinion": gears[0],
             "gear": gears[1],
         },
-        "operation": {"torque": f"{given['pinion_torque']} N*m", "speed": f"{given['pinion_speed']} rpm"},
+        "operation": {
+            "torque": f"{given['pinion_torque']} N*m",
+            "speed": f"{given['pinion_speed']} rpm",
+        },
         "mesh": {"face_points": 11, "stiffness": {"model": "potential-energy"}},
         "numerics": {"profile_points": 41},
         "rating": {},
     }
-    return Scene.from_mapping(table).replace({key.replace("__", "."): v for key, v in changes.items()})
+    return Scene.from_mapping(table).replace(
+        {key.replace("__", "."): v for key, v in changes.items()}
+    )
 
 
 def test_the_printed_stiffness_but_for_the_rounded_shift():
-    run, given = simulate(scene(mesh__misalignment="20 um")), reference(ISO)
+    run = simulate(scene(mesh__misalignment="20 um"))
+    given = reference(ISO)
     for name, printed in (
         ("iso_theoretical_stiffness", "theoretical_single_stiffness"),
         ("iso_single_stiffness", "single_stiffness"),
         ("iso_mesh_stiffness_alpha", "mesh_stiffness_alpha"),
         ("iso_mesh_stiffness_beta", "mesh_stiffness_beta"),
     ):
-        assert run[name].values.item() / 1e9 == pytest.approx(float(given[printed]), rel=1e-4), name
+        assert run[name].values.item() / 1e9 == pytest.approx(
+            float(given[printed]), rel=1e-4
+        ), name
     load = float(given["tangential_load_reference_circle"]) / 0.1
-    wanted = face_load_factor(0.85 * 20e-6, load, run["iso_mesh_stiffness_beta"].values.item())
+    wanted = face_load_factor(
+        0.85 * 20e-6, load, run["iso_mesh_stiffness_beta"].values.item()
+    )
     assert run["iso_face_load_factor"].values.item() == pytest.approx(wanted, rel=1e-5)
     assert 1.0 < run["iso_root_load_factor"].values.item() < wanted
     assert "second-hand" in str(run["validity"].values)
@@ -70,29 +82,47 @@ def pitting(**changes):
         "rating__hours": f"{given['hours']} h",
         "rating__equivalent_misalignment": "20 um",
     }
-    kept = {key: value for key, value in {**asked, **changes}.items() if value is not None}
+    kept = {
+        key: value for key, value in {**asked, **changes}.items() if value is not None
+    }
     return scene(**kept)
 
 
 def test_the_printed_safety_against_pitting():
-    run, given = simulate(pitting()), reference(ISO)
+    run = simulate(pitting())
+    given = reference(ISO)
     assert run["iso_nominal_contact_stress"].item() == pytest.approx(
         1e6 * float(given["nominal_contact_stress"]), rel=1e-4
     )
     stress = run["iso_contact_stress"].values
-    wanted = run["iso_nominal_contact_stress"].item() * run["iso_face_load_factor"].item() ** 0.5
+    wanted = (
+        run["iso_nominal_contact_stress"].item()
+        * run["iso_face_load_factor"].item() ** 0.5
+    )
     assert stress == pytest.approx(wanted, rel=1e-12)
     held = run["iso_pitting_safety"].values * stress
-    assert held / 1e6 == pytest.approx(both(given["permissible_contact_stress"]), rel=1e-5)
+    assert held / 1e6 == pytest.approx(
+        both(given["permissible_contact_stress"]), rel=1e-5
+    )
     assert "ISO 6336-2:2006, second-hand" in str(run["validity"].values)
 
 
 @pytest.mark.parametrize(
-    "missing", ["rating__viscosity_40", "rating__hours", "gears__gear__roughness_ra", "mesh.misalignment"]
+    "missing",
+    [
+        "rating__viscosity_40",
+        "rating__hours",
+        "gears__gear__roughness_ra",
+        "mesh.misalignment",
+    ],
 )
 def test_what_the_safety_against_pitting_lacks_is_named(missing):
-    key = "rating__equivalent_misalignment" if missing == "mesh.misalignment" else missing
-    with pytest.raises(SceneError, match=rf"rating\.\w+: .* also takes {missing.replace('__', '.')}"):
+    key = (
+        "rating__equivalent_misalignment" if missing == "mesh.misalignment" else missing
+    )
+    with pytest.raises(
+        SceneError, match=rf"rating\.\w+: .* also takes {missing.replace('__', '.')}"
+    ):
         pitting(**{key: None})
 
 

@@ -35,4 +35,6 @@ def test_a_resumed_life_has_the_same_numbers(file):
     assert reached[0].cycle > 0.0
     for name, values in whole.variables.items():
         if not str(name).startswith("run_time"):
-            np.testing.assert_array_equal(resumed[name].values, values.values, err_msg=str(name))
+            np.testing.assert_array_equal(
+                resumed[name].values, values.values, err_msg=str(name)
+            )

@@ -22,15 +22,24 @@ CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
         ("base/planetary_ngw11_coupled.toml", {}, False),
     ],
 )
-def test_the_force_along_the_path_carries_the_load(file: str, changes: dict[str, str], parts: bool) -> None:
+def test_the_force_along_the_path_carries_the_load(
+    file: str, changes: dict[str, str], parts: bool
+) -> None:
     """From A to E alone: what tip corners carry beyond is not on the nodes."""
     scene = load(CAMPAIGNS / file).cases[0].scene
     wear = scene.wear
     assert wear is not None
-    given = {f"wear.{key}": None for key in ("until", "snapshots") if getattr(wear, key) is not None}
+    given = {
+        f"wear.{key}": None
+        for key in ("until", "snapshots")
+        if getattr(wear, key) is not None
+    }
     scene = scene.replace({**given, "mesh.extended_contact": False, **changes})
-    run, gears = simulate(scene), build(scene).gears
-    apart = float(run.separation_fraction.max()) if "separation_fraction" in run else 0.0
+    run = simulate(scene)
+    gears = build(scene).gears
+    apart = (
+        float(run.separation_fraction.max()) if "separation_fraction" in run else 0.0
+    )
     assert (apart > 0.0) == parts
     for kind in gears.kinds:
         for flank in kind.flanks:
@@ -40,4 +49,6 @@ def test_the_force_along_the_path_carries_the_load(file: str, changes: dict[str,
             mean = np.trapezoid(force[known], s[known]) / kind.pair.base_pitch
             told = "error_estimate_mesh_force_max"
             own = float(run[told].isel(update=0).max()) if told in run else 0.0
-            assert mean == pytest.approx(kind.load, abs=max(own, 1e-3 * kind.load)), flank
+            assert mean == pytest.approx(kind.load, abs=max(own, 1e-3 * kind.load)), (
+                flank
+            )

@@ -50,20 +50,29 @@ def test_the_march_is_as_long_as_the_damping_asks_for() -> None:
     parts = build(Scene.from_mapping(LIGHT))
     found = parts.coupling.evaluate(parts.coupling.unworn()).response
     assert found is not None
-    mass, damping = float(found.system.mass[0, 0]), float(found.system.mesh_damping[0])
+    mass = float(found.system.mass[0, 0])
+    damping = float(found.system.mesh_damping[0])
     wanted = np.log(1e6) / (damping / (2.0 * mass) * found.mesh_period)
     counted = settling_periods(found.system, found.tables, found.mesh_period)
     assert counted == pytest.approx(wanted, rel=1e-9)
-    marched = Periodic().transients(Shooting(found.system, found.tables, found.mesh_period))
+    marched = Periodic().transients(
+        Shooting(found.system, found.tables, found.mesh_period)
+    )
     assert sum(marched) == pytest.approx(wanted, rel=0.01) and wanted > 5 * 2000
 
 
 @pytest.mark.parametrize("damping", [1e-4, 0.0])
-def test_an_orbit_that_attracts_slowly_or_not_is_not_called_unstable(damping: float) -> None:
+def test_an_orbit_that_attracts_slowly_or_not_is_not_called_unstable(
+    damping: float,
+) -> None:
     mesh = {k: v for k, v in LIGHT["mesh"].items() if k != "normal_backlash"}
-    data = simulate(Scene.from_mapping({**LIGHT, "mesh": {**mesh, "damping_ratio": damping}}))
+    data = simulate(
+        Scene.from_mapping({**LIGHT, "mesh": {**mesh, "damping_ratio": damping}})
+    )
     assert str(data.verdict.values) == "not attracting within the margin"
-    assert str(data.estimate_quality.values).startswith("doubtful: an orbit is not alone or hardly attracts")
+    assert str(data.estimate_quality.values).startswith(
+        "doubtful: an orbit is not alone or hardly attracts"
+    )
 
 
 @cache
@@ -81,11 +90,16 @@ def aperiodic(load_kind: str) -> Any:
 @pytest.mark.parametrize("load_kind", ["static", "equivalent", "instant"])
 def test_every_load_wears_under_a_response_that_never_repeats(load_kind: str) -> None:
     data = aperiodic(load_kind)
-    assert str(data.verdict.values) == "aperiodic" and str(data.end_reason.values) == "cycles"
+    assert (
+        str(data.verdict.values) == "aperiodic"
+        and str(data.end_reason.values) == "cycles"
+    )
     assert float(data.max_wear_depth.max()) > 0.0
     assert "a response does not repeat" in str(data.estimate_quality.values)
     if load_kind != "static":
-        assert float(data.error_estimate_wear_depth[-1]) > 0.0  # blows that do not repeat scatter
+        assert (
+            float(data.error_estimate_wear_depth[-1]) > 0.0
+        )  # blows that do not repeat scatter
 
 
 def test_static_wear_does_not_ask_how_the_pair_vibrates() -> None:
@@ -102,11 +116,14 @@ def test_static_wear_does_not_ask_how_the_pair_vibrates() -> None:
             },
         )
     )
-    np.testing.assert_allclose(first, np.abs(again.wear_rate.values[0] / again.static_mesh_force.values[0]))
+    np.testing.assert_allclose(
+        first, np.abs(again.wear_rate.values[0] / again.static_mesh_force.values[0])
+    )
 
 
 def test_scatter_is_the_standard_error_of_the_means_of_blocks() -> None:
-    meshes, count = 2, 5 * BLOCK + 3
+    meshes = 2
+    count = 5 * BLOCK + 3
     rows = np.random.default_rng(3).normal(size=(meshes, count, 4))
 
     def rate_of(some: Any) -> Any:

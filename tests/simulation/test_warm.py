@@ -15,13 +15,22 @@ CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 def test_numbers_make_no_kind_but_choices_do():
     """Was a kind for each of a thousand drawn coefficients, a wear state of each before the first run."""
-    thousand = [case.scene for case in load(CAMPAIGNS / "planetary_life_distribution.toml").cases]
+    thousand = [
+        case.scene
+        for case in load(CAMPAIGNS / "planetary_life_distribution.toml").cases
+    ]
     assert len(thousand) == 1000 and len(kinds_of(thousand)) == 1
     scene = thousand[0]
     others = [
         scene.replace("dynamics.method", "newmark"),
-        scene.replace("wear.coefficient", {"model": "constant", "value": "1e-18 m^2/N", "film": False}),
-        scene.replace("wear.coefficient", {"model": "constant", "value": "2e-18 m^2/N", "film": False}),
+        scene.replace(
+            "wear.coefficient",
+            {"model": "constant", "value": "1e-18 m^2/N", "film": False},
+        ),
+        scene.replace(
+            "wear.coefficient",
+            {"model": "constant", "value": "2e-18 m^2/N", "film": False},
+        ),
     ]
     assert len(kinds_of([scene, *others])) == 3
 
@@ -30,7 +39,9 @@ def test_workers_share_the_jobs(monkeypatch):
     """Each does its part, and a failing job leaves the garbage collection as it was."""
     done = []
     monkeypatch.setattr(warm, "kinds_of", list)
-    monkeypatch.setattr(warm, "jobs_of", lambda kinds: [(done.append, name) for name in "abc"])
+    monkeypatch.setattr(
+        warm, "jobs_of", lambda kinds: [(done.append, name) for name in "abc"]
+    )
     warm.warm_up([], turn=1, workers=2)
     assert done == ["b"]
     warm.warm_up([], turn=0, workers=2)
@@ -48,7 +59,11 @@ def test_workers_share_the_jobs(monkeypatch):
 
 def test_what_a_change_of_contact_compiles_is_what_the_map_of_a_period_calls():
     """Else it would be compiled twice."""
-    (case,) = (case for case in load(CAMPAIGNS / "spur_speeds.toml").cases if case.position.get("speed") == 0)
+    (case,) = (
+        case
+        for case in load(CAMPAIGNS / "spur_speeds.toml").cases
+        if case.position.get("speed") == 0
+    )
     warm.do((warm._change_contact, case.scene))
     compiled = set(step_with_changes.signatures)
     warm.do((warm._evaluate, case.scene))

@@ -48,14 +48,23 @@ def compliance(pair, stiffness, depth="200 um", **initial):
 
 
 @pytest.mark.parametrize("pair", PAIRS)
-@pytest.mark.parametrize("stiffness", [ENERGY, "finite-element"], ids=["energy", "elements"])
+@pytest.mark.parametrize(
+    "stiffness", [ENERGY, "finite-element"], ids=["energy", "elements"]
+)
 def test_both_sides_worn_yield_more_than_one(pair, stiffness):
     unworn, _ = compliance(pair, stiffness, "0 um", shape="uniform")
     drive, _ = compliance(pair, stiffness, shape="uniform")
     both, parts = compliance(pair, stiffness, shape="uniform", sides="both")
-    assert np.array_equal(unworn, drive)  # drive flanks are worn by the state, not by the scene
+    assert np.array_equal(
+        unworn, drive
+    )  # drive flanks are worn by the state, not by the scene
     assert np.all(both > drive * 1.002)
-    assert parts.validity.count("initial wear of back flanks is not part of the back contact") == 1
+    assert (
+        parts.validity.count(
+            "initial wear of back flanks is not part of the back contact"
+        )
+        == 1
+    )
 
 
 def test_backs_worn_by_the_law_are_told_to_thin_nothing():

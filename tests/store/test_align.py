@@ -9,7 +9,10 @@ from wearlab.store.align import align
 
 @pytest.fixture
 def lives():
-    """Two lives whose depth is 2 and 4 µm per million cycles; the second has three states and is padded."""
+    """Two lives whose depth is 2 and 4 µm per million cycles.
+
+    The second has three states and is padded.
+    """
     cycle = np.array([[0.0, 1e6, 3e6, 4e6], [0.0, 1e6, 2e6, np.nan]])
     rate = np.array([2e-12, 4e-12])
     depth = rate[:, None, None] * cycle[..., None] * np.array([1.0, 0.5])
@@ -20,7 +23,11 @@ def lives():
             "life": (("speed",), [5e6, np.nan]),
             "verdict": (("speed",), ["completed", "completed"]),
         },
-        {"cycle": (("speed", "update"), cycle, {"units": "1"}), "speed": [800.0, 900.0], "flank": ["a", "b"]},
+        {
+            "cycle": (("speed", "update"), cycle, {"units": "1"}),
+            "speed": [800.0, 900.0],
+            "flank": ["a", "b"],
+        },
     )
 
 
@@ -28,9 +35,16 @@ def test_on_cycle(lives):
     found = align(lives, "cycle", [0.0, 1.5e6, 3e6])
     assert found.max_wear_depth.dims == ("speed", "cycle", "flank")
     np.testing.assert_allclose(found.max_wear_depth.isel(flank=0)[0], [0.0, 3e-6, 6e-6])
-    np.testing.assert_allclose(found.max_wear_depth.isel(flank=1)[1], [0.0, 3e-6, np.nan])
-    assert found.square[0, 1] == 1e12 + 0.25 * (9e12 - 1e12)  # a straight line between two states
-    assert found.cycle.attrs["units"] == "1" and list(found.verdict.values) == ["completed"] * 2
+    np.testing.assert_allclose(
+        found.max_wear_depth.isel(flank=1)[1], [0.0, 3e-6, np.nan]
+    )
+    assert found.square[0, 1] == 1e12 + 0.25 * (
+        9e12 - 1e12
+    )  # a straight line between two states
+    assert (
+        found.cycle.attrs["units"] == "1"
+        and list(found.verdict.values) == ["completed"] * 2
+    )
 
 
 def test_on_cycles_that_all_runs_share(lives):
@@ -56,7 +70,11 @@ def test_on_a_share_of_the_life(lives):
 
 def test_values_are_chosen_where_none_are_given(lives):
     found = align(lives)
-    assert (float(found.cycle[0]), float(found.cycle[-1]), found.sizes["cycle"]) == (0.0, 4e6, 65)
+    assert (float(found.cycle[0]), float(found.cycle[-1]), found.sizes["cycle"]) == (
+        0.0,
+        4e6,
+        65,
+    )
 
 
 def test_a_depth_that_does_not_grow_at_first(lives):
@@ -88,6 +106,11 @@ def test_a_grid_stays_lazy_and_a_run_has_no_axes(fill):
     found = align(store.open(campaign), "cycle", [0.5e6, 3e6])
     assert found.wear_depth.chunks is not None
     first = found.wear_depth.isel(flank=0, profile=0).compute()
-    np.testing.assert_allclose(first, [[805.0, np.nan], [905.0, 930.0], [1005.0, np.nan]])
+    np.testing.assert_allclose(
+        first, [[805.0, np.nan], [905.0, 930.0], [1005.0, np.nan]]
+    )
     run = align(store.run(campaign.cases[1].id), "cycle", [3e6])
-    assert run.wear_depth.dims == ("cycle", "flank", "profile") and run.wear_depth[0, 0, 0] == 930.0
+    assert (
+        run.wear_depth.dims == ("cycle", "flank", "profile")
+        and run.wear_depth[0, 0, 0] == 930.0
+    )

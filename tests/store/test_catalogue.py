@@ -11,7 +11,16 @@ from wearlab.store.database import CHUNK, VERSION
 from wearlab.store.outcome import Outcome
 
 DONE = Outcome(
-    *("ab" * 16, "done", "2026-01-01T00:00:00", 1.25, '{"speed": 1}', b"abc", "0" * 64, {"update": 3}),
+    *(
+        "ab" * 16,
+        "done",
+        "2026-01-01T00:00:00",
+        1.25,
+        '{"speed": 1}',
+        b"abc",
+        "0" * 64,
+        {"update": 3},
+    ),
     layout='{"variables": {}, "labels": {}}',
     digests={"cycle": "12"},
     summary={"life": 1e7, "verdict": "completed"},
@@ -36,11 +45,22 @@ def never(entry: Entry) -> bool:
 def test_what_is_recorded_is_read_back(catalogue):
     catalogue.record([DONE])
     (entry,) = catalogue.entries().values()
-    assert (entry.id, entry.state, entry.size, entry.sha256) == (DONE.id, "done", 3, DONE.sha256)
+    assert (entry.id, entry.state, entry.size, entry.sha256) == (
+        DONE.id,
+        "done",
+        3,
+        DONE.sha256,
+    )
     assert (entry.seconds, entry.scene, entry.source_hash) == (1.25, DONE.scene, "abc")
-    assert (entry.summary, entry.sizes, entry.digests) == (DONE.summary, DONE.sizes, DONE.digests)
+    assert (entry.summary, entry.sizes, entry.digests) == (
+        DONE.summary,
+        DONE.sizes,
+        DONE.digests,
+    )
     assert (entry.warnings, entry.reason, entry.owner) == (DONE.warnings, None, None)
-    assert catalogue.layouts([entry.layout]) == {entry.layout: {"variables": {}, "labels": {}}}
+    assert catalogue.layouts([entry.layout]) == {
+        entry.layout: {"variables": {}, "labels": {}}
+    }
 
 
 def test_equal_layouts_are_stored_once(catalogue):
@@ -65,7 +85,9 @@ def test_a_claim_excludes_others_until_released(catalogue, tmp_path):
 
 def test_a_claim_takes_over_what_is_free_and_says_from_whom(catalogue):
     catalogue.record((), ["a"], "dead", never)
-    assert catalogue.record((), ["a"], "me", lambda entry: entry.owner == "dead") == {"a": "dead"}
+    assert catalogue.record((), ["a"], "me", lambda entry: entry.owner == "dead") == {
+        "a": "dead"
+    }
     assert catalogue.entries()["a"].owner == "me"
 
 
@@ -78,9 +100,16 @@ def test_releasing_keeps_finished_runs(catalogue):
 
 def test_campaigns_share_runs_and_the_same_campaign_twice_is_one(catalogue):
     for title in ("first", "second", "second"):
-        catalogue.record_campaign(title, None, "a.toml", [("x", "base", {"speed": "800 rpm"})])
-    found = {(m.campaign, m.run, m.label, m.position["speed"]) for m in catalogue.members()}
-    assert found == {("first", "x", "base", "800 rpm"), ("second", "x", "base", "800 rpm")}
+        catalogue.record_campaign(
+            title, None, "a.toml", [("x", "base", {"speed": "800 rpm"})]
+        )
+    found = {
+        (m.campaign, m.run, m.label, m.position["speed"]) for m in catalogue.members()
+    }
+    assert found == {
+        ("first", "x", "base", "800 rpm"),
+        ("second", "x", "base", "800 rpm"),
+    }
     assert len(catalogue.members()) == 2
 
 
@@ -154,15 +183,24 @@ PRAGMA user_version = 1;
 
 
 def test_a_catalogue_of_the_first_version_becomes_one_of_this(tmp_path):
-    """Its campaigns stay; its runs are those of the files, of which there is none here."""
+    """Its campaigns stay.
+
+    Its runs are those of the files, of which there is none here.
+    """
     connection = sqlite3.connect(tmp_path / "catalogue.sqlite")
     connection.executescript(FIRST_TABLES)
     connection.close()
     made = Catalogue(tmp_path / "catalogue.sqlite")
     assert made.entries() == {} and made.record_of("c") == {}
     (member,) = made.members()
-    assert member.campaign == "first" and member.comparison is None and member.metadata == {}
-    made.record_campaign("first", None, "a.toml", [("ab", "base", {})], {"author": "A. Author"})
+    assert (
+        member.campaign == "first"
+        and member.comparison is None
+        and member.metadata == {}
+    )
+    made.record_campaign(
+        "first", None, "a.toml", [("ab", "base", {})], {"author": "A. Author"}
+    )
     assert made.members()[0].metadata == {"author": "A. Author"}
     made.close()
 
@@ -174,16 +212,28 @@ def test_catalogues_of_earlier_versions_answer_alike(tmp_path, caplog, version):
     assert store.reindex() == [] == store.verify()
     before = store.entries()
     facts = {run: store.catalogue.facts(run) for run in before}
-    ids, members = store.query("life > 0")["id"], store.catalogue.members()
+    ids = store.query("life > 0")["id"]
+    members = store.catalogue.members()
     store.close()
     make_older(store.catalogue.path, version)
     assert store.entries() == before and len(before) == 3
     assert {run: store.catalogue.facts(run) for run in before} == facts
-    assert sorted(store.query("life > 0")["id"]) == sorted(ids) and store.catalogue.members() == members
+    assert (
+        sorted(store.query("life > 0")["id"]) == sorted(ids)
+        and store.catalogue.members() == members
+    )
     assert store.catalogue.read("PRAGMA user_version") == [(VERSION,)]
     (said,) = [record.getMessage() for record in caplog.records]
-    assert f"catalogue version {version}" in said and "what failed or was refused is computed again" in said
-    tables = {name for (name,) in store.catalogue.read("SELECT name FROM sqlite_master WHERE type = 'table'")}
+    assert (
+        f"catalogue version {version}" in said
+        and "what failed or was refused is computed again" in said
+    )
+    tables = {
+        name
+        for (name,) in store.catalogue.read(
+            "SELECT name FROM sqlite_master WHERE type = 'table'"
+        )
+    }
     assert "dictionaries" not in tables and store.verify() == []
     store.close()
 
@@ -193,7 +243,9 @@ def test_an_older_catalogue_elsewhere_is_left_to_its_own_machine(tmp_path, monke
     there = filled(tmp_path / "store", sweep(1))
     there.close()
     make_older(there.catalogue.path, 5)
-    with pytest.raises(StoreError, match=r"older wearlab \(catalogue version 5\); 'wearlab ls' there"):
+    with pytest.raises(
+        StoreError, match=r"older wearlab \(catalogue version 5\); 'wearlab ls' there"
+    ):
         Store(f"file://{there.path}").entries()
     assert len(there.entries()) == 1 == len(Store(f"file://{there.path}").entries())
 
@@ -202,6 +254,11 @@ def test_heads_tell_states_without_contents(catalogue):
     catalogue.record([DONE])
     catalogue.record((), ["b"], "me", never)
     first, second = catalogue.entries([DONE.id, "b", "unknown"], "warnings").values()
-    assert (first.state, first.size, first.source_hash, first.summary) == ("done", 3, "abc", {})
+    assert (first.state, first.size, first.source_hash, first.summary) == (
+        "done",
+        3,
+        "abc",
+        {},
+    )
     assert first.warnings == DONE.warnings
     assert (second.state, second.owner, second.warnings) == ("running", "me", ())

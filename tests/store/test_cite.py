@@ -12,21 +12,34 @@ def test_a_citation_names_the_run_the_code_and_both_hashes(fill, tmp_path):
     run_id = campaign.cases[0].id
     file = tmp_path / "gone.toml"
     store.catalogue.record_campaign(
-        "Wear & 100 % {µ}", "doi:10/x", str(file), [(run_id, "base", {"speed": "1 rpm"})]
+        "Wear & 100 % {µ}",
+        "doi:10/x",
+        str(file),
+        [(run_id, "base", {"speed": "1 rpm"})],
     )
     facts = facts_of(store, run_id[:8])
     entry = store.entries([run_id])[run_id]
     assert facts["sha256"] == entry.sha256
     assert facts["content_sha256"] == store.run(run_id).attrs["content_sha256"]
     told = citation(facts)
-    year = facts["date"][:4]  # without an author the title stands first, as APA has it: was "(2026). Wear …"
-    assert told.startswith(f"Wear & 100 % {{µ}}, speed 1 rpm [data set]. ({year}). Run {run_id}")
-    assert _citation({"title": "Wear", "date_created": "2026-01-01"}).startswith("Wear [data set]. (2026)")
-    assert citation({**facts, "institution": "A Works"}).startswith(f"A Works. ({year}). Wear")
+    year = facts["date"][
+        :4
+    ]  # without an author the title stands first, as APA has it: was "(2026). Wear …"
+    assert told.startswith(
+        f"Wear & 100 % {{µ}}, speed 1 rpm [data set]. ({year}). Run {run_id}"
+    )
+    assert _citation({"title": "Wear", "date_created": "2026-01-01"}).startswith(
+        "Wear [data set]. (2026)"
+    )
+    assert citation({**facts, "institution": "A Works"}).startswith(
+        f"A Works. ({year}). Wear"
+    )
     assert "sources abc" in told and "After doi:10/x." in told and entry.sha256 in told
     entry_text = bibtex(facts)
     assert r"Wear \& 100 \% \{µ\}, speed 1 rpm [data set]" in entry_text
-    assert entry_text.count("{") - entry_text.count(r"\{") == entry_text.count("}") - entry_text.count(r"\}")
+    assert entry_text.count("{") - entry_text.count(r"\{") == entry_text.count(
+        "}"
+    ) - entry_text.count(r"\}")
 
 
 def test_the_campaign_that_names_its_authors_speaks_for_its_runs(fill, tmp_path):
@@ -35,11 +48,19 @@ def test_the_campaign_that_names_its_authors_speaks_for_its_runs(fill, tmp_path)
     store = fill(campaign)
     run_id = campaign.cases[0].id
     case = [(run_id, "base", {"speed": "1 rpm"})]
-    store.catalogue.record_campaign("Ours", None, "a.toml", case, {"author": "A. Author; B. Writer"})
+    store.catalogue.record_campaign(
+        "Ours", None, "a.toml", case, {"author": "A. Author; B. Writer"}
+    )
     store.catalogue.record_campaign("Later", None, "b.toml", case)
-    store.catalogue.record_campaign("2 scenes", None, None, [(run_id, "base", {"scene": "0"})])
+    store.catalogue.record_campaign(
+        "2 scenes", None, None, [(run_id, "base", {"scene": "0"})]
+    )
     facts = facts_of(store, run_id)
     year = facts["date"][:4]
-    assert citation(facts).startswith(f"A. Author, B. Writer. ({year}). Ours, speed 1 rpm [data set]. Run")
-    assert "author = {A. Author and B. Writer}" in bibtex(facts) and "@software{wearlab," in bibtex(facts)
+    assert citation(facts).startswith(
+        f"A. Author, B. Writer. ({year}). Ours, speed 1 rpm [data set]. Run"
+    )
+    assert "author = {A. Author and B. Writer}" in bibtex(
+        facts
+    ) and "@software{wearlab," in bibtex(facts)
     assert facts["also_in"].startswith("2 scenes; Later")

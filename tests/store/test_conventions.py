@@ -19,13 +19,19 @@ def test_no_coordinate_has_a_filling(tmp_path):
     import netCDF4
 
     whole = made_up.run(800.0)
-    data = whole[list({whole[name].dims: name for name in whole}.values())]  # one of each shape: it is slow
+    data = whole[
+        list({whole[name].dims: name for name in whole}.values())
+    ]  # one of each shape: it is slow
     path = tmp_path / "run.nc"
     path.write_bytes(to_image(data)[0])
     with netCDF4.Dataset(path) as file:
         for name in map(str, data.coords):
             assert "_FillValue" not in file[name].ncattrs(), name
-    assert not any("_FillValue" in text for some in complaints(path, "cf:1.11").values() for text in some)
+    assert not any(
+        "_FillValue" in text
+        for some in complaints(path, "cf:1.11").values()
+        for text in some
+    )
 
 
 @pytest.mark.slow
@@ -36,7 +42,9 @@ def test_runs_of_every_kind_of_gear_set(tmp_path, base):
     from wearlab.store.export import export
 
     file = tmp_path / "one.toml"
-    file.write_text(f'extends = "{(BASE / base).as_posix()}.toml"\ndrop = ["dynamics"]\n')
+    file.write_text(
+        f'extends = "{(BASE / base).as_posix()}.toml"\ndrop = ["dynamics"]\n'
+    )
     try:
         campaign = wl.load(file)
     except ValueError:
@@ -80,5 +88,8 @@ def test_an_export_of_a_campaign_that_follows_no_paper(fill, tmp_path):
     campaign = replace(sweep(2), reference=None)
     path = export(campaign, fill(campaign), tmp_path / "out.nc")
     assert not [
-        text for some in complaints(path, "cf:1.11").values() for text in some if "references" in text
+        text
+        for some in complaints(path, "cf:1.11").values()
+        for text in some
+        if "references" in text
     ]

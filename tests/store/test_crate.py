@@ -11,7 +11,11 @@ from fake_campaign import filled, sweep
 
 from wearlab.store.export import CONTEXT, DESCRIPTOR, SPECIFICATION, export_crate
 
-WHO = {"author": "A. Author; B. Author", "licence": "https://spdx.org/licenses/CC-BY-4.0", "institution": "I"}
+WHO = {
+    "author": "A. Author; B. Author",
+    "licence": "https://spdx.org/licenses/CC-BY-4.0",
+    "institution": "I",
+}
 ROOT = ("name", "description", "datePublished", "license", "hasPart")
 
 
@@ -21,7 +25,10 @@ def campaign(tmp_path):
     file.write_text('title = "study"\n')
     made = sweep(3)
     return SimpleNamespace(
-        **{name: getattr(made, name) for name in ("title", "axes", "cases", "reference")},
+        **{
+            name: getattr(made, name)
+            for name in ("title", "axes", "cases", "reference")
+        },
         path=file,
         metadata=WHO,
     )
@@ -49,15 +56,27 @@ def test_it_is_a_crate(campaign, tmp_path):
     assert root["@type"] == "Dataset" and all(root[key] for key in ROOT)
     parts = {part["@id"] for part in root["hasPart"]}
     assert (
-        parts == names - {DESCRIPTOR} == {"runs.nc", "campaign.toml", "CITATION.txt", "figures/01-wear.png"}
+        parts
+        == names - {DESCRIPTOR}
+        == {"runs.nc", "campaign.toml", "CITATION.txt", "figures/01-wear.png"}
     )
-    assert all(graph[part]["@type"] == "File" and graph[part]["encodingFormat"] for part in parts)
-    assert [graph[one["@id"]]["name"] for one in root["author"]] == ["A. Author", "B. Author"]
-    for entity in told["@graph"]:  # flat: what an entity refers to is told by an entity of its own
+    assert all(
+        graph[part]["@type"] == "File" and graph[part]["encodingFormat"]
+        for part in parts
+    )
+    assert [graph[one["@id"]]["name"] for one in root["author"]] == [
+        "A. Author",
+        "B. Author",
+    ]
+    for entity in told[
+        "@graph"
+    ]:  # flat: what an entity refers to is told by an entity of its own
         for value in entity.values():
             for one in value if isinstance(value, list) else [value]:
                 if isinstance(one, dict):
-                    assert set(one) == {"@id"} and (one["@id"] in graph or one["@id"] == SPECIFICATION)
+                    assert set(one) == {"@id"} and (
+                        one["@id"] in graph or one["@id"] == SPECIFICATION
+                    )
 
 
 def test_what_is_in_it_is_what_was_stored(campaign, tmp_path):
@@ -72,5 +91,10 @@ def test_the_same_store_gives_the_same_words(campaign, tmp_path):
     told = []
     for name in ("one.zip", "two.zip"):
         with zipfile.ZipFile(written(campaign, tmp_path, name)) as crate:
-            told.append([crate.read(DESCRIPTOR), [(e.filename, e.date_time) for e in crate.infolist()]])
+            told.append(
+                [
+                    crate.read(DESCRIPTOR),
+                    [(e.filename, e.date_time) for e in crate.infolist()],
+                ]
+            )
     assert told[0] == told[1]

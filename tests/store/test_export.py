@@ -26,13 +26,16 @@ def two_axes() -> Campaign:
         for i, v in enumerate((800.0, 900.0))
         for j, n in enumerate((2, 4))
     ]
-    return Campaign(tuple(cases), (Axis("speed", (800.0, 900.0), "rpm"), Axis("n", (2, 4))))
+    return Campaign(
+        tuple(cases), (Axis("speed", (800.0, 900.0), "rpm"), Axis("n", (2, 4)))
+    )
 
 
 def same(grid: xr.Dataset, found: xr.Dataset) -> None:
     grid = grid.compute(scheduler="synchronous")
     for name in grid.variables:
-        a, b = grid[name].values, found[name].values
+        a = grid[name].values
+        b = found[name].values
         assert grid[name].dims == found[name].dims, name
         if a.dtype.kind in "OU":
             np.testing.assert_array_equal(a.astype(str), b.astype(str), str(name))
@@ -43,7 +46,8 @@ def same(grid: xr.Dataset, found: xr.Dataset) -> None:
 
 
 @pytest.mark.parametrize(
-    "campaign", [sweep(3, static=True), sweep(1), two_axes(), Campaign(sweep(1).cases[:1])]
+    "campaign",
+    [sweep(3, static=True), sweep(1), two_axes(), Campaign(sweep(1).cases[:1])],
 )
 def test_the_file_is_the_grid(campaign, fill, tmp_path):
     if not campaign.axes:
@@ -55,24 +59,37 @@ def test_the_file_is_the_grid(campaign, fill, tmp_path):
         same(store.open(campaign), found.load())
     done = {i for i, e in store.entries().items() if e.state == "done"}
     assert set(told) == done
-    assert [path.name for path in tmp_path.iterdir() if path.name != "store"] == ["out.nc"]
+    assert [path.name for path in tmp_path.iterdir() if path.name != "store"] == [
+        "out.nc"
+    ]
 
 
 def test_readable_with_netcdf4_alone(fill, tmp_path):
     campaign = replace(sweep(2, static=True), title="five speeds µ")
     object.__setattr__(
-        campaign, "metadata", {"author": "Ada", "orcid": "https://orcid.org/0", "licence": "CC-BY-4.0"}
+        campaign,
+        "metadata",
+        {"author": "Ada", "orcid": "https://orcid.org/0", "licence": "CC-BY-4.0"},
     )
     store = fill(replace(campaign, cases=(*campaign.cases[:1], campaign.cases[2])))
     export(campaign, store, tmp_path / "out.nc")
     with netCDF4.Dataset(tmp_path / "out.nc") as file:
         assert file.Conventions == "CF-1.11, ACDD-1.3" and file.title == "five speeds µ"
-        assert file.creator_name == "Ada" and file.creator_url and file.license == "CC-BY-4.0"
+        assert (
+            file.creator_name == "Ada"
+            and file.creator_url
+            and file.license == "CC-BY-4.0"
+        )
         assert file.references.startswith("doi:") and "sources abc" in file.source
         assert file.missing == "speed=900, case=base: missing"
         assert file["speed"].units == "rpm" and file["wear_depth"].units == "m"
-        assert file["wear_depth"].filters()["zlib"] and file["wear_depth"].chunking()[:2] == [1, 1]
-        assert file["run_id"][0, 0] == campaign.cases[0].id and file["status"][1, 0] == "missing"
+        assert file["wear_depth"].filters()["zlib"] and file["wear_depth"].chunking()[
+            :2
+        ] == [1, 1]
+        assert (
+            file["run_id"][0, 0] == campaign.cases[0].id
+            and file["status"][1, 0] == "missing"
+        )
         assert '"speed": 800.0' in file["scene"][0, 0] and file["scene"][1, 0] == ""
         assert np.isnan(file["wear_depth"][1, 0].filled(np.nan)).all()
 
@@ -81,23 +98,48 @@ def test_a_file_names_whom_the_campaign_names_and_invents_nobody(fill, tmp_path)
     """ACDD 1.3; who is no part of an id, which runs it holds is."""
     campaign = sweep(2)
     nobody = export_attributes(campaign, store := fill(campaign))
-    asked = {"creator_name", "creator_email", "publisher_name", "project", "acknowledgement", "license"}
-    assert not asked & set(nobody) and nobody["processing_level"] == "model output: computed, not measured"
-    who = {"author": "A; B", "email": "a@b.org", "publisher": "P", "project": "Q", "acknowledgement": "R"}
+    asked = {
+        "creator_name",
+        "creator_email",
+        "publisher_name",
+        "project",
+        "acknowledgement",
+        "license",
+    }
+    assert (
+        not asked & set(nobody)
+        and nobody["processing_level"] == "model output: computed, not measured"
+    )
+    who = {
+        "author": "A; B",
+        "email": "a@b.org",
+        "publisher": "P",
+        "project": "Q",
+        "acknowledgement": "R",
+    }
     object.__setattr__(named := sweep(2), "metadata", who | {"licence": "CC0-1.0"})
     somebody = export_attributes(named, store)
-    assert [somebody[key] for key in sorted(asked)] == ["R", "a@b.org", "A; B", "CC0-1.0", "Q", "P"]
+    assert [somebody[key] for key in sorted(asked)] == [
+        "R",
+        "a@b.org",
+        "A; B",
+        "CC0-1.0",
+        "Q",
+        "P",
+    ]
     assert nobody["id"] == somebody["id"] != export_attributes(sweep(1), store)["id"]
 
 
 def test_the_same_store_gives_the_same_content(fill, tmp_path):
     store = fill(sweep(2))
-    one, two = (export(sweep(2), store, tmp_path / name) for name in ("a.nc", "b.nc"))
+    one = export(sweep(2), store, tmp_path / "a.nc")
+    two = export(sweep(2), store, tmp_path / "b.nc")
     xr.testing.assert_identical(xr.load_dataset(one), xr.load_dataset(two))
 
 
 def test_memory_holds_one_run(fill, tmp_path):
-    few, many = (replace(sweep(n, updates=4000), title=str(n)) for n in (2, 10))
+    few = replace(sweep(2, updates=4000), title=str(2))
+    many = replace(sweep(10, updates=4000), title=str(10))
     store = fill(many)
     peaks = []
     for campaign in (few, few, many):  # the first warms imports up
@@ -131,7 +173,10 @@ def test_zarr(fill, tmp_path):
     store = fill(two_axes())
     export(two_axes(), store, tmp_path / "out.zarr")
     with xr.open_zarr(tmp_path / "out.zarr", chunks=None) as found:
-        scenes = [store.entries([i])[i].scene if i else "" for i in found["run_id"].values.ravel()]
+        scenes = [
+            store.entries([i])[i].scene if i else ""
+            for i in found["run_id"].values.ravel()
+        ]
         assert found["scene"].values.ravel().tolist() == scenes and any(scenes)
         same(store.open(two_axes()), found.load())
         assert found.attrs["Conventions"] == "CF-1.11, ACDD-1.3"

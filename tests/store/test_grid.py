@@ -121,7 +121,9 @@ def test_one_run_has_no_grid_dims(fill):
 
 
 def test_cases_without_sweeps_stand_alone(fill):
-    campaign = Campaign((Case("slow", Scene(speed=1.0)), Case("fast", Scene(speed=2.0))))
+    campaign = Campaign(
+        (Case("slow", Scene(speed=1.0)), Case("fast", Scene(speed=2.0)))
+    )
     grid = fill(campaign).open(campaign)
     assert dict(grid.wear_depth.sizes)["case"] == 2
     assert grid.wear_depth.sel(case="fast")[0, 0, 0] == 2.0
@@ -130,7 +132,9 @@ def test_cases_without_sweeps_stand_alone(fill):
 def test_keys_that_advance_together_are_coordinates(fill):
     together = {"torque": Axis("torque", (300.0, 200.0), "N*m", "operation.torque")}
     campaign = sweep(2)
-    campaign = replace(campaign, axes=(replace(campaign.axes[0], coordinates=together),))
+    campaign = replace(
+        campaign, axes=(replace(campaign.axes[0], coordinates=together),)
+    )
     grid = fill(campaign).open(campaign)
     assert grid.torque.dims == ("speed",)
     assert grid.torque.attrs["units"] == "N*m"
@@ -150,7 +154,9 @@ def test_two_axes_with_a_point_left_out(fill):
     assert grid.wear_depth.dims[:2] == ("speed", "torque")
     assert grid.status.values[2, 1] == ""
     assert grid.attrs["missing"] == []
-    np.testing.assert_array_equal(grid.wear_depth[:, :, 0, 0, 0], [[0, 1], [10, 11], [20, np.nan]])
+    np.testing.assert_array_equal(
+        grid.wear_depth[:, :, 0, 0, 0], [[0, 1], [10, 11], [20, np.nan]]
+    )
 
 
 def test_labels_place_values_by_name(fill, monkeypatch):
@@ -196,13 +202,18 @@ def test_threads_read_safely(fill):
     with dask.config.set(scheduler="threads", num_workers=8):
         grids = [store.open(campaign) for _ in range(4)]
         results = []
-        threads = [threading.Thread(target=lambda g=g: results.append(g.compute())) for g in grids]
+        threads = [
+            threading.Thread(target=lambda g=g: results.append(g.compute()))
+            for g in grids
+        ]
         for thread in threads:
             thread.start()
         for thread in threads:
             thread.join()
     for result in results:
-        np.testing.assert_array_equal(result.wear_depth[:, 0, 0, 0], 800 + 100 * np.arange(8))
+        np.testing.assert_array_equal(
+            result.wear_depth[:, 0, 0, 0], 800 + 100 * np.arange(8)
+        )
     assert len(results) == 4
 
 
@@ -253,7 +264,9 @@ def test_a_file_of_another_length_is_refused(fill):
 def test_any_part_of_a_grid_is_what_the_whole_has_there(fill, index):
     campaign = alter(sweep(4), 1, updates=5)
     grid = fill(campaign).open(campaign)
-    np.testing.assert_array_equal(grid.wear_depth[index].compute(), grid.wear_depth.compute()[index])
+    np.testing.assert_array_equal(
+        grid.wear_depth[index].compute(), grid.wear_depth.compute()[index]
+    )
 
 
 def test_a_grid_is_saved_as_it_is(fill, tmp_path):
@@ -265,7 +278,9 @@ def test_a_grid_is_saved_as_it_is(fill, tmp_path):
         xr.testing.assert_equal(saved.load(), whole)
     pytest.importorskip("zarr")
     grid.to_zarr(tmp_path / "grid.zarr", mode="w", zarr_format=2)
-    xr.testing.assert_equal(xr.open_zarr(tmp_path / "grid.zarr", mask_and_scale=False).compute(), whole)
+    xr.testing.assert_equal(
+        xr.open_zarr(tmp_path / "grid.zarr", mask_and_scale=False).compute(), whole
+    )
 
 
 def test_texts_of_runs_are_texts_and_need_no_file(fill, monkeypatch):
@@ -287,13 +302,16 @@ def test_one_text_of_a_lazy_variable_is_no_array(fill):
     (run,) = store.entries([sweep(1).cases[0].id]).values()
     file = reading.RunFile(str(store.files.path(run.id)), run.sha256, 0)
     numbers = np.zeros(1, np.intp)
-    text = reading.LazyVariable("verdict", numbers, [file], {0: ()}, (), np.dtype(object), "")
+    text = reading.LazyVariable(
+        "verdict", numbers, [file], {0: ()}, (), np.dtype(object), ""
+    )
     assert isinstance(text[:1][0], str)
 
 
 def test_grids_of_two_stores_are_concatenated(fill, tmp_path):
     """Each run keeps its own wear states, whatever the lengths of the others."""
-    one, other = sweep(2), alter(sweep(3), 2, updates=5)
+    one = sweep(2)
+    other = alter(sweep(3), 2, updates=5)
     grid = fill(other).open(other)
     both = xr.concat(
         [fill(one).open(one), grid.isel(speed=[2])],
@@ -310,10 +328,16 @@ def test_grids_of_two_stores_are_concatenated(fill, tmp_path):
 def test_what_is_missing_does_not_flood(fill):
     grid = fill(sweep(1)).open(sweep(9))
     assert grid.attrs["missing"][0] == "speed=900: missing"
-    assert len(grid.attrs["missing"]) == 6 and grid.attrs["missing"][-1] == "and 3 more, by status"
+    assert (
+        len(grid.attrs["missing"]) == 6
+        and grid.attrs["missing"][-1] == "and 3 more, by status"
+    )
 
 
 def test_swept_keys_are_named(fill):
     campaign = sweep(2)
     axis = replace(campaign.axes[0], key="wear.coefficient.value")
-    assert fill(campaign).open(replace(campaign, axes=(axis,))).speed.attrs["long_name"] == "wear coefficient"
+    assert (
+        fill(campaign).open(replace(campaign, axes=(axis,))).speed.attrs["long_name"]
+        == "wear coefficient"
+    )

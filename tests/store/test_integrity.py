@@ -42,18 +42,29 @@ def test_no_flipped_bit_is_read_in_silence(file):
     for _ in range(60):
         bit = dice.randrange(8 * path.stat().st_size)
         flip(path, bit)
-        for read in (lambda: read_run(path, sha256), lambda: read_variable(str(path), "wear_depth", sha256)):
-            with pytest.raises(StoreError, match=r"is not what was written.*wearlab verify"):
+        for read in (
+            lambda: read_run(path, sha256),
+            lambda: read_variable(str(path), "wear_depth", sha256),
+        ):
+            with pytest.raises(
+                StoreError, match=r"is not what was written.*wearlab verify"
+            ):
                 read()
         flip(path, bit)
-        np.testing.assert_array_equal(read_variable(str(path), "wear_depth", sha256), DATA.wear_depth)
+        np.testing.assert_array_equal(
+            read_variable(str(path), "wear_depth", sha256), DATA.wear_depth
+        )
 
 
 def test_a_file_is_hashed_once_until_it_changes(file, monkeypatch):
     path, sha256 = file
     hashed = []
     original = reading.checked_bytes
-    monkeypatch.setattr(reading, "checked_bytes", lambda *words: hashed.append(words) or original(*words))
+    monkeypatch.setattr(
+        reading,
+        "checked_bytes",
+        lambda *words: hashed.append(words) or original(*words),
+    )
     for _ in range(3):
         read_variable(str(path), "life", sha256)
         read_variable(str(path), "verdict", sha256)
@@ -79,20 +90,28 @@ def test_every_way_to_read_a_run_looks(fill, tmp_path):
     with pytest.raises(StoreError, match="is not what was written"):
         store.run(case.id)
     for name in grid.data_vars:
-        if grid[name].dims[:1] == ("speed",) and store.open(sweep(2))[name].chunks is not None:
+        if (
+            grid[name].dims[:1] == ("speed",)
+            and store.open(sweep(2))[name].chunks is not None
+        ):
             with pytest.raises(StoreError, match="is not what was written"):
                 store.open(sweep(2))[name].load()
     with pytest.raises(StoreError, match="is not what was written"):
         export(sweep(2), store, tmp_path / "out.nc")
-    np.testing.assert_array_equal(store.open(sweep(2)).wear_depth[0], grid.wear_depth[0])
+    np.testing.assert_array_equal(
+        store.open(sweep(2)).wear_depth[0], grid.wear_depth[0]
+    )
 
 
-# -- structures that no run has -----------------------------------------------------------------------------
+# -- structures that no run has
+# -----------------------------------------------------------------------------
 
 
 def elsewhere(file, tmp_path):
     (tmp_path / "secret").write_bytes(b"0" * 80)
-    file.create_dataset("life", (10,), "f8", external=[(str(tmp_path / "secret"), 0, 80)])
+    file.create_dataset(
+        "life", (10,), "f8", external=[(str(tmp_path / "secret"), 0, 80)]
+    )
 
 
 def virtual(file, tmp_path):
@@ -136,7 +155,19 @@ def ragged(file, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "make", [elsewhere, virtual, soft, external, circle, deep, references, compound, of_type, ragged]
+    "make",
+    [
+        elsewhere,
+        virtual,
+        soft,
+        external,
+        circle,
+        deep,
+        references,
+        compound,
+        of_type,
+        ragged,
+    ],
 )
 def test_untrusted_structures_are_refused(tmp_path, make):
     path = tmp_path / "run.nc"

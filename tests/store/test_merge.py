@@ -22,7 +22,11 @@ def two(tmp_path):
     """Ours has speeds 1 to 3; theirs 1 to 5, a failure, and a campaign of its own."""
     bad = replace(sweep(1).cases[0], scene=Scene(act="fail"))
     theirs = replace(sweep(5), title="theirs", cases=(*sweep(5).cases, bad))
-    return filled(tmp_path / "ours", sweep(3)), filled(tmp_path / "theirs", theirs), theirs
+    return (
+        filled(tmp_path / "ours", sweep(3)),
+        filled(tmp_path / "theirs", theirs),
+        theirs,
+    )
 
 
 def test_what_we_lack_comes_verified(two):
@@ -32,16 +36,28 @@ def test_what_we_lack_comes_verified(two):
     assert made.copied == ids[3:] and sorted(made.same) == sorted(ids[:3])
     assert not made.conflicting and not made.damaged and made.campaigns == 1
     assert ours.verify() == []
-    assert ours.entries([ids[5]])[ids[5]].reason == others.entries([ids[5]])[ids[5]].reason
+    assert (
+        ours.entries([ids[5]])[ids[5]].reason == others.entries([ids[5]])[ids[5]].reason
+    )
     xr.testing.assert_identical(ours.run(ids[4]), others.run(ids[4]))
-    assert len([member for member in ours.catalogue.members() if member.campaign == "theirs"]) == 6
+    assert (
+        len(
+            [
+                member
+                for member in ours.catalogue.members()
+                if member.campaign == "theirs"
+            ]
+        )
+        == 6
+    )
     again = merge(ours, others)
     assert not again.copied and again.campaigns == 0
 
 
 def die_after_writing(ours, others):
     """Merge as a process that is killed when its second file is in place and nothing says so."""
-    written, whole = [], RunFiles.write
+    written = []
+    whole = RunFiles.write
 
     def write(self, images, writer):
         whole(self, images, writer)
@@ -76,7 +92,9 @@ def test_a_merge_that_is_interrupted_keeps_what_it_wrote(two, monkeypatch):
 
     with pytest.raises(KeyboardInterrupt):
         merge(ours, others, stop)
-    assert ours.verify() == [] and "running" not in {head.state for head in ours.entries().values()}
+    assert ours.verify() == [] and "running" not in {
+        head.state for head in ours.entries().values()
+    }
 
 
 def test_what_was_spoilt_is_left_there(two):
@@ -112,7 +130,9 @@ def test_what_plugins_declare_comes_along(two):
     name = f"{hashlib.sha256(source.encode()).hexdigest()}.json"
     (others.path / "plugins").mkdir()
     (others.path / "plugins" / name).write_text(json.dumps({"source": source}))
-    (others.path / "plugins" / f"{'0' * 64}.json").write_text(json.dumps({"source": source}))
+    (others.path / "plugins" / f"{'0' * 64}.json").write_text(
+        json.dumps({"source": source})
+    )
     merge(ours, others)
     assert [file.name for file in (ours.path / "plugins").iterdir()] == [name]
 
@@ -134,9 +154,14 @@ def test_other_results_under_one_id_are_flagged_and_ours_stay(two):
 
 def test_a_name_never_leaves_the_store(two, tmp_path):
     ours, others, campaign = two
-    (tmp_path / "secret.nc").write_bytes(others.files.path(campaign.cases[4].id).read_bytes())
+    (tmp_path / "secret.nc").write_bytes(
+        others.files.path(campaign.cases[4].id).read_bytes()
+    )
     with others.catalogue._transaction() as connection:
-        connection.execute("UPDATE runs SET id = '../../../secret' WHERE id = ?", (campaign.cases[4].id,))
+        connection.execute(
+            "UPDATE runs SET id = '../../../secret' WHERE id = ?",
+            (campaign.cases[4].id,),
+        )
     made = merge(ours, others)
     assert "no identity" in made.damaged["../../../secret"]
     with pytest.raises(StoreError, match="no identity"):

@@ -6,7 +6,9 @@ from made_up import put, run
 from wearlab.query import QueryError
 from wearlab.store import Store
 
-MEASURED = '{"wear":{"initial":{"pinion":{"y":"depth","x":"diameter","abscissa":[0.1,0.2]}}}}'
+MEASURED = (
+    '{"wear":{"initial":{"pinion":{"y":"depth","x":"diameter","abscissa":[0.1,0.2]}}}}'
+)
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +17,10 @@ def store(tmp_path_factory) -> Store:
     store.create()
     for letter, scene in zip("ab", (MEASURED, '{"wear":{}}'), strict=True):
         put(store, letter * 20, run(800.0), scene)
-    places = [("a" * 20, "base", {"k": "1e-10 mm^3/Nm"}), ("b" * 20, "base", {"k": "9e-11 mm^3/Nm"})]
+    places = [
+        ("a" * 20, "base", {"k": "1e-10 mm^3/Nm"}),
+        ("b" * 20, "base", {"k": "9e-11 mm^3/Nm"}),
+    ]
     store.catalogue.record_campaign("Decade", None, None, places)
     return store
 
@@ -34,8 +39,14 @@ def test_a_declared_key_that_no_run_has_may_be_asked_for(store):
 @pytest.mark.parametrize(
     "condition, message",
     [
-        ("wear.initial.pinion.file is missing", "stands in campaign files only.*'wear.initial.pinion.y'"),
-        ("wear.initial is missing", "is a table: ask for one of its keys; there are 'wear.initial.pinion.x'"),
+        (
+            "wear.initial.pinion.file is missing",
+            "stands in campaign files only.*'wear.initial.pinion.y'",
+        ),
+        (
+            "wear.initial is missing",
+            "is a table: ask for one of its keys; there are 'wear.initial.pinion.x'",
+        ),
         ("wear.initial.pinion.bubu is missing", "unknown name"),
     ],
 )

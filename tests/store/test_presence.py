@@ -18,7 +18,9 @@ time.sleep(60)
 def test_present_until_left(tmp_path):
     with Presence(tmp_path / "runners") as presence:
         assert alive(tmp_path / "runners", presence.token)
-        assert alive(tmp_path / "runners", presence.token)  # looking does not break the lock
+        assert alive(
+            tmp_path / "runners", presence.token
+        )  # looking does not break the lock
     assert not alive(tmp_path / "runners", presence.token)
     assert not any((tmp_path / "runners").iterdir())
 

@@ -21,12 +21,19 @@ def test_only_what_no_campaign_asks_for_now(fill):
     recorded(store, sweep(1), "b.toml")
     found = {one.id: one for one in prunable(store)}
     assert set(found) == set(ids[2:])
-    assert "earlier version" in found[ids[2]].reason and "no campaign" in found[ids[3]].reason
+    assert (
+        "earlier version" in found[ids[2]].reason
+        and "no campaign" in found[ids[3]].reason
+    )
     assert {one.id for one in prunable(store, kept=[ids[4]])} == set(ids[2:4])
     size = sum(store.files.size(i) for i in ids[2:])
     assert sum(one.bytes for one in found.values()) == size
     assert prune(store, found.values()) == size
-    assert set(store.entries()) == set(ids[:2]) and store.verify() == [] and prunable(store) == []
+    assert (
+        set(store.entries()) == set(ids[:2])
+        and store.verify() == []
+        and prunable(store) == []
+    )
 
 
 def test_what_is_being_computed_stays(fill):

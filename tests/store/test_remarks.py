@@ -43,13 +43,17 @@ def test_a_note_is_kept_and_searched(store):
     store.note(first, "the peak at C is no error:\nsee the mesh force")
     assert found(store, "note contains 'mesh force'") == [first]
     (remark,) = store.remarks(first[:12])
-    assert (remark.what, remark.subject) == ("note", first) and remark.when.startswith("20")
+    assert (remark.what, remark.subject) == ("note", first) and remark.when.startswith(
+        "20"
+    )
 
 
 def test_a_tag_of_a_campaign_is_said_of_its_runs(store):
     store.tag("five speeds", "published", campaign=True)
     assert found(store, "tag = published") == sorted(ids(store))
-    assert [r.text for r in store.remarks("five speeds", campaign=True)] == ["published"]
+    assert [r.text for r in store.remarks("five speeds", campaign=True)] == [
+        "published"
+    ]
     with pytest.raises(StoreError, match="did you mean 'five speeds'"):
         store.tag("five spedes", "x", campaign=True)
 
@@ -58,13 +62,20 @@ def test_nothing_of_it_is_part_of_a_run(store):
     before = {path: path.read_bytes() for path in store.files}
     names = ids(store)
     store.tag(names[0], "good")
-    assert ids(store) == names and {path: path.read_bytes() for path in store.files} == before
+    assert (
+        ids(store) == names
+        and {path: path.read_bytes() for path in store.files} == before
+    )
     assert store.verify() == []
 
 
 @pytest.mark.parametrize(
     ("what", "text", "said"),
-    [("tag", "  ", "write a word"), ("tag", "a" * 101, "101 characters"), ("tag", "two\nlines", "one line")],
+    [
+        ("tag", "  ", "write a word"),
+        ("tag", "a" * 101, "101 characters"),
+        ("tag", "two\nlines", "one line"),
+    ],
 )
 def test_what_is_no_tag_is_refused_and_leaves_nothing(store, what, text, said):
     with pytest.raises(StoreError, match=said):
@@ -161,7 +172,9 @@ def test_a_damaged_line_of_another_store_stays_there(store, tmp_path):
     first = ids(store)[0]
     other.tag(first, "theirs")
     with other.catalogue._transaction() as connection:
-        connection.execute("UPDATE remarks SET line = replace(line, 'theirs', 'planted')")
+        connection.execute(
+            "UPDATE remarks SET line = replace(line, 'theirs', 'planted')"
+        )
     from wearlab.store.upkeep import merge
 
     made = merge(store, other)
@@ -186,7 +199,10 @@ def test_exports_tell_them(store):
     store.tag(first, "good")
     store.tag("five speeds", "all", campaign=True)
     told = json.loads(export_attributes(sweep(3), store)["tags"])
-    assert [(one["of"], one["tag"]) for one in told] == [(first, "good"), ("five speeds", "all")]
+    assert [(one["of"], one["tag"]) for one in told] == [
+        (first, "good"),
+        ("five speeds", "all"),
+    ]
     assert "notes" not in export_attributes(sweep(3), store)
 
 

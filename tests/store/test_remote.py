@@ -31,7 +31,9 @@ def elsewhere(request, tmp_path, monkeypatch):
         yield store, f"file://{store.path}"
         return
     pytest.importorskip("aiohttp")
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(tmp_path / "there")))
+    server = ThreadingHTTPServer(
+        ("127.0.0.1", 0), partial(Quiet, directory=str(tmp_path / "there"))
+    )
     threading.Thread(target=server.serve_forever, daemon=True).start()
     yield store, f"http://127.0.0.1:{server.server_port}/store"
     server.shutdown()
@@ -45,7 +47,9 @@ def test_it_is_asked_opened_and_read(elsewhere):
     assert list(here.query("")["id"]) == list(there.query("")["id"])
     xr.testing.assert_identical(here.run(ids[2]), there.run(ids[2]))
     grid = here.open(sweep(5))
-    np.testing.assert_array_equal(grid.wear_depth.values, there.open(sweep(5)).wear_depth.values)
+    np.testing.assert_array_equal(
+        grid.wear_depth.values, there.open(sweep(5)).wear_depth.values
+    )
     assert not here.is_lost(here.find(ids[0])) and here.path != there.path
     here.close()
 
@@ -67,12 +71,16 @@ def test_a_run_computed_again_is_copied_again(elsewhere):
         again = execute(Task(case.id, case.scene), SIMULATE)
         there.save([again], here.token)
     assert there.entries([case.id])[case.id].sha256 == again.sha256
-    assert Store(address).run(case.id).attrs["date_created"] != before.attrs["date_created"]
+    assert (
+        Store(address).run(case.id).attrs["date_created"]
+        != before.attrs["date_created"]
+    )
 
 
 def test_an_altered_copy_is_fetched_anew_and_an_altered_original_refused(elsewhere):
     there, address = elsewhere
-    here, run_id = Store(address), sweep(5).cases[1].id
+    here = Store(address)
+    run_id = sweep(5).cases[1].id
     copy = here.file_of(run_id)
     copy.write_bytes(b"x" + copy.read_bytes()[1:])
     xr.testing.assert_identical(here.run(run_id), there.run(run_id))
@@ -87,7 +95,12 @@ def test_nothing_is_written_there(elsewhere):
     there, address = elsewhere
     here = Store(address)
     before = {path: path.stat().st_mtime_ns for path in there.path.rglob("*")}
-    for act in (here.create, lambda: here.catalogue.forget(["x"]), here.verify, here.reindex):
+    for act in (
+        here.create,
+        lambda: here.catalogue.forget(["x"]),
+        here.verify,
+        here.reindex,
+    ):
         with pytest.raises(StoreError, match=r"only read from here|where they lie"):
             act()
     assert {path: path.stat().st_mtime_ns for path in there.path.rglob("*")} == before
@@ -109,7 +122,10 @@ def test_commands_take_addresses(elsewhere, tmp_path, capsys):
     assert capsys.readouterr().out.count("done") == 5
     assert status_of(["show", sweep(5).cases[3].id, "--store", address]) == 0
     assert status_of(["pull", address, "--store", str(tmp_path / "mine")]) == 0
-    assert status_of(["push", str(tmp_path / "third"), "--store", str(tmp_path / "mine")]) == 0
+    assert (
+        status_of(["push", str(tmp_path / "third"), "--store", str(tmp_path / "mine")])
+        == 0
+    )
     assert set(Store(tmp_path / "third").entries()) == set(there.entries())
     capsys.readouterr()
     assert status_of(["verify", "--store", address]) == 2
@@ -120,7 +136,8 @@ def test_commands_take_addresses(elsewhere, tmp_path, capsys):
 
 def test_a_reader_finds_whole_catalogues_while_one_writes(elsewhere):
     there, address = elsewhere
-    ended, found = threading.Event(), []
+    ended = threading.Event()
+    found = []
 
     def write():
         for count in range(6, 26):
@@ -191,28 +208,37 @@ def test_an_answer_that_is_no_catalogue_is_not_read_whole(huge, tmp_path, monkey
     assert sum(sent) < 30_000_000
 
 
-def test_a_catalogue_longer_than_its_head_says_is_not_read_whole(huge, tmp_path, monkeypatch):
+def test_a_catalogue_longer_than_its_head_says_is_not_read_whole(
+    huge, tmp_path, monkeypatch
+):
     address, answer, sent = huge
     monkeypatch.setenv("WEARLAB_CACHE", str(tmp_path / "cache"))
     there = filled(tmp_path / "there", sweep(1))
     there.close()
     monkeypatch.setattr(answer, "head", there.catalogue.path.read_bytes())
-    with pytest.raises(StoreError, match=r"is larger than the .* bytes that the catalogue says"):
+    with pytest.raises(
+        StoreError, match=r"is larger than the .* bytes that the catalogue says"
+    ):
         Store(f"{address}/store")
     assert sum(sent) < 60_000_000
 
 
 def test_a_run_larger_than_the_catalogue_says_is_not_read_whole(elsewhere):
     there, address = elsewhere
-    here, run_id = Store(address), sweep(5).cases[1].id
+    here = Store(address)
+    run_id = sweep(5).cases[1].id
     with there.files.path(run_id).open("ab") as file:
         file.truncate(10**8)
-    with pytest.raises(StoreError, match=r"is larger than the .* bytes that the catalogue says"):
+    with pytest.raises(
+        StoreError, match=r"is larger than the .* bytes that the catalogue says"
+    ):
         here.run(run_id)
     here.close()
 
 
-def test_what_a_server_says_beyond_its_answer_does_not_fill_the_screen(tmp_path, monkeypatch):
+def test_what_a_server_says_beyond_its_answer_does_not_fill_the_screen(
+    tmp_path, monkeypatch
+):
     """aiohttp repeats all of it, and the message had 260,000 characters."""
     pytest.importorskip("aiohttp")
     monkeypatch.setenv("WEARLAB_CACHE", str(tmp_path / "cache"))
@@ -221,9 +247,13 @@ def test_what_a_server_says_beyond_its_answer_does_not_fill_the_screen(tmp_path,
     class Longer(Quiet):
         def do_GET(self):
             with suppress(OSError):
-                self.wfile.write(b"HTTP/1.0 200 OK\r\nContent-Length: 0\r\n\r\n" + bytes(200_000))
+                self.wfile.write(
+                    b"HTTP/1.0 200 OK\r\nContent-Length: 0\r\n\r\n" + bytes(200_000)
+                )
 
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Longer, directory=str(tmp_path / "there")))
+    server = ThreadingHTTPServer(
+        ("127.0.0.1", 0), partial(Longer, directory=str(tmp_path / "there"))
+    )
     threading.Thread(target=server.serve_forever, daemon=True).start()
     with pytest.raises(StoreError) as refused:
         Store(f"http://127.0.0.1:{server.server_port}/store")

@@ -33,10 +33,15 @@ def test_other_bytes_than_were_sent_are_not_kept(tmp_path):
 def test_the_order_of_safety(tmp_path, monkeypatch):
     """The bytes are on the disk before they get their name, and the name is on the disk at the end."""
     steps = []
-    fsync, replace = os.fsync, os.replace
+    fsync = os.fsync
+    replace = os.replace
 
     def noted_fsync(descriptor):
-        steps.append(os.readlink(f"/proc/self/fd/{descriptor}").rpartition(".")[2].rpartition("/")[2])
+        steps.append(
+            os.readlink(f"/proc/self/fd/{descriptor}")
+            .rpartition(".")[2]
+            .rpartition("/")[2]
+        )
         fsync(descriptor)
 
     def noted_replace(source, target):
@@ -52,7 +57,9 @@ def test_the_order_of_safety(tmp_path, monkeypatch):
     assert steps == ["part", "rename", "ab"]
 
 
-@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+@pytest.mark.parametrize(
+    "error", [OSError(28, "No space left on device"), KeyboardInterrupt()]
+)
 def test_a_write_that_stops_leaves_nothing(tmp_path, monkeypatch, error):
     def stop(descriptor):
         raise error
@@ -67,7 +74,8 @@ def test_a_write_that_stops_leaves_nothing(tmp_path, monkeypatch, error):
 def test_many_are_written_together(tmp_path, monkeypatch, error):
     """All bytes, then all names; when one cannot be written, none appears."""
     steps = []
-    fsync, replace = os.fsync, os.replace
+    fsync = os.fsync
+    replace = os.replace
 
     def noted_fsync(descriptor):
         steps.append("sync")
@@ -76,7 +84,9 @@ def test_many_are_written_together(tmp_path, monkeypatch, error):
         fsync(descriptor)
 
     monkeypatch.setattr(os, "fsync", noted_fsync)
-    monkeypatch.setattr(os, "replace", lambda *paths: (steps.append("rename"), replace(*paths)))
+    monkeypatch.setattr(
+        os, "replace", lambda *paths: (steps.append("rename"), replace(*paths))
+    )
     images = [Image(f"{i:02x}" + ID[2:], IMAGE, SHA) for i in range(4)]
     if error:
         with pytest.raises(StoreError, match="No space left"):
@@ -88,7 +98,9 @@ def test_many_are_written_together(tmp_path, monkeypatch, error):
         assert len(everything(tmp_path)) == 4
 
 
-@pytest.mark.parametrize("run_id", ["../../etc", "a/b", "", "ab\x00", ".hidden", "é" * 4, "a" * 100])
+@pytest.mark.parametrize(
+    "run_id", ["../../etc", "a/b", "", "ab\x00", ".hidden", "é" * 4, "a" * 100]
+)
 def test_only_plain_names_become_paths(tmp_path, run_id):
     with pytest.raises(StoreError, match="no identity of a run"):
         RunFiles(tmp_path).path(run_id)

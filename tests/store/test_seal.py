@@ -4,17 +4,39 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wearlab.store.netcdf import SEAL, content_hash, is_intact, results_hash, sealed, to_image
+from wearlab.store.netcdf import (
+    SEAL,
+    content_hash,
+    is_intact,
+    results_hash,
+    sealed,
+    to_image,
+)
 
 DATA = xr.Dataset(
     {
-        "wear_depth": (("update", "flank"), np.array([[0.0, 1e-6], [np.nan, -0.0]]), {"units": "m"}),
+        "wear_depth": (
+            ("update", "flank"),
+            np.array([[0.0, 1e-6], [np.nan, -0.0]]),
+            {"units": "m"},
+        ),
         "count": ((), np.int64(3)),
         "verdict": ((), "completed µ"),
         "run_time_total": ((), 1.5),
     },
-    coords={"flank": ["pinion", "gear"], "phase": ("phase", np.arange(4) / 4), "update": [0, 1]},
-    attrs={"id": "abc", "parents": "", "model_version": "1", "date_created": "2026", "n": 3, "x": 0.1},
+    coords={
+        "flank": ["pinion", "gear"],
+        "phase": ("phase", np.arange(4) / 4),
+        "update": [0, 1],
+    },
+    attrs={
+        "id": "abc",
+        "parents": "",
+        "model_version": "1",
+        "date_created": "2026",
+        "n": 3,
+        "x": 0.1,
+    },
 )
 
 

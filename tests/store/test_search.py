@@ -21,7 +21,12 @@ def outcome(number, torque, life, state="done", **more):
         "wear": {"coefficient": {"model": "constant", "film": number == 1}},
     }
     depth = np.array([0.0, 10e-6, 30e-6]) * number
-    summary = {"life": life, "verdict": "completed", "max_wear_depth": depth[-1], "stiffness_mean": 4e8}
+    summary = {
+        "life": life,
+        "verdict": "completed",
+        "max_wear_depth": depth[-1],
+        "stiffness_mean": 4e8,
+    }
     histories = {
         "max_wear_depth": np.concatenate([0.5 * depth, depth]).tobytes(),
         "cycle": CYCLES.tobytes(),
@@ -29,10 +34,20 @@ def outcome(number, torque, life, state="done", **more):
     started = f"2026-01-0{number + 1}T08:00:00.000+00:00"
     done = Outcome(
         *(f"{number:020x}", state, started, 2.0 * number, json.dumps(scene)),
-        **{"summary": summary, "histories": histories, "source_hash": "abc", "wearlab_version": "0.1.0"},
+        **{
+            "summary": summary,
+            "histories": histories,
+            "source_hash": "abc",
+            "wearlab_version": "0.1.0",
+        },
     )
     if state == "failed":
-        done = replace(done, summary={}, histories={}, reason="FloatingPointError: no 100 % convergence")
+        done = replace(
+            done,
+            summary={},
+            histories={},
+            reason="FloatingPointError: no 100 % convergence",
+        )
     return replace(done, **more)
 
 
@@ -45,7 +60,9 @@ def asked(tmp_path):
     store.catalogue.record([*runs, outcome(4, 400.0, None, "failed")])
     members = [(run.id, "base", {"torque": i}) for i, run in enumerate(runs)]
     store.catalogue.record_campaign("Torques", None, "a.toml", members)
-    store.catalogue.record_campaign("Other", None, "b.toml", [(runs[0].id, "first", {})])
+    store.catalogue.record_campaign(
+        "Other", None, "b.toml", [(runs[0].id, "first", {})]
+    )
 
     def ask(where, **options):
         return [int(row["id"], 16) for row in store.query(where, **options)]
@@ -67,7 +84,10 @@ def asked(tmp_path):
         ("torque = 100 N*m or status = failed", [1, 4]),
         ("status in [failed, refused]", [4]),
         ("efficiency > 0.9 or torque = 100 N*m", [1]),
-        ("efficiency is missing and lubricant.pressure_viscosity is missing", [1, 2, 3, 4]),
+        (
+            "efficiency is missing and lubricant.pressure_viscosity is missing",
+            [1, 2, 3, 4],
+        ),
         ("pinion.teeth < gear.teeth and pinion.teeth > 22", [3, 4]),
         ("film", [1]),
         ("coefficient.model = constant and not film", [2, 3, 4]),
@@ -116,7 +136,9 @@ def test_conditions_are_asked_everywhere_alike(asked):
         tree = read_condition(where, vocabulary)
         entries = asked.store.entries().values()
         values = [dict(flat(json.loads(e.scene))) | e.summary for e in entries]
-        assert asked(where) == [i + 1 for i, known in enumerate(values) if tree.holds(known)]
+        assert asked(where) == [
+            i + 1 for i, known in enumerate(values) if tree.holds(known)
+        ]
 
 
 def test_columns_order_and_limit(asked):
@@ -126,7 +148,11 @@ def test_columns_order_and_limit(asked):
         sort="-life",
     )
     assert table["id"] == [f"{number:020x}" for number in (2, 1, 3)]
-    assert table["torque"] == [200.0, 100.0, 300.0] and table["life"] == [2e7, 1e7, None]
+    assert table["torque"] == [200.0, 100.0, 300.0] and table["life"] == [
+        2e7,
+        1e7,
+        None,
+    ]
     first = table["first_cycle(max_wear_depth > 20 um)"]
     np.testing.assert_allclose(first, [1e6, 2e6, 2e6 / 3])
     assert sorted(table["campaign"][1].split(",")) == ["Other", "Torques"]
@@ -142,7 +168,9 @@ def test_without_columns_what_the_condition_names_is_shown(asked):
 
 
 def test_what_is_found_in_other_forms(asked):
-    table = asked.store.query("life > 0", columns=["torque", "max_wear_depth", "verdict"])
+    table = asked.store.query(
+        "life > 0", columns=["torque", "max_wear_depth", "verdict"]
+    )
     assert table.to_csv().splitlines() == [
         "id,status,torque [N*m],max_wear_depth [um],verdict",
         "00000000000000000001,done,100.0,30.0,completed",
@@ -196,7 +224,9 @@ def test_many_values_in_one_question(asked):
     assert asked(" and ".join(f"count_{i} >= {i}" for i in range(90))) == [9]
 
 
-def test_numbers_of_keys_are_those_of_now_when_another_process_made_the_tables_anew(asked):
+def test_numbers_of_keys_are_those_of_now_when_another_process_made_the_tables_anew(
+    asked,
+):
     other = Store(asked.store.path)
     other.catalogue.record([outcome(5, 500.0, 1e7)])
     asked.store.catalogue.make_anew((), lambda owner: False)
@@ -245,11 +275,14 @@ def test_first_cycle_between_two_states():
 
 @pytest.mark.parametrize("beyond", [">", ">="])
 @pytest.mark.parametrize("sign", ["<", "<=", ">", ">=", "=", "!="])
-def test_first_cycles_are_found_as_if_every_history_were_looked_through(tmp_path, sign, beyond):
+def test_first_cycles_are_found_as_if_every_history_were_looked_through(
+    tmp_path, sign, beyond
+):
     rng = np.random.default_rng(7)
     store = Store(tmp_path / "store")
     store.create()
-    lines, runs = [], []
+    lines = []
+    runs = []
     for number in range(60):
         cycles = np.cumsum(rng.random(5)) * 1e6 * (number % 3 > 0) + np.arange(5.0)
         cycles[0] = 0.0
@@ -261,11 +294,24 @@ def test_first_cycles_are_found_as_if_every_history_were_looked_through(tmp_path
         runs.append(outcome(number, 1.0, None, summary=summary, histories=histories))
     store.catalogue.record(runs)
     for limit in (-0.5, 0.0, 1.0, float(lines[5][0][7])):
-        exact = {n: first_cycle(beyond, limit, a.tobytes(), b.tobytes()) for n, (a, b) in enumerate(lines)}
-        for last in (-1.0, 0.0, 2.0, 1e6, *(exact[n] for n in (9, 17) if exact[n] is not None)):
+        exact = {
+            n: first_cycle(beyond, limit, a.tobytes(), b.tobytes())
+            for n, (a, b) in enumerate(lines)
+        }
+        for last in (
+            -1.0,
+            0.0,
+            2.0,
+            1e6,
+            *(exact[n] for n in (9, 17) if exact[n] is not None),
+        ):
             where = f"first_cycle(max_wear_depth {beyond} {limit!r} m) {sign} {last!r}"
             found = [int(row["id"], 16) for row in store.query(where)]
-            wanted = [n for n, cycle in exact.items() if cycle is not None and COMPARED[sign](cycle, last)]
+            wanted = [
+                n
+                for n, cycle in exact.items()
+                if cycle is not None and COMPARED[sign](cycle, last)
+            ]
             assert found == wanted, where
 
 
@@ -274,36 +320,67 @@ def test_runs_are_found_by_the_quantity_that_their_file_wrote(tmp_path):
     dice = np.random.default_rng(5)
     store = Store(tmp_path / "store")
     store.create()
-    texts = ["1100 rpm"] * 40 + [f"{speed:.7g} rpm" for speed in dice.uniform(10.0, 9999.0, 80)]
+    texts = ["1100 rpm"] * 40 + [
+        f"{speed:.7g} rpm" for speed in dice.uniform(10.0, 9999.0, 80)
+    ]
     runs = []
     for number, text in enumerate(texts):
         kept = rounded(quantity(text, "speed"))
         made = outcome(number, 1.0, None)
-        runs.append(replace(made, scene=json.dumps({"operation": {"speed": kept, "torque": kept}})))
+        runs.append(
+            replace(
+                made, scene=json.dumps({"operation": {"speed": kept, "torque": kept}})
+            )
+        )
     store.catalogue.record(runs)
-    for where in ("speed = 1100 rpm", "speed = 115.191730632 rad/s", "speed in [1100 1/min, 7 rpm]"):
+    for where in (
+        "speed = 1100 rpm",
+        "speed = 115.191730632 rad/s",
+        "speed in [1100 1/min, 7 rpm]",
+    ):
         assert len(store.query(where)) == 40, where
     assert len(store.query("speed between 1100 rpm and 1100 rpm")) == 40
-    assert len(store.query("speed >= 1100 rpm and not speed > 1100 rpm and 1100 rpm >= speed")) == 40
+    assert (
+        len(
+            store.query(
+                "speed >= 1100 rpm and not speed > 1100 rpm and 1100 rpm >= speed"
+            )
+        )
+        == 40
+    )
     assert len(store.query("speed != 1100 rpm")) == 80
     for number, text in enumerate(texts[40:], 40):
         turns = f"{float(text.split()[0]) / 60!r} rev/s"
         for told in (text, turns):
-            found = store.query(f"speed = {told} and speed <= {told} and speed >= {told}", columns=())
+            found = store.query(
+                f"speed = {told} and speed <= {told} and speed >= {told}", columns=()
+            )
             assert [int(row["id"], 16) for row in found] == [number], told
-            assert len(store.query(f"speed < {told}")) + len(store.query(f"speed > {told}")) == 119
+            assert (
+                len(store.query(f"speed < {told}"))
+                + len(store.query(f"speed > {told}"))
+                == 119
+            )
 
 
 @pytest.mark.parametrize(
     "asked, means",
-    [("life_hours", "service_life"), ("hours", "operating_hours"), ("hours_of_life", "service_life")],
+    [
+        ("life_hours", "service_life"),
+        ("hours", "operating_hours"),
+        ("hours_of_life", "service_life"),
+    ],
 )
 def test_hours_are_those_of_the_run_and_no_limit(asked, means):
     """``hours`` alone meant the limit ``wear.until.hours``: the same number in every row."""
     from wearlab.query.keys import Key, Vocabulary
     from wearlab.store.search import ALIASES
 
-    keys = [Key("wear.until.hours", is_path=True), Key("service_life"), Key("operating_hours")]
+    keys = [
+        Key("wear.until.hours", is_path=True),
+        Key("service_life"),
+        Key("operating_hours"),
+    ]
     assert Vocabulary(keys, ALIASES).find(asked, 0, asked).name == means
 
 
@@ -321,7 +398,9 @@ QUESTIONS = [
 
 @pytest.mark.parametrize(("where", "sort"), QUESTIONS, ids=map(str, QUESTIONS))
 @pytest.mark.parametrize("at_once", [1, 3, 1000])
-def test_pages_are_the_parts_of_the_whole_answer(asked, monkeypatch, where, sort, at_once):
+def test_pages_are_the_parts_of_the_whole_answer(
+    asked, monkeypatch, where, sort, at_once
+):
     """However many runs are read at once, and whether SQLite or this code puts them in order."""
     whole = asked(where, sort=sort)
     monkeypatch.setattr(search, "AT_ONCE", at_once)
@@ -332,9 +411,20 @@ def test_pages_are_the_parts_of_the_whole_answer(asked, monkeypatch, where, sort
 
 
 def test_the_order_of_sqlite_is_that_of_this_code(asked, monkeypatch):
-    for sort in ("life", "-life", "status", "-started", "torque", "verdict", "seconds", "-reason"):
+    for sort in (
+        "life",
+        "-life",
+        "status",
+        "-started",
+        "torque",
+        "verdict",
+        "seconds",
+        "-reason",
+    ):
         by_sqlite = asked("", sort=sort)
-        monkeypatch.setattr(search.CatalogueSearch, "_is_of_tables", lambda self, by: False)
+        monkeypatch.setattr(
+            search.CatalogueSearch, "_is_of_tables", lambda self, by: False
+        )
         assert asked("", sort=sort) == by_sqlite, sort
         monkeypatch.undo()
 
@@ -348,5 +438,7 @@ def test_no_more_of_a_catalogue_is_read_than_a_page_shows(asked, monkeypatch):
         return original(self, name, runs)
 
     monkeypatch.setattr(search.CatalogueSearch, "_column", column)
-    search.CatalogueSearch(asked.store.catalogue).page("", ["torque", "life"], "-life", 2, 1)
+    search.CatalogueSearch(asked.store.catalogue).page(
+        "", ["torque", "life"], "-life", 2, 1
+    )
     assert set(read) == {2}

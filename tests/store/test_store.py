@@ -73,7 +73,9 @@ def _two_the_catalogue_forgot(fill, store):
 def test_every_kind_of_damage_is_named(fill):
     campaign = sweep(4)
     store = fill(campaign)
-    truncated, flipped, gone, _ = paths = [store.files.path(case.id) for case in campaign.cases]
+    truncated, flipped, gone, _ = paths = [
+        store.files.path(case.id) for case in campaign.cases
+    ]
     truncated.write_bytes(truncated.read_bytes()[:-10])
     image = bytearray(flipped.read_bytes())
     image[len(image) // 2] ^= 1
@@ -121,7 +123,9 @@ def test_a_claim_clears_what_the_dead_left(store):
     (entry,) = store.entries().values()
     assert store.is_stale(entry)
     with store.presence() as presence:
-        assert store.claim(["c" * 32], presence.token, lambda entry: False) == ["c" * 32]
+        assert store.claim(["c" * 32], presence.token, lambda entry: False) == [
+            "c" * 32
+        ]
     assert not part.exists()
 
 
@@ -136,8 +140,20 @@ def test_the_catalogue_is_made_anew_from_the_files(fill, tmp_path):
     assert again.reindex() == []
     after = again.entries()
     for run_id, entry in before.items():
-        same = ("sha256", "size", "scene", "summary", "sizes", "digests", "layout", "source_hash", "started")
-        assert [getattr(after[run_id], key) for key in same] == [getattr(entry, key) for key in same]
+        same = (
+            "sha256",
+            "size",
+            "scene",
+            "summary",
+            "sizes",
+            "digests",
+            "layout",
+            "source_hash",
+            "started",
+        )
+        assert [getattr(after[run_id], key) for key in same] == [
+            getattr(entry, key) for key in same
+        ]
     assert set(after) == set(before)
     again_grid = again.open(campaign).compute()
     xr.testing.assert_identical(

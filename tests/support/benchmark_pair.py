@@ -20,9 +20,9 @@ BASE_RADIUS = 70.477e-3
 class BenchmarkPair(NamedTuple):
     """L16's 50/50 pair; every value may be replaced with ``_replace``.
 
-    Mesh stiffness ``single + (double − single) · number``, the number of the second pair rising from 0 to 1
-    around phase 0 (entry) and falling around contact ratio − 1 (exit), by quintic ramps or sharply; mesh
-    error ``amplitude · sin(2π φ)``.
+    Mesh stiffness ``single + (double − single) · number``, the number of the second
+    pair rising from 0 to 1 around phase 0 (entry) and falling around contact ratio − 1
+    (exit), by quintic ramps or sharply; mesh error ``amplitude · sin(2π φ)``.
 
     Parameters
     ----------
@@ -50,14 +50,19 @@ class BenchmarkPair(NamedTuple):
     def system(self) -> System:
         """Return the 3-DOF system."""
         gears = dict.fromkeys(("pinion", "gear"), Body(2.8, 7.3e-3, BASE_RADIUS))
-        bearing = MemberSupport(radial_stiffness=1150e6, radial_damping=self.bearing_damping)
+        bearing = MemberSupport(
+            radial_stiffness=1150e6, radial_damping=self.bearing_damping
+        )
         mesh = Meshing(self.mesh_damping, self.damping_always, self.backlash)
-        return spur_3dof(Paired(gears, dict.fromkeys(gears, bearing), mesh, self.torque))
+        return spur_3dof(
+            Paired(gears, dict.fromkeys(gears, bearing), mesh, self.torque)
+        )
 
     @property
     def breaks(self) -> Array:
         """Phases at which the stiffness is not smooth [1]."""
-        leaves, half = self.contact_ratio - 1.0, 0.5 * self.ramp
+        leaves = self.contact_ratio - 1.0
+        half = 0.5 * self.ramp
         if half == 0.0:
             return np.array([0.0, leaves])
         return np.array([0.0, half, leaves - half, leaves + half, 1.0 - half])
@@ -67,12 +72,17 @@ class BenchmarkPair(NamedTuple):
         return stage_grid(self.breaks, steps)
 
     def stiffness(self, phase: Array, middle: Array) -> Array:
-        """Return the mesh stiffness [N/m] at ``phase``; a sharp jump is decided by ``middle`` of the step."""
+        """Return the mesh stiffness [N/m] at ``phase``.
+
+        A sharp jump is decided by ``middle`` of the step.
+        """
         leaves = self.contact_ratio - 1.0
         if self.ramp == 0.0:
             second = (middle < leaves) * np.ones_like(phase)
         else:
-            enters = _quintic(phase / self.ramp + 0.5) + _quintic((phase - 1.0) / self.ramp + 0.5)
+            enters = _quintic(phase / self.ramp + 0.5) + _quintic(
+                (phase - 1.0) / self.ramp + 0.5
+            )
             second = enters - _quintic((phase - leaves) / self.ramp + 0.5)
         return self.single + (self.double - self.single) * second
 
@@ -80,7 +90,9 @@ class BenchmarkPair(NamedTuple):
         """Tabulate the mesh on ``grid``: one pair that bears all, and a second that never does."""
         phase = grid.phase
         stiffness = np.zeros((*phase.shape, 1, 2))
-        stiffness[:, :, 0, 0] = self.stiffness(phase, (grid.start + 0.5 * grid.width)[:, None])
+        stiffness[:, :, 0, 0] = self.stiffness(
+            phase, (grid.start + 0.5 * grid.width)[:, None]
+        )
         angle = 2.0 * np.pi * phase[:, :, None]
         return StageTables(
             grid.width,

@@ -14,9 +14,17 @@ def complaints(path, suite):
 
     CheckSuite.load_all_available_checkers()
     out = path.with_suffix(".json")
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+    with (
+        contextlib.redirect_stdout(io.StringIO()),
+        contextlib.redirect_stderr(io.StringIO()),
+    ):
         ComplianceChecker.run_checker(
-            str(path), [suite], 0, "strict", output_filename=str(out), output_format="json"
+            str(path),
+            [suite],
+            0,
+            "strict",
+            output_filename=str(out),
+            output_format="json",
         )
     report = json.loads(out.read_text())[suite]
     return {

@@ -1,7 +1,8 @@
 """How much of two cores a campaign uses: ``python tests/support/efficiency.py [runs]``, on a quiet machine.
 
-The same campaign of static lives under drawn torques is run by one worker and by two, each in a new store,
-start of the workers included; its cases take about half a second each, 150 of them more than a minute.
+The same campaign of static lives under drawn torques is run by one worker and by two,
+each in a new store, start of the workers included; its cases take about half a second
+each, 150 of them more than a minute.
 """
 
 import sys
@@ -32,7 +33,11 @@ def main(runs: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "study.toml"
         seconds = []
-        for name, count, workers in (("warm", 2, 2), ("one", runs, 1), ("two", runs, 2)):
+        for name, count, workers in (
+            ("warm", 2, 2),
+            ("one", runs, 1),
+            ("two", runs, 2),
+        ):
             file.write_text(FILE.format(base=BASE, runs=count))
             store = wearlab.Store(Path(folder) / name)
             report = wearlab.run(wearlab.load(file), store, workers=workers)
@@ -40,7 +45,10 @@ def main(runs: int) -> None:
             seconds.append(report.seconds)
             store.close()
     _, one, two = seconds
-    print(f"{runs} runs: {one:.1f} s by one worker, {two:.1f} s by two: {one / (2 * two):.0%} of two cores")
+    print(
+        f"{runs} runs: {one:.1f} s by one worker, {two:.1f} s by two: "
+        f"{one / (2 * two):.0%} of two cores"
+    )
 
 
 if __name__ == "__main__":

@@ -38,4 +38,6 @@ def extension(flanks: WornFlanks, wear: Array, deflection: Deflections) -> Exten
     """
     first, second = flanks.worn(wear)
     both = deflection.entering, deflection.leaving
-    return beyond_path(flanks.pair, lambda x: minimum_gap(first, second, x).gap, both, CLOSE)
+    return beyond_path(
+        flanks.pair, lambda x: minimum_gap(first, second, x).gap, both, CLOSE
+    )

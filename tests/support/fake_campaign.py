@@ -70,9 +70,17 @@ class Campaign:
 def sweep(count: int = 3, *, static: bool = False, **scene: Any) -> Campaign:
     """Return a campaign of ``count`` speeds, with an unswept static case when asked for."""
     speeds = tuple(800.0 + 100.0 * i for i in range(count))
-    cases = [Case("base", Scene(speed=v, **scene), {"speed": i}) for i, v in enumerate(speeds)]
+    cases = [
+        Case("base", Scene(speed=v, **scene), {"speed": i})
+        for i, v in enumerate(speeds)
+    ]
     if static:
-        cases.append(Case("static", Scene(speed=0.0, act="static", updates=2, log=scene.get("log", ""))))
+        cases.append(
+            Case(
+                "static",
+                Scene(speed=0.0, act="static", updates=2, log=scene.get("log", "")),
+            )
+        )
     return Campaign(tuple(cases), (Axis("speed", speeds, "rpm", "operation.speed"),))
 
 
@@ -84,12 +92,24 @@ def alter(campaign: Campaign, index: int, **scene: Any) -> Campaign:
 
 
 def dataset(scene: Scene) -> xr.Dataset:
-    """Return what a run of this scene looks like; every number tells where it came from."""
+    """Return what a run of this scene looks like.
+
+    Every number tells where it came from.
+    """
     update = np.arange(scene.updates)
-    depth = scene.speed + 10.0 * update[:, None, None] + np.arange(2)[:, None] + 0.1 * np.arange(4)
+    depth = (
+        scene.speed
+        + 10.0 * update[:, None, None]
+        + np.arange(2)[:, None]
+        + 0.1 * np.arange(4)
+    )
     data = xr.Dataset(
         {
-            "wear_depth": (("update", "flank", "profile"), depth, {"units": "m", "display_units": "um"}),
+            "wear_depth": (
+                ("update", "flank", "profile"),
+                depth,
+                {"units": "m", "display_units": "um"},
+            ),
             "max_wear_depth": (("update", "flank"), depth.max(axis=-1), {"units": "m"}),
             "life": ((), 1e8 / max(scene.speed, 1.0), {"units": "1"}),
             "count_steps": ((), 7),
@@ -105,7 +125,10 @@ def dataset(scene: Scene) -> xr.Dataset:
         attrs={"source_hash": "abc", "Conventions": "CF-1.11"},
     )
     if scene.act != "static":
-        data["dynamic_mesh_force"] = (("update", "phase"), scene.speed + np.zeros((scene.updates, 8)))
+        data["dynamic_mesh_force"] = (
+            ("update", "phase"),
+            scene.speed + np.zeros((scene.updates, 8)),
+        )
         data.coords["phase"] = np.arange(8) / 8
     return data
 
@@ -120,10 +143,15 @@ def simulate(scene: Scene) -> xr.Dataset:
     if scene.act == "slow":
         time.sleep(0.05)
     if scene.act == "refuse":
-        raise GearError("contact ratio 0.93 is below one: the teeth lose each other; increase the addendum")
+        raise GearError(
+            "contact ratio 0.93 is below one: the teeth lose each other; increase the "
+            "addendum"
+        )
     if scene.act == "fail":
         raise FloatingPointError("the shooting did not converge")
-    if scene.act == "die" or (scene.act == "die twice" and Path(scene.log).read_text().count("\n") < 3):
+    if scene.act == "die" or (
+        scene.act == "die twice" and Path(scene.log).read_text().count("\n") < 3
+    ):
         os._exit(9)
     if scene.act == "warn":
         for _ in range(3):
@@ -132,7 +160,10 @@ def simulate(scene: Scene) -> xr.Dataset:
 
 
 def warm_up(scenes: list[Scene], turn: int, workers: int) -> None:
-    """Leave a trace beside the log, once; the first to do so dies of it where the scene says so."""
+    """Leave a trace beside the log, once.
+
+    The first to do so dies of it where the scene says so.
+    """
     if scenes[0].log and turn == 0:
         trace = Path(scenes[0].log + ".warm")
         first = not trace.exists()
@@ -152,7 +183,9 @@ def filled(path, campaign):
     with store.presence() as presence:
         for case in campaign.cases:
             if store.claim([case.id], presence.token, lambda entry: False):
-                store.save([execute(Task(case.id, case.scene), SIMULATE)], presence.token)
+                store.save(
+                    [execute(Task(case.id, case.scene), SIMULATE)], presence.token
+                )
     members = [(case.id, case.label, {}) for case in campaign.cases]
     store.catalogue.record_campaign(campaign.title, None, None, members)
     return store

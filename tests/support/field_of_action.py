@@ -27,8 +27,8 @@ class FieldOfAction(NamedTuple):
     def line_length(self, phase: ArrayLike) -> Array:
         """Return the length of all lines of contact at mesh phases, cut off at the edges of the field, [m].
 
-        At y from mid-face a pair touches at ``τ + n − ε_β y/b`` base pitches after A, as long as that lies
-        between 0 and ε_α.
+        At y from mid-face a pair touches at ``τ + n − ε_β y/b`` base pitches after A,
+        as long as that lies between 0 and ε_α.
 
         Parameters
         ----------
@@ -48,8 +48,8 @@ class FieldOfAction(NamedTuple):
     def line_length_series(self, phase: ArrayLike, terms: int) -> Array:
         """Return the same by its Fourier series.
 
-        ``L_m [1 + 2 Σ_k sinc(k ε_α) sinc(k ε_β) cos πk(ε_α − 2τ)]``, ``L_m = ε_α b/cos β_b``: the lines are
-        counted from mid-face.
+        ``L_m [1 + 2 Σ_k sinc(k ε_α) sinc(k ε_β) cos πk(ε_α − 2τ)]``, ``L_m = ε_α b/cos
+        β_b``: the lines are counted from mid-face.
 
         Parameters
         ----------
@@ -58,7 +58,8 @@ class FieldOfAction(NamedTuple):
 
         References
         ----------
-        Velex 2012, On the modelling of spur and helical gear dynamic behaviour, for the series.
+        Velex 2012, On the modelling of spur and helical gear dynamic behaviour, for the
+        series.
         """
         tau = np.atleast_1d(np.asarray(phase, float))[:, None]
         k = np.arange(1, terms + 1)

@@ -1,7 +1,8 @@
 """A few scenes and what they come to, and every default: what may move only with the version of the model.
 
-``python tests/support/golden.py`` writes ``tests/golden/results.json`` and ``defaults.json`` anew, for a
-person to review; ``--unreleased`` lets them move where no release has carried the version yet.
+``python tests/support/golden.py`` writes ``tests/golden/results.json`` and
+``defaults.json`` anew, for a person to review; ``--unreleased`` lets them move where no
+release has carried the version yet.
 """
 
 import json
@@ -19,7 +20,14 @@ from wearlab.simulation import simulate
 FILE = Path(__file__).parents[1] / "golden" / "results.json"
 DEFAULTS = FILE.with_name("defaults.json")
 SAME = 1e-5  # relative: solvers stop elsewhere on other machines, models move further
-RESULTS = ("max_wear_depth", "life", "worn_mass", "contact_ratio", "dynamic_factor", "max_bearing_force")
+RESULTS = (
+    "max_wear_depth",
+    "life",
+    "worn_mass",
+    "contact_ratio",
+    "dynamic_factor",
+    "max_bearing_force",
+)
 ALONG_PHASE = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
 
 PAIR: dict[str, Any] = {
@@ -59,7 +67,11 @@ SCENES: dict[str, dict[str, Any]] = {
         "mesh": {"damping_ratio": 0.05, "normal_backlash": "100 um"},
         "dynamics": {"model": "torsional"},
     },
-    "worn internal pair": {**PAIR, "gears": {k: v for k, v in RING.items() if k != "gear"}, "wear": WEAR},
+    "worn internal pair": {
+        **PAIR,
+        "gears": {k: v for k, v in RING.items() if k != "gear"},
+        "wear": WEAR,
+    },
     "worn planetary set": {**PAIR, "gears": SET, "wear": WEAR},
 }
 
@@ -109,8 +121,13 @@ def defaults(part: type[Part] = Scene, above: str = "") -> dict[str, Any]:
 
 
 def moved_defaults(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
-    """Return the options that were there and have another default now; a new option moves nothing."""
-    return sorted(name for name in old if name not in new or not _holds(old[name], new[name]))
+    """Return the options that were there and have another default now.
+
+    A new option moves nothing.
+    """
+    return sorted(
+        name for name in old if name not in new or not _holds(old[name], new[name])
+    )
 
 
 def _holds(old: Any, new: Any) -> bool:
@@ -120,19 +137,33 @@ def _holds(old: Any, new: Any) -> bool:
 
 
 def main() -> None:
-    """Write all anew; refuse where something moved and the version of the model did not."""
-    old = json.loads(FILE.read_text()) if FILE.exists() else {"model_version": 0, "scenes": {}}
+    """Write all anew.
+
+    Refuse where something moved and the version of the model did not.
+    """
+    old = (
+        json.loads(FILE.read_text())
+        if FILE.exists()
+        else {"model_version": 0, "scenes": {}}
+    )
     kept = json.loads(DEFAULTS.read_text()) if DEFAULTS.exists() else {}
     scenes = {name: results(table) for name, table in SCENES.items()}
     if old["model_version"] == MODEL_VERSION and "--unreleased" not in sys.argv[1:]:
         what = moved_defaults(kept, defaults())
         what += [
-            f"{name}: {one}" for name in old["scenes"] for one in moved(old["scenes"][name], scenes[name])
+            f"{name}: {one}"
+            for name in old["scenes"]
+            for one in moved(old["scenes"][name], scenes[name])
         ]
         if what:
-            sys.exit(f"{', '.join(what)} moved: raise MODEL_VERSION in wearlab/scene/identity.py")
+            sys.exit(
+                f"{', '.join(what)} moved: raise MODEL_VERSION in "
+                "wearlab/scene/identity.py"
+            )
     FILE.parent.mkdir(exist_ok=True)
-    FILE.write_text(json.dumps({"model_version": MODEL_VERSION, "scenes": scenes}, indent=1) + "\n")
+    FILE.write_text(
+        json.dumps({"model_version": MODEL_VERSION, "scenes": scenes}, indent=1) + "\n"
+    )
     DEFAULTS.write_text(json.dumps(defaults(), indent=1, ensure_ascii=False) + "\n")
 
 

@@ -27,7 +27,8 @@ def half_thickness(gear: Gear, height: ArrayLike) -> Array:
     x = np.asarray(height, dtype=float)
     low_angle = load_angle(gear, gear.form_radius)
     high_angle = load_angle(gear, gear.tip_radius)
-    low, high = np.zeros_like(x), np.ones_like(x)
+    low = np.zeros_like(x)
+    high = np.ones_like(x)
     rise = -1.0 if gear.internal else 1.0
     above = rise * x >= rise * involute_point(gear, low_angle)[0]
     for _ in range(60):
@@ -37,10 +38,8 @@ def half_thickness(gear: Gear, height: ArrayLike) -> Array:
             involute_point(gear, low_angle + (high_angle - low_angle) * middle)[0],
             root_curve(gear, middle)[0],
         )
-        low, high = (
-            np.where(rise * reached < rise * x, middle, low),
-            np.where(rise * reached < rise * x, high, middle),
-        )
+        low = np.where(rise * reached < rise * x, middle, low)
+        high = np.where(rise * reached < rise * x, high, middle)
     middle = 0.5 * (low + high)
     involute_y = involute_point(gear, low_angle + (high_angle - low_angle) * middle)[1]
     return np.where(above, involute_y, root_curve(gear, middle)[1])

@@ -35,28 +35,49 @@ class Step(NamedTuple):
 
 def written_out(response: Response, step: int) -> Step:
     """Return a step of a response by the tables that the integration knows."""
-    system, period = response.system, response.mesh_period
+    system = response.system
+    period = response.mesh_period
     tables = response.tables.filled
-    shape, n = tables.stiffness[step].shape, len(system.load)
-    part, factor = tables.part, tables.fluctuation
+    shape = tables.stiffness[step].shape
+    n = len(system.load)
+    part = tables.part
+    factor = tables.fluctuation
     assert (
-        part is not None and factor is not None and tables.sliding is not None and tables.moment is not None
+        part is not None
+        and factor is not None
+        and tables.sliding is not None
+        and tables.moment is not None
     )
     each = np.broadcast_to(np.eye(shape[2]), (*shape, shape[2]))
     rubs = len(tables.sliding) > 0
     pull = np.tile(system.load, (3, 1))
     if system.fluctuation_direction is not None:
         pull = pull + factor[step][:, None] * system.fluctuation_direction
-    vectors = (system.friction_constant, system.friction_slope) if rubs else (np.zeros((shape[1], n)),) * 2
+    vectors = (
+        (system.friction_constant, system.friction_slope)
+        if rubs
+        else (np.zeros((shape[1], n)),) * 2
+    )
     backlash = np.full(shape[1], np.inf) if system.backlash is None else system.backlash
     arrays = (
-        tables.stiffness[step], tables.gap[step], tables.pair_rate[step] / period,
-        tables.lead_rate[step] / period, part[step] if len(part) else each, tables.error[step],
-        tables.error_rate[step] / period, pull,
-        tables.sliding[step] if rubs else np.zeros(shape), tables.moment[step] if rubs else np.zeros(shape),
-        np.linalg.inv(system.mass), system.total_stiffness, system.total_damping, system.direction, *vectors,
-        system.mesh_damping, backlash,
-    )  # fmt: skip
+        tables.stiffness[step],
+        tables.gap[step],
+        tables.pair_rate[step] / period,
+        tables.lead_rate[step] / period,
+        part[step] if len(part) else each,
+        tables.error[step],
+        tables.error_rate[step] / period,
+        pull,
+        tables.sliding[step] if rubs else np.zeros(shape),
+        tables.moment[step] if rubs else np.zeros(shape),
+        np.linalg.inv(system.mass),
+        system.total_stiffness,
+        system.total_damping,
+        system.direction,
+        *vectors,
+        system.mesh_damping,
+        backlash,
+    )
     plain = [np.ascontiguousarray(array, float) for array in arrays]
     return Step(float(tables.width[step] * period), *plain, bool(system.damping_always))
 
@@ -71,20 +92,26 @@ def at(table: Any, x: float) -> Any:
 @numba.njit(cache=True)
 def rate(s: Any, x: float, state: Any) -> Any:
     """Return d(q, q̇)/dx, of which ``N_p = max(0, F_p + c (k_p/Σ k) (δ̇ − ġ_p))`` where F_p touches."""
-    n, (meshes, pairs) = len(state) // 2, s.stiffness.shape[1:]
-    q, v = state[:n], state[n:]
+    n = len(state) // 2
+    (meshes, pairs) = s.stiffness.shape[1:]
+    q = state[:n]
+    v = state[n:]
     left = at(s.pull, x) - s.total_stiffness @ q - s.total_damping @ v
-    stiffness, gap, part = at(s.stiffness, x), at(s.gap, x), at(s.part, x)
-    gap_rate, lead_rate = at(s.gap_rate, x), at(s.lead_rate, x)
-    error, error_rate, sliding, moment = (
-        at(s.error, x),
-        at(s.error_rate, x),
-        at(s.sliding, x),
-        at(s.moment, x),
-    )
+    stiffness = at(s.stiffness, x)
+    gap = at(s.gap, x)
+    part = at(s.part, x)
+    gap_rate = at(s.gap_rate, x)
+    lead_rate = at(s.lead_rate, x)
+    error = at(s.error, x)
+    error_rate = at(s.error_rate, x)
+    sliding = at(s.sliding, x)
+    moment = at(s.moment, x)
     for m in range(meshes):
-        delta, speed = s.direction[m] @ q - error[m], s.direction[m] @ v - error_rate[m]
-        force, tangent, every = np.zeros(pairs), np.zeros(pairs), 0.0
+        delta = s.direction[m] @ q - error[m]
+        speed = s.direction[m] @ v - error_rate[m]
+        force = np.zeros(pairs)
+        tangent = np.zeros(pairs)
+        every = 0.0
         for j in range(pairs):
             every += stiffness[m, j]
             if stiffness[m, j] > 0.0 and delta > gap[m, j]:
@@ -97,7 +124,9 @@ def rate(s: Any, x: float, state: Any) -> Any:
                 if tangent[p] == 0.0:
                     continue
                 share = tangent[p] / tangent.sum()
-                push = max(0.0, force[p] + s.damping[m] * share * (speed - gap_rate[m, p]))
+                push = max(
+                    0.0, force[p] + s.damping[m] * share * (speed - gap_rate[m, p])
+                )
             normal += push
             left -= push * (sliding[m, p] * s.constant[m] + moment[m, p] * s.slope[m])
         back = every * (-s.backlash[m] - delta)
@@ -115,17 +144,25 @@ def integrated(s: Any, start: Any, scale: Any) -> Any:
     ----------
     Dormand & Prince, J. Comput. Appl. Math. 6 (1980) 19.
     """
-    state, x, h = start.copy(), 0.0, 0.01
+    state = start.copy()
+    x = 0.0
+    h = 0.01
     while x < 1.0 - 1e-14:
         h = min(h, 1.0 - x)
         a = h * rate(s, x, state)
         b = h * rate(s, x + h / 5.0, state + a / 5.0)
         c = h * rate(s, x + 0.3 * h, state + 3.0 / 40.0 * a + 9.0 / 40.0 * b)
-        d = h * rate(s, x + 0.8 * h, state + 44.0 / 45.0 * a - 56.0 / 15.0 * b + 32.0 / 9.0 * c)
+        d = h * rate(
+            s, x + 0.8 * h, state + 44.0 / 45.0 * a - 56.0 / 15.0 * b + 32.0 / 9.0 * c
+        )
         e = h * rate(
             s,
             x + 8.0 / 9.0 * h,
-            state + 19372.0 / 6561.0 * a - 25360.0 / 2187.0 * b + 64448.0 / 6561.0 * c - 212.0 / 729.0 * d,
+            state
+            + 19372.0 / 6561.0 * a
+            - 25360.0 / 2187.0 * b
+            + 64448.0 / 6561.0 * c
+            - 212.0 / 729.0 * d,
         )
         f = h * rate(
             s,
@@ -156,6 +193,7 @@ def integrated(s: Any, start: Any, scale: Any) -> Any:
         )
         miss = np.abs(off / scale).max() / 1e-12
         if miss <= 1.0 or h < 1e-8:  # an instant at which contact changes is passed so
-            state, x = new, x + h
+            state = new
+            x = x + h
         h *= min(4.0, max(0.2, 0.9 * max(miss, 1e-10) ** -0.2))
     return state

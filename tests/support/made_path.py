@@ -9,11 +9,19 @@ from wearlab.wear.path import WearPath, wear_path
 
 
 def path_of(
-    curvature: Any, *, base_radius: Any, teeth: Any, passes: Any, face_width: float, speed: float = 100.0,
-    modulus: float = 1e11, internal: bool = False,
-) -> WearPath:  # fmt: skip
+    curvature: Any,
+    *,
+    base_radius: Any,
+    teeth: Any,
+    passes: Any,
+    face_width: float,
+    speed: float = 100.0,
+    modulus: float = 1e11,
+    internal: bool = False,
+) -> WearPath:
     """Return the path of gears of which nothing else counts."""
-    rho, steel = np.asarray(curvature, float), SimpleNamespace(youngs_modulus=1.0, poisson_ratio=0.0)
+    rho = np.asarray(curvature, float)
+    steel = SimpleNamespace(youngs_modulus=1.0, poisson_ratio=0.0)
     gears = [
         SimpleNamespace(base_radius=float(radius), teeth=float(count), material=steel)
         for radius, count in zip(base_radius, teeth, strict=True)

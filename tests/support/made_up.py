@@ -21,7 +21,17 @@ PHASE = np.arange(16) / 16
 S = np.array([-7.0, -3.0, -1.0, -1.0, 0.0, 1.0, 1.0, 4.0, 7.0]) * 1e-3
 LETTERS = ["A", "", "B", "B", "C", "D", "D", "", "E"]
 RATIO = 1.75
-DYNAMIC = ("dynamic", "mesh_d", "pair_f", "dte", "poincare", "equivalent", "natural", "critical", "response")
+DYNAMIC = (
+    "dynamic",
+    "mesh_d",
+    "pair_f",
+    "dte",
+    "poincare",
+    "equivalent",
+    "natural",
+    "critical",
+    "response",
+)
 SKIPPED = (
     "preset",
     "count",
@@ -58,9 +68,24 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
     """Return a run at a speed [rpm]; None: static, without dynamics."""
     rng = np.random.default_rng(int(speed or 1))
     length = {
-        **{"update": 3, "flank": 2, "profile": len(S), "mesh": 1, "phase": 16, "mesh_period": 2, "pair": 3},
+        **{
+            "update": 3,
+            "flank": 2,
+            "profile": len(S),
+            "mesh": 1,
+            "phase": 16,
+            "mesh_period": 2,
+            "pair": 3,
+        },
         **{"member": 2, "harmonic": 5, "mode": 3, "face": 4},
-        **{"response_speed": 6, "direction": 2, "strobe": 4, "order": 8, "jump": 1, "edge": 2},
+        **{
+            "response_speed": 6,
+            "direction": 2,
+            "strobe": 4,
+            "order": 8,
+            "jump": 1,
+            "edge": 2,
+        },
         **sizes,
     }
     made: dict[str, Any] = {}
@@ -74,23 +99,32 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
         size = 1e8 if variable.units == "N m-1" else 1.0
         made[name] = (variable.dims, size * (1.0 + rng.random(shape)), attributes(name))
     given: dict[str, Any] = {
-        "cycle": CYCLES[: length["update"]], "phase": PHASE, "path_position": np.stack([S, S]),
+        "cycle": CYCLES[: length["update"]],
+        "phase": PHASE,
+        "path_position": np.stack([S, S]),
         "operating_hours": 60.0 * CYCLES[: length["update"]] / (speed or 1000.0),
-        "face_position": np.linspace(-7.5e-3, 7.5e-3, 4), "base_helix_angle": [0.2],
-        "contact_ratio": [RATIO], "mesh_phase_offset": [0.0],
+        "face_position": np.linspace(-7.5e-3, 7.5e-3, 4),
+        "base_helix_angle": [0.2],
+        "contact_ratio": [RATIO],
+        "mesh_phase_offset": [0.0],
         "mesh_stiffness": 3e8 + 1e7 * np.arange(3)[:, None, None] + 1e6 * PHASE,
-        "max_wear_depth": np.array([[0.0, 0.0], [1e-6, 2e-6], [4e-6, 5e-6]]) * (speed or 1000.0) / 1000.0,
+        "max_wear_depth": np.array([[0.0, 0.0], [1e-6, 2e-6], [4e-6, 5e-6]])
+        * (speed or 1000.0)
+        / 1000.0,
         "separation_fraction": 0.0,
-        "static_mesh_force": [4800.0], "mesh_frequency": [50 * (speed or 0.0) / 60],
+        "static_mesh_force": [4800.0],
+        "mesh_frequency": [50 * (speed or 0.0) / 60],
         "response_speed": np.linspace(80.0, 180.0, 6),
         "natural_frequency": [2000.0, 3000.0, 4000.0],
         "critical_speed": 2 * np.pi * np.array([2000.0, 3000.0, 4000.0]) / 50,
-    }  # fmt: skip
+    }
     for name, values in given.items():
         if name in made:
             dims, before, attrs = made[name]
             made[name] = (dims, np.broadcast_to(values, np.shape(before)), attrs)
-    data = xr.Dataset(made)  # at once: variable by variable it would be merged anew each time
+    data = xr.Dataset(
+        made
+    )  # at once: variable by variable it would be merged anew each time
     if speed is not None:  # period two only in the last state
         there = (data.mesh_period == 0) | (data["update"] == 2)
         twice = [n for n in data if "mesh_period" in data[n].dims and n != "pair_force"]
@@ -108,7 +142,14 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
     data = data.assign_coords(labels | {"characteristic_point": ("profile", LETTERS)})
     coordinates = [
         n
-        for n in ("cycle", "phase", "path_position", "diameter", "roll_angle", "response_speed")
+        for n in (
+            "cycle",
+            "phase",
+            "path_position",
+            "diameter",
+            "roll_angle",
+            "response_speed",
+        )
         if n in data
     ]
     return data.set_coords(coordinates)
@@ -121,5 +162,7 @@ def put(store: Store, run_id: str, data: xr.Dataset | None, scene: str = "{}") -
             outcome = Outcome(run_id, "failed", "now", 1.0, "{}", reason="no")
         else:
             made = {"source_hash": "feed", "wearlab_version": "9.9", **describe(data)}
-            outcome = Outcome(run_id, "done", "now", 1.0, scene, *to_image(data), **made)
+            outcome = Outcome(
+                run_id, "done", "now", 1.0, scene, *to_image(data), **made
+            )
         store.save([outcome], here.token)

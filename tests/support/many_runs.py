@@ -6,9 +6,13 @@ from wearlab.query import keys
 from wearlab.store import Store
 
 SOURCES = {
-    "operation.torque": "scene", "operation.speed": "scene", "verdict": "result", "life": "result",
-    "service_life": "result", "max_wear_depth": "result",
-}  # fmt: skip
+    "operation.torque": "scene",
+    "operation.speed": "scene",
+    "verdict": "result",
+    "life": "result",
+    "service_life": "result",
+    "max_wear_depth": "result",
+}
 
 
 def values(number):
@@ -16,9 +20,13 @@ def values(number):
     torque = 100.0 + number % 500
     life = 1e8 * (1.0 + (number * 7919) % 100_003 / 1e5)
     return {
-        "operation.torque": torque, "operation.speed": 100.0, "verdict": "completed", "life": life,
-        "service_life": 0.06 * life, "max_wear_depth": 2e-5,
-    }  # fmt: skip
+        "operation.torque": torque,
+        "operation.speed": 100.0,
+        "verdict": "completed",
+        "life": life,
+        "service_life": 0.06 * life,
+        "max_wear_depth": 2e-5,
+    }
 
 
 def run_id(number):
@@ -33,11 +41,23 @@ def filled(path, count, title="Very many"):
     with store.catalogue._transaction() as connection:
         for at, (name, source) in enumerate(SOURCES.items(), 1):
             key = keys.key_of(name, source, "text" if name == "verdict" else "number")
-            told = (at, name, source, key.kind, key.unit, key.quantity, key.display_unit)
+            told = (
+                at,
+                name,
+                source,
+                key.kind,
+                key.unit,
+                key.quantity,
+                key.display_unit,
+            )
             connection.execute("INSERT INTO keys VALUES (?, ?, ?, ?, ?, ?, ?)", told)
         connection.executemany(
-            "INSERT INTO runs VALUES (?, ?, 'failed', NULL, NULL, NULL, ?, 1.0, 'abc', '0.1', NULL)",
-            ((n, run_id(n), f"2026-11-{1 + n % 28:02d}T00:00:00.000+00:00") for n in range(1, count + 1)),
+            "INSERT INTO runs VALUES (?, ?, 'failed', NULL, NULL, NULL, ?, 1.0, "
+            "'abc', '0.1', NULL)",
+            (
+                (n, run_id(n), f"2026-11-{1 + n % 28:02d}T00:00:00.000+00:00")
+                for n in range(1, count + 1)
+            ),
         )
         connection.executemany(
             "INSERT INTO documents VALUES (?, 'made up', '[]', '{}', '{}', ?, ?)",
@@ -46,6 +66,9 @@ def filled(path, count, title="Very many"):
         for at, name in enumerate(SOURCES, 1):
             rows = ((at, n, values(n)[name]) for n in range(1, count + 1))
             connection.executemany("INSERT INTO facts VALUES (?, ?, ?)", rows)
-    members = [(run_id(n), "base", {"torque": f"{100 + n % 500} N*m"}) for n in range(1, count + 1)]
+    members = [
+        (run_id(n), "base", {"torque": f"{100 + n % 500} N*m"})
+        for n in range(1, count + 1)
+    ]
     store.catalogue.record_campaign(title, None, None, members)
     return store

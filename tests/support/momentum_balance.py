@@ -1,9 +1,9 @@
 """What the mean of all forces leaves of the loads, over an orbit: nothing, by momentum.
 
-Where contact lasts, forces are integrated along the motion that the response keeps. The polynomials of that
-motion do not bend where contact changes: such a step is integrated from the state at its start, under the
-viscous law written out, any other law by SciPy under the package's own forces, and what is left is the
-difference of both ends.
+Where contact lasts, forces are integrated along the motion that the response keeps. The
+polynomials of that motion do not bend where contact changes: such a step is integrated
+from the state at its start, under the viscous law written out, any other law by SciPy
+under the package's own forces, and what is left is the difference of both ends.
 """
 
 from dataclasses import replace
@@ -17,22 +17,27 @@ from wearlab.mesh.force import Deflections, NormalForces, normal_forces
 from wearlab.mesh.stages import parabola
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
-X, WEIGHTS = 0.5 + 0.5 * NODES, 0.5 * WEIGHTS
+X = 0.5 + 0.5 * NODES
+WEIGHTS = 0.5 * WEIGHTS
 MOST_PERIODS = 24
 """Periods looked at of an aperiodic motion, the first of those that are kept."""
 CLOSE = 1e-10
-"""Impulse of a step over that of the load in a period, above which the motion that is kept does not serve."""
+"""Impulse of a step over that of the load in a period, above which the motion that is
+kept does not serve."""
 STILL = 1e-6
-"""Size of a coordinate over the largest, below which errors of its motion are measured by that."""
+"""Size of a coordinate over the largest, below which errors of its motion are measured
+by that."""
 
 
 def unbalanced(response: Response) -> np.ndarray:
     """Return what the mean of all forces leaves of the loads on every coordinate, over the largest load.
 
-    Of an aperiodic motion less the change of momentum over the periods that are looked at.
+    Of an aperiodic motion less the change of momentum over the periods that are looked
+    at.
     """
     response = replace(response, between=None)  # the parabolas that the steps know
-    system, kept = response.system, min(MOST_PERIODS, len(response.state))
+    system = response.system
+    kept = min(MOST_PERIODS, len(response.state))
     largest = np.abs(system.load).max()
     left = np.zeros(len(system.load))
     for period in range(kept):
@@ -47,18 +52,24 @@ def _gain(response: Response, period: int) -> np.ndarray:
     """Return the momentum that each step adds, over the mesh period, (n_steps, n)."""
     n = len(response.system.load)
     speed = response.state[period, :, n:]
-    return np.asarray(np.diff(speed, axis=0) @ response.system.mass / response.mesh_period)
+    return np.asarray(
+        np.diff(speed, axis=0) @ response.system.mass / response.mesh_period
+    )
 
 
 def _of_steps(response: Response, period: int) -> np.ndarray:
     """Return the impulse of load less forces that the momentum gained does not account for, (n_steps, n)."""
     count = len(response.tables.width)
-    steps, x = np.repeat(np.arange(count), len(X)), np.tile(X, count)
+    steps = np.repeat(np.arange(count), len(X))
+    x = np.tile(X, count)
     own = slice(period, period + 1)
     q, v = (part[period] for part in response.motion.at(steps, x))
-    left = _left(response, forces_at(response, steps, x, own), steps, x, q, v).reshape(count, len(X), -1)
+    left = _left(response, forces_at(response, steps, x, own), steps, x, q, v).reshape(
+        count, len(X), -1
+    )
     return np.asarray(
-        np.einsum("s,x,sxn->sn", response.tables.width, WEIGHTS, left) - _gain(response, period)
+        np.einsum("s,x,sxn->sn", response.tables.width, WEIGHTS, left)
+        - _gain(response, period)
     )
 
 
@@ -75,38 +86,69 @@ def _anew(response: Response, period: int, step: int) -> np.ndarray:
     return np.asarray(system.mass @ (reached[n:] - end[n:]) / response.mesh_period)
 
 
-def _by_scipy(response: Response, step: int, start: np.ndarray, scale: np.ndarray) -> np.ndarray:
+def _by_scipy(
+    response: Response, step: int, start: np.ndarray, scale: np.ndarray
+) -> np.ndarray:
     """Return the state at the end of a step under the package's own forces, (2n,)."""
-    system, tables = response.system, response.tables
-    n, length = len(system.load), tables.width[step] * response.mesh_period
-    inverse, dashpot, steps = np.linalg.inv(system.mass), dashpot_of(system), np.array([step])
+    system = response.system
+    tables = response.tables
+    n = len(system.load)
+    length = tables.width[step] * response.mesh_period
+    inverse = np.linalg.inv(system.mass)
+    dashpot = dashpot_of(system)
+    steps = np.array([step])
 
     def rate(x: float, state: np.ndarray) -> np.ndarray:
-        at, q, v = np.array([x]), state[None, :n], state[None, n:]
+        at = np.array([x])
+        q = state[None, :n]
+        v = state[None, n:]
         error, slope = tables.errors_at(steps, at)
         motion = Deflections(
             (q @ system.direction.T - error)[None],
             (v @ system.direction.T - slope / response.mesh_period)[None],
         )
-        forces = normal_forces(tables.springs_at(steps, at).per(response.mesh_period), motion, dashpot)
-        return length * np.r_[v[0], inverse @ _left(response, forces, steps, at, q, v)[0]]
+        forces = normal_forces(
+            tables.springs_at(steps, at).per(response.mesh_period), motion, dashpot
+        )
+        return (
+            length * np.r_[v[0], inverse @ _left(response, forces, steps, at, q, v)[0]]
+        )
 
-    tight = solve_ivp(rate, (0.0, 1.0), start, "DOP853", rtol=1e-12, atol=1e-13 * scale, max_step=0.1)
+    tight = solve_ivp(
+        rate, (0.0, 1.0), start, "DOP853", rtol=1e-12, atol=1e-13 * scale, max_step=0.1
+    )
     assert tight.success
     return np.asarray(tight.y[:, -1])
 
 
 def _left(
-    response: Response, forces: NormalForces, steps: np.ndarray, x: np.ndarray, q: np.ndarray, v: np.ndarray
+    response: Response,
+    forces: NormalForces,
+    steps: np.ndarray,
+    x: np.ndarray,
+    q: np.ndarray,
+    v: np.ndarray,
 ) -> np.ndarray:
     """Return the loads less the forces on every coordinate, (n_points, n)."""
-    system, tables = response.system, response.tables
+    system = response.system
+    tables = response.tables
     left = system.load - forces.normal[0] @ system.direction
     left = left - q @ system.total_stiffness.T - v @ system.total_damping.T
     if system.fluctuation_direction is not None and tables.fluctuation is not None:
-        left = left + parabola(tables.fluctuation, steps, x)[:, None] * system.fluctuation_direction
-    rubbing = ((tables.sliding, system.friction_constant), (tables.moment, system.friction_slope))
+        left = (
+            left
+            + parabola(tables.fluctuation, steps, x)[:, None]
+            * system.fluctuation_direction
+        )
+    rubbing = (
+        (tables.sliding, system.friction_constant),
+        (tables.moment, system.friction_slope),
+    )
     for table, vectors in rubbing:
         if table is not None and vectors is not None:
-            left = left - (parabola(table, steps, x) * forces.pair_normal[0]).sum(axis=-1) @ vectors
+            left = (
+                left
+                - (parabola(table, steps, x) * forces.pair_normal[0]).sum(axis=-1)
+                @ vectors
+            )
     return np.asarray(left)

@@ -9,7 +9,9 @@ from typing import NamedTuple
 TOP = Path(__file__).parents[2]
 ROOMS = ("gears", "mesh", "wear", "dynamics")
 SECTION = re.compile(r"References\n-+\n(.*?)(?:\n\n|\Z)", re.DOTALL)
-NAMED = re.compile(r"\b(?:[LBWY](?:16|23)|ISO|DIN|AGMA|ASTM|VDI)\b|\b(?:1[89]|20)\d\d\b")
+NAMED = re.compile(
+    r"\b(?:[LBWY](?:16|23)|ISO|DIN|AGMA|ASTM|VDI)\b|\b(?:1[89]|20)\d\d\b"
+)
 
 
 class PublicFunction(NamedTuple):
@@ -49,4 +51,7 @@ def known() -> list[tuple[str, ...]]:
 
 if __name__ == "__main__":
     every = list(functions())
-    print(f"{sum(one.named for one in every)} of {len(every)} public functions of the physics name a source")
+    print(
+        f"{sum(one.named for one in every)} of {len(every)} public functions of the "
+        "physics name a source"
+    )

@@ -1,7 +1,8 @@
 """Kills its own process at a chosen step of saving, and logs which: no step knows of it.
 
-The steps of a store are those of the operating system that it takes: bytes written, brought to the disk, read
-back, renamed, and transactions of the catalogue. They are counted here from outside, by patching them.
+The steps of a store are those of the operating system that it takes: bytes written,
+brought to the disk, read back, renamed, and transactions of the catalogue. They are
+counted here from outside, by patching them.
 """
 
 import os
@@ -25,7 +26,9 @@ class Dying:
     """
 
     def __init__(self, log, phase, at):
-        self.log, self.phase, self.left = Path(log), phase, at
+        self.log = Path(log)
+        self.phase = phase
+        self.left = at
         self.lock = threading.Lock()
 
     def reached(self, phase):
@@ -55,7 +58,9 @@ def install(dying):
 
 
 def _write(dying):
-    write, sync, read_back = Path.write_bytes, files._synchronise, files.hash_of
+    write = Path.write_bytes
+    sync = files._synchronise
+    read_back = files.hash_of
 
     def writing(path, content):
         if path.suffix != ".part":
@@ -71,14 +76,22 @@ def _write(dying):
 
     def synchronising(paths):
         sync(paths)
-        dying.reached("synchronised" if any(path.suffix == ".part" for path in paths) else "renamed-all")
+        dying.reached(
+            "synchronised"
+            if any(path.suffix == ".part" for path in paths)
+            else "renamed-all"
+        )
 
     def reading_back(path):
         found = read_back(path)
         dying.reached("read-back")
         return found
 
-    Path.write_bytes, files._synchronise, files.hash_of = writing, synchronising, reading_back
+    Path.write_bytes, files._synchronise, files.hash_of = (
+        writing,
+        synchronising,
+        reading_back,
+    )
 
 
 def _rename(dying):

@@ -13,8 +13,16 @@ ISO, NREL = "ISO/TR 6336-30 example 1", "NREL 5 MW high-speed stage"
 
 
 def reference(case):
-    lines = [line for line in FILE.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
-    return {row["quantity"]: row["value"] for row in csv.DictReader(lines) if row["case"] == case}
+    lines = [
+        line
+        for line in FILE.read_text(encoding="utf-8").splitlines()
+        if not line.startswith("#")
+    ]
+    return {
+        row["quantity"]: row["value"]
+        for row in csv.DictReader(lines)
+        if row["case"] == case
+    }
 
 
 def both(text):
@@ -23,10 +31,13 @@ def both(text):
 
 def pair_of(case):
     given = reference(case)
-    teeth, tips = both(given["teeth"]), both(given["tip_diameter"])
+    teeth = both(given["teeth"])
+    tips = both(given["tip_diameter"])
     shifts = both(given.get("shift_1/shift_2", given.get("shift")))
     angle = math.radians(float(given["normal_pressure_angle"]))
-    basics = Basics(1e-3 * float(given["normal_module"]), angle, 1e-3 * float(given["face_width"]))
+    basics = Basics(
+        1e-3 * float(given["normal_module"]), angle, 1e-3 * float(given["face_width"])
+    )
     turned = helix(math.radians(float(given["helix_angle"])), angle)
     specs = [
         transverse(
@@ -43,7 +54,9 @@ def pair_of(case):
     ]
     distance = 1e-3 * float(given["centre_distance"])
     return (
-        gear_pair(*specs, transverse_basics(basics, turned.angle), centre_distance=distance),
+        gear_pair(
+            *specs, transverse_basics(basics, turned.angle), centre_distance=distance
+        ),
         turned,
         given,
     )

@@ -1,8 +1,8 @@
 """What one static run costs: ``python tests/support/run_cost.py [runs] [coefficient] [profile]``.
 
-Runs of a spur pair under torques, or with wear coefficients, of a list, one after the other in one process.
-Prints medians of processor time [ms]: simulation, file and description of every other run; of the others all
-of a run, and the store's part.
+Runs of a spur pair under torques, or with wear coefficients, of a list, one after the
+other in one process. Prints medians of processor time [ms]: simulation, file and
+description of every other run; of the others all of a run, and the store's part.
 """
 
 import cProfile
@@ -29,7 +29,9 @@ load = "static"
 {swept}
 """
 TORQUES = '"operation.torque" = {{ linspace = [100.0, 300.0, {runs}], unit = "N*m" }}'
-COEFFICIENTS = '"wear.coefficient.value" = {{ linspace = [1e-19, 1e-18, {runs}], unit = "m^2/N" }}'
+COEFFICIENTS = (
+    '"wear.coefficient.value" = {{ linspace = [1e-19, 1e-18, {runs}], unit = "m^2/N" }}'
+)
 
 
 def scenes(runs: int):
@@ -37,7 +39,9 @@ def scenes(runs: int):
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "study.toml"
         swept = COEFFICIENTS if "coefficient" in sys.argv else TORQUES
-        file.write_text(FILE.format(base=BASE.as_posix(), swept=swept.format(runs=runs)))
+        file.write_text(
+            FILE.format(base=BASE.as_posix(), swept=swept.format(runs=runs))
+        )
         return wearlab.load(file).cases
 
 
@@ -65,11 +69,17 @@ def measured(runs: int) -> dict[str, float]:
                 data = timed("simulate", lambda case=case: simulate(case.scene))
                 image, _ = timed("file", lambda data=data: to_image(data))
                 timed("describe", lambda data=data: describe(data))
-                outcome = timed("whole run", lambda other=other: execute(Task(other.id, other.scene)))
+                outcome = timed(
+                    "whole run",
+                    lambda other=other: execute(Task(other.id, other.scene)),
+                )
                 timed("save", lambda outcome=outcome: store.save([outcome], here.token))
         size = store.catalogue.path.stat().st_size
     found = {name: statistics.median(values[2:]) for name, values in parts.items()}
-    return found | {"bytes of the file": len(image), "bytes of the catalogue a run": 2 * size / len(cases)}
+    return found | {
+        "bytes of the file": len(image),
+        "bytes of the catalogue a run": 2 * size / len(cases),
+    }
 
 
 def profiled(runs: int) -> None:
@@ -90,4 +100,8 @@ if __name__ == "__main__":
     if "profile" in sys.argv:
         profiled(runs)
     else:
-        print(json.dumps({name: round(value, 2) for name, value in measured(runs).items()}))
+        print(
+            json.dumps(
+                {name: round(value, 2) for name, value in measured(runs).items()}
+            )
+        )

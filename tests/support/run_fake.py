@@ -2,11 +2,10 @@
 
 ``run_fake.py STORE COUNT LOG GATE [WORD=VALUE …]``, with a dash for no log and no gate.
 
-alone=1        all cases in this process, without a cluster
-act=slow       what the cases do
-die=PHASE:AT   this process kills itself when it reaches PHASE for the AT-th time, and says so in FILE
-phases=FILE
-scheduler=A    work is given to the workers of a scheduler elsewhere
+alone=1        all cases in this process, without a cluster act=slow       what the
+cases do die=PHASE:AT   this process kills itself when it reaches PHASE for the AT-th
+time, and says so in FILE phases=FILE scheduler=A    work is given to the workers of a
+scheduler elsewhere
 """
 
 import sys
@@ -18,9 +17,12 @@ from wearlab.runner import Interrupted, RunnerError, running
 from wearlab.store import StoreError
 
 store, count, log, gate, *words = sys.argv[1:]
-log, gate = (name.strip("-") for name in (log, gate))
+log = log.strip("-")
+gate = gate.strip("-")
 options = dict(word.split("=", 1) for word in words)
-campaign = fake_campaign.sweep(int(count), log=log, gate=gate, act=options.get("act", "finish"))
+campaign = fake_campaign.sweep(
+    int(count), log=log, gate=gate, act=options.get("act", "finish")
+)
 if "alone" in options:
     running._Work._begin = lambda self, tasks, cluster, more: None
 if "die" in options:

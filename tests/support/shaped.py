@@ -8,5 +8,7 @@ from wearlab.gears.specification import Basics
 
 def shaped(make: Callable[..., Any], *members: Any, **keywords: Any) -> Any:
     """Return a pair or a set whose basics stand among the keywords."""
-    basics = Basics(**{key: keywords.pop(key) for key in Basics._fields if key in keywords})
+    basics = Basics(
+        **{key: keywords.pop(key) for key in Basics._fields if key in keywords}
+    )
     return make(*members, basics, **keywords)

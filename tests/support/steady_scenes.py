@@ -20,7 +20,10 @@ def scene(text: str, folder: Path) -> Scene:
 @pytest.fixture(scope="module")
 def loaded(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     """Unworn flanks under full load: contact never changes but where pairs enter and leave."""
-    text = 'drop = ["wear", "lubricant"]\n[operation]\nspeed = "1860 rpm"\n[numerics]\nprofile_points = 61\n'
+    text = (
+        'drop = ["wear", "lubricant"]\n[operation]\nspeed = "1860 '
+        'rpm"\n[numerics]\nprofile_points = 61\n'
+    )
     return scene(text, tmp_path_factory.mktemp("loaded"))
 
 

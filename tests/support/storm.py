@@ -22,9 +22,22 @@ PATIENCE = 120.0
 def begin(store, count, log="-", **options):
     """Run a fake campaign in a process of its own."""
     words = [f"{name}={value}" for name, value in options.items()]
-    command = [sys.executable, "-W", "error::UserWarning:__main__", SCRIPT, store, count, log, "-", *words]
+    command = [
+        sys.executable,
+        "-W",
+        "error::UserWarning:__main__",
+        SCRIPT,
+        store,
+        count,
+        log,
+        "-",
+        *words,
+    ]
     return subprocess.Popen(
-        list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        list(map(str, command)),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
     )
 
 
@@ -35,7 +48,10 @@ def finish(child):
 
 
 def done(path):
-    """Return the seals of finished runs; every file is what was sealed, and nothing is amiss."""
+    """Return the seals of finished runs.
+
+    Every file is what was sealed, and nothing is amiss.
+    """
     if not (Path(path) / "catalogue.sqlite").exists():
         return {}
     store = Store(path)
@@ -43,10 +59,14 @@ def done(path):
         try:
             problems = store.verify()
         except Exception as error:
-            assert "not a catalogue" in str(error), error  # killed while the first table was made
+            assert "not a catalogue" in str(error), (
+                error
+            )  # killed while the first table was made
             return {}
         assert problems == []
-        ids = [run_id for run_id, entry in store.entries().items() if entry.state == "done"]
+        ids = [
+            run_id for run_id, entry in store.entries().items() if entry.state == "done"
+        ]
         runs = {run_id: store.run(run_id) for run_id in ids}
         assert all(is_intact(run) for run in runs.values())
         return {run_id: run.attrs[SEAL] for run_id, run in runs.items()}
@@ -55,7 +75,10 @@ def done(path):
 
 
 def kill_parent(folder, count, phase, at, **options):
-    """Run a campaign that dies at a phase; return the phase logged, and the seals of what was finished."""
+    """Run a campaign that dies at a phase.
+
+    Return the phase logged, and the seals of what was finished.
+    """
     log = Path(folder).with_suffix(".phases")
     log.unlink(missing_ok=True)
     status, _ = finish(begin(folder, count, die=f"{phase}:{at}", phases=log, **options))
@@ -65,8 +88,13 @@ def kill_parent(folder, count, phase, at, **options):
 
 
 def kill_workers(folder, count, kills, seed):
-    """Kill workers of one campaign at random moments; return for each kill how many cases had begun."""
-    dice, log, moments = random.Random(seed), Path(folder).with_suffix(".log"), []
+    """Kill workers of one campaign at random moments.
+
+    Return for each kill how many cases had begun.
+    """
+    dice = random.Random(seed)
+    log = Path(folder).with_suffix(".log")
+    moments = []
     child = begin(folder, count, log, act="slow")
     while child.poll() is None and len(moments) < kills:
         lines = log.read_text().splitlines() if log.exists() else []
@@ -82,9 +110,14 @@ def kill_workers(folder, count, kills, seed):
 
 
 def kill_starting(folder, count, kills, after=0.0, **options):
-    """Kill worker processes so many seconds after they came; return how many were, status and last line."""
+    """Kill worker processes so many seconds after they came.
+
+    Return how many were, status and last line.
+    """
     child = begin(folder, count, **options)
-    parent, came, killed = psutil.Process(child.pid), {}, set()
+    parent = psutil.Process(child.pid)
+    came = {}
+    killed = set()
     while child.poll() is None:
         with suppress(psutil.Error):
             for one in parent.children(recursive=True):

@@ -1,9 +1,10 @@
 """How long an update takes once its runs are stored: ``update_speed.py [draws [readings]]``.
 
-Six depths against one stored run, the same with the torque as a second unknown, one stored run a draw; a
-million depths with each kind of independent errors, and a hundred units with ten inspections each.
-The runs are made first and not counted; each update is then made anew, imports over, and kept in the store.
-CPU time is told beside the clock's, for a machine that is not quiet.
+Six depths against one stored run, the same with the torque as a second unknown, one
+stored run a draw; a million depths with each kind of independent errors, and a hundred
+units with ten inspections each. The runs are made first and not counted; each update is
+then made anew, imports over, and kept in the store. CPU time is told beside the
+clock's, for a machine that is not quiet.
 """
 
 import sys
@@ -18,7 +19,9 @@ import numpy as np
 import wearlab
 
 BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
-DEPTHS = "cycles,depth\n5e7,5.2\n8e7,8.5\n1.1e8,11.3\n1.4e8,14.6\n1.7e8,17.5\n2e8,20.9\n"
+DEPTHS = (
+    "cycles,depth\n5e7,5.2\n8e7,8.5\n1.1e8,11.3\n1.4e8,14.6\n1.7e8,17.5\n2e8,20.9\n"
+)
 FILE = """
 title   = "Six depths"
 extends = "{base}"
@@ -77,11 +80,17 @@ def study(
     """Return the campaign of one update."""
     (folder / "depths.csv").write_text(depths)
     file = folder / "study.toml"
-    file.write_text(FILE.format(base=BASE.as_posix(), draws=draws, torque=torque, error=ERRORS[error]))
+    file.write_text(
+        FILE.format(
+            base=BASE.as_posix(), draws=draws, torque=torque, error=ERRORS[error]
+        )
+    )
     return wearlab.load(file)
 
 
-def worn(campaign: wearlab.Campaign, store: wearlab.Store, equal: np.ndarray) -> np.ndarray:
+def worn(
+    campaign: wearlab.Campaign, store: wearlab.Store, equal: np.ndarray
+) -> np.ndarray:
     """Return the depth of the stored run after cycles [um]."""
     from wearlab.updating.cases import histories, studies
 
@@ -97,27 +106,35 @@ def readings(campaign: wearlab.Campaign, store: wearlab.Store, count: int) -> st
     return f"cycles,depth\n{rows}\n"
 
 
-def fleet(folder: Path, campaign: wearlab.Campaign, store: wearlab.Store) -> wearlab.Campaign:
+def fleet(
+    folder: Path, campaign: wearlab.Campaign, store: wearlab.Store
+) -> wearlab.Campaign:
     """Return the campaign of a hundred units with ten inspections each."""
-    rng, rows = np.random.default_rng(0), ["unit,cycles,depth"]
+    rng = np.random.default_rng(0)
+    rows = ["unit,cycles,depth"]
     for unit in range(100):
         cycle = np.sort(rng.uniform(2e7, 2e8, 10))
         depth = worn(campaign, store, np.exp(0.2 * rng.standard_normal()) * cycle)
         depth += 0.5 * rng.standard_normal(10)
         rows += [f"U{unit},{c:.1f},{d:.4f}" for c, d in zip(cycle, depth, strict=True)]
     (folder / "units.csv").write_text("\n".join(rows))
-    file, base = folder / "fleet.toml", folder / "study.toml"
+    file = folder / "fleet.toml"
+    base = folder / "study.toml"
     base.write_text(base.read_text().partition("[update]")[0])
     file.write_text(FLEET.format(base=base.as_posix()))
     return wearlab.load(file)
 
 
 def answers(campaign: wearlab.Campaign, store: wearlab.Store) -> tuple[float, float]:
-    """Return the seconds from stored runs to the answer: posterior, draws, checks; by clock and by CPU."""
+    """Return the seconds from stored runs to the answer: posterior, draws, checks.
+
+    By clock and by CPU.
+    """
     from wearlab.updating.answers import outcome
     from wearlab.updating.cases import histories, studies
 
-    clock, cpu = time.perf_counter(), time.process_time()
+    clock = time.perf_counter()
+    cpu = time.process_time()
     (one,) = studies(campaign)
     outcome(one, histories(one, store))
     return time.perf_counter() - clock, time.process_time() - cpu
@@ -129,7 +146,8 @@ def kept(campaign: wearlab.Campaign, store: wearlab.Store) -> tuple[float, float
 
     for name in kept_updates(store):
         update_files(store).path(name).unlink(missing_ok=True)
-    clock, cpu = time.perf_counter(), time.process_time()
+    clock = time.perf_counter()
+    cpu = time.process_time()
     wearlab.update(campaign, store, progress=False)
     return time.perf_counter() - clock, time.process_time() - cpu
 
@@ -137,14 +155,20 @@ def kept(campaign: wearlab.Campaign, store: wearlab.Store) -> tuple[float, float
 def main(draws: int, count: int) -> None:
     """Print them all."""
 
-    def told(what: str, measure: Callable[..., tuple[float, float]], repeats: int = REPEATS) -> None:
+    def told(
+        what: str, measure: Callable[..., tuple[float, float]], repeats: int = REPEATS
+    ) -> None:
         wall, cpu = min(measure(campaign, store) for _ in range(repeats))
         print(f"{what}: {wall:.2f} s, {cpu:.2f} s of CPU", flush=True)
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for label, many, torque in (("one stored run", 4000, ""), (f"{draws} stored runs", draws, TORQUE)):
-            campaign, store = study(folder, many, torque), wearlab.Store(folder / "store")
+        for label, many, torque in (
+            ("one stored run", 4000, ""),
+            (f"{draws} stored runs", draws, TORQUE),
+        ):
+            campaign = study(folder, many, torque)
+            store = wearlab.Store(folder / "store")
             wearlab.update(campaign, store, progress=False)
             told(f"{label}: the answer", answers)
             told(f"{label}: the whole update, kept", kept)
@@ -157,4 +181,9 @@ def main(draws: int, count: int) -> None:
 
 
 if __name__ == "__main__":
-    main(*(int(float(given or usual)) for given, usual in zip_longest(sys.argv[1:], ("1000", "1e6"))))
+    main(
+        *(
+            int(float(given or usual))
+            for given, usual in zip_longest(sys.argv[1:], ("1000", "1e6"))
+        )
+    )

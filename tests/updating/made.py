@@ -17,7 +17,13 @@ LIMIT = Limit("worn_mass", 0.03, "sun")
 
 
 def data(error, *, number=1, quantity="worn_mass", where="sun", since=None):
-    own = {"number": number, "quantity": quantity, "member": where, "error": error, "since": since}
+    own = {
+        "number": number,
+        "quantity": quantity,
+        "member": where,
+        "error": error,
+        "since": since,
+    }
     return Data.model_construct(file=Path("weighings.csv"), **own)
 
 
@@ -66,7 +72,9 @@ def history(seen, *, end=2e6, rate=RATE, factor=1.0, run="made"):
 def spec(prior, discrepancy="none", **more):
     unknown = {} if prior is None else {FACTOR: read_distribution(prior, "factor")}
     numbers = {"draws": more.get("draws", 2000), "seed": more.get("seed", 3)}
-    return UpdateSpec.model_construct(limit=LIMIT, discrepancy=discrepancy, unknown=unknown, **numbers)
+    return UpdateSpec.model_construct(
+        limit=LIMIT, discrepancy=discrepancy, unknown=unknown, **numbers
+    )
 
 
 def study(prior, seen, discrepancy="none", **more):
@@ -81,4 +89,14 @@ def with_rows(block, rows):
     return replace(block, rows=np.asarray(rows, np.intp))
 
 
-__all__ = ["ErrorModel", "blocks", "data", "history", "line", "observed", "spec", "study", "with_rows"]
+__all__ = [
+    "ErrorModel",
+    "blocks",
+    "data",
+    "history",
+    "line",
+    "observed",
+    "spec",
+    "study",
+    "with_rows",
+]

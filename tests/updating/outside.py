@@ -1,7 +1,8 @@
 """Twins, likelihoods and quadrature that share no code with the update: what its answers are held against.
 
-The wear is h(x) = r (x + x²/BEND), which the stored run's cubic pieces hold exactly; the likelihood of the
-measurements is written as one normal law with a whole covariance matrix, an unknown gain on a grid.
+The wear is h(x) = r (x + x²/BEND), which the stored run's cubic pieces hold exactly;
+the likelihood of the measurements is written as one normal law with a whole covariance
+matrix, an unknown gain on a grid.
 """
 
 from dataclasses import dataclass, replace
@@ -49,7 +50,9 @@ class Case:
 
 
 def lognormal(median, cov):
-    return read_distribution({"lognormal": {"median": f"{1e3 * median} g", "cov": cov}}, "error")
+    return read_distribution(
+        {"lognormal": {"median": f"{1e3 * median} g", "cov": cov}}, "error"
+    )
 
 
 def spread(cov):
@@ -64,29 +67,39 @@ CASES = {
     "gain": Case(ErrorModel(1e-4, 0.02, gain_sd=0.2), (1e-4, 0.0)),
     "below a limit": Case(ErrorModel(4e-4), below=3e-3),
     "drift": Case(ErrorModel(1e-4, drift=2e-3), (1e-4, 0.0), (2e-3, 0.0)),
-    "unknown drift": Case(ErrorModel(1e-4, drift=lognormal(2e-3, 0.5)), (1e-4, 0.0), (2e-3, spread(0.5))),
+    "unknown drift": Case(
+        ErrorModel(1e-4, drift=lognormal(2e-3, 0.5)), (1e-4, 0.0), (2e-3, spread(0.5))
+    ),
 }
 
 
 def covariance(case, model, sd, drift):
     """Return the covariance of the values, and whether each pair is of one inspection."""
-    t, error = case.cycle, case.error
+    t = case.cycle
+    error = case.error
     own = np.diag(sd**2 + (error.relative * model) ** 2)
     own = own + error.gain_sd**2 * np.outer(model, model)
-    return own + error.offset_sd**2 * (t[:, None] == t) + drift**2 / 1e6 * np.minimum(t[:, None], t)
+    return (
+        own
+        + error.offset_sd**2 * (t[:, None] == t)
+        + drift**2 / 1e6 * np.minimum(t[:, None], t)
+    )
 
 
 def measured(case, factor, sd, drift, rng, law=wear):
     """Return values of one twin, NaN below the limit of detection."""
     model = law(factor * case.cycle)
-    value = model + np.linalg.cholesky(covariance(case, model, sd, drift)) @ rng.standard_normal(len(model))
+    value = model + np.linalg.cholesky(
+        covariance(case, model, sd, drift)
+    ) @ rng.standard_normal(len(model))
     return np.where(value < case.below, np.nan, value)
 
 
 def answer_to(case, value):
     """Return what the update makes of values."""
     seen = replace(
-        observed(case.cycle, value, case.error), below=np.where(np.isnan(value), case.below, np.nan)
+        observed(case.cycle, value, case.error),
+        below=np.where(np.isnan(value), case.below, np.nan),
     )
     accumulates = "accumulating" if case.error.drift is not None else "none"
     asked = study(PRIOR, (seen,), accumulates)
@@ -107,18 +120,24 @@ def log_normal_density(case, value, factor, sd, drift):
     """Return ln p(values | factors, sd, drift), (factors,)."""
     model = wear(factor[:, None] * case.cycle)
     if case.error.gain_sd:
-        gains = np.linspace(1.0 - 6.0 * case.error.gain_sd, 1.0 + 6.0 * case.error.gain_sd, GAINS)
+        gains = np.linspace(
+            1.0 - 6.0 * case.error.gain_sd, 1.0 + 6.0 * case.error.gain_sd, GAINS
+        )
         logs = np.full(len(factor), -np.inf)
         for gain in gains:
             own = np.sqrt(sd**2 + (case.error.relative * gain * model) ** 2)
             each = stats.norm.logpdf(value, gain * model, own).sum(axis=1)
-            logs = np.logaddexp(logs, each + stats.norm.logpdf(gain, 1.0, case.error.gain_sd))
+            logs = np.logaddexp(
+                logs, each + stats.norm.logpdf(gain, 1.0, case.error.gain_sd)
+            )
         return logs
     hidden = np.isnan(value)
     if case.error.relative or hidden.any():
         each = np.sqrt(sd**2 + (case.error.relative * model) ** 2)
         logs = np.where(
-            hidden, stats.norm.logcdf((case.below - model) / each), stats.norm.logpdf(value, model, each)
+            hidden,
+            stats.norm.logcdf((case.below - model) / each),
+            stats.norm.logpdf(value, model, each),
         )
         return logs.sum(axis=1)
     root = np.linalg.cholesky(covariance(case, model[0], sd, drift))
@@ -137,7 +156,8 @@ def quantiles_of(case, value, points=20_001, nodes=161):
             axes.append((median * np.exp(width * z), 8.0 * w * stats.norm.pdf(z)))
         else:
             axes.append((np.array([median]), np.ones(1)))
-    low, high = -9.0 * PRIOR_SD, 9.0 * PRIOR_SD
+    low = -9.0 * PRIOR_SD
+    high = 9.0 * PRIOR_SD
     for n in (2001, 2001, points):
         u = np.linspace(low, high, n)
         logs = [
@@ -147,7 +167,8 @@ def quantiles_of(case, value, points=20_001, nodes=161):
         ]
         total = np.logaddexp.reduce(logs, axis=0) + stats.norm.logpdf(u, 0.0, PRIOR_SD)
         held = np.flatnonzero(total > total.max() - 30.0)
-        low, high = u[max(held[0] - 1, 0)], u[min(held[-1] + 1, n - 1)]
+        low = u[max(held[0] - 1, 0)]
+        high = u[min(held[-1] + 1, n - 1)]
     density = np.exp(total - total.max())
     below = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
     inside = (below / below[-1] > 1e-7) & (below / below[-1] < 1.0 - 1e-7)
@@ -155,14 +176,26 @@ def quantiles_of(case, value, points=20_001, nodes=161):
 
 
 def true_life(case, factor, drift, value_of_w, rng):
-    """Return the life of a twin; with a drift walked on from the last inspection in small steps."""
+    """Return the life of a twin.
+
+    With a drift walked on from the last inspection in small steps.
+    """
     if not drift:
         return own_time(LIMIT.value) / factor
-    now, w, step = TIMES[-1], value_of_w, 1000.0
+    now = TIMES[-1]
+    w = value_of_w
+    step = 1000.0
     t = now + step * np.arange(0, 6000)
-    path = w + np.concatenate([[0.0], np.cumsum(drift * np.sqrt(step / 1e6) * rng.standard_normal(5999))])
+    path = w + np.concatenate(
+        [[0.0], np.cumsum(drift * np.sqrt(step / 1e6) * rng.standard_normal(5999))]
+    )
     gap = LIMIT.value - wear(factor * t) - path
-    crossed = np.exp(-2.0 * np.maximum(gap[:-1], 0.0) * np.maximum(gap[1:], 0.0) / (drift**2 / 1e6 * step))
+    crossed = np.exp(
+        -2.0
+        * np.maximum(gap[:-1], 0.0)
+        * np.maximum(gap[1:], 0.0)
+        / (drift**2 / 1e6 * step)
+    )
     over = (gap[1:] <= 0.0) | (crossed > rng.random(len(crossed)))
     return float(t[1:][np.argmax(over)] - 0.5 * step) if over.any() else np.inf
 
@@ -171,8 +204,15 @@ def twin(case, seed):
     """Return the ranks of factor and life of one twin, and whether it was called wrongly."""
     rng = np.random.default_rng([5, seed])
     factor = float(np.exp(PRIOR_SD * rng.standard_normal()))
-    sd, drift = (median * np.exp(width * rng.standard_normal()) for median, width in (case.sd, case.drift))
-    walk = np.cumsum(drift * np.sqrt(np.diff(TIMES, prepend=0.0) / 1e6) * rng.standard_normal(len(TIMES)))
+    sd, drift = (
+        median * np.exp(width * rng.standard_normal())
+        for median, width in (case.sd, case.drift)
+    )
+    walk = np.cumsum(
+        drift
+        * np.sqrt(np.diff(TIMES, prepend=0.0) / 1e6)
+        * rng.standard_normal(len(TIMES))
+    )
     model = wear(factor * case.cycle)
     value = (
         model
@@ -180,14 +220,22 @@ def twin(case, seed):
         + case.error.offset_sd * np.repeat(rng.standard_normal(6), case.many)
     )
     gain = 1.0 + case.error.gain_sd * rng.standard_normal()
-    value, model = value + (gain - 1.0) * model, gain * model
-    value = value + np.hypot(sd, case.error.relative * model) * rng.standard_normal(len(model))
+    value = value + (gain - 1.0) * model
+    model = gain * model
+    value = value + np.hypot(sd, case.error.relative * model) * rng.standard_normal(
+        len(model)
+    )
     value = np.where(value < case.below, np.nan, value)
     life = true_life(case, factor, drift, float(walk[-1]), rng)
     answer = answer_to(case, value)
     each, courses = checks(drawn(answer, 300, rng))
-    called = any(check.p < ALARM / len(each) for check in each) or min(courses.values(), default=1.0) < ALARM
-    over = drift > 0.0 and wear(factor * TIMES[-1]) + walk[-1] >= LIMIT.value  # when, nobody knows any more
+    called = (
+        any(check.p < ALARM / len(each) for check in each)
+        or min(courses.values(), default=1.0) < ALARM
+    )
+    over = (
+        drift > 0.0 and wear(factor * TIMES[-1]) + walk[-1] >= LIMIT.value
+    )  # when, nobody knows any more
     rank = rng.random() * answer.passed if over else float(answer.life_below(life)[0])
     return answer.factor_below(factor), rank, called
 

@@ -1,4 +1,7 @@
-"""Twins: intervals hold the truth as often as they say; with the wrong errors they do not, and it shows."""
+"""Twins: intervals hold the truth as often as they say.
+
+With the wrong errors they do not, and it shows.
+"""
 
 from dataclasses import replace
 
@@ -34,7 +37,9 @@ def checked(error, discrepancy="none", told=None):
     "error",
     [
         ErrorModel(4e-4),
-        ErrorModel(read_distribution({"lognormal": {"median": "0.4 g", "cov": 0.8}}, "sd")),
+        ErrorModel(
+            read_distribution({"lognormal": {"median": "0.4 g", "cov": 0.8}}, "sd")
+        ),
         ErrorModel(1e-4, relative=0.1),
     ],
     ids=["known", "unknown", "relative"],
@@ -86,7 +91,9 @@ def test_check_fails_where_the_twins_have_errors_that_the_study_leaves_out():
     offset = ErrorModel(2e-4, 0.0, 1e-3)
     assert with_truth(offset, ErrorModel(2e-4)) < 0.6
     assert with_truth(offset, offset) > 0.8
-    assert with_truth(ErrorModel(2e-4), offset) > 0.97  # too wide: errors that are not there
+    assert (
+        with_truth(ErrorModel(2e-4), offset) > 0.97
+    )  # too wide: errors that are not there
 
 
 def test_check_fails_where_the_twins_follow_another_law():

@@ -12,7 +12,8 @@ from wearlab.updating.clocks import changing
 from wearlab.updating.grids import Posterior
 from wearlab.updating.measurements import UpdateError
 
-CYCLES, SD = np.array([1e5, 2e5, 3e5, 4e5, 5e5, 6e5]), 2.5e-4
+CYCLES = np.array([1e5, 2e5, 3e5, 4e5, 5e5, 6e5])
+SD = 2.5e-4
 PRIOR = {"lognormal": {"median": 1.0, "cov": 1.0}}
 
 
@@ -23,8 +24,11 @@ def worn(factor, ratio, at, cycle):
 
 def updated(values, kind="once"):
     seen = (observed(CYCLES, values, ErrorModel(SD)),)
-    asked, some = study(PRIOR, seen), blocks(seen)
-    runs = changing(history(seen), kind, lambda runs: Posterior(runs, some, asked.prior))
+    asked = study(PRIOR, seen)
+    some = blocks(seen)
+    runs = changing(
+        history(seen), kind, lambda runs: Posterior(runs, some, asked.prior)
+    )
     return answered(asked, runs, some)
 
 
@@ -32,39 +36,53 @@ def by_grid(values, at, log_ratio, weight):
     """Return ln evidence of a change over none, and quantiles of the remaining life, from one grid."""
     u = np.linspace(-1.5, 2.0, 1001)
     prior = stats.norm(0.0, np.sqrt(np.log(2.0))).logpdf(u)
-    none = prior + stats.norm(values, SD).logpdf(worn(np.exp(u)[:, None], 1.0, 0.0, CYCLES)).sum(axis=1)
+    none = prior + stats.norm(values, SD).logpdf(
+        worn(np.exp(u)[:, None], 1.0, 0.0, CYCLES)
+    ).sum(axis=1)
     logs = np.empty((len(at), len(log_ratio), len(u)))
     for i, t in enumerate(at):
         for j, r in enumerate(np.exp(log_ratio)):
             model = worn(np.exp(u)[:, None], r, t, CYCLES)
             logs[i, j] = (
-                prior - 0.5 * (((values - model) / SD) ** 2).sum(axis=1) + np.log(weight[j] / len(at))
+                prior
+                - 0.5 * (((values - model) / SD) ** 2).sum(axis=1)
+                + np.log(weight[j] / len(at))
             )
     logs -= len(CYCLES) * np.log(SD * np.sqrt(2.0 * np.pi))
     top = max(none.max(), logs.max())
-    mass, alone = np.exp(logs - top), np.exp(none - top)
+    mass = np.exp(logs - top)
+    alone = np.exp(none - top)
     ratio = np.exp(log_ratio)[None, :, None]
     equal = LIMIT.value / RATE / np.exp(u)
     life = np.broadcast_to(equal - (ratio - 1.0) * at[:, None, None], mass.shape)
-    values, weights = np.append(life.ravel(), equal), np.append(mass.ravel(), alone)
+    values = np.append(life.ravel(), equal)
+    weights = np.append(mass.ravel(), alone)
     order = np.argsort(values)
     below = np.cumsum(weights[order]) / weights.sum()
-    return np.log(mass.sum() / alone.sum()), np.interp([0.05, 0.5, 0.95], below, values[order]) - CYCLES[-1]
+    return np.log(mass.sum() / alone.sum()), np.interp(
+        [0.05, 0.5, 0.95], below, values[order]
+    ) - CYCLES[-1]
 
 
 def in_gaps(n):
     edges = np.append(0.0, CYCLES)
-    return (edges[:-1, None] + np.diff(edges)[:, None] * (np.arange(n) + 0.5) / n).ravel()
+    return (
+        edges[:-1, None] + np.diff(edges)[:, None] * (np.arange(n) + 0.5) / n
+    ).ravel()
 
 
-@pytest.mark.parametrize(("ratio", "least", "most"), [(0.5, 8.0, 1e9), (1.0, -1e9, 0.0)])
+@pytest.mark.parametrize(
+    ("ratio", "least", "most"), [(0.5, 8.0, 1e9), (1.0, -1e9, 0.0)]
+)
 def test_a_change_between_inspections_is_as_probable_as_a_grid_says(ratio, least, most):
     rng = np.random.default_rng(4)
     values = worn(1.2, ratio, 3.4e5, CYCLES) + SD * rng.standard_normal(6)
     answer = updated(values)
     facts = facts_of(answer.posterior)
     logs = np.linspace(-4.0, 4.0, 161)
-    gain, rest = by_grid(values, in_gaps(3), logs, stats.norm.pdf(logs) * (logs[1] - logs[0]))
+    gain, rest = by_grid(
+        values, in_gaps(3), logs, stats.norm.pdf(logs) * (logs[1] - logs[0])
+    )
     assert least < facts["log_evidence_of_change"] < most
     assert facts["log_evidence_of_change"] == pytest.approx(gain, abs=0.15)
     mine = answer.remaining(np.array([0.05, 0.5, 0.95]))
@@ -83,12 +101,15 @@ def test_running_in_is_found_and_does_not_shorten_the_life():
     low, high = answer.remaining(np.array([0.025, 0.975]))
     assert low < truth < high
     seen = (observed(CYCLES, values, ErrorModel(SD)),)
-    blind = answered(study(PRIOR, seen), [history(seen)], blocks(seen)).remaining(np.array([0.5]))[0]
+    blind = answered(study(PRIOR, seen), [history(seen)], blocks(seen)).remaining(
+        np.array([0.5])
+    )[0]
     assert blind < 0.9 * truth
 
 
 def test_a_constant_coefficient_is_rarely_called_changed():
-    rng, called = np.random.default_rng(6), 0
+    rng = np.random.default_rng(6)
+    called = 0
     for _ in range(6):
         values = worn(1.0, 1.0, 0.0, CYCLES) + SD * rng.standard_normal(6)
         called += facts_of(updated(values).posterior)["log_evidence_of_change"] > 3.0
@@ -98,13 +119,21 @@ def test_a_constant_coefficient_is_rarely_called_changed():
 def test_what_cannot_change_is_refused():
     unknown = {"wear.coefficient.factor": PRIOR}
     for given, said in (
-        ({"unknown": {**unknown, "operation.torque": PRIOR}, "change": "once"}, "update.change: goes with"),
+        (
+            {"unknown": {**unknown, "operation.torque": PRIOR}, "change": "once"},
+            "update.change: goes with",
+        ),
         ({"unknown": unknown, "change": "twice"}, "update.change"),
-        ({"unknown": unknown, "change": "once", "unit": [{"name": "A"}]}, "power below 1 is running-in"),
+        (
+            {"unknown": unknown, "change": "once", "unit": [{"name": "A"}]},
+            "power below 1 is running-in",
+        ),
     ):
         with pytest.raises(CampaignError) as caught:
             read_update(given)
-        assert any(said in line for line in caught.value.problems), caught.value.problems
+        assert any(said in line for line in caught.value.problems), (
+            caught.value.problems
+        )
     one = (observed(CYCLES[:1], RATE * CYCLES[:1], ErrorModel(SD)),)
     with pytest.raises(UpdateError, match="at least two inspections"):
         changing(history(one), "once", lambda runs: None)

@@ -9,7 +9,8 @@ from wearlab.updating.answers import outcome
 from wearlab.updating.report_text import text_of_models
 from wearlab.updating.scores import compared
 
-CYCLES, SD = np.array([2e5, 4e5, 6e5, 8e5]), 5e-4
+CYCLES = np.array([2e5, 4e5, 6e5, 8e5])
+SD = 5e-4
 WIDE = {"lognormal": {"median": 1.0, "cov": 1.0}}
 
 
@@ -36,13 +37,17 @@ def by_quadrature(rate, values):
 
 def test_evidence_and_inspections_left_out_are_those_of_a_quadrature():
     values = 1.3 * RATE * CYCLES + SD * np.array([0.5, -1.0, 0.3, 0.8])
-    found = compared([made(RATE, values, "as it is"), made(5.0 * RATE, values, "five times")])
+    found = compared(
+        [made(RATE, values, "as it is"), made(5.0 * RATE, values, "five times")]
+    )
     assert found["model"].values.tolist() == ["as it is", "five times"]
     for k, rate in enumerate((RATE, 5.0 * RATE)):
         evidence, alone = by_quadrature(rate, values)
         assert float(found["log_evidence"][k]) == pytest.approx(evidence, abs=1e-5)
         assert float(found["log_left_out"][k]) == pytest.approx(alone, abs=1e-5)
-    assert text_of_models(found)[-1] == "the data lean towards as it is against five times"
+    assert (
+        text_of_models(found)[-1] == "the data lean towards as it is against five times"
+    )
 
 
 def test_accumulating_noise_is_preferred_where_it_accumulates():
@@ -50,8 +55,14 @@ def test_accumulating_noise_is_preferred_where_it_accumulates():
     walk = np.cumsum(2e-3 * rng.standard_normal(4))
     one = made(RATE, RATE * CYCLES + walk, "rig", ErrorModel(1e-4, 0.0, 0.0, 4e-3))
     found = compared([one])
-    assert found["model"].values.tolist() == ["rig, accumulating noise", "rig, independent errors"]
-    assert "strongly prefer rig, accumulating noise to rig, independent errors" in text_of_models(found)[-1]
+    assert found["model"].values.tolist() == [
+        "rig, accumulating noise",
+        "rig, independent errors",
+    ]
+    assert (
+        "strongly prefer rig, accumulating noise to rig, independent errors"
+        in text_of_models(found)[-1]
+    )
 
 
 def test_a_single_model_is_not_compared():

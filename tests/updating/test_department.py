@@ -28,19 +28,30 @@ def tree(store):
 
 
 def true_days():
-    text = (CAMPAIGN.parent / "measured" / "department_weighings.csv").read_text().splitlines()[1]
-    return {pair.split()[0]: date.fromisoformat(pair.split()[1]) for pair in text.strip("# ").split(", ")}
+    text = (
+        (CAMPAIGN.parent / "measured" / "department_weighings.csv")
+        .read_text()
+        .splitlines()[1]
+    )
+    return {
+        pair.split()[0]: date.fromisoformat(pair.split()[1])
+        for pair in text.strip("# ").split(", ")
+    }
 
 
 def test_every_gearbox_gets_a_day_that_is_true_of_its_own_loads(tree):
     """Truths are real runs with the loads as stages, coefficients drawn outside of the code."""
-    truth, predictions = true_days(), tree["predictions_without"].to_dataset()
+    truth = true_days()
+    predictions = tree["predictions_without"].to_dataset()
     days = predictions["end_of_life_quantile"].values.astype("datetime64[D]")
     names = predictions["unit"].values.tolist()
     assert names == list(truth) and len(names) == 12
-    worn_out = predictions["end_passed"].values > 0.3  # then its day is the last one known, or a later one
+    worn_out = (
+        predictions["end_passed"].values > 0.3
+    )  # then its day is the last one known, or a later one
     inside = [
-        days[k, 0] <= np.datetime64(truth[n]) <= days[k, 4] or (worn_out[k] and truth[n] < END)
+        days[k, 0] <= np.datetime64(truth[n]) <= days[k, 4]
+        or (worn_out[k] and truth[n] < END)
         for k, n in enumerate(names)
     ]
     assert sum(inside) >= 9, dict(zip(names, inside, strict=True))
@@ -58,17 +69,28 @@ def test_the_page_says_which_two_to_open_first_and_why_and_what_contradicts_what
     assert sum(line.strip().startswith("G") for line in text_of(tree)) >= 12
     _, heads, rows = fleet_tables(tree)[0]
     predictions = tree["predictions"].to_dataset()
-    names, sure = predictions["unit"].values, predictions["end_passed"].values <= 0.05
-    assert [row[0] for row in rows] == [*names[~sure], *names[sure]] and len(heads) == len(rows[0])
+    names = predictions["unit"].values
+    sure = predictions["end_passed"].values <= 0.05
+    assert [row[0] for row in rows] == [*names[~sure], *names[sure]] and len(
+        heads
+    ) == len(rows[0])
     assert "! G06 at " in text and "look at the reading, its unit and its hours" in text
-    assert "if the readings above that are marked ! are wrong, leaving out those:" in text
+    assert (
+        "if the readings above that are marked ! are wrong, leaving out those:" in text
+    )
     said = answers(tree)
-    assert any(line.startswith("if the readings marked ! are wrong: open ") for line in said)
+    assert any(
+        line.startswith("if the readings marked ! are wrong: open ") for line in said
+    )
     first, second = (line for line in said if line.startswith("open "))
     assert "first: " in first and "next: " in second and first.count(";") >= 1
     soonest = sorted(true_days().items(), key=lambda pair: pair[1])[:5]
     without = text.partition("leaving out")[2]
-    opened = [line.split()[1] for line in without.splitlines() if line.strip().startswith("open ")]
+    opened = [
+        line.split()[1]
+        for line in without.splitlines()
+        if line.strip().startswith("open ")
+    ]
     assert set(opened[:2]) & {name for name, _ in soonest}
 
 

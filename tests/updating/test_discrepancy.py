@@ -25,15 +25,23 @@ def test_lives_with_a_drift_agree_with_marched_paths():
     drift, sd = 2e-3, 1e-7
     values = 1.3 * RATE * CYCLES
     seen = (observed(CYCLES, values, ErrorModel(sd, drift=drift)),)
-    answer = answered(study(TIGHT, seen, "accumulating"), [history(seen)], blocks(seen, accumulating=True))
+    answer = answered(
+        study(TIGHT, seen, "accumulating"),
+        [history(seen)],
+        blocks(seen, accumulating=True),
+    )
     rng = np.random.default_rng(0)
     step, n = 500.0, 4000
-    level, now = np.full(n, values[-1]), np.full(n, CYCLES[-1])
+    level = np.full(n, values[-1])
+    now = np.full(n, CYCLES[-1])
     alive = np.ones(n, bool)
     for _ in range(4000):
         before = level.copy()
-        level[alive] += 1.3 * RATE * step + drift * np.sqrt(step / 1e6) * rng.standard_normal(alive.sum())
-        # a path may have crossed and come back within a step: the bridge's probability of that
+        level[alive] += 1.3 * RATE * step + drift * np.sqrt(
+            step / 1e6
+        ) * rng.standard_normal(alive.sum())
+        # a path may have crossed and come back within a step: the bridge's probability
+        # of that
         gap = np.maximum(0.03 - before, 0.0) * np.maximum(0.03 - level, 0.0)
         crossed = np.exp(-2.0 * gap / (drift**2 / 1e6 * step)) > rng.random(n)
         now[alive] += step
@@ -53,7 +61,10 @@ def test_an_end_that_is_over_is_said():
     seen = (observed(CYCLES, values, ErrorModel(1e-5)),)
     prior = {"lognormal": {"median": 3.0, "cov": 1.0}}
     answer = answered(study(prior, seen), [history(seen)], blocks(seen))
-    assert answer.passed == pytest.approx(1.0) and answer.remaining(np.array([0.95]))[0] == 0.0
+    assert (
+        answer.passed == pytest.approx(1.0)
+        and answer.remaining(np.array([0.95]))[0] == 0.0
+    )
 
 
 def test_a_drift_widens_what_the_prior_leads_to_expect():
@@ -67,13 +78,19 @@ def test_a_drift_widens_what_the_prior_leads_to_expect():
     assert found == pytest.approx(2.0 * stats.norm.sf(2.2), abs=4e-3)
 
 
-@pytest.mark.parametrize(("since", "passed"), [(None, CYCLES), ("previous", np.diff(CYCLES, prepend=0.0))])
+@pytest.mark.parametrize(
+    ("since", "passed"), [(None, CYCLES), ("previous", np.diff(CYCLES, prepend=0.0))]
+)
 def test_replicas_stray_as_far_as_a_drift_says(since, passed):
     """Of values since the inspection before, replicas had no drift."""
     drift, sd = 2e-3, 1e-4
     made = RATE * CYCLES if since is None else RATE * passed
     seen = (observed(CYCLES, made, ErrorModel(sd, drift=drift), since=since),)
-    found = answered(study(TIGHT, seen, "accumulating"), [history(seen)], blocks(seen, accumulating=True))
+    found = answered(
+        study(TIGHT, seen, "accumulating"),
+        [history(seen)],
+        blocks(seen, accumulating=True),
+    )
     rng = np.random.default_rng(1)
     values, strayed = replicated(drawn(found, 4000, rng), 0, rng, known=False)
     expected = np.hypot(sd, drift * np.sqrt(passed / 1e6))

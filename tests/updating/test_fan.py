@@ -1,4 +1,7 @@
-"""The fan shows what was below a limit of detection; the ranks say of how many twins they are."""
+"""The fan shows what was below a limit of detection.
+
+The ranks say of how many twins they are.
+"""
 
 import numpy as np
 import pytest
@@ -24,8 +27,12 @@ ASK = Ask("figure", "posterior-fan")
 
 
 def test_a_weighing_below_the_limit_of_detection_is_drawn():
-    cycle, q = np.array([0.0, 1e6]), np.linspace(0.05, 0.95, 5)
-    wear = (("cycle", "quantile"), np.outer([0.0, 1.0], np.linspace(0.8, 1.2, 5)) * 1e-3)
+    cycle = np.array([0.0, 1e6])
+    q = np.linspace(0.05, 0.95, 5)
+    wear = (
+        ("cycle", "quantile"),
+        np.outer([0.0, 1.0], np.linspace(0.8, 1.2, 5)) * 1e-3,
+    )
     limit = xr.Variable((), 1e-3, {"quantity": "worn_mass"})
     predictions = xr.Dataset(
         {
@@ -46,7 +53,11 @@ def test_a_weighing_below_the_limit_of_detection_is_drawn():
         {"cycle_worn_mass_sun": ("observation", [1e5, 5e5])},
     )
     update = Updated({}, {"predictions": predictions, "observed_data": observed})
-    (bar,) = [s for s in posterior_fan.series(update, ASK) if s.text == "below the limit of detection"]
+    (bar,) = [
+        s
+        for s in posterior_fan.series(update, ASK)
+        if s.text == "below the limit of detection"
+    ]
     assert bar.x.tolist() == [1e5, 1e5] and bar.y[0] == 0.0 and bar.y[1] > 0.0
 
 
@@ -56,7 +67,9 @@ def test_ranks_say_of_how_many_twins():
     assert series[0].up.label == "twins, of 37"
 
 
-def calendared(dates=("2025-01-01T00:00:00", "2026-01-01T00:00:00"), cycles=(0.0, 36.5e4)):
+def calendared(
+    dates=("2025-01-01T00:00:00", "2026-01-01T00:00:00"), cycles=(0.0, 36.5e4)
+):
     """Return an update of one look at a flank, a thousand cycles a day from the first of January on."""
     q = [0.05, 0.25, 0.5, 0.75, 0.95]
     predictions = xr.Dataset(
@@ -72,15 +85,25 @@ def calendared(dates=("2025-01-01T00:00:00", "2026-01-01T00:00:00"), cycles=(0.0
     position = [0.2, 0.1, 0.15]
     name = "wear_depth_sun"
     observed = xr.Dataset(
-        {name: ("observation", [3e-6, 1e-6, 2e-6], {"units": "m", "display_units": "um"})},
+        {
+            name: (
+                "observation",
+                [3e-6, 1e-6, 2e-6],
+                {"units": "m", "display_units": "um"},
+            )
+        },
         {
             f"cycle_{name}": ("observation", [3.1e4] * 3),
             f"diameter_{name}": ("observation", position, {"units": "m"}),
         },
     )
     made = np.array([[2e-6, 3e-6, 4e-6], [2e-6, 3e-6, 4e-6]])[None]
-    predictive = xr.Dataset({name: (("chain", "draw", "observation"), made, observed[name].attrs)})
-    posterior = xr.Dataset({"remaining_useful_life": ("draw", np.linspace(1e4, 3e4, 99))})
+    predictive = xr.Dataset(
+        {name: (("chain", "draw", "observation"), made, observed[name].attrs)}
+    )
+    posterior = xr.Dataset(
+        {"remaining_useful_life": ("draw", np.linspace(1e4, 3e4, 99))}
+    )
     return Updated(
         {},
         {
@@ -100,7 +123,9 @@ def test_cycles_are_dates_where_there_is_a_calendar_and_go_on_beyond_it():
     series = list(remaining_life.series(calendared(), ASK))
     assert {s.across for s in series} == {DATE}
     levels = [float(s.x[0]) for s in series if s.look == "level"]
-    assert levels == pytest.approx([day_of("2025-02-11"), day_of("2025-02-21"), day_of("2025-03-03")])
+    assert levels == pytest.approx(
+        [day_of("2025-02-11"), day_of("2025-02-21"), day_of("2025-03-03")]
+    )
     assert calendared().calendar(730e3) == pytest.approx(day_of("2027-01-01"))
     plot = compose(series, ASK, remaining_life, {"case": ""}, [])
     (panel,) = plot.panels
@@ -110,9 +135,16 @@ def test_cycles_are_dates_where_there_is_a_calendar_and_go_on_beyond_it():
 
 
 def test_a_standstill_of_a_record_takes_days_and_no_cycles():
-    dates = ("2025-01-01T00:00:00", "2025-02-01T00:00:00", "2025-04-01T00:00:00", "2025-05-01T00:00:00")
+    dates = (
+        "2025-01-01T00:00:00",
+        "2025-02-01T00:00:00",
+        "2025-04-01T00:00:00",
+        "2025-05-01T00:00:00",
+    )
     days = calendared(dates, (0.0, 31e3, 31e3, 61e3)).calendar
-    assert days(np.array([30e3, 32e3])) == pytest.approx([day_of("2025-01-31"), day_of("2025-04-02")])
+    assert days(np.array([30e3, 32e3])) == pytest.approx(
+        [day_of("2025-01-31"), day_of("2025-04-02")]
+    )
 
 
 def test_dates_beyond_the_calendar_of_man_stay_cycles():
@@ -123,7 +155,9 @@ def test_dates_beyond_the_calendar_of_man_stay_cycles():
 
 def test_profiles_are_drawn_in_the_order_of_their_places_beside_what_is_expected():
     shade, line, points = measured_profiles.series(calendared(), ASK)
-    assert points.x.tolist() == [100.0, 150.0, 200.0] and points.y == pytest.approx([1.0, 2.0, 3.0])
+    assert points.x.tolist() == [100.0, 150.0, 200.0] and points.y == pytest.approx(
+        [1.0, 2.0, 3.0]
+    )
     assert line.y == pytest.approx([3.0, 4.0, 2.0]) and shade.look == "area"
     assert points.key["inspection"].text == "2025-02-01" and points.across.units == "mm"
 
@@ -139,4 +173,6 @@ def test_a_date_comes_before_hours_and_these_before_cycles():
 
 def test_midnight_that_rounding_moved_by_a_second_is_no_day_earlier():
     days = calendared(("2024-12-31T23:59:59", "2026-01-01T00:00:00")).calendar
-    assert days(0.0) == day_of("2025-01-01") and day_text(float(days(0.0))) == "2025-01-01"
+    assert (
+        days(0.0) == day_of("2025-01-01") and day_text(float(days(0.0))) == "2025-01-01"
+    )

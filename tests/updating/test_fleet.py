@@ -69,7 +69,9 @@ def test_every_unit_gets_a_day_and_an_interval(kept, store):
     predictions = tree["predictions"].to_dataset()
     assert predictions["unit"].values.tolist() == ["A", "B", "C", "D", "new"]
     days = predictions["end_of_life_quantile"].values.astype("datetime64[D]")
-    assert (np.diff(days.astype(int), axis=1) >= 0).all() and (days[:, 4] > days[:, 0]).all()
+    assert (np.diff(days.astype(int), axis=1) >= 0).all() and (
+        days[:, 4] > days[:, 0]
+    ).all()
     pace = dict(zip("ABCD", predictions["pace"].values, strict=False))
     assert pace["B"] > pace["D"] > pace["C"]
     wide = np.ptp(np.log(predictions["factor_quantile"].values[:, [0, 4]]), axis=1)
@@ -77,24 +79,37 @@ def test_every_unit_gets_a_day_and_an_interval(kept, store):
     text = "\n".join(text_of(tree))
     assert "open B first" in text and "!" not in text and "not measured" in text
     assert "inspections foreseen from those before" in text
-    assert len(answers(tree)) == 7 and answers(tree)[2].startswith("A: the limit is reached on 20")
-    assert update(campaign, store, replay=True, progress=False).attrs["id"] == tree.attrs["id"]
-    assert set(kept_updates(store)[tree.attrs["id"]].summary) == set(predictions["unit"].values)
+    assert len(answers(tree)) == 7 and answers(tree)[2].startswith(
+        "A: the limit is reached on 20"
+    )
+    assert (
+        update(campaign, store, replay=True, progress=False).attrs["id"]
+        == tree.attrs["id"]
+    )
+    assert set(kept_updates(store)[tree.attrs["id"]].summary) == set(
+        predictions["unit"].values
+    )
     assert list(verify_updates(store)) == []
 
 
-def test_a_value_that_contradicts_the_others_is_told_and_left_out_beside(tmp_path, store, kept):
-    rows, costs = ROWS.replace("B,2026-01-01,840,500", "B,2026-01-01,840,1500"), "planned = 1, failure = 9"
+def test_a_value_that_contradicts_the_others_is_told_and_left_out_beside(
+    tmp_path, store, kept
+):
+    rows = ROWS.replace("B,2026-01-01,840,500", "B,2026-01-01,840,1500")
+    costs = "planned = 1, failure = 9"
     priced = FLEET.replace("[update]", f"[update]\ndecision = {{ {costs} }}", 1)
     tree = update(fleet(tmp_path, rows, priced), store)
     text = "\n".join(text_of(tree))
-    change = {row[0]: row[-1] for row in fleet_tables(tree)[0][2]}  # that of the others goes on to be advised
-    assert change["B"] == "now" and all(change[name].startswith("20") for name in ("A", "C", "D", "new"))
+    change = {
+        row[0]: row[-1] for row in fleet_tables(tree)[0][2]
+    }  # that of the others goes on to be advised
+    assert change["B"] == "now" and all(
+        change[name].startswith("20") for name in ("A", "C", "D", "new")
+    )
     assert "! B at 840 h: much more wear than" in text and "leaving out" in text
     clean = kept[1]["predictions"]["life_quantile"].sel(unit="A").values
-    spoilt, without = (
-        tree[name]["life_quantile"].sel(unit="A").values for name in ("predictions", "predictions_without")
-    )
+    spoilt = tree["predictions"]["life_quantile"].sel(unit="A").values
+    without = tree["predictions_without"]["life_quantile"].sel(unit="A").values
     assert np.ptp(np.log(without[[0, 4]])) < np.ptp(np.log(spoilt[[0, 4]]))
     assert without[2] == pytest.approx(clean[2], rel=0.15)
 
@@ -107,23 +122,36 @@ def test_hours_of_a_year_come_from_the_columns(tmp_path):
     first = studies(fleet(tmp_path))[0]
     days = calendar_of(first.seen[0].data, "A", None)
     assert day_text(days.day[-1]) == "2026-01-01" and days.time[-1] == 840.0
-    assert days.a_year == pytest.approx(560.0 * 365.2425 / 365.0) and first.calendar.a_year == days.a_year
+    assert (
+        days.a_year == pytest.approx(560.0 * 365.2425 / 365.0)
+        and first.calendar.a_year == days.a_year
+    )
 
 
 def test_a_table_with_dates_alone_goes_by_the_calendar_of_one_with_hours(tmp_path):
     """Was refused, with the hours of these days in the other table."""
-    dates = 'quantity = "worn_mass"\nmember = "gear"\nfile = "dates.csv"\nerror = { sd = "5 mg" }\n'
+    dates = (
+        'quantity = "worn_mass"\nmember = "gear"\nfile = "dates.csv"\nerror = { sd = '
+        '"5 mg" }\n'
+    )
     dates += 'columns = { date = "date", value = "loss" }\nunits = { loss = "mg" }\n'
     hours = FLEET.partition("[[update.unit]]")[0].replace('unit = "box", ', "")
     (tmp_path / "dates.csv").write_text("date,loss\n2025-07-02,100\n2026-01-01,200\n")
-    made = fleet(tmp_path, ROWS.partition("B,")[0], hours + "\n[[update.data]]\n" + dates)
+    made = fleet(
+        tmp_path, ROWS.partition("B,")[0], hours + "\n[[update.data]]\n" + dates
+    )
     (study,) = studies(made)
-    half = 840.0 - 560.0 * 183.0 / 365.0  # 183 days before the last inspection, at the pace between the two
+    half = (
+        840.0 - 560.0 * 183.0 / 365.0
+    )  # 183 days before the last inspection, at the pace between the two
     assert study.seen[1].time / 3600.0 == pytest.approx([half, 840.0])
 
 
 def test_a_scene_of_its_own_is_a_run_of_its_own(tmp_path):
-    own = FLEET + '[[update.unit]]\nname = "C"\nscene = { "operation.torque" = "300 N*m" }\n'
+    own = (
+        FLEET
+        + '[[update.unit]]\nname = "C"\nscene = { "operation.torque" = "300 N*m" }\n'
+    )
     made = {study.label: study.scene.id for study in studies(fleet(tmp_path, text=own))}
     assert made["A"] == made["B"] != made["C"]
 
@@ -137,11 +165,31 @@ def test_a_scene_of_its_own_is_a_run_of_its_own(tmp_path):
             'name = "new"\nscene = { "operation.torqe" = 1 }',
             "update.unit[0].scene.operation",
         ),
-        ("[[update.unit]]", "[update.population]\nspread = 3\n[[update.unit]]", "update.population.spread"),
-        ("[[update.unit]]", '[update.population]\npower = "x"\n[[update.unit]]', "update.population.power"),
-        ("[[update.unit]]", "[update.population]\npowr = 1.0\n[[update.unit]]", "did you mean 'power'?"),
-        ('unit = "box", date', "date", "update.data[0].columns.unit: required of a fleet"),
-        ('sd = "5 mg"', 'sd = "5 mg", drift = "1 mg"', "of a fleet, use update.population.straying"),
+        (
+            "[[update.unit]]",
+            "[update.population]\nspread = 3\n[[update.unit]]",
+            "update.population.spread",
+        ),
+        (
+            "[[update.unit]]",
+            '[update.population]\npower = "x"\n[[update.unit]]',
+            "update.population.power",
+        ),
+        (
+            "[[update.unit]]",
+            "[update.population]\npowr = 1.0\n[[update.unit]]",
+            "did you mean 'power'?",
+        ),
+        (
+            'unit = "box", date',
+            "date",
+            "update.data[0].columns.unit: required of a fleet",
+        ),
+        (
+            'sd = "5 mg"',
+            'sd = "5 mg", drift = "1 mg"',
+            "of a fleet, use update.population.straying",
+        ),
     ],
 )
 def test_what_a_fleet_cannot_have_is_one_line(tmp_path, old, new, said):
@@ -154,7 +202,11 @@ def test_what_a_fleet_cannot_have_is_one_line(tmp_path, old, new, said):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("C,2025-01-01,280", ",2025-01-01,280", "line 7, column 'box': is empty: which unit"),
+        (
+            "C,2025-01-01,280",
+            ",2025-01-01,280",
+            "line 7, column 'box': is empty: which unit",
+        ),
         ("2026-01-01,840,390", "2025-01-03,840,390", "line 3: unit 'A' ran"),
         ("box,date", "gear box,date", "no column 'box' for unit"),
     ],
@@ -170,22 +222,35 @@ def test_commands_know_a_fleet(kept, store, capsys):
     assert status_of(["update", str(campaign.path), "--replay", "--store", place]) == 0
     assert "open B first" in capsys.readouterr().out
     assert status_of(["ls", "--updates", "--json", "--store", place]) == 0
-    assert {row["id"] for row in json.loads(capsys.readouterr().out)} >= {tree.attrs["id"]}
+    assert {row["id"] for row in json.loads(capsys.readouterr().out)} >= {
+        tree.attrs["id"]
+    }
     assert status_of(["check", str(campaign.path)]) == 0
     said = capsys.readouterr().out
     assert "update of 5 units" in said and said.count("limit: ") == 1
-    assert "measured: 9 values of worn mass pinion in fleet.csv: A 2, B 3, C 2, D 2, new 0" in said
-    assert status_of(["update", str(campaign.path), "--check", "5", "--store", place]) == 2
+    assert (
+        "measured: 9 values of worn mass pinion in fleet.csv: A 2, B 3, C 2, D 2, new 0"
+        in said
+    )
+    assert (
+        status_of(["update", str(campaign.path), "--check", "5", "--store", place]) == 2
+    )
     assert "--replay scores" in capsys.readouterr().err
     assert "open B first" in report(campaign, store)
 
 
 def test_its_figure_has_a_line_a_unit(kept, store, tmp_path):
     campaign, _ = kept
-    (made,) = draw(replace(campaign, figures=(FigureSpec(kind="fleet"),)), store, tmp_path)
+    (made,) = draw(
+        replace(campaign, figures=(FigureSpec(kind="fleet"),)), store, tmp_path
+    )
     assert made.stat().st_size > 10_000
     with pytest.raises(FigureError, match="no update of this campaign"):
-        draw(replace(campaign, figures=(FigureSpec(kind="posterior-fan"),)), store, tmp_path)
+        draw(
+            replace(campaign, figures=(FigureSpec(kind="posterior-fan"),)),
+            store,
+            tmp_path,
+        )
 
 
 DEPTHS = """
@@ -199,13 +264,23 @@ error    = { sd = "1 um" }
 [[update.data]]"""
 
 
-def test_units_that_are_measured_differently_are_told_by_their_own_measurements(tmp_path, store):
-    (tmp_path / "depths.csv").write_text("box,hours,depth\nE,280,5\nE,840,12.5\nF,280,6\nF,840,14\n")
+def test_units_that_are_measured_differently_are_told_by_their_own_measurements(
+    tmp_path, store
+):
+    (tmp_path / "depths.csv").write_text(
+        "box,hours,depth\nE,280,5\nE,840,12.5\nF,280,6\nF,840,14\n"
+    )
     rows = ROWS.replace("B,2026-01-01,840,500", "B,2026-01-01,840,1500")
-    tree = update(fleet(tmp_path, rows, FLEET.replace("[[update.data]]", DEPTHS, 1)), store, progress=False)
+    tree = update(
+        fleet(tmp_path, rows, FLEET.replace("[[update.data]]", DEPTHS, 1)),
+        store,
+        progress=False,
+    )
     text = text_of(tree)
     assert any("! B at 840 h: much more wear" in line for line in text)
-    table = [line.split() for line in text if "%" in line and line.split()[0] in "ABCDEF"]
+    table = [
+        line.split() for line in text if "%" in line and line.split()[0] in "ABCDEF"
+    ]
     assert table[0][0] == "B" and table[0][4] == "passed"
     assert not any("never" in line for line in text)
     assert any("open B first: the limit has been passed" in line for line in text)
@@ -213,42 +288,64 @@ def test_units_that_are_measured_differently_are_told_by_their_own_measurements(
     observed = tree["observed_data"].to_dataset()
     assert set(observed["unit_name"].values) == set("ABCDEF")
     line = observed["by_the_rate"].values[observed["unit_name"].values == "E"]
-    assert np.nanmax(np.abs(line)) < 1e-3  # a depth is foreseen by the depths of others, not by masses
+    assert (
+        np.nanmax(np.abs(line)) < 1e-3
+    )  # a depth is foreseen by the depths of others, not by masses
 
 
-@pytest.mark.parametrize("date", ["2026-01-01,840", "2026-01-15,863"], ids=["same day", "later"])
-def test_two_files_that_contradict_are_told_and_two_that_agree_are_not(tmp_path, store, kept, date):
+@pytest.mark.parametrize(
+    "date", ["2026-01-01,840", "2026-01-15,863"], ids=["same day", "later"]
+)
+def test_two_files_that_contradict_are_told_and_two_that_agree_are_not(
+    tmp_path, store, kept, date
+):
     """Was silence, and the limit of the unit passed: its depth was a mean with what was weighed."""
     first = studies(kept[0])[0]
     run = store.open(first.campaign("", first.scenes), si=True).squeeze("draw")
-    worn, depth = run["worn_mass"].sel(member="pinion"), run["max_wear_depth"].sel(flank="pinion")
+    worn = run["worn_mass"].sel(member="pinion")
+    depth = run["max_wear_depth"].sel(flank="pinion")
     agreed = float(np.interp(390e-6 * float(date[11:]) / 840.0, worn, depth)) * 1e6
     columns = 'columns  = { unit = "box", hours = "hours", value = "depth" }'
-    dated = DEPTHS.replace(columns, columns.replace("hours =", 'date = "date", hours ='))
+    dated = DEPTHS.replace(
+        columns, columns.replace("hours =", 'date = "date", hours =')
+    )
     weighed, _, new = FLEET.partition("[[update.unit]]")
     text = weighed + dated.removesuffix("[[update.data]]") + "[[update.unit]]" + new
     said = []
     for times in (1.0, 1.5):
-        (tmp_path / "depths.csv").write_text(f"box,date,hours,depth\nA,{date},{times * agreed:.2f}\n")
+        (tmp_path / "depths.csv").write_text(
+            f"box,date,hours,depth\nA,{date},{times * agreed:.2f}\n"
+        )
         tree = update(fleet(tmp_path, text=text), store, progress=False)
         said.append([line.strip() for line in text_of(tree) if line.startswith("  ! ")])
         assert (tree["observed_data"]["unit_name"].values == "A").sum() == 3
     assert said[0] == [] and len(said[1]) == 1
-    expected = f"! A at {date[11:]} h: max wear depth pinion (depths.csv) shows much more wear than "
-    assert said[1][0].startswith(expected + "worn mass pinion (fleet.csv) leads to expect")
+    expected = (
+        f"! A at {date[11:]} h: max wear depth pinion (depths.csv) shows much more "
+        "wear than "
+    )
+    assert said[1][0].startswith(
+        expected + "worn mass pinion (fleet.csv) leads to expect"
+    )
     assert "the two contradict each other" in said[1][0]
     life = tree["predictions_without"]["life_quantile"].sel(unit="A").values[2]
-    assert life == pytest.approx(kept[1]["predictions"]["life_quantile"].sel(unit="A").values[2], rel=0.05)
+    assert life == pytest.approx(
+        kept[1]["predictions"]["life_quantile"].sel(unit="A").values[2], rel=0.05
+    )
 
 
 def test_what_is_foreseen_of_an_inspection_does_not_know_it(tmp_path, store, kept):
     """The middle one of three, a fifth higher."""
-    changed = update(fleet(tmp_path, ROWS.replace("560,345", "560,420")), store, progress=False)
+    changed = update(
+        fleet(tmp_path, ROWS.replace("560,345", "560,420")), store, progress=False
+    )
     found = []
     for tree in (kept[1], changed):
         rows = tree["observed_data"].to_dataset()
         (at,) = np.flatnonzero(
-            (rows["unit_name"].values == "B") & (rows["value"] > 3.3e-4) & (rows["value"] < 4.5e-4)
+            (rows["unit_name"].values == "B")
+            & (rows["value"] > 3.3e-4)
+            & (rows["value"] < 4.5e-4)
         )
         found.append(rows["foreseen"].values[at])
     assert found[1][2] == pytest.approx(found[0][2], rel=0.03)

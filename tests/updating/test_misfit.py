@@ -20,7 +20,9 @@ def judged(cycles, values, error, seed=0, draws=300, prior=WIDE):
     seen = (observed(cycles, values, error),)
     answer = answered(study(prior, seen), [history(seen, end=4e6)], blocks(seen))
     each, courses = checks(drawn(answer, draws, np.random.default_rng(seed)))
-    return any(check.p < ALARM / len(each) for check in each), courses.get(0, 1.0) < ALARM
+    return any(check.p < ALARM / len(each) for check in each), courses.get(
+        0, 1.0
+    ) < ALARM
 
 
 def test_a_curve_of_another_law_is_called_though_the_sd_is_unknown():
@@ -29,7 +31,11 @@ def test_a_curve_of_another_law_is_called_though_the_sd_is_unknown():
     called = 0
     for seed in range(20):
         noise = 5e-5 * np.random.default_rng(seed).standard_normal(23)
-        called += judged(cycles, RATE * 1.15e6 * (cycles / 1.15e6) ** 0.6 + noise, ErrorModel(UNKNOWN))[1]
+        called += judged(
+            cycles,
+            RATE * 1.15e6 * (cycles / 1.15e6) ** 0.6 + noise,
+            ErrorModel(UNKNOWN),
+        )[1]
     assert called >= 18
 
 
@@ -52,13 +58,21 @@ def test_a_rate_that_changes_among_thousands_of_depths_is_called(n):
 )
 def test_clean_twins_are_not_called(error):
     """Fewer than one in twenty, of 60."""
-    cycles, alarms = np.linspace(1e5, 1.2e6, 12), 0
+    cycles = np.linspace(1e5, 1.2e6, 12)
+    alarms = 0
     for seed in range(60):
         rng = np.random.default_rng([7, seed])
         factor = np.exp(0.3 * rng.standard_normal())
         own = 1e-4 if error.sd != 4e-4 else 4e-4
         sd = np.hypot(own, error.relative * RATE * factor * cycles)
-        alarms += any(judged(cycles, RATE * factor * cycles + sd * rng.standard_normal(12), error, seed))
+        alarms += any(
+            judged(
+                cycles,
+                RATE * factor * cycles + sd * rng.standard_normal(12),
+                error,
+                seed,
+            )
+        )
     assert alarms <= stats.binom(60, 0.05).ppf(0.95)
 
 
@@ -66,7 +80,9 @@ def test_wear_does_not_come_back_is_not_said_of_sound_data():
     """Was said in 5 of 12 clean sets of 3,000 depths: three deviations a pair, however many pairs."""
     cycles = np.linspace(1e3, 1e6, 3000)
     for seed in range(6):
-        values = RATE * cycles + 4e-4 * np.random.default_rng(seed).standard_normal(3000)
+        values = RATE * cycles + 4e-4 * np.random.default_rng(seed).standard_normal(
+            3000
+        )
         seen = (observed(cycles, values, ErrorModel(4e-4)),)
         assert outcome(study(WIDE, seen, draws=50), (history(seen),)).notes == ()
 
@@ -82,11 +98,15 @@ def test_a_narrow_prior_far_from_the_truth_gives_way():
     grid = np.linspace(np.log(7.9), np.log(8.1), 200_001)
     logs = (
         -0.5 * (grid / sd) ** 2
-        - 0.5 * np.sum((values - np.exp(grid)[:, None] * RATE * cycles) ** 2, axis=1) / 1e-10
+        - 0.5
+        * np.sum((values - np.exp(grid)[:, None] * RATE * cycles) ** 2, axis=1)
+        / 1e-10
     )
     below = np.cumsum(np.exp(logs - logs.max()))
     p = np.array([0.05, 0.5, 0.95])
-    assert found.answer.factor(p) == pytest.approx(np.exp(np.interp(p, below / below[-1], grid)), rel=2e-6)
+    assert found.answer.factor(p) == pytest.approx(
+        np.exp(np.interp(p, below / below[-1], grid)), rel=2e-6
+    )
     assert any("the prior hardly allows these data" in note for note in found.notes)
 
 
@@ -96,7 +116,9 @@ def test_draws_of_an_unknown_sd_follow_no_staircase():
     values = 1.3 * RATE * cycles + 4e-4 * np.random.default_rng(5).standard_normal(6)
     wide = read_distribution({"loguniform": ["1e-6 g", "1e5 g"]}, "sd")
     seen = (observed(cycles, values, ErrorModel(wide)),)
-    answer = answered(study({"uniform": [1e-3, 5.0]}, seen), [history(seen)], blocks(seen))
+    answer = answered(
+        study({"uniform": [1e-3, 5.0]}, seen), [history(seen)], blocks(seen)
+    )
     sd = drawn(answer, 40_000, np.random.default_rng(0)).sd[0]
     slope = RATE * cycles
     rest = np.sum((values - slope * (slope @ values) / (slope @ slope)) ** 2)
@@ -120,7 +142,9 @@ def test_few_effective_runs_of_few_are_said():
     cycles = np.linspace(1e5, 6e5, 6)
     values = 1.3 * RATE * cycles + 4e-4 * np.random.default_rng(3).standard_normal(6)
     seen = (observed(cycles, values, ErrorModel(4e-4)),)
-    runs = tuple(history(seen, rate=RATE * f, run=str(f)) for f in np.linspace(1.25, 1.35, 8))
+    runs = tuple(
+        history(seen, rate=RATE * f, run=str(f)) for f in np.linspace(1.25, 1.35, 8)
+    )
     found = outcome(replace(study(None, seen, draws=100)), runs)
     assert 1.5 < found.stats["effective_runs"] < 8.0
     assert any("runs carry the answer" in note for note in found.notes)
@@ -129,7 +153,10 @@ def test_few_effective_runs_of_few_are_said():
 def test_contradicting_sources_widen_the_interval():
     """Two weighings 20 % apart, 1 % each: the answer had stayed 1 % wide. Against own quadrature."""
     cycle = np.array([5e5])
-    ones = [observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n) for n, f in ((1, 1.0), (2, 1.2))]
+    ones = [
+        observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n)
+        for n, f in ((1, 1.0), (2, 1.2))
+    ]
     found = outcome(study(WIDE, ones, draws=300), (history(ones),))
     low, middle, high = found.answer.factor(np.array([0.05, 0.5, 0.95]))
     assert low < 0.95 and high > 1.25 and 1.05 < middle < 1.15
@@ -138,8 +165,12 @@ def test_contradicting_sources_widen_the_interval():
     tau = np.linspace(1e-3, 2.5, 3000)[:, None]
     u = np.linspace(-1.5, 2.0, 1501)
     prior = stats.norm(0.0, np.sqrt(np.log1p(14.0**2))).pdf(u)
-    logs = [stats.norm(np.log(f), np.hypot(tau, 0.01 / f)).logpdf(u) for f in (1.0, 1.2)]
-    density = prior * np.trapezoid(np.exp(sum(logs) - 0.5 * (tau / 0.5) ** 2), tau[:, 0], axis=0)
+    logs = [
+        stats.norm(np.log(f), np.hypot(tau, 0.01 / f)).logpdf(u) for f in (1.0, 1.2)
+    ]
+    density = prior * np.trapezoid(
+        np.exp(sum(logs) - 0.5 * (tau / 0.5) ** 2), tau[:, 0], axis=0
+    )
     below = np.cumsum(density) / density.sum()
     exact = np.exp(np.interp([0.05, 0.5, 0.95], below, u))
     assert [low, middle, high] == pytest.approx(exact, rel=0.01)
@@ -148,7 +179,10 @@ def test_contradicting_sources_widen_the_interval():
 
 def test_sources_that_agree_are_pooled_as_before():
     cycle = np.array([5e5])
-    ones = [observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n) for n, f in ((1, 1.0), (2, 1.01))]
+    ones = [
+        observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n)
+        for n, f in ((1, 1.0), (2, 1.01))
+    ]
     found = outcome(study(WIDE, ones, draws=100), (history(ones),))
     assert np.ptp(found.answer.factor(np.array([0.05, 0.95]))) == pytest.approx(
         3.29 * 0.01 / 2**0.5, rel=0.01
@@ -157,12 +191,17 @@ def test_sources_that_agree_are_pooled_as_before():
 
 @pytest.mark.parametrize("n", [12, 300])
 def test_a_gain_of_its_own_is_no_misfit(n):
-    """Of more than 200 inspections the gain was taken for 1; the weighing says which k it is."""
+    """Of more than 200 inspections the gain was taken for 1.
+
+    The weighing says which k it is.
+    """
     rng = np.random.default_rng(4)
     cycles = np.linspace(1e5, 1.2e6, n)
     weighed = observed([1.2e6], [RATE * 1.2e6], ErrorModel(1e-5))
     heard = RATE * 1.3 * cycles + 4e-4 * rng.standard_normal(n)
-    sensor = observed(cycles, heard, ErrorModel(4e-4, gain_sd=0.2), number=2, where="planet")
+    sensor = observed(
+        cycles, heard, ErrorModel(4e-4, gain_sd=0.2), number=2, where="planet"
+    )
     seen = (weighed, sensor)
     answer = answered(study(WIDE, seen), [history(seen, end=4e6)], blocks(seen))
     each, courses = checks(drawn(answer, 300, rng))
@@ -171,7 +210,8 @@ def test_a_gain_of_its_own_is_no_misfit(n):
 
 def test_inspections_told_in_groups_surprise_as_chance_does():
     """A thousand inspections that each share an offset are told in two hundred groups."""
-    rng, cycles = np.random.default_rng(4), np.linspace(1e4, 1.2e6, 1000)
+    rng = np.random.default_rng(4)
+    cycles = np.linspace(1e4, 1.2e6, 1000)
     values = RATE * cycles + np.hypot(2e-4, 3e-4) * rng.standard_normal(1000)
     seen = (observed(cycles, values, ErrorModel(2e-4, 0.0, 3e-4)),)
     answer = answered(study(WIDE, seen), [history(seen)], blocks(seen))

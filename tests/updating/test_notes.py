@@ -34,11 +34,16 @@ def notes(values, prior=WIDE, cycles=CYCLES, more=()):
             "line 4 repeats another line, time and worn_mass",
         ),
         (RATE * CYCLES * 30, {"cycles": CYCLES * 30}, "lies beyond the stored runs"),
-        (RATE * CYCLES * 10, {}, "the end of life has passed with a probability of 100 %"),
+        (
+            RATE * CYCLES * 10,
+            {},
+            "the end of life has passed with a probability of 100 %",
+        ),
         (
             RATE * CYCLES,
             {"more": (observed(CYCLES, 3 * RATE * CYCLES, ErrorModel(SD), number=2),)},
-            "two files contradict each other, weighings.csv (update.data[0], worn mass sun) and "
+            "two files contradict each other, weighings.csv (update.data[0], worn "
+            "mass sun) and "
             "weighings.csv (update.data[1], worn mass sun): alone",
         ),
     ],

@@ -31,7 +31,10 @@ def read(tmp_path, text=GOOD, **more):
 
 def test_values_are_si_and_rows_are_those_of_the_file(tmp_path):
     seen = read(tmp_path)
-    assert seen.value == pytest.approx([1.5e-6, 3e-6]) and seen.time.tolist() == [100.0, 200.0]
+    assert seen.value == pytest.approx([1.5e-6, 3e-6]) and seen.time.tolist() == [
+        100.0,
+        200.0,
+    ]
     assert seen.row.tolist() == [3, 4] and seen.data.error.sd == pytest.approx(1e-6)
 
 
@@ -43,7 +46,10 @@ def test_hours_and_limits_of_detection(tmp_path):
         columns={"hours": "h", "value": "loss", "below": "lod"},
         units={"loss": "mg", "lod": "mg"},
     )
-    assert seen.time.tolist() == [36_000.0, 72_000.0] and seen.censored.tolist() == [True, False]
+    assert seen.time.tolist() == [36_000.0, 72_000.0] and seen.censored.tolist() == [
+        True,
+        False,
+    ]
     assert seen.below[0] == pytest.approx(5e-7)
 
 
@@ -56,14 +62,22 @@ def test_semicolons_decimal_commas_and_empty_last_cells_are_read(tmp_path):
         columns={"hours": "Stunden", "value": "Verlust", "below": "Grenze"},
         units={"Verlust": "g", "Grenze": "g"},
     )
-    assert seen.time.tolist() == [37_800.0, 72_000.0] and seen.value[0] == pytest.approx(5e-4)
-    assert seen.censored.tolist() == [False, True] and seen.below[1] == pytest.approx(1e-4)
+    assert seen.time.tolist() == [37_800.0, 72_000.0] and seen.value[
+        0
+    ] == pytest.approx(5e-4)
+    assert seen.censored.tolist() == [False, True] and seen.below[1] == pytest.approx(
+        1e-4
+    )
 
 
 @pytest.mark.parametrize(
     ("text", "more", "said"),
     [
-        ("cycles,loss\n100,abc\n", {}, "line 2, column 'loss': 'abc' is no number (decimal point)"),
+        (
+            "cycles,loss\n100,abc\n",
+            {},
+            "line 2, column 'loss': 'abc' is no number (decimal point)",
+        ),
         ("cycles,loss\n100,inf\n", {}, "line 2, column 'loss': 'inf' is not finite"),
         (
             "cycles,loss\n100,1e308\n",
@@ -75,17 +89,45 @@ def test_semicolons_decimal_commas_and_empty_last_cells_are_read(tmp_path):
             {},
             "line 2, column 'cycles': '1e308' is beyond anything that is measured",
         ),
-        (f"cycles,loss\n1,2\n3,{'4' * 140_000}\n", {}, "line 3: more than 100,000 characters"),
-        ("cycles,loss,loss\n1,2,3\n", {}, "line 1: two columns are called 'loss'; rename one"),
+        (
+            f"cycles,loss\n1,2\n3,{'4' * 140_000}\n",
+            {},
+            "line 3: more than 100,000 characters",
+        ),
+        (
+            "cycles,loss,loss\n1,2,3\n",
+            {},
+            "line 1: two columns are called 'loss'; rename one",
+        ),
         ("cycles,loss\n,1\n", {}, "line 2, column 'cycles': is empty"),
-        ("cycles,loss\n-5,1\n", {}, "line 2, column 'cycles': -5 is before the first cycle"),
+        (
+            "cycles,loss\n-5,1\n",
+            {},
+            "line 2, column 'cycles': -5 is before the first cycle",
+        ),
         ("cycles,loss\n50,1\n100,1,2\n", {}, "line 3: 3 columns instead of 2"),
-        ("cycles,mass\n100,1\n", {}, "line 1: no column 'loss' for value; there are cycles, mass"),
+        (
+            "cycles,mass\n100,1\n",
+            {},
+            "line 1: no column 'loss' for value; there are cycles, mass",
+        ),
         ("", {}, "no rows under a header"),
-        ("cycles,loss\n100,\n", {}, "column 'loss': is empty, and no limit of detection"),
-        (GOOD, {"units": {"loss": "mm"}}, "update.data[0].units.loss: 'mm' is not a unit like 'kg'"),
+        (
+            "cycles,loss\n100,\n",
+            {},
+            "column 'loss': is empty, and no limit of detection",
+        ),
+        (
+            GOOD,
+            {"units": {"loss": "mm"}},
+            "update.data[0].units.loss: 'mm' is not a unit like 'kg'",
+        ),
         (GOOD, {"units": {}}, "column 'loss' needs its unit"),
-        (GOOD, {"units": {"loss": "mg", "lost": "mg"}}, "units.lost: the file has no such column"),
+        (
+            GOOD,
+            {"units": {"loss": "mg", "lost": "mg"}},
+            "units.lost: the file has no such column",
+        ),
         (GOOD, {"since": 150.0}, "line 3, column 'cycles': 100 is before since = 150"),
     ],
 )
@@ -108,10 +150,22 @@ def test_a_file_that_is_not_there(tmp_path):
         ({"error": {}}, "update.data[0].error: required"),
         ({"error": {"sd": "1 mm"}}, "error.sd: 'mm' is not a unit like 'kg'"),
         ({"error": {"sd": "0 g"}}, "error.sd: '0 g' must be greater than 0"),
-        ({"error": {"sd": {"normal": {"mean": "1 g", "sd": "1 g"}}}}, "error.sd: is negative at times"),
-        ({"error": {"sd": "1 g", "sdd": 1}}, "error.sdd: unknown key, did you mean 'sd'?"),
-        ({"columns": {"cycle": "a", "hours": "b"}}, "columns: cycle and hours both say when"),
-        ({"quantity": "wear_depth", "error": {"sd": "1 um"}}, "wear_depth needs one of the columns diameter"),
+        (
+            {"error": {"sd": {"normal": {"mean": "1 g", "sd": "1 g"}}}},
+            "error.sd: is negative at times",
+        ),
+        (
+            {"error": {"sd": "1 g", "sdd": 1}},
+            "error.sdd: unknown key, did you mean 'sd'?",
+        ),
+        (
+            {"columns": {"cycle": "a", "hours": "b"}},
+            "columns: cycle and hours both say when",
+        ),
+        (
+            {"quantity": "wear_depth", "error": {"sd": "1 um"}},
+            "wear_depth needs one of the columns diameter",
+        ),
         ({"since": "last"}, "since: 'last' is not 'previous', or a cycle"),
     ],
 )
@@ -127,7 +181,10 @@ def test_wrong_blocks_are_refused(tmp_path, change, said):
         ({"unknown": {}}, "update.unknown: required"),
         ({"unknown": {"a.b": 3}}, "update.unknown.a.b: 3 is no distribution"),
         ({"limit": {}}, "update.limit: give either depth or worn_mass"),
-        ({"limit": {"depth": "1 um", "member": "sun"}}, "limit: member belongs to worn_mass"),
+        (
+            {"limit": {"depth": "1 um", "member": "sun"}},
+            "limit: member belongs to worn_mass",
+        ),
         ({"discrepancy": "accumulating"}, "'accumulating' needs error.drift"),
         ({"discrepancy": "some"}, "update.discrepancy"),
         ({"draws": 0}, "update.draws: 0 must be at least 1"),
@@ -155,9 +212,13 @@ CALENDAR = {"date": "2026-01-01", "hours": 1000, "hours_per_year": 3652.425}
 
 
 def dated(tmp_path, text=DATED, calendar=CALENDAR, **more):
-    block = section(tmp_path, text, columns={"date": "Datum", "value": "Verlust [mg]"}, units={}, **more) | {
-        "calendar": calendar
-    }
+    block = section(
+        tmp_path,
+        text,
+        columns={"date": "Datum", "value": "Verlust [mg]"},
+        units={},
+        **more,
+    ) | {"calendar": calendar}
     spec = read_update(block)
     return read_observations(spec.data[0], spec.calendar and Calendar.of(spec.calendar))
 
@@ -165,15 +226,23 @@ def dated(tmp_path, text=DATED, calendar=CALENDAR, **more):
 def test_dates_become_operating_hours_and_units_stand_in_the_header(tmp_path):
     """Ten hours a day from 1,000 hours on 1 January: 30 June is 180 days later."""
     seen = dated(tmp_path)
-    assert seen.clock == "hours" and seen.time / 3600.0 == pytest.approx([2800.0, 4630.0])
+    assert seen.clock == "hours" and seen.time / 3600.0 == pytest.approx(
+        [2800.0, 4630.0]
+    )
     assert seen.value == pytest.approx([140.5e-6, 265e-6])
 
 
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ({"calendar": {"date": "2026-01-01", "hours_per_year": 3000}}, "dates need update.calendar"),
-        ({"text": "Datum,Verlust [mg]\n03/04/2026,1\n"}, 'date_format = "%d/%m/%Y" or "%m/%d/%Y"'),
+        (
+            {"calendar": {"date": "2026-01-01", "hours_per_year": 3000}},
+            "dates need update.calendar",
+        ),
+        (
+            {"text": "Datum,Verlust [mg]\n03/04/2026,1\n"},
+            'date_format = "%d/%m/%Y" or "%m/%d/%Y"',
+        ),
         (
             {"text": "Datum,Verlust [mg]\n2025-01-01,1\n"},
             "line 2, column 'Datum': 2025-01-01 is before the first",
@@ -202,6 +271,10 @@ def test_the_format_of_dates_can_be_said(tmp_path):
 def test_usual_names_of_columns_need_no_mapping(tmp_path, text):
     """Was "no column 'cycle' for time", then the same of the value."""
     seen = read(tmp_path, text, columns={}, units={})
-    assert seen.time.tolist() == [36_000.0, 72_000.0] and seen.value == pytest.approx([1.5e-6, 3e-6])
-    days = calendar_of(read_update(section(tmp_path, text, columns={}, units={})).data[0], None, None)
+    assert seen.time.tolist() == [36_000.0, 72_000.0] and seen.value == pytest.approx(
+        [1.5e-6, 3e-6]
+    )
+    days = calendar_of(
+        read_update(section(tmp_path, text, columns={}, units={})).data[0], None, None
+    )
     assert (days is not None) == ("2026" in text)

@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 from made import ErrorModel, blocks, observed
 from scipy import stats
-from units import LIMIT, LINERS, PRIORS, RATE, law, liners, lognormal, quantile, simulated, unit
+from units import (
+    LIMIT,
+    LINERS,
+    PRIORS,
+    RATE,
+    law,
+    liners,
+    lognormal,
+    quantile,
+    simulated,
+    unit,
+)
 
 import wearlab
 from wearlab.updating import population as room
@@ -23,9 +34,12 @@ def rules():
     hours = [np.append(0.0, each.cycles) for each in liners()]
     depth = [np.append(0.0, each.blocks[0].seen.value) for each in liners()]
     rates = [np.diff(y) / np.diff(x) for x, y in zip(hours, depth, strict=True)]
-    rate, line = [], []
+    rate = []
+    line = []
     for k, (x, y) in enumerate(zip(hours, depth, strict=True)):
-        others = np.median(np.concatenate([each for n, each in enumerate(rates) if n != k]))
+        others = np.median(
+            np.concatenate([each for n, each in enumerate(rates) if n != k])
+        )
         rate += list(np.abs(y[1:-1] + others * np.diff(x[1:]) - y[2:]))
         line += list(np.abs(y[1:-1] / x[1:-1] * x[2:] - y[2:]))
     return 1e3 * np.mean(rate), 1e3 * np.mean(line)
@@ -34,10 +48,13 @@ def rules():
 def test_the_next_inspection_of_every_liner_is_foreseen(tmp_path):
     """The campaign of the liners, um for mm: from the inspections before and the other liners."""
     campaign = wearlab.load(LINERS.parents[1] / "update_liners.toml")
-    tree = wearlab.update(campaign, wearlab.Store(tmp_path / "store"), replay=True, progress=False)
+    tree = wearlab.update(
+        campaign, wearlab.Store(tmp_path / "store"), replay=True, progress=False
+    )
     stats = tree["sample_stats"].to_dataset()
     error, of_rate, of_line = (
-        1e6 * float(stats[f"replay_{name}"]) for name in ("mean_error", "error_of_rate", "error_of_line")
+        1e6 * float(stats[f"replay_{name}"])
+        for name in ("mean_error", "error_of_rate", "error_of_line")
     )
     assert (of_rate, of_line) == pytest.approx(rules(), rel=1e-6)
     assert of_rate == pytest.approx(0.245, abs=0.001) and error < 0.235
@@ -49,7 +66,8 @@ def test_the_next_inspection_of_every_liner_is_foreseen(tmp_path):
 def beside_emcee(emcee):
     """Return how far quantiles of what five units share, and of factors, are from a chain's, over its sd.
 
-    And how far correlations of all of them are. All are sampled together; likelihoods from whole covariances.
+    And how far correlations of all of them are. All are sampled together; likelihoods
+    from whole covariances.
     """
     units = liners()[:5]
     names = ("power", "straying", "spread", "median")
@@ -57,12 +75,17 @@ def beside_emcee(emcee):
 
     def log_probability(points):
         power, straying, spread, median = points[:, :4].T
-        total = -0.5 * ((points[:, 4:] - median[:, None]) / np.exp(spread)[:, None]) ** 2
+        total = (
+            -0.5 * ((points[:, 4:] - median[:, None]) / np.exp(spread)[:, None]) ** 2
+        )
         total = total.sum(axis=1) - 5.0 * spread
         for name, column in zip(names, (power, straying, spread, median), strict=True):
             prior, _ = PRIORS[name]
             sigma = np.sqrt(
-                np.log1p({"power": 0.3, "straying": 1.0, "spread": 1.0, "median": 2.0}[name] ** 2)
+                np.log1p(
+                    {"power": 0.3, "straying": 1.0, "spread": 1.0, "median": 2.0}[name]
+                    ** 2
+                )
             )
             total += stats.norm(np.log(prior.at(0.5)), sigma).logpdf(column)
         for k, each in enumerate(units):
@@ -73,18 +96,24 @@ def beside_emcee(emcee):
             root = np.linalg.cholesky(cov + 5e-5**2 * np.eye(len(each.cycles)))
             off = each.blocks[0].seen.value - RATE * factor[:, None] * equal
             z = np.linalg.solve(root, off[..., None])[..., 0]
-            total += -0.5 * (z**2).sum(axis=1) - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
+            total += -0.5 * (z**2).sum(axis=1) - np.log(
+                np.diagonal(root, axis1=1, axis2=2)
+            ).sum(axis=1)
         return total
 
     rng = np.random.default_rng(3)
-    start = np.array([-0.3, -1.4, -1.5, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1]) + 0.05 * rng.standard_normal((60, 9))
+    start = np.array(
+        [-0.3, -1.4, -1.5, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1]
+    ) + 0.05 * rng.standard_normal((60, 9))
     sampler = emcee.EnsembleSampler(60, 9, log_probability, vectorize=True)
     sampler._random.seed(4)
     sampler.run_mcmc(start, 6000)
     chain = sampler.get_chain(discard=1000, thin=5, flat=True)
     mine = {name: np.log(quantile(found, name, P)) for name in names}
     theta, factor = joint(found, 8000, rng)
-    mine |= {each.name: np.quantile(own, P) for each, own in zip(units, factor, strict=True)}
+    mine |= {
+        each.name: np.quantile(own, P) for each, own in zip(units, factor, strict=True)
+    }
     theirs = zip(mine, np.quantile(chain, P, axis=0).T, chain.std(axis=0), strict=True)
     off = {name: float(np.abs(mine[name] - q).max() / sd) for name, q, sd in theirs}
     together = np.corrcoef(np.hstack([theta, factor.T]).T) - np.corrcoef(chain.T)
@@ -99,26 +128,38 @@ def test_five_units_agree_with_emcee():
 
 
 def mixed():
-    """A unit whose depth, mass and profile were measured; its masses have a clock of their own.
+    """A unit whose depth, mass and profile were measured.
 
-    With it the model's values, what is worn at T of each, equal wear time, and own variance, in closed form.
+    Its masses have a clock of their own.
+
+    With it the model's values, what is worn at T of each, equal wear time, and own
+    variance, in closed form.
     """
     factor, power, faster = 1.1, 0.9, 1.04
-    cycles = (np.array([1e4, 3e4, 4e4]), np.array([1e4, 2e4]), np.repeat([1.5e4, 3e4], 2))
+    cycles = (
+        np.array([1e4, 3e4, 4e4]),
+        np.array([1e4, 2e4]),
+        np.repeat([1.5e4, 3e4], 2),
+    )
     values = (
         np.array([1.1e-3, 3.6e-3, 4.9e-3]),
         np.array([0.028, 0.049]),
         np.array([1.5, 3.2, 3.1, 6.4]) * 1e-3,
     )
     errors = (ErrorModel(5e-5), ErrorModel(1e-3, offset_sd=2e-3), ErrorModel(8e-5))
-    column, ends = [np.zeros(3, int), np.zeros(2, int), np.array([0, 1, 0, 1])], np.array([0.0, 1e5])
+    column = [np.zeros(3, int), np.zeros(2, int), np.array([0, 1, 0, 1])]
+    ends = np.array([0.0, 1e5])
     # slope and bend of each column
     bends = [
         np.array([[RATE, 2.5e-6]]),
         np.array([[3e-6, -1.25e-6]]),
         np.array([[RATE, 0.0], [2 * RATE, 0.0]]),
     ]
-    asked, model, worn, equal, own = [], [], [], [], []
+    asked = []
+    model = []
+    worn = []
+    equal = []
+    own = []
     for n, (slope, bend) in enumerate(each.T for each in bends):
         run = RunCurve(
             ends,
@@ -128,9 +169,14 @@ def mixed():
         clock = Clock(ends, faster * ends) if n == 1 else None
         asked.append(Asked(run, column[n], cycles[n], clock))
         x = factor * 1.5e4 * ((faster if clock else 1.0) * cycles[n] / 1.5e4) ** power
-        s, c = slope[column[n]], bend[column[n]]
+        s = slope[column[n]]
+        c = bend[column[n]]
         model.append(s * x * (1.0 + c * x))
-        worn.append(np.full(len(x), np.mean(slope * factor * 1.5e4 * (1.0 + bend * factor * 1.5e4))))
+        worn.append(
+            np.full(
+                len(x), np.mean(slope * factor * 1.5e4 * (1.0 + bend * factor * 1.5e4))
+            )
+        )
         equal.append(1.5e4 * (cycles[n] / 1.5e4) ** power)
         own.append(np.full(len(x), errors[n].sd ** 2 + errors[n].offset_sd ** 2))
     one = unit("a", cycles[0], values[0])
@@ -142,33 +188,60 @@ def mixed():
 def test_what_is_measured_of_a_unit_strays_together():
     """Against one normal law of all values: every file strayed by itself before."""
     one, value, model, worn, equal, own = mixed()
-    rate, lane = 0.2**2 / 1.5e4, np.ones((1, 1))
-    shared = room.Shared(0.9 * lane, 0.2 * lane, (5e-5 * lane, 1e-3 * lane, 8e-5 * lane), 1.5e4)
+    rate = 0.2**2 / 1.5e4
+    lane = np.ones((1, 1))
+    shared = room.Shared(
+        0.9 * lane, 0.2 * lane, (5e-5 * lane, 1e-3 * lane, 8e-5 * lane), 1.5e4
+    )
     seen = room.seen_by(one, shared, np.log([[1.1]]), steps=True)
     cov = rate * np.minimum(equal[:, None], equal) * worn[:, None] * worn + np.diag(own)
     exact = stats.multivariate_normal(model, cov).logpdf(value)
     assert seen.log_likelihood[0, 0] == pytest.approx(exact, abs=1e-9)
     gain = np.linalg.solve(cov, rate * equal * worn)
     assert seen.mean[0, 0] == pytest.approx(gain @ (value - model))
-    assert seen.variance[0, 0] == pytest.approx(rate * (equal.max() - gain @ (equal * worn)))
+    assert seen.variance[0, 0] == pytest.approx(
+        rate * (equal.max() - gain @ (equal * worn))
+    )
     state = UnitState(
-        one, shared, np.array([1.1]), 0, seen.mean[:, 0], seen.variance[:, 0], equal.max(keepdims=True)
+        one,
+        shared,
+        np.array([1.1]),
+        0,
+        seen.mean[:, 0],
+        seen.variance[:, 0],
+        equal.max(keepdims=True),
     )
     ahead = 1.5e4 * (5e4 / 1.5e4) ** 0.9
     mean, variance = state.wear(5e4, 1)
-    x, share = 1.1 * 1.5e4 * (1.04 * 5e4 / 1.5e4) ** 0.9, worn[3]
+    x = 1.1 * 1.5e4 * (1.04 * 5e4 / 1.5e4) ** 0.9
+    share = worn[3]
     with_it = rate * equal * worn * share
     assert mean[0] == pytest.approx(
         3e-6 * x * (1.0 - 1.25e-6 * x) + np.linalg.solve(cov, with_it) @ (value - model)
     )
-    assert variance[0] == pytest.approx(rate * ahead * share**2 - with_it @ np.linalg.solve(cov, with_it))
+    assert variance[0] == pytest.approx(
+        rate * ahead * share**2 - with_it @ np.linalg.solve(cov, with_it)
+    )
     times = [(number, each.cycle) for number, each in one.inspections]
-    assert times == [(0, 1e4), (1, 1e4), (2, 1.5e4), (1, 2e4), (0, 3e4), (2, 3e4), (0, 4e4)]
-    assert replace(one, asked=1).inspected(np.array([1e4, 2e4, 3e4])).tolist() == [1, 3, 5]
+    assert times == [
+        (0, 1e4),
+        (1, 1e4),
+        (2, 1.5e4),
+        (1, 2e4),
+        (0, 3e4),
+        (2, 3e4),
+        (0, 4e4),
+    ]
+    assert replace(one, asked=1).inspected(np.array([1e4, 2e4, 3e4])).tolist() == [
+        1,
+        3,
+        5,
+    ]
 
 
 def test_a_finer_lattice_changes_nothing(monkeypatch):
-    units, names = simulated(8, 4, 5), ("straying", "spread", "median")
+    units = simulated(8, 4, 5)
+    names = ("straying", "spread", "median")
     coarse = population(units, law("straying"), 0)
     known = [np.log(quantile(coarse, name, P)) for name in names]
     monkeypatch.setattr(room, "SPACING", {3: 0.3})
@@ -185,20 +258,32 @@ def test_a_finer_lattice_changes_nothing(monkeypatch):
 
 def test_a_population_that_is_known_gives_each_unit_its_conjugate_law():
     """Narrow priors: y = f g with ln f ~ N(m, s²), small errors, against a quadrature of its own."""
-    cycle, value = np.array([1e4, 2e4]), np.array([1.25e-3, 2.55e-3])
+    cycle = np.array([1e4, 2e4])
+    value = np.array([1.25e-3, 2.55e-3])
     one = unit("a", cycle, value, 1e-4)
-    tight = {"spread": (lognormal(0.3, 1e-3), 1.0), "median": (lognormal(1.0, 1e-3), 1.0)}
+    tight = {
+        "spread": (lognormal(0.3, 1e-3), 1.0),
+        "median": (lognormal(1.0, 1e-3), 1.0),
+    }
     known = law(sd=1e-4)._replace(
         parameters=tuple(room.Parameter(n, *tight[n]) for n in ("spread", "median"))
     )
     found = population([one], known, 0)
     u = np.linspace(-1.0, 1.0, 200_001)
     logs = stats.norm(0.0, 0.3).logpdf(u)
-    logs += stats.norm(value[:, None], 1e-4).logpdf(RATE * np.exp(u) * cycle[:, None]).sum(axis=0)
+    logs += (
+        stats.norm(value[:, None], 1e-4)
+        .logpdf(RATE * np.exp(u) * cycle[:, None])
+        .sum(axis=0)
+    )
     mass = np.exp(logs - logs.max())
-    assert found.evidence == pytest.approx(np.log(np.trapezoid(mass, u)) + logs.max(), abs=1e-3)
+    assert found.evidence == pytest.approx(
+        np.log(np.trapezoid(mass, u)) + logs.max(), abs=1e-3
+    )
     rng = np.random.default_rng(0)
-    mine = np.quantile(factors(one, known, found.theta[equally(found.weight(), 20_000, rng)], rng), P)
+    mine = np.quantile(
+        factors(one, known, found.theta[equally(found.weight(), 20_000, rng)], rng), P
+    )
     exact = np.interp(P, np.cumsum(mass) / mass.sum(), u)
     assert np.abs(mine - exact).max() < 0.05 * 0.02
 
@@ -207,24 +292,38 @@ def test_intervals_of_lives_hold_the_truth_as_often_as_they_say():
     """40 fleets of 6 drawn outside of the code: what they share, their walks, their lives."""
     sigma = {"straying": (0.2, 0.5), "spread": (0.3, 0.5), "median": (1.0, 0.3)}
     asked = law("straying")._replace(
-        parameters=tuple(room.Parameter(name, lognormal(*prior)) for name, prior in sigma.items())
+        parameters=tuple(
+            room.Parameter(name, lognormal(*prior)) for name, prior in sigma.items()
+        )
     )
-    rng, ranks, grid = np.random.default_rng(9), [], np.linspace(0.0, 6e5, 12_001)
+    rng = np.random.default_rng(9)
+    ranks = []
+    grid = np.linspace(0.0, 6e5, 12_001)
     at = np.array([50, 100, 200])
     for seed in range(40):
         cov = np.array([prior[1] for prior in sigma.values()])
         truth = np.log([prior[0] for prior in sigma.values()])
-        straying, spread, median = np.exp(truth + np.sqrt(np.log1p(cov**2)) * rng.standard_normal(3))
-        units, lives = [], []
+        straying, spread, median = np.exp(
+            truth + np.sqrt(np.log1p(cov**2)) * rng.standard_normal(3)
+        )
+        units = []
+        lives = []
         for factor in median * np.exp(spread * rng.standard_normal(6)):
-            steps = straying * factor * RATE * np.sqrt(1.5e4 * np.diff(grid, prepend=0.0))
-            worn = factor * RATE * grid + np.cumsum(steps * rng.standard_normal(len(grid)))
+            steps = (
+                straying * factor * RATE * np.sqrt(1.5e4 * np.diff(grid, prepend=0.0))
+            )
+            worn = factor * RATE * grid + np.cumsum(
+                steps * rng.standard_normal(len(grid))
+            )
             over = worn >= LIMIT
             lives.append(grid[np.argmax(over)] if over.any() else np.inf)
             units.append(unit("a", grid[at], worn[at] + 5e-5 * rng.standard_normal(3)))
         found = population(units, asked, seed)
         states = states_now(found, *joint(found, DRAWS, rng))
-        ranks += [float(state.lives.life_below(life)[0]) for state, life in zip(states, lives, strict=False)]
+        ranks += [
+            float(state.lives.life_below(life)[0])
+            for state, life in zip(states, lives, strict=False)
+        ]
     ranks = np.array(ranks)
     assert stats.kstest(ranks, "uniform").pvalue > 1e-3
     assert 0.85 <= np.mean(np.abs(ranks - 0.5) <= 0.45) <= 0.95
@@ -236,14 +335,17 @@ def test_a_unit_that_was_not_measured_is_as_wide_as_the_population():
     found = population(units, law("straying"), 0)
     rng = np.random.default_rng(0)
     states = states_now(found, *joint(found, DRAWS, rng))
-    new, old = states[10], states[0]
+    new = states[10]
+    old = states[0]
     assert np.std(np.log(new.factor)) > 1.1 * quantile(found, "spread", np.array(0.5))
     assert np.ptp(new.lives.life(P[[0, 4]])) > 1.5 * np.ptp(old.lives.life(P[[0, 4]]))
 
 
 def test_what_a_hundred_units_cost(monkeypatch):
     """How often the likelihood is asked, and of how many coefficients times errors at once."""
-    units, work, real = simulated(100, 10, 7), [], room.kalman.filtered
+    units = simulated(100, 10, 7)
+    work = []
+    real = room.kalman.filtered
 
     def counted(*arguments, **options):
         seen = real(*arguments, **options)
@@ -252,9 +354,13 @@ def test_what_a_hundred_units_cost(monkeypatch):
 
     monkeypatch.setattr(room.kalman, "filtered", counted)
     found = population(units, law("straying"), 0)
-    assert quantile(found, "spread", np.array([0.05, 0.95])) == pytest.approx([0.3, 0.3], rel=0.3)
+    assert quantile(found, "spread", np.array([0.05, 0.95])) == pytest.approx(
+        [0.3, 0.3], rel=0.3
+    )
     assert len(work) < 16 * 100 and sum(work) < 100 * 17_000
     work.clear()
     rng = np.random.default_rng(0)
     after(found, 0, units[0].cycles, rng)
-    assert len(work) == 4  # twice to find the top, its table, the states: for all inspections at once
+    assert (
+        len(work) == 4
+    )  # twice to find the top, its table, the states: for all inspections at once

@@ -1,4 +1,7 @@
-"""The grid against closed forms: linear wear with Gaussian errors is conjugate; so is a normal-gamma sd."""
+"""The grid against closed forms: linear wear with Gaussian errors is conjugate.
+
+So is a normal-gamma sd.
+"""
 
 import time
 from dataclasses import replace
@@ -29,7 +32,9 @@ def conjugate(values, mean, sd, cycles=CYCLES, noise=SD):
     """Return the normal posterior of the factor."""
     slope = RATE * cycles
     precision = 1.0 / sd**2 + np.sum(slope**2) / noise**2
-    return stats.norm((mean / sd**2 + np.sum(slope * values) / noise**2) / precision, precision**-0.5)
+    return stats.norm(
+        (mean / sd**2 + np.sum(slope * values) / noise**2) / precision, precision**-0.5
+    )
 
 
 @pytest.mark.parametrize("sd", [0.02, 0.1, 0.19])
@@ -42,9 +47,12 @@ def test_linear_wear_with_known_errors_is_conjugate(sd):
     assert answer.factor(P) == pytest.approx(exact.ppf(P), rel=1e-6)
     assert answer.life(P) == pytest.approx(0.03 / RATE / exact.ppf(1.0 - P), rel=1e-6)
     total = stats.multivariate_normal(
-        1.2 * RATE * CYCLES, SD**2 * np.eye(6) + sd**2 * RATE**2 * np.outer(CYCLES, CYCLES)
+        1.2 * RATE * CYCLES,
+        SD**2 * np.eye(6) + sd**2 * RATE**2 * np.outer(CYCLES, CYCLES),
     )
-    assert answer.posterior.evidence == pytest.approx(total.logpdf(weighings()), abs=1e-6)
+    assert answer.posterior.evidence == pytest.approx(
+        total.logpdf(weighings()), abs=1e-6
+    )
 
 
 def test_an_offset_common_to_one_inspection_is_conjugate_too_and_ignoring_it_halves_the_width():
@@ -63,7 +71,8 @@ def test_an_offset_common_to_one_inspection_is_conjugate_too_and_ignoring_it_hal
     assert answer.factor(P) == pytest.approx(exact.ppf(P), rel=1e-6)
     without = (observed(cycles, values, ErrorModel(SD)),)
     ignored = answered(study(prior, without), [history(without)], blocks(without))
-    width, narrow = (np.ptp(one.factor(np.array([0.05, 0.95]))) for one in (answer, ignored))
+    width = np.ptp(answer.factor(np.array([0.05, 0.95])))
+    narrow = np.ptp(ignored.factor(np.array([0.05, 0.95])))
     assert narrow == pytest.approx(0.5 * width, rel=0.02)
 
 
@@ -75,13 +84,22 @@ def test_an_accumulating_drift_is_conjugate():
     values = 1.3 * RATE * CYCLES + walk + sd * rng.standard_normal(6)
     seen = (observed(CYCLES, values, ErrorModel(sd, drift=drift)),)
     prior = {"normal": {"mean": 1.2, "sd": 0.1}, "truncate": [1e-3, 10.0]}
-    answer = answered(study(prior, seen, "accumulating"), [history(seen)], blocks(seen, accumulating=True))
+    answer = answered(
+        study(prior, seen, "accumulating"),
+        [history(seen)],
+        blocks(seen, accumulating=True),
+    )
     cov = sd**2 * np.eye(6) + drift**2 * np.minimum.outer(CYCLES, CYCLES) / 1e6
     slope = RATE * CYCLES
     precision = 1.0 / 0.1**2 + slope @ np.linalg.solve(cov, slope)
-    exact = stats.norm((1.2 / 0.1**2 + slope @ np.linalg.solve(cov, values)) / precision, precision**-0.5)
+    exact = stats.norm(
+        (1.2 / 0.1**2 + slope @ np.linalg.solve(cov, values)) / precision,
+        precision**-0.5,
+    )
     assert answer.factor(P) == pytest.approx(exact.ppf(P), rel=1e-6)
-    total = stats.multivariate_normal(1.2 * slope, cov + 0.1**2 * np.outer(slope, slope))
+    total = stats.multivariate_normal(
+        1.2 * slope, cov + 0.1**2 * np.outer(slope, slope)
+    )
     assert answer.posterior.evidence == pytest.approx(total.logpdf(values), abs=1e-6)
 
 
@@ -96,13 +114,21 @@ def test_an_unknown_error_gives_students_law():
     best = slope @ values / (slope @ slope)
     scale = np.sqrt(np.sum((values - best * slope) ** 2) / 5 / (slope @ slope))
     inner = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
-    assert answer.factor(inner) == pytest.approx(stats.t(5, best, scale).ppf(inner), rel=1e-6)
+    assert answer.factor(inner) == pytest.approx(
+        stats.t(5, best, scale).ppf(inner), rel=1e-6
+    )
 
 
 def test_two_unknowns_agree_with_emcee():
     emcee = pytest.importorskip("emcee")
     values = weighings(6)
-    seen = (observed(CYCLES, values, ErrorModel(read_distribution({"loguniform": ["0.05 g", "5 g"]}, "sd"))),)
+    seen = (
+        observed(
+            CYCLES,
+            values,
+            ErrorModel(read_distribution({"loguniform": ["0.05 g", "5 g"]}, "sd")),
+        ),
+    )
     prior = {"lognormal": {"median": 1.0, "cov": 1.0}}
     answer = answered(study(prior, seen), [history(seen)], blocks(seen))
 
@@ -111,7 +137,11 @@ def test_two_unknowns_agree_with_emcee():
         if not np.log(5e-5) < v < np.log(5e-3):
             return -np.inf
         own = -0.5 * u**2 / np.log(2.0)
-        return own - 0.5 * np.sum(((values - np.exp(u) * RATE * CYCLES) / np.exp(v)) ** 2) - 6 * v
+        return (
+            own
+            - 0.5 * np.sum(((values - np.exp(u) * RATE * CYCLES) / np.exp(v)) ** 2)
+            - 6 * v
+        )
 
     rng = np.random.default_rng(0)
     start = np.array([np.log(1.3), np.log(4e-4)]) + 1e-3 * rng.standard_normal((16, 2))
@@ -121,7 +151,9 @@ def test_two_unknowns_agree_with_emcee():
     chain = np.exp(sampler.get_chain(discard=500, thin=10, flat=True)[:, 0])
     inner = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
     spread = chain.std()
-    assert np.abs(answer.factor(inner) - np.quantile(chain, inner)).max() < 0.08 * spread
+    assert (
+        np.abs(answer.factor(inner) - np.quantile(chain, inner)).max() < 0.08 * spread
+    )
 
 
 def test_halving_the_grid_changes_nothing(monkeypatch):
@@ -130,7 +162,9 @@ def test_halving_the_grid_changes_nothing(monkeypatch):
     seen = (observed(CYCLES, values, ErrorModel(unknown)),)
     prior = {"lognormal": {"median": 1.0, "cov": 14.0}}
     whole = answered(study(prior, seen), [history(seen)], blocks(seen))
-    monkeypatch.setattr("wearlab.updating.grids.NODES", 2 * len(whole.posterior.nodes[0]) - 1)
+    monkeypatch.setattr(
+        "wearlab.updating.grids.NODES", 2 * len(whole.posterior.nodes[0]) - 1
+    )
     monkeypatch.setattr("wearlab.updating.grids.SPREADS", 81)
     finer = answered(study(prior, seen), [history(seen)], blocks(seen))
     assert finer.posterior.place.shape[1] > whole.posterior.place.shape[1]
@@ -157,9 +191,12 @@ def test_a_hundred_thousand_values_are_one_average(n):
     prior = {"lognormal": {"median": 1.0, "cov": 14.0}}
     answer = answered(study(prior, seen), [history(seen)], blocks(seen))
     slope = RATE * cycles
-    best, sd = slope @ values / (slope @ slope), SD / np.sqrt(slope @ slope)
+    best = slope @ values / (slope @ slope)
+    sd = SD / np.sqrt(slope @ slope)
     assert answer.factor(np.array([0.5]))[0] == pytest.approx(best, rel=1e-6)
-    assert np.ptp(answer.factor(np.array([0.05, 0.95]))) == pytest.approx(3.2897 * sd, rel=1e-4)
+    assert np.ptp(answer.factor(np.array([0.05, 0.95]))) == pytest.approx(
+        3.2897 * sd, rel=1e-4
+    )
 
 
 @pytest.mark.parametrize("values", [[], [0.013]])
@@ -171,7 +208,9 @@ def test_few_values_leave_the_prior_wide(values):
     if not values:
         assert answer.factor(P) == pytest.approx(law.ppf(P), rel=1e-6)
     else:
-        assert answer.factor(np.array([0.5]))[0] == pytest.approx(0.013 / (RATE * 1e5), rel=0.01)
+        assert answer.factor(np.array([0.5]))[0] == pytest.approx(
+            0.013 / (RATE * 1e5), rel=0.01
+        )
 
 
 def test_runs_are_weighted_by_their_evidence():
@@ -184,17 +223,24 @@ def test_runs_are_weighted_by_their_evidence():
     logs = []
     for rate in (RATE, 1.5 * RATE):
         slope = rate * CYCLES
-        law = stats.multivariate_normal(slope, SD**2 * np.eye(6) + 0.1**2 * np.outer(slope, slope))
+        law = stats.multivariate_normal(
+            slope, SD**2 * np.eye(6) + 0.1**2 * np.outer(slope, slope)
+        )
         logs.append(law.logpdf(values))
     expected = np.exp(logs - np.logaddexp(*logs))
     assert answer.posterior.weight == pytest.approx(expected, abs=1e-6)
-    assert answer.life_below(answer.life(np.array([0.3])))[0] == pytest.approx(0.3, abs=1e-6)
+    assert answer.life_below(answer.life(np.array([0.3])))[0] == pytest.approx(
+        0.3, abs=1e-6
+    )
 
 
 @pytest.mark.parametrize("error", ["known", "unknown", "drift", "gain", "many"])
 @pytest.mark.parametrize("later", [1.0, 1.2])
 def test_runs_judged_at_once_are_as_each_alone(error, later):
-    """Evidence of each run, and innovations of draws; of runs that were measured at other cycles, too."""
+    """Evidence of each run, and innovations of draws.
+
+    Of runs that were measured at other cycles, too.
+    """
     unknown = read_distribution({"lognormal": {"median": SD, "cov": 0.5}}, "error")
     model = {
         "known": ErrorModel(SD),
@@ -219,7 +265,9 @@ def test_runs_judged_at_once_are_as_each_alone(error, later):
     for i, run in enumerate(runs):
         mine = np.flatnonzero(draws.run == i)
         lanes = Lanes(draws.factor[mine], draws.sd[0][mine], draws.drift[0][mine])
-        own = log_likelihood(some[0], run, 0, lanes, inspections_of(some[0], run, 0)).steps
+        own = log_likelihood(
+            some[0], run, 0, lanes, inspections_of(some[0], run, 0)
+        ).steps
         for one, of_all in zip(own, steps, strict=True):
             assert of_all.surprise[mine] == pytest.approx(one.surprise, rel=1e-12)
             assert of_all.variance[mine] == pytest.approx(one.variance, rel=1e-12)

@@ -20,7 +20,13 @@ from wearlab.updating.measurements import OperatingRecord, read_record
 from wearlab.updating.report_text import text_of
 
 RPM = 1200.0
-ROWS = ((0, 500, RPM), (100, 250, 0.5 * RPM), (400, 0, 0), (450, 420, RPM), (600, "", ""))
+ROWS = (
+    (0, 500, RPM),
+    (100, 250, 0.5 * RPM),
+    (400, 0, 0),
+    (450, 420, RPM),
+    (600, "", ""),
+)
 RECORD = "hours,torque,speed\n" + "".join(f"{h},{t},{n}\n" for h, t, n in ROWS)
 RECORDED = STATIC.replace('cycle = "cycles"', 'hours = "hours"').replace(
     "[[update.data]]",
@@ -34,7 +40,9 @@ units   = { hours = "h", torque = "N*m", speed = "rpm" }
 
 def campaign(folder, weighings, record=RECORD, text=RECORDED):
     (folder / "record.csv").write_text(record)
-    (folder / "weighings.csv").write_text("hours,loss\n" + "".join(f"{h},{v!r}\n" for h, v in weighings))
+    (folder / "weighings.csv").write_text(
+        "hours,loss\n" + "".join(f"{h},{v!r}\n" for h, v in weighings)
+    )
     (folder / "recorded.toml").write_text(text)
     return wl.load(folder / "recorded.toml")
 
@@ -50,7 +58,9 @@ def staged(tmp_path_factory):
     ]
     own = scene.operation
     stages.append({"torque": f"{own.torque} N*m", "speed": f"{own.speed!r} rad/s"})
-    scene = scene.replace("operation", {"stage": stages}).replace("wear.coefficient.factor", 1.3)
+    scene = scene.replace("operation", {"stage": stages}).replace(
+        "wear.coefficient.factor", 1.3
+    )
     return wl.simulate(scene)
 
 
@@ -64,36 +74,55 @@ def test_a_record_gives_the_life_that_stages_have(staged, tmp_path):
     predictions = tree["predictions"].to_dataset()
     assert float(predictions["factor_quantile"][2]) == pytest.approx(1.3, rel=0.005)
     rest = (
-        predictions["remaining_useful_life_quantile"].values * float(predictions["seconds_per_cycle"]) / 3600
+        predictions["remaining_useful_life_quantile"].values
+        * float(predictions["seconds_per_cycle"])
+        / 3600
     )
     life = float(staged.life) if "life" in staged else float(staged.cycle[-1])
     truth = float(np.interp(life, staged.cycle.values, hours)) - 550.0
     assert rest[2] == pytest.approx(truth, rel=0.02)
     without = RECORDED.replace("5 mg", "0.5 mg").partition("[update.record]")
     plain = without[0] + "[[update.data]]" + without[2].partition("[[update.data]]")[2]
-    other = update(campaign(tmp_path, weighings, text=plain), wl.Store(tmp_path / "store"), progress=False)
+    other = update(
+        campaign(tmp_path, weighings, text=plain),
+        wl.Store(tmp_path / "store"),
+        progress=False,
+    )
     assert abs(float(other["predictions"]["factor_quantile"][2]) / 1.3 - 1.0) > 0.1
     assert any("wear" in line for line in text_of(tree))
 
 
-def test_a_unit_of_a_fleet_has_the_record_and_the_clocks_of_a_lone_one(staged, tmp_path):
+def test_a_unit_of_a_fleet_has_the_record_and_the_clocks_of_a_lone_one(
+    staged, tmp_path
+):
     hours = staged.operating_hours.values / 3600.0
     mass = 1e6 * staged.worn_mass.isel(member=0).values
     weighed = [
-        f"A,{h},{float(np.interp(ran, hours, mass))!r}\n" for h, ran in ((200, 200), (500, 450), (600, 550))
+        f"A,{h},{float(np.interp(ran, hours, mass))!r}\n"
+        for h, ran in ((200, 200), (500, 450), (600, 550))
     ]
-    text = RECORDED.replace("5 mg", "0.5 mg").replace(", value =", ', unit = "box", value =')
-    made = campaign(tmp_path, [(100, 1.0)], text=text + "[update.population]\nstraying = 0.01\n")
+    text = RECORDED.replace("5 mg", "0.5 mg").replace(
+        ", value =", ', unit = "box", value ='
+    )
+    made = campaign(
+        tmp_path, [(100, 1.0)], text=text + "[update.population]\nstraying = 0.01\n"
+    )
     (tmp_path / "weighings.csv").write_text("box,hours,loss\n" + "".join(weighed))
     tree = update(made, wl.Store(tmp_path / "store"), progress=False)
-    assert float(tree["predictions"]["factor_quantile"][0, 2]) == pytest.approx(1.3, rel=0.005)
+    assert float(tree["predictions"]["factor_quantile"][0, 2]) == pytest.approx(
+        1.3, rel=0.005
+    )
 
 
 def block(folder, text, **columns):
     (folder / "record.csv").write_text(text)
-    units = {"torque": "N*m", "speed": "rpm"} | ({"hours": "h"} if "hours" in columns else {})
+    units = {"torque": "N*m", "speed": "rpm"} | (
+        {"hours": "h"} if "hours" in columns else {}
+    )
     units |= {"duration": "h"} if "duration" in columns else {}
-    return RecordBlock(file=Path(folder / "record.csv"), columns=RecordColumns(**columns), units=units)
+    return RecordBlock(
+        file=Path(folder / "record.csv"), columns=RecordColumns(**columns), units=units
+    )
 
 
 def test_dates_tell_the_hours_in_operation(tmp_path):
@@ -105,13 +134,18 @@ def test_dates_tell_the_hours_in_operation(tmp_path):
     assert days.hours(at) == pytest.approx([120.0, 240.0, 360.0])
     assert day_text(days.day[-1]) == "2026-01-31" and days.time[-1] == 480.0
     assert days.a_year == pytest.approx(480.0 * 365.2425 / 30.0)
-    assert days.texts(np.array([120.0, 360.0])).tolist() == ["2026-01-06", "2026-01-26"]  # not evenly
+    assert days.texts(np.array([120.0, 360.0])).tolist() == [
+        "2026-01-06",
+        "2026-01-26",
+    ]  # not evenly
     ended = days._replace(a_year=np.nan)
     assert np.isnan(ended.hours(["2026-01-06", "2026-03-01"])).tolist() == [False, True]
 
 
 def test_bins_have_no_order_and_many_conditions_are_classed(tmp_path):
-    bins = "duration,torque,speed\n" + "".join(f"10,{t},{n}\n" for t in range(0, 100, 5) for n in (500, 900))
+    bins = "duration,torque,speed\n" + "".join(
+        f"10,{t},{n}\n" for t in range(0, 100, 5) for n in (500, 900)
+    )
     record = read_record(block(tmp_path, bins, duration="duration"), None, None)
     conditions, which = record.conditions()
     assert record.mixed and record.time[-1] == 400 * 3600.0 and len(conditions) <= 12
@@ -123,11 +157,23 @@ def test_bins_have_no_order_and_many_conditions_are_classed(tmp_path):
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
-        ("hours,torque\n0,1\n5,1\n", "no column 'speed' for speed; there are hours, torque: name it in"),
+        (
+            "hours,torque\n0,1\n5,1\n",
+            "no column 'speed' for speed; there are hours, torque: name it in",
+        ),
         ("hours,torque,speed\n0,1,1\n", "a row holds until the next"),
-        ("hours,torque,speed\n0,1,1\n5,2,2\n5,,\n", "line 4, column 'hours': is not after the row before it"),
-        ("hours,torque,speed\n0,-1,1\n5,,\n", "line 2, column 'torque': is negative: give the size"),
-        ("hours,torque,speed\n0,,1\n5,,\n", "line 2, column 'torque': is empty; 0 stands for"),
+        (
+            "hours,torque,speed\n0,1,1\n5,2,2\n5,,\n",
+            "line 4, column 'hours': is not after the row before it",
+        ),
+        (
+            "hours,torque,speed\n0,-1,1\n5,,\n",
+            "line 2, column 'torque': is negative: give the size",
+        ),
+        (
+            "hours,torque,speed\n0,,1\n5,,\n",
+            "line 2, column 'torque': is empty; 0 stands for",
+        ),
         ("hours,torque,speed\n7,1,1\n9,,\n", "the record begins after 7 h: begin at 0"),
         ("hours,torque,speed\n0,1,0\n9,,\n", "nothing ran: speed is 0 in every row"),
     ],
@@ -140,27 +186,48 @@ def test_a_wrong_record_is_one_line(tmp_path, rows, said):
 def test_what_a_record_cannot_go_with_is_refused(tmp_path):
     with pytest.raises(CampaignError, match="say when by hours or date"):
         campaign(
-            tmp_path, [(1, 1)], text=RECORDED.replace('hours = "hours", value', 'cycle = "hours", value')
+            tmp_path,
+            [(1, 1)],
+            text=RECORDED.replace('hours = "hours", value', 'cycle = "hours", value'),
         )
     with pytest.raises(CampaignError, match="name one of hours, date, duration, not 2"):
         campaign(
-            tmp_path, [(1, 1)], text=RECORDED.replace('{ hours = "hours" }', '{ hours = "a", date = "b" }')
+            tmp_path,
+            [(1, 1)],
+            text=RECORDED.replace('{ hours = "hours" }', '{ hours = "a", date = "b" }'),
         )
-    torque = '[update.unknown]\n"operation.torque" = { normal = { mean = "340 N*m", sd = "10 N*m" } }'
-    made = campaign(tmp_path, [(1, 1)], text=RECORDED.replace("[update.unknown]", torque))
-    with pytest.raises(UpdateError, match=r"update.record: goes with the unknown wear\.coefficient\.factor"):
+    torque = (
+        '[update.unknown]\n"operation.torque" = { normal = { mean = "340 N*m", sd = '
+        '"10 N*m" } }'
+    )
+    made = campaign(
+        tmp_path, [(1, 1)], text=RECORDED.replace("[update.unknown]", torque)
+    )
+    with pytest.raises(
+        UpdateError,
+        match=r"update.record: goes with the unknown wear\.coefficient\.factor",
+    ):
         studies(made)
 
 
-def test_hours_between_dates_are_those_of_the_calendar_or_a_note_says_that_all_count(tmp_path):
+def test_hours_between_dates_are_those_of_the_calendar_or_a_note_says_that_all_count(
+    tmp_path,
+):
     a_year = 6200.0
-    two_years = "date,torque,speed\n2024-01-01,100,1000\n2025-01-01,200,1000\n{}2026-01-01,,\n"
+    two_years = (
+        "date,torque,speed\n2024-01-01,100,1000\n2025-01-01,200,1000\n{}2026-01-01,,\n"
+    )
     made = block(tmp_path, two_years.format(""), date="date")
     record = read_record(made, None, a_year)
     assert record.time[-1] / 3600.0 == pytest.approx(731 / 365.2425 * 6200.0)
-    assert record.excess(a_year) is None and read_record(made, None, None).excess(None) is None
+    assert (
+        record.excess(a_year) is None
+        and read_record(made, None, None).excess(None) is None
+    )
     assert read_record(made, None, None).time[-1] == 731 * 86400.0
-    stood = block(tmp_path, two_years.format("2025-07-01,0,0\n2025-07-15,200,1000\n"), date="date")
+    stood = block(
+        tmp_path, two_years.format("2025-07-01,0,0\n2025-07-15,200,1000\n"), date="date"
+    )
     record = read_record(stood, None, a_year)
     assert record.excess(a_year) == pytest.approx((717 * 24.0, 731 / 365.2425 * 6200.0))
     told = stood.model_copy(update={"hours_per_year": 6000.0})
@@ -174,11 +241,15 @@ def test_masses_are_mixed_at_equal_mass(fleet):
     """Were mixed at equal depth, at which a harder load has worn less: k came out 2 % off."""
     cycles = np.array([1e5, 2e5])
     seen = (observed(cycles, 1.05 * RATE * cycles, ErrorModel(1e-5)),)
-    own, deep, heavy = (
-        replace(history(seen, rate=f * RATE), seconds_per_cycle=1.0) for f in (1.0, 1.1, 1.05)
+    own = replace(history(seen, rate=1.0 * RATE), seconds_per_cycle=1.0)
+    deep = replace(history(seen, rate=1.1 * RATE), seconds_per_cycle=1.0)
+    heavy = replace(history(seen, rate=1.05 * RATE), seconds_per_cycle=1.0)
+    record = OperatingRecord(
+        np.array([0.0, 2e5]), np.ones(1), np.ones(1), None, False, ""
     )
-    record = OperatingRecord(np.array([0.0, 2e5]), np.ones(1), np.ones(1), None, False, "")
-    asked = replace(study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen), record=record)
+    asked = replace(
+        study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen), record=record
+    )
     asked = replace(asked, spec=asked.spec.model_copy(update={"fleet": fleet}))
     found = clocked_run(asked, own, [replace(deep, asked=heavy.asked)])
     assert found.equal(cycles) == pytest.approx(1.1 * cycles)

@@ -11,7 +11,8 @@ from wearlab.updating.report_text import text_of
 
 AT, TRUE = 1e8, 1.3
 REPLACED = STATIC.replace("5 mg", "0.5 mg").replace(
-    "[[update.data]]", '[[update.replaced]]\nmembers = ["pinion"]\ncycle = 1e8\n[[update.data]]'
+    "[[update.data]]",
+    '[[update.replaced]]\nmembers = ["pinion"]\ncycle = 1e8\n[[update.data]]',
 )
 OF_BOTH = (
     REPLACED
@@ -37,15 +38,31 @@ def campaign(folder, text=REPLACED, pinion="50000000,1\n", gear=""):
 @pytest.fixture(scope="module")
 def truth(tmp_path_factory):
     """The old pinion until 1e8 cycles, then a new one against the gear as it was then."""
-    scene = campaign(tmp_path_factory.mktemp("truth")).cases[0].scene.replace("wear.coefficient.factor", TRUE)
-    old = wl.simulate(scene.replace({"wear.until": {"cycles": AT}, "wear.snapshots": {"cycles": [0.5 * AT]}}))
+    scene = (
+        campaign(tmp_path_factory.mktemp("truth"))
+        .cases[0]
+        .scene.replace("wear.coefficient.factor", TRUE)
+    )
+    old = wl.simulate(
+        scene.replace(
+            {"wear.until": {"cycles": AT}, "wear.snapshots": {"cycles": [0.5 * AT]}}
+        )
+    )
     worn = old.wear_depth.isel(update=-1).sel(flank="gear").values
     place = old.path_position.sel(flank="gear").values
     order = np.argsort(place)
-    rows = "".join(f"{x!r},{y!r}\n" for x, y in zip(place[order].tolist(), worn[order].tolist(), strict=True))
+    rows = "".join(
+        f"{x!r},{y!r}\n"
+        for x, y in zip(place[order].tolist(), worn[order].tolist(), strict=True)
+    )
     file = tmp_path_factory.mktemp("profile") / "gear.csv"
     file.write_text("path_position [m],depth [m]\n" + rows)
-    initial = {"file": str(file), "x": "path_position", "y": "depth", "continuation": "hold"}
+    initial = {
+        "file": str(file),
+        "x": "path_position",
+        "y": "depth",
+        "continuation": "hold",
+    }
     new = wl.simulate(scene.replace("wear.initial.gear", initial))
     return old, new
 
@@ -59,12 +76,23 @@ def weighed(run, member, cycle):
 def tree(truth, tmp_path_factory):
     old, new = truth
     at = new.cycle.values[[1, 2]]  # states that the run has: nothing is interpolated
-    pinion = [(0.5 * AT, weighed(old, "pinion", 0.5 * AT)), (AT, weighed(old, "pinion", AT))]
+    pinion = [
+        (0.5 * AT, weighed(old, "pinion", 0.5 * AT)),
+        (AT, weighed(old, "pinion", AT)),
+    ]
     pinion += [(AT + n, weighed(new, "pinion", n)) for n in at]
-    gear = [(0.5 * AT, weighed(old, "gear", 0.5 * AT)), *((AT + n, weighed(new, "gear", n)) for n in at)]
-    rows = ["".join(f"{float(n)!r},{float(m)!r}\n" for n, m in each) for each in (pinion, gear)]
+    gear = [
+        (0.5 * AT, weighed(old, "gear", 0.5 * AT)),
+        *((AT + n, weighed(new, "gear", n)) for n in at),
+    ]
+    rows = [
+        "".join(f"{float(n)!r},{float(m)!r}\n" for n, m in each)
+        for each in (pinion, gear)
+    ]
     folder = tmp_path_factory.mktemp("replaced")
-    return update(campaign(folder, OF_BOTH, *rows), wl.Store(folder / "store"), progress=False)
+    return update(
+        campaign(folder, OF_BOTH, *rows), wl.Store(folder / "store"), progress=False
+    )
 
 
 def test_the_new_gear_counts_from_its_day_and_the_mate_goes_on(tree, truth):
@@ -77,29 +105,46 @@ def test_the_new_gear_counts_from_its_day_and_the_mate_goes_on(tree, truth):
 
 
 def test_it_is_told(tree):
-    assert "  replaced: pinion new at 1e+08 cycles; their wear counts from then on" in text_of(tree)
-    assert {"worn_mass_pinion_1", "worn_mass_pinion_2"} <= set(tree["observed_data"].data_vars)
+    assert (
+        "  replaced: pinion new at 1e+08 cycles; their wear counts from then on"
+        in text_of(tree)
+    )
+    assert {"worn_mass_pinion_1", "worn_mass_pinion_2"} <= set(
+        tree["observed_data"].data_vars
+    )
 
 
 def test_without_it_the_answer_is_wrong(truth, tmp_path):
     old, new = truth
     rows = f"{AT!r},{weighed(old, 'pinion', AT)}\n{2 * AT!r},{weighed(new, 'pinion', AT)}\n"
     plain = STATIC.replace("5 mg", "0.5 mg")
-    tree = update(campaign(tmp_path, plain, rows), wl.Store(tmp_path / "store"), progress=False)
+    tree = update(
+        campaign(tmp_path, plain, rows), wl.Store(tmp_path / "store"), progress=False
+    )
     assert abs(float(tree["predictions"]["factor_quantile"][2]) / TRUE - 1.0) > 0.2
 
 
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("cycle = 1e8", "cycle = 1e8\nhours = 5", "update.replaced[0]: give one of cycle, hours, date"),
+        (
+            "cycle = 1e8",
+            "cycle = 1e8\nhours = 5",
+            "update.replaced[0]: give one of cycle, hours, date",
+        ),
         ("cycle = 1e8", "cycles = 1e8", "did you mean 'cycle'?"),
         ('["pinion"]', "[]", "update.replaced[0].members"),
-        ("[update]", '[update]\nchange = "once"', "update.replaced: does not go with update.change yet"),
         (
             "[update]",
-            '[update]\nrecord = { file = "r.csv", columns = { hours = "h", torque = "T", speed = "n" } }',
-            "update.replaced: does not go with update.record yet: leave one of them out; without the record, "
+            '[update]\nchange = "once"',
+            "update.replaced: does not go with update.change yet",
+        ),
+        (
+            "[update]",
+            '[update]\nrecord = { file = "r.csv", columns = { hours = "h", torque = '
+            '"T", speed = "n" } }',
+            "update.replaced: does not go with update.record yet: leave one of them "
+            "out; without the record, "
             "give [operation] the mean torque and speed since the gear was new",
         ),
     ],
@@ -113,8 +158,16 @@ def test_what_cannot_be_is_one_line(tmp_path, old, new, said):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('["pinion"]', '["sun"]', r"update.replaced\[0\].members: 'sun' is not one of pinion, gear"),
-        ("cycle = 1e8", "date = 2026-01-01", r"update.replaced\[0\].date: needs update.calendar"),
+        (
+            '["pinion"]',
+            '["sun"]',
+            r"update.replaced\[0\].members: 'sun' is not one of pinion, gear",
+        ),
+        (
+            "cycle = 1e8",
+            "date = 2026-01-01",
+            r"update.replaced\[0\].date: needs update.calendar",
+        ),
     ],
 )
 def test_a_wrong_gear_or_day_is_one_line(tmp_path, old, new, said):

@@ -10,7 +10,14 @@ from units import law, unit
 from wearlab.updating.answers import answered
 from wearlab.updating.fleet import joint, states_now
 from wearlab.updating.population import population
-from wearlab.updating.scores import EVEN, crps, interval_score, replayed, scored, scores_of
+from wearlab.updating.scores import (
+    EVEN,
+    crps,
+    interval_score,
+    replayed,
+    scored,
+    scores_of,
+)
 from wearlab.updating.twins import calibrated
 
 CYCLES = np.array([1e5, 2e5, 4e5, 6e5, 8e5, 1e6])
@@ -19,17 +26,22 @@ CYCLES = np.array([1e5, 2e5, 4e5, 6e5, 8e5, 1e6])
 @pytest.mark.parametrize("truth", [-1.0, 0.3, 2.5])
 def test_the_ranked_probability_score_is_that_of_its_definition(truth):
     law = stats.norm(0.5, 0.8)
-    exact = quad(lambda x: (law.cdf(x) - (x >= truth)) ** 2, -8.0, 8.0, points=[truth], limit=200)[0]
+    exact = quad(
+        lambda x: (law.cdf(x) - (x >= truth)) ** 2, -8.0, 8.0, points=[truth], limit=200
+    )[0]
     assert crps(law.ppf(EVEN), truth) == pytest.approx(exact, rel=5e-3)
 
 
 def test_the_interval_score_is_proper():
     """The interval's own quantiles score best."""
-    law, rng = stats.norm(0.0, 1.0), np.random.default_rng(0)
+    law = stats.norm(0.0, 1.0)
+    rng = np.random.default_rng(0)
     draws = rng.standard_normal(100_000)
     means = [interval_score(-z, z, draws).mean() for z in (1.2, law.ppf(0.95), 2.2)]
     assert means[1] == min(means)
-    assert interval_score(0.0, 1.0, np.array([1.5]))[0] == pytest.approx(1.0 + 20.0 * 0.5)
+    assert interval_score(0.0, 1.0, np.array([1.5]))[0] == pytest.approx(
+        1.0 + 20.0 * 0.5
+    )
 
 
 @pytest.mark.slow
@@ -37,7 +49,8 @@ def test_scores_are_those_of_a_library():
     """scoringrules compiles for three seconds when it is imported: an update cannot wait for it."""
     library = pytest.importorskip("scoringrules")
     rng = np.random.default_rng(1)
-    quantile, truth = np.sort(rng.standard_normal((20, len(EVEN))), axis=1), 2.0 * rng.standard_normal(20)
+    quantile = np.sort(rng.standard_normal((20, len(EVEN))), axis=1)
+    truth = 2.0 * rng.standard_normal(20)
     mine = np.array([scores_of(q, y) for q, y in zip(quantile, truth, strict=True)])
     assert mine[:, 0] == pytest.approx(library.crps_quantile(truth, quantile, EVEN))
     low, high = np.array([np.interp([0.05, 0.95], EVEN, q) for q in quantile]).T
@@ -65,7 +78,9 @@ def test_a_replay_is_scored_beside_simple_rules():
     ratio = CYCLES * LIMIT.value / values - CYCLES
     assert found["by_the_ratio"].values == pytest.approx(ratio)
     slope, at = np.polyfit(CYCLES[1:4], values[1:4], 1)
-    assert found["by_the_last_three"].values[3] == pytest.approx((LIMIT.value - at) / slope - CYCLES[3])
+    assert found["by_the_last_three"].values[3] == pytest.approx(
+        (LIMIT.value - at) / slope - CYCLES[3]
+    )
     assert np.isnan(found["by_the_last_three"].values[:2]).all()
     score = scored(found, end)
     assert float(score["replay_error_by_the_ratio"]) == pytest.approx(
@@ -74,8 +89,12 @@ def test_a_replay_is_scored_beside_simple_rules():
     some = found.isel(inspection=slice(2, None))  # those that have a line through three
     here = scored(some, end)["replay_mean_error"]
     assert float(score["replay_own_by_the_last_three"]) == pytest.approx(float(here))
-    assert float(score["replay_own_by_the_ratio"]) == pytest.approx(float(score["replay_mean_error"]))
-    assert float(score["replay_error_by_the_prior"]) > 2.0 * float(score["replay_mean_error"])
+    assert float(score["replay_own_by_the_ratio"]) == pytest.approx(
+        float(score["replay_mean_error"])
+    )
+    assert float(score["replay_error_by_the_prior"]) > 2.0 * float(
+        score["replay_mean_error"]
+    )
     assert 0.0 < float(score["replay_crps"]) < float(score["replay_interval_score"])
 
 
@@ -85,13 +104,20 @@ def test_twins_tell_what_measurements_save():
 
 
 def test_twins_are_scored_beside_simple_rules_as_twins_of_one_s_own_are():
-    rng, n, sd = np.random.default_rng(8), 4000, 4e-4
+    rng = np.random.default_rng(8)
+    n = 4000
+    sd = 4e-4
     seen = (observed(CYCLES, np.zeros(len(CYCLES)), ErrorModel(sd)),)
     asked = study({"lognormal": {"median": 1.0, "cov": 0.3}}, seen)
-    found = calibrated(asked, answered(asked, [history(seen)], blocks(seen)).posterior, 300)
+    found = calibrated(
+        asked, answered(asked, [history(seen)], blocks(seen)).posterior, 300
+    )
     factor = np.exp(np.sqrt(np.log1p(0.09)) * rng.standard_normal(n))
-    values = RATE * factor[:, None] * CYCLES + sd * rng.standard_normal((n, len(CYCLES)))
-    life, now = LIMIT.value / (RATE * factor), CYCLES[-1]
+    values = RATE * factor[:, None] * CYCLES + sd * rng.standard_normal(
+        (n, len(CYCLES))
+    )
+    life = LIMIT.value / (RATE * factor)
+    now = CYCLES[-1]
     line = np.polyfit(CYCLES[-3:], values[:, -3:].T, 1)
     fitted = values @ CYCLES / (CYCLES @ CYCLES)  # the prior adds next to nothing
     rules = {

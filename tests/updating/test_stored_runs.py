@@ -23,14 +23,17 @@ def store(tmp_path):
 def test_what_is_read_is_what_the_dataset_has(store):
     found = read_runs(store, ["a" * 20, "b" * 20, "c" * 20], NAMES)
     assert list(found) == ["a" * 20]
-    run, whole = found["a" * 20], store.run("a" * 20)
+    run = found["a" * 20]
+    whole = store.run("a" * 20)
     assert "no such variable" not in run
     for name in NAMES[:-1]:
         np.testing.assert_array_equal(run[name].values, whole[name].values)
         labels = [dim for dim in whole[name].dims if dim in whole.coords]
         assert run[name].dims == whole[name].dims
         assert [dim for dim in run[name].dims if dim in run.coords] == labels
-        assert all(run[dim].values.tolist() == whole[dim].values.tolist() for dim in labels)
+        assert all(
+            run[dim].values.tolist() == whole[dim].values.tolist() for dim in labels
+        )
 
 
 def test_an_altered_file_is_refused(store):

@@ -1,4 +1,7 @@
-"""Every group of an update holds under a checker that is not ours; CF's checker knows no groups."""
+"""Every group of an update holds under a checker that is not ours.
+
+CF's checker knows no groups.
+"""
 
 import netCDF4
 import pytest
@@ -49,5 +52,9 @@ def test_every_variable_of_an_update_tells_its_unit_and_meaning(store, tree):
         for name, group in file.groups.items():
             for key, variable in group.variables.items():
                 assert "long_name" in variable.ncattrs(), f"{name}/{key}"
-                assert "units" in variable.ncattrs() or variable.dtype is str, f"{name}/{key}"
-                assert not (key in tree[name].coords and "_FillValue" in variable.ncattrs()), f"{name}/{key}"
+                assert "units" in variable.ncattrs() or variable.dtype is str, (
+                    f"{name}/{key}"
+                )
+                assert not (
+                    key in tree[name].coords and "_FillValue" in variable.ncattrs()
+                ), f"{name}/{key}"

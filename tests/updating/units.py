@@ -11,7 +11,9 @@ from wearlab.updating.grids import weighted_quantiles
 from wearlab.updating.population import FleetMember, Law, Parameter
 from wearlab.updating.run_curves import Asked, RunCurve, RunHistory
 
-LINERS = Path(__file__).parents[2] / "campaigns" / "measured" / "cylinder_liner_wear.csv"
+LINERS = (
+    Path(__file__).parents[2] / "campaigns" / "measured" / "cylinder_liner_wear.csv"
+)
 RATE = 1e-7  # m a cycle (an hour of a liner) at factor 1
 LIMIT = 4e-3
 
@@ -42,7 +44,13 @@ def law(*names, reference=1.5e4, sd=5e-5):
 
 
 def unit(name, cycle, value, sd=5e-5):
-    seen = observed(np.asarray(cycle, float), value, ErrorModel(sd), quantity="max_wear_depth", where=None)
+    seen = observed(
+        np.asarray(cycle, float),
+        value,
+        ErrorModel(sd),
+        quantity="max_wear_depth",
+        where=None,
+    )
     states = np.array([0.0, 5e4, 1e5])
     curve = RunCurve(states, RATE * states[:, None], np.full((3, 1), RATE))
     asked = (Asked(curve, np.zeros(len(seen), np.intp), seen.time),)
@@ -64,24 +72,37 @@ def unit(name, cycle, value, sd=5e-5):
 
 
 def liners(sd=5e-5):
-    told = [line for line in LINERS.read_text().splitlines() if not line.startswith("#")]
+    told = [
+        line for line in LINERS.read_text().splitlines() if not line.startswith("#")
+    ]
     rows = list(csv.DictReader(told))
     units = []
     for name in dict.fromkeys(row["unit"] for row in rows):
         own = [row for row in rows if row["unit"] == name]
-        hours, depth = ([float(row[k]) for row in own] for k in ("operating_hours_h", "wear_depth_mm"))
+        hours = [float(row["operating_hours_h"]) for row in own]
+        depth = [float(row["wear_depth_mm"]) for row in own]
         units.append(unit(name, hours, 1e-3 * np.array(depth), sd))
     return units
 
 
-def simulated(n, inspections, seed, *, spread=0.3, straying=0.2, sd=5e-5, reference=1.5e4):
+def simulated(
+    n, inspections, seed, *, spread=0.3, straying=0.2, sd=5e-5, reference=1.5e4
+):
     """Return units drawn from a population: median 1, power 1."""
     rng = np.random.default_rng(seed)
     made = []
     for i in range(n):
         factor = np.exp(spread * rng.standard_normal())
         cycle = np.sort(rng.uniform(2e3, 4e4, inspections))
-        steps = straying * factor * RATE * np.sqrt(reference * np.diff(cycle, prepend=0.0))
-        worn = factor * RATE * cycle + np.cumsum(steps * rng.standard_normal(inspections))
-        made.append(unit(f"unit {i + 1}", cycle, worn + sd * rng.standard_normal(inspections), sd))
+        steps = (
+            straying * factor * RATE * np.sqrt(reference * np.diff(cycle, prepend=0.0))
+        )
+        worn = factor * RATE * cycle + np.cumsum(
+            steps * rng.standard_normal(inspections)
+        )
+        made.append(
+            unit(
+                f"unit {i + 1}", cycle, worn + sd * rng.standard_normal(inspections), sd
+            )
+        )
     return made

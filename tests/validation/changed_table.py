@@ -1,7 +1,8 @@
 """Papers' scenes by the defaults of model version 3 and by today's: vibration, transmission error, life.
 
-Version 3 took up the load at A by a jump and took the stiffness from the potential-energy method; both are
-named options since. Nothing else differs between the two.
+Version 3 took up the load at A by a jump and took the stiffness from the
+potential-energy method; both are named options since. Nothing else differs between the
+two.
 """
 
 from collections.abc import Iterator
@@ -14,7 +15,10 @@ from wearlab.simulation import simulate
 
 BASE = Path(__file__).parents[2] / "campaigns" / "base"
 WAYS: dict[str, dict[str, Any]] = {
-    "version 3": {"stiffness": {"model": "potential-energy"}, "extended_contact": False},
+    "version 3": {
+        "stiffness": {"model": "potential-energy"},
+        "extended_contact": False,
+    },
     "today": {"stiffness": {"model": "finite-element"}, "extended_contact": True},
 }
 DEPTH = "20 um"
@@ -34,10 +38,14 @@ class Benchmark(NamedTuple):
     changes: dict[str, Any]
 
 
-def speeds(name: str, file: str, each: tuple[int, ...], **changes: Any) -> dict[str, Benchmark]:
+def speeds(
+    name: str, file: str, each: tuple[int, ...], **changes: Any
+) -> dict[str, Benchmark]:
     """Return a scene at several speeds."""
     return {
-        f"{name}, {speed} rpm": Benchmark(file, {**changes, "operation.speed": f"{speed} rpm"})
+        f"{name}, {speed} rpm": Benchmark(
+            file, {**changes, "operation.speed": f"{speed} rpm"}
+        )
         for speed in each
     }
 
@@ -45,18 +53,30 @@ def speeds(name: str, file: str, each: tuple[int, ...], **changes: Any) -> dict[
 SCENES = {
     **speeds("L16", "spur_50_50.toml", (800, 1100, 1860, 2200, 3720)),
     **speeds(
-        "Y23", "internal_40_100.toml", (1000,),
+        "Y23",
+        "internal_40_100.toml",
+        (1000,),
         **{"mesh.damping_ratio": 0.07, "dynamics": {"model": "torsional"}},
     ),
-    **speeds("W23", "planetary_ngw11_vibration.toml", (300, 1500), **{"mesh.damping_ratio": 0.07}),
     **speeds(
-        "B23", "planetary_friction.toml", (100, 400),
+        "W23",
+        "planetary_ngw11_vibration.toml",
+        (300, 1500),
+        **{"mesh.damping_ratio": 0.07},
+    ),
+    **speeds(
+        "B23",
+        "planetary_friction.toml",
+        (100, 400),
         **{
             "mesh.damping_ratio": 0.07,
-            "dynamics": {"model": "planetary-torsional", "friction": {"coefficient": 0.1}},
+            "dynamics": {
+                "model": "planetary-torsional",
+                "friction": {"coefficient": 0.1},
+            },
         },
     ),
-}  # fmt: skip
+}
 
 
 class Changed(NamedTuple):
@@ -93,5 +113,8 @@ def of_scene(name: str) -> Iterator[Changed]:
         run = simulate(scene)
         first = run.isel(update=0)
         yield Changed(
-            way, float(first.dynamic_factor.max()), float(first.ste_peak_to_peak.max()), float(run.life)
+            way,
+            float(first.dynamic_factor.max()),
+            float(first.ste_peak_to_peak.max()),
+            float(run.life),
         )

@@ -1,6 +1,7 @@
 """How long one contact analysis takes: TVMS, static transmission error and load sharing of a worn pair.
 
-``python tests/validation/contact_time.py FILE`` prints it for the first case of a campaign file.
+``python tests/validation/contact_time.py FILE`` prints it for the first case of a
+campaign file.
 """
 
 import sys
@@ -41,10 +42,14 @@ class ContactTime(NamedTuple):
 
 def contact_time(scene: Scene) -> ContactTime:
     """Measure the contact analysis of a scene whose flanks are both worn by 5 µm, quadratically."""
-    for key, value in (("numerics.profile_points", NODES), ("numerics.phase_points", PHASES)):
+    for key, value in (
+        ("numerics.profile_points", NODES),
+        ("numerics.phase_points", PHASES),
+    ):
         scene = scene.replace(key, value)
     parts = build(scene)
-    analysis, where = parts.kinds[0].analysis, parts.look(0, parts.phase)
+    analysis = parts.kinds[0].analysis
+    where = parts.look(0, parts.phase)
     worn = np.stack([quadratic(analysis.grid.position, DEPTH)] * 2)
     nodes = analysis.nodes(worn)
     return ContactTime(
@@ -60,7 +65,8 @@ def contact_text(time: ContactTime) -> str:
     return (
         f"contact analysis: {1e3 * time.total:.3f} ms "
         f"(compliance {1e3 * time.compliance:.3f}, sharing {1e3 * time.sharing:.3f}) "
-        f"for {time.phases} phases and {time.nodes} nodes; the target is {1e3 * TARGET:.1f} ms"
+        f"for {time.phases} phases and {time.nodes} nodes; the target is "
+        f"{1e3 * TARGET:.1f} ms"
     )
 
 

@@ -1,15 +1,16 @@
 """Teeth that meet beyond A and E under static load, by finite elements and nothing of the contact analysis.
 
-At each phase every pair of teeth in or near contact gets its meeting point, normal and distance from the
-drawn outlines (:mod:`.outline_contact`). All points of all phases are loads of one finite-element solution of
-each gear, along the common normals: a tip corner is loaded on the mate's normal, over a patch that ends at
-its edge. The forces then solve the unilateral problem with the full compliance matrix of the pairs,
+At each phase every pair of teeth in or near contact gets its meeting point, normal and
+distance from the drawn outlines (:mod:`.outline_contact`). All points of all phases are
+loads of one finite-element solution of each gear, along the common normals: a tip
+corner is loaded on the mate's normal, over a patch that ends at its edge. The forces
+then solve the unilateral problem with the full compliance matrix of the pairs,
 
     C F + g = a Δ + w,  F ≥ 0, w ≥ 0, F w = 0,  a·F = T,
 
-a the arms of the normals about the driving gear, Δ its turn under the torque T, by non-negative least squares
-and a bracketed root for Δ. The contact itself yields after Weber and Banaschek, iterated with the forces; a
-corner as the flanks do at A or E.
+a the arms of the normals about the driving gear, Δ its turn under the torque T, by
+non-negative least squares and a bracketed root for Δ. The contact itself yields after
+Weber and Banaschek, iterated with the forces; a corner as the flanks do at A or E.
 """
 
 from collections.abc import Sequence
@@ -23,14 +24,20 @@ from scipy.optimize import brentq, nnls
 from wearlab.gears.gear import GearPair
 from wearlab.gears.outline import contact_depth
 from wearlab.mesh.finite_element.compliance import through_cuts
-from wearlab.mesh.finite_element.elements import Options, flank_loads, half_plane_compliance, sector
+from wearlab.mesh.finite_element.elements import (
+    Options,
+    flank_loads,
+    half_plane_compliance,
+    sector,
+)
 from wearlab.mesh.finite_element.outline import LoadedFlank, chart
 from wearlab.mesh.stiffness import WeberContact
 
 Array = NDArray[np.float64]
 
 OPTIONS = Options(refinement=4, patch=0.05)
-"""A patch about as wide as the contact, so that a corner is loaded close to its edge."""
+"""A patch about as wide as the contact, so that a corner is loaded close to its
+edge."""
 FURTHEST = 0.95
 """Base pitches beyond A and E where pairs are still looked at."""
 ROUNDED = 1e-9
@@ -48,9 +55,11 @@ class Loaded:
     ----------
     phase : (n,) [1]
     position : (n, n_pairs) where each pair would touch on the path [m]
-    gap : (n, n_pairs) turn of the driven gear until they meet, times its base radius; inf: out of reach [m]
+    gap : (n, n_pairs) turn of the driven gear until they meet, times its base radius;
+        inf: out of reach [m]
     force : (n, n_pairs) along the common normal [N]
-    deflection : (n,) turn of the driving gear under the torque, times its base radius [m]
+    deflection : (n,) turn of the driving gear under the torque, times its base radius
+        [m]
     """
 
     phase: Array
@@ -72,37 +81,53 @@ class Meeting:
     def forces(self, turn: float, force: Array) -> Array:
         """Return the forces along the normals (n,) [N] at a turn of the driving gear [rad], from a guess."""
         arm, gap = (
-            np.array(each) for each in zip(*((t.arm[0], t.normal_gap) for t in self.touches), strict=True)
+            np.array(each)
+            for each in zip(
+                *((t.arm[0], t.normal_gap) for t in self.touches), strict=True
+            )
         )
         for _ in range(ITERATIONS):
             C = self.compliance + np.diag(self.contacts.compliance(force))
             factor = np.linalg.cholesky(C)
-            updated: Array = nnls(factor.T, np.linalg.solve(factor, arm * turn - gap))[0]
+            updated: Array = nnls(factor.T, np.linalg.solve(factor, arm * turn - gap))[
+                0
+            ]
             if np.max(np.abs(updated - force)) <= LOOSER * max(updated.max(), 1.0):
                 return updated
             force = updated
         raise ArithmeticError(f"the contacts did not settle in {ITERATIONS} iterations")
 
 
-def meetings(pair: GearPair, phase: Array, options: Options = OPTIONS) -> tuple[Array, list[Meeting]]:
+def meetings(
+    pair: GearPair, phase: Array, options: Options = OPTIONS
+) -> tuple[Array, list[Meeting]]:
     """Return where each pair would touch (n, n_pairs) [m], and the pairs that meet at each phase."""
-    outlines, path, pitch = Outlines(pair), pair.path, pair.base_pitch
+    outlines = Outlines(pair)
+    path = pair.path
+    pitch = pair.base_pitch
     position = path.A + (np.asarray(phase)[:, None] + np.array(PAIRS)) * pitch
     room = FURTHEST * pitch
     row, column = np.nonzero((position >= path.A - room) & (position <= path.E + room))
-    met = [(i, j, outlines.touch(position[i, j])) for i, j in zip(row, column, strict=True)]
+    met = [
+        (i, j, outlines.touch(position[i, j])) for i, j in zip(row, column, strict=True)
+    ]
     found = [(i, j, one) for i, j, one in met if one is not None]
-    gears = [elements(pair, index, [one for _, _, one in found], options) for index in (0, 1)]
+    gears = [
+        elements(pair, index, [one for _, _, one in found], options) for index in (0, 1)
+    ]
     each = []
     for i in range(len(position)):
         columns = np.array([n for n, (k, _, _) in enumerate(found) if k == i])
-        pairs, here = np.array([found[n][1] for n in columns]), [found[n][2] for n in columns]
+        pairs = np.array([found[n][1] for n in columns])
+        here = [found[n][2] for n in columns]
         yields = Contacts(pair, np.clip(position[i, pairs], path.A, path.E))
         each.append(Meeting(pairs, here, between(gears, columns, pairs), yields))
     return position, each
 
 
-def load_corners(pair: GearPair, load: float, phase: Array, options: Options = OPTIONS) -> Loaded:
+def load_corners(
+    pair: GearPair, load: float, phase: Array, options: Options = OPTIONS
+) -> Loaded:
     """Return forces and deflection of unworn gears at phases.
 
     Parameters
@@ -113,12 +138,17 @@ def load_corners(pair: GearPair, load: float, phase: Array, options: Options = O
     options : of mesh and load; its samples do not matter
     """
     position, each = meetings(pair, phase, options)
-    force, gap = np.zeros_like(position), np.full_like(position, np.inf)
+    force = np.zeros_like(position)
+    gap = np.full_like(position, np.inf)
     deflection = np.empty(len(position))
     for i, one in enumerate(each):
-        force[i, one.number], turn = balance(one.compliance, one.contacts, one.touches, load)
+        force[i, one.number], turn = balance(
+            one.compliance, one.contacts, one.touches, load
+        )
         deflection[i] = turn * pair.driving.base_radius
-        gap[i, one.number] = [touch.angle * pair.driven.base_radius for touch in one.touches]
+        gap[i, one.number] = [
+            touch.angle * pair.driven.base_radius for touch in one.touches
+        ]
     return Loaded(np.asarray(phase), position, gap, force, deflection)
 
 
@@ -137,13 +167,23 @@ class Contacts:
 
     def compliance(self, force: Array) -> Array:
         """Return the secant compliance under forces (n,), (n,) [m/N]."""
-        pair, s = self.pair, self.position
-        depth = np.stack([contact_depth(gear, pair.radius(i, s)) for i, gear in enumerate(pair.gears)])
+        pair = self.pair
+        s = self.position
+        depth = np.stack(
+            [
+                contact_depth(gear, pair.radius(i, s))
+                for i, gear in enumerate(pair.gears)
+            ]
+        )
         materials = pair.driving.material, pair.driven.material
-        return WeberContact(pair.equivalent_curvature(s), depth, materials, pair.face_width).compliance(force)
+        return WeberContact(
+            pair.equivalent_curvature(s), depth, materials, pair.face_width
+        ).compliance(force)
 
 
-def balance(C: Array, contacts: Contacts, touches: Sequence[Touch], load: float) -> tuple[Array, float]:
+def balance(
+    C: Array, contacts: Contacts, touches: Sequence[Touch], load: float
+) -> tuple[Array, float]:
     """Return the forces (n,) [N] and the driving gear's turn [rad] with contacts that stiffen under load.
 
     Parameters
@@ -164,7 +204,9 @@ def balance(C: Array, contacts: Contacts, touches: Sequence[Touch], load: float)
     raise ArithmeticError(f"the contacts did not settle in {ITERATIONS} iterations")
 
 
-def elements(pair: GearPair, index: int, touches: Sequence[Touch], options: Options) -> Array:
+def elements(
+    pair: GearPair, index: int, touches: Sequence[Touch], options: Options
+) -> Array:
     """Return what one gear yields at touches under each other, the local indentation taken out.
 
     Parameters
@@ -178,31 +220,42 @@ def elements(pair: GearPair, index: int, touches: Sequence[Touch], options: Opti
     (teeth_apart + 1, m, m) observed × loaded, of the teeth further on, too [m/N]
     """
     gear = pair.gears[index]
-    flank, half_width = LoadedFlank(gear), options.patch * gear.module
+    flank = LoadedFlank(gear)
+    half_width = options.patch * gear.module
     shape = chart(flank)
     edge = float(shape.at_length(shape.length[-1] - half_width))
     q = np.array([one.parameter[index] for one in touches])
     if q.min() < 1.0 - ROUNDED:
-        raise ValueError(f"{gear.name}: the mate's corner meets the root curve, not the involute")
+        raise ValueError(
+            f"{gear.name}: the mate's corner meets the root curve, not the involute"
+        )
     q = np.clip(q, 1.0, edge)
     inward = np.array([one.inward[index] for one in touches]).T
     cut = sector(shape, gear.material, options.plane, options.refinement)
-    held, work = through_cuts(cut, flank_loads(cut, q, half_width, inward), options.teeth_apart)
-    work[0] += held - np.diag(half_plane_compliance(gear.material, options.plane, half_width, flank.depth(q)))
+    held, work = through_cuts(
+        cut, flank_loads(cut, q, half_width, inward), options.teeth_apart
+    )
+    work[0] += held - np.diag(
+        half_plane_compliance(gear.material, options.plane, half_width, flank.depth(q))
+    )
     return work / gear.face_width
 
 
-def between(gears: Sequence[Array], columns: NDArray[np.int64], number: NDArray[np.int64]) -> Array:
+def between(
+    gears: Sequence[Array], columns: NDArray[np.int64], number: NDArray[np.int64]
+) -> Array:
     """Return the compliance matrix of the pairs of one phase, both gears (n, n) [m/N].
 
-    The pair ahead is the tooth towards the loaded flank's side on the driving gear; on the driven gear the
-    tooth behind is.
+    The pair ahead is the tooth towards the loaded flank's side on the driving gear; on
+    the driven gear the tooth behind is.
     """
     C = np.zeros((len(columns), len(columns)))
     for a, ahead in enumerate(columns):
         for b, behind in enumerate(columns[: a + 1]):
             apart = number[a] - number[b]
-            C[a, b] = C[b, a] = gears[0][apart, ahead, behind] + gears[1][apart, behind, ahead]
+            C[a, b] = C[b, a] = (
+                gears[0][apart, ahead, behind] + gears[1][apart, behind, ahead]
+            )
     return C
 
 
@@ -223,5 +276,10 @@ def solve(C: Array, arm: Array, gap: Array, torque: float) -> tuple[Array, float
 
     touching = float(np.min(gap / arm))
     alone = torque * float(np.max(np.diag(C) / arm**2))
-    turn = brentq(lambda x: float(arm @ forces(x)) - torque, touching, touching + 2.0 * alone, xtol=1e-16)
+    turn = brentq(
+        lambda x: float(arm @ forces(x)) - torque,
+        touching,
+        touching + 2.0 * alone,
+        xtol=1e-16,
+    )
     return forces(turn), float(turn)

@@ -1,11 +1,13 @@
 """Growth of waves of wear, by wavelength and contact patch: from the linearised rate, and from runs.
 
-``python tests/validation/corrugation.py FILE [WAVES …]`` prints, for the first scene of a campaign and every
-contact patch, by how much waves of the first flank grow per µm of its wear.
+``python tests/validation/corrugation.py FILE [WAVES …]`` prints, for the first scene of
+a campaign and every contact patch, by how much waves of the first flank grow per µm of
+its wear.
 
-Linear: a wave ``v = exp(2πi m s/p_b)`` put on unworn flanks grows by ``(1/r) Re ⟨v, ∂r/∂h v⟩/⟨v, v⟩``, r the
-rate where the flank wears fastest. Runs: two lives to the same depth, one of which began with the wave;
-``ln(|c_end|/|c_begin|)`` of its share c, over the wear.
+Linear: a wave ``v = exp(2πi m s/p_b)`` put on unworn flanks grows by ``(1/r) Re ⟨v,
+∂r/∂h v⟩/⟨v, v⟩``, r the rate where the flank wears fastest. Runs: two lives to the same
+depth, one of which began with the wave; ``ln(|c_end|/|c_begin|)`` of its share c, over
+the wear.
 """
 
 import sys
@@ -61,7 +63,8 @@ class _Flank:
         self.entries = coupling.entries(0, 0)
         self.unworn = coupling.flat(coupling.unworn())
         self.position = kind.analysis.grid.position
-        self.pitch, self.length = kind.pair.base_pitch, kind.path.arc_weight[0]
+        self.pitch = kind.pair.base_pitch
+        self.length = kind.path.arc_weight[0]
         self.memory = self.rate.remember()
         self.fastest = float(self(self.unworn)[self.entries].max())
 
@@ -86,24 +89,42 @@ class _Flank:
     def linear(self, waves: float) -> float:
         wave = self.wave(waves)
         even = self(self.with_wave(np.zeros_like(self.position)))
-        parts = [self.share(self(self.with_wave(one)) - even, wave) for one in (wave.real, wave.imag)]
-        return float((parts[0] + 1j * parts[1]).real / AMPLITUDE / self.fastest * PER_MICROMETRE)
+        parts = [
+            self.share(self(self.with_wave(one)) - even, wave)
+            for one in (wave.real, wave.imag)
+        ]
+        return float(
+            (parts[0] + 1j * parts[1]).real / AMPLITUDE / self.fastest * PER_MICROMETRE
+        )
 
     def run(self, waves: float) -> float:
         """Return the growth in a life, from the complex wave, whatever its phase along the path."""
         wave = self.wave(waves)
-        ends = [self._worn(self.with_wave(one)) for one in (0.0 * wave.real, wave.real, wave.imag)]
-        grown = self.share(ends[1] - ends[0], wave) + 1j * self.share(ends[2] - ends[0], wave)
+        ends = [
+            self._worn(self.with_wave(one))
+            for one in (0.0 * wave.real, wave.real, wave.imag)
+        ]
+        grown = self.share(ends[1] - ends[0], wave) + 1j * self.share(
+            ends[2] - ends[0], wave
+        )
         return float(np.log(abs(grown) / AMPLITUDE) / (WORN / PER_MICROMETRE))
 
     def _worn(self, depth: Array) -> Array:
         self.rate.recall(self.memory)
         cycles = WORN / self.fastest
-        life = integrate(self.rate, depth, limits=Limits(cycles=cycles), tolerance=TOLERANCE, scale=WORN)
+        life = integrate(
+            self.rate,
+            depth,
+            limits=Limits(cycles=cycles),
+            tolerance=TOLERANCE,
+            scale=WORN,
+        )
         return np.asarray(life.depth[-1])
 
 
-def growth_of(scene: Scene, patch: str, waves: Sequence[int], runs: bool = True) -> list[Growth]:
+def growth_of(
+    scene: Scene, patch: str, waves: Sequence[int], runs: bool = True
+) -> list[Growth]:
     """Return how waves of the first flank grow.
 
     Parameters
@@ -114,16 +135,24 @@ def growth_of(scene: Scene, patch: str, waves: Sequence[int], runs: bool = True)
     runs : whether lives are run as well; NaN else
     """
     flank = _Flank(build(scene.replace("wear.contact_patch", patch)))
-    return [Growth(m, flank.linear(m), flank.run(m) if runs else float("nan")) for m in waves]
+    return [
+        Growth(m, flank.linear(m), flank.run(m) if runs else float("nan"))
+        for m in waves
+    ]
 
 
 def table(scene: Scene, waves: Sequence[int], runs: Sequence[int]) -> str:
-    """Return the growth under every contact patch as text; ``runs`` are the waves that lives are run with."""
+    """Return the growth under every contact patch as text.
+
+    ``runs`` are the waves that lives are run with.
+    """
     found = {}
     for patch in PATCHES:
         linear = growth_of(scene, patch, waves, runs=False)
         ran = {one.waves: one.run for one in growth_of(scene, patch, runs)}
-        found[patch] = [replace(one, run=ran.get(one.waves, float("nan"))) for one in linear]
+        found[patch] = [
+            replace(one, run=ran.get(one.waves, float("nan"))) for one in linear
+        ]
     head = "waves  " + "".join(f"{patch:>24}" for patch in PATCHES)
     lines = ["growth per µm of wear: linear, and from runs", head]
     for row in zip(*found.values(), strict=True):

@@ -1,8 +1,9 @@
 """Published, static and coupled lives of W23's Figs. 9–12, from the stored runs of their campaigns.
 
-``python tests/validation/coupled_table.py STORE`` writes the tables into docs/coupled_lives.md, between the
-lines that name this file. Every row names the wear coefficient, the contact patch, how a pair enters and the
-harmonics of its runs, as their scenes have them.
+``python tests/validation/coupled_table.py STORE`` writes the tables into
+docs/coupled_lives.md, between the lines that name this file. Every row names the wear
+coefficient, the contact patch, how a pair enters and the harmonics of its runs, as
+their scenes have them.
 """
 
 import sys
@@ -44,12 +45,22 @@ LIVES = (
 )
 FORCES, LAWS = "planetary_excitation", "planetary_damping_laws"
 LIGHT_DEPTHS = (100e-6, 300e-6)
-WANTED = ("life", "error_estimate_life", "end_reason", "max_wear_depth", "calibrated_wear_coefficient")
+WANTED = (
+    "life",
+    "error_estimate_life",
+    "end_reason",
+    "max_wear_depth",
+    "calibrated_wear_coefficient",
+)
 
 
 def published(name: str) -> dict[float, float]:
     """Return the published points of a file, by x."""
-    lines = (TOP / "campaigns" / "published" / name).read_text(encoding="utf-8").splitlines()
+    lines = (
+        (TOP / "campaigns" / "published" / name)
+        .read_text(encoding="utf-8")
+        .splitlines()
+    )
     points = [line.split(",") for line in lines if not line.startswith("#")][1:]
     return {float(x): float(y) for x, y in points}
 
@@ -75,7 +86,10 @@ def cell(run: xr.Dataset) -> str:
         life = float(run.life)
         return f"{life * PER:.3f} ± {max(error * PER, 0.001):.3f}"
     reached = 1e6 * float(run.max_wear_depth.sel(flank="sun").max())
-    return f"{run.end_reason.item()} at {reached:.0f} µm, {float(run.cycle.max()) * PER:.2f}"
+    return (
+        f"{run.end_reason.item()} at {reached:.0f} µm, "
+        f"{float(run.cycle.max()) * PER:.2f}"
+    )
 
 
 def rows(store: Any, figure: Figure) -> Iterator[str]:
@@ -87,7 +101,10 @@ def rows(store: Any, figure: Figure) -> Iterator[str]:
     yield "|" + "---|" * (5 + len(swept))
     known = [f"{points[x] * 0.1:.3f}" if x in points else "–" for x in swept.tolist()]
     yield "| W23 | not printed | – | – | not printed | " + " | ".join(known) + " |"
-    for name, told in ((figure.campaign, "consistent"), (figure.campaign + AS_PUBLISHED, "as published")):
+    for name, told in (
+        (figure.campaign, "consistent"),
+        (figure.campaign + AS_PUBLISHED, "as published"),
+    ):
         campaign = load(TOP / "campaigns" / f"{name}.toml")
         runs = store.open(campaign)[list(WANTED)]
         for label in ("base", "static load"):
@@ -96,25 +113,41 @@ def rows(store: Any, figure: Figure) -> Iterator[str]:
             k = of.calibrated_wear_coefficient.values
             cells = [cell(of.isel({figure.axis: at})) for at in range(len(swept))]
             kind = "static" if label == "static load" else "coupled"
-            yield f"| {kind}, {told} | {1e16 * np.nanmean(k):.3f} | {choices(scene)} | {' | '.join(cells)} |"
+            yield (
+                f"| {kind}, {told} | {1e16 * np.nanmean(k):.3f} | {choices(scene)} | "
+                f"{' | '.join(cells)} |"
+            )
 
 
 def forces(store: Any) -> Iterator[str]:
     """Yield the table of Fig. 9: smallest and largest mesh force [N] over the wear of the sun."""
-    largest, smallest = published("w23_fig9_largest.csv"), published("w23_fig9_smallest.csv")
+    largest = published("w23_fig9_largest.csv")
+    smallest = published("w23_fig9_smallest.csv")
     depths = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0)
     yield f"{HEADINGS} " + " | ".join(f"{x:g} µm" for x in depths) + " |"
     yield "|" + "---|" * (5 + len(depths))
-    known = [f"{smallest[x]:.0f}–{largest[x]:.0f}" if x in largest else "–" for x in depths]
+    known = [
+        f"{smallest[x]:.0f}–{largest[x]:.0f}" if x in largest else "–" for x in depths
+    ]
     yield "| W23 | not printed | – | – | not printed | " + " | ".join(known) + " |"
     for name, told in ((FORCES, "consistent"), (FORCES + AS_PUBLISHED, "as published")):
         campaign = load(TOP / "campaigns" / f"{name}.toml")
-        run = store.open(campaign)[["max_wear_depth", "mesh_force_min", "mesh_force_max"]].squeeze().compute()
+        run = (
+            store.open(campaign)[["max_wear_depth", "mesh_force_min", "mesh_force_max"]]
+            .squeeze()
+            .compute()
+        )
         own = run.sel(mesh="sun-planet-1", flank="sun")
         reached = 1e6 * own.max_wear_depth.values
         at = [int(np.abs(reached - x).argmin()) for x in depths]
-        cells = [f"{float(own.mesh_force_min[i]):.0f}–{float(own.mesh_force_max[i]):.0f}" for i in at]
-        yield f"| dynamic, {told} | – | {choices(campaign.cases[0].scene)} | {' | '.join(cells)} |"
+        cells = [
+            f"{float(own.mesh_force_min[i]):.0f}–{float(own.mesh_force_max[i]):.0f}"
+            for i in at
+        ]
+        yield (
+            f"| dynamic, {told} | – | {choices(campaign.cases[0].scene)} | "
+            f"{' | '.join(cells)} |"
+        )
 
 
 def sliding_force(run: xr.Dataset, depth: float) -> float:
@@ -122,13 +155,17 @@ def sliding_force(run: xr.Dataset, depth: float) -> float:
     sun = run.sel(flank="sun")
     rate = sun.tooth_force * np.abs(sun.sliding_velocity)
     touched = np.isfinite(sun.path_position.values)
-    work = np.trapezoid(rate.values[:, touched], sun.path_position.values[touched], axis=-1)
+    work = np.trapezoid(
+        rate.values[:, touched], sun.path_position.values[touched], axis=-1
+    )
     return at_depth(run, depth, work)
 
 
 def at_depth(run: xr.Dataset, depth: float, values: Any) -> float:
     """Return what a run has at a depth of its sun, NaN beyond what it reached."""
-    return float(np.interp(depth, run.max_wear_depth.sel(flank="sun"), values, right=np.nan))
+    return float(
+        np.interp(depth, run.max_wear_depth.sel(flank="sun"), values, right=np.nan)
+    )
 
 
 def told(values: Sequence[float], form: str) -> str:
@@ -141,22 +178,35 @@ def laws(store: Any) -> Iterator[str]:
     campaign = load(TOP / "campaigns" / f"{LAWS}.toml")
     runs = store.open(campaign)
     cells = [f"life at {x:g} N·m" for x in runs.torque.values]
-    cells += [f"{what}, {x:g} N·m" for x in runs.torque.values for what in ("force", "apart")]
+    cells += [
+        f"{what}, {x:g} N·m" for x in runs.torque.values for what in ("force", "apart")
+    ]
     yield f"| damping law | {' | '.join(cells)} |"
     yield "|" + "---|" * (1 + len(cells))
     wanted = ["tooth_force", "sliding_velocity", "separation_fraction", *WANTED]
     for label in runs.case.values:
-        lives, seen = [], []
+        lives = []
+        seen = []
         for torque in runs.torque.values:
-            both = [runs.sel(case=one, torque=torque)[wanted] for one in (label, "static load")]
+            both = [
+                runs.sel(case=one, torque=torque)[wanted]
+                for one in (label, "static load")
+            ]
             run, static = (
-                one.dropna("update", how="all", subset=["max_wear_depth"]).compute() for one in both
+                one.dropna("update", how="all", subset=["max_wear_depth"]).compute()
+                for one in both
             )
             lives += [cell(run)]
-            force = [sliding_force(run, x) / sliding_force(static, x) for x in LIGHT_DEPTHS]
+            force = [
+                sliding_force(run, x) / sliding_force(static, x) for x in LIGHT_DEPTHS
+            ]
             seen += [told(force, "{:.3f}")]
             apart = run.separation_fraction.sel(mesh="sun-planet-1")
-            seen += [told([100.0 * at_depth(run, x, apart) for x in LIGHT_DEPTHS], "{:.0f} %")]
+            seen += [
+                told(
+                    [100.0 * at_depth(run, x, apart) for x in LIGHT_DEPTHS], "{:.0f} %"
+                )
+            ]
         name = "viscous, damping ratio 0.07" if label == "base" else label
         yield f"| {name} | {' | '.join([*lives, *seen])} |"
 
@@ -166,9 +216,14 @@ def page(store: Any) -> list[str]:
     lines = [
         f"Runs of model version {MODEL_VERSION}.",
         "",
-        "W23 Fig. 9: smallest and largest force of a sun–planet mesh [N], 90 N·m, 1000 rpm, over the",
+        "W23 Fig. 9: smallest and largest force of a sun–planet mesh [N], 90 N·m, "
+        "1000 rpm, over the",
     ]
-    lines += ["wear of the sun; its profiles are those of the static load.", "", *forces(store)]
+    lines += [
+        "wear of the sun; its profiles are those of the static load.",
+        "",
+        *forces(store),
+    ]
     for figure in LIVES:
         axis = figure.axis.replace("_", " ")
         lines += ["", f"W23 Fig. {figure.number}: lives in 1e7 cycles over {axis}.", ""]
@@ -176,8 +231,10 @@ def page(store: Any) -> list[str]:
     depths = " and ".join(f"{1e6 * x:g}" for x in LIGHT_DEPTHS)
     lines += [
         "",
-        f"Light loads by damping law (`{LAWS}.toml`): lives in 1e7 cycles; at {depths} µm worn, normal force",
-        "times sliding over that of the static load at that depth (force), and the share of time in which",
+        f"Light loads by damping law (`{LAWS}.toml`): lives in 1e7 cycles; at "
+        f"{depths} µm worn, normal force",
+        "times sliding over that of the static load at that depth (force), and the "
+        "share of time in which",
         "a sun–planet mesh does not push (apart).",
         "",
         *laws(store),

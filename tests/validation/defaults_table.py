@@ -1,15 +1,16 @@
 """The defaults against finite elements, in one command: stiffness, slow speed, onset of contact.
 
-``python tests/validation/defaults_table.py FOLDER [--drawn 12] [--seconds 240] [--page docs/defaults.md]``
-judges the six meshes of the four papers and some drawn ones,
+``python tests/validation/defaults_table.py FOLDER [--drawn 12] [--seconds 240] [--page
+docs/defaults.md]`` judges the six meshes of the four papers and some drawn ones,
 
 1. the error of the stiffness (:mod:`.stiffness_table`),
 2. the largest mesh force at 5 rpm over the static one (:mod:`.slow_table`),
 3. the onset of contact, static and vibrating, of every way in (:mod:`.onset_table`),
 
-sets the papers' scenes by the defaults of model version 3 beside them by today's (:mod:`.changed_table`),
-keeps what it has found of each mesh in FOLDER, stops after so many seconds and goes on when asked again. It
-prints the tables as far as they are known, or writes them as a page of the documentation.
+sets the papers' scenes by the defaults of model version 3 beside them by today's
+(:mod:`.changed_table`), keeps what it has found of each mesh in FOLDER, stops after so
+many seconds and goes on when asked again. It prints the tables as far as they are
+known, or writes them as a page of the documentation.
 """
 
 import argparse
@@ -41,9 +42,14 @@ def pieces(drawn: int) -> Iterator[Piece]:
         yield Piece("slow", kind, lambda kind=kind: slow_table.of_set(kind))
     for name in changed_table.SCENES:
         yield Piece("changed", name, lambda name=name: changed_table.of_scene(name))
-    for part, judge in (("stiffness", stiffness_table.scores), ("onset", onset_table.of_mesh)):
+    for part, judge in (
+        ("stiffness", stiffness_table.scores),
+        ("onset", onset_table.of_mesh),
+    ):
         for label, scene, one in stiffness_table.meshes(drawn):
-            yield Piece(part, label, lambda scene=scene, one=one, judge=judge: judge(scene, one))
+            yield Piece(
+                part, label, lambda scene=scene, one=one, judge=judge: judge(scene, one)
+            )
 
 
 def kept(folder: Path, piece: Piece) -> Path:
@@ -53,7 +59,10 @@ def kept(folder: Path, piece: Piece) -> Path:
 
 
 def judged(folder: Path, all_pieces: list[Piece], seconds: float) -> int:
-    """Judge what the folder does not hold yet, for so many seconds; return how many pieces are left."""
+    """Judge what the folder does not hold yet, for so many seconds.
+
+    Return how many pieces are left.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     begun = time.monotonic()
     missing = [piece for piece in all_pieces if not kept(folder, piece).exists()]
@@ -61,7 +70,9 @@ def judged(folder: Path, all_pieces: list[Piece], seconds: float) -> int:
         if time.monotonic() - begun > seconds:
             return len(missing) - done
         found = [one._asdict() for one in piece.judge()]
-        kept(folder, piece).write_text(json.dumps({"label": piece.label, "rows": found}, indent=1))
+        kept(folder, piece).write_text(
+            json.dumps({"label": piece.label, "rows": found}, indent=1)
+        )
         print(f"{piece.part}: {piece.label}", flush=True)
     return 0
 
@@ -80,7 +91,9 @@ def per_cent(value: float) -> str:
 
 def largest(rows: list[Row], keys: tuple[str, ...], **where: float) -> float:
     """Return the largest of some entries of the rows that agree."""
-    mine = [row for row in rows if all(row[name] == value for name, value in where.items())]
+    mine = [
+        row for row in rows if all(row[name] == value for name, value in where.items())
+    ]
     return max(abs(row[key]) for row in mine for key in keys)
 
 
@@ -90,30 +103,51 @@ ZONES = ("single", "double")
 def stiffness_lines(found: dict[str, list[Row]]) -> Iterator[str]:
     """Yield the table of the stiffness, and the worst of each model."""
     of_model = {
-        model: {label: [row for row in rows if row["model"] == model] for label, rows in found.items()}
+        model: {
+            label: [row for row in rows if row["model"] == model]
+            for label, rows in found.items()
+        }
         for model in stiffness_table.MODELS
     }
     default, *options = of_model
-    head = ["mesh", "single", "double", "50 µm", "0.1 T", "3 T", "worst", "ms", *options]
+    head = [
+        "mesh",
+        "single",
+        "double",
+        "50 µm",
+        "0.1 T",
+        "3 T",
+        "worst",
+        "ms",
+        *options,
+    ]
     lines = []
     for label, rows in of_model[default].items():
-        cells = [
-            largest(rows, (zone,), depth=0.0, torque=1.0) for zone in ZONES
-        ] + [
+        cells = [largest(rows, (zone,), depth=0.0, torque=1.0) for zone in ZONES] + [
             largest(rows, ZONES, depth=50e-6, torque=1.0),
             largest(rows, ZONES, torque=0.1),
             largest(rows, ZONES, torque=3.0),
             largest(rows, ZONES),
-        ]  # fmt: skip
+        ]
         others = [
-            f"{per_cent(largest(mine, ZONES, depth=0.0, torque=1.0))} ({per_cent(largest(mine, ZONES))})"
+            f"{per_cent(largest(mine, ZONES, depth=0.0, torque=1.0))} "
+            f"({per_cent(largest(mine, ZONES))})"
             for mine in (of_model[option][label] for option in options)
         ]
-        lines.append([label, *map(per_cent, cells), f"{1e3 * rows[0]['seconds']:.2f}", *others])
+        lines.append(
+            [label, *map(per_cent, cells), f"{1e3 * rows[0]['seconds']:.2f}", *others]
+        )
     yield from table(head, lines)
     yield ""
-    worst = {model: max(largest(rows, ZONES) for rows in each.values()) for model, each in of_model.items()}
-    yield "Worst of all: " + ", ".join(f"{model} {per_cent(value)}" for model, value in worst.items()) + "."
+    worst = {
+        model: max(largest(rows, ZONES) for rows in each.values())
+        for model, each in of_model.items()
+    }
+    yield (
+        "Worst of all: "
+        + ", ".join(f"{model} {per_cent(value)}" for model, value in worst.items())
+        + "."
+    )
 
 
 def onset_lines(found: dict[str, list[Row]]) -> Iterator[str]:
@@ -121,16 +155,24 @@ def onset_lines(found: dict[str, list[Row]]) -> Iterator[str]:
     keys = ("share", "largest", "entering")
 
     def cell(row: Row) -> str:
-        return "; ".join(per_cent(row[key]) for key in keys) + f"; {1e3 * row['seconds']:.2f} ms"
+        return (
+            "; ".join(per_cent(row[key]) for key in keys)
+            + f"; {1e3 * row['seconds']:.2f} ms"
+        )
 
     ways = list(onset_table.WAYS)
     by_way = {label: {row["way"]: row for row in rows} for label, rows in found.items()}
     yield from table(
-        ["mesh", *ways], [[label, *(cell(rows[way]) for way in ways)] for label, rows in by_way.items()]
+        ["mesh", *ways],
+        [[label, *(cell(rows[way]) for way in ways)] for label, rows in by_way.items()],
     )
     yield ""
     worst = [
-        f"{way} " + "; ".join(per_cent(max(abs(rows[way][key]) for rows in by_way.values())) for key in keys)
+        f"{way} "
+        + "; ".join(
+            per_cent(max(abs(rows[way][key]) for rows in by_way.values()))
+            for key in keys
+        )
         for way in ways
     ]
     yield "Worst of all: " + ", ".join(worst) + "."
@@ -138,14 +180,21 @@ def onset_lines(found: dict[str, list[Row]]) -> Iterator[str]:
 
 def slow_lines(found: dict[str, list[Row]]) -> Iterator[str]:
     """Yield the table of slow sets."""
-    rows = [[label, *(f"{row['ratio']:.4f}" for row in rows)] for label, rows in found.items()]
+    rows = [
+        [label, *(f"{row['ratio']:.4f}" for row in rows)]
+        for label, rows in found.items()
+    ]
     yield from table(["set", *slow_table.WAYS], rows)
 
 
 def changed_lines(found: dict[str, list[Row]]) -> Iterator[str]:
     """Yield the table of the papers' scenes by former and today's defaults."""
     ways = list(changed_table.WAYS)
-    heads = ("dynamic factor", "STE range, µm", f"cycles to {changed_table.DEPTH.replace('um', 'µm')}")
+    heads = (
+        "dynamic factor",
+        "STE range, µm",
+        f"cycles to {changed_table.DEPTH.replace('um', 'µm')}",
+    )
     head = ["scene", *(f"{name}: {way}" for name in heads for way in ways)]
     lines = []
     for label, rows in found.items():
@@ -223,9 +272,9 @@ def page(folder: Path, all_pieces: list[Piece]) -> str:
     missing = [piece for piece in all_pieces if not kept(folder, piece).exists()]
     for piece in all_pieces:
         if piece not in missing:
-            found.setdefault(piece.part, {})[piece.label] = json.loads(kept(folder, piece).read_text())[
-                "rows"
-            ]
+            found.setdefault(piece.part, {})[piece.label] = json.loads(
+                kept(folder, piece).read_text()
+            )["rows"]
     drawn = sum(label[0].isdigit() for label in found["stiffness"])
     written = {
         "stiffness": stiffness_lines,
@@ -235,7 +284,11 @@ def page(folder: Path, all_pieces: list[Piece]) -> str:
     }
     return PAGE.format(
         drawn=drawn,
-        missing=NOT_YET.format(", ".join(f"{one.label} ({one.part})" for one in missing)) if missing else "",
+        missing=NOT_YET.format(
+            ", ".join(f"{one.label} ({one.part})" for one in missing)
+        )
+        if missing
+        else "",
         depth=changed_table.DEPTH.replace("um", "µm"),
         **{part: "\n".join(lines(found[part])) for part, lines in written.items()},
     )
@@ -252,7 +305,10 @@ def main() -> None:
     all_pieces = list(pieces(words.drawn))
     left = judged(words.folder, all_pieces, words.seconds)
     if left:
-        print(f"{len(all_pieces) - left} of {len(all_pieces)} pieces judged; ask again for the rest")
+        print(
+            f"{len(all_pieces) - left} of {len(all_pieces)} pieces judged; ask again "
+            "for the rest"
+        )
     text = page(words.folder, all_pieces)
     if words.page is None:
         print(text)

@@ -1,8 +1,8 @@
 """Scenes of all kinds, drawn over decades: what the error estimates of runs are scored on.
 
-Three decades of load, mesh frequencies from far below a resonance to twice above it, damping ratios of 0.005
-to 0.2, backlash of none, 0 and 1 nm to 1 mm, every load that wears, reliefs, errors of the meshes and of the
-members, friction.
+Three decades of load, mesh frequencies from far below a resonance to twice above it,
+damping ratios of 0.005 to 0.2, backlash of none, 0 and 1 nm to 1 mm, every load that
+wears, reliefs, errors of the meshes and of the members, friction.
 """
 
 from typing import Any
@@ -17,7 +17,8 @@ ROUND = 25
 """Scenes of a round: what each is, is drawn from its own number alone."""
 INTERNAL = (1, 5, 9, 13, 17, 21)
 PLANETARY = (3, 7, 11, 15, 19, 23)
-"""Which of a round are internal pairs and planetary sets; the others are external pairs."""
+"""Which of a round are internal pairs and planetary sets; the others are external
+pairs."""
 
 PAIR_MOTION = ("none", "torsional", "spur-3dof")
 SET_MOTION = ("planetary-torsional", "planetary")
@@ -33,7 +34,8 @@ DAMPING = (0.005, 0.2)
 BACKLASH = (1e-9, 1e-3)
 DEPTH = (0.5, 20.0)
 """Wear at the end of the life [µm]."""
-RELIEF, ERROR = (1.0, 15.0), (0.2, 5.0)
+RELIEF = (1.0, 15.0)
+ERROR = (0.2, 5.0)
 """Amounts of tip relief and amplitudes of prescribed errors [µm]."""
 FRICTION = (0.01, 0.2)
 MESH_STIFFNESS, DENSITY = 1.4e10, 7830.0
@@ -43,9 +45,14 @@ RIM = 8.5
 
 
 def draw_any(seed: int, number: int) -> Scene:
-    """Return scene ``number`` of a seed; of 25, six are internal pairs and six planetary sets in motion."""
+    """Return scene ``number`` of a seed.
+
+    Of 25, six are internal pairs and six planetary sets in motion.
+    """
     place = number % ROUND
-    kinds = dict.fromkeys(INTERNAL, internal_pair) | dict.fromkeys(PLANETARY, planetary_set)
+    kinds = dict.fromkeys(INTERNAL, internal_pair) | dict.fromkeys(
+        PLANETARY, planetary_set
+    )
     table = kinds.get(place, external_pair)(np.random.default_rng([seed, number]))
     return Scene.from_mapping(table)
 
@@ -56,7 +63,9 @@ def small_scenes() -> list[Scene]:
     Under a hundredth of the load teeth part, and the orbit is found another way.
     """
     tables = [
-        kind(np.random.default_rng(1), one) for kind in (external_pair, internal_pair) for one in PAIR_MOTION
+        kind(np.random.default_rng(1), one)
+        for kind in (external_pair, internal_pair)
+        for one in PAIR_MOTION
     ]
     tables += [planetary_set(np.random.default_rng(1), motion) for motion in SET_MOTION]
     found = []
@@ -77,7 +86,9 @@ def _small(table: Table, friction: bool, share: float) -> Table:
     if share == 1.0:
         small["wear"]["until"] = {"depth": "0.3 um"}
     if "dynamics" in table:
-        small["dynamics"] = {key: value for key, value in table["dynamics"].items() if key != "friction"}
+        small["dynamics"] = {
+            key: value for key, value in table["dynamics"].items() if key != "friction"
+        }
         small["dynamics"] |= {"friction": {"coefficient": 0.1}} if friction else {}
     return small
 
@@ -97,14 +108,21 @@ def external_pair(rng: np.random.Generator, motion: str | None = None) -> Table:
     _relieve(rng, gears, ("pinion", "gear"), module)
     masses = [_mass(module, width, count) for count in teeth]
     speed = _mesh_frequency(rng, width, masses) / teeth[0]
-    table = _loaded(rng, gears, _force(rng, module, width) * 0.5e-3 * module * teeth[0], speed, "pinion")
+    table = _loaded(
+        rng,
+        gears,
+        _force(rng, module, width) * 0.5e-3 * module * teeth[0],
+        speed,
+        "pinion",
+    )
     drawn = str(rng.choice(PAIR_MOTION, p=[0.15, 0.35, 0.5]))
     return _moving(rng, table, motion or drawn, ("pinion", "gear"), 0.1)
 
 
 def internal_pair(rng: np.random.Generator, motion: str | None = None) -> Table:
     """Draw a pinion in a ring; ``motion`` is drawn unless it is given."""
-    module, pinion = _module(rng), int(rng.integers(24, 41))
+    module = _module(rng)
+    pinion = int(rng.integers(24, 41))
     ring = pinion + int(rng.integers(30, 81))
     width = _width(rng, module)
     gears = {
@@ -116,17 +134,32 @@ def internal_pair(rng: np.random.Generator, motion: str | None = None) -> Table:
     }
     _relieve(rng, gears, ("pinion",), module)
     speed = _mesh_frequency(rng, width, [_mass(module, width, pinion)]) / pinion
-    table = _loaded(rng, gears, _force(rng, module, width) * 0.5e-3 * module * pinion, speed, "pinion")
+    table = _loaded(
+        rng,
+        gears,
+        _force(rng, module, width) * 0.5e-3 * module * pinion,
+        speed,
+        "pinion",
+    )
     drawn = str(rng.choice(PAIR_MOTION, p=[0.15, 0.35, 0.5]))
     return _moving(rng, table, motion or drawn, ("pinion", "ring"), 0.1)
 
 
 def planetary_set(rng: np.random.Generator, motion: str | None = None) -> Table:
-    """Draw a planetary set in motion, with three planets or four; ``motion`` is drawn unless it is given."""
-    module, planets = _module(rng), int(rng.choice([3, 4], p=[0.75, 0.25]))
-    sun, planet = (int(count) for count in rng.integers(18, 31 if planets == 3 else 25, size=2))
-    planet += -(sun + planet) % planets  # an even spacing has a multiple of them on 2 (sun + planet)
-    ring, width = sun + 2 * planet, _width(rng, module)
+    """Draw a planetary set in motion, with three planets or four.
+
+    ``motion`` is drawn unless it is given.
+    """
+    module = _module(rng)
+    planets = int(rng.choice([3, 4], p=[0.75, 0.25]))
+    sun, planet = (
+        int(count) for count in rng.integers(18, 31 if planets == 3 else 25, size=2)
+    )
+    planet += (
+        -(sun + planet) % planets
+    )  # an even spacing has a multiple of them on 2 (sun + planet)
+    ring = sun + 2 * planet
+    width = _width(rng, module)
     gears = {
         "kind": "planetary",
         "module": f"{module} mm",
@@ -146,7 +179,11 @@ def planetary_set(rng: np.random.Generator, motion: str | None = None) -> Table:
     torque = planets * _force(rng, module, width) * 0.5e-3 * module * sun
     table = _loaded(rng, gears, torque, speed, "sun")
     return _moving(
-        rng, table, motion or str(rng.choice(SET_MOTION)), ("sun", "planet", "ring", "carrier"), 0.4
+        rng,
+        table,
+        motion or str(rng.choice(SET_MOTION)),
+        ("sun", "planet", "ring", "carrier"),
+        0.4,
     )
 
 
@@ -172,7 +209,9 @@ def _mass(module: float, width: float, teeth: int) -> float:
     return 0.5 * np.pi * DENSITY * 1e-3 * width * (0.5e-3 * module * teeth) ** 2
 
 
-def _mesh_frequency(rng: np.random.Generator, width: float, masses: list[float]) -> float:
+def _mesh_frequency(
+    rng: np.random.Generator, width: float, masses: list[float]
+) -> float:
     """Return a mesh frequency below, in or above the resonance of a mesh [Hz], width in mm."""
     effective = 1.0 / sum(1.0 / mass for mass in masses)
     natural = float(np.sqrt(MESH_STIFFNESS * 1e-3 * width / effective)) / (2.0 * np.pi)
@@ -181,10 +220,16 @@ def _mesh_frequency(rng: np.random.Generator, width: float, masses: list[float])
 
 def _ring(module: float, teeth: int) -> Table:
     """Return a ring whose tips are short enough for every pinion, with a rim of three modules."""
-    return {"teeth": teeth, "tip_alteration": "wang-2023", "rim_diameter": f"{module * (teeth + RIM)} mm"}
+    return {
+        "teeth": teeth,
+        "tip_alteration": "wang-2023",
+        "rim_diameter": f"{module * (teeth + RIM)} mm",
+    }
 
 
-def _relieve(rng: np.random.Generator, gears: Table, members: tuple[str, ...], module: float) -> None:
+def _relieve(
+    rng: np.random.Generator, gears: Table, members: tuple[str, ...], module: float
+) -> None:
     """Give two in five sets tip reliefs."""
     if rng.random() < 0.4:
         for member in members:
@@ -195,13 +240,19 @@ def _relieve(rng: np.random.Generator, gears: Table, members: tuple[str, ...], m
             }
 
 
-def _loaded(rng: np.random.Generator, gears: Table, torque: float, speed: float, flank: str) -> Table:
+def _loaded(
+    rng: np.random.Generator, gears: Table, torque: float, speed: float, flank: str
+) -> Table:
     """Return a scene under a torque [N m] and a speed [Hz] that wears its flanks."""
     depth = _decades(rng, *DEPTH)
     table: Table = {
         "gears": gears,
         "operation": {"torque": f"{torque} N*m", "speed": f"{60.0 * speed} rpm"},
-        "mesh": {"damping_ratio": _decades(rng, *DAMPING), **_backlash(rng), **_stiffness(rng)},
+        "mesh": {
+            "damping_ratio": _decades(rng, *DAMPING),
+            **_backlash(rng),
+            **_stiffness(rng),
+        },
         "wear": {
             "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
             "until": {"depth": f"{depth} um", "flank": flank},
@@ -220,20 +271,34 @@ def _backlash(rng: np.random.Generator) -> Table:
     drawn = rng.random()
     if drawn < 0.15:
         return {}
-    return {"normal_backlash": "0 um" if drawn < 0.25 else f"{_decades(rng, *BACKLASH)} m"}
+    return {
+        "normal_backlash": "0 um" if drawn < 0.25 else f"{_decades(rng, *BACKLASH)} m"
+    }
 
 
 def _stiffness(rng: np.random.Generator) -> Table:
     drawn = rng.random()
     if drawn < 0.6:
         return {}  # that of the finite elements, which is the default
-    return {"stiffness": {"model": "potential-energy", "coupling": "shared" if drawn < 0.8 else "none"}}
+    return {
+        "stiffness": {
+            "model": "potential-energy",
+            "coupling": "shared" if drawn < 0.8 else "none",
+        }
+    }
 
 
 def _moving(
-    rng: np.random.Generator, table: Table, motion: str, members: tuple[str, ...], frictional: float
+    rng: np.random.Generator,
+    table: Table,
+    motion: str,
+    members: tuple[str, ...],
+    frictional: float,
 ) -> Table:
-    """Return a scene with its motion, errors and friction; without motion the static force wears."""
+    """Return a scene with its motion, errors and friction.
+
+    Without motion the static force wears.
+    """
     if motion == "none":
         table["wear"]["load"] = "static"
         return table
@@ -245,12 +310,18 @@ def _moving(
         }
         held = bearing | {"tangential_stiffness": "50 N/um"}
         grounded = GROUNDED if motion == "planetary" else ()
-        table["dynamics"]["supports"] = {one: held if one in grounded else bearing for one in members}
+        table["dynamics"]["supports"] = {
+            one: held if one in grounded else bearing for one in members
+        }
     if rng.random() < frictional:
         table["dynamics"]["friction"] = {"coefficient": _decades(rng, *FRICTION)}
-    drawn, order, amplitude = rng.random(), int(rng.integers(1, 4)), _decades(rng, *ERROR)
+    drawn = rng.random()
+    order = int(rng.integers(1, 4))
+    amplitude = _decades(rng, *ERROR)
     if drawn < 0.4:
-        table["errors"] = {"harmonic": [{"order": order, "amplitude": f"{amplitude} um"}]}
+        table["errors"] = {
+            "harmonic": [{"order": order, "amplitude": f"{amplitude} um"}]
+        }
         if len(members) > 2:
             table["errors"]["harmonic"][0]["mesh"] = "sun-planet"
         else:

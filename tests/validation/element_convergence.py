@@ -1,6 +1,7 @@
 """How the finite-element compliance of a campaign's gears converges with the mesh.
 
-``python tests/validation/element_convergence.py FILE`` prints a table for each kind of mesh.
+``python tests/validation/element_convergence.py FILE`` prints a table for each kind of
+mesh.
 """
 
 import sys
@@ -27,7 +28,8 @@ class Rung(NamedTuple):
     Parameters
     ----------
     refinement : multiples of the coarsest mesh's elements
-    own, shared : largest relative error of a pair's own and shared compliance along the path [1]
+    own, shared : largest relative error of a pair's own and shared compliance along the
+        path [1]
     order : observed in the own compliance since the rung before; nan for the first
     seconds : for both gears [s]
     """
@@ -50,25 +52,36 @@ def element_convergence(
     Parameters
     ----------
     pair : the gears
-    refinements, reference : of the meshes compared, and of the one they are compared with
+    refinements, reference : of the meshes compared, and of the one they are compared
+        with
     options : everything but the refinement
     """
     position = np.linspace(pair.path.A, pair.path.E, POSITIONS)
     coupled = position + pair.base_pitch <= pair.path.E
-    exact_own, exact_shared, _ = _solve(pair, position, options._replace(refinement=reference))
+    exact_own, exact_shared, _ = _solve(
+        pair, position, options._replace(refinement=reference)
+    )
     before: Rung | None = None
     for refinement in refinements:
-        own, shared, seconds = _solve(pair, position, options._replace(refinement=refinement))
+        own, shared, seconds = _solve(
+            pair, position, options._replace(refinement=refinement)
+        )
         error = float(np.abs(own / exact_own - 1.0).max())
-        shared_error = float(np.abs(shared[0, coupled] / exact_shared[0, coupled] - 1.0).max())
+        shared_error = float(
+            np.abs(shared[0, coupled] / exact_shared[0, coupled] - 1.0).max()
+        )
         order = np.nan
         if before is not None:
-            order = float(np.log(before.own / error) / np.log(refinement / before.refinement))
+            order = float(
+                np.log(before.own / error) / np.log(refinement / before.refinement)
+            )
         before = Rung(refinement, error, shared_error, order, seconds)
         yield before
 
 
-def _solve(pair: GearPair, position: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray, float]:
+def _solve(
+    pair: GearPair, position: np.ndarray, options: Options
+) -> tuple[np.ndarray, np.ndarray, float]:
     begun = time.perf_counter()
     first, second = (solve_gear(gear, options) for gear in pair.gears)
     seconds = time.perf_counter() - begun

@@ -10,7 +10,11 @@ from estimate_score import Score
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
+DEFAULTS = {
+    key: value
+    for key, value in matplotlib.rcParamsDefault.items()
+    if "backend" not in key
+}
 TENFOLD = 10.0
 HONEST, EXCEEDED, DOUBTED = "#0072B2", "#D55E00", "0.75"
 
@@ -41,10 +45,16 @@ def scores_png(scores: Sequence[Score]) -> bytes:
     with matplotlib.rc_context(DEFAULTS):
         figure = Figure((9.4, 2.9), layout="constrained")
         for axes, panel in zip(figure.subplots(1, len(PANELS)), PANELS, strict=True):
-            doubted, (true, told) = (
-                panel.scale * _known(scores, panel.quantity, trusted) for trusted in (False, True)
+            doubted = panel.scale * _known(scores, panel.quantity, False)
+            (true, told) = panel.scale * _known(scores, panel.quantity, True)
+            axes.loglog(
+                *doubted,
+                "x",
+                ms=2.5,
+                mew=0.6,
+                color=DOUBTED,
+                label="run says it is doubtful",
             )
-            axes.loglog(*doubted, "x", ms=2.5, mew=0.6, color=DOUBTED, label="run says it is doubtful")
             _points(axes, true, told)
             below = f", {np.mean(true <= told):.1%} below" if len(true) else ""
             axes.set_title(f"{panel.title}\n{len(true)} scenes{below}", size=8)
@@ -52,12 +62,21 @@ def scores_png(scores: Sequence[Score]) -> bytes:
             axes.set_ylabel(f"estimated error in {panel.unit}", size=8)
             axes.tick_params(labelsize=7)
         handles, labels = figure.axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=7, frameon=False)
+        figure.legend(
+            handles,
+            labels,
+            loc="outside lower center",
+            ncols=5,
+            fontsize=7,
+            frameon=False,
+        )
         figure.savefig(stream, format="png", dpi=200, metadata={"Software": None})
     return stream.getvalue()
 
 
-def _known(scores: Sequence[Score], quantity: str, trusted: bool) -> NDArray[np.float64]:
+def _known(
+    scores: Sequence[Score], quantity: str, trusted: bool
+) -> NDArray[np.float64]:
     """Return true and estimated errors of the runs that trust theirs, or of the others, (2, n)."""
     pairs = [getattr(one, quantity) for one in scores if one.trusted == trusted]
     known = [pair for pair in pairs if pair is not None and np.isfinite(pair).all()]
@@ -66,8 +85,19 @@ def _known(scores: Sequence[Score], quantity: str, trusted: bool) -> NDArray[np.
 
 def _points(axes, true, told) -> None:  # type: ignore[no-untyped-def]
     below = true <= told
-    axes.loglog(true[below], told[below], "o", ms=2.5, color=HONEST, label="error below its estimate")
-    axes.loglog(true[~below], told[~below], "s", ms=3.0, color=EXCEEDED, label="error above it")
+    axes.loglog(
+        true[below],
+        told[below],
+        "o",
+        ms=2.5,
+        color=HONEST,
+        label="error below its estimate",
+    )
+    axes.loglog(
+        true[~below], told[~below], "s", ms=3.0, color=EXCEEDED, label="error above it"
+    )
     ends = np.array([true.min(), true.max()]) if len(true) else np.ones(2)
     axes.loglog(ends, ends, "-", lw=0.8, color="black", label="equal")
-    axes.loglog(ends, TENFOLD * ends, "--", lw=0.8, color="black", label="ten times the error")
+    axes.loglog(
+        ends, TENFOLD * ends, "--", lw=0.8, color="black", label="ten times the error"
+    )

@@ -1,7 +1,8 @@
 """Scores of the error estimates of many scenes, computed one by one and kept as they come.
 
-Every scene runs in a process of its own, within a time of the processor. Its row is added to a table at once,
-so that an interruption loses no more than what is under way; rows that other sources made do not count.
+Every scene runs in a process of its own, within a time of the processor. Its row is
+added to a table at once, so that an interruption loses no more than what is under way;
+rows that other sources made do not count.
 """
 
 import csv
@@ -26,10 +27,20 @@ from processor_time import limit_work
 from wearlab.scene import Scene
 
 COLUMNS = (
-    "source", "seed", "scene", "kind", "motion", "friction", "outcome", "quality",
-    "seconds", "run_seconds", "cost", "reference",
+    "source",
+    "seed",
+    "scene",
+    "kind",
+    "motion",
+    "friction",
+    "outcome",
+    "quality",
+    "seconds",
+    "run_seconds",
+    "cost",
+    "reference",
     *(f"{name}_{what}" for name in QUANTITIES for what in ("error", "estimate")),
-)  # fmt: skip
+)
 SCORED = "scored"
 RUN, REFERENCE = "run", "reference"
 TRUSTED, DOUBTFUL = "trusted", "doubtful"
@@ -45,7 +56,8 @@ class Asked(NamedTuple):
     ----------
     scenes, seed : how many of which
     longest : processor time after which a run is given up: it counts as missed [s]
-    longest_reference : processor time after which its reference is given up: it counts as missed [s]
+    longest_reference : processor time after which its reference is given up: it counts
+        as missed [s]
     """
 
     scenes: int
@@ -54,16 +66,20 @@ class Asked(NamedTuple):
     longest_reference: float
 
 
-def scored(seed: int, number: int, told: Callable[[str, float], None], longest: float) -> Row:
+def scored(
+    seed: int, number: int, told: Callable[[str, float], None], longest: float
+) -> Row:
     """Return the row of one scene, with the time of the processor that it took, and its run alone [s].
 
     Parameters
     ----------
     seed, number : which scene
-    told : told, when the reference begins, whether the run trusts its estimates, and its time [s]
+    told : told, when the reference begins, whether the run trusts its estimates, and
+        its time [s]
     longest : what a reference may take of the processor [s]
     """
-    begun, scene = time.process_time(), draw_any(seed, number)
+    begun = time.process_time()
+    scene = draw_any(seed, number)
     run: Row = {}
 
     def reference_begins(trusted: bool) -> None:
@@ -117,12 +133,19 @@ def one_state(scene: Scene) -> Scene:
     """Return a scene that wears no further: it compiles what the scene needs before any clock runs."""
     if scene.wear is None:
         return scene
-    left = {name: None for name in ("until", "snapshots") if getattr(scene.wear, name) is not None}
+    left = {
+        name: None
+        for name in ("until", "snapshots")
+        if getattr(scene.wear, name) is not None
+    }
     return scene.model_copy(update={"wear": scene.wear.model_copy(update=left)})
 
 
 class Worker:
-    """A process that scores scenes; one that works too long ends, and the next scene gets another."""
+    """A process that scores scenes.
+
+    One that works too long ends, and the next scene gets another.
+    """
 
     def __init__(self) -> None:
         self.process: BaseProcess | None = None
@@ -135,10 +158,13 @@ class Worker:
             self.process.start()
             theirs.close()
         self.line.send((seed, number, longest, reference))
-        stage, run, seconds = RUN, {}, longest
+        stage = RUN
+        run = {}
+        seconds = longest
         try:
             while isinstance(told := self.line.recv(), tuple):
-                stage, run = REFERENCE, {"quality": told[0], "run_seconds": told[1]}
+                stage = REFERENCE
+                run = {"quality": told[0], "run_seconds": told[1]}
                 seconds = told[1] + reference
             found: Row = told
             return found
@@ -168,13 +194,18 @@ def _cells(found: Score) -> Row:
 
 
 def read(file: Path) -> list[Row]:
-    """Return the rows of a table, none where there is no file; a row that was cut off does not count."""
+    """Return the rows of a table, none where there is no file.
+
+    A row that was cut off does not count.
+    """
     if not file.exists():
         return []
     with file.open(newline="") as lines:
         rows = csv.DictReader(lines)
         return [
-            {key: _value(key, text) for key, text in row.items() if text} for row in rows if row["outcome"]
+            {key: _value(key, text) for key, text in row.items() if text}
+            for row in rows
+            if row["outcome"]
         ]
 
 
@@ -189,14 +220,23 @@ def of_row(row: Row) -> Score | None:
     if row["outcome"] != SCORED:
         return None
     pairs = {
-        name: (row[f"{name}_error"], row[f"{name}_estimate"]) if f"{name}_error" in row else None
+        name: (row[f"{name}_error"], row[f"{name}_estimate"])
+        if f"{name}_error" in row
+        else None
         for name in QUANTITIES
     }
     tolerance = row.get("reference", TIGHT)
-    return Score(**pairs, cost=row["cost"], trusted=row["quality"] == TRUSTED, reference=tolerance)
+    return Score(
+        **pairs,
+        cost=row["cost"],
+        trusted=row["quality"] == TRUSTED,
+        reference=tolerance,
+    )
 
 
-def run(asked: Asked, source: str, file: Path, workers: int | None, report: Report) -> list[Row]:
+def run(
+    asked: Asked, source: str, file: Path, workers: int | None, report: Report
+) -> list[Row]:
     """Score the scenes that the table lacks, on several processes, and add each to the table when done.
 
     Parameters
@@ -207,7 +247,8 @@ def run(asked: Asked, source: str, file: Path, workers: int | None, report: Repo
     workers : processes; None: the cores
     report : told of every scene that is done
     """
-    wanted, known = range(asked.scenes), {row["scene"]: row for row in done(asked, source, file)}
+    wanted = range(asked.scenes)
+    known = {row["scene"]: row for row in done(asked, source, file)}
     for number in known:
         report(f"scene {number}")
     missing = [number for number in wanted if number not in known]
@@ -230,13 +271,18 @@ def done(asked: Asked, source: str, file: Path) -> list[Row]:
     known = {
         row["scene"]: row
         for row in read(file)
-        if row["source"] == source and row["seed"] == asked.seed and row["scene"] < asked.scenes
+        if row["source"] == source
+        and row["seed"] == asked.seed
+        and row["scene"] < asked.scenes
     }
     return [known[number] for number in sorted(known)]
 
 
 def _rows(asked: Asked, missing: list[int], count: int) -> Iterator[Row]:
-    """Yield the rows of scenes as they are done; nothing goes on when nobody waits for them any more."""
+    """Yield the rows of scenes as they are done.
+
+    Nothing goes on when nobody waits for them any more.
+    """
     idle: SimpleQueue[Worker] = SimpleQueue()
     workers = [Worker() for _ in range(min(count, len(missing)))]
     for worker in workers:
@@ -245,7 +291,9 @@ def _rows(asked: Asked, missing: list[int], count: int) -> Iterator[Row]:
     def one(number: int) -> Row:
         worker = idle.get()
         try:
-            return worker.scored(asked.seed, number, asked.longest, asked.longest_reference)
+            return worker.scored(
+                asked.seed, number, asked.longest, asked.longest_reference
+            )
         finally:
             idle.put(worker)
 

@@ -1,7 +1,7 @@
 """Is the error estimate of a run honest? The run beside a reference to a tolerance of 1e-5.
 
-Where that reference takes longer than it may, one to 1e-4 serves if its own estimated errors are small beside
-those that the run tells of itself.
+Where that reference takes longer than it may, one to 1e-4 serves if its own estimated
+errors are small beside those that the run tells of itself.
 """
 
 from collections.abc import Callable, Sequence
@@ -33,7 +33,8 @@ ADEQUATE = 0.5
 """Largest own error of the latter, over the estimate that it is to judge."""
 TOO_LONG = "too long"
 SHORT, REPEATS = 0.5, 3
-"""A run that takes less [s] is timed so often: a busy machine may stretch either part of it."""
+"""A run that takes less [s] is timed so often: a busy machine may stretch either part
+of it."""
 QUANTITIES = ("wear_depth", "life", "mesh_force", "mesh_force_max")
 Pair = tuple[float, float]
 
@@ -43,8 +44,9 @@ class Score(NamedTuple):
 
     Parameters
     ----------
-    wear_depth, life, mesh_force, mesh_force_max : (true error, estimate) [m], [1], [N]; None: the run has no
-        such thing. An error is infinite where the reference responds otherwise.
+    wear_depth, life, mesh_force, mesh_force_max : (true error, estimate) [m], [1], [N];
+        None: the run has no such thing. An error is infinite where the reference
+        responds otherwise.
     cost : time spent on the estimates over the time of everything else in the run [1]
     trusted : whether the run says that its estimates are as usual
     reference : tolerance of the reference [1]
@@ -93,11 +95,19 @@ class Truth(NamedTuple):
 
 def reference(scene: Scene, cycle: float, tolerance: float = TIGHT) -> Truth:
     """Return the life of a scene to a tight tolerance, to the same cycle whatever the depth."""
-    tight = scene.replace("numerics.tolerance", tolerance).replace("wear.until.cycles", cycle)
+    tight = scene.replace("numerics.tolerance", tolerance).replace(
+        "wear.until.cycles", cycle
+    )
     for key in ("wear.until.flank", "wear.until.depth"):
         tight = tight.replace(key, None)
-    tight = tight.replace("wear.snapshots", None) if scene.wear and scene.wear.snapshots else tight
-    tight = tight.replace("wear.snapshots", {"cycles": [cycle]})  # no others are worked out in full
+    tight = (
+        tight.replace("wear.snapshots", None)
+        if scene.wear and scene.wear.snapshots
+        else tight
+    )
+    tight = tight.replace(
+        "wear.snapshots", {"cycles": [cycle]}
+    )  # no others are worked out in full
     try:
         (stage,) = stages_of(tight)
         lived = live_through(tight, (stage,)).stages[0]
@@ -111,7 +121,10 @@ def reference(scene: Scene, cycle: float, tolerance: float = TIGHT) -> Truth:
         last.wear,
         last.rate,
         _grids(stage.first),
-        [phase_forces(stage.first, last, one).transpose(1, 0, 2) for one in last.responses],
+        [
+            phase_forces(stage.first, last, one).transpose(1, 0, 2)
+            for one in last.responses
+        ],
         np.array([extremes(one).largest for one in last.responses]),
         [one.period for one in last.responses],
         tolerance,
@@ -142,14 +155,17 @@ def reference_within(scene: Scene, cycle: float, longest: float) -> Truth:
 
 
 def score(
-    scene: Scene, told: Callable[[bool], None] = lambda trusted: None, longest: float = np.inf
+    scene: Scene,
+    told: Callable[[bool], None] = lambda trusted: None,
+    longest: float = np.inf,
 ) -> Score:
     """Compare the estimates of a scene with its errors against a tight reference.
 
     Parameters
     ----------
     scene : the scene
-    told : told whether the run trusts its estimates, when it is done and the reference begins
+    told : told whether the run trusts its estimates, when it is done and the reference
+        begins
     longest : what a reference may take of the processor [s]
 
     Raises
@@ -196,7 +212,10 @@ def _adequate(truth: Truth, data: xr.Dataset) -> bool:
         return True
     pairs = [("wear_depth", own.wear_depth), ("life", own.life)]
     if own.force is not None:
-        pairs += [("mesh_force", own.force[0].mesh), ("mesh_force_max", own.force[0].largest)]
+        pairs += [
+            ("mesh_force", own.force[0].mesh),
+            ("mesh_force_max", own.force[0].largest),
+        ]
     return all(
         np.ravel(error)[-1] <= ADEQUATE * data[f"error_estimate_{name}"].values.flat[-1]
         for name, error in pairs
@@ -205,30 +224,46 @@ def _adequate(truth: Truth, data: xr.Dataset) -> bool:
 
 
 def _life(data: xr.Dataset, truth: Truth) -> Pair | None:
-    """Return what the first flank's deepest place is missed by in cycles; None where it wears no more."""
-    truly, rate = truth.wear[0][0], truth.rate[0][0]
+    """Return what the first flank's deepest place is missed by in cycles.
+
+    None where it wears no more.
+    """
+    truly = truth.wear[0][0]
+    rate = truth.rate[0][0]
     at = int(np.argmax(truly))
     limit = float(np.asarray(data.max_wear_depth.values)[-1, 0])
     if rate[at] <= 0.0:
         return None
-    return abs(limit - float(truly[at])) / float(rate[at]), float(data.error_estimate_life)
+    return abs(limit - float(truly[at])) / float(rate[at]), float(
+        data.error_estimate_life
+    )
 
 
 def _force(data: xr.Dataset, truth: Truth) -> Pair:
-    """Return the largest difference of the mesh forces; infinite where periods are not the same."""
-    estimate, last = float(data.error_estimate_mesh_force[-1]), data.isel(update=-1)
+    """Return the largest difference of the mesh forces.
+
+    Infinite where periods are not the same.
+    """
+    estimate = float(data.error_estimate_mesh_force[-1])
+    last = data.isel(update=-1)
     if not np.array_equal(np.atleast_1d(last.response_period.values), truth.period):
         return float("inf"), estimate
     found = last.dynamic_mesh_force
     angles = range(len(truth.force)) if "error_angle" in found.dims else [0]
     each = [found.isel(error_angle=k, missing_dims="ignore") for k in angles]
-    return max(_differ(one, true) for one, true in zip(each, truth.force, strict=True)), estimate
+    return max(
+        _differ(one, true) for one, true in zip(each, truth.force, strict=True)
+    ), estimate
 
 
 def _largest(data: xr.Dataset, truth: Truth) -> Pair:
     """Return the largest difference of the largest mesh forces."""
     last = data.mesh_force_max.isel(update=-1)
-    found = last.values.T if "error_angle" in last.dims and last.dims[0] == "mesh" else last.values
+    found = (
+        last.values.T
+        if "error_angle" in last.dims and last.dims[0] == "mesh"
+        else last.values
+    )
     missed = float(np.abs(np.atleast_2d(found) - truth.largest).max())
     return missed, float(data.error_estimate_mesh_force_max[-1])
 
@@ -236,7 +271,10 @@ def _largest(data: xr.Dataset, truth: Truth) -> Pair:
 def _differ(found: xr.DataArray, true: Array) -> float:
     """Return the largest difference of forces (mesh, mesh_period, phase) that begin in any period [N]."""
     one = found.transpose("mesh", "mesh_period", "phase").values[:, : true.shape[1]]
-    return min(float(np.abs(np.roll(one, turn, axis=1) - true).max()) for turn in range(one.shape[1]))
+    return min(
+        float(np.abs(np.roll(one, turn, axis=1) - true).max())
+        for turn in range(one.shape[1])
+    )
 
 
 def _cost(scene: Scene, data: xr.Dataset) -> float:
@@ -273,7 +311,9 @@ def _aperiodic(data: xr.Dataset) -> bool:
     return "response_period" in data and bool((data.response_period == 0).any())
 
 
-def summary(scores: Sequence[Score], missed: int = 0) -> dict[str, tuple[int, float, float]]:
+def summary(
+    scores: Sequence[Score], missed: int = 0
+) -> dict[str, tuple[int, float, float]]:
     """Return for each quantity: scenes, share with error below estimate, median of estimate over error.
 
     An estimate that is missing (NaN) counts as one that the error exceeds.
@@ -281,15 +321,22 @@ def summary(scores: Sequence[Score], missed: int = 0) -> dict[str, tuple[int, fl
     Parameters
     ----------
     scores : of scenes
-    missed : further scenes whose errors took too long to find: each counts as above its estimate
+    missed : further scenes whose errors took too long to find: each counts as above its
+        estimate
     """
     found = {}
     for name in QUANTITIES:
-        values = np.array([getattr(one, name) for one in scores if getattr(one, name) is not None])
+        values = np.array(
+            [getattr(one, name) for one in scores if getattr(one, name) is not None]
+        )
         if len(values):
             true, estimate = values.T
             known = np.isfinite(estimate) & np.isfinite(true)
-            ratio = np.median(estimate[known] / np.maximum(true[known], 1e-300)) if known.any() else np.nan
+            ratio = (
+                np.median(estimate[known] / np.maximum(true[known], 1e-300))
+                if known.any()
+                else np.nan
+            )
             count = len(values) + missed
             found[name] = (count, float(np.sum(true <= estimate)) / count, float(ratio))
     return found

@@ -18,19 +18,30 @@ MOST_RATIO = 8.0
 MOST_COST = 0.5
 MOST_REFUSED = 0.05
 LONGEST_RUN = 60.0
-SCORE_HEADS = ("gears", "quantity", "scenes", "error below estimate", "median of estimate over error")
+SCORE_HEADS = (
+    "gears",
+    "quantity",
+    "scenes",
+    "error below estimate",
+    "median of estimate over error",
+)
 APART_HEADS = ("without a score", "scenes", "what it means")
 MISSES = {
     "run too long": "missed: the run takes longer than it may",
-    "reference too long": "missed: references to 1e-5 and to 1e-4 take longer than they may",
-    "reference too rough": "missed: only a reference to 1e-4 ends in time, hardly better than the run",
+    "reference too long": "missed: references to 1e-5 and to 1e-4 take longer than "
+    "they may",
+    "reference too rough": "missed: only a reference to 1e-4 ends in time, hardly "
+    "better than the run",
     "unfinished": "missed: the work of a run is used up before its life ends",
     "failed": "missed: a defect",
 }
 APART = {
-    "aperiodic": "apart: loads are averages over many periods; the run says that its estimates are doubtful",
-    "doubtful, reference too long": "apart: the run says that its estimates are doubtful",
-    "reference ends early": "apart: the gears of the reference cannot run as long as those of the run",
+    "aperiodic": "apart: loads are averages over many periods; the run says that its "
+    "estimates are doubtful",
+    "doubtful, reference too long": "apart: the run says that its estimates are "
+    "doubtful",
+    "reference ends early": "apart: the gears of the reference cannot run as long as "
+    "those of the run",
     "reference refused": "apart: the reference is refused with a reason",
     "refused": "apart: the scene is refused with a reason",
 }
@@ -39,14 +50,17 @@ DISPLAY = UNITS | {"wear_depth": "um"}
 TIME = "run_seconds"
 ALL, FRICTION = "all", "with friction"
 GROUPS = (ALL, *KINDS, FRICTION, DOUBTFUL)
-"""What is scored together; runs that say their estimates are doubtful count in the last alone."""
+"""What is scored together; runs that say their estimates are doubtful count in the last
+alone."""
 
 
 def belongs(row: Row, group: str) -> bool:
     """Whether a scene is counted in a group."""
     if (row.get("quality") == DOUBTFUL) != (group == DOUBTFUL):
         return False
-    return group in (ALL, DOUBTFUL, row["kind"]) or (group == FRICTION and row.get("friction") == "yes")
+    return group in (ALL, DOUBTFUL, row["kind"]) or (
+        group == FRICTION and row.get("friction") == "yes"
+    )
 
 
 def scores_of(rows: Sequence[Row], group: str | None = None) -> list[Score]:
@@ -58,7 +72,11 @@ def scores_of(rows: Sequence[Row], group: str | None = None) -> list[Score]:
 def reason_of(row: Row) -> str:
     """Return why a scene has no score, in one of the words of `APART` and `MISSES`, or that it has one."""
     reason = str(row["outcome"]).partition(":")[0]
-    return f"{DOUBTFUL}, {reason}" if reason in MISSES and row.get("quality") == DOUBTFUL else reason
+    return (
+        f"{DOUBTFUL}, {reason}"
+        if reason in MISSES and row.get("quality") == DOUBTFUL
+        else reason
+    )
 
 
 def misses(rows: Sequence[Row], group: str) -> int:
@@ -96,9 +114,14 @@ def apart_rows(rows: Sequence[Row]) -> list[tuple[str, ...]]:
 
 
 def costs(rows: Sequence[Row]) -> tuple[float, float]:
-    """Return what the estimates add to the run time, median and largest; NaN without scores [1]."""
+    """Return what the estimates add to the run time, median and largest.
+
+    NaN without scores [1].
+    """
     found = [one.cost for one in scores_of(rows)]
-    return (float(np.median(found)), max(found)) if found else (float("nan"), float("nan"))
+    return (
+        (float(np.median(found)), max(found)) if found else (float("nan"), float("nan"))
+    )
 
 
 def missed(rows: Sequence[Row]) -> list[str]:
@@ -107,25 +130,41 @@ def missed(rows: Sequence[Row]) -> list[str]:
     for name, (_, share, ratio) in summary_of(rows, ALL).items():
         if share < LEAST_COVERED:
             told.append(
-                f"{name}: the error is below its estimate in {share:.1%} of the scenes, "
+                f"{name}: the error is below its estimate in {share:.1%} of the "
+                "scenes, "
                 f"not {LEAST_COVERED:.0%}"
             )
         if not ratio <= MOST_RATIO:
             told.append(
-                f"{name}: the median of estimate over error is {ratio:.1f}, more than {MOST_RATIO:.0f}"
+                f"{name}: the median of estimate over error is {ratio:.1f}, more than "
+                f"{MOST_RATIO:.0f}"
             )
     if costs(rows)[1] > MOST_COST:
-        told.append(f"the estimates add up to {costs(rows)[1]:.0%} to the time of a run, not at most half")
+        told.append(
+            f"the estimates add up to {costs(rows)[1]:.0%} to the time of a run, not "
+            "at most half"
+        )
     refused = reasons(rows).get("refused", 0)
     if refused > MOST_REFUSED * len(rows):
-        told.append(f"{refused} of {len(rows)} scenes are refused, more than {MOST_REFUSED:.0%}")
-    slow = [row["scene"] for row in rows if row[TIME if TIME in row else "seconds"] >= LONGEST_RUN]
+        told.append(
+            f"{refused} of {len(rows)} scenes are refused, more than {MOST_REFUSED:.0%}"
+        )
+    slow = [
+        row["scene"]
+        for row in rows
+        if row[TIME if TIME in row else "seconds"] >= LONGEST_RUN
+    ]
     if slow:
-        told.append(f"runs of {LONGEST_RUN:.0f} s of the processor and more: {', '.join(map(str, slow))}")
+        told.append(
+            f"runs of {LONGEST_RUN:.0f} s of the processor and more: "
+            f"{', '.join(map(str, slow))}"
+        )
     return told
 
 
-def dataset(seed: int, rows: Sequence[Row], made_by: dict[str, str], begun: float) -> xr.Dataset:
+def dataset(
+    seed: int, rows: Sequence[Row], made_by: dict[str, str], begun: float
+) -> xr.Dataset:
     """Return the scores as a dataset over scenes.
 
     Parameters
@@ -165,8 +204,15 @@ def dataset(seed: int, rows: Sequence[Row], made_by: dict[str, str], begun: floa
     for name in QUANTITIES:
         for what, words in (("error", "true error"), ("estimate", "estimated error")):
             values = [row.get(f"{name}_{what}", np.nan) for row in rows]
-            said = _said(f"{words} of the {name.replace('_', ' ')} at the end of the life", UNITS[name])
-            found[f"{name}_{what}"] = ("scene", values, {**said, "display_units": DISPLAY[name]})
+            said = _said(
+                f"{words} of the {name.replace('_', ' ')} at the end of the life",
+                UNITS[name],
+            )
+            found[f"{name}_{what}"] = (
+                "scene",
+                values,
+                {**said, "display_units": DISPLAY[name]},
+            )
     coords: dict[str, Any] = {"scene": [row["scene"] for row in rows]}
     for name in ("kind", "motion", "friction"):
         coords[name] = ("scene", [row.get(name, "") for row in rows])
@@ -175,7 +221,9 @@ def dataset(seed: int, rows: Sequence[Row], made_by: dict[str, str], begun: floa
         "title": "Error estimates against true errors",
         "seed": seed,
         **made_by,
-        "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),
+        "date_created": datetime.fromtimestamp(begun, UTC).isoformat(
+            timespec="seconds"
+        ),
     }
     return xr.Dataset(found, coords, attributes)
 

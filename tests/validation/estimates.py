@@ -1,11 +1,12 @@
 """Are the error estimates of runs honest? Drawn scenes, each run beside a tight reference.
 
-``python tests/validation/estimates.py --seed N [--scenes 300] [--workers N] OUT`` draws scenes: of 25,
-thirteen spur pairs, six internal pairs and six planetary sets in motion. What each run estimates of its
-own errors is set beside its errors against a reference to 1e-5; ``estimates.csv``, ``estimates.nc`` and
-``estimates.png`` go to the folder OUT. Rows are kept one by one: cut off, the command prints what it
-has; asked again, it goes on where it was, unless wearlab's sources have changed. Its status is 1 where
-something promised is not kept.
+``python tests/validation/estimates.py --seed N [--scenes 300] [--workers N] OUT`` draws
+scenes: of 25, thirteen spur pairs, six internal pairs and six planetary sets in motion.
+What each run estimates of its own errors is set beside its errors against a reference
+to 1e-5; ``estimates.csv``, ``estimates.nc`` and ``estimates.png`` go to the folder OUT.
+Rows are kept one by one: cut off, the command prints what it has; asked again, it goes
+on where it was, unless wearlab's sources have changed. Its status is 1 where something
+promised is not kept.
 """
 
 import argparse
@@ -26,13 +27,26 @@ from wearlab.simulation.label import provenance
 from wearlab.store.files import write_whole
 
 TABLE, DATASET, FIGURE = "estimates.csv", "estimates.nc", "estimates.png"
-KEPT = ("model_version", "source", "source_hash", "packages", "machine", "commit", "dirty")
+KEPT = (
+    "model_version",
+    "source",
+    "source_hash",
+    "packages",
+    "machine",
+    "commit",
+    "dirty",
+)
 
 
 def main(words: list[str] | None = None) -> int:
-    """Score the scenes that are asked for; print tables, store the dataset and draw the figure."""
+    """Score the scenes that are asked for.
+
+    Print tables, store the dataset and draw the figure.
+    """
     given = read(words)
-    asked, out, begun = estimate_rows.Asked(*given[:4]), given.out, time.time()
+    asked = estimate_rows.Asked(*given[:4])
+    out = given.out
+    begun = time.time()
     out.mkdir(parents=True, exist_ok=True)
     made_by = provenance(draw_any(asked.seed, 0), begun)
     source = made_by["source_hash"]
@@ -41,7 +55,10 @@ def main(words: list[str] | None = None) -> int:
             rows = estimate_rows.run(asked, source, out / TABLE, given.workers, tell)
     except KeyboardInterrupt:
         rows = estimate_rows.done(asked, source, out / TABLE)
-        complain(f"cut off after {len(rows)} of {asked.scenes} scenes: the same command goes on from there")
+        complain(
+            f"cut off after {len(rows)} of {asked.scenes} scenes: the same command "
+            "goes on from there"
+        )
         if not rows:
             raise
     attributes = {key: made_by[key] for key in KEPT if key in made_by}
@@ -61,14 +78,29 @@ def main(words: list[str] | None = None) -> int:
 
 def tell_scores(asked: estimate_rows.Asked, rows: list[estimate_rows.Row]) -> None:
     """Print the tables."""
-    show_table(estimate_table.SCORE_HEADS, estimate_table.score_rows(rows), title="Error estimates")
+    show_table(
+        estimate_table.SCORE_HEADS,
+        estimate_table.score_rows(rows),
+        title="Error estimates",
+    )
     if apart := estimate_table.apart_rows(rows):
         say()
-        show_table(estimate_table.APART_HEADS, apart, title=f"Scenes without a score, of {len(rows)}")
+        show_table(
+            estimate_table.APART_HEADS,
+            apart,
+            title=f"Scenes without a score, of {len(rows)}",
+        )
     median, largest = estimate_table.costs(rows)
-    share = f"{median:.0%} in the median and at most {largest:.0%}" if isfinite(median) else "nothing known"
+    share = (
+        f"{median:.0%} in the median and at most {largest:.0%}"
+        if isfinite(median)
+        else "nothing known"
+    )
     say(f"\nestimates add {share} to the time of a run")
-    say(f"a run may take {asked.longest:g} s, its reference {asked.longest_reference:g} s\n")
+    say(
+        f"a run may take {asked.longest:g} s, its reference "
+        f"{asked.longest_reference:g} s\n"
+    )
 
 
 class Given(NamedTuple):
@@ -95,8 +127,18 @@ def read(words: list[str] | None) -> Given:
         help="the same seed draws the same scenes",
     )
     add("--scenes", type=positive, default=300, help="how many are drawn [300]")
-    add("--longest", type=seconds, default=60.0, help="processor time after which a run is given up [60 s]")
-    add("--longest-reference", type=seconds, default=60.0, help="and its reference, once more to 1e-4 [60 s]")
+    add(
+        "--longest",
+        type=seconds,
+        default=60.0,
+        help="processor time after which a run is given up [60 s]",
+    )
+    add(
+        "--longest-reference",
+        type=seconds,
+        default=60.0,
+        help="and its reference, once more to 1e-4 [60 s]",
+    )
     add("--workers", type=positive, help="processes [the cores]")
     add("out", type=Path, metavar="OUT", help="folder of table, dataset and figure")
     return Given(**vars(reader.parse_args(words)))

@@ -1,7 +1,8 @@
 """How long the exact mesh relationship of a worn pair takes: tangency, smallest gap, and Algorithm 1.
 
-``python tests/validation/exact_contact.py FILE`` prints it for every case of a campaign file that presets
-wear, at Y23's 1849 points, with the largest difference in rotation of the driven gear.
+``python tests/validation/exact_contact.py FILE`` prints it for every case of a campaign
+file that presets wear, at Y23's 1849 points, with the largest difference in rotation of
+the driven gear.
 """
 
 import sys
@@ -29,7 +30,8 @@ class ExactTime(NamedTuple):
     ----------
     depth : largest wear depth [m]
     tangency, smallest_gap, algorithm_1 : [s]
-    apart : largest difference of tangency and smallest gap where flanks touch with a common tangent [rad]
+    apart : largest difference of tangency and smallest gap where flanks touch with a
+        common tangent [rad]
     searched : largest difference of Algorithm 1 from the smallest gap there [rad]
     """
 
@@ -41,11 +43,15 @@ class ExactTime(NamedTuple):
     searched: float
 
 
-def exact_time(pair: GearPair, worn: tuple[Flank, Flank], depth: float = 0.0) -> ExactTime:
+def exact_time(
+    pair: GearPair, worn: tuple[Flank, Flank], depth: float = 0.0
+) -> ExactTime:
     """Measure the three methods on two worn flanks, at equally spaced points of the path."""
     x = np.linspace(pair.path.A, pair.path.E, PUBLISHED_POINTS)
-    touching, published = tangency(*worn, x), algorithm_1(pair, *worn)
-    apart, searched = (_difference(pair, worn, found) for found in (touching, published))
+    touching = tangency(*worn, x)
+    published = algorithm_1(pair, *worn)
+    apart = _difference(pair, worn, touching)
+    searched = _difference(pair, worn, published)
     return ExactTime(
         depth,
         timing(lambda: tangency(*worn, x), most=20),
@@ -57,7 +63,9 @@ def exact_time(pair: GearPair, worn: tuple[Flank, Flank], depth: float = 0.0) ->
 
 
 def _difference(pair: GearPair, worn: tuple[Flank, Flank], found: object) -> float:
-    x, gap = found.x_driving, found.gap  # type: ignore[attr-defined]
+    # type: ignore[attr-defined]
+    x = found.x_driving
+    gap = found.gap
     inside = np.isfinite(gap) & (x > pair.path.A) & (x < pair.path.E)
     exact = minimum_gap(*worn, x[inside]).gap
     return float(np.abs(gap[inside] - exact).max()) / pair.driven.base_radius
@@ -69,7 +77,8 @@ def of_scene(scene: Scene) -> ExactTime:
 
     parts = build(scene)
     wear = initial_wear(scene, parts)[0]
-    one, grid = parts.gears.kinds[0], parts.kinds[0].analysis.grid
+    one = parts.gears.kinds[0]
+    grid = parts.kinds[0].analysis.grid
     flanks = WornFlanks(one.pair, grid, modifications(one.pair, grid.position))
     return exact_time(one.pair, flanks.worn(wear), float(wear.max()))
 
@@ -77,9 +86,12 @@ def of_scene(scene: Scene) -> ExactTime:
 def exact_text(time: ExactTime) -> str:
     """Return one measurement in a line."""
     return (
-        f"{1e6 * time.depth:8.1f} um: tangency {1e3 * time.tangency:6.2f} ms, smallest gap "
-        f"{1e3 * time.smallest_gap:6.2f} ms, Algorithm 1 {1e3 * time.algorithm_1:6.0f} ms, "
-        f"{time.algorithm_1 / time.smallest_gap:4.0f} times as long; tangency {time.apart:.0e} rad off, "
+        f"{1e6 * time.depth:8.1f} um: tangency {1e3 * time.tangency:6.2f} ms, "
+        "smallest gap "
+        f"{1e3 * time.smallest_gap:6.2f} ms, Algorithm 1 "
+        f"{1e3 * time.algorithm_1:6.0f} ms, "
+        f"{time.algorithm_1 / time.smallest_gap:4.0f} times as long; tangency "
+        f"{time.apart:.0e} rad off, "
         f"Algorithm 1 {time.searched:.0e} rad"
     )
 
@@ -92,7 +104,8 @@ def main(arguments: list[str]) -> None:
         print("usage: python tests/validation/exact_contact.py FILE", file=sys.stderr)
         sys.exit(2)
     print(
-        f"{PUBLISHED_POINTS} points of one worn pair; the target is {1e3 * TARGET:g} ms and {RATIO:g} times"
+        f"{PUBLISHED_POINTS} points of one worn pair; the target is {1e3 * TARGET:g} "
+        f"ms and {RATIO:g} times"
     )
     for case in load(arguments[0]).cases:
         if case.scene.wear is not None and case.scene.mesh.contact.chosen == "exact":

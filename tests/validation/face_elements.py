@@ -1,11 +1,12 @@
 """Teeth in three dimensions on a mesh of their own, beside what ``face_coupling`` makes of them.
 
-``python tests/validation/face_elements.py [NUMBER …]`` prints, for drawn gears, how far the work of a line
-load is from that of solid elements: of ``elements`` and of ``pasternak``, under an even load, a tilted one
-and one on the last eighth of the face. Nothing of a run's mesh is used: triangles of second degree between
-scattered points of the outline, extruded in layers of second degree along the face, all unknowns solved at
-once. The tooth stands in its sector, held at the bore and both cuts. The local indentation is taken off in
-closed form.
+``python tests/validation/face_elements.py [NUMBER …]`` prints, for drawn gears, how far
+the work of a line load is from that of solid elements: of ``elements`` and of
+``pasternak``, under an even load, a tilted one and one on the last eighth of the face.
+Nothing of a run's mesh is used: triangles of second degree between scattered points of
+the outline, extruded in layers of second degree along the face, all unknowns solved at
+once. The tooth stands in its sector, held at the bore and both cuts. The local
+indentation is taken off in closed form.
 """
 
 import math
@@ -27,7 +28,8 @@ from wearlab.mesh.finite_element.elements import patch_rule
 from wearlab.mesh.finite_element.solid import SOLID, indentation, tooth_in_sector
 
 NU = 0.3
-MESH, FINE_MESH = (0.15, 0.6, 0.35), (0.06, 0.3, 0.2)
+MESH = (0.15, 0.6, 0.35)
+FINE_MESH = (0.06, 0.3, 0.2)
 """Distance of points on the loaded flank, the largest one, and its growth, in modules.
 
 Works are scaled by what the finer mesh makes of the plane section.
@@ -62,9 +64,13 @@ DRAWN = (
 
 def gear_of(drawn):
     """Return a drawn gear of module 1, its transverse section."""
-    spec = GearSpec(name="pinion", teeth=drawn.teeth, profile_shift_coefficient=drawn.shift)
+    spec = GearSpec(
+        name="pinion", teeth=drawn.teeth, profile_shift_coefficient=drawn.shift
+    )
     mate = GearSpec(name="gear", teeth=60)
-    return of_unit_size(gear_pair(spec, mate, Basics(1.0, face_width=drawn.width)).driving)
+    return of_unit_size(
+        gear_pair(spec, mate, Basics(1.0, face_width=drawn.width)).driving
+    )
 
 
 class Outline:
@@ -74,7 +80,9 @@ class Outline:
         self.gear = gear
         q = np.linspace(0.0, 1.0, 200)
         root = np.array(root_curve(gear, q)[:2])
-        angles = np.linspace(*load_angle(gear, [gear.form_radius, gear.tip_radius]), 400)
+        angles = np.linspace(
+            *load_angle(gear, [gear.form_radius, gear.tip_radius]), 400
+        )
         flank = np.stack(involute_point(gear, angles))
         self.curve = np.hstack([root, flank[:, 1:]])
         self.length = np.append(0.0, np.cumsum(np.hypot(*np.diff(self.curve))))
@@ -98,16 +106,24 @@ class Outline:
 
 def mesh_of(outline, sizes):
     """Return triangles between scattered points, and the lengths along the loaded flank of its vertices."""
-    gear, (fine, coarse, growth) = outline.gear, sizes
-    half, bore = math.pi / gear.teeth, gear.bore_radius
-    on_flank = outline.length[-1] * np.linspace(0.0, 1.0, round(outline.length[-1] / fine) + 1)
+    gear = outline.gear
+    (fine, coarse, growth) = sizes
+    half = math.pi / gear.teeth
+    bore = gear.bore_radius
+    on_flank = outline.length[-1] * np.linspace(
+        0.0, 1.0, round(outline.length[-1] / fine) + 1
+    )
     flank = outline.at(on_flank)
     other = flank[:, ::2] * [[1.0], [-1.0]]
     foot = math.atan2(flank[1, 0], flank[0, 0])
-    arcs = np.linspace(foot, half, max(2, math.ceil((half - foot) * gear.root_radius / 0.3) + 1))
+    arcs = np.linspace(
+        foot, half, max(2, math.ceil((half - foot) * gear.root_radius / 0.3) + 1)
+    )
     right = gear.root_radius * np.stack([np.cos(arcs), np.sin(arcs)])
     deep = gear.root_radius - bore
-    cut = np.unique(np.concatenate([bore + deep * (1 - np.linspace(0, 1, 8) ** 2), [bore]]))[::-1]
+    cut = np.unique(
+        np.concatenate([bore + deep * (1 - np.linspace(0, 1, 8) ** 2), [bore]])
+    )[::-1]
     side = cut * np.array([[math.cos(half)], [math.sin(half)]])
     below = np.linspace(half, -half, max(5, math.ceil(2 * half * bore / coarse) + 1))
     base = bore * np.stack([np.cos(below), np.sin(below)])
@@ -115,16 +131,26 @@ def mesh_of(outline, sizes):
     land = np.stack([np.sqrt(gear.tip_radius**2 - tip**2), tip])
     mirror = np.array([[1.0], [-1.0]])
     polygon = np.hstack(
-        [flank[:, ::-1], right[:, 1:], side[:, 1:], base[:, 1:-1], (side * mirror)[:, :0:-1],
-         (right * mirror)[:, :0:-1], other, land]
-    )  # fmt: skip
+        [
+            flank[:, ::-1],
+            right[:, 1:],
+            side[:, 1:],
+            base[:, 1:-1],
+            (side * mirror)[:, :0:-1],
+            (right * mirror)[:, :0:-1],
+            other,
+            land,
+        ]
+    )
     tree = cKDTree(flank.T)
     random = np.random.default_rng(7)
-    low, high = polygon.min(axis=1), polygon.max(axis=1)
+    low = polygon.min(axis=1)
+    high = polygon.max(axis=1)
     drawn = low[:, None] + (high - low)[:, None] * random.random((2, 60000))
     drawn = drawn[:, _inside(polygon, drawn)]
     size = np.minimum(coarse, fine + growth * tree.query(drawn.T)[0])
-    points, edge = [], cKDTree(polygon.T)
+    points = []
+    edge = cKDTree(polygon.T)
     near = edge.query(drawn.T)[0] > 0.7 * size
     for place, apart in zip(drawn.T[near], size[near], strict=True):
         if not points or np.min(np.hypot(*(np.array(points) - place).T)) > 0.85 * apart:
@@ -133,7 +159,8 @@ def mesh_of(outline, sizes):
     triangles = Delaunay(every.T).simplices
     middle = every[:, triangles].mean(axis=2)
     corners = every[:, triangles]
-    (a, b), (c, d) = corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0]
+    (a, b) = corners[:, :, 1] - corners[:, :, 0]
+    (c, d) = corners[:, :, 2] - corners[:, :, 0]
     area = 0.5 * np.abs(a * d - b * c)
     kept = triangles[_inside(polygon, middle) & (area > 1e-6)]
     used, kept = np.unique(kept, return_inverse=True)
@@ -148,7 +175,8 @@ def _inside(polygon, points):
 
 def _matrices(basis, oblique):
     """Return the matrices for products of derivatives, each 3 by 3 blocks of (n, n)."""
-    lame, shear = NU / ((1 + NU) * (1 - 2 * NU)), 0.5 / (1 + NU)
+    lame = NU / ((1 + NU) * (1 - 2 * NU))
+    shear = 0.5 / (1 + NU)
 
     def derivative(v, kind):
         if kind == 0:
@@ -159,10 +187,13 @@ def _matrices(basis, oblique):
         def block(a, b):
             @BilinearForm
             def form(u, v, _):
-                du, dv = derivative(u, right), derivative(v, left)
+                du = derivative(u, right)
+                dv = derivative(v, left)
                 total = lame * dv[a] * du[b] + shear * dv[b] * du[a]
                 if a == b:
-                    total = total + shear * sum(x * y for x, y in zip(dv, du, strict=True))
+                    total = total + shear * sum(
+                        x * y for x, y in zip(dv, du, strict=True)
+                    )
                 return total
 
             return form.assemble(basis)
@@ -174,7 +205,8 @@ def _matrices(basis, oblique):
 
 def _along(width, bricks):
     """Return ∫ZZ, ∫ZZ', ∫Z'Z' of bricks of second degree, and for each load its nodal values."""
-    h, n = width / bricks, 2 * bricks + 1
+    h = width / bricks
+    n = 2 * bricks + 1
     mass, mixed, stiff = np.zeros((3, n, n))
     loads = np.zeros((3, n))
     x, w = np.polynomial.legendre.leggauss(4)
@@ -202,7 +234,8 @@ class Loaded(NamedTuple):
 
     def compliance(self):
         """Return that of the plane section, with indentation, (n_heights,)."""
-        across, loads = self.matrices[0][self.plane][:, self.plane], self.loads[self.plane]
+        across = self.matrices[0][self.plane][:, self.plane]
+        loads = self.loads[self.plane]
         return (loads * splu(csc_matrix(across)).solve(loads)).sum(axis=0)
 
 
@@ -213,9 +246,12 @@ def loaded(gear, oblique, sizes):
     basis = Basis(mesh, ElementTriP2())
     places = basis.doflocs
     n = places.shape[1]
-    radius, angle = np.hypot(*places), np.arctan2(places[1], places[0])
+    radius = np.hypot(*places)
+    angle = np.arctan2(places[1], places[0])
     cut = math.pi / gear.teeth
-    free = np.flatnonzero((radius > gear.bore_radius * 1.0001) & (np.abs(np.abs(angle) - cut) > 1e-7))
+    free = np.flatnonzero(
+        (radius > gear.bore_radius * 1.0001) & (np.abs(np.abs(angle) - cut) > 1e-7)
+    )
     tree = cKDTree(places.T)
     loads = np.zeros((3 * n, len(HEIGHTS)))
     offset, weight = patch_rule()
@@ -235,27 +271,42 @@ def loaded(gear, oblique, sizes):
 
 def judged(drawn):
     """Return works without indentation in the solid, (3 loads, 3 heights), in the plane, and unknowns."""
-    gear, oblique = gear_of(drawn), math.tan(math.radians(drawn.helix))
+    gear = gear_of(drawn)
+    oblique = math.tan(math.radians(drawn.helix))
     coarse = loaded(gear, oblique, MESH)
     local = _local(gear)
     plane = loaded(gear, 0.0, FINE_MESH).compliance() - local
     scale = plane / (loaded(gear, 0.0, MESH).compliance() - local)
     M, C, S, given = _along(drawn.width, drawn.bricks)
-    across, mixed, along = (each[coarse.free][:, coarse.free] for each in coarse.matrices)
-    whole = csc_matrix(kron(M, across) + kron(C, mixed) + kron(C.T, mixed.T) + kron(S, along))
+    across, mixed, along = (
+        each[coarse.free][:, coarse.free] for each in coarse.matrices
+    )
+    whole = csc_matrix(
+        kron(M, across) + kron(C, mixed) + kron(C.T, mixed.T) + kron(S, along)
+    )
     factors = splu(whole, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    squares = np.array([1.0, 1.0 / 12.0, 1.0 / 8.0]) / drawn.width / _cosine(gear, drawn)
+    squares = (
+        np.array([1.0, 1.0 / 12.0, 1.0 / 8.0]) / drawn.width / _cosine(gear, drawn)
+    )
     works = np.empty((3, len(HEIGHTS)))
     for k, row in enumerate(given):
         for c in range(len(HEIGHTS)):
             force = np.kron(row, coarse.loads[coarse.free, c])
-            works[k, c] = (force @ factors.solve(force) - squares[k] * local[c]) * scale[c]
+            works[k, c] = (
+                force @ factors.solve(force) - squares[k] * local[c]
+            ) * scale[c]
     return works, plane, whole.shape[0]
 
 
 def _cosine(gear, drawn):
     """Return cos β_b of the oblique tooth: along the action indentations are larger by it."""
-    return math.cos(math.atan(math.tan(math.radians(drawn.helix)) * gear.base_radius / gear.reference_radius))
+    return math.cos(
+        math.atan(
+            math.tan(math.radians(drawn.helix))
+            * gear.base_radius
+            / gear.reference_radius
+        )
+    )
 
 
 def _local(gear):
@@ -264,14 +315,17 @@ def _local(gear):
 
 def of_run(drawn):
     """Return the works of the tooth in its sector that a run uses, likewise."""
-    gear, oblique = gear_of(drawn), math.tan(math.radians(drawn.helix))
+    gear = gear_of(drawn)
+    oblique = math.tan(math.radians(drawn.helix))
     found = tooth_in_sector(gear, np.linspace(0.0, drawn.width, SLICES + 1), oblique)
     local = indentation(gear, found.q) / _cosine(gear, drawn)
     y = (np.arange(SLICES) + 0.5) / SLICES - 0.5
     works = []
     for shape in (np.ones(SLICES), y, (y > 0.375).astype(float)):
         force = shape / SLICES
-        each = np.array([force @ found.table[a, :, a] @ force for a in range(len(found.q))])
+        each = np.array(
+            [force @ found.table[a, :, a] @ force for a in range(len(found.q))]
+        )
         each -= local * (force @ force) * SLICES / drawn.width
         works.append(np.interp(HEIGHTS, found.q, each))
     return np.array(works)
@@ -301,11 +355,20 @@ def main():
         drawn = DRAWN[number]
         works, plane, unknowns = judged(drawn)
         elements = of_run(drawn) / works - 1.0
-        layer = of_layer(drawn, plane / math.cos(math.radians(drawn.helix))) / works - 1.0
+        layer = (
+            of_layer(drawn, plane / math.cos(math.radians(drawn.helix))) / works - 1.0
+        )
         softer = works[0] * drawn.width / plane - 1.0
-        print(f"{drawn}, {unknowns} unknowns: even load against plane strain " + _row(softer))
+        print(
+            f"{drawn}, {unknowns} unknowns: even load against plane strain "
+            + _row(softer)
+        )
         for k, name in enumerate(LOADS):
-            print(f"  {name:20} elements {_row(elements[k])}   pasternak {_row(layer[k])}", flush=True)
+            print(
+                f"  {name:20} elements {_row(elements[k])}   pasternak "
+                f"{_row(layer[k])}",
+                flush=True,
+            )
 
 
 def _row(values):

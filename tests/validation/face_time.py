@@ -1,9 +1,10 @@
 """How long flanks with a width take: one contact analysis, and the runs of campaigns.
 
-``python tests/validation/face_time.py FILE [FILE …]`` prints for every case of campaign files whose flanks
-have a width: the set-up of its gears, nothing of them known; the contact analysis over 64 phases and 41
-slices after it, worn by 5 µm to 10 µm and solved from unworn loads; a run whose gears are known, and its size
-on disk. Times are of the processor.
+``python tests/validation/face_time.py FILE [FILE …]`` prints for every case of campaign
+files whose flanks have a width: the set-up of its gears, nothing of them known; the
+contact analysis over 64 phases and 41 slices after it, worn by 5 µm to 10 µm and solved
+from unworn loads; a run whose gears are known, and its size on disk. Times are of the
+processor.
 """
 
 import statistics
@@ -24,14 +25,26 @@ from wearlab.scene.build import build
 from wearlab.simulation import simulate
 
 PHASES, SLICES, DEPTH = 64, 41, 5e-6
-HEADS = ("campaign", "case", "set-up", "phases × lines × slices", "contact analysis", "run", "stored")
+HEADS = (
+    "campaign",
+    "case",
+    "set-up",
+    "phases × lines × slices",
+    "contact analysis",
+    "run",
+    "stored",
+)
 
 
 def contact_seconds(scene: Scene) -> tuple[str, float]:
     """Return the size of the first kind of mesh and the time of its contact analysis [s]."""
-    sliced = scene.replace({"mesh.face_points": SLICES, "numerics.phase_points": PHASES})
+    sliced = scene.replace(
+        {"mesh.face_points": SLICES, "numerics.phase_points": PHASES}
+    )
     contact = build(sliced).face.kinds[0].contact
-    worn = np.full((2, *contact.grid.shape), DEPTH) * (1.0 + np.linspace(0.0, 1.0, contact.grid.shape[-1]))
+    worn = np.full((2, *contact.grid.shape), DEPTH) * (
+        1.0 + np.linspace(0.0, 1.0, contact.grid.shape[-1])
+    )
     phases, lines, slices = contact.unworn.load.shape
     seconds = timing(lambda: contact.solve(worn, contact.unworn), most=30)
     return f"{phases} × {lines} × {slices}", seconds * PHASES / phases
@@ -41,7 +54,10 @@ def setup_seconds(scene: Scene) -> float:
     """Return the time in which gears of which nothing is kept are set up [s]."""
     for forgotten in (solid._remembered, compliance._remembered):
         forgotten.cache_clear()
-    with tempfile.TemporaryDirectory() as folder, patch.object(solid, "cache_folder", lambda: Path(folder)):
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        patch.object(solid, "cache_folder", lambda: Path(folder)),
+    ):
         begun = time.process_time()
         build(scene)
         return time.process_time() - begun
@@ -60,7 +76,9 @@ def run_seconds(scene: Scene) -> tuple[float, int]:
 
 def main(files: list[str]) -> None:
     """Print the table, and medians of static and of coupled runs."""
-    rows, static, coupled = [], [], []
+    rows = []
+    static = []
+    coupled = []
     for file in files:
         for case in load(file).cases:
             if not case.scene.face_keys:
@@ -70,12 +88,19 @@ def main(files: list[str]) -> None:
             size, contact = contact_seconds(case.scene)
             seconds, stored = run_seconds(case.scene)
             (static if case.scene.dynamics is None else coupled).append(seconds)
-            told = f"{1e3 * contact:.1f} ms", f"{seconds:.1f} s", f"{stored / 1e6:.1f} MB"
+            told = (
+                f"{1e3 * contact:.1f} ms",
+                f"{seconds:.1f} s",
+                f"{stored / 1e6:.1f} MB",
+            )
             rows.append((Path(file).stem, case.label, f"{setup:.1f} s", size, *told))
     show_table(HEADS, rows, title="Flanks with a width")
     for name, some in (("static", static), ("coupled", coupled)):
         if some:
-            say(f"{name} runs: median {statistics.median(some):.1f} s, longest {max(some):.1f} s")
+            say(
+                f"{name} runs: median {statistics.median(some):.1f} s, longest "
+                f"{max(some):.1f} s"
+            )
 
 
 if __name__ == "__main__":

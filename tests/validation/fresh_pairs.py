@@ -1,10 +1,11 @@
 """Fresh pairs by the defaults beside finite elements: do they lie within the line that the run shows?
 
-``python tests/validation/fresh_pairs.py [SEED]`` draws three pairs, writes each as the shortest campaign that
-makes it vibrate, runs it, and prints beside its numbers those of elements alone: mean transmission error and
-mesh stiffness under the static load (:mod:`.corner_elements`), the share of the load of a pair, and the
-largest mesh force of the moving pair (:mod:`.onset_table`, at the scene's own mass, damping and speed), each
-with what the run's `model_error` allows.
+``python tests/validation/fresh_pairs.py [SEED]`` draws three pairs, writes each as the
+shortest campaign that makes it vibrate, runs it, and prints beside its numbers those of
+elements alone: mean transmission error and mesh stiffness under the static load
+(:mod:`.corner_elements`), the share of the load of a pair, and the largest mesh force
+of the moving pair (:mod:`.onset_table`, at the scene's own mass, damping and speed),
+each with what the run's `model_error` allows.
 """
 
 import sys
@@ -53,14 +54,20 @@ class Compared(NamedTuple):
 
 def campaign(table: dict[str, Any], speed: float) -> str:
     """Return the shortest campaign of a vibrating pair, as text."""
-    gears, operation = table["gears"], table["operation"]
+    gears = table["gears"]
+    operation = table["operation"]
     mate = "ring" if "ring" in gears else "gear"
 
     def inline(given: dict[str, Any]) -> str:
         words = {
-            name: f'"{value}"' if isinstance(value, str) else f"{value:g}" for name, value in given.items()
+            name: f'"{value}"' if isinstance(value, str) else f"{value:g}"
+            for name, value in given.items()
         }
-        return "{ " + ", ".join(f"{name} = {value}" for name, value in words.items()) + " }"
+        return (
+            "{ "
+            + ", ".join(f"{name} = {value}" for name, value in words.items())
+            + " }"
+        )
 
     return f"""title = "Fresh pair"
 
@@ -91,7 +98,11 @@ def rounded(table: dict[str, Any]) -> dict[str, Any]:
         return float(f"{table:.3g}")
     if isinstance(table, str) and table.split(" ")[0].replace(".", "").isdigit():
         number, unit = table.split(" ")
-        return f"{float(number):.3g} {unit}" if float(number) < 1000 else f"{float(number):.0f} {unit}"
+        return (
+            f"{float(number):.3g} {unit}"
+            if float(number) < 1000
+            else f"{float(number):.0f} {unit}"
+        )
     return table
 
 
@@ -123,37 +134,67 @@ def scene_of(text: str) -> Scene:
 def compared(text: str) -> Iterator[Compared]:
     """Run a campaign and yield its numbers beside those of elements."""
     scene = scene_of(text)
-    data, parts = wearlab.simulate(scene).isel(update=0, mesh=0), build(scene)
-    one, vibration, analysis = parts.gears.kinds[0], parts.vibration, parts.kinds[0].analysis
+    data = wearlab.simulate(scene).isel(update=0, mesh=0)
+    parts = build(scene)
+    one = parts.gears.kinds[0]
+    vibration = parts.vibration
+    analysis = parts.kinds[0].analysis
     assert vibration is not None
     known = load_corners(one.pair, one.load, PHASES)
     error = np.interp(PHASES, data.phase, data.static_transmission_error, period=1.0)
     off = error / known.deflection - 1.0
     worst = int(np.abs(off).argmax())
-    yield Compared("static transmission error, µm, where most off", 1e6 * error[worst],
-                   1e6 * known.deflection[worst], float(off[worst]), STIFFNESS_OFF)  # fmt: skip
-    means = [float(np.trapezoid(values, PHASES)) for values in (error, known.deflection)]
-    yield Compared("its mean, µm", 1e6 * means[0], 1e6 * means[1], means[0] / means[1] - 1.0, ERROR_OFF)
-    mine, theirs = shares(analysis, PHASES[:-1]), known.force[:-1] / one.load
+    yield Compared(
+        "static transmission error, µm, where most off",
+        1e6 * error[worst],
+        1e6 * known.deflection[worst],
+        float(off[worst]),
+        STIFFNESS_OFF,
+    )
+    means = [
+        float(np.trapezoid(values, PHASES)) for values in (error, known.deflection)
+    ]
+    yield Compared(
+        "its mean, µm",
+        1e6 * means[0],
+        1e6 * means[1],
+        means[0] / means[1] - 1.0,
+        ERROR_OFF,
+    )
+    mine = shares(analysis, PHASES[:-1])
+    theirs = known.force[:-1] / one.load
     at = np.unravel_index(np.abs(mine - theirs).argmax(), mine.shape)
-    yield Compared("share of the load of a pair, where most off", mine[at], theirs[at],
-                   float(mine[at] - theirs[at]), SHARE_OFF)  # fmt: skip
+    yield Compared(
+        "share of the load of a pair, where most off",
+        mine[at],
+        theirs[at],
+        float(mine[at] - theirs[at]),
+        SHARE_OFF,
+    )
     system = vibration.system
-    moved = Mover(float(system.mass[0, 0]), float(system.mesh_damping[0]), vibration.period)
+    moved = Mover(
+        float(system.mass[0, 0]), float(system.mesh_damping[0]), vibration.period
+    )
     truth = judged_moving(judged(one), one.load, one.load / means[1], moved).largest
     largest = float(data.mesh_force_max)
-    yield Compared("largest mesh force, N", largest, truth, largest / truth - 1.0, FORCE_OFF)
+    yield Compared(
+        "largest mesh force, N", largest, truth, largest / truth - 1.0, FORCE_OFF
+    )
 
 
 def main(words: list[str]) -> None:
     """Print the campaigns, and the table in Markdown."""
-    lines = ["| pair | number | run | elements | off | line of the run | |", "|---|---|---|---|---|---|---|"]
+    lines = [
+        "| pair | number | run | elements | off | line of the run | |",
+        "|---|---|---|---|---|---|---|",
+    ]
     for count, text in enumerate(fresh(int(words[0]) if words else SEED), 1):
         print(text, flush=True)
         for row in compared(text):
             verdict = "within" if abs(row.off) <= row.allowed else "beyond"
             lines.append(
-                f"| {count} | {row.name} | {row.run:.5g} | {row.elements:.5g} | {100 * row.off:+.2f} % | "
+                f"| {count} | {row.name} | {row.run:.5g} | {row.elements:.5g} | "
+                f"{100 * row.off:+.2f} % | "
                 f"{100 * row.allowed:.1f} % | {verdict} |"
             )
     print("\n".join(lines))

@@ -1,8 +1,8 @@
 """Are the estimated errors of derivatives honest? Drawn pairs, beside a thirtieth of their tolerance.
 
-``python tests/validation/gradient_errors.py --seed N [--scenes 10]`` prints how many errors are below their
-estimates, and the median of estimate over error, of elasticities above 1e-6; after every scene, so that an
-interruption loses none.
+``python tests/validation/gradient_errors.py --seed N [--scenes 10]`` prints how many
+errors are below their estimates, and the median of estimate over error, of elasticities
+above 1e-6; after every scene, so that an interruption loses none.
 """
 
 import argparse
@@ -53,9 +53,16 @@ def tell(found: list[NDArray[np.float64]]) -> None:
     below = int(np.sum(error[counts] <= estimate[counts]))
     ratio = np.median(estimate[counts] / np.maximum(error[counts], 1e-300))
     off = error[counts] / size[counts]
-    print(f"{len(found)} scenes, {below} of {counts.sum()} errors below their estimate, ", end="")
+    print(
+        f"{len(found)} scenes, {below} of {counts.sum()} errors below their estimate, ",
+        end="",
+    )
     print(f"{ratio:.1f} times the error in the median; ", end="")
-    print(f"errors {np.median(off):.2%} of the derivative in the median, {off.max():.0%} at most", flush=True)
+    print(
+        f"errors {np.median(off):.2%} of the derivative in the median, "
+        f"{off.max():.0%} at most",
+        flush=True,
+    )
 
 
 def errors(scene: Scene) -> NDArray[np.float64]:
@@ -63,18 +70,28 @@ def errors(scene: Scene) -> NDArray[np.float64]:
     keys = [*KEYS[:2], *(KEYS[2:] if scene.gears.pinion.tip_relief else ())]
     of = ["life"]
     if scene.dynamics is not None:
-        keys, of = [*keys, *MOVING], [*of, "dynamic_factor"]
+        keys = [*keys, *MOVING]
+        of = [*of, "dynamic_factor"]
     own = wl.gradient(scene, of, keys)
     fine = wl.gradient(
-        scene.replace("numerics.tolerance", scene.numerics.tolerance / FINER), of, keys, estimate=False
+        scene.replace("numerics.tolerance", scene.numerics.tolerance / FINER),
+        of,
+        keys,
+        estimate=False,
     )
     rows = []
     for name in of:
         last = {} if name == "life" else {"update": -1}
-        scale = np.abs(own.parameter_value.values) / abs(float(np.ravel(fine[name].isel(last))[0]))
+        scale = np.abs(own.parameter_value.values) / abs(
+            float(np.ravel(fine[name].isel(last))[0])
+        )
         true, told, sure = (
             np.ravel(data[word].isel(last)) * scale
-            for data, word in ((fine, f"d_{name}"), (own, f"d_{name}"), (own, f"error_estimate_d_{name}"))
+            for data, word in (
+                (fine, f"d_{name}"),
+                (own, f"d_{name}"),
+                (own, f"error_estimate_d_{name}"),
+            )
         )
         rows.append(np.stack([np.abs(true), np.abs(told - true), sure]))
     return np.concatenate(rows, axis=1)

@@ -1,7 +1,8 @@
 """How long ten derivatives take beside a run: of the first case of `campaigns/spur_tip_relief.toml`.
 
-``python tests/validation/gradient_time.py [REPEATS]`` prints the least processor time of each: for a scene
-that the process has seen, and for others of another face width each, for which nothing is remembered.
+``python tests/validation/gradient_time.py [REPEATS]`` prints the least processor time
+of each: for a scene that the process has seen, and for others of another face width
+each, for which nothing is remembered.
 """
 
 import sys
@@ -47,7 +48,8 @@ def main(repeats: int) -> None:
     scene = wl.load(CAMPAIGN).cases[0].scene
     width = scene.gears.face_width
     unseen = (
-        scene.replace("gears.face_width", f"{width * (1.0 + k * ANOTHER)!r} m") for k in range(1, 10_000)
+        scene.replace("gears.face_width", f"{width * (1.0 + k * ANOTHER)!r} m")
+        for k in range(1, 10_000)
     )
     simulate(scene), ten_derivatives(scene)  # which compiles
     seen_run, seen, unseen_run, anew = ([] for _ in range(4))
@@ -59,7 +61,10 @@ def main(repeats: int) -> None:
         seen.append(processor_time(ten_derivatives, scene))
     for of, run, gradient in (("seen", seen_run, seen), ("not seen", unseen_run, anew)):
         ratio = min(gradient) / min(run)
-        print(f"{of}: run {min(run):.3f} s, ten derivatives {min(gradient):.3f} s = {ratio:.2f} runs")
+        print(
+            f"{of}: run {min(run):.3f} s, ten derivatives {min(gradient):.3f} s = "
+            f"{ratio:.2f} runs"
+        )
 
 
 if __name__ == "__main__":

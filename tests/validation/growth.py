@@ -1,11 +1,12 @@
 """How the time of runs grows with their size: exponents, and a figure.
 
-``python tests/validation/growth.py [FOLDER [PART…]]`` times one thing after the other in this process, each
-the least of several repeats of processor time: a spur run over stored phases, a wear state over profile
-points, a cold steady state over coordinates (up to 60: sets of up to 17 planets, every member with three;
-flanks touch throughout) and over planets, a life over its cycles, a campaign over its runs. The exponent is
-the slope of the last half of the points. Times are kept in FOLDER/growth.json, so that parts may be timed one
-by one; the figure shows all.
+``python tests/validation/growth.py [FOLDER [PART…]]`` times one thing after the other
+in this process, each the least of several repeats of processor time: a spur run over
+stored phases, a wear state over profile points, a cold steady state over coordinates
+(up to 60: sets of up to 17 planets, every member with three; flanks touch throughout)
+and over planets, a life over its cycles, a campaign over its runs. The exponent is the
+slope of the last half of the points. Times are kept in FOLDER/growth.json, so that
+parts may be timed one by one; the figure shows all.
 """
 
 import json
@@ -58,7 +59,9 @@ class Growth(NamedTuple):
     def exponent(self) -> float:
         """Slope of the time over the size, log over log, of the last half of the points."""
         half = len(self.sizes) // 2
-        return float(np.polyfit(np.log(self.sizes[half:]), np.log(self.seconds[half:]), 1)[0])
+        return float(
+            np.polyfit(np.log(self.sizes[half:]), np.log(self.seconds[half:]), 1)[0]
+        )
 
 
 def spur(**more: Any) -> Scene:
@@ -69,8 +72,8 @@ def spur(**more: Any) -> Scene:
 def planetary(planets: int, model: str) -> Scene:
     """Return a set of so many planets on the least sun with room for them, all of whose meshes are in phase.
 
-    Teeth of sun and ring are multiples of the planets: otherwise a period breaks at other instants in every
-    mesh, and what grows is the number of steps.
+    Teeth of sun and ring are multiples of the planets: otherwise a period breaks at
+    other instants in every mesh, and what grows is the number of steps.
     """
     planet = next(teeth for teeth in count(24) if 2 * teeth % planets == 0)
     apart = (planet + 6) / np.sin(np.pi / planets) - planet
@@ -83,23 +86,33 @@ def planetary(planets: int, model: str) -> Scene:
         "planets": planets,
         "sun": {"teeth": sun},
         "planet": {"teeth": planet},
-        "ring": {"teeth": ring, "rim_diameter": f"{3.0 * (ring + 8.5)} mm", "tip_alteration": "wang-2023"},
+        "ring": {
+            "teeth": ring,
+            "rim_diameter": f"{3.0 * (ring + 8.5)} mm",
+            "tip_alteration": "wang-2023",
+        },
         "carrier": {"mass": "2 kg", "inertia": "0.01 kg*m^2"},
     }
     held = {**BEARING, "tangential_stiffness": "50 N/um"}
     supports = {"sun": BEARING, "planet": BEARING, "ring": held, "carrier": held}
-    return Scene.from_mapping({
-        "gears": gears,
-        "operation": {"torque": f"{60.0 * planets} N*m", "speed": "900 rpm"},
-        "mesh": {"damping_ratio": 0.08, **TOUCHING},
-        "dynamics": {"model": model, **({"supports": supports} if model == "planetary" else {})},
-    })  # fmt: skip
+    return Scene.from_mapping(
+        {
+            "gears": gears,
+            "operation": {"torque": f"{60.0 * planets} N*m", "speed": "900 rpm"},
+            "mesh": {"damping_ratio": 0.08, **TOUCHING},
+            "dynamics": {
+                "model": model,
+                **({"supports": supports} if model == "planetary" else {}),
+            },
+        }
+    )
 
 
 def steady(scene: Scene) -> tuple[int, float]:
     """Return the coordinates of a scene and the time of its wear state with a cold steady response [s]."""
     parts = build(scene)
-    coupling, unworn = parts.coupling, parts.coupling.unworn()
+    coupling = parts.coupling
+    unworn = parts.coupling.unworn()
     assert parts.vibration is not None
     return len(parts.vibration.system.load), least(lambda: coupling.evaluate(unworn))
 
@@ -118,7 +131,9 @@ def campaign(runs: int) -> None:
     """Run a campaign of so many runs in one process, into a fresh store."""
     still = {key: value for key, value in SPUR.items() if key != "dynamics"}
     scenes = [
-        Scene.from_mapping({**still, "operation": {"torque": f"{100.0 + k} N*m", "speed": "1900 rpm"}})
+        Scene.from_mapping(
+            {**still, "operation": {"torque": f"{100.0 + k} N*m", "speed": "1900 rpm"}}
+        )
         for k in range(runs)
     ]
     with tempfile.TemporaryDirectory() as folder:
@@ -128,7 +143,14 @@ def campaign(runs: int) -> None:
 def over_coordinates() -> Growth:
     """Return the time of a cold steady state over the coordinates of pairs and planetary sets."""
     cases = [spur(dynamics={"model": "torsional"})]
-    cases += [spur(dynamics={"model": "spur-3dof", "supports": {"pinion": BEARING, "gear": BEARING}})]
+    cases += [
+        spur(
+            dynamics={
+                "model": "spur-3dof",
+                "supports": {"pinion": BEARING, "gear": BEARING},
+            }
+        )
+    ]
     cases += [planetary(planets, "planetary") for planets in (2, 3, 5, 8, 12, 17)]
     coordinates, seconds = zip(*map(steady, cases), strict=True)
     return Growth("coordinates", list(map(float, coordinates)), list(seconds))
@@ -145,16 +167,25 @@ def over_cycles() -> Growth:
 
 
 PARTS: dict[str, Callable[[], Growth]] = {
-    "phases": lambda: grown("stored phases", [128, 512, 2048, 8192],
-                            lambda n: least(lambda: simulate(spur(numerics={"phase_points": n})))),
-    "points": lambda: grown("profile points", [101, 201, 401, 801, 1601],
-                            lambda n: steady(spur(wear=WEAR).replace("numerics.profile_points", n))[1]),
+    "phases": lambda: grown(
+        "stored phases",
+        [128, 512, 2048, 8192],
+        lambda n: least(lambda: simulate(spur(numerics={"phase_points": n}))),
+    ),
+    "points": lambda: grown(
+        "profile points",
+        [101, 201, 401, 801, 1601],
+        lambda n: steady(spur(wear=WEAR).replace("numerics.profile_points", n))[1],
+    ),
     "coordinates": over_coordinates,
-    "planets": lambda: grown("planets", [2, 3, 4, 6, 8],
-                             lambda n: steady(planetary(n, "planetary-torsional"))[1]),
+    "planets": lambda: grown(
+        "planets",
+        [2, 3, 4, 6, 8],
+        lambda n: steady(planetary(n, "planetary-torsional"))[1],
+    ),
     "cycles": over_cycles,
     "runs": lambda: grown("runs", [4, 8, 16, 32, 64], campaign_of),
-}  # fmt: skip
+}
 
 
 def kept(folder: Path, parts: Sequence[str]) -> list[Growth]:
@@ -198,7 +229,8 @@ if __name__ == "__main__":
     found = kept(folder, sys.argv[2:] or list(PARTS))
     for one in found:
         told = ", ".join(
-            f"{size:g}: {1e3 * second:.3g}" for size, second in zip(one.sizes, one.seconds, strict=True)
+            f"{size:g}: {1e3 * second:.3g}"
+            for size, second in zip(one.sizes, one.seconds, strict=True)
         )
         print(f"{one.name:16s} exponent {one.exponent:5.2f}   ms at {told}")
     figure(found, folder / "growth.png")

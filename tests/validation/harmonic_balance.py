@@ -1,16 +1,19 @@
 """Harmonic balance with alternating frequency and time, for the same mesh force as every other method.
 
-The state enters a mesh force by its deflection alone. With a mean stiffness k̄ kept on the linear side,
+The state enters a mesh force by its deflection alone. With a mean stiffness k̄ kept on
+the linear side,
 
-    ``(Z(ω) + Σ D_i (k̄_i + iω c_i) d_i) q = F + Σ D_i ((k̄_i + iω c_i) e_i − N_i(δ))``,  ``δ_i = d_i q − e_i``,
-    ``N_i = Σ_j k_j max(0, δ − g_j) − back contact − k̄ δ − c δ̇ [parted]``
+    ``(Z(ω) + Σ D_i (k̄_i + iω c_i) d_i) q = F + Σ D_i ((k̄_i + iω c_i) e_i − N_i(δ))``,
+    ``δ_i = d_i q − e_i``, ``N_i = Σ_j k_j max(0, δ − g_j) − back contact − k̄ δ − c δ̇
+    [parted]``
 
-so the unknowns are the harmonics of the mesh deflections, 2 H + 1 a mesh, whatever the number of coordinates.
-N is taken in time at even phases, its derivative by a Toeplitz matrix of the harmonics of the tangent
-stiffness: Newton's method with the exact derivative (but for damping of parted flanks).
+so the unknowns are the harmonics of the mesh deflections, 2 H + 1 a mesh, whatever the
+number of coordinates. N is taken in time at even phases, its derivative by a Toeplitz
+matrix of the harmonics of the tangent stiffness: Newton's method with the exact
+derivative (but for damping of parted flanks).
 
-Source: Cameron & Griffin, J. Appl. Mech. 56 (1989) 149–154; for gears Kahraman & Blankenship,
-J. Appl. Mech. 64 (1997) 217–226.
+Source: Cameron & Griffin, J. Appl. Mech. 56 (1989) 149–154; for gears Kahraman &
+Blankenship, J. Appl. Mech. 64 (1997) 217–226.
 """
 
 from functools import cached_property
@@ -27,10 +30,12 @@ Array = NDArray[np.float64]
 Harmonics = NDArray[np.complex128]
 
 OVERSAMPLING = 8
-"""Samples of a period for each harmonic, so that what is truncated hardly folds back."""
+"""Samples of a period for each harmonic, so that what is truncated hardly folds
+back."""
 MOST_TURNS = 40
 SETTLED = 1e-9
-"""What is missing of the balance, over the deflection, at which Newton's method ends [1]."""
+"""What is missing of the balance, over the deflection, at which Newton's method ends
+[1]."""
 
 
 class MeshSamples(NamedTuple):
@@ -51,7 +56,9 @@ class MeshSamples(NamedTuple):
 
 
 class HarmonicBalance:
-    """The balance of one wear state at so many harmonics; building it is not timed, as the cells are not.
+    """The balance of one wear state at so many harmonics.
+
+    Building it is not timed, as the cells are not.
 
     Parameters
     ----------
@@ -62,7 +69,9 @@ class HarmonicBalance:
 
     def __init__(self, given: Motion, harmonics: int, periods: int) -> None:
         if given.rubs or given.shared:
-            raise ValueError("harmonic balance is written for uncoupled pairs without friction")
+            raise ValueError(
+                "harmonic balance is written for uncoupled pairs without friction"
+            )
         self.given, self.harmonics, self.periods = given, harmonics, periods
         self.gated = given.gated
         count = 2 ** int(np.ceil(np.log2(OVERSAMPLING * harmonics)))
@@ -72,8 +81,10 @@ class HarmonicBalance:
 
     def linear(self) -> tuple[Harmonics, Harmonics]:
         """Return δ without N and the receptances −∂δ/∂N, harmonics first: (H + 1, m), (H + 1, m, m)."""
-        t, omega = self.given, self.frequency
-        n, m = len(t.push), len(t.backlash)
+        t = self.given
+        omega = self.frequency
+        n = len(t.push)
+        m = len(t.backlash)
         feed = self.mean + 1j * omega[:, None] * t.mesh_damping
         column = t.per_force[:m].T
         impedance = np.zeros((len(omega), n, n), complex)
@@ -84,7 +95,8 @@ class HarmonicBalance:
         push = np.einsum("im,hm->hi", column, feed * error)
         push[0] += t.push
         both = np.linalg.solve(
-            impedance, np.concatenate([push[..., None], column + 0.0 * feed[:, :1, None]], 2)
+            impedance,
+            np.concatenate([push[..., None], column + 0.0 * feed[:, :1, None]], 2),
         )
         found = np.einsum("mi,hik->hmk", t.direction, both)
         return found[..., 0] - error, found[..., 1:]
@@ -98,17 +110,29 @@ class HarmonicBalance:
         """
         free, receptance, real = self._parts
         delta = free.T if start is None else start
-        factors, known = None, np.empty(0)
+        factors = None
+        known = np.empty(0)
         for _ in range(MOST_TURNS):
             force, tangent = self._remainder(delta)
-            missing = free.T - np.einsum("hmk,kh->mh", receptance, self._harmonics(force)) - delta
+            missing = (
+                free.T
+                - np.einsum("hmk,kh->mh", receptance, self._harmonics(force))
+                - delta
+            )
             if np.abs(missing).max() <= SETTLED * np.abs(delta).max():
                 return delta
-            if factors is None or not np.array_equal(tangent, known):  # while flanks touch it never changes
-                jacobian = real @ _toeplitz(self._harmonics(tangent, 2 * self.harmonics))
+            if factors is None or not np.array_equal(
+                tangent, known
+            ):  # while flanks touch it never changes
+                jacobian = real @ _toeplitz(
+                    self._harmonics(tangent, 2 * self.harmonics)
+                )
                 jacobian[np.diag_indices(len(jacobian))] += 1.0
-                factors, known = lu_factor(jacobian, overwrite_a=True, check_finite=False), tangent
-            step = np.asarray(lu_solve(factors, _stacked(missing), check_finite=False), np.float64)
+                factors = lu_factor(jacobian, overwrite_a=True, check_finite=False)
+                known = tangent
+            step = np.asarray(
+                lu_solve(factors, _stacked(missing), check_finite=False), np.float64
+            )
             delta = delta + _unstacked(step, len(self.given.backlash))
         return None
 
@@ -136,7 +160,9 @@ class HarmonicBalance:
 
     def _harmonics(self, samples: Array, most: int | None = None) -> Harmonics:
         most = self.harmonics if most is None else most
-        found: Harmonics = np.fft.rfft(samples, axis=-1, norm="forward")[..., : most + 1]
+        found: Harmonics = np.fft.rfft(samples, axis=-1, norm="forward")[
+            ..., : most + 1
+        ]
         return found
 
     def _remainder(self, delta: Harmonics) -> tuple[Array, Array]:
@@ -144,13 +170,19 @@ class HarmonicBalance:
         count = self.mesh.error.shape[1]
         here = np.fft.irfft(delta, count, axis=-1, norm="forward")
         rate = np.fft.irfft(1j * self.frequency * delta, count, axis=-1, norm="forward")
-        c, approach = self.given.mesh_damping[:, None], here[:, None] - self.mesh.gap
+        c = self.given.mesh_damping[:, None]
+        approach = here[:, None] - self.mesh.gap
         k = np.where(approach > 0.0, self.mesh.stiffness, 0.0)
-        tangent, pressed = k.sum(axis=1), k * approach
+        tangent = k.sum(axis=1)
+        pressed = k * approach
         if self.gated:  # the linear side has c times the rate of δ already
-            share = np.divide(k, tangent[:, None], out=np.zeros_like(k), where=tangent[:, None] > 0.0)
+            share = np.divide(
+                k, tangent[:, None], out=np.zeros_like(k), where=tangent[:, None] > 0.0
+            )
             damped = pressed + c[:, None] * share * (rate[:, None] - self.mesh.gap_rate)
-            force = np.where(k > 0.0, np.maximum(damped, 0.0), 0.0).sum(axis=1) - c * rate
+            force = (
+                np.where(k > 0.0, np.maximum(damped, 0.0), 0.0).sum(axis=1) - c * rate
+            )
         else:
             force = pressed.sum(axis=1) - c * self.mesh.lead_rate
         back = -self.given.backlash[:, None] - here
@@ -164,14 +196,19 @@ class HarmonicBalance:
 
 def sampled(given: Motion, phase: Array) -> MeshSamples:
     """Return stiffness, gaps and errors at phases in [0, 1)."""
-    edges, pairs = given.edges, given.pairs
+    edges = given.edges
+    pairs = given.pairs
     cell = np.clip(np.searchsorted(edges, phase, side="right") - 1, 0, len(edges) - 2)
     u = (phase - edges[cell]) / np.diff(edges)[cell]
     powers = u[:, None] ** np.arange(given.coefficients.shape[-1])
     values = np.einsum("tmqc,tc->mqt", given.coefficients[cell], powers)
-    rate, lead = values[:, 2 * pairs : 3 * pairs], values[:, -3]
-    stiffness, gap = np.maximum(values[:, :pairs], 0.0), values[:, pairs : 2 * pairs]
-    return MeshSamples(stiffness, gap, values[:, -2], rate / given.period, lead / given.period)
+    rate = values[:, 2 * pairs : 3 * pairs]
+    lead = values[:, -3]
+    stiffness = np.maximum(values[:, :pairs], 0.0)
+    gap = values[:, pairs : 2 * pairs]
+    return MeshSamples(
+        stiffness, gap, values[:, -2], rate / given.period, lead / given.period
+    )
 
 
 def _stacked(values: Harmonics) -> Array:
@@ -190,12 +227,14 @@ def _unstacked(values: Array, meshes: int) -> Harmonics:
 
 def _real_matrix(receptance: Harmonics) -> Array:
     """Return receptances (H + 1, m, m) as a matrix on stacked harmonics."""
-    most, m = len(receptance) - 1, receptance.shape[1]
+    most = len(receptance) - 1
+    m = receptance.shape[1]
     size = 2 * most + 1
     found = np.zeros((m, size, m, size))
     h = np.arange(most + 1)
     found[:, h, :, h] = receptance.real
-    h, tail = h[1:], np.arange(most + 1, size)
+    h = h[1:]
+    tail = np.arange(most + 1, size)
     found[:, tail, :, tail] = receptance[1:].real
     found[:, h, :, tail] = -receptance[1:].imag
     found[:, tail, :, h] = receptance[1:].imag
@@ -211,14 +250,19 @@ def _toeplitz(tangent: Harmonics) -> Array:
     ----------
     tangent : (m, 2 H + 1) harmonics of the functions
     """
-    meshes, most = len(tangent), (tangent.shape[1] - 1) // 2
+    meshes = len(tangent)
+    most = (tangent.shape[1] - 1) // 2
     size = 2 * most + 1
     h = np.arange(most + 1)
-    apart, over = h[:, None] - h, h[:, None] + h
-    near = np.where(apart >= 0, tangent[:, np.abs(apart)], tangent[:, np.abs(apart)].conj())
+    apart = h[:, None] - h
+    over = h[:, None] + h
+    near = np.where(
+        apart >= 0, tangent[:, np.abs(apart)], tangent[:, np.abs(apart)].conj()
+    )
     far = tangent[:, over]
     far[:, :, 0] = 0.0
-    both, difference = near + far, near - far
+    both = near + far
+    difference = near - far
     found = np.zeros((meshes, size, meshes, size))
     for mesh in range(meshes):
         block = found[mesh, :, mesh]

@@ -1,13 +1,14 @@
 """What each absent part of a scene saves, and that leaving it out changes nothing: a table to print.
 
-``python tests/validation/leaving_out.py`` runs one wearing state of a spur pair in pairs of scenes. In the
-first of each pair a part is present but without effect, in the second it is absent. The results agree; time
-and bytes of the stored run do not. Linear contact is not an option but a proof: where no gap can open, the
-period map is affine and one pass finds the orbit that a march finds in hundreds of periods.
+``python tests/validation/leaving_out.py`` runs one wearing state of a spur pair in
+pairs of scenes. In the first of each pair a part is present but without effect, in the
+second it is absent. The results agree; time and bytes of the stored run do not. Linear
+contact is not an option but a proof: where no gap can open, the period map is affine
+and one pass finds the orbit that a march finds in hundreds of periods.
 
-Times are those of the processor, with compiled kernels: both scenes take turns, and the shortest of many
-turns counts, because whatever else a machine does only adds. Quarters of the turns tell how well a saving is
-known; one that is smaller is called nil.
+Times are those of the processor, with compiled kernels: both scenes take turns, and the
+shortest of many turns counts, because whatever else a machine does only adds. Quarters
+of the turns tell how well a saving is known; one that is smaller is called nil.
 """
 
 import time
@@ -61,19 +62,37 @@ EVEN = {"mesh.stiffness": {"model": "constant", "value": "300 N/um", "of": "mesh
 FINE = {"numerics.steps_per_period": 256}
 THIN_OIL = {"viscosity": "1e-5 Pa*s", "pressure_viscosity": "1e-8 1/Pa"}
 PARTS = (
-    Part("dynamics", EVEN, EVEN | {"wear.load": "static", "dynamics": None, "mesh.damping": None}, 1e-9),
+    Part(
+        "dynamics",
+        EVEN,
+        EVEN | {"wear.load": "static", "dynamics": None, "mesh.damping": None},
+        1e-9,
+    ),
     # Sums in another order: 1.3e-12 on a processor without fused multiply-add.
     Part("friction", {"dynamics.friction": {"coefficient": 0.0}}, {}, 1e-3),
     Part("back contact", {"mesh.normal_backlash": "1 mm"}, {}, 0.0),
-    Part("film factor", {"lubricant": THIN_OIL, "wear.coefficient.film": True}, {}, 0.0),
+    Part(
+        "film factor", {"lubricant": THIN_OIL, "wear.coefficient.film": True}, {}, 0.0
+    ),
     Part(
         "torque fluctuation",
-        {"operation.torque_fluctuation": {"order": 1, "amplitude": "0 N*m", "phase": "0 deg"}},
+        {
+            "operation.torque_fluctuation": {
+                "order": 1,
+                "amplitude": "0 N*m",
+                "phase": "0 deg",
+            }
+        },
         {},
         0.0,
     ),
     # Steps of Runge–Kutta's method as many that both agree.
-    Part("integration until steady (contact proven linear)", FINE | {"dynamics.method": "rk4"}, FINE, 1e-5),
+    Part(
+        "integration until steady (contact proven linear)",
+        FINE | {"dynamics.method": "rk4"},
+        FINE,
+        1e-5,
+    ),
     Part("wear over cycles", {"wear.until": {"cycles": 1e6}}, {}, 1e-12),
     Part("the wear law", {}, {"wear": None}, 0.0),
 )
@@ -89,7 +108,8 @@ class Saving(NamedTuple):
     seconds : (present, absent) shortest time of contact, dynamics and wear [s]
     known : how well the saved share of the time is known [1]
     size : (present, absent) bytes of the stored run
-    difference : largest relative difference of what both scenes compute, in the first state [1]
+    difference : largest relative difference of what both scenes compute, in the first
+        state [1]
     tolerance : what counts as none [1]
     """
 
@@ -152,7 +172,9 @@ def apart(groups: Sequence[Any]) -> float:
     """Return how far groups of turns, (n, 2) seconds each, are apart in what is saved [1]."""
     if not all(map(len, groups)):
         return 1.0
-    savings = [1.0 - fast / slow for slow, fast in (group.min(axis=0) for group in groups)]
+    savings = [
+        1.0 - fast / slow for slow, fast in (group.min(axis=0) for group in groups)
+    ]
     return float(max(savings) - min(savings))
 
 
@@ -169,7 +191,8 @@ def _run(one: Scene) -> None:
     from wearlab.simulation.living import live_through, stages_of
 
     (stage,) = stages_of(one)
-    parts, states = stage.first, live_through(one, (stage,)).state
+    parts = stage.first
+    states = live_through(one, (stage,)).state
     static.mesh_values(parts, states)
     static.path_values(parts, states)
     if parts.vibration is not None:
@@ -181,11 +204,21 @@ def _difference(first: Any, second: Any) -> float:
     found = [np.inf]
     for name in COMPARED:
         if name in first and name in second:
-            a, b = first[name].values[:1], second[name].values[:1]
+            a = first[name].values[:1]
+            b = second[name].values[:1]
             scale = np.abs(a).max()
-            found.append(float(np.abs(a - b).max() / scale) if scale > 0.0 else float(np.abs(b).max()))
-    if "wear_depth" in first and "wear_depth" in second and first.sizes["update"] == second.sizes["update"]:
-        a, b = first.wear_depth.values[-1], second.wear_depth.values[-1]
+            found.append(
+                float(np.abs(a - b).max() / scale)
+                if scale > 0.0
+                else float(np.abs(b).max())
+            )
+    if (
+        "wear_depth" in first
+        and "wear_depth" in second
+        and first.sizes["update"] == second.sizes["update"]
+    ):
+        a = first.wear_depth.values[-1]
+        b = second.wear_depth.values[-1]
         found.append(float(np.abs(a - b).max() / (np.abs(a).max() or 1.0)))
     return max(found[1:], default=np.inf)
 
@@ -195,7 +228,8 @@ HEADS = ("left out", "time", "saved", "stored", "saved", "largest difference")
 
 def row(found: Saving) -> tuple[str, ...]:
     """Return what leaving a part out saves, for people."""
-    (slow, fast), (large, small) = found.seconds, found.size
+    (slow, fast) = found.seconds
+    (large, small) = found.size
     return (
         found.name,
         f"{1e3 * slow:.2f} → {1e3 * fast:.2f} ms",
@@ -210,7 +244,11 @@ def print_table(rows: Sequence[Sequence[str]]) -> None:
     """Print rows in columns as wide as what they hold."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for one in rows:
-        print("  ".join(f"{text:<{width}}" for text, width in zip(one, widths, strict=True)).rstrip())
+        print(
+            "  ".join(
+                f"{text:<{width}}" for text, width in zip(one, widths, strict=True)
+            ).rstrip()
+        )
 
 
 def main() -> None:

@@ -1,10 +1,11 @@
 """Where two teeth meet first, from their outlines alone: points rotated, distances on circles.
 
-A second way to what :mod:`wearlab.mesh.exact` computes, for comparison with it. Both flanks are polygons of
-many points of the drawn outline, root curve and tip corner included. The driving one is turned; each of its
-points and the driven corner are seen from the driven gear's centre, and the driven polygon is looked up at
-the same radius: the angle between the two is how far the driven gear must turn back to touch there. No path
-of contact and no tangency comes in.
+A second way to what :mod:`wearlab.mesh.exact` computes, for comparison with it. Both
+flanks are polygons of many points of the drawn outline, root curve and tip corner
+included. The driving one is turned; each of its points and the driven corner are seen
+from the driven gear's centre, and the driven polygon is looked up at the same radius:
+the angle between the two is how far the driven gear must turn back to touch there. No
+path of contact and no tangency comes in.
 """
 
 import math
@@ -29,7 +30,8 @@ class Touch(NamedTuple):
     Parameters
     ----------
     angle : by which the driven gear must turn back until they meet [rad]
-    parameter : of the flank points, (driving, driven); 1 where the involute begins, 2 at the tip corner [1]
+    parameter : of the flank points, (driving, driven); 1 where the involute begins, 2
+        at the tip corner [1]
     arm : of the common normal about both centres, (driving, driven) [m]
     inward : (2, 2) gear × (x, y), the push on each tooth, in its own frame [1]
     """
@@ -60,7 +62,8 @@ class Outlines:
     Parameters
     ----------
     pair : the gears
-    wear : of their flanks, (driving, driven); None: unworn. It moves points and distances, not the normals
+    wear : of their flanks, (driving, driven); None: unworn. It moves points and
+        distances, not the normals
     """
 
     pair: GearPair
@@ -69,12 +72,19 @@ class Outlines:
     @cached_property
     def flanks(self) -> tuple[LoadedFlank, LoadedFlank]:
         """The flanks, (driving, driven)."""
-        return LoadedFlank(self.pair.driving, self.wear[0]), LoadedFlank(self.pair.driven, self.wear[1])
+        return LoadedFlank(self.pair.driving, self.wear[0]), LoadedFlank(
+            self.pair.driven, self.wear[1]
+        )
 
     @cached_property
     def polygons(self) -> tuple[Polygon, Polygon]:
         """Their points, (driving, driven)."""
-        q = np.concatenate([np.linspace(0.0, 1.0, ROOT_POINTS)[:-1], np.linspace(1.0, 2.0, INVOLUTE_POINTS)])
+        q = np.concatenate(
+            [
+                np.linspace(0.0, 1.0, ROOT_POINTS)[:-1],
+                np.linspace(1.0, 2.0, INVOLUTE_POINTS),
+            ]
+        )
         first, second = (
             Polygon(q, np.hypot(*points), np.arctan2(points[1], points[0]))
             for points in (flank.point(q) for flank in self.flanks)
@@ -85,7 +95,10 @@ class Outlines:
     def pitch_radius(self) -> tuple[float, float]:
         """Radii at which the flanks pass the pitch point, (driving, driven) [m]."""
         cosine = math.cos(self.pair.working_pressure_angle)
-        return self.pair.driving.base_radius / cosine, self.pair.driven.base_radius / cosine
+        return (
+            self.pair.driving.base_radius / cosine,
+            self.pair.driven.base_radius / cosine,
+        )
 
     @cached_property
     def centre(self) -> float:
@@ -109,10 +122,13 @@ class Outlines:
         seen = self.mirror * (place.real - self.centre) + 1j * place.imag
         corner = second.radius[-1]
         crossed = np.flatnonzero(np.diff(np.sign(np.abs(seen) - corner)))
-        share = (corner - np.abs(seen[crossed])) / (np.abs(seen[crossed + 1]) - np.abs(seen[crossed]))
+        share = (corner - np.abs(seen[crossed])) / (
+            np.abs(seen[crossed + 1]) - np.abs(seen[crossed])
+        )
         extra = seen[crossed] + share * (seen[crossed + 1] - seen[crossed])
         parameter = np.append(
-            first.parameter, first.parameter[crossed] + share * np.diff(first.parameter)[crossed]
+            first.parameter,
+            first.parameter[crossed] + share * np.diff(first.parameter)[crossed],
         )
         seen, on_corner = (
             np.append(seen, extra),
@@ -120,13 +136,24 @@ class Outlines:
         )
         order = np.argsort(second.radius)
         radius = np.where(on_corner, corner, np.abs(seen))
-        outwards = (second.radius[order], turned[1] - second.angle[order], second.parameter[order])
-        angle = np.interp(radius, *outwards[:2], left=np.inf, right=np.inf) - np.angle(seen)
+        outwards = (
+            second.radius[order],
+            turned[1] - second.angle[order],
+            second.parameter[order],
+        )
+        angle = np.interp(radius, *outwards[:2], left=np.inf, right=np.inf) - np.angle(
+            seen
+        )
         nearest = int(np.argmin(angle))
         if not np.isfinite(angle[nearest]):
             return None
         partner = float(np.interp(radius[nearest], outwards[0], outwards[2]))
-        return self._found(turned, float(angle[nearest]), (float(parameter[nearest]), partner), seen[nearest])
+        return self._found(
+            turned,
+            float(angle[nearest]),
+            (float(parameter[nearest]), partner),
+            seen[nearest],
+        )
 
     def _turned(self, position: float) -> tuple[float, float]:
         """Return the angles of both centre lines, the driven one's in the mirrored frame [rad]."""
@@ -141,7 +168,11 @@ class Outlines:
         )
 
     def _found(
-        self, turned: tuple[float, float], angle: float, parameter: tuple[float, float], seen: complex
+        self,
+        turned: tuple[float, float],
+        angle: float,
+        parameter: tuple[float, float],
+        seen: complex,
     ) -> Touch:
         """Lay the common normal: the flank's own, also where the mate touches it with its corner."""
         driven_line = turned[1] - angle
@@ -151,7 +182,9 @@ class Outlines:
             mirrored = -outward.conjugate() * np.exp(1j * driven_line)
             normal = self.mirror * mirrored.real + 1j * mirrored.imag
         else:
-            normal = complex(*self.flanks[0].normal([parameter[0]])[:, 0]) * np.exp(1j * turned[0])
+            normal = complex(*self.flanks[0].normal([parameter[0]])[:, 0]) * np.exp(
+                1j * turned[0]
+            )
             mirrored = self.mirror * normal.real + 1j * normal.imag
         place = self.mirror * seen.real + self.centre + 1j * seen.imag
         arm = (place.conjugate() * normal).imag, (seen.conjugate() * mirrored).imag

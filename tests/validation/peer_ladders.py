@@ -24,7 +24,8 @@ AFFORDED = 2.0
 LONGEST = 10.0
 """A peer whose rung took longer to measure is not asked for a finer one [s]."""
 FORGOTTEN = 1e-3
-"""Of an error made earlier so much is left when the error of going on and on is measured [1]."""
+"""Of an error made earlier so much is left when the error of going on and on is
+measured [1]."""
 HARMONICS = (10, 20, 40, 60, 80, 120, 160)
 BALANCE = "harmonic balance"
 
@@ -36,10 +37,12 @@ class Course(NamedTuple):
     ----------
     problem, known : the scene and its answer
     motion : its equation of motion
-    starts : (2n,) the best of two static states, and the answer of a neighbouring wear state
+    starts : (2n,) the best of two static states, and the answer of a neighbouring wear
+        state
     left : what is left of the transients from there after 0, 1, 2 … mesh periods [1]
     scale : (2n,) size of the states
-    near : (n_periods, n_mesh, n_phases) mesh deflections of the neighbour at even phases [m]
+    near : (n_periods, n_mesh, n_phases) mesh deflections of the neighbour at even
+        phases [m]
     """
 
     problem: Steady
@@ -60,13 +63,16 @@ class Course(NamedTuple):
         state = bound.march(start, count, tolerance, self.scale) if count else start
         if not np.isfinite(state).all():
             return float("inf")
-        states = bound.states(state, self.periods, self.problem.phase, tolerance, self.scale)
+        states = bound.states(
+            state, self.periods, self.problem.phase, tolerance, self.scale
+        )
         return relative_error(self.problem.force_of_states(states), self.known.force)
 
 
 def course(problem: Steady, known: Reference) -> Course:
     """Return what the peers have to integrate to find an answer."""
-    system, tables = known.response.system, known.response.tables
+    system = known.response.system
+    tables = known.response.tables
     stiffness = tables.stiffness.sum(axis=3)
     mean = np.einsum("s,sm->m", tables.width, stiffness[:, 1])
     tight = problem.with_steps(len(tables.width) // 4, Periodic())
@@ -87,7 +93,9 @@ def course(problem: Steady, known: Reference) -> Course:
     )
 
 
-def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]) -> Iterator[WorkPrecision]:
+def peer_curves(
+    problem: Steady, known: Reference, report: Callable[[str], None]
+) -> Iterator[WorkPrecision]:
     """Yield the curves of the peers.
 
     Parameters
@@ -99,7 +107,9 @@ def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]
     for peer in peers():
         report(peer.name)
         yield peer_curve(given, peer)
-    if not given.motion.rubs and not len(balance_of(known.response.system, problem.vibration.period).held):
+    if not given.motion.rubs and not len(
+        balance_of(known.response.system, problem.vibration.period).held
+    ):
         report(BALANCE)
         yield balance_curve(given)
 
@@ -109,7 +119,13 @@ def peer_curve(given: Course, peer: Peer) -> WorkPrecision:
     bound = peer.bind(given.motion)
     one = partial(closed_rung if peer.closes else rung, given, bound)
     one(peer.tolerances[0])  # compiles
-    return WorkPrecision(peer.name, "relative", "mesh_force", "peer", laddered(given, one, peer.tolerances))
+    return WorkPrecision(
+        peer.name,
+        "relative",
+        "mesh_force",
+        "peer",
+        laddered(given, one, peer.tolerances),
+    )
 
 
 def laddered(
@@ -123,7 +139,9 @@ def laddered(
         if found is None:
             break
         rungs.append(found)
-        if time.perf_counter() - begun > LONGEST or told(found, given.known.disagreement):
+        if time.perf_counter() - begun > LONGEST or told(
+            found, given.known.disagreement
+        ):
             break
     return tuple(rungs)
 
@@ -142,17 +160,31 @@ def rung(given: Course, bound: Bound, tolerance: float) -> Rung | None:
     if pace * max(counts) > AFFORDED:
         return None
     cold, warm = (
-        timing(partial(bound.march, start, count + given.periods, tolerance, given.scale))
+        timing(
+            partial(bound.march, start, count + given.periods, tolerance, given.scale)
+        )
         for start, count in zip(given.starts, counts, strict=True)
     )
-    return Rung(tolerance, given.error(bound, tolerance, given.starts[0], counts[0]), cold, np.nan, warm)
+    return Rung(
+        tolerance,
+        given.error(bound, tolerance, given.starts[0], counts[0]),
+        cold,
+        np.nan,
+        warm,
+    )
 
 
 def closed_rung(given: Course, bound: Bound, tolerance: float) -> Rung:
     """Close the orbit by Newton's method around the integrator, cold and from the neighbour."""
     system = given.known.response.system
     free = len(balance_of(system, given.problem.vibration.period).held) > 0
-    close = partial(bound.close, periods=given.periods, tolerance=tolerance, scale=given.scale, free=free)
+    close = partial(
+        bound.close,
+        periods=given.periods,
+        tolerance=tolerance,
+        scale=given.scale,
+        free=free,
+    )
     found, marched = close(given.starts[0])
     if not np.isfinite(found).all():
         return Rung(tolerance, np.inf, np.nan, marched)
@@ -169,10 +201,20 @@ def balance_curve(given: Course) -> WorkPrecision:
 def balance_rung(given: Course, harmonics: int) -> Rung:
     """Balance so many harmonics of a mesh period, cold and continued from the neighbour."""
     balance = HarmonicBalance(given.motion, harmonics * given.periods, given.periods)
-    near = balance.harmonics_of(np.moveaxis(given.near, 1, 0).reshape(given.near.shape[1], -1))
+    near = balance.harmonics_of(
+        np.moveaxis(given.near, 1, 0).reshape(given.near.shape[1], -1)
+    )
     found = balance.solve()
     if found is None:
         return Rung(harmonics, np.inf, np.nan, np.nan)
     phase = given.problem.phase
-    error = relative_error(given.problem.force(balance.motions(found, phase), phase), given.known.force)
-    return Rung(harmonics, error, timing(balance.solve), np.nan, timing(partial(balance.solve, near)))
+    error = relative_error(
+        given.problem.force(balance.motions(found, phase), phase), given.known.force
+    )
+    return Rung(
+        harmonics,
+        error,
+        timing(balance.solve),
+        np.nan,
+        timing(partial(balance.solve, near)),
+    )

@@ -1,4 +1,7 @@
-"""What work takes of the processor, whatever else runs on the machine; and work that may take no more."""
+"""What work takes of the processor, whatever else runs on the machine.
+
+And work that may take no more.
+"""
 
 import math
 import resource
@@ -19,13 +22,20 @@ def limit_work(longest: float) -> None:
     """Let this process use the processor for so long from now on, before the system tells it to end [s]."""
     used = resource.getrusage(resource.RUSAGE_SELF)
     _, most = resource.getrlimit(resource.RLIMIT_CPU)
-    soft = math.ceil(used.ru_utime + used.ru_stime + longest) if math.isfinite(longest) else most
+    soft = (
+        math.ceil(used.ru_utime + used.ru_stime + longest)
+        if math.isfinite(longest)
+        else most
+    )
     resource.setrlimit(resource.RLIMIT_CPU, (soft, most))
 
 
 @contextmanager
 def bounded(longest: float) -> Iterator[None]:
-    """Raise `OutOfTime` inside once it has used the processor for so long [s]; in the main thread alone."""
+    """Raise `OutOfTime` inside once it has used the processor for so long [s].
+
+    In the main thread alone.
+    """
     if not math.isfinite(longest):
         yield
         return

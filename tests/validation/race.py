@@ -1,7 +1,8 @@
 """Our steady states against peers at their best, to the same errors: settings first, then times in turns.
 
-Every contestant gets the cheapest of its settings that reaches an error. Then all run in turns, round after
-round, in processor time: what else the machine does meets them alike, and a ratio is taken within a round.
+Every contestant gets the cheapest of its settings that reaches an error. Then all run
+in turns, round after round, in processor time: what else the machine does meets them
+alike, and a ratio is taken within a round.
 """
 
 import copy
@@ -31,15 +32,20 @@ Action = Callable[[], object]
 
 ROUNDS = 9
 BATCH = 20e-3
-"""Processor time that a contestant runs for in a round at least: the first times after another one are up to
-twice as long, with its tables in the caches [s]."""
+"""Processor time that a contestant runs for in a round at least: the first times after
+another one are up to twice as long, with its tables in the caches [s]."""
 SLOW = 0.2
-"""A march that takes longer is timed over its first periods, and scaled to all of them [s]."""
+"""A march that takes longer is timed over its first periods, and scaled to all of them
+[s]."""
 SHORTEST = 1e-7
 """What a clock that stands still counts as [s]."""
 TOLERANCES = tuple(10.0 ** -np.arange(2.0, 10.1, 0.5))
 OURS, WARM = "wearlab", "wearlab, warm"
-LANDING, CLOSING, BALANCE = "landing on jumps", "Newton around a period", "harmonic balance"
+LANDING, CLOSING, BALANCE = (
+    "landing on jumps",
+    "Newton around a period",
+    "harmonic balance",
+)
 
 
 class Contestant(NamedTuple):
@@ -79,12 +85,22 @@ class Ranked:
         return np.asarray(self.seconds / other.seconds)
 
 
-def race(problem: Steady, targets: tuple[float, ...], rounds: int = ROUNDS) -> dict[float, list[Ranked]]:
-    """Return who ran to each error, and the times; of each role the fastest, ours cold and warm."""
+def race(
+    problem: Steady, targets: tuple[float, ...], rounds: int = ROUNDS
+) -> dict[float, list[Ranked]]:
+    """Return who ran to each error, and the times.
+
+    Of each role the fastest, ours cold and warm.
+    """
     given = course(problem, reference(problem, checked=False))
     finders = [ours(given, targets), *peers(given, targets)]
-    chosen = {target: list(_fastest([found[target] for found in finders])) for target in targets}
-    return {target: timed(contestants, rounds) for target, contestants in chosen.items()}
+    chosen = {
+        target: list(_fastest([found[target] for found in finders]))
+        for target in targets
+    }
+    return {
+        target: timed(contestants, rounds) for target, contestants in chosen.items()
+    }
 
 
 def _fastest(found: list[list[Contestant]]) -> Iterator[Contestant]:
@@ -98,7 +114,10 @@ def _fastest(found: list[list[Contestant]]) -> Iterator[Contestant]:
 
 def timed(contestants: list[Contestant], rounds: int) -> list[Ranked]:
     """Return the times of contestants that run in turns."""
-    repeats = [max(1, int(BATCH / max(SHORTEST, seconds_of(one.action)))) for one in contestants]
+    repeats = [
+        max(1, int(BATCH / max(SHORTEST, seconds_of(one.action))))
+        for one in contestants
+    ]
     taken = np.empty((rounds, len(contestants)))
     for turn in range(rounds):
         for at, (one, count) in enumerate(zip(contestants, repeats, strict=True)):
@@ -121,14 +140,19 @@ def seconds_of(action: Action, times: int = 1) -> float:
 
 def ours(given: Course, targets: tuple[float, ...]) -> dict[float, list[Contestant]]:
     """Return our default method, cold and from a neighbouring state, by the fewest steps for each error."""
-    problem, force = given.problem, given.known.force
+    problem = given.problem
+    force = given.known.force
     found: dict[float, list[Contestant]] = {target: [] for target in targets}
     for steps in STEPS:
         with suppress(GearError):
             vibration = problem.with_steps(steps, Periodic())
             near = problem.solve(vibration, kinds=problem.near)
-            cold, warm = (partial(problem.solve, vibration, start) for start in (None, near))
-            errors = [relative_error(problem.force_of(vibration, one()), force) for one in (cold, warm)]
+            cold = partial(problem.solve, vibration, None)
+            warm = partial(problem.solve, vibration, near)
+            errors = [
+                relative_error(problem.force_of(vibration, one()), force)
+                for one in (cold, warm)
+            ]
             count = len(cold().tables.width)
             for target in targets:
                 if max(errors) <= target and not found[target]:
@@ -142,7 +166,9 @@ def ours(given: Course, targets: tuple[float, ...]) -> dict[float, list[Contesta
     return found
 
 
-def peers(given: Course, targets: tuple[float, ...]) -> Iterator[dict[float, list[Contestant]]]:
+def peers(
+    given: Course, targets: tuple[float, ...]
+) -> Iterator[dict[float, list[Contestant]]]:
     """Yield what every peer that is installed reaches each error with."""
     if find_spec("CyRK") is not None:
         from best_peers import METHODS, ClosingCyRK
@@ -153,12 +179,16 @@ def peers(given: Course, targets: tuple[float, ...]) -> Iterator[dict[float, lis
             bound.method = method
             for role, one in ((LANDING, _march), (CLOSING, _close)):
                 yield _laddered(targets, TOLERANCES, partial(one, given, bound, role))
-    if not given.motion.rubs and not len(balance_of(given.known.response.system, given.motion.period).held):
+    if not given.motion.rubs and not len(
+        balance_of(given.known.response.system, given.motion.period).held
+    ):
         yield _laddered(targets, HARMONICS, partial(_balance, given))
 
 
 def _laddered(
-    targets: tuple[float, ...], settings: tuple[float, ...], entrant: Callable[[Any], Contestant | None]
+    targets: tuple[float, ...],
+    settings: tuple[float, ...],
+    entrant: Callable[[Any], Contestant | None],
 ) -> dict[float, list[Contestant]]:
     """Return the coarsest setting that reaches each error, none where the finest does not."""
     found: dict[float, list[Contestant]] = {target: [] for target in targets}
@@ -190,12 +220,16 @@ def _march(given: Course, bound: Any, role: str, tolerance: float) -> Contestant
 def _close(given: Course, bound: Any, role: str, tolerance: float) -> Contestant | None:
     """Return Newton's method around the integrator, from the best static state."""
     free = len(balance_of(given.known.response.system, given.motion.period).held) > 0
-    action = partial(bound.close, given.starts[0], given.periods, tolerance, given.scale, free)
+    action = partial(
+        bound.close, given.starts[0], given.periods, tolerance, given.scale, free
+    )
     state, marched = action()
     if not np.isfinite(state).all():
         return None
     error = given.error(bound, tolerance, state, 0)
-    return Contestant(role, f"CyRK {bound.method} {tolerance:.0e}, {marched} periods", error, action)
+    return Contestant(
+        role, f"CyRK {bound.method} {tolerance:.0e}, {marched} periods", error, action
+    )
 
 
 def _balance(given: Course, harmonics: int) -> Contestant | None:
@@ -207,5 +241,8 @@ def _balance(given: Course, harmonics: int) -> Contestant | None:
     phase = given.problem.phase
     force = given.problem.force(balance.motions(found, phase), phase)
     return Contestant(
-        BALANCE, f"{harmonics} harmonics", relative_error(force, given.known.force), balance.solve
+        BALANCE,
+        f"{harmonics} harmonics",
+        relative_error(force, given.known.force),
+        balance.solve,
     )

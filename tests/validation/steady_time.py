@@ -1,8 +1,8 @@
 """How long one steady state to a wanted error takes: cold, and from a neighbouring wear state.
 
-``python tests/validation/steady_time.py FILE`` prints a line for every case of a campaign file that moves:
-the fewest steps, of some, that reach the error against twice as many as `tight_steps` asks for, and the best
-of several wall times, tables included.
+``python tests/validation/steady_time.py FILE`` prints a line for every case of a
+campaign file that moves: the fewest steps, of some, that reach the error against twice
+as many as `tight_steps` asks for, and the best of several wall times, tables included.
 """
 
 import sys
@@ -30,7 +30,8 @@ class SteadyTime(NamedTuple):
     steps : steps of a mesh period
     error, warm_error : of the mesh force, solved cold and from a neighbour [1]
     cold, warm : wall times [s]
-    first : wall time of the first start from that neighbour, whose factors are computed then [s]
+    first : wall time of the first start from that neighbour, whose factors are computed
+        then [s]
     """
 
     steps: int
@@ -41,7 +42,9 @@ class SteadyTime(NamedTuple):
     first: float
 
 
-def steady_time(scene: Scene, error: float = ERROR, budget: float = 1.0) -> SteadyTime | None:
+def steady_time(
+    scene: Scene, error: float = ERROR, budget: float = 1.0
+) -> SteadyTime | None:
     """Return the times of the fewest steps that reach an error, None where none of those tried does.
 
     ``budget``: for each of the two times [s].
@@ -79,7 +82,8 @@ def time_text(found: SteadyTime | None) -> str:
     if found is None:
         return f"no steps tried reach {ERROR:g}"
     return (
-        f"{found.steps:5} steps, error {found.error:.1e} (warm {found.warm_error:.1e}): cold "
+        f"{found.steps:5} steps, error {found.error:.1e} (warm "
+        f"{found.warm_error:.1e}): cold "
         f"{1e3 * found.cold:.2f} ms, warm {1e3 * found.warm:.2f} ms, the first time "
         f"{1e3 * found.first:.1f} ms"
     )
@@ -92,10 +96,15 @@ def main(arguments: list[str]) -> None:
     if not arguments:
         print("usage: python tests/validation/steady_time.py FILE", file=sys.stderr)
         sys.exit(2)
-    print(f"steady states to {ERROR:g}; the targets are {1e3 * COLD:g} ms cold and {1e3 * WARM:g} ms warm")
+    print(
+        f"steady states to {ERROR:g}; the targets are {1e3 * COLD:g} ms cold and "
+        f"{1e3 * WARM:g} ms warm"
+    )
     for case in load(arguments[0]).cases:
         if case.scene.dynamics is not None:
-            print(f"{case.label[:22]:24}{time_text(steady_time(case.scene))}", flush=True)
+            print(
+                f"{case.label[:22]:24}{time_text(steady_time(case.scene))}", flush=True
+            )
 
 
 if __name__ == "__main__":

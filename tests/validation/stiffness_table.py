@@ -1,9 +1,10 @@
 """Stiffness of the default and of every option against converged finite elements, on eighteen meshes.
 
-For the six meshes of the four papers and drawn ones, the largest relative error of the secant mesh stiffness
-over single and double contact: unworn and with 50 µm off both flanks, at 0.1, 1 and 3 times the torque. The
-judge is an element solution of its own for each wear, on the worn outline, refined until it no longer counts:
-refinement 6 moves no compliance of 4 by 0.05 %. :mod:`.defaults_table` prints the table.
+For the six meshes of the four papers and drawn ones, the largest relative error of the
+secant mesh stiffness over single and double contact: unworn and with 50 µm off both
+flanks, at 0.1, 1 and 3 times the torque. The judge is an element solution of its own
+for each wear, on the worn outline, refined until it no longer counts: refinement 6
+moves no compliance of 4 by 0.05 %. :mod:`.defaults_table` prints the table.
 """
 
 import time
@@ -46,7 +47,8 @@ MODELS: dict[str, Any] = {
         "plane": "strain",
     },
 }
-TORQUES, DEPTHS = (0.1, 1.0, 3.0), (0.0, 50e-6)
+TORQUES = (0.1, 1.0, 3.0)
+DEPTHS = (0.0, 50e-6)
 JUDGE = 4
 
 
@@ -67,7 +69,8 @@ def meshes(count: int) -> Iterator[tuple[str, Scene, PairOfSet]]:
         scene = load(CAMPAIGNS / file).cases[0].scene
         for one in build_set(scene).kinds:
             yield f"{paper} {'–'.join(one.flanks)}", scene, one
-    rng, found = np.random.default_rng(20), 0
+    rng = np.random.default_rng(20)
+    found = 0
     while found < count:
         table = drawn(rng, internal=found % 3 == 2)
         try:
@@ -84,11 +87,25 @@ def meshes(count: int) -> Iterator[tuple[str, Scene, PairOfSet]]:
 def drawn(rng: np.random.Generator, internal: bool) -> dict[str, Any]:
     """Draw a pair: 18 to 60 teeth, modules 1 to 10 mm, faces of 4 to 16 modules, shifts, bores and rims."""
     module = float(rng.choice([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0]))
-    width, teeth = module * rng.uniform(4.0, 16.0), int(rng.integers(18, 61))
+    width = module * rng.uniform(4.0, 16.0)
+    teeth = int(rng.integers(18, 61))
     mate = int(rng.integers(70, 121)) if internal else int(rng.integers(18, 61))
     shift = float(rng.uniform(0.0, 0.4))
-    torque = 1e9 * module * 1e-3 * teeth / 2.0 * module * width * 1e-6 * rng.uniform(0.03, 0.15)
-    second: dict[str, Any] = {"teeth": mate, "profile_shift_coefficient": shift if internal else 0.0}
+    torque = (
+        1e9
+        * module
+        * 1e-3
+        * teeth
+        / 2.0
+        * module
+        * width
+        * 1e-6
+        * rng.uniform(0.03, 0.15)
+    )
+    second: dict[str, Any] = {
+        "teeth": mate,
+        "profile_shift_coefficient": shift if internal else 0.0,
+    }
     if internal:
         second |= {"rim_diameter": f"{module * (mate + rng.uniform(7.0, 14.0))} mm"}
     return {
@@ -105,13 +122,20 @@ def drawn(rng: np.random.Generator, internal: bool) -> dict[str, Any]:
 
 def judge(analysis: ContactAnalysis, one: PairOfSet, depth: float) -> ContactAnalysis:
     """Return the same contact with elements of its own for this wear."""
-    pair, grid = one.pair, analysis.grid
+    pair = one.pair
+    grid = analysis.grid
     options = Options(plane_of("by-width", pair), refinement=JUDGE)
     solved = [
-        solve_gear(gear, options, _even(gear.form_radius, gear.tip_radius, depth)) for gear in pair.gears
+        solve_gear(gear, options, _even(gear.form_radius, gear.tip_radius, depth))
+        for gear in pair.gears
     ]
-    own, shared = pair_compliance(pair, grid.position, grid.n_pairs, options, (solved[0], solved[1]))
-    return replace(analysis, stiffness=replace(analysis.stiffness, own=own, shared=shared, teeth=None))
+    own, shared = pair_compliance(
+        pair, grid.position, grid.n_pairs, options, (solved[0], solved[1])
+    )
+    return replace(
+        analysis,
+        stiffness=replace(analysis.stiffness, own=own, shared=shared, teeth=None),
+    )
 
 
 def _even(form: float, tip: float, depth: float) -> Wear | None:
@@ -120,9 +144,14 @@ def _even(form: float, tip: float, depth: float) -> Wear | None:
 
 def scores(scene: Scene, one: PairOfSet) -> Iterator[Score]:
     """Judge every model on one mesh."""
-    section = f"mesh.{one.section}." if one.section and scene.mesh.sun_planet is not None else "mesh."
+    section = (
+        f"mesh.{one.section}."
+        if one.section and scene.mesh.sun_planet is not None
+        else "mesh."
+    )
     plain = scene.replace(f"{section}extended_contact", False)
-    analyses, seconds = {}, {}
+    analyses = {}
+    seconds = {}
     for name, model in MODELS.items():
         asked = plain.replace(f"{section}stiffness", model)
         analyses[name] = build_analyses(asked, [one])[0]
@@ -138,7 +167,13 @@ def scores(scene: Scene, one: PairOfSet) -> Iterator[Score]:
         for factor in TORQUES:
             exact = secant_stiffness(replace(reference, load=factor * one.load), depth)
             for name, analysis in analyses.items():
-                found = secant_stiffness(replace(analysis, load=factor * one.load), depth)
-                each = {zone.pairs: zone.largest for zone in zones(analysis, found / exact - 1.0)}
-                low, high = min(each), max(each)
+                found = secant_stiffness(
+                    replace(analysis, load=factor * one.load), depth
+                )
+                each = {
+                    zone.pairs: zone.largest
+                    for zone in zones(analysis, found / exact - 1.0)
+                }
+                low = min(each)
+                high = max(each)
                 yield Score(name, depth, factor, each[low], each[high], seconds[name])

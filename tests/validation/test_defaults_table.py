@@ -16,7 +16,8 @@ def test_drawn_pairs_carry_the_load_that_the_page_says(internal: bool) -> None:
     for _ in range(20):
         table = stiffness_table.drawn(rng, internal)
         gears = table["gears"]
-        module, width = (float(gears[key].split()[0]) for key in ("module", "face_width"))
+        module = float(gears["module"].split()[0])
+        width = float(gears["face_width"].split()[0])
         torque = float(table["operation"]["torque"].split()[0])
         force = 2e3 * torque / (module * gears["pinion"]["teeth"])
         assert 30.0 <= force / (module * width) <= 150.0
@@ -40,9 +41,18 @@ def pieces(count: list[str]) -> list[defaults_table.Piece]:
     ]
     return [
         of("slow", [slow_table.Slow(way, 1.001) for way in slow_table.WAYS]),
-        of("changed", [changed_table.Changed(way, 1.2, 2e-6, 3e7) for way in changed_table.WAYS]),
+        of(
+            "changed",
+            [changed_table.Changed(way, 1.2, 2e-6, 3e7) for way in changed_table.WAYS],
+        ),
         of("stiffness", stiffness),
-        of("onset", [onset_table.Onset(way, 0.01, -0.02, 0.03, 1e-3) for way in onset_table.WAYS]),
+        of(
+            "onset",
+            [
+                onset_table.Onset(way, 0.01, -0.02, 0.03, 1e-3)
+                for way in onset_table.WAYS
+            ],
+        ),
     ]
 
 
@@ -57,6 +67,9 @@ def test_it_goes_on_where_it_stopped_and_writes_the_page(tmp_path) -> None:
     assert asked == ["slow", "changed", "stiffness", "onset"]
     page = defaults_table.page(tmp_path, made)
     assert "Not judged yet" not in page
-    assert "| 1: a mesh | 0.1 % | 0.2 % |" in page and "| 1: a mesh | 1.0010 | 1.0010 |" in page
+    assert (
+        "| 1: a mesh | 0.1 % | 0.2 % |" in page
+        and "| 1: a mesh | 1.0010 | 1.0010 |" in page
+    )
     assert "| 1: a mesh | 1.200 | 1.200 | 2.00 | 2.00 | 3e+07 | 3e+07 |" in page
     assert "1.0 %; -2.0 %; 3.0 %; 1.00 ms" in page

@@ -11,7 +11,10 @@ from wearlab.mesh.finite_element.elements import Options
 
 def test_errors_fall_at_second_order():
     pair = gear_pair(
-        *(GearSpec(name=name, teeth=30, bore_diameter=0.03) for name in ("pinion", "gear")),
+        *(
+            GearSpec(name=name, teeth=30, bore_diameter=0.03)
+            for name in ("pinion", "gear")
+        ),
         Basics(0.003, face_width=0.02),
     )
     coarse, fine = element_convergence(pair, (1, 2), 3, Options(samples=9))

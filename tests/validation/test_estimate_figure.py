@@ -14,7 +14,11 @@ def figures(monkeypatch):
     """Return the figures that are written."""
     written = []
     save = Figure.savefig
-    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **b: (written.append(self), save(self, *a, **b)))
+    monkeypatch.setattr(
+        Figure,
+        "savefig",
+        lambda self, *a, **b: (written.append(self), save(self, *a, **b)),
+    )
     return written
 
 

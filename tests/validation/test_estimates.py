@@ -18,15 +18,30 @@ from processor_time import OutOfTime, bounded
 
 
 def row(scene, outcome=estimate_rows.SCORED, kind="external-pair", **cells):
-    said = {"seed": 5, "scene": scene, "kind": kind, "motion": "torsional", "friction": "no"}
-    return {**said, "outcome": outcome, "quality": "trusted", "seconds": 1.0, "run_seconds": 0.5, **cells}
+    said = {
+        "seed": 5,
+        "scene": scene,
+        "kind": kind,
+        "motion": "torsional",
+        "friction": "no",
+    }
+    return {
+        **said,
+        "outcome": outcome,
+        "quality": "trusted",
+        "seconds": 1.0,
+        "run_seconds": 0.5,
+        **cells,
+    }
 
 
 SCORES = [
     Score((1.0, 2.0), (1.0, 4.0), None, 0.1),
     Score((1.0, 6.0), (2.0, 1.0), (1.0, math.nan), 0.3),
 ]
-ROWS = [row(number, **estimate_rows._cells(score)) for number, score in enumerate(SCORES)]
+ROWS = [
+    row(number, **estimate_rows._cells(score)) for number, score in enumerate(SCORES)
+]
 
 
 def test_a_missing_estimate_counts_as_a_miss():
@@ -43,7 +58,10 @@ def test_scenes_without_a_score_are_told_apart_with_what_it_means():
         "reference too long",
         "life not reached: evaluation limit",
     )
-    rows = [*ROWS[:1], *(row(number, text, "planetary") for number, text in enumerate(others, 2))]
+    rows = [
+        *ROWS[:1],
+        *(row(number, text, "planetary") for number, text in enumerate(others, 2)),
+    ]
     told = estimate_table.apart_rows(rows)
     assert [(reason, count) for reason, count, _ in told] == [
         ("refused", "2"),
@@ -61,23 +79,38 @@ def test_doubtful_runs_are_counted_apart_and_time_is_a_miss():
     doubtful = {"quality": "doubtful"}
     rows = [
         *ROWS[:1],
-        *(row(number, text) for number, text in enumerate(("run too long", "failed: x", "unfinished: y"), 1)),
+        *(
+            row(number, text)
+            for number, text in enumerate(
+                ("run too long", "failed: x", "unfinished: y"), 1
+            )
+        ),
         row(4, "reference too long", **doubtful),
         row(5, **estimate_rows._cells(SCORES[1]), **doubtful),
     ]
     found = {
-        (group, name): (count, share) for group, name, count, share, _ in estimate_table.score_rows(rows)
+        (group, name): (count, share)
+        for group, name, count, share, _ in estimate_table.score_rows(rows)
     }
     assert found["all", "wear depth"] == ("4", "25.0%")
-    assert found["doubtful", "wear depth"] == ("1", "100.0%") and found["doubtful", "life"] == ("1", "0.0%")
+    assert found["doubtful", "wear depth"] == ("1", "100.0%") and found[
+        "doubtful", "life"
+    ] == ("1", "0.0%")
     told = {reason: words for reason, _, words in estimate_table.apart_rows(rows)}
     assert told["doubtful, reference too long"].startswith("apart")
-    assert all(told[one].startswith("missed") for one in ("run too long", "failed", "unfinished"))
+    assert all(
+        told[one].startswith("missed")
+        for one in ("run too long", "failed", "unfinished")
+    )
 
 
 def test_what_is_promised_and_not_kept_is_said():
     def told(error, estimate, cost=0.1):
-        return " ".join(estimate_table.missed([row(0, cost=cost, life_error=error, life_estimate=estimate)]))
+        return " ".join(
+            estimate_table.missed(
+                [row(0, cost=cost, life_error=error, life_estimate=estimate)]
+            )
+        )
 
     assert told(1.0, 7.0) == ""
     assert "below its estimate in 0.0%" in told(1.0, 0.9)
@@ -91,12 +124,21 @@ def test_what_is_promised_and_not_kept_is_said():
 def test_a_quarter_is_internal_and_a_quarter_planetary_in_motion():
     kinds = [draw_any(77, number).gears.kind for number in range(25)]
     assert [kinds.count(kind) for kind in KINDS] == [13, 6, 6]
-    assert draw_any(77, 9).id == draw_any(77, 9).id != draw_any(78, 9).id != draw_any(77, 34).id
+    assert (
+        draw_any(77, 9).id
+        == draw_any(77, 9).id
+        != draw_any(78, 9).id
+        != draw_any(77, 34).id
+    )
     small = small_scenes()
     assert {one.gears.kind for one in small} == set(KINDS)
     assert {None if one.dynamics is None else one.dynamics.model for one in small} == {
-        None, "torsional", "spur-3dof", "planetary", "planetary-torsional"
-    }  # fmt: skip
+        None,
+        "torsional",
+        "spur-3dof",
+        "planetary",
+        "planetary-torsional",
+    }
 
 
 def test_scenes_are_scored_kept_and_completed(tmp_path, monkeypatch, capsys):
@@ -111,7 +153,17 @@ def test_scenes_are_scored_kept_and_completed(tmp_path, monkeypatch, capsys):
     out = tmp_path / "out"
 
     def command(scenes):
-        words = ["--seed", "5", "--scenes", str(scenes), "--longest", "9", "--workers", "1", str(out)]
+        words = [
+            "--seed",
+            "5",
+            "--scenes",
+            str(scenes),
+            "--longest",
+            "9",
+            "--workers",
+            "1",
+            str(out),
+        ]
         return estimates.main(words), capsys.readouterr()
 
     command(2)
@@ -125,7 +177,9 @@ def test_scenes_are_scored_kept_and_completed(tmp_path, monkeypatch, capsys):
     assert (out / "estimates.png").read_bytes()[:4] == b"\x89PNG"
     table = out / "estimates.csv"
     assert estimate_rows.of_row(estimate_rows.read(table)[0]) == SCORES[0]
-    table.write_text(table.read_text().replace(estimate_rows.read(table)[1]["source"], "other", 1))
+    table.write_text(
+        table.read_text().replace(estimate_rows.read(table)[1]["source"], "other", 1)
+    )
     command(3)
     assert asked[3:] == [(5, 0, 9.0)]  # what other sources made does not count
     table.write_text(table.read_text()[:-60])
@@ -143,7 +197,11 @@ def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch):
     monkeypatch.setattr(estimate_rows, "Worker", Fake)
     with pytest.raises(KeyboardInterrupt):
         estimate_rows.run(
-            estimate_rows.Asked(3, 5, 9.0, 9.0), "here", tmp_path / "t.csv", 1, lambda text: None
+            estimate_rows.Asked(3, 5, 9.0, 9.0),
+            "here",
+            tmp_path / "t.csv",
+            1,
+            lambda text: None,
         )
     assert estimate_rows.read(tmp_path / "t.csv")[0]["scene"] == 0
 
@@ -155,11 +213,15 @@ def test_time_is_that_of_the_processor_and_work_goes_on_after_it():
             while True:
                 pass
     used, _ = resource.getrlimit(resource.RLIMIT_CPU)
-    assert used == resource.RLIM_INFINITY and signal.getsignal(signal.SIGXCPU) == signal.SIG_DFL
+    assert (
+        used == resource.RLIM_INFINITY
+        and signal.getsignal(signal.SIGXCPU) == signal.SIG_DFL
+    )
 
 
 def test_a_less_tight_reference_serves_where_the_tightest_takes_too_long(monkeypatch):
-    asked, late = [], {TIGHT}
+    asked = []
+    late = {TIGHT}
 
     def reference(scene, cycle, tolerance=TIGHT):
         asked.append(tolerance)
@@ -169,7 +231,10 @@ def test_a_less_tight_reference_serves_where_the_tightest_takes_too_long(monkeyp
 
     monkeypatch.setattr(scoring, "reference", reference)
     scene = small_scenes()[0]
-    assert reference_within(scene, 1e6, 60.0) == LESS_TIGHT and asked == [TIGHT, LESS_TIGHT]
+    assert reference_within(scene, 1e6, 60.0) == LESS_TIGHT and asked == [
+        TIGHT,
+        LESS_TIGHT,
+    ]
     late.add(LESS_TIGHT)
     with pytest.raises(Apart, match="reference too long"):
         reference_within(scene, 1e6, 60.0)
@@ -178,7 +243,10 @@ def test_a_less_tight_reference_serves_where_the_tightest_takes_too_long(monkeyp
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["--seed", "1", "--scenes", "0"], "--scenes: 0 is not a whole number from 1 on"),
+        (
+            ["--seed", "1", "--scenes", "0"],
+            "--scenes: 0 is not a whole number from 1 on",
+        ),
         (["--seed", "1", "--scenes", "2.5"], "--scenes: 2.5 is not a whole number"),
         (["--scenes", "2"], "--seed"),
         (["--seed", "-1"], "--seed"),
@@ -207,9 +275,12 @@ def _dies(line):
 
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 @pytest.mark.parametrize(
-    ("work", "told"), [(_never, "reference too long"), (_dies, "failed: its process ended")]
+    ("work", "told"),
+    [(_never, "reference too long"), (_dies, "failed: its process ended")],
 )
-def test_a_scene_that_takes_too_long_or_ends_its_process_costs_no_other(work, told, monkeypatch):
+def test_a_scene_that_takes_too_long_or_ends_its_process_costs_no_other(
+    work, told, monkeypatch
+):
     monkeypatch.setattr(estimate_rows, "_work", work)
     monkeypatch.setattr(estimate_rows, "CONTEXT", multiprocessing.get_context("fork"))
     worker = estimate_rows.Worker()

@@ -18,7 +18,11 @@ def balanced(problem, known, harmonics):
 def test_a_constant_stiffness_with_a_harmonic_error_has_its_closed_form(loaded):
     """δ + e = x of ``m ẍ + c ẋ + k x = F + k e + c ė`` on a torsional pair."""
     scene = loaded.replace("dynamics", {"model": "torsional"}).replace(
-        "mesh", {"stiffness": {"model": "constant", "value": "3e8 N/m", "of": "mesh"}, "damping_in": "always"}
+        "mesh",
+        {
+            "stiffness": {"model": "constant", "value": "3e8 N/m", "of": "mesh"},
+            "damping_in": "always",
+        },
     )
     scene = scene.replace("errors.harmonic", [{"order": 1, "amplitude": "1 um"}])
     problem = steady(scene)
@@ -26,7 +30,8 @@ def test_a_constant_stiffness_with_a_harmonic_error_has_its_closed_form(loaded):
     balance, found, error = balanced(problem, known, 3)
     assert error < 1e-9
     system = known.response.system
-    m, c = 1.0 / float(balance.given.per_force[0, 0]), float(system.mesh_damping[0])
+    m = 1.0 / float(balance.given.per_force[0, 0])
+    c = float(system.mesh_damping[0])
     omega = 2 * np.pi / problem.vibration.period
     e = 1e-6 / 2j
     expected = (3e8 + 1j * omega * c) * e / (3e8 - m * omega**2 + 1j * omega * c) - e
@@ -53,7 +58,11 @@ def test_flanks_that_part_and_strike_back(separating):
 def test_the_derivative_is_that_of_the_remainder(separating):
     balance = HarmonicBalance(steady(separating).motion(), 12, 1)
     random = np.random.default_rng(3)
-    delta = 5e-6 * (random.normal(size=(1, 13)) + 1j * random.normal(size=(1, 13))) / (1.0 + np.arange(13))
+    delta = (
+        5e-6
+        * (random.normal(size=(1, 13)) + 1j * random.normal(size=(1, 13)))
+        / (1.0 + np.arange(13))
+    )
     delta[:, 0] = 4e-6
     step = 1e-12 * (random.normal(size=(1, 13)) + 1j * random.normal(size=(1, 13)))
     step[:, 0] = step[:, 0].real
@@ -61,8 +70,13 @@ def test_the_derivative_is_that_of_the_remainder(separating):
     _, tangent = balance._remainder(delta)
     matrix = harmonic_balance._toeplitz(balance._harmonics(tangent, 24))
     found = harmonic_balance._unstacked(matrix @ harmonic_balance._stacked(step), 1)
-    above, below = (balance._harmonics(balance._remainder(delta + sign * step)[0]) for sign in (1, -1))
-    np.testing.assert_allclose(found, 0.5 * (above - below), rtol=1e-5, atol=1e-6 * np.abs(found).max())
+    above, below = (
+        balance._harmonics(balance._remainder(delta + sign * step)[0])
+        for sign in (1, -1)
+    )
+    np.testing.assert_allclose(
+        found, 0.5 * (above - below), rtol=1e-5, atol=1e-6 * np.abs(found).max()
+    )
 
 
 def test_friction_is_refused(problem):

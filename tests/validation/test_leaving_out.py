@@ -23,7 +23,9 @@ def test_results_are_identical_where_the_effect_is_zero(part):
 def test_absent_parts_are_neither_computed_nor_stored():
     by_name = {part.name: part for part in PARTS}
     still = simulate(scene(by_name["dynamics"].absent))
-    assert not {"dynamic_mesh_force", "response_period", "natural_frequency"} & set(still.variables)
+    assert not {"dynamic_mesh_force", "response_period", "natural_frequency"} & set(
+        still.variables
+    )
     assert still.count_period_maps.item() == 0
     dry = simulate(scene(by_name["film factor"].absent))
     assert not {"film_thickness", "lambda_ratio"} & set(dry.variables)
@@ -35,15 +37,24 @@ def test_an_effect_that_is_not_zero_is_seen():
     """The comparison can tell: the same parts with an effect change the results."""
     part = {part.name: part for part in PARTS}["torque fluctuation"]
     wave = {"order": 1, "amplitude": "10 N*m", "phase": "0 deg"}
-    assert saving(part._replace(present={"operation.torque_fluctuation": wave}), turns=1).difference > 1e-3
+    assert (
+        saving(
+            part._replace(present={"operation.torque_fluctuation": wave}), turns=1
+        ).difference
+        > 1e-3
+    )
 
 
 def test_proven_linear_contact_takes_one_period_map_and_its_check_a_state():
-    part = {part.name: part for part in PARTS}["integration until steady (contact proven linear)"]
+    part = {part.name: part for part in PARTS}[
+        "integration until steady (contact proven linear)"
+    ]
     maps = []
     for change in (part.absent, part.present):
         parts = build(scene({**change, "mesh.extended_contact": False}))
-        maps.append(parts.coupling.evaluate(parts.coupling.unworn()).response.counts.period_maps)
+        maps.append(
+            parts.coupling.evaluate(parts.coupling.unworn()).response.counts.period_maps
+        )
     linear, marched = maps
     assert linear == 2
     assert marched > 50

@@ -12,8 +12,11 @@ DOUBLES = ctypes.POINTER(ctypes.c_double)
 
 
 def called(callback, time, y, arguments=(0.0, 0.0, 0.0)):
-    function = ctypes.CFUNCTYPE(None, DOUBLES, ctypes.c_double, DOUBLES, DOUBLES)(callback.address)
-    out, given = np.empty_like(y), np.array(arguments)
+    function = ctypes.CFUNCTYPE(None, DOUBLES, ctypes.c_double, DOUBLES, DOUBLES)(
+        callback.address
+    )
+    out = np.empty_like(y)
+    given = np.array(arguments)
     function(
         *(one.ctypes.data_as(DOUBLES) for one in (out,)),
         time,
@@ -23,7 +26,10 @@ def called(callback, time, y, arguments=(0.0, 0.0, 0.0)):
 
 
 def states(n, seed=7):
-    return np.random.default_rng(seed).normal(size=(30, 2 * n)) * np.r_[np.full(n, 8e-6), np.full(n, 0.05)]
+    return (
+        np.random.default_rng(seed).normal(size=(30, 2 * n))
+        * np.r_[np.full(n, 8e-6), np.full(n, 0.05)]
+    )
 
 
 @pytest.mark.parametrize("scene", ["separating", "planetary"])
@@ -34,12 +40,19 @@ def test_callback_is_the_equation_of_motion(scene, request):
     for y in states(len(given.push)):
         segment = int(random.integers(len(given.first_cell) - 1))
         cells = given.first_cell[segment], given.first_cell[segment + 1]
-        low, high = given.breaks[segment], given.breaks[segment + 1]
-        local = random.choice([0.0, 1.0, random.uniform()]) * (high - low) * given.period  # ends too
-        inside = min(max(local, 1e-9 * given.period), (high - low - 1e-9) * given.period)
+        low = given.breaks[segment]
+        high = given.breaks[segment + 1]
+        local = (
+            random.choice([0.0, 1.0, random.uniform()]) * (high - low) * given.period
+        )  # ends too
+        inside = min(
+            max(local, 1e-9 * given.period), (high - low - 1e-9) * given.period
+        )
         expected = motion_of(low * given.period + inside, y, given)
         found = called(landing, local, y, (*cells, low))
-        np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
+        np.testing.assert_allclose(
+            found, expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max()
+        )
 
 
 def test_at_a_jump_the_segment_asked_for_decides(problem):

@@ -17,11 +17,14 @@ WORN = 60e-6
 def both() -> Iterator[tuple[Outside, WearState]]:
     """The set of W23, its flanks worn in two humps beside the pitch point, marched and found."""
     scene = scene_at(134.0)
-    outside, coupling = Outside(scene, 2400), build(scene).coupling
+    outside = Outside(scene, 2400)
+    coupling = build(scene).coupling
     flanks = [
         np.array(
             [
-                share * WORN * np.sin(2.0 * np.linspace(0.0, np.pi, depth.shape[1])) ** 2
+                share
+                * WORN
+                * np.sin(2.0 * np.linspace(0.0, np.pi, depth.shape[1])) ** 2
                 for share in (1.0, 0.3)
             ]
         )
@@ -32,10 +35,15 @@ def both() -> Iterator[tuple[Outside, WearState]]:
 
 def test_the_set_written_out_is_the_one_in_motion(both) -> None:
     outside, state = both
-    written, system = outside.train, state.response.system
-    np.testing.assert_allclose(1.0 / written.inverse, system.mass.diagonal(), rtol=1e-12)
+    written = outside.train
+    system = state.response.system
+    np.testing.assert_allclose(
+        1.0 / written.inverse, system.mass.diagonal(), rtol=1e-12
+    )
     size = np.abs(system.total_stiffness).max()
-    np.testing.assert_allclose(written.stiffness, system.total_stiffness, atol=1e-5 * size)
+    np.testing.assert_allclose(
+        written.stiffness, system.total_stiffness, atol=1e-5 * size
+    )
     np.testing.assert_allclose(written.damping, system.total_damping, atol=1e-9)
     np.testing.assert_allclose(written.direction, system.direction, atol=1e-12)
     assert outside.period == pytest.approx(state.response.mesh_period, rel=1e-12)
@@ -50,7 +58,9 @@ def test_forces_and_wear_are_those_of_the_march(both) -> None:
     np.testing.assert_allclose(motion.extremes, [found.least, found.largest], rtol=2e-3)
     for kind, one in enumerate(state.kind):
         forces = outside.tooth_forces(motion, wear)[kind]
-        np.testing.assert_allclose(forces, one.mean_tooth_force, atol=0.02 * forces.max())
+        np.testing.assert_allclose(
+            forces, one.mean_tooth_force, atol=0.02 * forces.max()
+        )
         assert forces.mean() == pytest.approx(one.mean_tooth_force.mean(), rel=1e-3)
 
 
@@ -58,7 +68,9 @@ def test_archard_law_written_out_wears_as_the_package_does(both) -> None:
     outside, state = both
     forces = [one.mean_tooth_force for one in state.kind]
     grown = outside.grown(state.wear, forces, 1.0)
-    for kind, law, now, later in zip(state.kind, outside.pointwise(forces), state.wear, grown, strict=True):
+    for kind, law, now, later in zip(
+        state.kind, outside.pointwise(forces), state.wear, grown, strict=True
+    ):
         own = kind.rate
         assert (later - now).sum() == pytest.approx(own.sum(), rel=1e-2)
         assert law.sum() == pytest.approx(own.sum(), rel=2e-2)

@@ -17,7 +17,9 @@ ONE_OF_EACH = ("SciPy DOP853", "CyRK VERN7, landing", "CyRK VERN7, Newton")
 
 @pytest.fixture(autouse=True)
 def untimed(monkeypatch):
-    monkeypatch.setattr(peer_ladders, "timing", lambda action, **more: (action(), 1e-3)[1])
+    monkeypatch.setattr(
+        peer_ladders, "timing", lambda action, **more: (action(), 1e-3)[1]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +28,11 @@ def known(problem):
 
 
 def test_peers_converge_to_the_same_answer(problem, known, monkeypatch):
-    few = [replace(peer, tolerances=(1e-4, 1e-7)) for peer in peers() if peer.name in ONE_OF_EACH]
+    few = [
+        replace(peer, tolerances=(1e-4, 1e-7))
+        for peer in peers()
+        if peer.name in ONE_OF_EACH
+    ]
     monkeypatch.setattr(peer_ladders, "peers", lambda: few)
     monkeypatch.setattr(peer_ladders, "HARMONICS", (20, 80))
     told = []
@@ -34,7 +40,9 @@ def test_peers_converge_to_the_same_answer(problem, known, monkeypatch):
     assert told == [*(peer.name for peer in few), "harmonic balance"]
     for curve in curves:
         coarse, fine = curve.rungs
-        assert fine.error < (5e-3 if curve.name == "harmonic balance" else 3e-5), curve.name
+        assert fine.error < (5e-3 if curve.name == "harmonic balance" else 3e-5), (
+            curve.name
+        )
         assert fine.error < coarse.error, curve.name
     if len(few) < len(ONE_OF_EACH):  # CyRK is not installed
         assert few
@@ -42,7 +50,9 @@ def test_peers_converge_to_the_same_answer(problem, known, monkeypatch):
     newton = next(c for c in curves if c.name.endswith("Newton"))
     assert all(curve.role == "peer" for curve in curves)
     assert newton.rungs[1].error < 5e-7  # a mesh period repeats to five tolerances
-    assert newton.rungs[1].work <= 12  # mesh periods: the derivative of six states, and two or three more
+    assert (
+        newton.rungs[1].work <= 12
+    )  # mesh periods: the derivative of six states, and two or three more
 
 
 def test_a_march_that_cannot_be_afforded_is_left_out(problem, known, monkeypatch):
@@ -59,7 +69,9 @@ def test_a_transient_decays_like_the_largest_multiplier(problem):
     known = reference(problem)
     left = transient(problem, known, 1.1 * known.start)
     count = periods_to(left, 1e-2), periods_to(left, 1e-8)
-    assert (count[1] - count[0]) == pytest.approx(np.log(1e-6) / np.log(known.multiplier), rel=0.1)
+    assert (count[1] - count[0]) == pytest.approx(
+        np.log(1e-6) / np.log(known.multiplier), rel=0.1
+    )
     assert np.all(np.diff(left) <= 0.0)
 
 
@@ -71,4 +83,6 @@ def test_a_transient_of_a_large_system_decays_too(planetary):
     known = Reference(force, response.state[0, 0], response, 0.0, largest)
     left = transient(problem, known, 1.1 * known.start)
     count = periods_to(left, 1e-5), periods_to(left, 1e-8)
-    assert (count[1] - count[0]) == pytest.approx(np.log(1e-3) / np.log(largest), rel=0.2)
+    assert (count[1] - count[0]) == pytest.approx(
+        np.log(1e-3) / np.log(largest), rel=0.2
+    )

@@ -1,9 +1,10 @@
 """Extended contact of a campaign's static cases against finite elements: load, deflection, wear at A.
 
-``python tests/validation/tip_corners.py FILE [FIGURE]`` prints the table, and draws it when FIGURE is named.
-The finite elements are those of :mod:`.corner_elements`: gaps from drawn outlines, corners loaded on the
-mate's normal, every pair in reach coupled to every other. How wide the loaded patch is decides how soft a
-corner is: two widths are given.
+``python tests/validation/tip_corners.py FILE [FIGURE]`` prints the table, and draws it
+when FIGURE is named. The finite elements are those of :mod:`.corner_elements`: gaps
+from drawn outlines, corners loaded on the mate's normal, every pair in reach coupled to
+every other. How wide the loaded patch is decides how soft a corner is: two widths are
+given.
 """
 
 import sys
@@ -31,7 +32,8 @@ Array = NDArray[np.float64]
 
 PHASES = 121
 BEFORE = (-0.3, -0.25, -0.2, -0.15, -0.1, -0.05, -0.01, 0.0, 0.05, 0.1)
-"""Base pitches from A at which the table shows the entering pair; after E the leaving one, mirrored."""
+"""Base pitches from A at which the table shows the entering pair; after E the leaving
+one, mirrored."""
 LOADED = 1e-6
 COLOURS = ("#222222", "#888888", "#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00")
 
@@ -71,7 +73,9 @@ class Way:
         return float(np.interp(position, self.position, self.share))
 
 
-def by_elements(label: str, one: PairOfSet, phase: Array, options: Options = OPTIONS) -> tuple[Way, Loaded]:
+def by_elements(
+    label: str, one: PairOfSet, phase: Array, options: Options = OPTIONS
+) -> tuple[Way, Loaded]:
     """Return the way of a pair by finite elements alone, and what was loaded."""
     found = load_corners(one.pair, one.load, phase, options)
     return _way(label, phase, found.force / one.load, found.deflection), found
@@ -83,7 +87,9 @@ def by_model(label: str, scene: Scene, one: PairOfSet, phase: Array) -> Way:
     grid = analysis.grid
     segment = np.searchsorted(grid.breaks, phase, side="right") - 1
     where = lookup(grid, phase, np.clip(segment, 0, len(grid.intervals) - 1))
-    state = analysis.quasistatic(analysis.nodes(np.zeros((2, len(grid.position)))), where)
+    state = analysis.quasistatic(
+        analysis.nodes(np.zeros((2, len(grid.position)))), where
+    )
     share = np.zeros((len(phase), len(PAIRS)))
     for slot, number in enumerate(grid.pair_numbers):
         share[:, PAIRS.index(int(number))] = state.force[:, slot] / analysis.load
@@ -104,12 +110,22 @@ def ways(
     one = build_set(static[0][1]).kinds[0]
     end = one.pair.contact_ratio
     phase = np.unique(
-        np.concatenate([np.linspace(0.0, 1.0, phases), [end % 1.0, (end - 1e-6) % 1.0, 1.0 - 1e-6]])
+        np.concatenate(
+            [np.linspace(0.0, 1.0, phases), [end % 1.0, (end - 1e-6) % 1.0, 1.0 - 1e-6]]
+        )
     )
     reference, loaded = by_elements("elements alone", one, phase, options)
     wide = options._replace(patch=2.0 * options.patch)
     wider, _ = by_elements("elements alone, patch twice as wide", one, phase, wide)
-    return one, [reference, wider, *(by_model(label, scene, one, phase) for label, scene in static)], loaded
+    return (
+        one,
+        [
+            reference,
+            wider,
+            *(by_model(label, scene, one, phase) for label, scene in static),
+        ],
+        loaded,
+    )
 
 
 def wear_rate_at_a(scene: Scene, one: PairOfSet, way: Way) -> tuple[float, float]:
@@ -124,29 +140,45 @@ def wear_rate_at_a(scene: Scene, one: PairOfSet, way: Way) -> tuple[float, float
     given: Any = scene.wear.coefficient if scene.wear else None
     pressure = way.at(0.0) * one.load / one.pair.face_width
     first, second = (
-        given.value * pressure * np.abs(one.pair.specific_sliding(np.array([one.pair.path.A])))[:, 0]
+        given.value
+        * pressure
+        * np.abs(one.pair.specific_sliding(np.array([one.pair.path.A])))[:, 0]
     )
     return float(first), float(second)
 
 
-def report(title: str, scene: Scene, one: PairOfSet, found: Sequence[Way], loaded: Loaded) -> str:
+def report(
+    title: str, scene: Scene, one: PairOfSet, found: Sequence[Way], loaded: Loaded
+) -> str:
     """Return the tables as text."""
-    pitch, ratio = one.pair.base_pitch, one.pair.contact_ratio
+    pitch = one.pair.base_pitch
+    ratio = one.pair.contact_ratio
     x = (loaded.position - one.pair.path.A).T.ravel() / pitch
     order = np.argsort(x)
     names = [f"({n + 1}) {way.label}" for n, way in enumerate(found)]
     heads = "".join(f"{f'({n + 1})':>9}" for n in range(len(found)))
-    lines = [title, *names, "", "share of the load of one pair", f"{'base pitches':>18}{'gap um':>9}{heads}"]
+    lines = [
+        title,
+        *names,
+        "",
+        "share of the load of one pair",
+        f"{'base pitches':>18}{'gap um':>9}{heads}",
+    ]
     for name, spots in (("A", BEFORE), ("E", tuple(-d for d in reversed(BEFORE)))):
         for d in spots:
             s = d + (ratio if name == "E" else 0.0)
             gap = 1e6 * float(np.interp(s, x[order], loaded.gap.T.ravel()[order]))
             shares = "".join(f"{way.at(s):9.4f}" for way in found)
             lines.append(f"{f'{name} {d:+.2f}':>18}{gap:9.3f}{shares}")
-    lines += ["", f"{'model':40}{'loaded from A':>14}{'to E':>8}{'STE um':>9}{'p-p um':>8}{'wear at A':>22}"]
+    lines += [
+        "",
+        f"{'model':40}{'loaded from A':>14}{'to E':>8}{'STE um':>9}{'p-p um':>8}{'wear at A':>22}",
+    ]
     for n, way in enumerate(found):
         begin, end = way.loaded
-        rates = "".join(f"{1e15 * rate:11.4f}" for rate in wear_rate_at_a(scene, one, way))
+        rates = "".join(
+            f"{1e15 * rate:11.4f}" for rate in wear_rate_at_a(scene, one, way)
+        )
         mean = 1e6 * float(np.trapezoid(way.deflection, way.phase))
         lines.append(
             f"{names[n]:40}{begin:+14.3f}{end - ratio:+8.3f}{mean:9.3f}{1e6 * way.swing:8.3f}{rates}"
@@ -162,16 +194,31 @@ def draw(title: str, one: PairOfSet, found: Sequence[Way], file: Path) -> None:
         figure = Figure((7.2, 5.4), layout="constrained")
         top, bottom = figure.subplots(2, 1)
         for n, way in enumerate(found):
-            style = {"color": COLOURS[n % len(COLOURS)], "lw": 1.8 if n == 0 else 1.0, "zorder": 3 - (n == 0)}
+            style = {
+                "color": COLOURS[n % len(COLOURS)],
+                "lw": 1.8 if n == 0 else 1.0,
+                "zorder": 3 - (n == 0),
+            }
             line = "--" if "jump" in way.label else "-"
             seen = (way.position > -0.5) & (way.position < ratio + 0.5)
-            top.plot(way.position[seen], way.share[seen], line, label=way.label, **style)
+            top.plot(
+                way.position[seen], way.share[seen], line, label=way.label, **style
+            )
             bottom.plot(way.phase, 1e6 * way.deflection, line, **style)
         for place, name in ((0.0, "A"), (ratio, "E")):
             top.axvline(place, color="black", lw=0.5)
-            top.annotate(name, (place, 1.0), (2, -8), xycoords=("data", "axes fraction"),
-                         textcoords="offset points", size=8)  # fmt: skip
-        top.set_title(f"{title}: load of a pair on its way through the mesh, unworn, static", size=9)
+            top.annotate(
+                name,
+                (place, 1.0),
+                (2, -8),
+                xycoords=("data", "axes fraction"),
+                textcoords="offset points",
+                size=8,
+            )
+        top.set_title(
+            f"{title}: load of a pair on its way through the mesh, unworn, static",
+            size=9,
+        )
         top.set_xlabel("path position from A in base pitches", size=8)
         top.set_ylabel("share of the load", size=8)
         bottom.set_xlabel("phase", size=8)
@@ -179,7 +226,11 @@ def draw(title: str, one: PairOfSet, found: Sequence[Way], file: Path) -> None:
         for axes in (top, bottom):
             axes.tick_params(labelsize=7)
         figure.legend(
-            *top.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=7, frameon=False
+            *top.get_legend_handles_labels(),
+            loc="outside lower center",
+            ncols=3,
+            fontsize=7,
+            frameon=False,
         )
         figure.savefig(file, dpi=200)
 

@@ -1,7 +1,8 @@
 """Optimal tip relief: the largest life of a spur pair whose dynamic factor is bounded, by derivatives.
 
-``python tests/validation/tip_relief.py [BOUND]`` prints every step of the search. Pinion and gear have
-reliefs of their own; SciPy's SLSQP is given life and dynamic factor with their derivatives.
+``python tests/validation/tip_relief.py [BOUND]`` prints every step of the search.
+Pinion and gear have reliefs of their own; SciPy's SLSQP is given life and dynamic
+factor with their derivatives.
 """
 
 import sys
@@ -22,10 +23,13 @@ BOUND = 1.1
 def optimum(bound: float) -> tuple[np.ndarray, list[tuple[float, ...]]]:
     """Return the best reliefs of pinion and gear met within the bound [µm], and every step of the search.
 
-    A step: both reliefs [µm], life, dynamic factor. The place of the largest force may change:
-    there the bound has a corner, on which the search may go astray. So the best step counts, not the last.
+    A step: both reliefs [µm], life, dynamic factor. The place of the largest force may
+    change: there the bound has a corner, on which the search may go astray. So the best
+    step counts, not the last.
     """
-    scene, known, steps = wl.load(CAMPAIGN).cases[0].scene, {}, []
+    scene = wl.load(CAMPAIGN).cases[0].scene
+    known = {}
+    steps = []
 
     def at(amounts: np.ndarray):  # type: ignore[no-untyped-def]
         key = tuple(float(one) for one in amounts)
@@ -33,7 +37,9 @@ def optimum(bound: float) -> tuple[np.ndarray, list[tuple[float, ...]]]:
             there = scene
             for name, amount in zip(KEYS, key, strict=True):
                 there = there.replace(name, f"{amount!r} um")
-            known[key] = found = wl.gradient(there, ["life", "dynamic_factor"], KEYS, estimate=False)
+            known[key] = found = wl.gradient(
+                there, ["life", "dynamic_factor"], KEYS, estimate=False
+            )
             steps.append((*key, float(found.life), float(found.dynamic_factor[0, 0])))
             print("  ".join(f"{value:.6g}" for value in steps[-1]), flush=True)
         return known[key]
@@ -52,7 +58,9 @@ def optimum(bound: float) -> tuple[np.ndarray, list[tuple[float, ...]]]:
         method="SLSQP",
         options={"ftol": 1e-6, "maxiter": 10},
     )
-    best = max((one for one in steps if one[3] <= bound * (1.0 + 1e-6)), key=lambda one: one[2])
+    best = max(
+        (one for one in steps if one[3] <= bound * (1.0 + 1e-6)), key=lambda one: one[2]
+    )
     return np.array(best[:2]), steps
 
 

@@ -29,14 +29,22 @@ def transient(problem: Steady, reference: Reference, start: Array) -> Array:
     vibration = problem.with_steps(steps, Periodic())
     orbit = problem.solve(vibration)
     decay = min(reference.multiplier, 1.0 - 1e-9) or 0.5
-    settled = int(min(MOST_PERIODS, np.ceil(np.log(SMALLEST) / np.log(decay)) + 30 * orbit.period))
+    settled = int(
+        min(MOST_PERIODS, np.ceil(np.log(SMALLEST) / np.log(decay)) + 30 * orbit.period)
+    )
     count = -(-settled // orbit.period) * orbit.period
     marcher = OnTables(kernel_of(vibration.system, orbit.tables, orbit.mesh_period))
     _, path = marcher.integrate(start.copy(), count, count)
     path = path[..., : len(start) // 2] @ vibration.system.direction.T
-    apart = np.abs(path.reshape(-1, orbit.period, *path.shape[1:]) - path[-orbit.period :])
+    apart = np.abs(
+        path.reshape(-1, orbit.period, *path.shape[1:]) - path[-orbit.period :]
+    )
     stiffest = orbit.tables.stiffness.sum(axis=3).max()
-    left = apart.reshape(path.shape).max(axis=(1, 2)) * stiffest / np.abs(reference.force).max()
+    left = (
+        apart.reshape(path.shape).max(axis=(1, 2))
+        * stiffest
+        / np.abs(reference.force).max()
+    )
     return np.maximum.accumulate(left[::-1])[::-1]
 
 

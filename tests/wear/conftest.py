@@ -10,9 +10,13 @@ STEEL = contact_modulus([206e9, 206e9], [0.3, 0.3])
 
 
 def involute_path(z1=50, z2=50, n=201, speed=100.0, reference=0):
-    m, alpha, width = 3e-3, np.radians(20.0), 20e-3
-    r1, r2 = m * z1 / 2, m * z2 / 2
-    rb1, rb2 = r1 * np.cos(alpha), r2 * np.cos(alpha)
+    m = 3e-3
+    alpha = np.radians(20.0)
+    width = 20e-3
+    r1 = m * z1 / 2
+    r2 = m * z2 / 2
+    rb1 = r1 * np.cos(alpha)
+    rb2 = r2 * np.cos(alpha)
     end = np.sqrt((r1 + m) ** 2 - rb1**2) - rb1 * np.tan(alpha)
     start = rb2 * np.tan(alpha) - np.sqrt((r2 + m) ** 2 - rb2**2)
     s = np.linspace(start, end, n)

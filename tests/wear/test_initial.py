@@ -30,7 +30,11 @@ def worn(s):
 
 
 def profile(depth, along="path_position", x=None, **options):
-    x = np.linspace(EXTERNAL.path.A - 1e-3, EXTERNAL.path.E + 1e-3, 801) if x is None else x
+    x = (
+        np.linspace(EXTERNAL.path.A - 1e-3, EXTERNAL.path.E + 1e-3, 801)
+        if x is None
+        else x
+    )
     return MeasuredProfile(along, x, depth(x) if callable(depth) else depth, **options)
 
 
@@ -50,21 +54,31 @@ def test_positions_come_back_from_diameter_and_roll_angle(pair, gear):
 def test_a_measured_course_is_met_whichever_way_it_runs(gear):
     s = np.linspace(EXTERNAL.path.A - 2e-4, EXTERNAL.path.E + 2e-4, 801)
     by_diameter = profile(worn(s), "diameter", 2.0 * EXTERNAL.radius(gear, s))
-    np.testing.assert_allclose(measured(by_diameter, EXTERNAL, gear, S), worn(S), rtol=1e-4)
-    turned = by_diameter._replace(abscissa=by_diameter.abscissa[::-1], depth=by_diameter.depth[::-1])
+    np.testing.assert_allclose(
+        measured(by_diameter, EXTERNAL, gear, S), worn(S), rtol=1e-4
+    )
+    turned = by_diameter._replace(
+        abscissa=by_diameter.abscissa[::-1], depth=by_diameter.depth[::-1]
+    )
     np.testing.assert_allclose(measured(turned, EXTERNAL, gear, S), worn(S), rtol=1e-4)
 
 
 def test_nodes_of_a_run_come_back_with_their_steps():
-    depth = np.where(np.arange(len(S)) > np.flatnonzero(np.diff(S) == 0.0)[-1], 5e-6, 0.0) + worn(S)
-    again = measured(profile(depth, "diameter", 2.0 * EXTERNAL.radius(0, S)), EXTERNAL, 0, S)
+    depth = np.where(
+        np.arange(len(S)) > np.flatnonzero(np.diff(S) == 0.0)[-1], 5e-6, 0.0
+    ) + worn(S)
+    again = measured(
+        profile(depth, "diameter", 2.0 * EXTERNAL.radius(0, S)), EXTERNAL, 0, S
+    )
     np.testing.assert_allclose(again, depth, rtol=1e-12)
 
 
 def test_depth_across_the_tooth_is_more_than_along_the_normal():
     across = profile(worn, across=True)
     lam = EXTERNAL.roll_angle(0, S) - EXTERNAL.driving.base_half_angle
-    np.testing.assert_allclose(measured(across, EXTERNAL, 0, S), worn(S) * np.cos(lam), rtol=1e-4)
+    np.testing.assert_allclose(
+        measured(across, EXTERNAL, 0, S), worn(S) * np.cos(lam), rtol=1e-4
+    )
 
 
 @pytest.mark.parametrize(
@@ -81,7 +95,8 @@ def test_zeros_take_out_an_offset(zero, gear, expected):
 
 
 @pytest.mark.parametrize(
-    ("zero", "gear", "end"), [("tip", 0, -1), ("root", 0, 0), ("tip", 1, 0), ("root", 1, -1)]
+    ("zero", "gear", "end"),
+    [("tip", 0, -1), ("root", 0, 0), ("tip", 1, 0), ("root", 1, -1)],
 )
 def test_an_end_of_the_flank_counts_as_zero(zero, gear, end):
     rising = lambda s: 1e-3 * (abs(S[end]) + (s if S[end] < 0 else -s))  # noqa: E731
@@ -96,9 +111,13 @@ def test_a_line_takes_out_a_tilt():
     flat = 8e-6 * (S / 0.007) ** 4
     assert found.min() == 0.0
     np.testing.assert_allclose(found, flat, atol=1e-9)
-    dented = profile(lambda s: 8e-6 * ((s / 0.004) ** 2 - 0.3) ** 2 + 2e-4 * s, zero="line")
+    dented = profile(
+        lambda s: 8e-6 * ((s / 0.004) ** 2 - 0.3) ** 2 + 2e-4 * s, zero="line"
+    )
     np.testing.assert_allclose(
-        measured(dented, EXTERNAL, 0, S), 8e-6 * ((S / 0.004) ** 2 - 0.3) ** 2, atol=2e-8
+        measured(dented, EXTERNAL, 0, S),
+        8e-6 * ((S / 0.004) ** 2 - 0.3) ** 2,
+        atol=2e-8,
     )
 
 
@@ -107,7 +126,8 @@ def test_smoothing_keeps_parabolas_and_quiets_noise():
     clean = measured(profile(worn, smooth=1e-3), EXTERNAL, 0, S)
     np.testing.assert_allclose(clean, worn(S), rtol=1e-9)
     rough = lambda s: worn(s) + noise  # noqa: E731
-    raw, quiet = (measured(profile(rough, smooth=w), EXTERNAL, 0, S) - worn(S) for w in (None, 1e-3))
+    raw = measured(profile(rough, smooth=None), EXTERNAL, 0, S) - worn(S)
+    quiet = measured(profile(rough, smooth=0.001), EXTERNAL, 0, S) - worn(S)
     assert np.std(quiet) < 0.35 * np.std(raw)
 
 
@@ -115,9 +135,15 @@ def test_smoothing_keeps_parabolas_and_quiets_noise():
     ("made", "said"),
     [
         (lambda: profile(worn, x=np.linspace(-0.002, 0.009, 50)), "covers diameters"),
-        (lambda: profile(np.ones(9), "diameter", np.linspace(0.05, 0.08, 9)), "below the base circle"),
+        (
+            lambda: profile(np.ones(9), "diameter", np.linspace(0.05, 0.08, 9)),
+            "below the base circle",
+        ),
         (lambda: profile(lambda s: -worn(s)), "above its unworn profile"),
-        (lambda: profile(worn, x=np.array([-0.02, -0.001, 0.001, 0.02])), "2 measured points"),
+        (
+            lambda: profile(worn, x=np.array([-0.02, -0.001, 0.001, 0.02])),
+            "2 measured points",
+        ),
     ],
 )
 def test_profiles_that_cannot_be_are_refused(made, said):

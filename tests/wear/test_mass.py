@@ -10,10 +10,16 @@ def test_uniform_depth_wears_depth_times_arc(make_path):
     depth = np.stack([np.full_like(s, 1e-5), np.full_like(s, 2e-5)])
     area = worn_area(depth, path)
     base_radius = np.array([25, 40]) * 1.5e-3 * np.cos(np.radians(20.0))
-    arc = np.abs(path.curvature[:, -1] ** 2 - path.curvature[:, 0] ** 2) / (2 * base_radius)
+    arc = np.abs(path.curvature[:, -1] ** 2 - path.curvature[:, 0] ** 2) / (
+        2 * base_radius
+    )
     assert area == pytest.approx(np.array([1e-5, 2e-5]) * arc, rel=1e-12, abs=0.0)
-    mass = worn_mass(np.stack([depth, 3 * depth]), path, density=[7830.0, 7800.0], teeth=[25, 40])
-    assert mass[0] == pytest.approx(np.array([7830.0 * 25, 7800.0 * 40]) * 20e-3 * area, rel=1e-12, abs=0.0)
+    mass = worn_mass(
+        np.stack([depth, 3 * depth]), path, density=[7830.0, 7800.0], teeth=[25, 40]
+    )
+    assert mass[0] == pytest.approx(
+        np.array([7830.0 * 25, 7800.0 * 40]) * 20e-3 * area, rel=1e-12, abs=0.0
+    )
     assert mass[1] == pytest.approx(3 * mass[0], rel=1e-6, abs=0.0)
 
 

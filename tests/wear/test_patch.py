@@ -36,7 +36,11 @@ def contact(l16):
     """Path, half widths of a load that is shared at both ends, and ``k ζ`` times passes."""
     s, path = l16
     force = patch_force(np.where(np.abs(s) > 2e-3, 600.0, 2000.0), 2000.0)
-    return path, contact_half_width(force, path), K * path.slide_ratio * path.passes[:, None]
+    return (
+        path,
+        contact_half_width(force, path),
+        K * path.slide_ratio * path.passes[:, None],
+    )
 
 
 def matrix_of(level):
@@ -60,7 +64,8 @@ def half_plane_pressure(gap, x, width, radius, modulus, load):
         n = int(touches.sum())
         system = np.zeros((n + 1, n + 1))
         system[:n, :n] = flexible[np.ix_(touches, touches)]
-        system[:n, n], system[n, :n] = -1.0, width
+        system[:n, n] = -1.0
+        system[n, :n] = width
         right = np.append(-(x**2 / (2.0 * radius) + gap)[touches], load)
         pressure = np.zeros(len(x))
         pressure[touches] = np.linalg.solve(system, right)[:n]
@@ -84,7 +89,12 @@ def test_first_order_pressure_is_that_of_a_half_plane():
         even = half_plane_pressure(0.0 * x, x, width, radius, modulus, load)
         work = float((worn - even) @ shape) * width / amplitude
         orders = np.arange(2, 40, 2)  # an even gap: g_n = 2 (−1)^(n/2) J_n(κa)
-        expected = -np.pi * modulus / 4.0 * float(np.sum(orders * (2.0 * jv(orders, waves)) ** 2))
+        expected = (
+            -np.pi
+            * modulus
+            / 4.0
+            * float(np.sum(orders * (2.0 * jv(orders, waves)) ** 2))
+        )
         assert work == pytest.approx(expected, rel=0.01)
 
 
@@ -102,9 +112,18 @@ def test_a_wave_decays_as_on_a_half_plane(make_path, kappa_a):
     h = np.zeros((2, len(s)))
     h[0] = np.cos(kappa_a / a[0] * x)
     inside = slice(200, -200)
-    found = levelling(a, sliding, path).at(h.ravel(), np.ones(len(s))).reshape(h.shape)[0, inside]
+    found = (
+        levelling(a, sliding, path)
+        .at(h.ravel(), np.ones(len(s)))
+        .reshape(h.shape)[0, inside]
+    )
     orders = np.arange(FIRST_ORDER, 40)
-    expected = -np.pi * path.contact_modulus * K * float(np.sum(orders * jv(orders, kappa_a) ** 2))
+    expected = (
+        -np.pi
+        * path.contact_modulus
+        * K
+        * float(np.sum(orders * jv(orders, kappa_a) ** 2))
+    )
     assert found == pytest.approx(expected * h[0, inside], abs=0.01 * abs(expected))
 
 
@@ -150,29 +169,37 @@ def test_coefficients_are_integrals_over_hats(contact, j):
 def test_squares_are_sums_over_orders_of_what_a_contact_feels(contact):
     path, a, _ = contact
     at, node, product = squares(a, path)
-    n, most = len(a), most_orders(a, path)
+    n = len(a)
+    most = most_orders(a, path)
     assert product.shape == (len(node), 2 * n) and set(at) == set(range(n))
     for j in (0, 60, n - 1):
         felt = node[at == j]
         arcs = [arc if arc[-1] > arc[0] else -arc for arc in path.arc]
         both = [across(a, arc, j, most) for arc in arcs]
-        np.testing.assert_array_equal(felt, np.concatenate([own + n * f for f, (*_, own) in enumerate(both)]))
+        np.testing.assert_array_equal(
+            felt, np.concatenate([own + n * f for f, (*_, own) in enumerate(both)])
+        )
         b = np.concatenate([found for _, found, _ in both], axis=1)
         square = b.T @ (np.arange(FIRST_ORDER, most + 1)[:, None] * b)
         expected = np.zeros((len(felt), 2 * n))
         np.add.at(expected.T, felt, square.T)  # a node and its mirror images are one
         found = product[at == j].toarray()
-        np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-14 * np.abs(square).max())
+        np.testing.assert_allclose(
+            found, expected, rtol=0.0, atol=1e-14 * np.abs(square).max()
+        )
 
 
 def test_what_looks_ahead_solves_the_whole_system(contact):
     path, a, sliding = contact
     level = levelling(a, sliding, path)
-    matrix, forced = matrix_of(level), np.random.default_rng(3).uniform(0.0, 1.0, 2 * len(a))
+    matrix = matrix_of(level)
+    forced = np.random.default_rng(3).uniform(0.0, 1.0, 2 * len(a))
     lag = 3.0 / np.abs(matrix).max()
     whole = np.eye(len(forced)) - lag * matrix
     np.testing.assert_allclose(
-        looking_ahead(level, lag).solve(forced), np.linalg.solve(whole, forced), rtol=1e-12
+        looking_ahead(level, lag).solve(forced),
+        np.linalg.solve(whole, forced),
+        rtol=1e-12,
     )
 
 
@@ -182,7 +209,11 @@ def test_levelling_conserves_both_flanks_and_only_decays(contact):
     n = path.arc.shape[1]
     for flank, length in enumerate(path.arc_weight):
         own = length @ matrix[flank * n : (flank + 1) * n]
-        assert np.abs(own).max() < 1e-12 * np.abs(length[:, None] * matrix[flank * n : (flank + 1) * n]).max()
+        assert (
+            np.abs(own).max()
+            < 1e-12
+            * np.abs(length[:, None] * matrix[flank * n : (flank + 1) * n]).max()
+        )
     values = np.linalg.eigvals(matrix)
     assert np.abs(values.imag).max() < 1e-9 * np.abs(values).max()
     assert values.real.max() < 1e-9 * np.abs(values).max()
@@ -219,13 +250,17 @@ def test_spreading_conserves_and_feeling_is_its_adjoint(contact, kind):
     rng = np.random.default_rng(1)
     wear, felt = rng.uniform(0.0, 1e-6, (2, *path.arc.shape))
     spread = patch.rate(wear, felt, np.zeros(len(a)))
-    assert (spread * path.arc_weight).sum(1) == pytest.approx((wear * path.arc_weight).sum(1), rel=1e-12)
+    assert (spread * path.arc_weight).sum(1) == pytest.approx(
+        (wear * path.arc_weight).sum(1), rel=1e-12
+    )
     if kind is one_way:
         assert patch.felt(wear) is wear
         return
     assert patch.felt(np.full_like(wear, 3e-6)) == pytest.approx(3e-6, rel=1e-12)
     both = length @ (patch.felt(wear) * felt).ravel()
-    assert both == pytest.approx(length @ (wear.ravel() * (patch.spreading @ felt.ravel())), rel=1e-12)
+    assert both == pytest.approx(
+        length @ (wear.ravel() * (patch.spreading @ felt.ravel())), rel=1e-12
+    )
 
 
 def test_the_semi_implicit_rate_conserves_and_tends_to_the_explicit_one(contact):
@@ -233,7 +268,9 @@ def test_the_semi_implicit_rate_conserves_and_tends_to_the_explicit_one(contact)
     n = len(a)
     force = np.full(n, 2000.0)
     pointwise = sliding * force / path.face_width
-    s = (path.arc - path.arc.min(axis=1, keepdims=True)) / np.ptp(path.arc, axis=1)[:, None]
+    s = (path.arc - path.arc.min(axis=1, keepdims=True)) / np.ptp(path.arc, axis=1)[
+        :, None
+    ]
     worn = 2e-6 * (1.0 + 0.1 * np.sin(12.0 * s))
     rates = []
     for lag in (3e-6, 3e-8, 3e-10):
@@ -242,17 +279,26 @@ def test_the_semi_implicit_rate_conserves_and_tends_to_the_explicit_one(contact)
         assert (rates[-1] * path.arc_weight).sum(1) == pytest.approx(
             (pointwise * path.arc_weight).sum(1), rel=1e-9
         )
-    explicit = patch.spreading @ pointwise.ravel() + patch.levelling.at(worn.ravel(), np.ones(n))
+    explicit = patch.spreading @ pointwise.ravel() + patch.levelling.at(
+        worn.ravel(), np.ones(n)
+    )
     apart = [float(np.abs(rate.ravel() - explicit).max()) for rate in rates]
-    assert apart[2] < 0.1 * apart[1] < 0.1 * apart[0] or apart[1] < 1e-3 * explicit.max()
+    assert (
+        apart[2] < 0.1 * apart[1] < 0.1 * apart[0] or apart[1] < 1e-3 * explicit.max()
+    )
 
 
 def test_the_patch_of_a_light_contact_keeps_a_fifth_of_the_load():
-    assert patch_force([0.0, 300.0, 1000.0], 1000.0) == pytest.approx([200.0, 300.0, 1000.0])
+    assert patch_force([0.0, 300.0, 1000.0], 1000.0) == pytest.approx(
+        [200.0, 300.0, 1000.0]
+    )
 
 
 def test_matrices_of_the_same_patches_are_made_once(make_path):
-    """Those of other half widths are others; a process keeps a few, and none of very many nodes."""
+    """Those of other half widths are others.
+
+    A process keeps a few, and none of very many nodes.
+    """
     _, path, a = wave_path(make_path, 101)
     first = spread_matrix(a, path)
     assert spread_matrix(a.copy(), path) is first

@@ -11,7 +11,9 @@ def uneven(make_path):
     """Path with uneven nodes and a one-sided pair where the wear steps."""
     s, path = make_path(25, 40)
     curve = path.curvature
-    keep = np.sort(np.append(np.union1d(np.arange(0, 201, 3), np.arange(60, 110)), [90, 120]))
+    keep = np.sort(
+        np.append(np.union1d(np.arange(0, 201, 3), np.arange(60, 110)), [90, 120])
+    )
     return s[keep], path_of(
         curve[:, keep],
         base_radius=np.array([25, 40]) * 1.5e-3 * np.cos(np.radians(20.0)),
@@ -24,7 +26,12 @@ def uneven(make_path):
 
 def averaged(wear, half_width, path):
     """Average the wear of both flanks over the width of contact."""
-    return np.stack([spreading(half_width, arc) @ flank for arc, flank in zip(path.arc, wear, strict=True)])
+    return np.stack(
+        [
+            spreading(half_width, arc) @ flank
+            for arc, flank in zip(path.arc, wear, strict=True)
+        ]
+    )
 
 
 @pytest.mark.parametrize("half_width", [1e-5, 2e-4, 1.5e-3])
@@ -80,4 +87,6 @@ def test_edges_of_descending_arcs_ascend(make_path):
     for arc in path.arc:
         edges = cell_edges(arc)
         assert np.all(np.diff(edges) > 0.0)
-        assert edges[-1] - edges[0] == pytest.approx(abs(arc[-1] - arc[0]), rel=1e-6, abs=0.0)
+        assert edges[-1] - edges[0] == pytest.approx(
+            abs(arc[-1] - arc[0]), rel=1e-6, abs=0.0
+        )

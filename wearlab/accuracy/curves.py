@@ -1,7 +1,7 @@
 """Work-precision curves of a scene: of its steady state and of its life.
 
-Of a steady state every knob, every named method and every peer; of a life the steps over cycles, and the
-knobs below them.
+Of a steady state every knob, every named method and every peer; of a life the steps
+over cycles, and the knobs below them.
 """
 
 import time
@@ -16,8 +16,23 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from wearlab.accuracy.equation import CyRKIntegrator, starting_state
-from wearlab.accuracy.ladder import ENOUGH, LONG, SHARE, Rung, WorkPrecision, climbed, timing
-from wearlab.accuracy.steady import Reference, Steady, relative_error, steady, stiffest_meshes, tight_steps
+from wearlab.accuracy.ladder import (
+    ENOUGH,
+    LONG,
+    SHARE,
+    Rung,
+    WorkPrecision,
+    climbed,
+    timing,
+)
+from wearlab.accuracy.steady import (
+    Reference,
+    Steady,
+    relative_error,
+    steady,
+    stiffest_meshes,
+    tight_steps,
+)
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.orbits.response import Response
@@ -35,8 +50,15 @@ LONGEST = 10.0
 
 
 def peers() -> tuple[str, ...]:
-    """Return the names of the methods of CyRK, if it is installed; each lands on every known jump."""
-    return () if missing_peers() else tuple(f"CyRK {method}, landing" for method in METHODS)
+    """Return the names of the methods of CyRK, if it is installed.
+
+    Each lands on every known jump.
+    """
+    return (
+        ()
+        if missing_peers()
+        else tuple(f"CyRK {method}, landing" for method in METHODS)
+    )
 
 
 def missing_peers() -> tuple[str, ...]:
@@ -44,7 +66,9 @@ def missing_peers() -> tuple[str, ...]:
     return () if find_spec("CyRK") is not None else ("CyRK",)
 
 
-def peer_curves(problem: Steady, answer: Reference, report: Callable[[str], None]) -> Iterator[WorkPrecision]:
+def peer_curves(
+    problem: Steady, answer: Reference, report: Callable[[str], None]
+) -> Iterator[WorkPrecision]:
     """Yield the curves of the peers over their relative tolerance, where a transient dies in time.
 
     Parameters
@@ -52,8 +76,11 @@ def peer_curves(problem: Steady, answer: Reference, report: Callable[[str], None
     problem, answer : the scene and its answer
     report : told who comes next
     """
-    system, tables = answer.response.system, answer.response.tables
-    start = starting_state(system, np.einsum("s,sm->m", tables.width, tables.stiffness.sum(axis=3)[:, 1]))
+    system = answer.response.system
+    tables = answer.response.tables
+    start = starting_state(
+        system, np.einsum("s,sm->m", tables.width, tables.stiffness.sum(axis=3)[:, 1])
+    )
     if not peers():
         return
     first = CyRKIntegrator(problem.motion(system), METHODS[0])
@@ -67,16 +94,28 @@ def peer_curves(problem: Steady, answer: Reference, report: Callable[[str], None
 
 
 def periods_to(answer: Reference, left: float) -> float:
-    """Return the mesh periods until so much is left of a transient; infinite where it does not die."""
+    """Return the mesh periods until so much is left of a transient.
+
+    Infinite where it does not die.
+    """
     largest = answer.multiplier ** (1.0 / len(answer.force))
-    return float(np.ceil(np.log(left) / np.log(largest))) if 0.0 < largest < 1.0 else float("inf")
+    return (
+        float(np.ceil(np.log(left) / np.log(largest)))
+        if 0.0 < largest < 1.0
+        else float("inf")
+    )
 
 
 def _rung(
-    peer: CyRKIntegrator, problem: Steady, answer: Reference, tolerance: float, start: Array
+    peer: CyRKIntegrator,
+    problem: Steady,
+    answer: Reference,
+    tolerance: float,
+    start: Array,
 ) -> Rung | None:
     """Return a setting of a peer, None where its integration would take too long."""
-    scale, periods = np.abs(answer.response.state).max(axis=(0, 1)), periods_to(answer, SHARE * tolerance)
+    scale = np.abs(answer.response.state).max(axis=(0, 1))
+    periods = periods_to(answer, SHARE * tolerance)
     for _ in range(2):  # the first compiles
         begun = time.perf_counter()
         peer.integrate(answer.start, 1, tolerance, scale)
@@ -87,12 +126,38 @@ def _rung(
     if not np.isfinite(settled).all():
         return Rung(tolerance, float("inf"), float("nan"), float("nan"))
     motion = peer.states(settled, len(answer.force), problem.phase, tolerance, scale)
-    seconds = timing(lambda: peer.integrate(start, settling + len(answer.force), tolerance, scale))
+    seconds = timing(
+        lambda: peer.integrate(start, settling + len(answer.force), tolerance, scale)
+    )
     error = relative_error(problem.force_of_states(motion), answer.force)
     return Rung(tolerance, error, seconds, float("nan"))
 
 
-STEPS = (8, 12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 96, 128, 192, 256, 384, 448, 512, 640, 768, 1024)
+STEPS = (
+    8,
+    12,
+    16,
+    20,
+    24,
+    28,
+    32,
+    36,
+    40,
+    44,
+    48,
+    56,
+    64,
+    96,
+    128,
+    192,
+    256,
+    384,
+    448,
+    512,
+    640,
+    768,
+    1024,
+)
 INTEGRATED_STEPS = tuple(2**power for power in range(5, 16))
 RELATIVE = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 PROFILE_POINTS = (25, 51, 101, 201, 401, 801, 1601)
@@ -106,7 +171,9 @@ SETTLED = 1e-10
 Report = Callable[[str], None]
 
 
-def steady_curves(problem: Steady, answer: Reference, report: Report) -> Iterator[WorkPrecision]:
+def steady_curves(
+    problem: Steady, answer: Reference, report: Report
+) -> Iterator[WorkPrecision]:
     """Yield the curves of a steady state.
 
     Parameters
@@ -119,67 +186,118 @@ def steady_curves(problem: Steady, answer: Reference, report: Report) -> Iterato
     if problem.vibration.fluctuation is None:
         yield from peer_curves(problem, answer, report)
     report("steps_per_period, rk4")
-    turn = count.fastest_rate(problem.vibration.system, stiffest_meshes(problem)) * problem.vibration.period
+    turn = (
+        count.fastest_rate(problem.vibration.system, stiffest_meshes(problem))
+        * problem.vibration.period
+    )
     # RK4 is stable while its steps turn the fastest mode by less than 2.78 rad
     stable = tuple(steps for steps in INTEGRATED_STEPS if turn / steps < 2.78)
-    yield integrated_curve(problem, answer, "rk4", stable, lambda left: RungeKutta4(tolerance=left))
+    yield integrated_curve(
+        problem, answer, "rk4", stable, lambda left: RungeKutta4(tolerance=left)
+    )
     report("steps_per_period, newmark")
-    yield integrated_curve(problem, answer, "newmark", INTEGRATED_STEPS, lambda left: Newmark(tolerance=left))
+    yield integrated_curve(
+        problem,
+        answer,
+        "newmark",
+        INTEGRATED_STEPS,
+        lambda left: Newmark(tolerance=left),
+    )
     report("relative tolerance, rk45")
     yield adaptive_curve(problem, answer)
     yield from knob_curves(problem, report)
     yield phase_points_curve(problem, answer)
 
 
-def steps_curve(problem: Steady, answer: Reference, ladder: tuple[int, ...] = STEPS) -> WorkPrecision:
+def steps_curve(
+    problem: Steady, answer: Reference, ladder: tuple[int, ...] = STEPS
+) -> WorkPrecision:
     """Return our default method over its steps: cold, tables included, and warm from a neighbour.
 
-    What a scene prepares once for all its wear states (the look-up of the stages here, the polynomials of the
-    mesh for the peers) is not timed, nor the factors that one wear state keeps for all its neighbours. The
-    error is that of the worse of both.
+    What a scene prepares once for all its wear states (the look-up of the stages here,
+    the polynomials of the mesh for the peers) is not timed, nor the factors that one
+    wear state keeps for all its neighbours. The error is that of the worse of both.
     """
 
     def rung_of(steps: int) -> Rung:
         vibration = problem.with_steps(steps, Periodic())
-        response, near = problem.solve(vibration), problem.solve(vibration, kinds=problem.near)
+        response = problem.solve(vibration)
+        near = problem.solve(vibration, kinds=problem.near)
         both = response, problem.solve(vibration, near)
-        error = max(relative_error(problem.force_of(vibration, found), answer.force) for found in both)
-        cold, warm = timing(lambda: problem.solve(vibration)), timing(lambda: problem.solve(vibration, near))
-        return Rung(len(response.tables.width), error, cold, response.counts.right_hand_sides, warm)
+        error = max(
+            relative_error(problem.force_of(vibration, found), answer.force)
+            for found in both
+        )
+        cold = timing(lambda: problem.solve(vibration))
+        warm = timing(lambda: problem.solve(vibration, near))
+        return Rung(
+            len(response.tables.width),
+            error,
+            cold,
+            response.counts.right_hand_sides,
+            warm,
+        )
 
     rungs = climbed(ladder, rung_of)
     return WorkPrecision("periodic", "steps_per_period", "mesh_force", "wearlab", rungs)
 
 
 def integrated_curve(
-    problem: Steady, answer: Reference, name: str, ladder: tuple[int, ...], method: Callable[[float], Any]
+    problem: Steady,
+    answer: Reference,
+    name: str,
+    ladder: tuple[int, ...],
+    method: Callable[[float], Any],
 ) -> WorkPrecision:
     """Return a fixed-step method over its steps, integrated until its transient is less than its error."""
 
     def rung_of(steps: int) -> Rung:
         settled = problem.with_steps(steps, method(SETTLED))
-        error = relative_error(problem.force_of(settled, problem.solve(settled)), answer.force)
-        vibration = problem.with_steps(steps, method(max(SETTLED, min(1e-2, SHARE * error))))
-        return _integrated_rung(problem, answer, vibration, len(vibration.sampling.grid.width))
+        error = relative_error(
+            problem.force_of(settled, problem.solve(settled)), answer.force
+        )
+        vibration = problem.with_steps(
+            steps, method(max(SETTLED, min(1e-2, SHARE * error)))
+        )
+        return _integrated_rung(
+            problem, answer, vibration, len(vibration.sampling.grid.width)
+        )
 
     rungs = climbed(ladder, rung_of, answer.disagreement)
-    return WorkPrecision(name, "steps_per_period", "mesh_force", "as published", rungs, f'method = "{name}"')
+    return WorkPrecision(
+        name,
+        "steps_per_period",
+        "mesh_force",
+        "as published",
+        rungs,
+        f'method = "{name}"',
+    )
 
 
 def adaptive_curve(problem: Steady, answer: Reference) -> WorkPrecision:
     """Return the adaptive Runge–Kutta pair over its tolerance, on tables as fine as that needs."""
-    problem.solve(problem.with_steps(STEPS[-1], RungeKutta45(relative=1.0, tolerance=1.0)))  # compiles
+    problem.solve(
+        problem.with_steps(STEPS[-1], RungeKutta45(relative=1.0, tolerance=1.0))
+    )  # compiles
 
     def rung_of(relative: float) -> Rung:
-        method = RungeKutta45(relative=relative, tolerance=max(SETTLED, SHARE * relative))
-        vibration = problem.with_steps(tight_steps(problem, relative, exact=False), method)
+        method = RungeKutta45(
+            relative=relative, tolerance=max(SETTLED, SHARE * relative)
+        )
+        vibration = problem.with_steps(
+            tight_steps(problem, relative, exact=False), method
+        )
         return _integrated_rung(problem, answer, vibration, relative)
 
     rungs = climbed(RELATIVE, rung_of, answer.disagreement)
-    return WorkPrecision("rk45", "relative", "mesh_force", "as published", rungs, 'method = "rk45"')
+    return WorkPrecision(
+        "rk45", "relative", "mesh_force", "as published", rungs, 'method = "rk45"'
+    )
 
 
-def _integrated_rung(problem: Steady, answer: Reference, vibration: Any, setting: float) -> Rung:
+def _integrated_rung(
+    problem: Steady, answer: Reference, vibration: Any, setting: float
+) -> Rung:
     response, seconds = _timed(lambda: problem.solve(vibration), LONG)
     error = relative_error(problem.force_of(vibration, response), answer.force)
     return Rung(setting, error, seconds, response.counts.right_hand_sides)
@@ -205,9 +323,14 @@ def knob_curves(problem: Steady, report: Report) -> Iterator[WorkPrecision]:
     if scene.mesh.of(scene.gears.descriptor.sections[0]).excitation.chosen == "fourier":
         report("harmonics")
         truth = _solved(with_harmonics(fine, 160))[1]
-        rungs = climbed(HARMONICS, lambda count: _knob_rung(with_harmonics(fine, count), count, truth))
+        rungs = climbed(
+            HARMONICS,
+            lambda count: _knob_rung(with_harmonics(fine, count), count, truth),
+        )
         fixed = "error_harmonics alike"
-        yield WorkPrecision("harmonics", "stiffness_harmonics", "mesh_force", "wearlab", rungs, fixed)
+        yield WorkPrecision(
+            "harmonics", "stiffness_harmonics", "mesh_force", "wearlab", rungs, fixed
+        )
 
 
 def with_harmonics(scene: Scene, count: int) -> Scene:
@@ -217,8 +340,12 @@ def with_harmonics(scene: Scene, count: int) -> Scene:
     return scene.replace("mesh", dict.fromkeys(own, wanted) if own else wanted)
 
 
-def _knob(scene: Scene, key: str, values: tuple[float, ...], truth: Array) -> WorkPrecision:
-    rungs = climbed(values, lambda value: _knob_rung(scene.replace(key, value), value, truth))
+def _knob(
+    scene: Scene, key: str, values: tuple[float, ...], truth: Array
+) -> WorkPrecision:
+    rungs = climbed(
+        values, lambda value: _knob_rung(scene.replace(key, value), value, truth)
+    )
     name = key.rpartition(".")[2]
     return WorkPrecision(name, name, "mesh_force", "wearlab", rungs)
 
@@ -228,7 +355,9 @@ def _knob_rung(scene: Scene, setting: float, truth: Array) -> Rung:
     coupling = problem.parts.coupling
     wear = coupling.unworn()
     seconds = timing(lambda: coupling.evaluate(wear))
-    return Rung(setting, relative_error(force, truth), seconds, response.counts.right_hand_sides)
+    return Rung(
+        setting, relative_error(force, truth), seconds, response.counts.right_hand_sides
+    )
 
 
 def _solved(scene: Scene) -> tuple[Steady, Array, Response]:
@@ -244,15 +373,24 @@ def phase_points_curve(problem: Steady, answer: Reference) -> WorkPrecision:
     vibration = problem.with_steps(tight_steps(problem), Periodic())
 
     def largest(points: int) -> float:
-        return float(problem.force_of(vibration, response, np.arange(points) / points).max())
+        return float(
+            problem.force_of(vibration, response, np.arange(points) / points).max()
+        )
 
     truth = largest(8192)
 
     def rung_of(points: int) -> Rung:
-        return Rung(points, abs(largest(points) / truth - 1.0), timing(lambda: largest(points)), points)
+        return Rung(
+            points,
+            abs(largest(points) / truth - 1.0),
+            timing(lambda: largest(points)),
+            points,
+        )
 
     rungs = climbed(PHASE_POINTS, rung_of)
-    return WorkPrecision("phase_points", "phase_points", "dynamic_factor", "wearlab", rungs)
+    return WorkPrecision(
+        "phase_points", "phase_points", "dynamic_factor", "wearlab", rungs
+    )
 
 
 SECOND_METHOD = 1e-8
@@ -297,12 +435,18 @@ def wearing(scene: Scene) -> Wearing:
     """Build the life of a scene."""
     parts = build.build(scene)
     wear = parts.coupling.flat(living.initial_wear(scene, parts))
-    return Wearing(parts, wear, build.wear.build_limits(scene, parts.gears, parts.coupling))
+    return Wearing(
+        parts, wear, build.wear.build_limits(scene, parts.gears, parts.coupling)
+    )
 
 
 def has_life(scene: Scene) -> bool:
     """Whether a scene wears until something."""
-    return scene.wear is not None and scene.wear.until is not None and scene.wear.coefficient is not None
+    return (
+        scene.wear is not None
+        and scene.wear.until is not None
+        and scene.wear.coefficient is not None
+    )
 
 
 def lived(problem: Wearing, method: integrate.Method, tolerance: float) -> TimedLife:
@@ -311,11 +455,19 @@ def lived(problem: Wearing, method: integrate.Method, tolerance: float) -> Timed
     given["most_evaluations"] = MOST_ANALYSES
 
     def evolved() -> integrate.Life:
-        return integrate.integrate(history.SetRate(problem.parts.coupling), problem.wear, **given)
+        return integrate.integrate(
+            history.SetRate(problem.parts.coupling), problem.wear, **given
+        )
 
     life, seconds = _timed(evolved, 0.5)
     flank = twins.flank_of_nodes(problem.parts)
-    return TimedLife(float(life.cycle[-1]), life.depth[-1], flank, life.count_rate_evaluations, seconds)
+    return TimedLife(
+        float(life.cycle[-1]),
+        life.depth[-1],
+        flank,
+        life.count_rate_evaluations,
+        seconds,
+    )
 
 
 def second_life(problem: Wearing, end: float) -> TimedLife:
@@ -332,16 +484,26 @@ def second_life(problem: Wearing, end: float) -> TimedLife:
     longest = problem.limits.cycles or 3.0 * end
 
     def reaches_depth(cycle: float, depth: Array) -> float:
-        return float(depth[problem.limits.flank].max()) - (problem.limits.depth or np.inf)
+        return float(depth[problem.limits.flank].max()) - (
+            problem.limits.depth or np.inf
+        )
 
     reaches_depth.terminal = True  # type: ignore[attr-defined]
     solution = solve_ivp(
-        lambda cycle, depth: counted(np.maximum(depth, 0.0)), (0.0, longest), problem.wear,
-        method="DOP853", rtol=SECOND_METHOD, atol=SECOND_METHOD * scale, first_step=1e-4 * end,
+        lambda cycle, depth: counted(np.maximum(depth, 0.0)),
+        (0.0, longest),
+        problem.wear,
+        method="DOP853",
+        rtol=SECOND_METHOD,
+        atol=SECOND_METHOD * scale,
+        first_step=1e-4 * end,
         events=reaches_depth if problem.limits.depth is not None else None,
-    )  # fmt: skip
-    flank, seconds = twins.flank_of_nodes(problem.parts), time.perf_counter() - begun
-    return TimedLife(float(solution.t[-1]), solution.y[:, -1], flank, counted.count, seconds)
+    )
+    flank = twins.flank_of_nodes(problem.parts)
+    seconds = time.perf_counter() - begun
+    return TimedLife(
+        float(solution.t[-1]), solution.y[:, -1], flank, counted.count, seconds
+    )
 
 
 def errors(life: TimedLife, reference: TimedLife) -> tuple[float, float]:
@@ -349,15 +511,21 @@ def errors(life: TimedLife, reference: TimedLife) -> tuple[float, float]:
 
     On other nodes only the deepest point of each flank is compared.
     """
-    mine, exact = life.depth, reference.depth
+    mine = life.depth
+    exact = reference.depth
     if mine.shape != exact.shape:
-        mine, exact = _deepest(life), _deepest(reference)
-    return abs(life.cycle / reference.cycle - 1.0), float(np.abs(mine - exact).max() / exact.max())
+        mine = _deepest(life)
+        exact = _deepest(reference)
+    return abs(life.cycle / reference.cycle - 1.0), float(
+        np.abs(mine - exact).max() / exact.max()
+    )
 
 
 def _deepest(life: TimedLife) -> Array:
     """Return the largest wear depth of every flank [m]."""
-    return np.array([life.depth[life.flank == flank].max() for flank in np.unique(life.flank)])
+    return np.array(
+        [life.depth[life.flank == flank].max() for flank in np.unique(life.flank)]
+    )
 
 
 CYCLE_TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
@@ -370,7 +538,8 @@ OF_LIVES = {
 }
 """Knobs below the steps over cycles."""
 ROUND_OFF = 1e-12
-"""A life without larger errors is known exactly: where it ends, the wear does not change its own rate."""
+"""A life without larger errors is known exactly: where it ends, the wear does not
+change its own rate."""
 UNMOVED = 3e-6
 """Cycle tolerance while other knobs are turned."""
 
@@ -381,26 +550,40 @@ def life_study(scene: Scene, report: Report) -> tuple[tuple[WorkPrecision, ...],
     problem = wearing(scene)
     answer = lived(problem, adaptive.Adaptive(), 3e-8)
     other = second_life(problem, answer.cycle)
-    return tuple(life_curves(scene, problem, answer, report)), max(errors(other, answer))
+    return tuple(life_curves(scene, problem, answer, report)), max(
+        errors(other, answer)
+    )
 
 
-def life_curves(scene: Scene, problem: Wearing, answer: TimedLife, report: Report) -> Iterator[WorkPrecision]:
+def life_curves(
+    scene: Scene, problem: Wearing, answer: TimedLife, report: Report
+) -> Iterator[WorkPrecision]:
     """Yield the curves, each for the life and for the wear depth at its end."""
     report("life, cycle_tolerance")
-    ours = [(tolerance, lived(problem, adaptive.Adaptive(), tolerance)) for tolerance in CYCLE_TOLERANCES]
+    ours = [
+        (tolerance, lived(problem, adaptive.Adaptive(), tolerance))
+        for tolerance in CYCLE_TOLERANCES
+    ]
     yield from _both("adaptive", "cycle_tolerance", "wearlab", ours, answer)
     report("life, Euler thresholds")
     deepest = float(answer.depth.max())
     published = []
     for parts in EULER_PARTS:
-        published.append((deepest / parts, lived(problem, adaptive.Euler(deepest / parts), 1e-3)))
+        published.append(
+            (deepest / parts, lived(problem, adaptive.Euler(deepest / parts), 1e-3))
+        )
         if published[-1][1].seconds > ENOUGH:
             break
-    yield from _both("Euler", "threshold", "as published", published, answer, 'step.method = "euler"')
+    yield from _both(
+        "Euler", "threshold", "as published", published, answer, 'step.method = "euler"'
+    )
     vibration = problem.parts.vibration
     exact = vibration is not None and not kernel.is_small(vibration.system)
     # steps of order four, and of order nine in large systems
-    finest = {"numerics.profile_points": 801, "numerics.steps_per_period": 768 if exact else 2048}
+    finest = {
+        "numerics.profile_points": 801,
+        "numerics.steps_per_period": 768 if exact else 2048,
+    }
     truth = lived(wearing(scene.replace(finest)), adaptive.Adaptive(), UNMOVED)
     for key, values in OF_LIVES.items():
         if scene.dynamics is not None or key != "numerics.steps_per_period":
@@ -409,13 +592,19 @@ def life_curves(scene: Scene, problem: Wearing, answer: TimedLife, report: Repor
 
 
 def _knob_of_life(
-    scene: Scene, key: str, values: tuple[float, ...], finest: dict[str, int], truth: TimedLife
+    scene: Scene,
+    key: str,
+    values: tuple[float, ...],
+    finest: dict[str, int],
+    truth: TimedLife,
 ) -> Iterator[WorkPrecision]:
     """Yield the curve of a knob that changes the rate of wear itself, all others at their finest.
 
-    The tolerance moves all the others, as it does in a run. What ends the life is exact, the other counts.
+    The tolerance moves all the others, as it does in a run. What ends the life is
+    exact, the other counts.
     """
-    name, cells = key.rpartition(".")[2], []
+    name = key.rpartition(".")[2]
+    cells = []
     for value in values:
         finer = {} if name == "tolerance" else finest
         with suppress(GearError):  # so few steps are refused
@@ -423,13 +612,23 @@ def _knob_of_life(
             steps = float(value) if name == "tolerance" else UNMOVED
             cells.append((float(value), lived(problem, adaptive.Adaptive(), steps)))
     counts = "wear_depth" if wearing(scene).limits.depth is None else "life"
-    yield from (c for c in _both(name, name, "wearlab", cells, truth) if c.quantity == counts)
+    yield from (
+        c for c in _both(name, name, "wearlab", cells, truth) if c.quantity == counts
+    )
 
 
 def _both(
-    name: str, knob: str, role: str, pairs: list[tuple[float, TimedLife]], answer: TimedLife, fixed: str = ""
+    name: str,
+    knob: str,
+    role: str,
+    pairs: list[tuple[float, TimedLife]],
+    answer: TimedLife,
+    fixed: str = "",
 ) -> Iterator[WorkPrecision]:
     for index, quantity in enumerate(("life", "wear_depth")):
-        rungs = tuple(Rung(at, errors(one, answer)[index], one.seconds, one.analyses) for at, one in pairs)
+        rungs = tuple(
+            Rung(at, errors(one, answer)[index], one.seconds, one.analyses)
+            for at, one in pairs
+        )
         if any(rung.error > ROUND_OFF for rung in rungs):
             yield WorkPrecision(name, knob, quantity, role, rungs, fixed)  # type: ignore[arg-type]

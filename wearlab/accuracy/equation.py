@@ -1,9 +1,10 @@
 """One wear state as a function of time that any integrator can call, and CyRK at its best on it.
 
-Our own methods read tables at their stages; a foreign integrator asks at times of its own. So the mesh is
-written as polynomials of degree four on cells that end wherever anything in it bends: at the profile nodes,
-the jumps and the points of a given table. For CyRK it becomes a C callback with tables and sizes frozen in,
-so that the compiler unrolls every loop; its compiled entry point is called from a compiled loop, so that
+Our own methods read tables at their stages; a foreign integrator asks at times of its
+own. So the mesh is written as polynomials of degree four on cells that end wherever
+anything in it bends: at the profile nodes, the jumps and the points of a given table.
+For CyRK it becomes a C callback with tables and sizes frozen in, so that the compiler
+unrolls every loop; its compiled entry point is called from a compiled loop, so that
 nothing but its own work is timed.
 """
 
@@ -36,8 +37,9 @@ class Motion(NamedTuple):
     push : (n,) acceleration by the loads [m/s²]
     per_force : (channels, n) acceleration by a unit mesh force, then by its friction
     edges : (n_cells + 1,) phases at which cells begin and end [1]
-    coefficients : (n_cells, n_mesh, quantities, 5) stiffness and gap of every spring, rate of every pair's
-        gap, what springs hand to pairs, friction, rate of the least gap, error and its rate
+    coefficients : (n_cells, n_mesh, quantities, 5) stiffness and gap of every spring,
+        rate of every pair's gap, what springs hand to pairs, friction, rate of the
+        least gap, error and its rate
     breaks : (n_segments + 1,) phases between which the mesh is smooth [1]
     first_cell : (n_segments + 1,) cell with which each segment begins
     pairs : pairs in the path of a mesh
@@ -66,13 +68,17 @@ class Motion(NamedTuple):
 
 
 def motion(
-    kinds: Sequence[excitation.MeshFlanks], moves: Vibration, system: System, friction: clock.Friction | None
+    kinds: Sequence[excitation.MeshFlanks],
+    moves: Vibration,
+    system: System,
+    friction: clock.Friction | None,
 ) -> Motion:
     """Write a wear state as a :class:`Motion`.
 
     Parameters
     ----------
-    kinds : contact of the wear state of every kind of mesh, and what the excitation was fitted to
+    kinds : contact of the wear state of every kind of mesh, and what the excitation was
+        fitted to
     moves : the dynamics; its slow errors must not turn (no hunting)
     system : its structure with all loads known
     friction : of the flanks, None without
@@ -85,29 +91,49 @@ def motion(
     grids = [kind.analysis.grid for kind in kinds]
     sampled = clock.sampling(grids, given.meshes, given.edges, halves, friction)
     tables = excitation.stage_tables(kinds, sampled, None)
-    meshes, inverse = len(given.meshes), np.linalg.inv(system.mass)
+    meshes = len(given.meshes)
+    inverse = np.linalg.inv(system.mass)
     return Motion(
-        inverse @ system.total_stiffness, inverse @ system.total_damping, system.direction,
-        system.mesh_damping, np.full(meshes, NEVER) if system.backlash is None else system.backlash,
-        inverse @ system.load, system.force_vectors[1] @ inverse.T, edges, _coefficients(tables), given.edges,
-        np.searchsorted(edges, given.edges - 1e-12), tables.stiffness.shape[3], moves.period,
-        not system.damping_always, tables.sliding is not None, tables.part is not None,
-    )  # fmt: skip
+        inverse @ system.total_stiffness,
+        inverse @ system.total_damping,
+        system.direction,
+        system.mesh_damping,
+        np.full(meshes, NEVER) if system.backlash is None else system.backlash,
+        inverse @ system.load,
+        system.force_vectors[1] @ inverse.T,
+        edges,
+        _coefficients(tables),
+        given.edges,
+        np.searchsorted(edges, given.edges - 1e-12),
+        tables.stiffness.shape[3],
+        moves.period,
+        not system.damping_always,
+        tables.sliding is not None,
+        tables.part is not None,
+    )
 
 
-def _edges(kinds: Sequence[excitation.MeshFlanks], vibration: Vibration) -> tuple[Array, Index]:
+def _edges(
+    kinds: Sequence[excitation.MeshFlanks], vibration: Vibration
+) -> tuple[Array, Index]:
     """Return cell edges (n_cells + 1,) and the smooth segment of each cell.
 
-    One mesh bends at its nodes; of several meshes the bends are too many and too small to be told.
+    One mesh bends at its nodes; of several meshes the bends are too many and too small
+    to be told.
     """
     inner = np.empty(0)
     if len(vibration.sampling.meshes) == 1:
         analysis = kinds[0].analysis
         inner = np.concatenate([analysis.grid.phase_nodes[0], analysis.stiffness.bends])
-    edges, segments = [vibration.sampling.edges[:1]], []
+    edges = [vibration.sampling.edges[:1]]
+    segments = []
     for index, (low, high) in enumerate(pairwise(vibration.sampling.edges)):
-        inside = np.unique(np.round(inner[(inner > low + 1e-9) & (inner < high - 1e-9)], 12))
-        if not len(inner):  # 96 cells, for the nodes of several meshes together are too many
+        inside = np.unique(
+            np.round(inner[(inner > low + 1e-9) & (inner < high - 1e-9)], 12)
+        )
+        if not len(
+            inner
+        ):  # 96 cells, for the nodes of several meshes together are too many
             inside = np.linspace(low, high, 97)[1:-1]
         edges += [inside, np.array([high])]
         segments += [index] * (len(inside) + 1)
@@ -121,10 +147,16 @@ def _coefficients(tables: stages.StageTables) -> Array:
         quantities.append(tables.part.reshape(*tables.part.shape[:3], -1))
     if tables.sliding is not None and tables.moment is not None:
         quantities += [tables.sliding, tables.moment]
-    ends = (each[..., None] for each in (tables.lead_rate, tables.error, tables.error_rate))
-    values = np.concatenate([*quantities, *ends], axis=3)  # at start, middle and end of every half cell
+    ends = (
+        each[..., None] for each in (tables.lead_rate, tables.error, tables.error_rate)
+    )
+    values = np.concatenate(
+        [*quantities, *ends], axis=3
+    )  # at start, middle and end of every half cell
     five = np.concatenate([values[0::2], values[1::2, 1:]], axis=1)
-    inverse = np.linalg.inv(np.vander(np.linspace(0.0, 1.0, DEGREE + 1), increasing=True))
+    inverse = np.linalg.inv(
+        np.vander(np.linspace(0.0, 1.0, DEGREE + 1), increasing=True)
+    )
     return np.ascontiguousarray(np.einsum("kp,tpmq->tmqk", inverse, five))
 
 
@@ -146,24 +178,33 @@ def polynomial(coefficients: Any, u: float) -> float:
 @jit
 def cell_within(edges: Any, first: int, last: int, phase: float) -> int:
     """Return the cell among ``first … last − 1`` that holds ``phase``: one side of a jump."""
-    return max(first, first + int(np.searchsorted(edges[first:last], phase, "right")) - 1)
+    return max(
+        first, first + int(np.searchsorted(edges[first:last], phase, "right")) - 1
+    )
 
 
 @jit
 def motion_in_cell(given: Any, cell: int, phase: float, y: Any, out: Any) -> None:
     """Write ẏ (2n,) at ``phase`` of ``cell``; flanks that approach each other touch."""
-    n, pairs, meshes = len(given.push), given.pairs, len(given.backlash)
+    n = len(given.push)
+    pairs = given.pairs
+    meshes = len(given.backlash)
     u = (phase - given.edges[cell]) / (given.edges[cell + 1] - given.edges[cell])
-    elastic, tangent = np.zeros(pairs), np.zeros(pairs)
+    elastic = np.zeros(pairs)
+    tangent = np.zeros(pairs)
     for row in range(n):
         out[row] = y[n + row]
         a = given.push[row]
         for col in range(n):
-            a -= given.stiffness[row, col] * y[col] + given.damping[row, col] * y[n + col]
+            a -= (
+                given.stiffness[row, col] * y[col]
+                + given.damping[row, col] * y[n + col]
+            )
         out[n + row] = a
     for m in range(meshes):
         mesh = given.coefficients[cell, m]
-        delta, rate = -polynomial(mesh[-2], u), -polynomial(mesh[-1], u) / given.period
+        delta = -polynomial(mesh[-2], u)
+        rate = -polynomial(mesh[-1], u) / given.period
         for row in range(n):
             delta += given.direction[m, row] * y[row]
             rate += given.direction[m, row] * y[n + row]
@@ -190,7 +231,9 @@ def motion_in_cell(given: Any, cell: int, phase: float, y: Any, out: Any) -> Non
             normal = elastic[p]
             if given.gated and tangent[p] != 0.0:
                 gap_rate = polynomial(mesh[2 * pairs + p], u) / given.period
-                normal = max(0.0, normal + damping * tangent[p] / total * (rate - gap_rate))
+                normal = max(
+                    0.0, normal + damping * tangent[p] / total * (rate - gap_rate)
+                )
             force += normal
             if given.rubs:
                 rubbed += normal * polynomial(mesh[first + p], u)
@@ -211,19 +254,23 @@ def motion_in_cell(given: Any, cell: int, phase: float, y: Any, out: Any) -> Non
 def motion_of(time: float, y: Any, given: Motion) -> Any:
     """Return ẏ (2n,) at ``time`` [s]; the mesh repeats every period."""
     phase = time / given.period
-    return motion_within(time - np.floor(phase) * given.period, y, given, 0, len(given.edges) - 1)
+    return motion_within(
+        time - np.floor(phase) * given.period, y, given, 0, len(given.edges) - 1
+    )
 
 
 @jit
 def motion_within(time: float, y: Any, given: Motion, first: int, last: int) -> Any:
     """Return ẏ (2n,) in one smooth segment, the cells ``first … last − 1``, ends included."""
-    out, phase = np.empty(len(y)), time / given.period
+    out = np.empty(len(y))
+    phase = time / given.period
     motion_in_cell(given, cell_within(given.edges, first, last, phase), phase, y, out)
     return out
 
 
 FIRST, LAST, START = range(3)
-"""Arguments of the callback: the first cell of the smooth segment, the one after its last, its phase."""
+"""Arguments of the callback: the first cell of the smooth segment, the one after its
+last, its phase."""
 
 
 def motion_callback(given: Motion) -> Any:
@@ -231,8 +278,8 @@ def motion_callback(given: Motion) -> Any:
 
     Parameters
     ----------
-    given : the equation of motion of a wear state; time counts from the start of a smooth segment, whose
-        cells the arguments name
+    given : the equation of motion of a wear state; time counts from the start of a
+        smooth segment, whose cells the arguments name
 
     Returns
     -------
@@ -241,7 +288,9 @@ def motion_callback(given: Motion) -> Any:
     import numba
     from numba import carray, types
 
-    rows, per_period, double = 2 * len(given.push), 1.0 / given.period, types.CPointer(types.float64)
+    rows = 2 * len(given.push)
+    per_period = 1.0 / given.period
+    double = types.CPointer(types.float64)
 
     @numba.cfunc(types.void(double, types.float64, double, double), error_model="numpy")
     def callback(out: Any, time: float, y: Any, arguments: Any) -> None:
@@ -254,10 +303,13 @@ def motion_callback(given: Motion) -> Any:
 
 
 Solve = Callable[[int, float, Array, Array], Array | None]
-"""Piece of a period, its beginning [s], state there, times [s] → (n_times, 2n) states, None: it gave up."""
+"""Piece of a period, its beginning [s], state there, times [s] → (n_times, 2n) states,
+None: it gave up."""
 
 
-def landing(given: Motion, start: Array, periods: int, phases: Array, solve: Solve) -> tuple[Array, Array]:
+def landing(
+    given: Motion, start: Array, periods: int, phases: Array, solve: Solve
+) -> tuple[Array, Array]:
     """Integrate mesh periods from jump to jump.
 
     Parameters
@@ -272,7 +324,8 @@ def landing(given: Motion, start: Array, periods: int, phases: Array, solve: Sol
     -------
     states (periods, n_phases, 2n), state at the end (2n,); NaN where ``solve`` gives up
     """
-    states, state = np.empty((periods, len(phases), len(start))), start
+    states = np.empty((periods, len(phases), len(start)))
+    state = start
     for period in range(periods):
         for piece, (low, high) in enumerate(pairwise(given.breaks)):
             inside = np.flatnonzero((phases >= low - 1e-12) & (phases < high - 1e-12))
@@ -280,7 +333,8 @@ def landing(given: Motion, start: Array, periods: int, phases: Array, solve: Sol
             values = solve(piece, low * given.period, state, times)
             if values is None:
                 return np.full(states.shape, np.nan), np.full(start.shape, np.nan)
-            states[period, inside], state = values[:-1], values[-1]
+            states[period, inside] = values[:-1]
+            state = values[-1]
     return states, state
 
 
@@ -294,29 +348,52 @@ class CyRKIntegrator:
     """
 
     def __init__(self, given: Motion, method: str) -> None:
-        self.callback, self.method, self.given = motion_callback(given), method, given
-        cells, starts = given.first_cell, given.breaks
-        self.pieces = np.stack([cells[:-1], cells[1:], starts[:-1]], axis=1).astype(float)
+        self.callback = motion_callback(given)
+        self.method = method
+        self.given = given
+        cells = given.first_cell
+        starts = given.breaks
+        self.pieces = np.stack([cells[:-1], cells[1:], starts[:-1]], axis=1).astype(
+            float
+        )
         self.widths = np.diff(starts) * given.period
 
-    def integrate(self, start: Array, periods: int, tolerance: float, scale: Array) -> Array:
+    def integrate(
+        self, start: Array, periods: int, tolerance: float, scale: Array
+    ) -> Array:
         """Return the state (2n,) after so many mesh periods, NaN where CyRK gives up."""
         found: Array = compiled_integration()(
-            int(self.callback.address), start, periods, self.pieces, self.widths,
-            self.method, np.array([tolerance]), tolerance * scale,
-        )  # fmt: skip
+            int(self.callback.address),
+            start,
+            periods,
+            self.pieces,
+            self.widths,
+            self.method,
+            np.array([tolerance]),
+            tolerance * scale,
+        )
         return found
 
-    def states(self, start: Array, periods: int, phases: Array, tolerance: float, scale: Array) -> Array:
+    def states(
+        self, start: Array, periods: int, phases: Array, tolerance: float, scale: Array
+    ) -> Array:
         """Return the states at phases in [0, 1) of so many mesh periods, (periods, n_phases, 2n)."""
         from CyRK import nbsolve2_ivp
 
         def solve(piece: int, begun: float, state: Array, times: Array) -> Array | None:
             solution = nbsolve2_ivp(
-                int(self.callback.address), (0.0, self.widths[piece]), np.ascontiguousarray(state),
-                self.method, np.minimum(times - begun, self.widths[piece]), False, self.pieces[piece],
-                tolerance, tolerance, np.array([tolerance]), tolerance * scale,
-            )  # fmt: skip
+                int(self.callback.address),
+                (0.0, self.widths[piece]),
+                np.ascontiguousarray(state),
+                self.method,
+                np.minimum(times - begun, self.widths[piece]),
+                False,
+                self.pieces[piece],
+                tolerance,
+                tolerance,
+                np.array([tolerance]),
+                tolerance * scale,
+            )
             values = np.array(solution.y.T) if solution.success else None
             solution.free()
             return values
@@ -332,16 +409,36 @@ def compiled_integration() -> Any:
 
     @numba.njit
     def integrate(
-        address: int, start: Any, periods: int, pieces: Any, widths: Any, method: str, rtols: Any, atols: Any
+        address: int,
+        start: Any,
+        periods: int,
+        pieces: Any,
+        widths: Any,
+        method: str,
+        rtols: Any,
+        atols: Any,
     ) -> Any:
         state = start.copy()
         for _ in range(periods):
             for k in range(len(widths)):
                 solution = nbsolve2_ivp(
-                    address, (0.0, widths[k]), state, method, None, False, pieces[k],
-                    1e-3, 1e-6, rtols, atols,
-                )  # fmt: skip
-                after = solution.y[:, -1].copy() if solution.success else np.full(len(start), np.nan)
+                    address,
+                    (0.0, widths[k]),
+                    state,
+                    method,
+                    None,
+                    False,
+                    pieces[k],
+                    1e-3,
+                    1e-6,
+                    rtols,
+                    atols,
+                )
+                after = (
+                    solution.y[:, -1].copy()
+                    if solution.success
+                    else np.full(len(start), np.nan)
+                )
                 solution.free()
                 state = after
         return state

@@ -14,7 +14,8 @@ Role = Literal["wearlab", "as published", "peer"]
 Cost = Literal["seconds", "warm_seconds", "work"]
 
 FLOOR = 10.0
-"""Errors below this many times the uncertainty of the reference say nothing of the order."""
+"""Errors below this many times the uncertainty of the reference say nothing of the
+order."""
 ALIKE = 4.0
 """Slopes that differ by more than this factor are no order."""
 COARSEST = 0.1
@@ -37,7 +38,8 @@ class Rung(NamedTuple):
     error : relative error against the reference [1]
     seconds : wall time, the median of several where it is short [s]
     work : right-hand sides of a steady state, contact analyses of a life [1]
-    warm_seconds : wall time from the answer of a neighbouring wear state; NaN: not measured [s]
+    warm_seconds : wall time from the answer of a neighbouring wear state; NaN: not
+        measured [s]
     """
 
     setting: float
@@ -48,7 +50,9 @@ class Rung(NamedTuple):
 
 
 def climbed(
-    settings: Iterable[float], rung_of: Callable[[Any], Rung | None], uncertainty: float | None = None
+    settings: Iterable[float],
+    rung_of: Callable[[Any], Rung | None],
+    uncertainty: float | None = None,
 ) -> tuple[Rung, ...]:
     """Return the rungs of a ladder, coarse to fine, up to the first that is fine enough or cannot be had.
 
@@ -66,7 +70,9 @@ def climbed(
                 break
             rungs.append(rung)
             # the next would take too long, or tell nothing
-            if uncertainty is not None and (rung.seconds > ENOUGH or told(rung, uncertainty)):
+            if uncertainty is not None and (
+                rung.seconds > ENOUGH or told(rung, uncertainty)
+            ):
                 break
     return tuple(rungs)
 
@@ -86,7 +92,8 @@ class WorkPrecision(NamedTuple):
     quantity : whose error it is: "mesh_force", "wear_depth", "life" …
     role : wearlab's default road, a method named as published, or a peer
     rungs : from coarse to fine
-    fixed : what was set besides, as text, such as 'dynamics.method = "rk4"'; empty: nothing
+    fixed : what was set besides, as text, such as 'dynamics.method = "rk4"'; empty:
+        nothing
     """
 
     name: str
@@ -104,13 +111,23 @@ class WorkPrecision(NamedTuple):
         uncertainty : relative uncertainty of the reference [1]
         """
         told = [r for r in self.rungs if FLOOR * uncertainty < r.error < COARSEST]
-        falling = [(a, b) for a, b in pairwise(told) if a.setting != b.setting and a.error > b.error]
-        finest = [abs(np.log(a.error / b.error) / np.log(a.setting / b.setting)) for a, b in falling][-3:]
+        falling = [
+            (a, b)
+            for a, b in pairwise(told)
+            if a.setting != b.setting and a.error > b.error
+        ]
+        finest = [
+            abs(np.log(a.error / b.error) / np.log(a.setting / b.setting))
+            for a, b in falling
+        ][-3:]
         alike = len(finest) >= 2 and max(finest) <= ALIKE * min(finest)
         return float(np.median(finest)) if alike else float("nan")
 
     def cheapest(self, error: float) -> Rung | None:
-        """Return the fastest rung that is good enough, where all finer ones are, too; None: there is none."""
+        """Return the fastest rung that is good enough, where all finer ones are, too.
+
+        None: there is none.
+        """
         good: list[Rung] = []
         for rung in reversed(self.rungs):
             if not rung.error <= error:
@@ -119,16 +136,28 @@ class WorkPrecision(NamedTuple):
         return min(good, key=lambda rung: rung.seconds, default=None)
 
     def cost_to(self, error: float, cost: Cost = "seconds") -> float:
-        """Return the wall time [s] or the work [1] to a relative error; see `interpolated`."""
-        return interpolated([r.error for r in self.rungs], [getattr(r, cost) for r in self.rungs], error)
+        """Return the wall time [s] or the work [1] to a relative error.
+
+        See `interpolated`.
+        """
+        return interpolated(
+            [r.error for r in self.rungs], [getattr(r, cost) for r in self.rungs], error
+        )
 
 
-def interpolated(errors: Sequence[float], costs: Sequence[float], error: float) -> float:
+def interpolated(
+    errors: Sequence[float], costs: Sequence[float], error: float
+) -> float:
     """Return the least cost to reach ``error``, between rungs by a straight line in logarithms.
 
-    NaN when no rung reaches it. A coarsest rung that is already good enough costs what it costs.
+    NaN when no rung reaches it. A coarsest rung that is already good enough costs what
+    it costs.
     """
-    known = [(e, c) for e, c in zip(errors, costs, strict=True) if np.isfinite(e) and np.isfinite(c)]
+    known = [
+        (e, c)
+        for e, c in zip(errors, costs, strict=True)
+        if np.isfinite(e) and np.isfinite(c)
+    ]
     reached = [c for e, c in known if e <= error]
     for (e1, c1), (e2, c2) in pairwise(known):
         if e2 <= error < e1 and e2 > 0.0:
@@ -141,8 +170,12 @@ LONG = 2.0  # what takes longer is timed once [s]
 LEAST = 7  # times that a median is taken of
 
 
-def timing(action: Callable[[], object], *, most: int = 51, budget: float = 0.15) -> float:
-    """Return the median of at least seven wall times [s]; the first call is not counted, unless it is long.
+def timing(
+    action: Callable[[], object], *, most: int = 51, budget: float = 0.15
+) -> float:
+    """Return the median of at least seven wall times [s].
+
+    The first call is not counted, unless it is long.
 
     Parameters
     ----------

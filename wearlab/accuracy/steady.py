@@ -31,7 +31,8 @@ class Steady(NamedTuple):
     Parameters
     ----------
     scene, parts : the scene and its physics
-    kinds : contact of every kind of mesh in the first wear state, and what the excitation was fitted to
+    kinds : contact of every kind of mesh in the first wear state, and what the
+        excitation was fitted to
     near : those of a neighbouring, slightly more worn state
     """
 
@@ -54,21 +55,31 @@ class Steady(NamedTuple):
     def motion(self, system: System | None = None) -> Motion:
         """Return the equation of motion for foreign integrators, with the loads that ``system`` has."""
         friction = build_friction(self.scene, self.parts.gears)
-        return motion(self.kinds, self.vibration, system or self.vibration.system, friction)
+        return motion(
+            self.kinds, self.vibration, system or self.vibration.system, friction
+        )
 
     def with_steps(self, steps: int, method: Any = None) -> Vibration:
         """Return the dynamics with about ``steps`` steps a mesh period, by ``method`` if one is given."""
-        parts, chosen = self.parts, method or self.vibration.method
+        parts = self.parts
+        chosen = method or self.vibration.method
         grid = stages.stage_grid(parts.edges[:-1], steps)
         stepped = parts.with_steps(grid, self.vibration.hunting, self.vibration.period)
         return stepped._replace(method=chosen, slow=None)
 
-    def solve(self, vibration: Vibration, start: Response | None = None, kinds: Any = None) -> Response:
-        """Return the response, tables included, slow errors left out; ``kinds`` [of the first state]."""
+    def solve(
+        self, vibration: Vibration, start: Response | None = None, kinds: Any = None
+    ) -> Response:
+        """Return the response, tables included, slow errors left out.
+
+        ``kinds`` [of the first state].
+        """
         free = vibration if vibration.slow is None else vibration._replace(slow=None)
         return free.solve(kinds or self.kinds, None if start is None else (start,))[0]
 
-    def force_of(self, vibration: Vibration, response: Response, phase: Array | None = None) -> Array:
+    def force_of(
+        self, vibration: Vibration, response: Response, phase: Array | None = None
+    ) -> Array:
         """Return the elastic forces of all meshes, (n_periods, n_mesh · n_phases) [N]."""
         phase = self.phase if phase is None else phase
         return self.force(vibration.motions(response, vibration.look(phase)), phase)
@@ -85,38 +96,58 @@ class Steady(NamedTuple):
         -------
         (n_periods, n_mesh · n_phases) [N]
         """
-        parts, meshes = self.parts, range(len(self.parts.meshes))
-        each = [parts.forces(self.kinds, mesh, parts.look(mesh, phase), motions).elastic for mesh in meshes]
+        parts = self.parts
+        meshes = range(len(self.parts.meshes))
+        each = [
+            parts.forces(self.kinds, mesh, parts.look(mesh, phase), motions).elastic
+            for mesh in meshes
+        ]
         return np.concatenate(each, axis=1)
 
     def force_of_states(self, states: Array) -> Array:
         """Return the elastic mesh forces for states (n_periods, n_phases, 2n), as `force` does [N]."""
         direction = self.vibration.system.direction
-        n, meshes = direction.shape[1], self.parts.meshes
-        error = np.stack([mesh.error.value(self.phase - mesh.lag) for mesh in meshes], axis=-1)
-        deflection, rate = states[..., :n] @ direction.T - error, states[..., n:] @ direction.T
-        return self.force(Deflections(np.moveaxis(deflection, 2, 1), np.moveaxis(rate, 2, 1)), self.phase)
+        n = direction.shape[1]
+        meshes = self.parts.meshes
+        error = np.stack(
+            [mesh.error.value(self.phase - mesh.lag) for mesh in meshes], axis=-1
+        )
+        deflection = states[..., :n] @ direction.T - error
+        rate = states[..., n:] @ direction.T
+        return self.force(
+            Deflections(np.moveaxis(deflection, 2, 1), np.moveaxis(rate, 2, 1)),
+            self.phase,
+        )
 
 
 def steady(scene: Scene) -> Steady:
     """Build the steady problem of a scene at its initial wear."""
     parts = build(scene)
     assert parts.vibration is not None
-    coupling, wear = parts.coupling, initial_wear(scene, parts)
+    coupling = parts.coupling
+    wear = initial_wear(scene, parts)
     nodes = [kind.analysis.grid.position for kind in coupling.kinds]
-    near = [depth + quadratic(own, NEIGHBOUR) for own, depth in zip(nodes, wear, strict=True)]
-    return Steady(scene, parts, tuple(coupling.flanks(wear)), tuple(coupling.flanks(tuple(near))))
+    near = [
+        depth + quadratic(own, NEIGHBOUR)
+        for own, depth in zip(nodes, wear, strict=True)
+    ]
+    return Steady(
+        scene, parts, tuple(coupling.flanks(wear)), tuple(coupling.flanks(tuple(near)))
+    )
 
 
 def relative_error(force: Array, reference: Array) -> float:
     """Return the largest difference of two forces (n_periods, n_phases) over the largest force [1].
 
-    Forces over more periods than one may begin in any of them; different periods compare as infinitely wrong.
+    Forces over more periods than one may begin in any of them; different periods
+    compare as infinitely wrong.
     """
     if force.shape != reference.shape or not np.isfinite(force).all():
         return float("inf")
     turns = (np.roll(force, k, axis=0) for k in range(len(force)))
-    return float(min(np.abs(turn - reference).max() for turn in turns) / np.abs(reference).max())
+    return float(
+        min(np.abs(turn - reference).max() for turn in turns) / np.abs(reference).max()
+    )
 
 
 TIGHT = 1e-10
@@ -124,7 +155,8 @@ LANDING_TOLERANCE = 3e-13
 CLOSED = 3e-12
 MOST_CLOSINGS = 8
 STEPS = 200
-"""Least steps of a mesh period by the second method: it is not told of changes of contact."""
+"""Least steps of a mesh period by the second method: it is not told of changes of
+contact."""
 
 
 class Unsuited(ValueError):
@@ -156,7 +188,8 @@ def reference(problem: Steady, *, checked: bool = True) -> Reference:
     Parameters
     ----------
     problem : the steady state of a scene
-    checked : whether the second method is asked; without it the disagreement is unknown, NaN
+    checked : whether the second method is asked; without it the disagreement is
+        unknown, NaN
 
     Raises
     ------
@@ -178,29 +211,44 @@ def reference(problem: Steady, *, checked: bool = True) -> Reference:
     return Reference(force, start, response, relative_error(other, force), largest)
 
 
-def tight_steps(problem: Steady, tolerance: float = TIGHT, *, exact: bool | None = None) -> int:
+def tight_steps(
+    problem: Steady, tolerance: float = TIGHT, *, exact: bool | None = None
+) -> int:
     """Return the steps a mesh period that make the error of the default method about ``tolerance``.
 
     Parameters
     ----------
     problem, tolerance : the steady state, relative error wanted [1]
-    exact : whether steps are exact, None: as the default method's are; False: those of RK4
+    exact : whether steps are exact, None: as the default method's are; False: those of
+        RK4
     """
-    vibration, segments = problem.vibration, len(problem.parts.edges) - 1
+    vibration = problem.vibration
+    segments = len(problem.parts.edges) - 1
     exact = not kernel.is_small(vibration.system) if exact is None else exact
     rule = count.exact_steps_per_period if exact else count.steps_per_period
-    return rule(vibration.system, stiffest_meshes(problem), vibration.period, tolerance, segments)
+    return rule(
+        vibration.system,
+        stiffest_meshes(problem),
+        vibration.period,
+        tolerance,
+        segments,
+    )
 
 
 def stiffest_meshes(problem: Steady) -> Array:
     """Return the largest stiffness of every mesh over a period, (n_mesh,) [N/m]."""
-    kinds = [kind.analysis.quasistatic(kind.nodes, kind.analysis.at_nodes) for kind in problem.kinds]
+    kinds = [
+        kind.analysis.quasistatic(kind.nodes, kind.analysis.at_nodes)
+        for kind in problem.kinds
+    ]
     return np.array([kinds[mesh.kind].tangent.max() for mesh in problem.parts.meshes])
 
 
 def second_method(problem: Steady, given: Motion, response: Response) -> Array:
     """Return the mesh forces (n_periods, n_mesh · n_phases) [N] of the orbit that DOP853 closes nearby."""
-    rows, periods, derivative = 2 * len(given.push), response.period, response.derivative
+    rows = 2 * len(given.push)
+    periods = response.period
+    derivative = response.derivative
     assert derivative is not None  # what shooting finds has one
     balance = balance_of(problem.vibration.system, response.mesh_period)
     if len(balance.held):
@@ -221,14 +269,24 @@ def second_method(problem: Steady, given: Motion, response: Response) -> Array:
 def over_periods(
     given: Motion, start: Array, periods: int, phases: Array, scale: Array
 ) -> tuple[Array, Array]:
-    """Integrate mesh periods by DOP853, as `landing` does; ``scale`` (2n,) is the size of the states."""
+    """Integrate mesh periods by DOP853, as `landing` does.
+
+    ``scale`` (2n,) is the size of the states.
+    """
 
     def solve(piece: int, begun: float, state: Array, times: Array) -> Array:
         cells = given.first_cell[piece : piece + 2]
         found: Array = solve_ivp(
-            motion_within, (begun, times[-1]), state, "DOP853", times, args=(given, *cells),
-            rtol=LANDING_TOLERANCE, atol=LANDING_TOLERANCE * scale, max_step=given.period / STEPS,
-        ).y.T  # fmt: skip
+            motion_within,
+            (begun, times[-1]),
+            state,
+            "DOP853",
+            times,
+            args=(given, *cells),
+            rtol=LANDING_TOLERANCE,
+            atol=LANDING_TOLERANCE * scale,
+            max_step=given.period / STEPS,
+        ).y.T
         return found
 
     return landing(given, start, periods, phases, solve)

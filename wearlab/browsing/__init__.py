@@ -1,1 +1,4 @@
-"""A window on a store in a browser: look, choose, compare; served on this machine alone."""
+"""A window on a store in a browser: look, choose, compare.
+
+Served on this machine alone.
+"""

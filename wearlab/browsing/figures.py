@@ -1,4 +1,7 @@
-"""Figures on pages: what an address asks, for screen and print; thumbnails, and what follows a slider."""
+"""Figures on pages: what an address asks, for screen and print.
+
+Thumbnails, and what follows a slider.
+"""
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -35,9 +38,11 @@ MOST_AT_ONCE = 2  # figures of a campaign that are drawn at once
 FOR_MACHINES = ("count_", "run_time_", "residual_", "error_estimate_")
 AT = {"first": {"update": 0}, "last": {"update": -1}, "all": {}}
 OF_RUN = ("wear-profile", "tvms", "ste", "mesh-force", "orders")
-"""Kinds that tell of one run at its wear states, before those of a flank with a width."""
+"""Kinds that tell of one run at its wear states, before those of a flank with a
+width."""
 OF_CAMPAIGN = ("wear-profile", "max-wear", "tvms", "mesh-force", "scatter", "cases")
-"""Kinds that a campaign without figures of its own is shown by, the first that can be drawn."""
+"""Kinds that a campaign without figures of its own is shown by, the first that can be
+drawn."""
 FIRST_NUMBERS = ("life", "service_life", "max_wear_depth", "dynamic_factor")
 """Results that a sweep is drawn of, before the others."""
 
@@ -71,7 +76,10 @@ def put_first(preferred: Sequence[str], names: Iterable[str]) -> list[str]:
     >>> put_first(("b", "c"), "abd")
     ['b', 'a', 'd']
     """
-    return sorted(names, key=lambda name: preferred.index(name) if name in preferred else len(preferred))
+    return sorted(
+        names,
+        key=lambda name: preferred.index(name) if name in preferred else len(preferred),
+    )
 
 
 def wanted(arguments: Mapping[str, Sequence[str]]) -> WantedFigure:
@@ -83,10 +91,14 @@ def wanted(arguments: Mapping[str, Sequence[str]]) -> WantedFigure:
     """
     runs = tuple(dict.fromkeys(run for run in arguments.get("run", ()) if run))
     if len(runs) > MOST_RUNS:
-        raise FigureError(f"{len(runs)} runs are more than the {MOST_RUNS} that one figure shows")
+        raise FigureError(
+            f"{len(runs)} runs are more than the {MOST_RUNS} that one figure shows"
+        )
     given = {name: value for name, value in first(arguments).items() if value}
     chosen = (pair.partition("=") for pair in arguments.get("select", ()))
-    select: dict[str, Any] = {d: int(v) if WHOLE.fullmatch(v) else v for d, sign, v in chosen if sign and d}
+    select: dict[str, Any] = {
+        d: int(v) if WHOLE.fullmatch(v) else v for d, sign, v in chosen if sign and d
+    }
     select |= AT.get(given.get("state", ""), {})
     options: dict[str, Any] = {name: given[name] for name in ROLES if name in given}
     if given.get("y_as") in ("logarithm", "difference"):
@@ -98,7 +110,9 @@ def wanted(arguments: Mapping[str, Sequence[str]]) -> WantedFigure:
 
 def address(arguments: Mapping[str, Sequence[str]]) -> str:
     """Return what comes behind the question mark of the address of a figure, of the arguments of its page."""
-    return urlencode([(name, v) for name, vs in arguments.items() if name in ASKED for v in vs if v])
+    return urlencode(
+        [(name, v) for name, vs in arguments.items() if name in ASKED for v in vs if v]
+    )
 
 
 class Source:
@@ -129,50 +143,94 @@ class Source:
         return Question(1, table, None, self.campaign)
 
     def ask_for(self, of: WantedFigure) -> Question:
-        """Return what an address asks; curves of several marked runs are told apart by colour.
+        """Return what an address asks.
+
+        Curves of several marked runs are told apart by colour.
 
         Raises
         ------
         FigureError : no such kind or option
         """
         kind = of.kind or self.possible()[0]
-        known, (dim, *_) = KINDS.get(kind), (*map(str, self.grid.run_id.dims), "")
-        curves = known is not None and known.dims and not known.over_sweeps and known.joined is None
-        apart = {"hue": dim} if curves and dim and len(of.runs) > 1 and of.options.get("select") else {}
+        known = KINDS.get(kind)
+        (dim, *_) = (*map(str, self.grid.run_id.dims), "")
+        curves = (
+            known is not None
+            and known.dims
+            and not known.over_sweeps
+            and known.joined is None
+        )
+        apart = (
+            {"hue": dim}
+            if curves and dim and len(of.runs) > 1 and of.options.get("select")
+            else {}
+        )
         return self.ask(kind, {**apart, **of.options})
 
     def of_campaign(self) -> list[Question]:
         """Return what the figures of its campaign ask."""
-        tables = ({key: v for key, v in vars(one).items() if key in KEYS} for one in self.campaign.figures)
-        return [Question(number, table, None, self.campaign) for number, table in enumerate(tables, 1)]
+        tables = (
+            {key: v for key, v in vars(one).items() if key in KEYS}
+            for one in self.campaign.figures
+        )
+        return [
+            Question(number, table, None, self.campaign)
+            for number, table in enumerate(tables, 1)
+        ]
 
     def asked(self) -> list[Question]:
-        """Return what the figures of its campaign ask; of one without any, some that its runs can answer."""
+        """Return what the figures of its campaign ask.
+
+        Of one without any, some that its runs can answer.
+        """
         if self.campaign.figures:
             return self.of_campaign()
         swept = self.over_axes()
-        kinds = [kind for kind in self.possible() if not swept or kind != "wear-profile"]
+        kinds = [
+            kind for kind in self.possible() if not swept or kind != "wear-profile"
+        ]
         return [*swept, *map(self.ask, kinds[: MOST_AT_ONCE - len(swept)])]
 
     def possible(self) -> list[str]:
         """Return the kinds of figures that the runs have the variables for, the most telling first."""
-        of_runs = {name: kind.needs for name, kind in KINDS.items() if kind.of == "runs" and name != "line"}
-        able = (name for name, needs in of_runs.items() if all(need in self.grid.variables for need in needs))
+        of_runs = {
+            name: kind.needs
+            for name, kind in KINDS.items()
+            if kind.of == "runs" and name != "line"
+        }
+        able = (
+            name
+            for name, needs in of_runs.items()
+            if all(need in self.grid.variables for need in needs)
+        )
         return [*put_first(OF_CAMPAIGN, able), "line"]
 
     def of_one_run(self) -> list[str]:
         """Return the kinds of figures that are shown of one run over its wear states."""
         able = self.possible()
-        faces = [name for name, kind in KINDS.items() if "face" in "|".join(kind.dims).split("|")]
+        faces = [
+            name
+            for name, kind in KINDS.items()
+            if "face" in "|".join(kind.dims).split("|")
+        ]
         return [name for name in (*OF_RUN, *faces) if name in able]
 
     def numbers(self) -> list[tuple[str, str]]:
         """Return name and meaning of results that a sweep can be drawn of: a number a state, or a run."""
         dims = {*map(str, self.grid.run_id.dims), "update", "flank", "mesh", "member"}
-        known = {name: v for name, v in self.grid.variables.items() if v.dtype.kind in "fiu"}
-        told = (name for name in VARIABLES if name in known and not name.startswith(FOR_MACHINES))
+        known = {
+            name: v for name, v in self.grid.variables.items() if v.dtype.kind in "fiu"
+        }
+        told = (
+            name
+            for name in VARIABLES
+            if name in known and not name.startswith(FOR_MACHINES)
+        )
         found = [name for name in told if dims.issuperset(known[name].dims)]
-        return [(name, VARIABLES[name].long_name) for name in put_first(FIRST_NUMBERS, found)]
+        return [
+            (name, VARIABLES[name].long_name)
+            for name in put_first(FIRST_NUMBERS, found)
+        ]
 
     def over_axes(self) -> list[Question]:
         """Return what shows a campaign without figures of its own: a result over its longest axis, if any.
@@ -186,7 +244,9 @@ class Source:
             return []
         y = results[0][0]
         select = {"select": AT["last"]} if "update" in self.grid[y].dims else {}
-        roles = {role: axis.name for role, axis in zip(("x", "hue"), axes, strict=False)}
+        roles = {
+            role: axis.name for role, axis in zip(("x", "hue"), axes, strict=False)
+        }
         return [self.ask("line", {"y": y, **roles, **select})]
 
     def plot(self, asked: Question) -> Plot:
@@ -203,7 +263,11 @@ class Source:
         try:
             return of_plot(self.plot(asked), files)
         except Exception as error:  # a fault of ours in one figure stops no page
-            problem = str(error) if isinstance(error, PROBLEMS) else drawing.fault(asked.name, error)
+            problem = (
+                str(error)
+                if isinstance(error, PROBLEMS)
+                else drawing.fault(asked.name, error)
+            )
         return ShownFigure(name_of(asked), problem=problem)
 
 
@@ -219,7 +283,11 @@ def source_of(store: Store, of: WantedFigure) -> Source:
     ------
     StoreError : no such run or campaign
     """
-    known = recorded.campaign_of(store, of.campaign) if of.campaign else recorded.together(store, of.runs)
+    known = (
+        recorded.campaign_of(store, of.campaign)
+        if of.campaign
+        else recorded.together(store, of.runs)
+    )
     return Source(store, known)
 
 
@@ -252,8 +320,12 @@ class ShownFigure:
 
 def of_plot(plot: Plot, files: Files = ()) -> ShownFigure:
     """Return a figure that is known as data for a page."""
-    script, div = components(column(*interactive.drawn(plot, titled=False).parts, **WIDE), wrap_script=False)
-    return ShownFigure(plot.title, Markup(div), script, tuple(interactive.summary(plot)), files)
+    script, div = components(
+        column(*interactive.drawn(plot, titled=False).parts, **WIDE), wrap_script=False
+    )
+    return ShownFigure(
+        plot.title, Markup(div), script, tuple(interactive.summary(plot)), files
+    )
 
 
 def thumbnail(store: Store, key: str) -> bytes:
@@ -269,7 +341,9 @@ def thumbnail(store: Store, key: str) -> bytes:
             seen = narrow(source.plot(each))
         except PROBLEMS:
             continue
-        bare = seen._replace(notes=(), title="", panels=seen.panels[:1], rows=1, legend=(), bar=None)
+        bare = seen._replace(
+            notes=(), title="", panels=seen.panels[:1], rows=1, legend=(), bar=None
+        )
         return render.lightened(render.rendered(bare, {}))
     raise FigureError("none of its figures can be drawn")
 
@@ -284,15 +358,21 @@ class Follower:
     """
 
     def __init__(self, store: Store, run_id: str, document: Document) -> None:
-        self.source, self.document = Source(store, recorded.together(store, [run_id])), document
+        self.source = Source(store, recorded.together(store, [run_id]))
+        self.document = document
         self.grid = self.source.grid
         kinds = self.source.of_one_run()
-        names = [name for kind in kinds for name in (*KINDS[kind].needs, *KINDS[kind].also)]
-        needed = {*names, *doubt.read_for(names), *runs.COORDINATES} & set(self.grid.variables)
+        names = [
+            name for kind in kinds for name in (*KINDS[kind].needs, *KINDS[kind].also)
+        ]
+        needed = {*names, *doubt.read_for(names), *runs.COORDINATES} & set(
+            self.grid.variables
+        )
         self.grid[list(needed)].load(scheduler="synchronous")
         self.asked = [self.source.ask(kind) for kind in kinds]
         self.drawn: list[interactive.DrawnFigure | None] = [None for _ in kinds]
-        self.places, self.said = [column(**WIDE) for _ in kinds], Div(**WIDE)
+        self.places = [column(**WIDE) for _ in kinds]
+        self.said = Div(**WIDE)
         self.made: dict[int, list[Plot | str]] = {}
         self.states = self._labels()
         self.last = len(self.states) - 1
@@ -319,11 +399,20 @@ class Follower:
         """Return what the wear states are called."""
         if "cycle" not in self.grid.variables or "update" not in self.grid.dims:
             return ["the only wear state"]
-        told = [wording.cycles(float(count)).text for count in np.atleast_1d(self.grid["cycle"].values)]
+        told = [
+            wording.cycles(float(count)).text
+            for count in np.atleast_1d(self.grid["cycle"].values)
+        ]
         if (depth := self.grid.get("max_wear_depth")) is None:
             return told
-        deepest = (float(np.nanmax(depth.isel(update=number).values)) for number in range(len(told)))
-        return [f"{text}, {1e6 * worn:.3g} µm worn" for text, worn in zip(told, deepest, strict=True)]
+        deepest = (
+            float(np.nanmax(depth.isel(update=number).values))
+            for number in range(len(told))
+        )
+        return [
+            f"{text}, {1e6 * worn:.3g} µm worn"
+            for text, worn in zip(told, deepest, strict=True)
+        ]
 
     def at(self, state: int) -> list[Plot | str]:
         """Return the figures at a wear state, made once."""
@@ -338,7 +427,10 @@ class Follower:
             self.document.add_timeout_callback(lambda: self.ahead(state - 1), PAUSE)
 
     def _plot(self, asked: Question, state: int) -> Plot | str:
-        """Return one figure with the unworn state, the chosen and the last one; or why there is none."""
+        """Return one figure with the unworn state, the chosen and the last one.
+
+        Or why there is none.
+        """
         last = self.grid.sizes.get("update", 1) - 1
         select = {"select": {"update": [0, min(state, last), last]}} if last else {}
         try:
@@ -357,7 +449,8 @@ class Follower:
         for number, plot in enumerate(self.at(state)):
             drawn = self.drawn[number]
             if isinstance(plot, str):
-                self.drawn[number], self.places[number].children = None, [Div(text=escape(plot))]
+                self.drawn[number] = None
+                self.places[number].children = [Div(text=escape(plot))]
                 continue
             lines += interactive.summary(plot)
             if drawn is None or not drawn.follow(plot):
@@ -366,7 +459,10 @@ class Follower:
         # what is seen, for readers who do not see it
         where = f"<b>State {state} of {self.last}: {escape(self.states[state])}</b>"
         words = f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
-        told = f'<p role="status" aria-live="polite">{where}, beside the first and the last.</p>'
+        told = (
+            f'<p role="status" aria-live="polite">{where}, beside the first and the '
+            "last.</p>"
+        )
         self.said.text = f"{told}<details><summary>In words</summary>{words}</details>"
 
 
@@ -374,10 +470,14 @@ def follow(store: Store) -> Callable[[Document], None]:
     """Return what fills a document of Bokeh with the figures of the run that its address names."""
 
     def fill(document: Document) -> None:
-        run_id = (document.session_context.request.arguments.get("id") or [b""])[0].decode("utf-8", "replace")
+        run_id = (document.session_context.request.arguments.get("id") or [b""])[
+            0
+        ].decode("utf-8", "replace")
         try:
             Follower(store, store.find(run_id).id, document)
         except PROBLEMS as error:
-            document.add_root(Div(text=f'<p role="alert">{escape(str(error))}</p>', **WIDE))
+            document.add_root(
+                Div(text=f'<p role="alert">{escape(str(error))}</p>', **WIDE)
+            )
 
     return fill

@@ -1,4 +1,7 @@
-"""The frame of all pages: how they look, where they lie, and who may ask for them; others are refused."""
+"""The frame of all pages: how they look, where they lie, and who may ask for them.
+
+Others are refused.
+"""
 
 import secrets
 from collections.abc import Mapping, Sequence
@@ -26,28 +29,46 @@ FORMATS |= {"csv": "text/csv; charset=utf-8"}
 """Of the files of a figure."""
 HOST = "127.0.0.1"
 SCRIPTS: Any = ["bokeh", "bokeh-widgets"]
-"""Parts of Bokeh that pages load; not that which typesets formulas: texts of others could hold some."""
-WRONG = "The token of this window is missing or wrong: open the address that 'wearlab browse' printed."
-HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
+"""Parts of Bokeh that pages load; not that which typesets formulas: texts of others
+could hold some."""
+WRONG = (
+    "The token of this window is missing or wrong: open the address that 'wearlab "
+    "browse' printed."
+)
+HEADERS = {
+    "Cache-Control": "no-store",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
 HEADERS |= {"Cross-Origin-Resource-Policy": "same-origin"}
 
 
 @cache
 def templates() -> Environment:
     """Return the templates, which escape every text."""
-    strict: Any = {"undefined": StrictUndefined, "trim_blocks": True, "lstrip_blocks": True}
-    return Environment(loader=FileSystemLoader(HERE / "templates"), autoescape=True, **strict)
+    strict: Any = {
+        "undefined": StrictUndefined,
+        "trim_blocks": True,
+        "lstrip_blocks": True,
+    }
+    return Environment(
+        loader=FileSystemLoader(HERE / "templates"), autoescape=True, **strict
+    )
 
 
 @cache
 def beside(name: str) -> str:
     """Return what pages load: their style, that of reports and what windows need besides; or a script."""
     above = [HERE.parent / "report" / "page.css"] if name == STYLE else []
-    return "\n".join(part.read_text(encoding="utf-8") for part in (*above, HERE / "templates" / name))
+    return "\n".join(
+        part.read_text(encoding="utf-8") for part in (*above, HERE / "templates" / name)
+    )
 
 
 class Place:
-    """Where pages lie: addresses of the window, each with its token; and what loads with a page.
+    """Where pages lie: addresses of the window, each with its token.
+
+    And what loads with a page.
 
     Parameters
     ----------
@@ -56,26 +77,40 @@ class Place:
     libraries : addresses of Bokeh's scripts
     """
 
-    pages = (("", "Campaigns"), ("runs", "Runs"), ("updates", "Updates"), ("progress", "Under way"))
+    pages = (
+        ("", "Campaigns"),
+        ("runs", "Runs"),
+        ("updates", "Updates"),
+        ("progress", "Under way"),
+    )
     live = True
 
     def __init__(self, token: str, store: Store, libraries: Sequence[str]) -> None:
-        self.token, self.nonce = token, secrets.token_urlsafe(16)
-        self.store_name, self.writable = store.address or str(store.path), store.address is None
+        self.token = token
+        self.nonce = secrets.token_urlsafe(16)
+        self.store_name = store.address or str(store.path)
+        self.writable = store.address is None
         self.style, self.scripts = self.url(STYLE), (*libraries, self.url(NAMES))
 
     def url(self, name: str, **arguments: Any) -> str:
         """Return the address of a page."""
-        pairs = [(key, value) for key, value in arguments.items() if value not in (None, "")]
+        pairs = [
+            (key, value) for key, value in arguments.items() if value not in (None, "")
+        ]
         return f"/{name}?{urlencode([('token', self.token), *pairs], doseq=True)}"
 
     def files(self, name: str, address: str) -> tuple[tuple[str, str], ...]:
         """Return format and address of the files of a figure, by what its question's address says."""
-        return tuple((ending.upper(), f"{self.url(f'{name}.{ending}')}&{address}") for ending in FORMATS)
+        return tuple(
+            (ending.upper(), f"{self.url(f'{name}.{ending}')}&{address}")
+            for ending in FORMATS
+        )
 
     def follower(self, run_id: str) -> Markup:
         """Return what shows the figures of a run that follow a slider."""
-        shown = server_document("/figure", relative_urls=True, arguments={"token": self.token, "id": run_id})
+        shown = server_document(
+            "/figure", relative_urls=True, arguments={"token": self.token, "id": run_id}
+        )
         return Markup(shown.replace("<script id", f'<script nonce="{self.nonce}" id'))
 
 
@@ -88,13 +123,24 @@ def rendered(template: str, place: Any, told: Mapping[str, Any]) -> str:
     place : where the others lie: `Place`, or that of a static copy
     told : what it tells
     """
-    shared = {"url": place.url, "place": place, "live": place.live, "version": __version__}
+    shared = {
+        "url": place.url,
+        "place": place,
+        "live": place.live,
+        "version": __version__,
+    }
     return templates().get_template(template).render({**shared, **told})
 
 
 def policy(nonce: str) -> str:
-    """Return what a page may load: from here alone; of scripts the library's, and those of this nonce."""
-    drawn = "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self'; form-action 'self'"
+    """Return what a page may load: from here alone.
+
+    Of scripts the library's, and those of this nonce.
+    """
+    drawn = (
+        "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self'; "
+        "form-action 'self'"
+    )
     code = f"script-src 'self' blob: 'nonce-{nonce}'; style-src 'self' 'unsafe-inline'"
     return f"default-src 'none'; {code}; {drawn}; base-uri 'none'"
 
@@ -136,20 +182,30 @@ class Gate(BokehTornado):
         self.token = token
         self.hosts = [f"{name}:{port}" for name in (HOST, "localhost")]
         super().__init__(
-            **more, extra_websocket_origins=self.hosts, sign_sessions=True,
-            secret_key=secrets.token_bytes(32), use_index=False, redirect_root=False, include_headers=[],
-            include_cookies=[], log_function=lambda handler: None,
-        )  # fmt: skip
+            **more,
+            extra_websocket_origins=self.hosts,
+            sign_sessions=True,
+            secret_key=secrets.token_bytes(32),
+            use_index=False,
+            redirect_root=False,
+            include_headers=[],
+            include_cookies=[],
+            log_function=lambda handler: None,
+        )
 
     def resources(self, absolute_url: str | bool | None = None) -> Resources:
         """Return where Bokeh's scripts come from: here, whatever the environment says."""
         version = StaticHandler.append_version
-        return Resources(mode="server", root_url="/", path_versioner=version, components=SCRIPTS)
+        return Resources(
+            mode="server", root_url="/", path_versioner=version, components=SCRIPTS
+        )
 
     def find_handler(self, request: HTTPServerRequest, **more: Any) -> Any:
         """Return who answers a request, a refusal where it may not be asked."""
         if problem := self.refused(request):
-            return self.get_handler_delegate(request, RefusedRequest, {"problem": problem})
+            return self.get_handler_delegate(
+                request, RefusedRequest, {"problem": problem}
+            )
         return super().find_handler(request, **more)
 
     def refused(self, request: HTTPServerRequest) -> tuple[int, str] | None:
@@ -159,8 +215,15 @@ class Gate(BokehTornado):
         if request.method not in ("GET", "HEAD", "POST"):
             return 405, "This window is looked at."
         if request.path.startswith("/static/") or request.path == "/figure/ws":
-            return None  # only a page that was given a signed session can open the socket
-        given = [value.decode("utf-8", "replace") for value in request.query_arguments.get("token", [])]
-        if len(given) != 1 or not secrets.compare_digest(given[0].encode(), self.token.encode()):
+            return (
+                None  # only a page that was given a signed session can open the socket
+            )
+        given = [
+            value.decode("utf-8", "replace")
+            for value in request.query_arguments.get("token", [])
+        ]
+        if len(given) != 1 or not secrets.compare_digest(
+            given[0].encode(), self.token.encode()
+        ):
             return 403, WRONG
         return None

@@ -14,13 +14,38 @@ from wearlab.store.search import CatalogueSearch, Page
 from wearlab.units import KINDS, shown_unit
 
 ROWS = 50  # of a page
-USUAL: tuple[str, ...] = ("case", "operation.torque", "operation.speed", "life", "service_life")
+USUAL: tuple[str, ...] = (
+    "case",
+    "operation.torque",
+    "operation.speed",
+    "life",
+    "service_life",
+)
 USUAL += ("max_wear_depth", "verdict", "tag", "campaign", "started")
-SIGNS = {">=": "at least", "<=": "at most", "=": "is", "!=": "is not", ">": "more than", "<": "less than"}
+SIGNS = {
+    ">=": "at least",
+    "<=": "at most",
+    "=": "is",
+    "!=": "is not",
+    ">": "more than",
+    "<": "less than",
+}
 SIGNS |= {"contains": "contains"}
-TEXTS = {"id": "identity of the run", "status": "state of the run", "campaign": "title of its campaign"}
-TEXTS |= {"case": "label of its case", "tag": "a tag on it, or on its campaign", "note": "a note on it"}
-TEXTS |= {"started": "when it was computed", "seconds": "how long that took", "bytes": "size of its file"}
+TEXTS = {
+    "id": "identity of the run",
+    "status": "state of the run",
+    "campaign": "title of its campaign",
+}
+TEXTS |= {
+    "case": "label of its case",
+    "tag": "a tag on it, or on its campaign",
+    "note": "a note on it",
+}
+TEXTS |= {
+    "started": "when it was computed",
+    "seconds": "how long that took",
+    "bytes": "size of its file",
+}
 TEXTS |= {"other_code": "whether other code than the present made it"}
 BARE = re.compile(r"[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?", re.IGNORECASE)
 IN_CYCLES = ("life", "remaining_useful_life", "load_cycles")
@@ -40,13 +65,15 @@ class Listed:
 
     Parameters
     ----------
-    where, columns, sort, number : the condition, what is shown, by what it is sorted, and the page, from 1
+    where, columns, sort, number : the condition, what is shown, by what it is sorted,
+        and the page, from 1
     heads : column and its heading with unit
     rows : of each run its id, and its cells as texts
     count : of all runs that meet the condition
     words : what can be asked for
     problem : why there are none, "" where nothing is wrong
-    refused : word, sign and value that were to be added to the condition and cannot be, to be written again
+    refused : word, sign and value that were to be added to the condition and cannot be,
+        to be written again
     """
 
     where: str
@@ -68,7 +95,11 @@ class Listed:
     @property
     def asked(self) -> dict[str, str]:
         """What the address of another page of the table says."""
-        return {"where": self.where, "columns": ",".join(self.columns), "sort": self.sort}
+        return {
+            "where": self.where,
+            "columns": ",".join(self.columns),
+            "sort": self.sort,
+        }
 
     @property
     def reach(self) -> str:
@@ -85,25 +116,42 @@ def listed(store: Store, arguments: Mapping[str, str]) -> Listed:
     Parameters
     ----------
     store : asked for one page of its runs
-    arguments : where, columns (joined by commas), sort, page; add: a column; word, sign, value: a condition
+    arguments : where, columns (joined by commas), sort, page; add: a column; word,
+        sign, value: a condition
     """
     search = CatalogueSearch(store.catalogue)
-    known, given = search.vocabulary, {name: text.strip() for name, text in arguments.items()}
+    known = search.vocabulary
+    given = {name: text.strip() for name, text in arguments.items()}
     names = filter(None, map(str.strip, given.get("columns", "").split(",")))
     shown = [*names] or [name for name in USUAL if name in known.keys]
     columns = tuple(dict.fromkeys(filter(None, [*shown, given.get("add", "")])))
-    number, words = whole(given.get("page", "")), _words(known.keys.values())
-    asked = Listed(given.get("where", ""), columns, given.get("sort", ""), number, words=words)
+    number = whole(given.get("page", ""))
+    words = _words(known.keys.values())
+    asked = Listed(
+        given.get("where", ""), columns, given.get("sort", ""), number, words=words
+    )
     if given.get("word") or given.get("value"):
-        chosen = (given.get("word", ""), given.get("sign") or "=", given.get("value", ""))
+        chosen = (
+            given.get("word", ""),
+            given.get("sign") or "=",
+            given.get("value", ""),
+        )
         added, problem = _added(*chosen, known)
         if problem:
             return replace(asked, problem=problem, refused=chosen)
-        asked = replace(asked, where=f"{asked.where} and {added}" if asked.where else added)
+        asked = replace(
+            asked, where=f"{asked.where} and {added}" if asked.where else added
+        )
     try:
-        page = search.page(asked.where, columns, asked.sort or None, ROWS, (number - 1) * ROWS)
+        page = search.page(
+            asked.where, columns, asked.sort or None, ROWS, (number - 1) * ROWS
+        )
     except QueryError as error:
-        return replace(asked, problem=str(error), columns=tuple(c for c in columns if c in known.keys))
+        return replace(
+            asked,
+            problem=str(error),
+            columns=tuple(c for c in columns if c in known.keys),
+        )
     heads, rows = rows_of(store, page)
     return replace(asked, heads=heads, rows=rows, count=page.total)
 
@@ -112,21 +160,32 @@ def rows_of(store: Store, page: Page) -> tuple[Any, Any]:
     """Return headings and rows of some runs: the id apart, and states as their processes have them."""
     heads, rows = page.table.displayed()
     names = [column.name for column in page.table.columns]
-    states = {head.id: store.state_of(head) for head in store.heads(row[0] for row in rows).values()}
+    states = {
+        head.id: store.state_of(head)
+        for head in store.heads(row[0] for row in rows).values()
+    }
     at = names.index("status")
     told = []
     for row in rows:
         state = states.get(row[0], "")
-        cells = [state if i == at else _cell(v, names[i], state) for i, v in enumerate(row) if i]
+        cells = [
+            state if i == at else _cell(v, names[i], state)
+            for i, v in enumerate(row)
+            if i
+        ]
         told.append((row[0], tuple(cells)))
-    return tuple((name, _heading(head)) for name, head in zip(names, heads, strict=True))[1:], tuple(told)
+    return tuple(
+        (name, _heading(head)) for name, head in zip(names, heads, strict=True)
+    )[1:], tuple(told)
 
 
 def _cell(value: Any, name: str = "", state: str = "") -> str:
     """Return a value as a table shows it: to five digits, a large one in full."""
     if value is None and name in ("life", "service_life") and state == "done":
         return "no limit reached"
-    if isinstance(value, float) and 1e5 <= abs(value) < 1e15:  # it would be written with an exponent
+    if (
+        isinstance(value, float) and 1e5 <= abs(value) < 1e15
+    ):  # it would be written with an exponent
         return f"{float(f'{value:.5g}'):,.0f}"
     return value_text(float(f"{value:.5g}") if isinstance(value, float) else value)
 
@@ -134,8 +193,14 @@ def _cell(value: Any, name: str = "", state: str = "") -> str:
 def _heading(head: str) -> str:
     """Return a heading as people read it: the last words of a key, and its unit."""
     name, bracket, unit = head.partition(" [")
-    words = grid.key_text(name) if "." in name and "(" not in name else name.replace("_", " ")
-    return f"{words}{bracket}{shown_unit(unit)}" + (" [cycles]" if name in IN_CYCLES else "")
+    words = (
+        grid.key_text(name)
+        if "." in name and "(" not in name
+        else name.replace("_", " ")
+    )
+    return f"{words}{bracket}{shown_unit(unit)}" + (
+        " [cycles]" if name in IN_CYCLES else ""
+    )
 
 
 def _added(word: str, sign: str, value: str, known: Vocabulary) -> tuple[str, str]:
@@ -145,8 +210,11 @@ def _added(word: str, sign: str, value: str, known: Vocabulary) -> tuple[str, st
     """
     if not word or not value:
         return "", "choose both what and its value, such as torque and 340 N*m"
-    name = word if word in known.keys else word.lower().replace(" ", "_")  # as headings write it
-    key, text = known.keys.get(known.aliases.get(name, name)), value
+    name = (
+        word if word in known.keys else word.lower().replace(" ", "_")
+    )  # as headings write it
+    key = known.keys.get(known.aliases.get(name, name))
+    text = value
     if key is not None and key.kind == "text" and value[:1] not in "'\"":
         text = f"'{value}'" if "'" not in value else f'"{value}"'
     added = f"{name} {sign if sign in SIGNS else '='} {text}"
@@ -155,31 +223,51 @@ def _added(word: str, sign: str, value: str, known: Vocabulary) -> tuple[str, st
     except QueryError as error:
         with suppress(QueryError):
             column = read_column(word, known)
-            unit = (column.display_unit or column.unit) if isinstance(column, Key) else ""
+            unit = (
+                (column.display_unit or column.unit) if isinstance(column, Key) else ""
+            )
             if BARE.fullmatch(value) and unit not in ("", "1"):
-                return added, f"{value} of what? Write {word} with its unit: {value} {unit}"
+                return (
+                    added,
+                    f"{value} of what? Write {word} with its unit: {value} {unit}",
+                )
         return added, str(error)
     return added, ""
 
 
 def _words(keys: Iterable[Key]) -> tuple[ConditionWord, ...]:
-    """Return what can be asked for, results before the values of scenes; nothing of an entry of a list."""
+    """Return what can be asked for, results before the values of scenes.
+
+    Nothing of an entry of a list.
+    """
     named = ((key, key.name.split(".")) for key in keys if not key.name.endswith("()"))
     told = [_word(key) for key, words in named if not any(map(str.isdigit, words))]
     return tuple(sorted(told, key=lambda word: (word.name.count("."), word.name))[:400])
 
 
 def _word(key: Key) -> ConditionWord:
-    meaning = TEXTS.get(key.name) or (VARIABLES[key.name].long_name if key.name in VARIABLES else "")
+    meaning = TEXTS.get(key.name) or (
+        VARIABLES[key.name].long_name if key.name in VARIABLES else ""
+    )
     if key.quantity:
         example = KINDS[key.quantity].example
     elif key.unit in ("", "1", "cycles"):
-        example = "word" if key.kind == "text" else "2026-11-01" if key.kind == "date" else "1"
+        example = (
+            "word"
+            if key.kind == "text"
+            else "2026-11-01"
+            if key.kind == "date"
+            else "1"
+        )
     else:
         example = f"1 {key.display_unit or key.unit}"
-    return ConditionWord(key.name, meaning or ("of the scene" if key.is_path else ""), example)
+    return ConditionWord(
+        key.name, meaning or ("of the scene" if key.is_path else ""), example
+    )
 
 
 def whole(text: str) -> int:
     """Return the whole number from 1 on that a text is, 1 where it is none."""
-    return max(1, int(text)) if text.isascii() and text.isdigit() and len(text) < 9 else 1
+    return (
+        max(1, int(text)) if text.isascii() and text.isdigit() and len(text) < 9 else 1
+    )

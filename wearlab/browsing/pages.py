@@ -1,6 +1,7 @@
 """The pages: each asks the store, and tells it in HTML of which every text of others is escaped.
 
-What is taken along: figures for print, files of runs, citations, whole campaigns; and remarks left.
+What is taken along: figures for print, files of runs, citations, whole campaigns; and
+remarks left.
 """
 
 import asyncio
@@ -15,7 +16,15 @@ from typing import Any
 from bokeh.resources import Resources
 from tornado.web import HTTPError
 
-from wearlab.browsing import contents, figures, frame, interactive, listing, one_run, recorded
+from wearlab.browsing import (
+    contents,
+    figures,
+    frame,
+    interactive,
+    listing,
+    one_run,
+    recorded,
+)
 from wearlab.figures import drawing, render
 from wearlab.figures.kind import KINDS, FigureError
 from wearlab.nearest import choices
@@ -32,7 +41,9 @@ NAMED = ("kind", "key", "id", "run", "figure")
 class WindowPage(frame.HeadedAnswer):
     """What all pages share: the store, the addresses, the headers, and how trouble is told."""
 
-    def initialize(self, store: Store, pool: ThreadPoolExecutor, its_own: Callable[[], Store]) -> None:
+    def initialize(
+        self, store: Store, pool: ThreadPoolExecutor, its_own: Callable[[], Store]
+    ) -> None:
         """Take up the store, and the thread that draws for print, which has a store of its own."""
         self.store, self.pool, self.its_own = store, pool, its_own
         libraries = self.application.resources().js_files  # type: ignore[attr-defined]
@@ -41,7 +52,10 @@ class WindowPage(frame.HeadedAnswer):
     @property
     def asked(self) -> dict[str, list[str]]:
         """The arguments of the address."""
-        return {name: self.get_query_arguments(name) for name in self.request.query_arguments}
+        return {
+            name: self.get_query_arguments(name)
+            for name in self.request.query_arguments
+        }
 
     def show(self, template: str, told: dict[str, Any]) -> None:
         """Write a page."""
@@ -54,33 +68,51 @@ class WindowPage(frame.HeadedAnswer):
         self.set_header("Content-Type", kind)
         if name:
             self.set_header("Content-Disposition", f'attachment; filename="{name}"')
-        self.set_header("Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'; sandbox")
+        self.set_header(
+            "Content-Security-Policy",
+            "default-src 'none'; style-src 'unsafe-inline'; sandbox",
+        )
         self.write(content)
 
     async def drawn(self, draw: Callable[[Store], bytes]) -> bytes:
         """Return a picture, drawn in the thread that draws: the window answers meanwhile."""
-        return await asyncio.get_running_loop().run_in_executor(self.pool, lambda: draw(self.its_own()))
+        return await asyncio.get_running_loop().run_in_executor(
+            self.pool, lambda: draw(self.its_own())
+        )
 
     def write_error(self, status_code: int, **more: Any) -> None:
         """Tell what cannot be shown; never a traceback."""
         error = more.get("exc_info", (None, None))[1]
         if isinstance(error, REFUSED):
-            self.set_status(404 if "no such" in str(error) or "is not in this store" in str(error) else 400)
+            self.set_status(
+                404
+                if "no such" in str(error) or "is not in this store" in str(error)
+                else 400
+            )
             problem = str(error)
         elif isinstance(error, HTTPError):
             problem = error.log_message or f"There is nothing here ({status_code})."
         else:
-            problem = f"A fault of wearlab: {type(error).__name__}. Please report what you did."
+            problem = (
+                f"A fault of wearlab: {type(error).__name__}. Please report what you "
+                "did."
+            )
         self.show("message.html", {"problem": problem})
 
     def log_exception(self, *told: Any) -> None:
         """Leave what is told on the page out of the log, which would show the token."""
         if not isinstance(told[1], (*REFUSED, HTTPError)):
-            logging.getLogger("wearlab").error("a page, %s", self.request.path, exc_info=told)
+            logging.getLogger("wearlab").error(
+                "a page, %s", self.request.path, exc_info=told
+            )
 
 
-def printed(store: Store, name: str, ending: str, arguments: Mapping[str, Sequence[str]]) -> bytes:
-    """Return the file of a figure that an address asks for, which carries its question; or its numbers.
+def printed(
+    store: Store, name: str, ending: str, arguments: Mapping[str, Sequence[str]]
+) -> bytes:
+    """Return the file of a figure that an address asks for, which carries its question.
+
+    Or its numbers.
 
     Raises
     ------
@@ -88,18 +120,31 @@ def printed(store: Store, name: str, ending: str, arguments: Mapping[str, Sequen
     """
     first = figures.first(arguments)
     if name == "update":
-        prefix, kind = first.get("id", ""), first.get("kind", "")
+        prefix = first.get("id", "")
+        kind = first.get("kind", "")
         known = kept.find_update(store, prefix)
-        plot = contents.update_plot(store, known.subject, kind) if known and kind in KINDS else None
+        plot = (
+            contents.update_plot(store, known.subject, kind)
+            if known and kind in KINDS
+            else None
+        )
         if plot is None or known is None:
-            raise FigureError(f"{kind[:40]!r} of update {prefix[:40]!r}: no such figure")
+            raise FigureError(
+                f"{kind[:40]!r} of update {prefix[:40]!r}: no such figure"
+            )
         if ending != "csv":
-            return render.rendered(plot, {"Title": plot.title, "update": known.id}, ending)
+            return render.rendered(
+                plot, {"Title": plot.title, "update": known.id}, ending
+            )
         return interactive.table(plot).encode()
     if name == "campaign":
-        source = figures.Source(store, recorded.campaign_of(store, first.get("key", "")))
+        source = figures.Source(
+            store, recorded.campaign_of(store, first.get("key", ""))
+        )
         questions = source.asked()
-        asked = questions[min(listing.whole(first.get("figure", "")), len(questions)) - 1]
+        asked = questions[
+            min(listing.whole(first.get("figure", "")), len(questions)) - 1
+        ]
     else:
         wanted = figures.wanted(arguments)
         source = figures.source_of(store, wanted)
@@ -115,7 +160,9 @@ class ToldPage(WindowPage):
     def get(self, name: str) -> None:
         """Show it."""
         name = name or "campaigns"
-        self.show(f"{name}.html", getattr(contents, name)(self.store, self.place, self.asked))
+        self.show(
+            f"{name}.html", getattr(contents, name)(self.store, self.place, self.asked)
+        )
 
 
 class Thumbnail(WindowPage):
@@ -125,7 +172,10 @@ class Thumbnail(WindowPage):
         """Draw it."""
         key = self.get_query_argument("key")
         try:
-            self.give(await self.drawn(lambda store: figures.thumbnail(store, key)), frame.FORMATS["png"])
+            self.give(
+                await self.drawn(lambda store: figures.thumbnail(store, key)),
+                frame.FORMATS["png"],
+            )
         except REFUSED:
             self.give(EMPTY, frame.FORMATS["svg"])
 
@@ -137,13 +187,28 @@ class PrintedFigure(WindowPage):
         """Draw it."""
         asked = self.asked
         content = await self.drawn(lambda store: printed(store, name, ending, asked))
-        told = "-".join([name, *(text[:24] for key, text in figures.first(asked).items() if key in NAMED)])
-        signs = (sign if sign.isascii() and (sign.isalnum() or sign in "-_") else "-" for sign in told)
+        told = "-".join(
+            [
+                name,
+                *(
+                    text[:24]
+                    for key, text in figures.first(asked).items()
+                    if key in NAMED
+                ),
+            ]
+        )
+        signs = (
+            sign if sign.isascii() and (sign.isalnum() or sign in "-_") else "-"
+            for sign in told
+        )
         self.give(content, frame.FORMATS[ending], f"{''.join(signs)}.{ending}")
 
 
 class TakenFile(WindowPage):
-    """The file of a run, or its citation; only what the store has under the name of a run."""
+    """The file of a run, or its citation.
+
+    Only what the store has under the name of a run.
+    """
 
     def get(self, what: str) -> None:
         """Give it."""
@@ -152,7 +217,11 @@ class TakenFile(WindowPage):
             raise StoreError(f"run {entry.id} has no data: {entry.state}")
         if what == "citation":
             told = "\n\n".join(one_run.citation(self.store, entry))
-            self.give(f"{told}\n".encode(), "text/plain; charset=utf-8", f"citation-{entry.id[:10]}.txt")
+            self.give(
+                f"{told}\n".encode(),
+                "text/plain; charset=utf-8",
+                f"citation-{entry.id[:10]}.txt",
+            )
         else:
             image = reading.checked_bytes(self.store.file_of(entry.id), entry.sha256)
             self.give(image, "application/x-netcdf", f"{entry.id}.nc")
@@ -173,12 +242,17 @@ class RemarkPage(WindowPage):
 
     def post(self) -> None:
         """Write one, and show what it is about again."""
-        subject, what, text = (self.get_body_argument(name, "") for name in ("subject", "what", "text"))
+        subject = self.get_body_argument("subject", "")
+        what = self.get_body_argument("what", "")
+        text = self.get_body_argument("text", "")
         if what not in remarks.KINDS:
             raise StoreError(f"{what[:20]!r} is no remark: tag, untag or note")
         catalogue = self.store.catalogue
         rows = catalogue.read("SELECT title, key FROM campaigns ORDER BY recorded")
-        about = {remarks.subject_of(str(title)): (str(title), str(key)) for title, key in rows}
+        about = {
+            remarks.subject_of(str(title)): (str(title), str(key))
+            for title, key in rows
+        }
         if subject in about:
             title, key = about[subject]
             remarks.add(catalogue, subject, what, text, title)
@@ -192,12 +266,22 @@ class RemarkPage(WindowPage):
 
 
 def patterns(store: Store, pool: ThreadPoolExecutor) -> list[tuple[Any, ...]]:
-    """Return which address shows what; the thread of the pool draws, and opens the store for itself."""
-    known: dict[str, type[WindowPage]] = {"/thumbnail": Thumbnail, "/(data|citation)": TakenFile}
+    """Return which address shows what.
+
+    The thread of the pool draws, and opens the store for itself.
+    """
+    known: dict[str, type[WindowPage]] = {
+        "/thumbnail": Thumbnail,
+        "/(data|citation)": TakenFile,
+    }
     known["/(|campaign|runs|run|compare|updates|update|progress)"] = ToldPage
     known[f"/(figure|campaign|update)[.]({'|'.join(frame.FORMATS)})"] = PrintedFigure
     known |= {"/(style[.]css|names[.]js)": BesidePages, "/remark": RemarkPage}
-    shared = {"store": store, "pool": pool, "its_own": cache(lambda: Store(store.address or store.path))}
+    shared = {
+        "store": store,
+        "pool": pool,
+        "its_own": cache(lambda: Store(store.address or store.path)),
+    }
     return [(pattern, page, shared) for pattern, page in known.items()]
 
 
@@ -205,7 +289,9 @@ MOST = 200  # runs
 
 
 class Folder:
-    """Where the pages of a copy lie: beside each other; what only a window can do leads to the campaign.
+    """Where the pages of a copy lie: beside each other.
+
+    What only a window can do leads to the campaign.
 
     Parameters
     ----------
@@ -253,10 +339,19 @@ def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
     """
     told = _chosen(store, title)
     if told.cases > MOST:
-        raise StoreError(f"{told.title}: {told.cases} cases are more than the {MOST} of a copy")
+        raise StoreError(
+            f"{told.title}: {told.cases} cases are more than the {MOST} of a copy"
+        )
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise StoreError(f"{folder}: is there already: name an empty folder, or a new one")
-    place = Folder(store, store.entries(run for run, _ in contents.cases(store, told.key, "", 0, MOST)[1]))
+        raise StoreError(
+            f"{folder}: is there already: name an empty folder, or a new one"
+        )
+    place = Folder(
+        store,
+        store.entries(
+            run for run, _ in contents.cases(store, told.key, "", 0, MOST)[1]
+        ),
+    )
     with files.replaced(folder.absolute()) as part:
         part.mkdir()
         for library in place.libraries:
@@ -267,7 +362,9 @@ def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
         for name, text in pages.items():
             (part / name).write_text(text, encoding="utf-8")
         for run in place.runs:
-            page = frame.rendered("run.html", place, contents.run(store, place, {"id": [run]}))
+            page = frame.rendered(
+                "run.html", place, contents.run(store, place, {"id": [run]})
+            )
             (part / f"run-{run}.html").write_text(page, encoding="utf-8")
         if folder.exists():
             folder.rmdir()
@@ -276,10 +373,16 @@ def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
 
 def _chosen(store: Store, title: str | None) -> recorded.Told:
     known, _ = recorded.campaigns(store)
-    found = [each for each in known if title in (None, each.title, each.path, Path(each.path).name)]
+    found = [
+        each
+        for each in known
+        if title in (None, each.title, each.path, Path(each.path).name)
+    ]
     titles = [each.title for each in known]
     if not found:
-        raise StoreError(f"campaign {title!r} is not in this store; {choices(title, titles)}")
+        raise StoreError(
+            f"campaign {title!r} is not in this store; {choices(title, titles)}"
+        )
     if title is None and len(found) > 1:
         several = f"this store has {len(found)} campaigns"
         raise StoreError(f"{several}: choose one by --campaign; {choices('', titles)}")

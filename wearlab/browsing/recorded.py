@@ -13,12 +13,24 @@ from wearlab.campaign.axes import RESERVED, Axis
 from wearlab.campaign.campaign import RecordedCampaign, RecordedCase, from_record
 from wearlab.figures import doubt, kinds
 from wearlab.query.keys import differing_keys, in_usual_unit
-from wearlab.store import Store, StoreError, catalogue, database, files, grid, outcome, provenance
+from wearlab.store import (
+    Store,
+    StoreError,
+    catalogue,
+    database,
+    files,
+    grid,
+    outcome,
+    provenance,
+)
 from wearlab.units import is_number, shown_unit, split
 
 MOST_WORDS = 3  # keys that tell runs apart by words
 BASE = "base"
-CAMPAIGN_OF_RUN = "(SELECT own.campaign FROM members AS own JOIN campaigns AS c ON c.key = own.campaign "
+CAMPAIGN_OF_RUN = (
+    "(SELECT own.campaign FROM members AS own JOIN campaigns AS c ON c.key = "
+    "own.campaign "
+)
 CAMPAIGN_OF_RUN += "WHERE own.run = ? ORDER BY c.recorded DESC LIMIT 1)"
 """The campaign recorded last that has a run."""
 ORDER = ("done", "running", "interrupted", "failed", "refused", "missing", "doubtful")
@@ -30,9 +42,11 @@ class Told:
 
     Parameters
     ----------
-    key, title, reference, path : as the catalogue has it; of several versions of a file, the latest
+    key, title, reference, path : as the catalogue has it; of several versions of a
+        file, the latest
     cases : how many
-    counts : runs by state and the mean of their seconds, and how many of those that are done are doubtful
+    counts : runs by state and the mean of their seconds, and how many of those that are
+        done are doubtful
     changed : when it was recorded, or its latest run was begun
     """
 
@@ -47,10 +61,14 @@ class Told:
     @property
     def states(self) -> list[tuple[str, int]]:
         """States with their numbers, those that there are."""
-        return [(state, self.counts[state]) for state in ORDER if self.counts.get(state)]
+        return [
+            (state, self.counts[state]) for state in ORDER if self.counts.get(state)
+        ]
 
 
-def campaigns(store: Store, limit: int | None = None, skip: int = 0) -> tuple[list[Told], int]:
+def campaigns(
+    store: Store, limit: int | None = None, skip: int = 0
+) -> tuple[list[Told], int]:
     """Return campaigns of a store, and how many there are: first those of files, the one recorded last first.
 
     Parameters
@@ -59,7 +77,10 @@ def campaigns(store: Store, limit: int | None = None, skip: int = 0) -> tuple[li
     limit, skip : so many, after the first ones
     """
     latest: dict[tuple[str, str], tuple[Any, ...]] = {}
-    known = "SELECT key, title, reference, path, recorded FROM campaigns ORDER BY path IS NULL, recorded DESC"
+    known = (
+        "SELECT key, title, reference, path, recorded FROM campaigns ORDER BY path IS "
+        "NULL, recorded DESC"
+    )
     for row in store.catalogue.read(known):
         latest.setdefault((str(row[1]), str(row[3] or "")), row)
     shown = list(latest.values())[skip:][:limit]
@@ -67,22 +88,33 @@ def campaigns(store: Store, limit: int | None = None, skip: int = 0) -> tuple[li
     told = []
     for key, *texts, recorded in shown:
         title, reference, path = (str(text or "") for text in texts)
-        changed, cases = max(str(recorded or ""), counts[key].pop("changed")), counts[key].pop("cases")
+        changed = max(str(recorded or ""), counts[key].pop("changed"))
+        cases = counts[key].pop("cases")
         told.append(Told(key, title, reference, path, cases, counts[key], changed))
     return told, len(latest)
 
 
 def _counts(store: Store, keys: Sequence[str]) -> dict[str, dict[str, Any]]:
-    owners = store.catalogue.read("SELECT DISTINCT owner FROM runs WHERE state = 'running'")
+    owners = store.catalogue.read(
+        "SELECT DISTINCT owner FROM runs WHERE state = 'running'"
+    )
     alive = [owner for (owner,) in owners if store.is_alive(str(owner or ""))]
     question = (
-        "SELECT m.campaign, CASE WHEN r.state IS NULL THEN 'missing' WHEN r.state = 'running' AND "
-        f"coalesce(r.owner, '') NOT IN ({database.marks(len(alive))}) THEN 'interrupted' ELSE r.state END, "
-        "count(DISTINCT m.run), count(*), max(r.started), avg(r.seconds) FROM members AS m "
-        f"LEFT JOIN runs AS r ON r.id = m.run WHERE m.campaign IN ({database.marks(len(keys))}) GROUP BY 1, 2"
+        "SELECT m.campaign, CASE WHEN r.state IS NULL THEN 'missing' WHEN r.state = "
+        "'running' AND "
+        f"coalesce(r.owner, '') NOT IN ({database.marks(len(alive))}) THEN "
+        "'interrupted' ELSE r.state END, "
+        "count(DISTINCT m.run), count(*), max(r.started), avg(r.seconds) FROM members "
+        "AS m "
+        "LEFT JOIN runs AS r ON r.id = m.run WHERE m.campaign IN "
+        f"({database.marks(len(keys))}) GROUP BY 1, 2"
     )
-    counts: dict[str, dict[str, Any]] = {key: {"cases": 0, "changed": ""} for key in keys}
-    for key, state, runs, cases, started, seconds in store.catalogue.read(question, [*alive, *keys]):
+    counts: dict[str, dict[str, Any]] = {
+        key: {"cases": 0, "changed": ""} for key in keys
+    }
+    for key, state, runs, cases, started, seconds in store.catalogue.read(
+        question, [*alive, *keys]
+    ):
         own = counts[key]
         own |= {state: runs, f"seconds {state}": seconds, "cases": own["cases"] + cases}
         own["changed"] = max(own["changed"], str(started or ""))
@@ -93,12 +125,18 @@ def _counts(store: Store, keys: Sequence[str]) -> dict[str, dict[str, Any]]:
 
 def _doubtful(store: Store, keys: Sequence[str]) -> list[tuple[Any, ...]]:
     """Return how many runs of each campaign speak against themselves, as figures mark them."""
-    firm, trusted = (", ".join(f"'{word}'" for word in words) for words in (doubt.FIRM, ("", doubt.TRUSTED)))
+    firm, trusted = (
+        ", ".join(f"'{word}'" for word in words)
+        for words in (doubt.FIRM, ("", doubt.TRUSTED))
+    )
     question = (
-        "SELECT m.campaign, count(DISTINCT m.run) FROM keys AS k JOIN facts AS f ON f.key = k.number "
+        "SELECT m.campaign, count(DISTINCT m.run) FROM keys AS k JOIN facts AS f ON "
+        "f.key = k.number "
         "JOIN runs AS r ON r.number = f.run JOIN members AS m ON m.run = r.id "
-        f"WHERE ((k.name = 'verdict' AND f.value NOT IN ({firm})) OR (k.name = 'estimate_quality' AND "
-        f"f.value NOT IN ({trusted})) OR (k.name = 'separation_fraction' AND f.value > 0)) "
+        f"WHERE ((k.name = 'verdict' AND f.value NOT IN ({firm})) OR (k.name = "
+        "'estimate_quality' AND "
+        f"f.value NOT IN ({trusted})) OR (k.name = 'separation_fraction' AND f.value "
+        "> 0)) "
         f"AND m.campaign IN ({database.marks(len(keys))}) GROUP BY 1"
     )
     return store.catalogue.read(question, keys)
@@ -111,7 +149,9 @@ def campaign_of(store: Store, key: str) -> RecordedCampaign:
     ------
     StoreError : there is none, or it cannot be understood
     """
-    rows = store.catalogue.read("SELECT title, reference FROM campaigns WHERE key = ?", [key])
+    rows = store.catalogue.read(
+        "SELECT title, reference FROM campaigns WHERE key = ?", [key]
+    )
     if not rows:
         raise StoreError(f"campaign {key[:40]!r} is not in this store")
     title, reference = (str(text or "") for text in rows[0])
@@ -119,28 +159,47 @@ def campaign_of(store: Store, key: str) -> RecordedCampaign:
     try:
         if record:
             figures = tuple(_figures(record.get("figures") or ()))
-            return replace(from_record(record), title=title, reference=reference, figures=figures)
-        question = "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY number"
+            return replace(
+                from_record(record), title=title, reference=reference, figures=figures
+            )
+        question = (
+            "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY "
+            "number"
+        )
         rows = store.catalogue.read(question, [key])
-        cases = [(str(run), str(label), dict(json.loads(place or "{}"))) for run, label, place in rows]
+        cases = [
+            (str(run), str(label), dict(json.loads(place or "{}")))
+            for run, label, place in rows
+        ]
     except (ValueError, TypeError, AttributeError) as error:
-        raise StoreError(f"{title}: what the catalogue says of it cannot be understood ({error})") from error
+        raise StoreError(
+            f"{title}: what the catalogue says of it cannot be understood ({error})"
+        ) from error
     # one of an older store: only the places of its cases are known, in words
     texts: dict[str, dict[str, int]] = {}  # of every axis its values, numbered
     for _, _, position in cases:
         for name, text in position.items():
             texts.setdefault(name, {}).setdefault(str(text), len(texts[name]))
-    scenes = [entry.values for entry in store.entries(run for run, _, _ in cases[:1]).values()]
+    scenes = [
+        entry.values for entry in store.entries(run for run, _, _ in cases[:1]).values()
+    ]
     axes = tuple(_axis(name, list(own), *scenes) for name, own in texts.items())
     recorded = (
-        RecordedCase(label, run, {name: texts[name][str(text)] for name, text in position.items()})
+        RecordedCase(
+            label,
+            run,
+            {name: texts[name][str(text)] for name, text in position.items()},
+        )
         for run, label, position in cases
     )
     return RecordedCampaign(title, reference, tuple(recorded), axes)
 
 
 def _figures(tables: Iterable[Any]) -> Iterator[SimpleNamespace]:
-    """Yield the figures that are drawn from runs; those of an update stand on the page of that."""
+    """Yield the figures that are drawn from runs.
+
+    Those of an update stand on the page of that.
+    """
     for table in tables:
         if not isinstance(table, dict) or not isinstance(table.get("kind"), str):
             raise ValueError("a figure without a kind")
@@ -176,29 +235,55 @@ def together(store: Store, ids: Iterable[str]) -> RecordedCampaign:
     differing = differing_keys(scenes)
     if len(wanted) == 1:
         one = RecordedCase(BASE, wanted[0], {})
-        return RecordedCampaign(provenance.name_of(store, wanted[0]) or "One run", None, (one,))
-    title, name = f"{len(wanted)} runs", differing[0].rpartition(".")[2] if differing else ""
-    values = [scene.get(differing[0]) for scene in scenes] if len(differing) == 1 else []
-    if values and all(map(is_number, values)) and name not in RESERVED and name.isidentifier():
+        return RecordedCampaign(
+            provenance.name_of(store, wanted[0]) or "One run", None, (one,)
+        )
+    title = f"{len(wanted)} runs"
+    name = differing[0].rpartition(".")[2] if differing else ""
+    values = (
+        [scene.get(differing[0]) for scene in scenes] if len(differing) == 1 else []
+    )
+    if (
+        values
+        and all(map(is_number, values))
+        and name not in RESERVED
+        and name.isidentifier()
+    ):
         told = [in_usual_unit(differing[0], value) for value in values]
         along = tuple(sorted({float(number) for number, _ in told}))
         if len(along) == len(told):
             places = ({name: along.index(number)} for number, _ in told)
-            cases = tuple(RecordedCase(BASE, run, at) for run, at in zip(wanted, places, strict=True))
+            cases = tuple(
+                RecordedCase(BASE, run, at)
+                for run, at in zip(wanted, places, strict=True)
+            )
             axis = Axis(name, along, told[0][1] or None, differing[0])
             return RecordedCampaign(title, None, cases, (axis,))
-    labels = zip(labels_of(store, list(entries.values()), differing), wanted, strict=True)
-    return RecordedCampaign(title, None, tuple(RecordedCase(*pair, {}) for pair in labels))
+    labels = zip(
+        labels_of(store, list(entries.values()), differing), wanted, strict=True
+    )
+    return RecordedCampaign(
+        title, None, tuple(RecordedCase(*pair, {}) for pair in labels)
+    )
 
 
-def labels_of(store: Store, entries: Sequence[catalogue.Entry], keys: Sequence[str]) -> list[str]:
+def labels_of(
+    store: Store, entries: Sequence[catalogue.Entry], keys: Sequence[str]
+) -> list[str]:
     """Return what tells runs apart in words, each once."""
     labels: list[str] = []
     for entry in entries:
         scene = entry.values
-        told = [f"{grid.key_text(key)} {value_of_key(key, scene.get(key))}" for key in keys[:MOST_WORDS]]
+        told = [
+            f"{grid.key_text(key)} {value_of_key(key, scene.get(key))}"
+            for key in keys[:MOST_WORDS]
+        ]
         few = bool(told) and len(keys) <= MOST_WORDS
-        label = ", ".join(told) if few else provenance.name_of(store, entry.id) or entry.id[:10]
+        label = (
+            ", ".join(told)
+            if few
+            else provenance.name_of(store, entry.id) or entry.id[:10]
+        )
         labels.append(label if label not in labels else f"{label} ({entry.id[:10]})")
     return labels
 
@@ -215,16 +300,26 @@ def value_of_key(key: str, value: Any) -> str:
 
 def progress(store: Store) -> dict[str, Any]:
     """Return the runs under way, how far their lives are, and how far their campaigns are."""
-    under_way = _under_way(store)  # first: a run that begins meanwhile is then told, and not missed
-    question = "SELECT id, owner, started FROM runs WHERE state = 'running' ORDER BY started"
+    under_way = _under_way(
+        store
+    )  # first: a run that begins meanwhile is then told, and not missed
+    question = (
+        "SELECT id, owner, started FROM runs WHERE state = 'running' ORDER BY started"
+    )
     present = datetime.now(UTC)
     told = []
     for run, owner, started in store.catalogue.read(question):
-        at, since = store.checkpoints.reached(run) if files.NAME.fullmatch(str(run)) else None, ""
+        at = store.checkpoints.reached(run) if files.NAME.fullmatch(str(run)) else None
+        since = ""
         with suppress(ValueError, TypeError):
-            since = outcome.seconds_text((present - datetime.fromisoformat(str(started))).total_seconds())
-        name, alive = provenance.name_of(store, run) or str(run)[:10], store.is_alive(str(owner or ""))
-        cycles, depth = ("", "") if at is None else (f"{at.cycle:.4g}", f"{1e6 * at.depth:.3g} µm")
+            since = outcome.seconds_text(
+                (present - datetime.fromisoformat(str(started))).total_seconds()
+            )
+        name = provenance.name_of(store, run) or str(run)[:10]
+        alive = store.is_alive(str(owner or ""))
+        cycles, depth = (
+            ("", "") if at is None else (f"{at.cycle:.4g}", f"{1e6 * at.depth:.3g} µm")
+        )
         reached = {"since": since, "cycles": cycles, "depth": depth}
         told.append({"id": str(run), "name": name, "alive": alive, **reached})
     return {"under_way": told, "campaigns": under_way, "now": present.isoformat()}
@@ -235,9 +330,23 @@ def _under_way(store: Store) -> list[dict[str, Any]]:
     told = []
     for each in campaigns(store)[0]:
         counts = Counter(each.counts)
-        done, left = counts["done"] + counts["failed"] + counts["refused"], counts["running"]
+        done = counts["done"] + counts["failed"] + counts["refused"]
+        left = counts["running"]
         if left:
-            total, mean = done + left + counts["interrupted"] + counts["missing"], counts.get("seconds done")
-            time = "" if mean is None else outcome.seconds_text(float(mean) * (total - done) / left)
-            told.append({"title": each.title, "done": done, "total": total, "left": left, "time": time})
+            total = done + left + counts["interrupted"] + counts["missing"]
+            mean = counts.get("seconds done")
+            time = (
+                ""
+                if mean is None
+                else outcome.seconds_text(float(mean) * (total - done) / left)
+            )
+            told.append(
+                {
+                    "title": each.title,
+                    "done": done,
+                    "total": total,
+                    "left": left,
+                    "time": time,
+                }
+            )
     return told

@@ -52,7 +52,9 @@ class Window:
             from wearlab.browsing import frame, pages
             from wearlab.browsing.figures import follow
         except ImportError as error:
-            raise BrowseError(f"a window needs Bokeh ({error}): pip install 'wearlab[browse]'") from error
+            raise BrowseError(
+                f"a window needs Bokeh ({error}): pip install 'wearlab[browse]'"
+            ) from error
         try:
             sockets = bind_sockets(self.port, HOST)
         except (OSError, OverflowError) as error:
@@ -60,13 +62,19 @@ class Window:
             raise BrowseError(f"port {self.port}: cannot be used ({reason})") from error
         self.port = sockets[0].getsockname()[1]
         pool = ThreadPoolExecutor(1, "wearlab-draw")
-        followed, patterns = {"/figure": follow(self.store)}, pages.patterns(self.store, pool)
-        application = frame.Gate(self.token, self.port, applications=followed, extra_patterns=patterns)
-        served = HTTPServer(application, max_body_size=1_000_000, max_header_size=65_536)
+        followed = {"/figure": follow(self.store)}
+        patterns = pages.patterns(self.store, pool)
+        application = frame.Gate(
+            self.token, self.port, applications=followed, extra_patterns=patterns
+        )
+        served = HTTPServer(
+            application, max_body_size=1_000_000, max_header_size=65_536
+        )
         served.add_sockets(sockets)
         server = BaseServer(IOLoop.current(), application, served)
         server.start()
-        self._loop, self._end = asyncio.get_running_loop(), asyncio.Event()
+        self._loop = asyncio.get_running_loop()
+        self._end = asyncio.Event()
         ready.set_result(None)
         try:
             await self._end.wait()
@@ -117,12 +125,17 @@ class Window:
 
     def _repr_html_(self) -> str:
         style = "width:100%;height:900px;border:0"
-        frame = f'<iframe title="wearlab browse" src="{self.address}" style="{style}"></iframe>'
+        frame = (
+            f'<iframe title="wearlab browse" src="{self.address}" '
+            f'style="{style}"></iframe>'
+        )
         return f"{frame}<p>{self.address}</p>"
 
 
 def browse(store: "Store | str | PathLike[str]", *, port: int = 0) -> Window:
-    """Return a window on a store that answers on this machine; a notebook shows it in the cell.
+    """Return a window on a store that answers on this machine.
+
+    A notebook shows it in the cell.
 
     Parameters
     ----------
@@ -139,7 +152,11 @@ def browse(store: "Store | str | PathLike[str]", *, port: int = 0) -> Window:
     >>> window = browse("wearlab-store")                # doctest: +SKIP
     >>> window.stop()                                   # doctest: +SKIP
     """
-    own = Store(store.address or store.path) if isinstance(store, Store) else open_store(store)
+    own = (
+        Store(store.address or store.path)
+        if isinstance(store, Store)
+        else open_store(store)
+    )
     if not own.catalogue.exists():
         raise StoreError(f"{own.path}: there is no store here; wearlab.run makes one")
     return Window(own, port).start()

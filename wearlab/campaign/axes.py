@@ -65,7 +65,8 @@ def read_axes(blocks: Any) -> tuple[Axis, ...]:
     Raises
     ------
     CampaignError
-        When a block is empty or malformed, two names clash, or the product is beyond `MOST_CASES`.
+        When a block is empty or malformed, two names clash, or the product is beyond
+        `MOST_CASES`.
     """
     axes: list[Axis] = []
     swept: dict[str, str] = {}
@@ -74,7 +75,9 @@ def read_axes(blocks: Any) -> tuple[Axis, ...]:
         axis = _axis(block, f"sweep[{number}]", taken)
         for key in axis.written:
             if other := next((other for other in swept if overlap(key, other)), None):
-                raise CampaignError(f"sweep[{number}].{key}: {swept[other]} sweeps {other!r} already")
+                raise CampaignError(
+                    f"sweep[{number}].{key}: {swept[other]} sweeps {other!r} already"
+                )
             swept[key] = f"sweep[{number}]"
         axes.append(axis)
     count = math.prod(len(axis.values) for axis in axes)
@@ -87,7 +90,8 @@ def read_axes(blocks: Any) -> tuple[Axis, ...]:
 def too_many(count: int) -> str:
     """Return why a grid is refused before it is spread out, and what to do instead."""
     return (
-        f"{count:,} cases, more than {MOST_CASES:,}: take fewer values, split the file, "
+        f"{count:,} cases, more than {MOST_CASES:,}: take fewer values, split the "
+        "file, "
         f'or draw a sample = {{method = "sobol", n = …, seed = …}}'
     )
 
@@ -99,10 +103,17 @@ def overlap(key: str, other: str) -> bool:
 
 def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:
     if "exclude" in block:
-        raise CampaignError(f"{where}.exclude: write it at the top of the file, before its first table")
-    keys = swept_keys({key: value for key, value in block.items() if key not in OWN_WORDS})
+        raise CampaignError(
+            f"{where}.exclude: write it at the top of the file, before its first table"
+        )
+    keys = swept_keys(
+        {key: value for key, value in block.items() if key not in OWN_WORDS}
+    )
     if not keys:
-        raise CampaignError(f'{where}: an empty sweep: give a dotted key a list, such as "operation.speed"')
+        raise CampaignError(
+            f"{where}: an empty sweep: give a dotted key a list, such as "
+            '"operation.speed"'
+        )
     if "sample" in block:
         written = _sampled(block["sample"], keys, where)
     else:
@@ -110,17 +121,31 @@ def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:
     lengths = {key: len(values) for key, values in written.items()}
     if len(set(lengths.values())) > 1:
         counts = ", ".join(f"{key} has {n}" for key, n in lengths.items())
-        raise CampaignError(f"{where}: keys of one block advance together, but {counts} values")
+        raise CampaignError(
+            f"{where}: keys of one block advance together, but {counts} values"
+        )
     first = key = next(iter(written))
-    sampled, count, name = "sample" in block, len(written[first]), block.get("name")
+    sampled = "sample" in block
+    count = len(written[first])
+    name = block.get("name")
     if sampled:
-        key = distributions.INDICES if block["sample"]["method"] == distributions.INDICES else "sample"
+        key = (
+            distributions.INDICES
+            if block["sample"]["method"] == distributions.INDICES
+            else "sample"
+        )
         name = block.get("name", "sample")
     name = _name(name, key, where, taken)
     labels = range(count) if sampled else _labels(block.get("labels"), count, where)
-    along = _coordinate(written[first], first, where) if labels is None else Coordinate((*labels,), None, key)
+    along = (
+        _coordinate(written[first], first, where)
+        if labels is None
+        else Coordinate((*labels,), None, key)
+    )
     if len(set(along.values)) < len(along.values):
-        raise CampaignError(f"{where}.{first}: a value stands twice in {shown(list(along.values))}")
+        raise CampaignError(
+            f"{where}.{first}: a value stands twice in {shown(list(along.values))}"
+        )
     others = {key: values for key, values in written.items() if sampled or key != first}
     return Axis(name, *along, _others(others, name, taken, where), written)
 
@@ -137,7 +162,10 @@ def swept_keys(table: dict[str, Any], above: str = "") -> dict[str, Any]:
 
 
 def _sampled(sample: Any, keys: dict[str, Any], where: str) -> Written:
-    """Return the values of a block with keys that are drawn; lists and generators advance beside them."""
+    """Return the values of a block with keys that are drawn.
+
+    Lists and generators advance beside them.
+    """
     drawn = {
         key: distributions.read_distribution(value, f"{where}.{key}")
         for key, value in keys.items()
@@ -146,14 +174,19 @@ def _sampled(sample: Any, keys: dict[str, Any], where: str) -> Written:
     if not drawn:
         first, value = next(iter(keys.items()))
         known = ", ".join(distributions.DISTRIBUTIONS)
-        raise CampaignError(f"{where}.{first}: {shown(value)} is no distribution ({known}) to draw from")
+        raise CampaignError(
+            f"{where}.{first}: {shown(value)} is no distribution ({known}) to draw from"
+        )
     asked = modelled(distributions.SampleTable, sample, f"{where}.sample")
     pairs = asked.method == distributions.INDICES
     if (count := asked.n * (len(drawn) + 2 if pairs else 1)) > MOST_CASES:
         what = "pairs of points" if pairs else "points"
         raise CampaignError(f"{where}.sample.n: {asked.n} {what} are {too_many(count)}")
     values = distributions.draw(asked, drawn, where)
-    return {key: values.get(key) or _values(value, f"{where}.{key}") for key, value in keys.items()}
+    return {
+        key: values.get(key) or _values(value, f"{where}.{key}")
+        for key, value in keys.items()
+    }
 
 
 def _values(value: Any, where: str) -> tuple[Any, ...]:
@@ -170,14 +203,21 @@ def _generated(value: dict[str, Any], where: str) -> tuple[Any, ...]:
     for word in distributions.DISTRIBUTIONS:
         if word in value:
             remedy = 'add sample = {method = "sobol", n = …, seed = …} to the block'
-            raise CampaignError(f"{where}.{word}: a distribution is drawn from: {remedy}")
+            raise CampaignError(
+                f"{where}.{word}: a distribution is drawn from: {remedy}"
+            )
     generator = next(word for word in GENERATORS if word in value)
     extra = [key for key in value if key not in (generator, "unit")]
     if extra or (generator == "integers" and "unit" in value):
-        raise CampaignError(f"{where}: {(extra or ['unit'])[0]!r} does not belong to {{{generator} = …}}")
+        raise CampaignError(
+            f"{where}: {(extra or ['unit'])[0]!r} does not belong to {{{generator} = "
+            f"…}}"
+        )
     numbers = _numbers(generator, value[generator], where)
     unit = value.get("unit")
-    return numbers if unit is None else tuple(f"{number!r} {unit}" for number in numbers)
+    return (
+        numbers if unit is None else tuple(f"{number!r} {unit}" for number in numbers)
+    )
 
 
 def _numbers(generator: str, given: Any, where: str) -> tuple[float, ...]:
@@ -190,19 +230,29 @@ def _numbers(generator: str, given: Any, where: str) -> tuple[float, ...]:
     low, high = given[:2]
     if generator == "integers":
         if low != int(low) or high != int(high) or high < low:
-            raise CampaignError(f"{where}.integers: {shown(given)} is not [first, last] in whole numbers")
+            raise CampaignError(
+                f"{where}.integers: {shown(given)} is not [first, last] in whole "
+                "numbers"
+            )
         if high - low >= MOST_CASES:
             raise CampaignError(f"{where}.integers: {too_many(int(high - low) + 1)}")
         return tuple(range(int(low), int(high) + 1))
     n = given[2]
     if n != int(n) or n < 1 or (n == 1 and low != high):
-        raise CampaignError(f"{where}.{generator}: {n!r} values from {low!r} to {high!r} do not exist")
+        raise CampaignError(
+            f"{where}.{generator}: {n!r} values from {low!r} to {high!r} do not exist"
+        )
     if n > MOST_CASES:
         raise CampaignError(f"{where}.{generator}: {too_many(int(n))}")
     if generator == "logspace" and (low <= 0 or high <= 0):
-        raise CampaignError(f"{where}.logspace: both ends of {shown(given)} must be greater than 0")
+        raise CampaignError(
+            f"{where}.logspace: both ends of {shown(given)} must be greater than 0"
+        )
     shares = [i / (n - 1) if n > 1 else 0.0 for i in range(int(n))]
-    spaced = [low + (high - low) * x if generator == "linspace" else low * (high / low) ** x for x in shares]
+    spaced = [
+        low + (high - low) * x if generator == "linspace" else low * (high / low) ** x
+        for x in shares
+    ]
     return tuple(map(rounded, spaced))
 
 
@@ -212,27 +262,47 @@ def _coordinate(written: tuple[Any, ...], key: str, where: str) -> Coordinate:
         parts = [split(value) for value in written]
         unit = parts[0][1]
         try:
-            values = tuple(float(x) if u == unit else convert(float(x), u, unit) for x, u in parts)
+            values = tuple(
+                float(x) if u == unit else convert(float(x), u, unit) for x, u in parts
+            )
         except UnitError as error:
-            raise CampaignError(f"{where}.{key}: values of one axis need one unit: {error}") from None
+            raise CampaignError(
+                f"{where}.{key}: values of one axis need one unit: {error}"
+            ) from None
         return Coordinate(values, unit, key)
     kinds = {float if is_number(value) else type(value) for value in written}
     if kinds - {str, bool, float}:
-        raise CampaignError(f"{where}.{key}: values that are tables or lists need names: labels = [...]")
+        raise CampaignError(
+            f"{where}.{key}: values that are tables or lists need names: labels = [...]"
+        )
     if len(kinds) > 1:
-        raise CampaignError(f"{where}.{key}: {shown(list(written))} mixes texts, numbers and true or false")
+        raise CampaignError(
+            f"{where}.{key}: {shown(list(written))} mixes texts, numbers and true or "
+            "false"
+        )
     if any(isinstance(value, float) and not math.isfinite(value) for value in written):
-        raise CampaignError(f"{where}.{key}: {shown(list(written))} has a number that is not finite")
+        raise CampaignError(
+            f"{where}.{key}: {shown(list(written))} has a number that is not finite"
+        )
     return Coordinate(written, None, key)
 
 
 def _name(given: Any, key: str, where: str, taken: set[str]) -> str:
     name = key.rpartition(".")[2] if given is None else given
     if not isinstance(name, str) or not name.isidentifier():
-        raise CampaignError(f"{where}.name: {shown(name)} is no name: letters, digits and _ only")
+        raise CampaignError(
+            f"{where}.name: {shown(name)} is no name: letters, digits and _ only"
+        )
     if name in taken or name in RESERVED:
-        owner = "another axis" if name in taken else "a dimension or variable of the dataset"
-        said = f"the name {name!r} of the axis is that of {owner}: give the block another name"
+        owner = (
+            "another axis"
+            if name in taken
+            else "a dimension or variable of the dataset"
+        )
+        said = (
+            f"the name {name!r} of the axis is that of {owner}: give the block another "
+            "name"
+        )
         raise CampaignError(f"{where}: {said}")
     return name
 
@@ -241,11 +311,16 @@ def _labels(given: Any, count: int, where: str) -> tuple[str, ...] | None:
     if given is None:
         return None
     if not is_list_of(given, str) or len(given) != count:
-        raise CampaignError(f"{where}.labels: {shown(given)} is no list of {count} texts, one for each value")
+        raise CampaignError(
+            f"{where}.labels: {shown(given)} is no list of {count} texts, one for "
+            "each value"
+        )
     return tuple(given)
 
 
-def _others(written: Written, name: str, taken: set[str], where: str) -> dict[str, Coordinate]:
+def _others(
+    written: Written, name: str, taken: set[str], where: str
+) -> dict[str, Coordinate]:
     """Return the further keys of a block, each by as few of its last words as make a free name."""
     named: dict[str, Coordinate] = {}
     for key in written:

@@ -1,4 +1,7 @@
-"""A campaign: cases and axes, figures and report; as a table for notebooks and as plain data."""
+"""A campaign: cases and axes, figures and report.
+
+As a table for notebooks and as plain data.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,15 +24,30 @@ MOST_CASES = 30
 def campaign_html(title: str, sweeps: Sequence[Axis], cases: Sequence[Case]) -> str:
     """Return title, and for every case its label, its place on the axes and its identity."""
     axes = {axis.name: axis for axis in sweeps}
-    heads = ["case", *(f"{name} [{axis.units}]" if axis.units else name for name, axis in axes.items()), "id"]
+    heads = [
+        "case",
+        *(
+            f"{name} [{axis.units}]" if axis.units else name
+            for name, axis in axes.items()
+        ),
+        "id",
+    ]
     rows = []
     for case in cases[:MOST_CASES]:
-        places = (axes[n].values[case.position[n]] if n in case.position else "" for n in axes)
+        places = (
+            axes[n].values[case.position[n]] if n in case.position else "" for n in axes
+        )
         rows.append([case.label, *places, case.id[:10]])
     head = "".join(f"<th>{escape(heading)}</th>" for heading in heads)
-    body = "".join(f"<tr>{''.join(f'<td>{escape(str(x))}</td>' for x in row)}</tr>" for row in rows)
-    more = f"<p>{MOST_CASES} of {len(cases)} cases</p>" if len(cases) > MOST_CASES else ""
-    return f"<p><b>{escape(title[1:-1])}</b></p><table><tr>{head}</tr>{body}</table>{more}"
+    body = "".join(
+        f"<tr>{''.join(f'<td>{escape(str(x))}</td>' for x in row)}</tr>" for row in rows
+    )
+    more = (
+        f"<p>{MOST_CASES} of {len(cases)} cases</p>" if len(cases) > MOST_CASES else ""
+    )
+    return (
+        f"<p><b>{escape(title[1:-1])}</b></p><table><tr>{head}</tr>{body}</table>{more}"
+    )
 
 
 Names = str | tuple[str, ...]
@@ -53,25 +71,45 @@ class FigureSpec(ClosedTable):
     cols: str | None = None
     """dimension told apart by columns of panels [the kind's]"""
     units: str | dict[str, str] | None = None
-    """unit of y as a text, or a table of variable = unit [each variable's display unit]"""
+    """unit of y as a text, or a table of variable = unit [each variable's display
+    unit]"""
     y_as: Literal["logarithm", "difference"] | None = None
     """y on a logarithmic axis, or less the first curve of its panel [its value]"""
     title: str | None = None
     """title of the figure [the kind's]"""
     note: str | None = None
-    """one line under the figure: departures from a paper, and why; {formula:.2f unit} or {claim} in it is
-    a number of the stored runs"""
+    """one line under the figure: departures from a paper, and why; {formula:.2f unit}
+    or {claim} in it is a number of the stored runs"""
     published: Path | None = None
-    """CSV of points from a paper: columns x, y, hue and their units; without y places along x are marked;
-    of a wear-map a measured flank: columns as of wear.initial, face_position and depth among them"""
+    """CSV of points from a paper: columns x, y, hue and their units; without y places
+    along x are marked; of a wear-map a measured flank: columns as of wear.initial,
+    face_position and depth among them"""
 
 
 DECADE = 10.0**0.5
 Part = Literal[
-    "answer", "gears", "figures", "asked", "results", "expected", "failures", "assumptions", "provenance"
+    "answer",
+    "gears",
+    "figures",
+    "asked",
+    "results",
+    "expected",
+    "failures",
+    "assumptions",
+    "provenance",
 ]
 PARTS: tuple[Part, ...] = (
-    *("answer", "gears", "figures", "assumptions", "asked", "results", "expected", "failures", "provenance"),
+    *(
+        "answer",
+        "gears",
+        "figures",
+        "assumptions",
+        "asked",
+        "results",
+        "expected",
+        "failures",
+        "provenance",
+    ),
 )
 
 
@@ -83,8 +121,8 @@ class ReportSpec(ClosedTable):
     sections: tuple[Part, ...] = PARTS
     """what is told, in this order; what a campaign does not have is left out [all]"""
     wear_coefficient_factor: Annotated[Number, Ge(1)] = DECADE
-    """the wear coefficient may be so many times as large or as small: the range of the answer [a decade in
-    all, √10 either way]"""
+    """the wear coefficient may be so many times as large or as small: the range of the
+    answer [a decade in all, √10 either way]"""
 
 
 class Metadata(ClosedTable):
@@ -145,7 +183,10 @@ class Campaign:
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{axis.name} {len(axis.values)}" for axis in self.axes)
-        return f"<Campaign {self.title!r}: {len(self.cases)} cases{f' ({axes})' if axes else ''}>"
+        return (
+            f"<Campaign {self.title!r}: {len(self.cases)} "
+            f"cases{f' ({axes})' if axes else ''}>"
+        )
 
     def _repr_html_(self) -> str:
         return campaign_html(repr(self), self.axes, self.cases)
@@ -182,10 +223,16 @@ def to_record(campaign: Campaign) -> dict[str, Any]:
         "title": campaign.title,
         "reference": campaign.reference,
         "axes": [
-            {**{n: getattr(axis, n) for n in ("name", "values", "units", "key")}, "beside": axis.coordinates}
+            {
+                **{n: getattr(axis, n) for n in ("name", "values", "units", "key")},
+                "beside": axis.coordinates,
+            }
             for axis in campaign.axes
         ],
-        "cases": [[case.id, case.label, [case.position.get(n) for n in names]] for case in campaign.cases],
+        "cases": [
+            [case.id, case.label, [case.position.get(n) for n in names]]
+            for case in campaign.cases
+        ],
     }
 
 
@@ -202,11 +249,23 @@ def with_figures(campaign: Campaign) -> dict[str, Any] | None:
     claimed = getattr(campaign, "claims", ())
     figures = []
     for spec in campaign.figures:
-        given = {key: getattr(spec, key, None) for key in FigureSpec.model_fields if key != "published"}
+        given = {
+            key: getattr(spec, key, None)
+            for key in FigureSpec.model_fields
+            if key != "published"
+        }
         note = given["note"]
         given["note"] = spelled_note(note, claimed) if note else None
-        figures.append({key: value for key, value in given.items() if value not in (None, {}, (), "")})
-    written = {key: list(texts) for key, texts in getattr(campaign, "written", {}).items()}
+        figures.append(
+            {
+                key: value
+                for key, value in given.items()
+                if value not in (None, {}, (), "")
+            }
+        )
+    written = {
+        key: list(texts) for key, texts in getattr(campaign, "written", {}).items()
+    }
     return {**to_record(campaign), "figures": figures, "written": written}
 
 
@@ -219,7 +278,9 @@ def from_record(record: Mapping[str, Any]) -> RecordedCampaign:
     """
     try:
         if record["format"] != FORMAT:
-            raise ValueError(f"record of format {record['format']!r}, this wearlab reads {FORMAT}")
+            raise ValueError(
+                f"record of format {record['format']!r}, this wearlab reads {FORMAT}"
+            )
         axes = tuple(_read_axis(axis) for axis in record["axes"])
         cases = tuple(_read_case(case, axes) for case in record["cases"])
         return RecordedCampaign(str(record["title"]), record["reference"], cases, axes)
@@ -228,13 +289,24 @@ def from_record(record: Mapping[str, Any]) -> RecordedCampaign:
 
 
 def _read_axis(block: Mapping[str, Any]) -> Axis:
-    beside = {str(n): Coordinate(tuple(v), units, str(key)) for n, (v, units, key) in block["beside"].items()}
-    return Axis(str(block["name"]), tuple(block["values"]), block["units"], str(block["key"]), beside)
+    beside = {
+        str(n): Coordinate(tuple(v), units, str(key))
+        for n, (v, units, key) in block["beside"].items()
+    }
+    return Axis(
+        str(block["name"]),
+        tuple(block["values"]),
+        block["units"],
+        str(block["key"]),
+        beside,
+    )
 
 
 def _read_case(block: list[Any], axes: tuple[Axis, ...]) -> RecordedCase:
     run_id, label, places = block
-    position = {axis.name: int(i) for axis, i in zip(axes, places, strict=True) if i is not None}
+    position = {
+        axis.name: int(i) for axis, i in zip(axes, places, strict=True) if i is not None
+    }
     for axis in axes:
         if not 0 <= position.get(axis.name, 0) < len(axis.values):
             raise IndexError(f"{axis.name} has no place {position[axis.name]}")

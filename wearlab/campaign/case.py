@@ -12,7 +12,13 @@ from wearlab.scene import Scene, merge, problems
 
 VERDICTS = (
     *("completed", "refused", "failed", "aperiodic"),
-    *("coexisting", "non-unique", "not attracting within the margin", "unstable", "stopped"),
+    *(
+        "coexisting",
+        "non-unique",
+        "not attracting within the margin",
+        "unstable",
+        "stopped",
+    ),
 )
 WITHOUT_DATA = ("refused", "failed")
 WORDS = ("verdict", "response_period", "end_reason")
@@ -51,7 +57,10 @@ class Expectation:
 
 
 def merged(base: merge.Table | None, own: merge.Table | None) -> merge.Table | None:
-    """Return a case's ``expect`` over the file's, key by key; another verdict replaces it all."""
+    """Return a case's ``expect`` over the file's, key by key.
+
+    Another verdict replaces it all.
+    """
     if not isinstance(base, dict) or not isinstance(own, dict):
         return base if own is None else own
     changes = "verdict" in own and own["verdict"] != base.get("verdict", "completed")
@@ -69,13 +78,19 @@ def read_expectation(given: Any) -> Expectation | None:
     if given is None:
         return None
     if not isinstance(given, dict):
-        raise CampaignError(f"expect: {problems.shown(given)} is no table: write [expect]")
+        raise CampaignError(
+            f"expect: {problems.shown(given)} is no table: write [expect]"
+        )
     faults: list[str] = []
-    verdict, reason = given.get("verdict"), given.get("end_reason")
+    verdict = given.get("verdict")
+    reason = given.get("end_reason")
     if verdict is not None and verdict not in VERDICTS:
         faults.append(f"expect.verdict: {problems.not_a_choice(verdict, VERDICTS)}")
     if reason is not None and not isinstance(reason, str):
-        faults.append(f"expect.end_reason: {problems.shown(reason)} is no text, such as 'cycles' or 'depth'")
+        faults.append(
+            f"expect.end_reason: {problems.shown(reason)} is no text, such as "
+            "'cycles' or 'depth'"
+        )
     values: dict[str, Wanted] = {}
     for name, value in given.items():
         if name in ("verdict", "end_reason"):
@@ -85,28 +100,45 @@ def read_expectation(given: Any) -> Expectation | None:
         except ValueError as error:
             faults.append(f"expect.{name}: {error}")
     if verdict in WITHOUT_DATA and (values or reason):
-        faults.append(f"expect: a case that is {verdict} has no data to compare: give the verdict alone")
+        faults.append(
+            f"expect: a case that is {verdict} has no data to compare: give the "
+            "verdict alone"
+        )
     if faults:
         raise CampaignError(faults)
     return Expectation(verdict, reason, values)
 
 
 def _wanted(name: str, given: Any) -> Wanted:
-    """Return value and tolerance of a variable in its stored unit; a count of mesh periods is exact."""
+    """Return value and tolerance of a variable in its stored unit.
+
+    A count of mesh periods is exact.
+    """
     if name == "response_period":
         if isinstance(given, bool) or not isinstance(given, int) or given < 0:
-            raise ValueError(f"{problems.shown(given)} is no count of mesh periods; 0 is aperiodic")
+            raise ValueError(
+                f"{problems.shown(given)} is no count of mesh periods; 0 is aperiodic"
+            )
         return Wanted(float(given), 0.0, str(given))
     if name not in schema.VARIABLES:
-        raise ValueError(f"no variable of a dataset{nearest.meant(name, [*WORDS, *schema.VARIABLES])}")
+        raise ValueError(
+            "no variable of a "
+            f"dataset{nearest.meant(name, [*WORDS, *schema.VARIABLES])}"
+        )
     if not isinstance(given, dict) or set(given) != {"value", "tolerance"}:
         raise ValueError(f"{problems.shown(given)} is not {{value = …, tolerance = …}}")
     stored = schema.VARIABLES[name].units
-    value, tolerance = (_number(given[key], key, stored) for key in ("value", "tolerance"))
-    unit = (stored, units.split(given["value"])[1]) if units.is_quantity(given["value"]) else None
+    value = _number(given["value"], "value", stored)
+    tolerance = _number(given["tolerance"], "tolerance", stored)
+    unit = (
+        (stored, units.split(given["value"])[1])
+        if units.is_quantity(given["value"])
+        else None
+    )
     said = str(given["tolerance"])
     if unit and not isinstance(given["tolerance"], str):
-        tolerance, said = abs(tolerance * value), f"{100.0 * tolerance:g} %"
+        said = f"{100.0 * tolerance:g} %"
+        tolerance = abs(tolerance * value)
     if tolerance < 0.0:
         raise ValueError(f"tolerance {problems.shown(given['tolerance'])} is negative")
     return Wanted(value, tolerance, f"{given['value']} ± {said}", unit)
@@ -115,13 +147,20 @@ def _wanted(name: str, given: Any) -> Wanted:
 def _number(given: Any, key: str, stored: str) -> float:
     """Return a number in the stored unit: a quantity with its unit, or a plain number where there is none."""
     if not (units.is_number(given) or isinstance(given, str)):
-        raise ValueError(f"{key} {problems.shown(given)} is neither a number nor a quantity")
+        raise ValueError(
+            f"{key} {problems.shown(given)} is neither a number nor a quantity"
+        )
     if isinstance(given, int | float):
         if key == "value" and stored not in keys.PLAIN and given != 0:
-            raise ValueError(f"{key} {problems.shown(given)} needs its unit, such as '{given} {stored}'")
+            raise ValueError(
+                f"{key} {problems.shown(given)} needs its unit, such as '{given} "
+                f"{stored}'"
+            )
         return float(given)
     if stored in keys.PLAIN:
-        raise ValueError(f"{key} {problems.shown(given)}: a plain number, without quotes or unit")
+        raise ValueError(
+            f"{key} {problems.shown(given)}: a plain number, without quotes or unit"
+        )
     try:
         number, unit = units.split(given)
         return units.convert(float(number), unit, stored)
@@ -140,7 +179,8 @@ class Case:
     ----------
     label : "base", or the label of a ``[[case]]``
     scene : what is run
-    position : axis → index; an axis that is missing here is one the run is broadcast along
+    position : axis → index; an axis that is missing here is one the run is broadcast
+        along
     expect : what it is expected to come to, None when the file does not say
     """
 
@@ -158,7 +198,11 @@ class Case:
         return f"<Case {self.label!r} {self.position or ''}: {self.scene!r}>"
 
 
-KEYS = (Key("contact_ratio"), Key("mesh_frequency", unit="Hz", display_unit="Hz"), Key("speed_ratio"))
+KEYS = (
+    Key("contact_ratio"),
+    Key("mesh_frequency", unit="Hz", display_unit="Hz"),
+    Key("speed_ratio"),
+)
 DERIVED = tuple(key.name for key in KEYS)
 
 
@@ -172,7 +216,9 @@ class CaseValues:
     critical : critical speeds that several cases share, found once
     """
 
-    def __init__(self, scene: Scene, values: dict[str, Any], critical: dict[str, float | None]) -> None:
+    def __init__(
+        self, scene: Scene, values: dict[str, Any], critical: dict[str, float | None]
+    ) -> None:
         self.scene, self.values, self.critical = scene, values, critical
 
     def get(self, name: str) -> Any:
@@ -182,10 +228,13 @@ class CaseValues:
         return self.values.get(name)
 
     def derived(self, name: str) -> float | None:
-        """Return a quantity of `DERIVED`; None where no such gears can be, or the scene has no such thing.
+        """Return a quantity of `DERIVED`.
 
-        ``mesh_frequency`` is in Hz; ``speed_ratio`` is the speed of the input over its first critical speed,
-        where the mesh frequency meets the lowest natural frequency that the mesh excites.
+        None where no such gears can be, or the scene has no such thing.
+
+        ``mesh_frequency`` is in Hz; ``speed_ratio`` is the speed of the input over its
+        first critical speed, where the mesh frequency meets the lowest natural
+        frequency that the mesh excites.
         """
         from wearlab.gears.specification import GearError
         from wearlab.scene.build import sets
@@ -196,7 +245,9 @@ class CaseValues:
             return None
         try:
             gears = sets.build_set(scene)
-            if name == "contact_ratio":  # the smallest where a set has meshes of several kinds
+            if (
+                name == "contact_ratio"
+            ):  # the smallest where a set has meshes of several kinds
                 return min(float(kind.pair.contact_ratio) for kind in gears.kinds)
             frequency = float(gears.mesh_frequency)
             if name == "mesh_frequency":
@@ -244,7 +295,9 @@ def read_conditions(given: Any) -> tuple[str, ...]:
     return texts
 
 
-def without_excluded(cases: Cases, conditions: Sequence[str]) -> tuple[Cases, tuple[Excluded, ...]]:
+def without_excluded(
+    cases: Cases, conditions: Sequence[str]
+) -> tuple[Cases, tuple[Excluded, ...]]:
     """Return the cases that no condition excludes, and the others.
 
     Raises
@@ -257,10 +310,18 @@ def without_excluded(cases: Cases, conditions: Sequence[str]) -> tuple[Cases, tu
     values = [dict(keys.flat(json.loads(case.scene.canonical()))) for case in cases]
     bound = _bound(conditions, values)
     critical: dict[str, float | None] = {}
-    kept, excluded = [], []
+    kept = []
+    excluded = []
     for case, known in zip(cases, values, strict=True):
         asked: Any = CaseValues(case.scene, known, critical)
-        met = next((text for text, tree in zip(conditions, bound, strict=True) if tree.holds(asked)), None)
+        met = next(
+            (
+                text
+                for text, tree in zip(conditions, bound, strict=True)
+                if tree.holds(asked)
+            ),
+            None,
+        )
         if met is None:
             kept.append(case)
         else:
@@ -271,13 +332,21 @@ def without_excluded(cases: Cases, conditions: Sequence[str]) -> tuple[Cases, tu
 
 
 def _bound(conditions: Sequence[str], values: Sequence[dict[str, Any]]) -> list[Any]:
-    texts = {name: isinstance(value, str) for known in values for name, value in known.items()}
-    vocabulary = Vocabulary([*KEYS, *(keys.scene_key(name, text) for name, text in texts.items())])
+    texts = {
+        name: isinstance(value, str)
+        for known in values
+        for name, value in known.items()
+    }
+    vocabulary = Vocabulary(
+        [*KEYS, *(keys.scene_key(name, text) for name, text in texts.items())]
+    )
     bound = []
     for number, text in enumerate(conditions):
         try:
             bound.append(read_condition(text, vocabulary))
         except QueryError as error:
             where = f"at character {error.position + 1} of {error.text!r}"
-            raise CampaignError(f"exclude[{number}]: {error.reason} ({where})") from None
+            raise CampaignError(
+                f"exclude[{number}]: {error.reason} ({where})"
+            ) from None
     return bound

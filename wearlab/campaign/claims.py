@@ -28,14 +28,15 @@ class ClaimSpec(options.ClosedTable):
     name: str
     """a word for it, which notes and messages use"""
     quantity: str
-    """formula of variables, such as `max(wear_depth[flank=sun, update=-1])`: + - * / max min mean range
-    abs largest_at smallest_at"""
+    """formula of variables, such as `max(wear_depth[flank=sun, update=-1])`: + - * /
+    max min mean range abs largest_at smallest_at"""
     select: dict[str, Written] = options.option({})
     """dimension = label, for every variable of the formula [the base]"""
     value: Written
     """what it is, with its unit"""
     tolerance: Written
-    """how far it may be off: in the unit of the value, or `5 %` of it (of a value in %: in points)"""
+    """how far it may be off: in the unit of the value, or `5 %` of it (of a value in %:
+    in points)"""
     printed: Written | None = None
     """what the source prints, where runs differ from it [the value]"""
     source: str | None = None
@@ -83,17 +84,23 @@ def read_claims(blocks: Any) -> tuple[ClaimSpec, ...]:
 
     Raises
     ------
-    CampaignError : one is malformed, its formula cannot be read, or its name stands twice
+    CampaignError : one is malformed, its formula cannot be read, or its name stands
+        twice
     """
     claims = blocks_of(ClaimSpec, blocks, "claim")
-    problems = [line for number, claim in enumerate(claims) for line in _wrong(number, claim, claims)]
+    problems = [
+        line
+        for number, claim in enumerate(claims)
+        for line in _wrong(number, claim, claims)
+    ]
     if problems:
         raise CampaignError(problems)
     return claims
 
 
 def _wrong(number: int, claim: ClaimSpec, claims: Sequence[ClaimSpec]) -> Iterator[str]:
-    where, unit = f"claim[{number}]", ""
+    where = f"claim[{number}]"
+    unit = ""
     if not NAME.fullmatch(claim.name):
         yield f"{where}.name: {claim.name!r} is no word of letters, digits and _"
     if claim.name in [other.name for other in claims[:number]]:
@@ -111,7 +118,10 @@ def _wrong(number: int, claim: ClaimSpec, claims: Sequence[ClaimSpec]) -> Iterat
             continue
         unit = own if key == "value" else unit
         if own != unit and not (key == "tolerance" and own == "%"):
-            yield f"{where}.{key}: {given!r} is not in {unit or 'plain numbers'}, the unit of the value"
+            yield (
+                f"{where}.{key}: {given!r} is not in {unit or 'plain numbers'}, the "
+                "unit of the value"
+            )
         if key == "tolerance" and not (isfinite(size) and size >= 0.0):
             yield f"{where}.{key}: {given!r} is no width"
 
@@ -121,7 +131,8 @@ def spelled_note(note: str, claims: Sequence[ClaimSpec]) -> str:
 
     Parameters
     ----------
-    note : with placeholders ``{formula:.2f unit}`` or ``{claim:.2f}``; a claim has its own unit
+    note : with placeholders ``{formula:.2f unit}`` or ``{claim:.2f}``; a claim has its
+        own unit
     claims : of the campaign
 
     Raises
@@ -132,11 +143,14 @@ def spelled_note(note: str, claims: Sequence[ClaimSpec]) -> str:
     formulas = {claim.name: claim.formula for claim in claims}
 
     def spelled(found: re.Match[str]) -> str:
-        formula, written = found[1].strip(), found[2]
+        formula = found[1].strip()
+        written = found[2]
         claim = known.get(formula.lstrip("+- "))
         if written is None and claim is None:
             if NAME.fullmatch(formula):
-                raise ValueError(f"{found[0]}: no claim is called so{nearest.meant(formula, known)}")
+                raise ValueError(
+                    f"{found[0]}: no claim is called so{nearest.meant(formula, known)}"
+                )
             return found[0]
         form = FORMAT.fullmatch((written if written is not None else ".3g").strip())
         if form is None:
@@ -176,7 +190,11 @@ def refilled(note: str, numbers: Mapping[str, str]) -> str:
 
 def _placeholders(note: str) -> Iterator[re.Match[str]]:
     """Yield the places of a spelled note that numbers take."""
-    return (found for found in PLACEHOLDER.finditer(note) if FORMAT.fullmatch(found[2] or ""))
+    return (
+        found
+        for found in PLACEHOLDER.finditer(note)
+        if FORMAT.fullmatch(found[2] or "")
+    )
 
 
 class Checked(NamedTuple):
@@ -198,7 +216,9 @@ class Checked(NamedTuple):
         """Whether the runs are within the tolerance."""
         low, high = self.claim.bounds
         slack = 1e-9 * max(abs(low), abs(high))
-        return self.measured is not None and low - slack <= self.measured <= high + slack
+        return (
+            self.measured is not None and low - slack <= self.measured <= high + slack
+        )
 
 
 def _spelled(claims: Sequence[ClaimSpec]) -> Iterator[tuple[ClaimSpec, str]]:
@@ -260,7 +280,8 @@ class ClaimRecord(BaseModel):
             first = error.errors()[0]
             where = "".join(f"{part}: " for part in first["loc"])
             raise ValueError(
-                f"{name}: {where}{first['msg']}; give what `wearlab check FILE --claims --json` wrote"
+                f"{name}: {where}{first['msg']}; give what `wearlab check FILE "
+                "--claims --json` wrote"
             ) from None
 
 
@@ -268,9 +289,15 @@ def measured(campaign: Any, grid: "xr.Dataset") -> ClaimRecord:
     """Return what the runs of a campaign say of its claims and notes."""
     claims = []
     for claim, formula in _spelled(campaign.claims):
-        told: dict[str, Any] = {"name": claim.name, "formula": formula, "unit": claim.unit}
+        told: dict[str, Any] = {
+            "name": claim.name,
+            "formula": formula,
+            "unit": claim.unit,
+        }
         try:
-            claims.append(MeasuredClaim(**told, measured=amount(formula, grid, claim.unit)))
+            claims.append(
+                MeasuredClaim(**told, measured=amount(formula, grid, claim.unit))
+            )
         except AmountError as error:
             claims.append(MeasuredClaim(**told, measured=None, reason=str(error)))
     numbers: dict[str, str] = {}
@@ -279,11 +306,19 @@ def measured(campaign: Any, grid: "xr.Dataset") -> ClaimRecord:
         for place, number, problem in _read_off(note, grid):
             numbers[place] = number
             unfilled += [f"{where}: {problem}"] if problem else []
-    runs = tuple(dict.fromkeys(grid["run_id"].values[grid["status"].values == "done"].ravel().tolist()))
-    return ClaimRecord(runs=runs, claims=tuple(claims), numbers=numbers, unfilled=tuple(unfilled))
+    runs = tuple(
+        dict.fromkeys(
+            grid["run_id"].values[grid["status"].values == "done"].ravel().tolist()
+        )
+    )
+    return ClaimRecord(
+        runs=runs, claims=tuple(claims), numbers=numbers, unfilled=tuple(unfilled)
+    )
 
 
-def check_record(campaign: Any, record: ClaimRecord, stale: str = "") -> tuple[list[Checked], list[str]]:
+def check_record(
+    campaign: Any, record: ClaimRecord, stale: str = ""
+) -> tuple[list[Checked], list[str]]:
     """Return every claim with what runs said of it, and which numbers of notes they do not tell.
 
     Parameters
@@ -297,12 +332,27 @@ def check_record(campaign: Any, record: ClaimRecord, stale: str = "") -> tuple[l
     for claim, formula in _spelled(campaign.claims):
         one = told.get(claim.name)
         if stale or one is None or (one.formula, one.unit) != (formula, claim.unit):
-            checked.append(Checked(claim, None, stale or "not measured, or by another formula; measure anew"))
+            checked.append(
+                Checked(
+                    claim,
+                    None,
+                    stale or "not measured, or by another formula; measure anew",
+                )
+            )
         else:
             checked.append(Checked(claim, one.measured, one.reason))
-    asked = ((where, found[0]) for where, note in _notes(campaign) for found in _placeholders(note))
-    lacking = [f"{where}: {place}" for where, place in asked if place not in record.numbers]
-    return checked, [*record.unfilled, *(f"{line}: not measured; measure anew" for line in lacking)]
+    asked = (
+        (where, found[0])
+        for where, note in _notes(campaign)
+        for found in _placeholders(note)
+    )
+    lacking = [
+        f"{where}: {place}" for where, place in asked if place not in record.numbers
+    ]
+    return checked, [
+        *record.unfilled,
+        *(f"{line}: not measured; measure anew" for line in lacking),
+    ]
 
 
 def stale(campaign: Any, record: ClaimRecord) -> str:
@@ -312,23 +362,34 @@ def stale(campaign: Any, record: ClaimRecord) -> str:
     lost = len(set(record.runs) - ids)
     if moved:
         places = (
-            f"{axis.name}={axis.values[moved[0].position[axis.name]]} {axis.units or ''}"
+            f"{axis.name}={axis.values[moved[0].position[axis.name]]} "
+            f"{axis.units or ''}"
             for axis in campaign.axes
             if axis.name in moved[0].position
         )
-        first = ", ".join([moved[0].label, *(place.replace(".0 ", " ").rstrip() for place in places)])
+        first = ", ".join(
+            [moved[0].label, *(place.replace(".0 ", " ").rstrip() for place in places)]
+        )
         return (
-            f"{len({case.id for case in moved})} of {len(ids)} runs were not measured, or with another scene "
+            f"{len({case.id for case in moved})} of {len(ids)} runs were not "
+            "measured, or with another scene "
             f"or model version, the first {first}; measure anew"
         )
-    return f"{lost} runs that were measured are no longer of the campaign; measure anew" if lost else ""
+    return (
+        f"{lost} runs that were measured are no longer of the campaign; measure anew"
+        if lost
+        else ""
+    )
 
 
 def _notes(campaign: Any) -> Iterator[tuple[str, str]]:
     """Yield where each note of a campaign's figures stands, and the note, its placeholders spelled out."""
     known = getattr(campaign, "claims", ())
     for number, spec in enumerate(campaign.figures, 1):
-        yield f"figure {number} ({spec.kind}): note", spelled_note(getattr(spec, "note", None) or "", known)
+        yield (
+            f"figure {number} ({spec.kind}): note",
+            spelled_note(getattr(spec, "note", None) or "", known),
+        )
 
 
 def unknown_names(campaign: Any, known: Sequence[str]) -> list[str]:
@@ -341,7 +402,11 @@ def unknown_names(campaign: Any, known: Sequence[str]) -> list[str]:
     """
     claims = getattr(campaign, "claims", ())
     told = [(f"claim {claim.name}", claim.formula) for claim in claims]
-    told += [(where, found[1]) for where, note in _notes(campaign) for found in _placeholders(note)]
+    told += [
+        (where, found[1])
+        for where, note in _notes(campaign)
+        for found in _placeholders(note)
+    ]
     own = {claim.name for claim in claims}
     return [
         f"{where}: {named.name!r} is no variable{nearest.meant(named.name, known)}"

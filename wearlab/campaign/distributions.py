@@ -27,7 +27,8 @@ class Word(NamedTuple):
 
     Parameters
     ----------
-    law : law of its numbers, given `scipy.stats`, which takes longer to import than most files to read
+    law : law of its numbers, given `scipy.stats`, which takes longer to import than
+        most files to read
     listed : whether they may stand in a list
     """
 
@@ -41,12 +42,21 @@ class Word(NamedTuple):
 
 
 WORDS = {
-    "lognormal": Word(lambda stats, median, cov: stats.lognorm(sqrt(log1p(cov**2)), scale=median)),
+    "lognormal": Word(
+        lambda stats, median, cov: stats.lognorm(sqrt(log1p(cov**2)), scale=median)
+    ),
     "normal": Word(lambda stats, mean, sd: stats.norm(mean, sd)),
-    "uniform": Word(lambda stats, low, high: stats.uniform(low, high - low), listed=True),
-    "loguniform": Word(lambda stats, low, high: stats.loguniform(low, high), listed=True),
+    "uniform": Word(
+        lambda stats, low, high: stats.uniform(low, high - low), listed=True
+    ),
+    "loguniform": Word(
+        lambda stats, low, high: stats.loguniform(low, high), listed=True
+    ),
     "triangular": Word(
-        lambda stats, low, mode, high: stats.triang((mode - low) / (high - low), low, high - low), listed=True
+        lambda stats, low, mode, high: stats.triang(
+            (mode - low) / (high - low), low, high - low
+        ),
+        listed=True,
     ),
     "weibull": Word(lambda stats, scale, shape: stats.weibull_min(shape, scale=scale)),
 }
@@ -72,22 +82,37 @@ class Distribution(NamedTuple):
     high: float = math.inf
 
     def at(self, probability: Any) -> Any:
-        """Return the value that a draw stays below with this probability; of an array, an array."""
+        """Return the value that a draw stays below with this probability.
+
+        Of an array, an array.
+        """
         law, below, above = _law(self)
         p = below + (above - below) * np.clip(probability, SMALLEST, 1.0 - SMALLEST)
-        return np.clip(law.ppf(np.clip(p, SMALLEST, 1.0 - SMALLEST)), self.low, self.high)
+        return np.clip(
+            law.ppf(np.clip(p, SMALLEST, 1.0 - SMALLEST)), self.low, self.high
+        )
 
     def below(self, value: Any) -> Any:
         """Return the probability of a draw below this value; of an array, an array."""
         law, below, above = _law(self)
-        return np.clip((law.cdf(np.clip(value, self.low, self.high)) - below) / (above - below), 0.0, 1.0)
+        return np.clip(
+            (law.cdf(np.clip(value, self.low, self.high)) - below) / (above - below),
+            0.0,
+            1.0,
+        )
 
     def log_density(self, value: Any) -> Any:
-        """Return the log of the probability per ``unit``, −∞ beyond the ends; right however far out."""
+        """Return the log of the probability per ``unit``, −∞ beyond the ends.
+
+        Right however far out.
+        """
         law, below, above = _law(self)
-        x, ends = np.asarray(value, float), 1e-12 * np.abs(value)
+        x = np.asarray(value, float)
+        ends = 1e-12 * np.abs(value)
         logs = law.logpdf(x) - math.log(above - below)
-        return np.where((x >= self.low - ends) & (x <= self.high + ends), logs, -np.inf)[()]
+        return np.where(
+            (x >= self.low - ends) & (x <= self.high + ends), logs, -np.inf
+        )[()]
 
 
 @cache
@@ -119,19 +144,27 @@ def read_distribution(given: dict[str, Any], where: str) -> Distribution:
     kind = next(word for word in WORDS if word in given)
     extra = [key for key in given if key not in (kind, TRUNCATE)]
     if extra:
-        raise CampaignError(f"{where}: {extra[0]!r} does not belong here; units stand in the values")
+        raise CampaignError(
+            f"{where}: {extra[0]!r} does not belong here; units stand in the values"
+        )
     numbers, unit = _numbers(kind, given[kind], f"{where}.{kind}")
     whole = Distribution(kind, tuple(numbers), unit)
     if TRUNCATE not in given:
         return whole
-    ends, place = given[TRUNCATE], f"{where}.{TRUNCATE}"
+    ends = given[TRUNCATE]
+    place = f"{where}.{TRUNCATE}"
     if not isinstance(ends, list) or len(ends) != 2:
         raise CampaignError(f"{place}: {shown(ends)} is not [low, high]")
     low, high = (in_unit(*number_of(value, place), unit, place) for value in ends)
     if not low < high:
-        raise CampaignError(f"{place}: from {low:g} to {high:g} there is nothing to draw")
+        raise CampaignError(
+            f"{place}: from {low:g} to {high:g} there is nothing to draw"
+        )
     if whole.below(high) - whole.below(low) < LEAST_KEPT:
-        raise CampaignError(f"{place}: practically nothing of the distribution lies within {shown(ends)}")
+        raise CampaignError(
+            f"{place}: practically nothing of the distribution lies within "
+            f"{shown(ends)}"
+        )
     return whole._replace(low=low, high=high)
 
 
@@ -163,7 +196,9 @@ def number_of(value: Any, where: str) -> tuple[float, str | None]:
         number, unit = split(value)
         return float(number), unit
     if not is_number(value) or not math.isfinite(value):
-        raise CampaignError(f"{where}: {shown(value)} is neither a number nor a quantity with its unit")
+        raise CampaignError(
+            f"{where}: {shown(value)} is neither a number nor a quantity with its unit"
+        )
     return float(value), None
 
 
@@ -184,24 +219,38 @@ def _check(word: str, numbers: Sequence[float], where: str) -> None:
     said: Any = (word, *numbers)
     match said:
         case ["uniform" | "loguniform", low, high] if not low < high:
-            raise CampaignError(f"{where}: from {low:g} to {high:g} there is nothing to draw")
+            raise CampaignError(
+                f"{where}: from {low:g} to {high:g} there is nothing to draw"
+            )
         case ["loguniform", low, _] if low <= 0.0:
             raise CampaignError(f"{where}.low: {low:g} must be greater than 0")
-        case ["triangular", low, mode, high] if not (low <= mode <= high and low < high):
-            raise CampaignError(f"{where}: {low:g}, {mode:g}, {high:g} are not in rising order")
+        case ["triangular", low, mode, high] if not (
+            low <= mode <= high and low < high
+        ):
+            raise CampaignError(
+                f"{where}: {low:g}, {mode:g}, {high:g} are not in rising order"
+            )
         case ["normal" | "lognormal", _, spread] if spread <= 0.0:
             name = WORDS[word].names[1]
-            raise CampaignError(f"{where}.{name}: {spread:g} must be greater than 0; or write a value")
+            raise CampaignError(
+                f"{where}.{name}: {spread:g} must be greater than 0; or write a value"
+            )
         case ["lognormal" | "weibull", *several] if min(several) <= 0.0:
-            name, number = next((n, x) for n, x in zip(WORDS[word].names, several, strict=True) if x <= 0.0)
+            name, number = next(
+                (n, x)
+                for n, x in zip(WORDS[word].names, several, strict=True)
+                if x <= 0.0
+            )
             raise CampaignError(f"{where}.{name}: {number:g} must be greater than 0")
 
 
-def coupled(points: Array, correlations: Sequence[Correlation], keys: list[str], where: str) -> Array:
+def coupled(
+    points: Array, correlations: Sequence[Correlation], keys: list[str], where: str
+) -> Array:
     """Return points of the unit cube whose columns have the wanted rank correlations, each still uniform.
 
-    z = Φ⁻¹(u), z′ = L z with L Lᵀ = C, u′ = Φ(z′), where C_ij = 2 sin(π ρ_ij / 6) is the correlation of
-    normal variables with the rank correlation ρ_ij (Pearson 1907).
+    z = Φ⁻¹(u), z′ = L z with L Lᵀ = C, u′ = Φ(z′), where C_ij = 2 sin(π ρ_ij / 6) is
+    the correlation of normal variables with the rank correlation ρ_ij (Pearson 1907).
 
     Parameters
     ----------
@@ -212,7 +261,8 @@ def coupled(points: Array, correlations: Sequence[Correlation], keys: list[str],
 
     Raises
     ------
-    CampaignError : a key is not drawn here, stands beside itself, or the correlations contradict each other
+    CampaignError : a key is not drawn here, stands beside itself, or the correlations
+        contradict each other
     """
     from scipy.special import ndtr, ndtri
 
@@ -220,8 +270,11 @@ def coupled(points: Array, correlations: Sequence[Correlation], keys: list[str],
     for number, (first, second, rank) in enumerate(correlations):
         if lost := [key for key in (first, second) if key not in keys]:
             there = ", ".join(keys)
-            raise CampaignError(f"{where}[{number}]: {lost[0]!r} is not drawn here; there are {there}")
-        i, j = keys.index(first), keys.index(second)
+            raise CampaignError(
+                f"{where}[{number}]: {lost[0]!r} is not drawn here; there are {there}"
+            )
+        i = keys.index(first)
+        j = keys.index(second)
         if i == j:
             raise CampaignError(f"{where}[{number}]: {first!r} stands beside itself")
         matrix[i, j] = matrix[j, i] = 2.0 * sin(pi * rank / 6.0)
@@ -241,8 +294,9 @@ class SampleTable(ClosedTable):
     """How the keys of a block are drawn."""
 
     method: Literal[METHODS]  # type: ignore[valid-type]
-    """sobol and random keep their first points when n grows; a Latin hypercube is made for its n;
-    sobol-indices is the design from which wl.sobol_indices tells what makes a result scatter"""
+    """sobol and random keep their first points when n grows; a Latin hypercube is made
+    for its n; sobol-indices is the design from which wl.sobol_indices tells what makes
+    a result scatter"""
     n: StrictInt
     """number of points; of sobol-indices pairs of points, d + 2 runs each for d keys"""
     seed: StrictInt
@@ -259,12 +313,16 @@ class SampleTable(ClosedTable):
 
     @field_validator("correlation")
     @classmethod
-    def _is_within(cls, given: list[Correlation] | None, info: ValidationInfo) -> list[Correlation] | None:
+    def _is_within(
+        cls, given: list[Correlation] | None, info: ValidationInfo
+    ) -> list[Correlation] | None:
         if given and info.data.get("method") == INDICES:
             raise ValueError("Sobol' indices are of independent inputs: drop it")
         for block in given or ():
             if not -1.0 < block[2] < 1.0:
-                raise ValueError(f"{shown(list(block))} is not [key, key, ρ] with ρ within −1 and 1")
+                raise ValueError(
+                    f"{shown(list(block))} is not [key, key, ρ] with ρ within −1 and 1"
+                )
         return given
 
 
@@ -284,17 +342,28 @@ def draw(
     else:
         points = _points(sample.method, sample.n, len(distributions), sample.seed)
     if sample.correlation:
-        points = coupled(points, sample.correlation, list(distributions), f"{where}.sample.correlation")
+        points = coupled(
+            points,
+            sample.correlation,
+            list(distributions),
+            f"{where}.sample.correlation",
+        )
     return {
-        key: tuple(written(value, distribution.unit) for value in distribution.at(column).tolist())
-        for column, (key, distribution) in zip(points.T, distributions.items(), strict=True)
+        key: tuple(
+            written(value, distribution.unit)
+            for value in distribution.at(column).tolist()
+        )
+        for column, (key, distribution) in zip(
+            points.T, distributions.items(), strict=True
+        )
     }
 
 
 def _pairs(sample: SampleTable, width: int) -> Array:
     """Return A, B and A with each input of B, pair of points by pair of points, (n (width + 2), width)."""
     both = _points("sobol", sample.n, 2 * width, sample.seed)
-    a, b = both[:, :width], both[:, width:]
+    a = both[:, :width]
+    b = both[:, width:]
     mixed = [np.where(np.arange(width) == j, b, a) for j in range(width)]
     return np.stack([a, b, *mixed], axis=1).reshape(-1, width)
 
@@ -312,5 +381,7 @@ def _points(method: str, n: int, width: int, seed: int) -> Array:
 
     kinds = {"sobol": qmc.Sobol, "latin-hypercube": qmc.LatinHypercube}
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # that n is no power of two: the user may extend it
+        warnings.simplefilter(
+            "ignore", UserWarning
+        )  # that n is no power of two: the user may extend it
         return np.asarray(kinds[method](width, rng=seed).random(n))

@@ -1,7 +1,8 @@
 """``wearlab schema``: everything a campaign file may say, as JSON Schema.
 
-Every leaf has a description; a quantity also ``unit`` (the SI unit it is kept in) and ``examples``; a key
-whose default is not a value has ``derived``, what its absence means.
+Every leaf has a description; a quantity also ``unit`` (the SI unit it is kept in) and
+``examples``; a key whose default is not a value has ``derived``, what its absence
+means.
 """
 
 import json
@@ -12,18 +13,32 @@ from typing import Any, Literal
 from pydantic import ConfigDict
 
 from wearlab import slots, units
-from wearlab.campaign import campaign, case, cases, claims, distributions, update_options
+from wearlab.campaign import (
+    campaign,
+    case,
+    cases,
+    claims,
+    distributions,
+    update_options,
+)
 from wearlab.options import ClosedTable, OptionTable
 from wearlab.plugins import Plugin, brought
 from wearlab.scene import Scene
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-LIMITS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
+LIMITS = {
+    "gt": "exclusiveMinimum",
+    "ge": "minimum",
+    "lt": "exclusiveMaximum",
+    "le": "maximum",
+}
 ROUND = 8
 SOURCES = {
-    "L16": "Liu, Yang & Zhang 2016, Tribology International, doi:10.1016/j.triboint.2016.05.006",
+    "L16": "Liu, Yang & Zhang 2016, Tribology International, "
+    "doi:10.1016/j.triboint.2016.05.006",
     "W23": "Wang & Zhang 2023, Machines 11(2) 149, doi:10.3390/machines11020149",
-    "Y23": "Y. Wang et al. 2023, mesh relationship and mesh stiffness of internal spur gears with tooth wear",
+    "Y23": "Y. Wang et al. 2023, mesh relationship and mesh stiffness of internal "
+    "spur gears with tooth wear",
     "B23": "Bai & Ning 2023, Lubricants 11(6) 255, doi:10.3390/lubricants11060255",
     "wearlab": "a decision of this package",
 }
@@ -91,7 +106,10 @@ class DrawnTable(ClosedTable):
 
 
 class Sweep(OptionTable):
-    """A block of dotted keys, each to a list of values; they advance together, blocks multiply."""
+    """A block of dotted keys, each to a list of values.
+
+    They advance together, blocks multiply.
+    """
 
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, list[Any] | Spaced | DrawnTable]
@@ -110,7 +128,8 @@ class ExpectedValue(ClosedTable):
     value: float | str
     """value, with its unit where the variable has one"""
     tolerance: float | str
-    """absolute, in the value's unit; a plain number beside a value with a unit is relative"""
+    """absolute, in the value's unit; a plain number beside a value with a unit is
+    relative"""
 
 
 class Expect(OptionTable):
@@ -144,14 +163,15 @@ class CampaignFile(Scene):
     metadata: campaign.Metadata = campaign.Metadata()
     """who made it; no part of any run's identity"""
     plugins: tuple[str, ...] = ()
-    """Python files, relative to this one, or entry points of the group wearlab.variants, that add
-    variants; run only with --plugins"""
+    """Python files, relative to this one, or entry points of the group
+    wearlab.variants, that add variants; run only with --plugins"""
     sweep: tuple[Sweep, ...] = ()
     """lists of values; the product of all blocks is run"""
     case: tuple[cases.CaseBlock, ...] = ()
     """named differences from the file"""
     exclude: Names = ()
-    """conditions on keys, contact_ratio, mesh_frequency and speed_ratio; cases that meet one are not run"""
+    """conditions on keys, contact_ratio, mesh_frequency and speed_ratio; cases that
+    meet one are not run"""
     figure: tuple[campaign.FigureSpec, ...] = ()
     """figures drawn from the datasets"""
     claim: tuple[claims.ClaimSpec, ...] = ()
@@ -161,10 +181,13 @@ class CampaignFile(Scene):
     report: campaign.ReportSpec = campaign.ReportSpec()
     """what the page of `wearlab report` tells"""
     update: update_options.UpdateBlock | None = None
-    """what was measured and what is unknown, for `wearlab update`; no part of any run's identity"""
+    """what was measured and what is unknown, for `wearlab update`; no part of any run's
+    identity"""
 
 
-def _changed(value: Any, change: Callable[[dict[str, Any]], dict[str, Any]], names: bool = False) -> Any:
+def _changed(
+    value: Any, change: Callable[[dict[str, Any]], dict[str, Any]], names: bool = False
+) -> Any:
     """Return a schema with every table of keywords changed, the inner ones first.
 
     Parameters
@@ -177,13 +200,18 @@ def _changed(value: Any, change: Callable[[dict[str, Any]], dict[str, Any]], nam
         return [_changed(inner, change) for inner in value]
     if not isinstance(value, dict):
         return value
-    table = {key: _changed(inner, change, key in ("properties", "$defs")) for key, inner in value.items()}
+    table = {
+        key: _changed(inner, change, key in ("properties", "$defs"))
+        for key, inner in value.items()
+    }
     return table if names else change(table)
 
 
 def _plain(table: dict[str, Any]) -> dict[str, Any]:
     """Return a table without titles and nulls, limits and defaults as users would write them."""
-    plain = {LIMITS.get(key, key): inner for key, inner in table.items() if key != "title"}
+    plain = {
+        LIMITS.get(key, key): inner for key, inner in table.items() if key != "title"
+    }
     # of a table's default the choice; what else it has stands at its keys
     if isinstance(plain.get("default"), dict | None):
         default = plain.pop("default", None) or {}
@@ -194,9 +222,13 @@ def _plain(table: dict[str, Any]) -> dict[str, Any]:
     if len(plain.get("anyOf", ())) == 1:
         plain = {**plain.pop("anyOf")[0], **plain}
     if "required" in plain:
-        plain["required"] = [key for key in plain["required"] if key in plain["properties"]]
+        plain["required"] = [
+            key for key in plain["required"] if key in plain["properties"]
+        ]
     if "unit" in plain and isinstance(plain.get("default"), int | float):
-        plain["default"] = _written(plain["default"], plain["unit"], plain["examples"][0])
+        plain["default"] = _written(
+            plain["default"], plain["unit"], plain["examples"][0]
+        )
     return plain
 
 
@@ -211,7 +243,13 @@ def schema_json() -> str:
     """Return the JSON Schema of a campaign file, every option with unit, default, meaning and source."""
     schema = _changed(CampaignFile.model_json_schema(), _plain)
     given = [{"required": schema.pop("required")}, {"required": ["extends"]}]
-    whole = {"$schema": DIALECT, "title": "wearlab campaign", "sources": SOURCES, **schema, "anyOf": given}
+    whole = {
+        "$schema": DIALECT,
+        "title": "wearlab campaign",
+        "sources": SOURCES,
+        **schema,
+        "anyOf": given,
+    }
     return json.dumps(whole, indent=2, ensure_ascii=False)
 
 
@@ -221,18 +259,24 @@ def added_json(plugins: Iterable[Plugin]) -> str:
     added: dict[str, dict[str, Any]] = {}
     for name, variant in brought():
         if variant.origin is not None and variant.origin.sha256 in theirs:
-            added.setdefault(variant.slot.key, {})[name] = _changed(variant.model_json_schema(), _plain)
+            added.setdefault(variant.slot.key, {})[name] = _changed(
+                variant.model_json_schema(), _plain
+            )
     return json.dumps(added, indent=2, ensure_ascii=False)
 
 
 def editors_schema() -> str:
     """Return the JSON Schema of one file: what a file that it extends may give is optional."""
-    return json.dumps(_changed(json.loads(schema_json()), _partial), indent=1, ensure_ascii=False)
+    return json.dumps(
+        _changed(json.loads(schema_json()), _partial), indent=1, ensure_ascii=False
+    )
 
 
 def _partial(table: dict[str, Any]) -> dict[str, Any]:
     """Return a table that demands nothing: one in part is of any variant that has its keys."""
-    plain = {key: part for key, part in table.items() if key not in ("required", "oneOf")}
+    plain = {
+        key: part for key, part in table.items() if key not in ("required", "oneOf")
+    }
     if "oneOf" in table:
         plain["anyOf"] = table["oneOf"]
     if plain.get("anyOf") and not any(plain["anyOf"]):

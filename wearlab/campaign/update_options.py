@@ -26,7 +26,9 @@ CHANGES = ("none", "once", "running-in")
 
 
 DATE_FORMAT: Any = option(
-    None, 'how dates are written, such as "%d/%m/%Y"', derived="found out; refused where it has two meanings"
+    None,
+    'how dates are written, such as "%d/%m/%Y"',
+    derived="found out; refused where it has two meanings",
 )
 
 
@@ -40,7 +42,8 @@ class Columns(ClosedTable):
     mesh_cycles: str | None = None
     """mesh cycles [cycle or hours]"""
     date: str | None = None
-    """dates, ISO 8601 or as Excel writes them; they need update.calendar [cycle or hours]"""
+    """dates, ISO 8601 or as Excel writes them; they need update.calendar [cycle or
+    hours]"""
     unit: str | None = None
     """which unit of a fleet the row is of [there is one]"""
     value: str | None = None
@@ -69,34 +72,46 @@ class ErrorBlock(ClosedTable):
     """How far measurements are off."""
 
     sd: str | float | dict[str, Any] | None = None
-    """standard error of a single value, with its unit; a distribution where it is unknown"""
+    """standard error of a single value, with its unit; a distribution where it is
+    unknown"""
     relative: Annotated[float, Ge(0.0), Lt(10.0)] | None = None
     """standard error over what is measured, an unknown gain with it"""
     offset_sd: str | float | None = None
     """standard error that all values of one inspection share"""
     gain_sd: Annotated[float, Ge(0.0), Lt(2.0)] | None = None
-    """standard deviation of an unknown gain, 1 in the mean, that all values of the block share: of a sensor
-    and the way to it, of a balance's scale [the gain is 1]"""
+    """standard deviation of an unknown gain, 1 in the mean, that all values of the
+    block share: of a sensor and the way to it, of a balance's scale [the gain is 1]"""
     drift: str | float | dict[str, Any] | None = None
-    """discrepancy = accumulating: how far the wear itself strays from the model's within a million cycles,
-    growing with the root of the cycles (Wiener); a distribution where it is unknown"""
+    """discrepancy = accumulating: how far the wear itself strays from the model's
+    within a million cycles, growing with the root of the cycles (Wiener); a
+    distribution where it is unknown"""
 
     def read(self, unit: str, where: str, *, by_column: bool = False) -> "ErrorModel":
-        """Return the errors in SI of a quantity with this unit; a column may have those of its values.
+        """Return the errors in SI of a quantity with this unit.
+
+        A column may have those of its values.
 
         Raises
         ------
         CampaignError : there are none, or they do not go together
         """
         sd, drift, offset = (
-            _positive(getattr(self, name), unit, f"{where}.{name}") for name in ("sd", "drift", "offset_sd")
+            _positive(getattr(self, name), unit, f"{where}.{name}")
+            for name in ("sd", "drift", "offset_sd")
         )
-        relative, gain = self.relative or 0.0, self.gain_sd or 0.0
+        relative = self.relative or 0.0
+        gain = self.gain_sd or 0.0
         if sd is None and not relative and not by_column:
-            said = "required: sd (a value with its unit, or a distribution), relative, or columns.sd"
+            said = (
+                "required: sd (a value with its unit, or a distribution), relative, or "
+                "columns.sd"
+            )
             raise CampaignError(f"{where}: {said}")
         if gain and (offset or drift is not None):
-            said = "goes with independent errors: leave out offset_sd and drift, or the gain"
+            said = (
+                "goes with independent errors: leave out offset_sd and drift, or the "
+                "gain"
+            )
             raise CampaignError(f"{where}.gain_sd: {said}")
         return ErrorModel(sd, relative, offset or 0.0, drift, gain)
 
@@ -106,10 +121,14 @@ def _positive(given: Any, unit: str, where: str) -> Any:
     if not isinstance(given, dict):
         return given if given is None else _number(given, unit, where)
     if not distributions.is_distribution(given):
-        raise CampaignError(f"{where}: {shown(given)} is neither a value nor a distribution")
+        raise CampaignError(
+            f"{where}: {shown(given)} is neither a value nor a distribution"
+        )
     spread = distributions.read_distribution(given, where)
     if spread.below(0.0) > 0.0:
-        raise CampaignError(f"{where}: is negative at times; truncate it, or take a log-normal")
+        raise CampaignError(
+            f"{where}: is negative at times; truncate it, or take a log-normal"
+        )
     if spread.unit is None and unit not in ("1", ""):
         raise CampaignError(f"{where}: its values need the quantity's unit")
     distributions.in_unit(1.0, spread.unit or unit, unit, where)
@@ -119,7 +138,9 @@ def _positive(given: Any, unit: str, where: str) -> Any:
 def _number(given: Any, unit: str, where: str) -> float:
     value, own = distributions.number_of(given, where)
     if own is None and unit not in ("1", ""):
-        raise CampaignError(f"{where}: {shown(given)} is no quantity: write a number with its unit")
+        raise CampaignError(
+            f"{where}: {shown(given)} is no quantity: write a number with its unit"
+        )
     value = distributions.in_unit(value, own or unit, unit, where)
     if not value > 0.0:
         raise CampaignError(f"{where}: {shown(given)} must be greater than 0")
@@ -132,7 +153,8 @@ class DataBlock(ClosedTable):
     file: Path
     """CSV file; comments begin with #"""
     quantity: str
-    """worn_mass, max_wear_depth, wear_depth, tooth_thickness, or a stored variable along update"""
+    """worn_mass, max_wear_depth, wear_depth, tooth_thickness, or a stored variable
+    along update"""
     member: str | None = None
     """gear that was weighed [required where there are several]"""
     flank: str | None = None
@@ -154,9 +176,18 @@ class DataBlock(ClosedTable):
     @field_validator("quantity")
     @classmethod
     def _varies(cls, quantity: str) -> str:
-        known = [*(name for name, variable in VARIABLES.items() if "update" in variable.dims), THICKNESS]
+        known = [
+            *(
+                name
+                for name, variable in VARIABLES.items()
+                if "update" in variable.dims
+            ),
+            THICKNESS,
+        ]
         if quantity not in known:
-            remedy = nearest.meant(quantity, known, "; `wearlab variables` lists what is stored")
+            remedy = nearest.meant(
+                quantity, known, "; `wearlab variables` lists what is stored"
+            )
             raise ValueError(f"{quantity!r} is no variable along update{remedy}")
         return quantity
 
@@ -174,7 +205,9 @@ class DataBlock(ClosedTable):
         return self
 
     def read(self, number: int) -> "Data":
-        """Return the block with its errors in SI; ``number`` is its place in the file, from 1.
+        """Return the block with its errors in SI.
+
+        ``number`` is its place in the file, from 1.
 
         Raises
         ------
@@ -182,11 +215,19 @@ class DataBlock(ClosedTable):
         """
         where = f"{SECTION}.data[{number - 1}]"
         by_column = self.columns.sd is not None
-        error = self.error.read(unit_of(self.quantity), f"{where}.error", by_column=by_column)
+        error = self.error.read(
+            unit_of(self.quantity), f"{where}.error", by_column=by_column
+        )
         along = any(getattr(self.columns, name) is not None for name in WHERE)
         if along != (self.quantity in ("wear_depth", THICKNESS)):
-            said = "needs one of the columns" if not along else "has no place for the columns"
-            raise CampaignError(f"{where}.quantity: {self.quantity} {said} {', '.join(WHERE)}")
+            said = (
+                "needs one of the columns"
+                if not along
+                else "has no place for the columns"
+            )
+            raise CampaignError(
+                f"{where}.quantity: {self.quantity} {said} {', '.join(WHERE)}"
+            )
         return Data.model_construct(**{**dict(self), "number": number, "error": error})
 
 
@@ -236,7 +277,8 @@ class CheckBlock(ClosedTable):
     error: ErrorBlock | None = None
     """true errors of every block of data [those that the data have in this file]"""
     power: Annotated[float, POSITIVE] = 1.0
-    """true wear is the model's after cycles to this power, equal at the last inspection"""
+    """true wear is the model's after cycles to this power, equal at the last
+    inspection"""
 
     def read(self, data: Sequence[DataBlock]) -> "TrueModel":
         """Return what is true of twins with such blocks of data.
@@ -245,8 +287,13 @@ class CheckBlock(ClosedTable):
         ------
         CampaignError : errors are wrong
         """
-        own, where = self.error, f"{SECTION}.check.error"
-        errors = None if own is None else tuple(own.read(unit_of(one.quantity), where) for one in data)
+        own = self.error
+        where = f"{SECTION}.check.error"
+        errors = (
+            None
+            if own is None
+            else tuple(own.read(unit_of(one.quantity), where) for one in data)
+        )
         return TrueModel(errors, self.power)
 
 
@@ -254,16 +301,18 @@ class PopulationBlock(ClosedTable):
     """What the units of a fleet share."""
 
     spread: dict[str, Any] | None = None
-    """standard deviation of ln k between units, as a distribution: it is unknown [log-normal, median 0.3, cov
-    1]"""
+    """standard deviation of ln k between units, as a distribution: it is unknown
+    [log-normal, median 0.3, cov 1]"""
     straying: float | dict[str, Any] | None = None
-    """how far the wear of a unit strays from its mean course until `reference`, over the wear until then
-    (Wiener); a distribution where it is unknown, 0: not at all [log-normal, median 0.2, cov 1]"""
+    """how far the wear of a unit strays from its mean course until `reference`, over
+    the wear until then (Wiener); a distribution where it is unknown, 0: not at all
+    [log-normal, median 0.2, cov 1]"""
     power: float | dict[str, Any] | None = None
-    """wear is the model's after cycles to this power, equal at `reference`; 1: as the model's [log-normal,
-    median 1, cov 0.2]"""
+    """wear is the model's after cycles to this power, equal at `reference`; 1: as the
+    model's [log-normal, median 1, cov 0.2]"""
     reference: Annotated[float, POSITIVE] | None = None
-    """operating hours at which k, straying and power are said [median of the inspections]"""
+    """operating hours at which k, straying and power are said [median of the
+    inspections]"""
 
     def read(self, units: "Sequence[UnitBlock]") -> "Fleet":
         """Return a fleet of such units, what they share as numbers and distributions.
@@ -276,22 +325,34 @@ class PopulationBlock(ClosedTable):
         for number, name in enumerate(names):
             if name in names[:number]:
                 where = f"{SECTION}.unit[{number}].name"
-                raise CampaignError(f"{where}: {name!r} is there already: give each unit its own")
+                raise CampaignError(
+                    f"{where}: {name!r} is there already: give each unit its own"
+                )
         shared = {name: _shared(getattr(self, name), name) for name in DEFAULTS}
-        own = tuple(unit.model_copy(update={"scene": axes.swept_keys(unit.scene)}) for unit in units)
+        own = tuple(
+            unit.model_copy(update={"scene": axes.swept_keys(unit.scene)})
+            for unit in units
+        )
         return Fleet.model_construct(**{**dict(self), **shared, "units": own})
 
 
 DEFAULTS = {
     name: {"lognormal": {"median": median, "cov": cov}}
-    for name, median, cov in (("spread", 0.3, 1.0), ("straying", 0.2, 1.0), ("power", 1.0, 0.2))
+    for name, median, cov in (
+        ("spread", 0.3, 1.0),
+        ("straying", 0.2, 1.0),
+        ("power", 1.0, 0.2),
+    )
 }
 LEAST = {"straying": 0.0, "power": 0.05}  # of numbers
 
 
-def _shared(given: float | dict[str, Any] | None, name: str) -> float | distributions.Distribution:
+def _shared(
+    given: float | dict[str, Any] | None, name: str
+) -> float | distributions.Distribution:
     """Return a number, or a distribution of what is positive."""
-    where, law = f"{SECTION}.population.{name}", DEFAULTS[name] if given is None else given
+    where = f"{SECTION}.population.{name}"
+    law = DEFAULTS[name] if given is None else given
     if not isinstance(law, dict):
         if not LEAST[name] <= law < 10.0:
             raise CampaignError(f"{where}: {law:g} is not from {LEAST[name]:g} to 10")
@@ -328,13 +389,20 @@ class RecordColumns(ClosedTable):
 
     @model_validator(mode="after")
     def _one_time(self) -> "RecordColumns":
-        if (when := sum(each is not None for each in (self.hours, self.date, self.duration))) != 1:
+        if (
+            when := sum(
+                each is not None for each in (self.hours, self.date, self.duration)
+            )
+        ) != 1:
             raise ValueError(f"name one of hours, date, duration, not {when} of them")
         return self
 
 
 class RecordBlock(ClosedTable):
-    """What really ran until now; from its end on the conditions of ``[operation]`` go on."""
+    """What really ran until now.
+
+    From its end on the conditions of ``[operation]`` go on.
+    """
 
     file: Path
     """CSV file: a row holds until the next one, or is a bin"""
@@ -344,8 +412,9 @@ class RecordBlock(ClosedTable):
     """unit of each column that has one [those of its header]"""
     date_format: str | None = DATE_FORMAT
     hours_per_year: Annotated[float, POSITIVE, Le(8784.0)] | None = None
-    """operating hours in a year of those rows, by dates, in which speed is not 0 [without a row of a
-    standstill, those of update.calendar; else every hour between the dates]"""
+    """operating hours in a year of those rows, by dates, in which speed is not 0
+    [without a row of a standstill, those of update.calendar; else every hour between
+    the dates]"""
 
     @property
     def place(self) -> str:
@@ -354,7 +423,10 @@ class RecordBlock(ClosedTable):
 
 
 class Replaced(ClosedTable):
-    """Gears that were replaced by new ones; their mates went on as worn as they were."""
+    """Gears that were replaced by new ones.
+
+    Their mates went on as worn as they were.
+    """
 
     members: Annotated[tuple[str, ...], MinLen(1)]
     """gears that were new then"""
@@ -382,15 +454,17 @@ class Decision(ClosedTable):
     inspection: Annotated[float, POSITIVE] | None = None
     """cost of one more inspection [none is considered]"""
     horizon_hours: Annotated[float, POSITIVE] | None = None
-    """operating hours from the last inspection on until which costs count, changes included [cost per hour of
-    a cycle from new to change alone]"""
+    """operating hours from the last inspection on until which costs count, changes
+    included [cost per hour of a cycle from new to change alone]"""
 
     @field_validator("failure")
     @classmethod
     def _dearer(cls, failure: float, info: ValidationInfo) -> float:
         if failure <= (planned := info.data.get("planned", 0.0)):
             why = "then nothing is gained by changing before"
-            raise ValueError(f"{failure:g} is not more than the planned change, {planned:g}: {why}")
+            raise ValueError(
+                f"{failure:g} is not more than the planned change, {planned:g}: {why}"
+            )
         return failure
 
 
@@ -400,7 +474,8 @@ class UpdateBlock(ClosedTable):
     limit: LimitBlock | None = None
     """the wear that ends the life [wear.until]"""
     discrepancy: Literal["none", "accumulating"] = "none"
-    """what is wrong with the model itself: nothing, or noise that accumulates (error.drift)"""
+    """what is wrong with the model itself: nothing, or noise that accumulates
+    (error.drift)"""
     draws: Annotated[int, Ge(1), Le(MOST_DRAWS)] = 4000
     """draws from the posterior, and runs for unknowns besides wear's factor"""
     seed: Annotated[int, Ge(0), Lt(2**63)] = 0
@@ -412,12 +487,14 @@ class UpdateBlock(ClosedTable):
     unknown: dict[str, Any]
     """dotted key = distribution: what is not known"""
     record: RecordBlock | None = None
-    """what really ran until now: loads and speeds [the conditions of the scene all along]"""
+    """what really ran until now: loads and speeds [the conditions of the scene all
+    along]"""
     change: Literal[CHANGES] = "none"  # type: ignore[valid-type]
-    """whether k itself may have changed: once between two inspections, or after running-in; the evidence
-    decides"""
+    """whether k itself may have changed: once between two inspections, or after
+    running-in; the evidence decides"""
     replaced: tuple[Replaced, ...] = ()
-    """gears that were replaced by new ones: their wear counts from then on, that of their mates goes on"""
+    """gears that were replaced by new ones: their wear counts from then on, that of
+    their mates goes on"""
     decision: Decision | None = None
     """what changes cost: when to change, and whether to look first [no advice]"""
     population: PopulationBlock | None = None
@@ -429,7 +506,10 @@ class UpdateBlock(ClosedTable):
 
 
 class Limit(NamedTuple):
-    """The wear that ends the life [SI]; ``where`` is its flank or member, None where it is not said."""
+    """The wear that ends the life [SI].
+
+    ``where`` is its flank or member, None where it is not said.
+    """
 
     quantity: Literal["max_wear_depth", "worn_mass"]
     value: float
@@ -437,7 +517,10 @@ class Limit(NamedTuple):
 
 
 class ErrorModel(NamedTuple):
-    """Errors of one block [SI of the quantity]; a distribution is in the unit that it says."""
+    """Errors of one block [SI of the quantity].
+
+    A distribution is in the unit that it says.
+    """
 
     sd: float | distributions.Distribution | None = None
     relative: float = 0.0
@@ -477,7 +560,9 @@ class Data(DataBlock):
     def label(self) -> str:
         """The quantity, where it was measured, and what of it was selected."""
         selected = [f"{dim}_{value}" for dim, value in self.select.items()]
-        return "_".join([self.quantity, *([self.where] if self.where else []), *selected])
+        return "_".join(
+            [self.quantity, *([self.where] if self.where else []), *selected]
+        )
 
     @property
     def si(self) -> str:

@@ -1,4 +1,7 @@
-"""What commands write: texts, tables, JSON, errors, progress; closed streams and Ctrl-C harm no store."""
+"""What commands write: texts, tables, JSON, errors, progress.
+
+Closed streams and Ctrl-C harm no store.
+"""
 
 import errno
 import json
@@ -29,7 +32,8 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
 def fill_closed() -> None:
     """Let streams that this process was begun without (``>&-``) lead nowhere.
 
-    A number that stays free is given to the next file that is opened: what a library prints would go into it.
+    A number that stays free is given to the next file that is opened: what a library
+    prints would go into it.
     """
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
@@ -37,7 +41,11 @@ def fill_closed() -> None:
         except OSError:
             os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "r" if number == 0 else "w", encoding="utf-8"))
+            setattr(
+                sys,
+                name,
+                open(os.devnull, "r" if number == 0 else "w", encoding="utf-8"),
+            )
 
 
 def nowhere(stream: object) -> None:
@@ -54,10 +62,13 @@ SECOND = b"wearlab: interrupted twice: stopped at once; finished runs are kept, 
 def at_once_when_twice() -> None:
     """Let a second Ctrl-C end this process without any farewell.
 
-    Whatever is written at that moment appears whole or not at all, and workers go when their parent does.
+    Whatever is written at that moment appears whole or not at all, and workers go when
+    their parent does.
     """
     here = threading.current_thread() is threading.main_thread()
-    if here and signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else somebody else decides
+    if (
+        here and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    ):  # else somebody else decides
         signal.signal(signal.SIGINT, _first)
 
 
@@ -77,7 +88,8 @@ STORE = Path("wearlab-store")
 ASKED: ContextVar[Path] = ContextVar("asked", default=STORE)
 """The store of the command, in which runs of plug-ins have left what these declare."""
 TRUSTED: ContextVar[bool] = ContextVar("trusted", default=False)
-"""Whether the command was told ``--plugins``: that plug-ins of campaign files may be run."""
+"""Whether the command was told ``--plugins``: that plug-ins of campaign files may be
+run."""
 AS_JSON: ContextVar[bool] = ContextVar("as JSON", default=False)
 """Whether the command was told ``--json``: that a program reads what it found."""
 
@@ -139,8 +151,11 @@ def refusing(*kinds: type[Exception]) -> Iterator[None]:
     try:
         yield
     except kinds as error:
-        named = isinstance(error, OSError) and error.filename
-        raise Stop(f"{error.filename}: {error.strerror}" if named else str(error)) from error  # type: ignore[attr-defined]
+        message = str(error)
+        if isinstance(error, OSError) and error.filename:
+            message = f"{error.filename}: {error.strerror}"
+
+        raise Stop(message) from error
 
 
 def read_campaign(file: str) -> "Campaign":
@@ -171,7 +186,11 @@ def _loaded(read: Callable[[str], Content], file: str) -> Content:
     from wearlab.plugins import FOLDER, Trust, trusting
 
     trust = Trust(TRUSTED.get(), ASKED.get() / FOLDER)
-    with refusing(OSError, ValueError), trusting(trust), reporting(f"reading the cases of {file}"):
+    with (
+        refusing(OSError, ValueError),
+        trusting(trust),
+        reporting(f"reading the cases of {file}"),
+    ):
         return read(file)
 
 
@@ -191,8 +210,13 @@ def refuse_wrong_figures(campaign: "Campaign", file: str) -> None:
             raise Stop("\n".join(f"{file}: {problem}" for problem in problems))
 
 
-def drawn(campaign: "Campaign", store: Store, out: Path, ending: str = "png") -> tuple[list[Path], bool]:
-    """Draw a campaign's figures; say which cannot be, and return the others and whether that went well."""
+def drawn(
+    campaign: "Campaign", store: Store, out: Path, ending: str = "png"
+) -> tuple[list[Path], bool]:
+    """Draw a campaign's figures.
+
+    Say which cannot be, and return the others and whether that went well.
+    """
     from wearlab.figures import FigureError, draw
 
     try:
@@ -205,7 +229,9 @@ def drawn(campaign: "Campaign", store: Store, out: Path, ending: str = "png") ->
 @contextmanager
 def reporting(what: str) -> Iterator[None]:
     """Say on a terminal what is being done, once it has taken a second."""
-    timer = threading.Timer(1.0, print, [f"{what} …"], {"file": sys.stderr, "flush": True})
+    timer = threading.Timer(
+        1.0, print, [f"{what} …"], {"file": sys.stderr, "flush": True}
+    )
     timer.daemon = True
     if sys.stderr is not None and sys.stderr.isatty():
         timer.start()
@@ -229,7 +255,10 @@ def complain(text: str) -> None:
 
 
 def split_columns(text: str | None) -> tuple[str, ...] | None:
-    """Return the columns of a list; a comma within parentheses or quotes does not part them."""
+    """Return the columns of a list.
+
+    A comma within parentheses or quotes does not part them.
+    """
     if text is None:
         return None
     parts: list[str] = []
@@ -237,7 +266,9 @@ def split_columns(text: str | None) -> tuple[str, ...] | None:
     for piece in text.split(","):
         held = f"{held},{piece}" if held else piece
         bare = re.sub(r"'[^']*'|\"[^\"]*\"", "", held)
-        if not set("'\"") & set(bare) and all(bare.count(a) <= bare.count(b) for a, b in ("()", "[]")):
+        if not set("'\"") & set(bare) and all(
+            bare.count(a) <= bare.count(b) for a, b in ("()", "[]")
+        ):
             parts.append(held.strip())
             held = ""
     return tuple(part for part in [*parts, held.strip()] if part)
@@ -280,11 +311,13 @@ def tell(found: Findings) -> Status:
     return Status.WELL if found.well else Status.TROUBLE
 
 
-def show_table(heads: Sequence[str], rows: Rows, title: str | None = None, empty: str = "") -> None:
+def show_table(
+    heads: Sequence[str], rows: Rows, title: str | None = None, empty: str = ""
+) -> None:
     """Write a table, as wide as the terminal; columns without any entry are left out.
 
-    A file or a pipe gets one line a row, and so does what fills many screens. ``empty`` is said where there
-    are no rows.
+    A file or a pipe gets one line a row, and so does what fills many screens. ``empty``
+    is said where there are no rows.
     """
     if empty and not rows:
         return complain(empty)
@@ -297,7 +330,9 @@ def show_table(heads: Sequence[str], rows: Rows, title: str | None = None, empty
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    table = Table(
+        title=title, title_justify="left", box=None, pad_edge=False, header_style="bold"
+    )
     for i, head in zip(used, lines[0], strict=True):
         table.add_column(head, overflow="fold", no_wrap=i == 0)
     for line in lines[1:]:
@@ -309,7 +344,11 @@ def _show_plain(lines: Rows, title: str | None) -> None:
     lines = [[cell.replace("\n", " ") for cell in line] for line in lines]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for line in [[title]] * bool(title) + lines:
-        say("  ".join(f"{text:<{width}}" for text, width in zip(line, widths, strict=False)).rstrip())
+        say(
+            "  ".join(
+                f"{text:<{width}}" for text, width in zip(line, widths, strict=False)
+            ).rstrip()
+        )
 
 
 @contextmanager
@@ -323,7 +362,11 @@ def bar(total: int, what: str = "") -> Iterator[Callable[[str], None]]:
     """
     from wearlab.runner.progress import Progress, ProgressBar
 
-    with Progress() if AS_JSON.get() or not sys.stderr.isatty() else ProgressBar() as shown:
+    with (
+        Progress()
+        if AS_JSON.get() or not sys.stderr.isatty()
+        else ProgressBar() as shown
+    ):
         shown.start(total, what)
 
         def tell(text: str) -> None:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -18,7 +19,10 @@ ORDERS = 10
 
 
 class CompareError(ValueError):
-    """Runs or campaigns that have nothing in common to compare; the message says what each has."""
+    """Runs or campaigns that have nothing in common to compare.
+
+    The message says what each has.
+    """
 
 
 class Quantity(NamedTuple):
@@ -47,7 +51,9 @@ class Quantity(NamedTuple):
 
 def _mean_over_periods(force: xr.DataArray) -> xr.DataArray:
     """Return the wave over one mesh period: the mean over the periods of the response."""
-    return force.mean("mesh_period", skipna=True) if "mesh_period" in force.dims else force
+    return (
+        force.mean("mesh_period", skipna=True) if "mesh_period" in force.dims else force
+    )
 
 
 WAVE = ("mesh_period", "phase")
@@ -64,7 +70,11 @@ def _peak(values: xr.DataArray) -> xr.DataArray:
 
 def _orders(force: xr.DataArray) -> xr.DataArray:
     """Return the amplitudes at whole multiples of the mesh frequency, 1 to ``ORDERS``."""
-    return _spectra(force).isel(order=slice(ORDERS)).assign_coords(order=np.arange(1, ORDERS + 1))
+    return (
+        _spectra(force)
+        .isel(order=slice(ORDERS))
+        .assign_coords(order=np.arange(1, ORDERS + 1))
+    )
 
 
 def _between_orders(force: xr.DataArray) -> xr.DataArray:
@@ -77,7 +87,10 @@ def _spectra(force: xr.DataArray) -> xr.DataArray:
     if "mesh_period" not in force.dims:
         force = force.expand_dims("mesh_period")
     dims: dict[str, Any] = {"input_core_dims": [WAVE], "output_core_dims": [["order"]]}
-    return cast(xr.DataArray, xr.apply_ufunc(_spectrum, force, vectorize=True, keep_attrs=False, **dims))
+    return cast(
+        xr.DataArray,
+        xr.apply_ufunc(_spectrum, force, vectorize=True, keep_attrs=False, **dims),
+    )
 
 
 def _spectrum(waves: Array) -> Array:
@@ -88,19 +101,37 @@ def _spectrum(waves: Array) -> Array:
     amplitude = 2.0 * np.abs(np.fft.rfft(held.ravel())) / held.size
     whole = amplitude[len(held) :: len(held)][:ORDERS]
     whole = np.pad(whole, (0, ORDERS - len(whole)), constant_values=np.nan)
-    return np.append(whole, np.sqrt(0.5 * np.sum(amplitude[np.arange(len(amplitude)) % len(held) != 0] ** 2)))
+    return np.append(
+        whole,
+        np.sqrt(
+            0.5 * np.sum(amplitude[np.arange(len(amplitude)) % len(held) != 0] ** 2)
+        ),
+    )
 
 
-STE, FORCE, WORDS = "static_transmission_error", "dynamic_mesh_force", "dynamic mesh force"
+STE, FORCE, WORDS = (
+    "static_transmission_error",
+    "dynamic_mesh_force",
+    "dynamic mesh force",
+)
 QUANTITIES = (
     Quantity("wear_depth", "wear_depth", "wear depth"),
     Quantity("max_wear_depth", "max_wear_depth", "largest wear depth"),
     Quantity("mesh_stiffness", "mesh_stiffness", "mesh stiffness (TVMS)"),
-    Quantity("stiffness_peak_to_peak", "mesh_stiffness", "range of the mesh stiffness", _range),
-    Quantity("stiffness_harmonics", "stiffness_harmonics", "harmonics of the mesh stiffness"),
+    Quantity(
+        "stiffness_peak_to_peak",
+        "mesh_stiffness",
+        "range of the mesh stiffness",
+        _range,
+    ),
+    Quantity(
+        "stiffness_harmonics", "stiffness_harmonics", "harmonics of the mesh stiffness"
+    ),
     Quantity(STE, STE, "static transmission error"),
     Quantity("ste_peak_to_peak", STE, "range of the static transmission error", _range),
-    Quantity("ste_harmonics", "ste_harmonics", "harmonics of the static transmission error"),
+    Quantity(
+        "ste_harmonics", "ste_harmonics", "harmonics of the static transmission error"
+    ),
     Quantity(FORCE, FORCE, f"{WORDS}, mean over mesh periods", _mean_over_periods),
     Quantity("mesh_force_peak", FORCE, f"largest {WORDS}", _peak),
     Quantity("mesh_force_peak_to_peak", FORCE, f"range of the {WORDS}", _range),
@@ -119,7 +150,10 @@ def described(names: Iterable[str]) -> dict[str, tuple[str, list[str]]]:
     """Return unit, display unit and name of each quantity, as coordinates along ``quantity``."""
     table = {quantity.name: quantity.attributes for quantity in QUANTITIES}
     keys = {"units": "units", "display_units": "display_units", "name": "long_name"}
-    return {f"quantity_{end}": ("quantity", [table[n][key] for n in names]) for end, key in keys.items()}
+    return {
+        f"quantity_{end}": ("quantity", [table[n][key] for n in names])
+        for end, key in keys.items()
+    }
 
 
 CYCLE, WEAR_DEPTH = "cycle", "wear_depth"
@@ -144,13 +178,23 @@ def positions(run: xr.Dataset, on: str, name: str) -> Stands:
     if "update" not in run.dims:
         return np.zeros(1), np.zeros(1, np.intp)
     if on == CYCLE:
-        position = run["cycle"].values if "cycle" in run else np.arange(run.sizes["update"], dtype=float)
+        position = (
+            run["cycle"].values
+            if "cycle" in run
+            else np.arange(run.sizes["update"], dtype=float)
+        )
     else:
         source = next((n for n in ("max_wear_depth", "wear_depth") if n in run), None)
         if source is None:
-            raise CompareError(f"{name} has no wear depth to be aligned on; compare on cycle")
-        position = run[source].max([dim for dim in run[source].dims if dim != "update"]).values
-    rising = np.concatenate([[True], position[1:] > np.maximum.accumulate(position)[:-1]])
+            raise CompareError(
+                f"{name} has no wear depth to be aligned on; compare on cycle"
+            )
+        position = (
+            run[source].max([dim for dim in run[source].dims if dim != "update"]).values
+        )
+    rising = np.concatenate(
+        [[True], position[1:] > np.maximum.accumulate(position)[:-1]]
+    )
     return np.asarray(position[rising], float), np.flatnonzero(rising)
 
 
@@ -161,9 +205,13 @@ def common(a: Array, b: Array, on: str) -> Array:
     ------
     CompareError : no position is reached by both
     """
-    low, high = max(a[0], b[0]), min(a[-1], b[-1])
+    low = max(a[0], b[0])
+    high = min(a[-1], b[-1])
     if low > high:
-        said = f"A runs over {on} {a[0]:.6g} to {a[-1]:.6g}, B over {b[0]:.6g} to {b[-1]:.6g}"
+        said = (
+            f"A runs over {on} {a[0]:.6g} to {a[-1]:.6g}, B over {b[0]:.6g} to "
+            f"{b[-1]:.6g}"
+        )
         raise CompareError(f"{said}: nothing in common")
     inside = np.unique(np.concatenate([a, b, [low, high]]))
     inside = inside[(inside >= low) & (inside <= high)]
@@ -172,7 +220,9 @@ def common(a: Array, b: Array, on: str) -> Array:
 
 
 def at_positions(values: xr.DataArray, stands: Stands, wanted: Array) -> xr.DataArray:
-    """Return values at wanted positions, linear between stored states; the dim ``state`` comes first.
+    """Return values at wanted positions, linear between stored states.
+
+    The dim ``state`` comes first.
 
     Parameters
     ----------
@@ -184,14 +234,21 @@ def at_positions(values: xr.DataArray, stands: Stands, wanted: Array) -> xr.Data
         return values.expand_dims(state=len(wanted))
     given, states = stands
     stored = values.transpose("update", ...).isel(update=states)
-    above = np.clip(np.searchsorted(given, wanted), min(1, len(given) - 1), len(given) - 1)
+    above = np.clip(
+        np.searchsorted(given, wanted), min(1, len(given) - 1), len(given) - 1
+    )
     below = np.maximum(above - 1, 0)
     width = given[above] - given[below]
-    share = np.where(width > 0, (wanted - given[below]) / np.where(width > 0, width, 1.0), 0.0)
+    share = np.where(
+        width > 0, (wanted - given[below]) / np.where(width > 0, width, 1.0), 0.0
+    )
     share = np.where(np.abs(share - np.round(share)) < SAME, np.round(share), share)
     share = share.reshape(-1, *(1,) * (stored.ndim - 1))
-    low, high = stored.values[below], stored.values[above]
-    mixed = np.where(share == 0.0, low, np.where(share == 1.0, high, low + share * (high - low)))
+    low = stored.values[below]
+    high = stored.values[above]
+    mixed = np.where(
+        share == 0.0, low, np.where(share == 1.0, high, low + share * (high - low))
+    )
     kept = {n: c for n, c in stored.coords.items() if "update" not in c.dims}
     return xr.DataArray(mixed, dims=("state", *stored.dims[1:]), coords=kept)
 
@@ -208,41 +265,70 @@ def same_nodes(a: xr.DataArray, b: xr.DataArray) -> tuple[xr.DataArray, xr.DataA
         if dim in both and dim in a.coords and dim in b.coords:
             shared = [label for label in a[dim].values if label in b[dim].values]
             if not shared:
-                raise CompareError(f"no {dim} in common: {list(a[dim].values)} and {list(b[dim].values)}")
-            a, b = a.sel({dim: shared}), b.sel({dim: shared})
+                raise CompareError(
+                    f"no {dim} in common: {list(a[dim].values)} and "
+                    f"{list(b[dim].values)}"
+                )
+            a = a.sel({dim: shared})
+            b = b.sel({dim: shared})
     b = _on_phases(a, b) if "phase" in both else b
     return a, _on_profile(a, b) if "profile" in both else b
 
 
 def _on_phases(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
-    """Return B on A's phases, linear and periodic; phase 0 is where a pair of mesh 1 enters at A."""
-    own, wanted = phases_of(b), phases_of(a)
+    """Return B on A's phases, linear and periodic.
+
+    Phase 0 is where a pair of mesh 1 enters at A.
+    """
+    own = phases_of(b)
+    wanted = phases_of(a)
     if own.shape == wanted.shape and np.allclose(own, wanted, rtol=0.0, atol=1e-12):
         return b
     moved = b.transpose(..., "phase")
-    waves = np.apply_along_axis(lambda wave: np.interp(wanted, own, wave, period=1.0), -1, moved.values)
+    waves = np.apply_along_axis(
+        lambda wave: np.interp(wanted, own, wave, period=1.0), -1, moved.values
+    )
     return _laid(b, moved, waves).assign_coords(phase=wanted)
 
 
 def phases_of(wave: xr.DataArray) -> Array:
     """Return the phases at which a wave is given, (n,) [1]."""
     count = wave.sizes["phase"]
-    return np.asarray(wave["phase"] if "phase" in wave.coords else np.arange(count) / count, float)
+    return np.asarray(
+        wave["phase"] if "phase" in wave.coords else np.arange(count) / count, float
+    )
 
 
 def _on_profile(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
-    """Return B at A's nodes, by path position, linear; NaN where B's path does not reach."""
-    wanted, own = _path(a), _path(b)
-    if wanted is None or own is None or (own.shape == wanted.shape and np.allclose(own, wanted, atol=1e-12)):
+    """Return B at A's nodes, by path position, linear.
+
+    NaN where B's path does not reach.
+    """
+    wanted = _path(a)
+    own = _path(b)
+    if (
+        wanted is None
+        or own is None
+        or (own.shape == wanted.shape and np.allclose(own, wanted, atol=1e-12))
+    ):
         if wanted is None and a.sizes["profile"] != b.sizes["profile"]:
-            raise CompareError("the runs have different nodes and no path_position to match them")
+            raise CompareError(
+                "the runs have different nodes and no path_position to match them"
+            )
         return b
     moved = b.transpose("flank", ..., "profile")
     flanks = [
-        np.apply_along_axis(lambda row: np.interp(to, at, row, left=np.nan, right=np.nan), -1, rows)  # noqa: B023
-        for to, at, rows in zip(wanted, own, moved.values, strict=True)
+        np.apply_along_axis(partial(_interpolated, new, old), -1, rows)
+        for new, old, rows in zip(wanted, own, moved.values, strict=True)
     ]
-    return _laid(b, moved, np.stack(flanks)).assign_coords(path_position=a["path_position"])
+    return _laid(b, moved, np.stack(flanks)).assign_coords(
+        path_position=a["path_position"]
+    )
+
+
+def _interpolated(new: Array, old: Array, row: Array) -> Array:
+    """Return a row known at old positions at new ones, NaN beyond the ends."""
+    return np.interp(new, old, row, left=np.nan, right=np.nan)
 
 
 def _laid(given: xr.DataArray, moved: xr.DataArray, values: Array) -> xr.DataArray:
@@ -255,7 +341,9 @@ def _path(values: xr.DataArray) -> Array | None:
     """Return positions (flank, profile), the two nodes of a step set apart."""
     if "path_position" not in values.coords or "flank" not in values.dims:
         return None
-    position = values["path_position"].transpose("flank", "profile").values.astype(float)
+    position = (
+        values["path_position"].transpose("flank", "profile").values.astype(float)
+    )
     span = 1e-9 * np.ptp(position)
     twin = np.isclose(np.diff(position, axis=1), 0.0, atol=1e-3 * span)
     position[:, :-1][twin] -= span
@@ -269,9 +357,10 @@ SIDES = ("A", "B")
 def compare_runs(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> xr.Dataset:
     """Return two runs side by side at the same cycles or wear depths.
 
-    Every quantity q stands as ``q(run, state, …)`` with ``q_difference(state, …)`` = B − A. How much they
-    differ, ``relative_difference(quantity, state)``, is max|B − A| at a state over max(|A|, |B|) of all
-    states; ``first_difference(quantity)`` is where it first exceeds the tolerance, linear between states.
+    Every quantity q stands as ``q(run, state, …)`` with ``q_difference(state, …)`` = B
+    − A. How much they differ, ``relative_difference(quantity, state)``, is max|B − A|
+    at a state over max(|A|, |B|) of all states; ``first_difference(quantity)`` is where
+    it first exceeds the tolerance, linear between states.
 
     Parameters
     ----------
@@ -291,12 +380,19 @@ def compare_runs(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> xr.
         if quantity.source not in a or quantity.source not in b:
             continue
         values = (_of(quantity, run) for run in (a, b))
-        own, other = same_nodes(*(at_positions(*each, wanted) for each in zip(values, stands, strict=True)))
+        own, other = same_nodes(
+            *(at_positions(*each, wanted) for each in zip(values, stands, strict=True))
+        )
         both = np.stack([own.values, other.transpose(*own.dims).values])
-        named, words = quantity.attributes, f"{quantity.long_name}: B − A"
-        made[quantity.name] = xr.DataArray(both, own.coords, ("run", *own.dims), attrs=named)
+        named = quantity.attributes
+        words = f"{quantity.long_name}: B − A"
+        made[quantity.name] = xr.DataArray(
+            both, own.coords, ("run", *own.dims), attrs=named
+        )
         less = own.copy(data=both[1] - both[0])
-        made[f"{quantity.name}_difference"] = less.assign_attrs({**named, "long_name": words})
+        made[f"{quantity.name}_difference"] = less.assign_attrs(
+            {**named, "long_name": words}
+        )
         relative[quantity.name] = _relative(own.values, other.values)
     if not relative:
         raise CompareError("the runs have no variable in common that is compared")
@@ -308,12 +404,17 @@ def compare_runs(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> xr.
     places: dict[str, Any] = {"run": list(SIDES), "cycle": ("state", wanted, aligned)}
     if on != CYCLE:
         pairs = zip((a, b), stands, strict=True)
-        cycles = [at_positions(run["cycle"], each, wanted).values for run, each in pairs]
+        cycles = [
+            at_positions(run["cycle"], each, wanted).values for run, each in pairs
+        ]
         places["cycle"] = (("run", "state"), np.stack(cycles), declared("cycle"))
         places["aligned_depth"] = ("state", wanted, aligned)
     table = np.stack(list(relative.values()))
     first = np.array([first_above(wanted, row, tolerance) for row in table])
-    said = {"long_name": f"{aligned['long_name']} at which the runs first differ by more than the tolerance"}
+    said = {
+        "long_name": f"{aligned['long_name']} at which the runs first differ by more "
+        "than the tolerance"
+    }
     largest = np.max(table, axis=1, initial=0.0, where=np.isfinite(table))
     of_all = RELATIVE | {"long_name": "relative difference, largest of all states"}
     made["relative_difference"] = ("quantity", "state"), table, RELATIVE
@@ -328,23 +429,36 @@ def _of(quantity: Quantity, run: xr.Dataset) -> xr.DataArray:
     kept = [n for n in values.coords if n in values.dims]
     if "profile" in values.dims and "path_position" in run:
         kept.append("path_position")
-    return quantity.of(values.reset_coords(drop=True).assign_coords({n: run[n] for n in kept}))
+    return quantity.of(
+        values.reset_coords(drop=True).assign_coords({n: run[n] for n in kept})
+    )
 
 
-RELATIVE = {"units": "1", "display_units": "%", "long_name": "largest difference over the largest value"}
+RELATIVE = {
+    "units": "1",
+    "display_units": "%",
+    "long_name": "largest difference over the largest value",
+}
 
 
 def _relative(a: Array, b: Array) -> Array:
     """Return how much two arrays differ at each state, relative to the largest of all states."""
-    scale = max(float(np.max(np.abs(x), initial=0.0, where=~np.isnan(x))) for x in (a, b))
+    scale = max(
+        float(np.max(np.abs(x), initial=0.0, where=~np.isnan(x))) for x in (a, b)
+    )
     apart = np.abs(b - a).reshape(len(a), -1)
     held = np.isfinite(apart)
-    largest = np.where(held.any(axis=1), np.max(apart, axis=1, initial=0.0, where=held), np.nan)
+    largest = np.where(
+        held.any(axis=1), np.max(apart, axis=1, initial=0.0, where=held), np.nan
+    )
     return largest / scale if scale > 0.0 else np.where(np.isnan(largest), np.nan, 0.0)
 
 
 def first_above(position: Array, values: Array, tolerance: float) -> float:
-    """Return where values first exceed a tolerance, linear between positions; NaN where they never do."""
+    """Return where values first exceed a tolerance, linear between positions.
+
+    NaN where they never do.
+    """
     above = np.flatnonzero(np.nan_to_num(values, nan=-1.0) > tolerance)
     if not above.size:
         return float("nan")
@@ -359,7 +473,9 @@ def _said(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> dict[str, 
     changed = differences(str(a.attrs.get("scene", "")), str(b.attrs.get("scene", "")))
     names = {"run": "id", "source_hash": "source_hash"}
     each = {
-        f"{k}_{s}": str(r.attrs.get(name, "")) for k, name in names.items() for s, r in (("a", a), ("b", b))
+        f"{k}_{s}": str(r.attrs.get(name, ""))
+        for k, name in names.items()
+        for s, r in (("a", a), ("b", b))
     }
     scenes = json.dumps([key._asdict() for key in changed], ensure_ascii=False)
     told = {"aligned_on": on, "tolerance": tolerance, "scene_differences": scenes}
@@ -368,33 +484,65 @@ def _said(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> dict[str, 
 
 Row = tuple[str, ...]
 SCENE_HEADS = ("key", "A", "B", "unit")
-QUANTITY_HEADS = ("quantity", "A", "B", "unit", "largest difference", "there", "first above tolerance")
+QUANTITY_HEADS = (
+    "quantity",
+    "A",
+    "B",
+    "unit",
+    "largest difference",
+    "there",
+    "first above tolerance",
+)
 OF_LIVES = ("life A [cycles]", "life B [cycles]")
-PAIR_HEADS = ("runs", *OF_LIVES, "largest difference", "of", "first above tolerance", "of ")
+PAIR_HEADS = (
+    "runs",
+    *OF_LIVES,
+    "largest difference",
+    "of",
+    "first above tolerance",
+    "of ",
+)
 ABSENT = "—"
 
 
 def scene_rows(comparison: xr.Dataset) -> list[Row]:
     """Return key, A, B and unit of every key of the scenes that differs."""
     changed = json.loads(comparison.attrs.get("scene_differences") or "[]")
-    return [(key["key"], _value(key["a"]), _value(key["b"]), key["units"] or "") for key in changed]
+    return [
+        (key["key"], _value(key["a"]), _value(key["b"]), key["units"] or "")
+        for key in changed
+    ]
 
 
 def quantity_rows(comparison: xr.Dataset) -> list[Row]:
     """Return one row a quantity of two runs: both values where they differ most, and where they first do."""
     rows: list[Row] = []
-    aligned = comparison["cycle" if comparison.attrs["aligned_on"] == CYCLE else "aligned_depth"].values
+    aligned = comparison[
+        "cycle" if comparison.attrs["aligned_on"] == CYCLE else "aligned_depth"
+    ].values
     summary = ("largest_relative_difference", "first_difference")
-    for name, share, first in zip(*(comparison[n].values for n in ("quantity", *summary)), strict=True):
+    for name, share, first in zip(
+        *(comparison[n].values for n in ("quantity", *summary)), strict=True
+    ):
         apart = abs(comparison[f"{name}_difference"])
         apart = apart.where(np.isfinite(apart), -1.0)
         at = apart.argmax(...)  # where they differ most
         values = comparison[name].isel(at).where(apart.isel(at) >= 0.0).values
-        there = "" if share == 0.0 else _place(comparison, float(aligned[int(at["state"])]))
-        rows.append((*_both(comparison[name], values), _percent(share), there, _place(comparison, first)))
+        there = (
+            "" if share == 0.0 else _place(comparison, float(aligned[int(at["state"])]))
+        )
+        rows.append(
+            (
+                *_both(comparison[name], values),
+                _percent(share),
+                there,
+                _place(comparison, first),
+            )
+        )
     for name in (name for name in SCALARS if name in comparison):
         called, a, b, unit = _both(comparison[name], comparison[name].values)
-        apart, largest = np.ptp(comparison[name].values), np.abs(comparison[name].values).max()
+        apart = np.ptp(comparison[name].values)
+        largest = np.abs(comparison[name].values).max()
         share = _percent(apart / largest) if np.isfinite(largest) and largest else ""
         rows.append((called, a, b, "cycles" if name == "life" else unit, share, "", ""))
     return rows
@@ -402,19 +550,24 @@ def quantity_rows(comparison: xr.Dataset) -> list[Row]:
 
 def _both(quantity: xr.DataArray, values: Any) -> tuple[str, str, str, str]:
     """Return what a quantity is, the values of A and B as they are shown, and their unit."""
-    stored, shown = quantity.attrs["units"], quantity.attrs["display_units"]
+    stored = quantity.attrs["units"]
+    shown = quantity.attrs["display_units"]
     a, b = (_number(convert(float(value), stored, shown)) for value in values)
     return quantity.attrs["long_name"], a, b, "" if shown == "1" else shown
 
 
 def pair_rows(comparison: xr.Dataset) -> list[Row]:
     """Return one row a pair of runs of two campaigns: the quantity that differs most, and the first to."""
-    rows, names = [], [str(name) for name in comparison["quantity_name"].values]
+    rows = []
+    names = [str(name) for name in comparison["quantity_name"].values]
     for index, pair in enumerate(comparison["pair"].values):
         compared = comparison.isel(pair=index)
-        shares, first = compared["largest_relative_difference"].values, compared["first_difference"].values
+        shares = compared["largest_relative_difference"].values
+        first = compared["first_difference"].values
         most = int(np.argmax(np.nan_to_num(shares, nan=-1.0)))
-        lives = map(_number, compared["life"].values) if "life" in compared else ("", "")
+        lives = (
+            map(_number, compared["life"].values) if "life" in compared else ("", "")
+        )
         where = (ABSENT, "")
         if np.isfinite(first).any():
             earliest = int(np.nanargmin(first))
@@ -440,4 +593,10 @@ def _percent(share: float) -> str:
 
 
 def _value(value: Any) -> str:
-    return ABSENT if value is None else f"{value:.9g}" if isinstance(value, float) else str(value)
+    return (
+        ABSENT
+        if value is None
+        else f"{value:.9g}"
+        if isinstance(value, float)
+        else str(value)
+    )

@@ -22,20 +22,22 @@ class SobolWarning(UserWarning):
 def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
     """Return the first-order and the total Sobol' indices of a result.
 
-    S_j = ⟨f_B (f_ABj − f_A)⟩ / V (Saltelli et al. 2010, Table 2 b), T_j = ⟨(f_A − f_ABj)²⟩ / 2V (Jansen
-    1999), V the variance of f_A and f_B together; f is taken from its mean, which makes S_j scatter less.
+    S_j = ⟨f_B (f_ABj − f_A)⟩ / V (Saltelli et al. 2010, Table 2 b), T_j = ⟨(f_A −
+    f_ABj)²⟩ / 2V (Jansen 1999), V the variance of f_A and f_B together; f is taken from
+    its mean, which makes S_j scatter less.
 
     Parameters
     ----------
-    result : a variable of a grid along the axis that was drawn, such as ``grid.life``; along its other
-        dimensions the indices are computed one by one
+    result : a variable of a grid along the axis that was drawn, such as ``grid.life``;
+        along its other dimensions the indices are computed one by one
     seed : of the bootstrap
 
     Returns
     -------
-    Dataset along ``input``: ``first_order``, ``total_order``, each with ``_low`` and ``_high``, the ends of
-    the bootstrap's 95 % interval, and ``points``, the number of base points all of whose runs have a value.
-    Too few of these are warned of: intervals wider than `WIDE`, or a first order beyond its total order.
+    Dataset along ``input``: ``first_order``, ``total_order``, each with ``_low`` and
+    ``_high``, the ends of the bootstrap's 95 % interval, and ``points``, the number of
+    base points all of whose runs have a value. Too few of these are warned of:
+    intervals wider than `WIDE`, or a first order beyond its total order.
 
     Raises
     ------
@@ -46,20 +48,43 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
     >>> wl.sobol_indices(np.log10(store.open(campaign).life))  # doctest: +SKIP
     """
     labelled = (str(dim) for dim in result.dims if dim in result.coords)
-    axis = next((dim for dim in labelled if result[dim].attrs.get("key") == DESIGN), None)
+    axis = next(
+        (dim for dim in labelled if result[dim].attrs.get("key") == DESIGN), None
+    )
     if axis is None:
-        raise CompareError(f'sobol_indices: needs a result along a [[sweep]] with sample.method = "{DESIGN}"')
-    inputs = [str(name) for name, coord in result.coords.items() if coord.dims == (axis,) and name != axis]
+        raise CompareError(
+            "sobol_indices: needs a result along a [[sweep]] with sample.method = "
+            f'"{DESIGN}"'
+        )
+    inputs = [
+        str(name)
+        for name, coord in result.coords.items()
+        if coord.dims == (axis,) and name != axis
+    ]
     keys = [str(result[name].attrs.get("key", name)) for name in inputs]
-    runs, width = result.sizes[axis], len(inputs)
+    runs = result.sizes[axis]
+    width = len(inputs)
     if runs % (width + 2):
-        raise CompareError(f"sobol_indices: {runs} runs of {width} inputs are no whole design: do not select")
+        raise CompareError(
+            f"sobol_indices: {runs} runs of {width} inputs are no whole design: do "
+            "not select"
+        )
     others = [str(dim) for dim in result.dims if dim != axis]
-    table = result.transpose(axis, *others).values.astype(float).reshape(runs // (width + 2), width + 2, -1)
+    table = (
+        result.transpose(axis, *others)
+        .values.astype(float)
+        .reshape(runs // (width + 2), width + 2, -1)
+    )
     rng = np.random.default_rng(seed)
-    with_intervals = np.stack([_with_interval(table[:, :, k], rng) for k in range(table.shape[2])], axis=-1)
+    with_intervals = np.stack(
+        [_with_interval(table[:, :, k], rng) for k in range(table.shape[2])], axis=-1
+    )
     shape = [result.sizes[dim] for dim in others]
-    names = [f"{order}_order{end}" for order in ("first", "total") for end in ("", "_low", "_high")]
+    names = [
+        f"{order}_order{end}"
+        for order in ("first", "total")
+        for end in ("", "_low", "_high")
+    ]
     variables = {
         name: (("input", *others), interval.reshape(width, *shape), {"units": "1"})
         for name, interval in zip(names, with_intervals[:6], strict=True)
@@ -68,20 +93,35 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
     points = np.isfinite(table).all(axis=1).sum(axis=0).reshape(shape)
     coordinates: dict[str, Any] = {"input": inputs, "key": ("input", keys)}
     coordinates |= {dim: result[dim].values for dim in others if dim in result.coords}
-    return xr.Dataset({**variables, "points": (tuple(others), points, {"units": "1"})}, coordinates)
+    return xr.Dataset(
+        {**variables, "points": (tuple(others), points, {"units": "1"})}, coordinates
+    )
 
 
 def _warn(with_intervals: Array, inputs: list[str], points: int) -> None:
-    """Say of which inputs the indices cannot be trusted, and why; found has shape (6, inputs, places)."""
+    """Say of which inputs the indices cannot be trusted, and why.
+
+    Found has shape (6, inputs, places).
+    """
     _, first_low, first_high, _, total_low, total_high = with_intervals
     width = np.maximum(first_high - first_low, total_high - total_low)
     wide = (width > WIDE).any(axis=-1)
-    beyond = ((first_low > total_high) | (first_high < 0.0) | (total_low > 1.0)).any(axis=-1)
+    beyond = ((first_low > total_high) | (first_high < 0.0) | (total_low > 1.0)).any(
+        axis=-1
+    )
     doubts = (
-        (wide, f"the 95 % intervals of {{}} are up to {np.nanmax(width, initial=0.0):.2g} wide"),
+        (
+            wide,
+            f"the 95 % intervals of {{}} are up to "
+            f"{np.nanmax(width, initial=0.0):.2g} wide",
+        ),
         (beyond, "those of {} contradict 0 ≤ first order ≤ total order ≤ 1"),
     )
-    said = [text.format(", ".join(compress(inputs, which))) for which, text in doubts if which.any()]
+    said = [
+        text.format(", ".join(compress(inputs, which)))
+        for which, text in doubts
+        if which.any()
+    ]
     if said:
         few = f"{points} base points are too few to trust these: {'; '.join(said)}"
         raised = "Raise sample.n, at least fourfold to halve an interval"
@@ -104,7 +144,9 @@ def _with_interval(table: Array, rng: np.random.Generator) -> Array:
 def indices(table: Array) -> Array:
     """Return S_j and T_j, (2, inputs), from f at A, B, AB_1 … AB_d, (points, inputs + 2)."""
     centred = table - table[:, :2].mean()
-    a, b, mixed = centred[:, 0], centred[:, 1], centred[:, 2:]
+    a = centred[:, 0]
+    b = centred[:, 1]
+    mixed = centred[:, 2:]
     variance = np.concatenate([a, b]).var()
     with np.errstate(divide="ignore", invalid="ignore"):
         first = np.mean(b[:, None] * (mixed - a[:, None]), axis=0) / variance

@@ -1,7 +1,8 @@
 """The ways to find a steady response: one road, ``method.solve(system, tables, period, start)``.
 
-Beside shooting, and Runge–Kutta steps that locate changes of contact, these are the methods of the papers:
-they integrate the equation of motion itself until steady, and do not follow changes of contact.
+Beside shooting, and Runge–Kutta steps that locate changes of contact, these are the
+methods of the papers: they integrate the equation of motion itself until steady, and do
+not follow changes of contact.
 """
 
 from dataclasses import dataclass
@@ -21,9 +22,13 @@ from wearlab.mesh.stages import StageTables
 
 __all__ = ["Method", "Newmark", "Periodic", "RungeKutta4", "RungeKutta45"]
 MOST_ITERATIONS = 12
-NODES, WEIGHTS = np.append(RK45.C, 1.0), np.zeros((7, 7))
-WEIGHTS[:6, :5], WEIGHTS[6, :6] = RK45.A, RK45.B
-FOURTH = np.array([5179 / 57600, 0, 7571 / 16695, 393 / 640, -92097 / 339200, 187 / 2100, 1 / 40])
+NODES = np.append(RK45.C, 1.0)
+WEIGHTS = np.zeros((7, 7))
+WEIGHTS[:6, :5] = RK45.A
+WEIGHTS[6, :6] = RK45.B
+FOURTH = np.array(
+    [5179 / 57600, 0, 7571 / 16695, 393 / 640, -92097 / 339200, 187 / 2100, 1 / 40]
+)
 LEAST_FRACTION = 1e-9
 
 
@@ -31,8 +36,12 @@ LEAST_FRACTION = 1e-9
 def see_within(kernel: Any, step: int, x: float, state: Any) -> None:
     """Set what touches and pushes at fraction ``x`` of a step, channels and loads there."""
     for m in range(len(kernel.flanks.meshes.damping)):
-        place, speed = mesh_law.motion_of(kernel.structure, m, np.uint64(1), state, np.uint64(0))
-        damping_law.see_flanks(kernel.flanks.meshes.law, kernel.flanks, step, x, m, place, speed)
+        place, speed = mesh_law.motion_of(
+            kernel.structure, m, np.uint64(1), state, np.uint64(0)
+        )
+        damping_law.see_flanks(
+            kernel.flanks.meshes.law, kernel.flanks, step, x, m, place, speed
+        )
     mesh_law.channel_law(kernel.flanks, mesh_law.THIS, 1)
     mesh_law.fill_loads(kernel, step, x, x, mesh_law.THIS)
 
@@ -48,13 +57,15 @@ def acceleration(kernel: Any, step: int, x: float, state: Any, out: Any) -> None
 class RungeKutta45(UntilSteady):
     """Adaptive steps of order five with an embedded fourth order (Dormand & Prince 1980).
 
-    The tables are interpolated within their steps and integration stops at every end of them, so no step
-    straddles a jump. Contact changes are left to the error control, as in the papers.
+    The tables are interpolated within their steps and integration stops at every end of
+    them, so no step straddles a jump. Contact changes are left to the error control, as
+    in the papers.
 
     Parameters
     ----------
     relative, absolute : error allowed per step: relative, and of positions [m]
-    tolerance, most, longest, averaged : see `wearlab.dynamics.orbits.integrate.UntilSteady`
+    tolerance, most, longest, averaged : see
+        `wearlab.dynamics.orbits.integrate.UntilSteady`
     """
 
     relative: float = 1e-7
@@ -62,7 +73,12 @@ class RungeKutta45(UntilSteady):
 
     def memory(self, system: System, tables: StageTables) -> "AdaptiveMemory":
         """Return the memory of the steps."""
-        return AdaptiveMemory(np.empty((8, 2 * len(system.load))), np.ones(1), self.relative, self.absolute)
+        return AdaptiveMemory(
+            np.empty((8, 2 * len(system.load))),
+            np.ones(1),
+            self.relative,
+            self.absolute,
+        )
 
 
 class AdaptiveMemory(NamedTuple):
@@ -82,16 +98,23 @@ class AdaptiveMemory(NamedTuple):
 
 
 def adaptive_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
-    """Integrate over one step of the tables, in as many parts as tolerances ask for; count the evaluations.
+    """Integrate over one step of the tables, in as many parts as tolerances ask for.
+
+    Count the evaluations.
 
     References
     ----------
     Dormand & Prince, J. Comput. Appl. Math. 6 (1980) 19–26.
     """
-    slopes, trial, relative, absolute = memory.rows[:7], memory.rows[7], memory.relative, memory.absolute
+    slopes = memory.rows[:7]
+    trial = memory.rows[7]
+    relative = memory.relative
+    absolute = memory.absolute
     n = len(state) // 2
     width = kernel.flanks.tables.width[step] * kernel.flanks.period
-    x, evaluations, size = 0.0, 0, memory.fraction[0]
+    x = 0.0
+    evaluations = 0
+    size = memory.fraction[0]
     while x < 1.0:
         size = max(LEAST_FRACTION, size)
         part = 1.0 - x if x + size > 1.0 - 1e-12 else size
@@ -102,7 +125,9 @@ def adaptive_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
                 for before in range(stage):
                     trial[row] += h * WEIGHTS[stage, before] * slopes[before, row]
             write(trial[n:], slopes[stage])
-            acceleration(kernel, step, x + NODES[stage] * part, trial, slopes[stage, n:])
+            acceleration(
+                kernel, step, x + NODES[stage] * part, trial, slopes[stage, n:]
+            )
         evaluations += 7
         error = 0.0
         for row in range(2 * n):
@@ -127,12 +152,14 @@ def adaptive_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
 class Newmark(UntilSteady):
     """Newmark-β with β = 1/4, γ = 1/2, Newton on the contact inside each step (Newmark 1959).
 
-    Second order; implicit and unconditionally stable for constant contact. Parameters: see `UntilSteady`.
+    Second order; implicit and unconditionally stable for constant contact. Parameters:
+    see `UntilSteady`.
     """
 
     def memory(self, system: System, tables: StageTables) -> "NewmarkMemory":
         """Return the memory of the steps."""
-        n, flags = len(system.load), np.prod(tables.stiffness.shape[2:]) + len(system.direction)
+        n = len(system.load)
+        flags = np.prod(tables.stiffness.shape[2:]) + len(system.direction)
         ends = np.empty(n), np.empty(n), np.empty(2 * n), np.empty((n, n))
         return NewmarkMemory(*ends, np.zeros(2 * flags, np.bool_))
 
@@ -158,16 +185,19 @@ class NewmarkMemory(NamedTuple):
 def newmark_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
     """Advance ``state`` over one step of the tables; count the evaluations.
 
-    ``q₁ = q₀ + h v₀ + h²/4 (a₀ + a₁)``, ``v₁ = v₀ + h/2 (a₀ + a₁)``, with a₁ from the equation of motion at
-    the end of the step; the contact there is guessed, solved for and guessed again until it agrees.
+    ``q₁ = q₀ + h v₀ + h²/4 (a₀ + a₁)``, ``v₁ = v₀ + h/2 (a₀ + a₁)``, with a₁ from the
+    equation of motion at the end of the step; the contact there is guessed, solved for
+    and guessed again until it agrees.
 
     References
     ----------
     Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94.
     """
     before, after, trial, matrix, seen = memory
-    touch, pushes = kernel.flanks.scratch.touch.ravel(), kernel.flanks.scratch.pushes.ravel()
-    n, h = len(before), kernel.flanks.tables.width[step] * kernel.flanks.period
+    touch = kernel.flanks.scratch.touch.ravel()
+    pushes = kernel.flanks.scratch.pushes.ravel()
+    n = len(before)
+    h = kernel.flanks.tables.width[step] * kernel.flanks.period
     acceleration(kernel, step, 0.0, state, before)
     write(state, trial)
     evaluations = 0
@@ -175,7 +205,9 @@ def newmark_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
         see_within(kernel, step, 1.0, trial)
         agreed = iteration > 0
         for x in range(len(touch)):
-            agreed = agreed and seen[x] == touch[x] and seen[len(touch) + x] == pushes[x]
+            agreed = (
+                agreed and seen[x] == touch[x] and seen[len(touch) + x] == pushes[x]
+            )
             seen[x], seen[len(touch) + x] = touch[x], pushes[x]
         if agreed:
             break
@@ -193,17 +225,28 @@ def newmark_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
 
 
 @jit_inner
-def _end_equation(kernel: Any, step: int, predicted: Array, right: Array, matrix: Array) -> None:
+def _end_equation(
+    kernel: Any, step: int, predicted: Array, right: Array, matrix: Array
+) -> None:
     """Fill matrix and right-hand side of the equation for a₁: what a₁ itself adds goes to the left."""
-    n, given, h = len(right), kernel.series, kernel.flanks.tables.width[step] * kernel.flanks.period
-    mesh, channels = kernel.flanks.scratch.mesh[0], len(kernel.flanks.meshes.channels)
-    count, square, half = len(kernel.flanks.meshes.damping), 0.25 * h * h, 0.5 * h
+    n = len(right)
+    given = kernel.series
+    h = kernel.flanks.tables.width[step] * kernel.flanks.period
+    mesh = kernel.flanks.scratch.mesh[0]
+    channels = len(kernel.flanks.meshes.channels)
+    count = len(kernel.flanks.meshes.damping)
+    square = 0.25 * h * h
+    half = 0.5 * h
     rk4.acceleration(kernel, mesh_law.START, predicted, right)
     for row in range(n):
         for col in range(n):
-            matrix[row, col] = square * given.stiffness[row, col] + half * given.damping[row, col]
+            matrix[row, col] = (
+                square * given.stiffness[row, col] + half * given.damping[row, col]
+            )
             for c in range(channels):
-                felt = given.direction[c % count, col] * (square * mesh[c] + half * mesh[3 * channels + c])
+                felt = given.direction[c % count, col] * (
+                    square * mesh[c] + half * mesh[3 * channels + c]
+                )
                 matrix[row, col] += given.enters[c, row] * felt
         matrix[row, row] += 1.0
 

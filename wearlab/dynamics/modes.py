@@ -13,7 +13,8 @@ MeshStiffness = Mapping[str, float] | Array | float
 RIGID = 1e-6
 """Frequency over the highest one below which a mode is a rigid-body mode."""
 ROUNDED = 1e-5
-"""The same for a mode of negative square: what centripetal terms leave of a free rotation."""
+"""The same for a mode of negative square: what centripetal terms leave of a free
+rotation."""
 
 
 class Modes(NamedTuple):
@@ -42,23 +43,31 @@ def per_mesh(system: System, mesh_stiffness: MeshStiffness) -> Array:
     Parameters
     ----------
     system : the equation of motion; a mapping needs its ``meshes`` named
-    mesh_stiffness : one value, (n_mesh,) values, or by kind: ``{"sun_planet": …, "planet_ring": …}`` [N/m]
+    mesh_stiffness : one value, (n_mesh,) values, or by kind: ``{"sun_planet": …,
+        "planet_ring": …}`` [N/m]
     """
     if not isinstance(mesh_stiffness, Mapping):
-        return np.broadcast_to(np.asarray(mesh_stiffness, float), (len(system.direction),))
+        return np.broadcast_to(
+            np.asarray(mesh_stiffness, float), (len(system.direction),)
+        )
     kinds = [name.rpartition("-")[0].replace("-", "_") for name in system.meshes]
     if not kinds or set(kinds) != set(mesh_stiffness):
-        wanted = ", ".join(dict.fromkeys(kinds)) or "one value, this system's mesh has no kind"
+        wanted = (
+            ", ".join(dict.fromkeys(kinds))
+            or "one value, this system's mesh has no kind"
+        )
         named = ", ".join(mesh_stiffness)
-        raise ValueError(f"mesh_stiffness names {named}; the system's meshes are: {wanted}")
+        raise ValueError(
+            f"mesh_stiffness names {named}; the system's meshes are: {wanted}"
+        )
     return np.array([float(mesh_stiffness[kind]) for kind in kinds])
 
 
 def natural_frequencies(system: System, mesh_stiffness: MeshStiffness) -> Array:
     """Return the undamped natural frequencies, ascending, 0 for rigid-body modes, (n,) [Hz].
 
-    ``(λ² M + λ ω_c G + K − ω_c² K_ω + Σ k_i d_i d_iᵀ) φ = 0``, λ = 2πi f: gyroscopic terms count where the
-    system has them.
+    ``(λ² M + λ ω_c G + K − ω_c² K_ω + Σ k_i d_i d_iᵀ) φ = 0``, λ = 2πi f: gyroscopic
+    terms count where the system has them.
 
     Parameters
     ----------
@@ -76,22 +85,33 @@ def natural_frequencies(system: System, mesh_stiffness: MeshStiffness) -> Array:
     """
     if system.gyroscopic is None:
         return modes(system, mesh_stiffness).frequency
-    square, shapes = eigh(system.in_contact(per_mesh(system, mesh_stiffness)), system.mass)
+    square, shapes = eigh(
+        system.in_contact(per_mesh(system, mesh_stiffness)), system.mass
+    )
     spin = shapes.T @ (system.rotation * system.gyroscopic) @ shapes
     rigid = np.abs(square) <= RIGID**2 * np.abs(square).max()
     free = ~rigid
-    # The momentum of a free rotation is conserved: its speed follows from the positions of the other modes,
-    # and what it returns to them acts as a spring.
-    spring = np.diag(square[free]) + spin[np.ix_(rigid, free)].T @ spin[np.ix_(rigid, free)]
+    # The momentum of a free rotation is conserved: its speed follows from the positions
+    # of the other modes, and what it returns to them acts as a spring.
+    spring = (
+        np.diag(square[free]) + spin[np.ix_(rigid, free)].T @ spin[np.ix_(rigid, free)]
+    )
     n = len(spring)
-    roots = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-spring, -spin[np.ix_(free, free)]]]))
+    roots = np.linalg.eigvals(
+        np.block([[np.zeros((n, n)), np.eye(n)], [-spring, -spin[np.ix_(free, free)]]])
+    )
     if roots.real.max() > RIGID * np.abs(roots).max():
         raise ValueError(_diverges(roots.real.max()))
-    return np.concatenate([np.zeros(int(rigid.sum())), np.sort(np.abs(roots.imag))[::2] / (2.0 * np.pi)])
+    return np.concatenate(
+        [np.zeros(int(rigid.sum())), np.sort(np.abs(roots.imag))[::2] / (2.0 * np.pi)]
+    )
 
 
 def _diverges(rate: float) -> str:
-    grows = f"K − ω_c² K_ω with these mesh stiffnesses is indefinite: a motion grows at {rate:.3g} 1/s"
+    grows = (
+        "K − ω_c² K_ω with these mesh stiffnesses is indefinite: a motion grows at "
+        f"{rate:.3g} 1/s"
+    )
     return f"{grows}; give the members stiffer supports or the carrier a lower speed"
 
 
@@ -113,19 +133,30 @@ def modes(system: System, mesh_stiffness: MeshStiffness) -> Modes:
     Lin & Parker, J. Vib. Acoust. 121 (1999) 316–321, for the planetary matrices.
     """
     d = system.direction
-    square, vectors = eigh(system.in_contact(per_mesh(system, mesh_stiffness)), system.mass)
-    participation = (vectors.T @ d.T) ** 2 / np.einsum("mi,ij,mj->m", d, np.linalg.inv(system.mass), d)
+    square, vectors = eigh(
+        system.in_contact(per_mesh(system, mesh_stiffness)), system.mass
+    )
+    participation = (vectors.T @ d.T) ** 2 / np.einsum(
+        "mi,ij,mj->m", d, np.linalg.inv(system.mass), d
+    )
     largest = np.abs(square).max()
-    rigid = (np.abs(square) <= RIGID**2 * largest) | ((square < 0.0) & (square >= -(ROUNDED**2) * largest))
+    rigid = (np.abs(square) <= RIGID**2 * largest) | (
+        (square < 0.0) & (square >= -(ROUNDED**2) * largest)
+    )
     if square[~rigid].min(initial=0.0) < 0.0:
         raise ValueError(_diverges(float(np.sqrt(-square.min()))))
-    return Modes(np.sqrt(np.where(rigid, 0.0, square)) / (2.0 * np.pi), vectors.T.copy(), participation)
+    return Modes(
+        np.sqrt(np.where(rigid, 0.0, square)) / (2.0 * np.pi),
+        vectors.T.copy(),
+        participation,
+    )
 
 
 def critical_speeds(frequency: Array, teeth: float, orders: int = 1) -> Array:
     """Return speeds of a member at which a harmonic of the mesh meets a mode.
 
-    ``order · z Ω/2π = f``: order 1 is the primary resonance, order r the super-harmonic at 1/r of its speed.
+    ``order · z Ω/2π = f``: order 1 is the primary resonance, order r the super-harmonic
+    at 1/r of its speed.
 
     Parameters
     ----------
@@ -155,10 +186,11 @@ MOVES = 1e-9
 def mode_kinds(system: System, modes: Modes) -> tuple[Kind, ...]:
     """Return the kind of every mode.
 
-    With equal, equally spaced planets the central members (sun, ring, carrier) only turn in a rotational
-    mode, only move in the plane in a translational one (which comes in pairs), and stand still in a planet
-    mode; with anything else modes may be mixed. Within a group of equal frequencies any combination of
-    shapes is a mode; each group is first turned so that its rotations and translations separate.
+    With equal, equally spaced planets the central members (sun, ring, carrier) only
+    turn in a rotational mode, only move in the plane in a translational one (which
+    comes in pairs), and stand still in a planet mode; with anything else modes may be
+    mixed. Within a group of equal frequencies any combination of shapes is a mode; each
+    group is first turned so that its rotations and translations separate.
 
     Parameters
     ----------
@@ -169,22 +201,30 @@ def mode_kinds(system: System, modes: Modes) -> tuple[Kind, ...]:
     ----------
     Lin & Parker, J. Vib. Acoust. 121 (1999) 316–321.
     """
-    turns, shifts = system.central & system.turns, system.central & ~system.turns
+    turns = system.central & system.turns
+    shifts = system.central & ~system.turns
     apart = (turns.astype(float) - shifts)[:, None] * system.mass
     ends = np.flatnonzero(np.diff(modes.frequency) > ALIKE * modes.frequency[1:]) + 1
     kinds: list[Kind] = []
     for group in np.split(np.arange(len(modes.frequency)), ends):
-        shapes, frequency = modes.shape[group], modes.frequency[group[0]]
+        shapes = modes.shape[group]
+        frequency = modes.frequency[group[0]]
         _, turn = np.linalg.eigh(shapes @ apart @ shapes.T)
-        kinds += [_kind(shape, system.mass, turns, shifts, frequency) for shape in turn.T @ shapes]
+        kinds += [
+            _kind(shape, system.mass, turns, shifts, frequency)
+            for shape in turn.T @ shapes
+        ]
     return tuple(kinds)
 
 
-def _kind(shape: Array, mass: Array, turns: Flags, shifts: Flags, frequency: float) -> Kind:
+def _kind(
+    shape: Array, mass: Array, turns: Flags, shifts: Flags, frequency: float
+) -> Kind:
     if frequency == 0.0:
         return "rigid-body"
     energy = shape * (mass @ shape)
-    turning, shifting = energy[turns].sum() > MOVES, energy[shifts].sum() > MOVES
+    turning = energy[turns].sum() > MOVES
+    shifting = energy[shifts].sum() > MOVES
     if turning and shifting:
         return "mixed"
     return "rotational" if turning else "translational" if shifting else "planet"

@@ -18,18 +18,20 @@ AXES = "xyz"
 class Support(NamedTuple):
     """One spring and damper that acts on a member, between it and ground or another member.
 
-    The force on the member along its axis is ``preload − k d·q − c r·q̇``: a planet's bearing gives way by
-    ``x_planet − x_pin``, so that d and r have entries of both.
+    The force on the member along its axis is ``preload − k d·q − c r·q̇``: a planet's
+    bearing gives way by ``x_planet − x_pin``, so that d and r have entries of both.
 
     Parameters
     ----------
     member : name of the member it acts on
-    axis : "x", "y" or "z" of a translation, "u" of a rotation seen at the member's radius
+    axis : "x", "y" or "z" of a translation, "u" of a rotation seen at the member's
+        radius
     give : (n,) d, by how much it gives way with the coordinates [1]
     slip : (n,) r, by how much its rate follows the coordinates' rates [1]
     stiffness : k [N/m]
     damping : c [N s/m]
-    preload : force on the member at q = 0, in balance with loads that the equation of motion leaves out [N]
+    preload : force on the member at q = 0, in balance with loads that the equation of
+        motion leaves out [N]
     """
 
     member: str
@@ -46,12 +48,15 @@ class MemberSupport(NamedTuple):
 
     Parameters
     ----------
-    radial_stiffness : k_y of a gear of a pair; of a planetary member k_x = k_y, a planet's bearing on the pin
-        [N/m]
-    tangential_stiffness : torsional support k_u at the base radius, the carrier's at the pin circle [N/m]
+    radial_stiffness : k_y of a gear of a pair; of a planetary member k_x = k_y, a
+        planet's bearing on the pin [N/m]
+    tangential_stiffness : torsional support k_u at the base radius, the carrier's at
+        the pin circle [N/m]
     radial_damping, tangential_damping : of the same [N s/m]
-    axial_stiffness, axial_damping : of a bearing that gives way along the axis [N/m], [N s/m]
-    preload : constant force away from the mating gear, as L16's −F_p on y_p and +F_g on y_g [N]
+    axial_stiffness, axial_damping : of a bearing that gives way along the axis [N/m],
+        [N s/m]
+    preload : constant force away from the mating gear, as L16's −F_p on y_p and +F_g on
+        y_g [N]
     """
 
     radial_stiffness: float | None = None
@@ -91,26 +96,38 @@ def effective_mass(*equivalent: float) -> float:
     return 1.0 / sum(1.0 / mass for mass in equivalent)
 
 
-def damping_or_ratio(damping: Known, ratio: Known, stiffness: Known, mass: float) -> float:
+def damping_or_ratio(
+    damping: Known, ratio: Known, stiffness: Known, mass: float
+) -> float:
     """Return a damping that is given, or what follows from its ratio [N s/m]."""
-    return float(damping) if damping is not None else damping_by_ratio(ratio or 0.0, stiffness or 0.0, mass)
+    return (
+        float(damping)
+        if damping is not None
+        else damping_by_ratio(ratio or 0.0, stiffness or 0.0, mass)
+    )
 
 
 def support_of(given: Any, body: "Body") -> MemberSupport:
     """Return what holds a member, from its options.
 
-    Torsional springs and dampers count at the body's radius; a damping that is not given follows from the
-    damping ratio, the spring and the mass that it holds.
+    Torsional springs and dampers count at the body's radius; a damping that is not
+    given follows from the damping ratio, the spring and the mass that it holds.
     """
 
     def of(*names: str) -> Iterator[Any]:
         return (getattr(given, name, None) for name in names)
 
     turning = of("torsional_stiffness", "torsional_damping")
-    tangential, damping = (None if each is None else each / body.radius**2 for each in turning)
+    tangential, damping = (
+        None if each is None else each / body.radius**2 for each in turning
+    )
     springs = {
         "radial": (*of("radial_stiffness", "damping"), body.mass),
-        "tangential": (tangential or given.tangential_stiffness, damping, body.equivalent),
+        "tangential": (
+            tangential or given.tangential_stiffness,
+            damping,
+            body.equivalent,
+        ),
         "axial": (*of("axial_stiffness", "axial_damping"), body.mass),
     }
     held: dict[str, float] = {}
@@ -121,7 +138,9 @@ def support_of(given: Any, body: "Body") -> MemberSupport:
     return MemberSupport(**held, preload=getattr(given, "preload", 0.0))
 
 
-def to_ground(coordinates: Sequence[str], held: Held, preload: Mapping[str, float]) -> Iterator[Support]:
+def to_ground(
+    coordinates: Sequence[str], held: Held, preload: Mapping[str, float]
+) -> Iterator[Support]:
     """Yield the supports of coordinates against ground, of those that something holds.
 
     Parameters
@@ -133,7 +152,10 @@ def to_ground(coordinates: Sequence[str], held: Held, preload: Mapping[str, floa
     for name in coordinates:
         member, _, axis = name.rpartition(".")
         own = held.get(member, FREE)
-        k, c = (getattr(own, f"{HELD_BY[axis]}_{what}") or 0.0 for what in ("stiffness", "damping"))
+        k, c = (
+            getattr(own, f"{HELD_BY[axis]}_{what}") or 0.0
+            for what in ("stiffness", "damping")
+        )
         if k or c:
             give = np.array([float(coordinate == name) for coordinate in coordinates])
             yield Support(member, axis, give, give, k, c, preload.get(name, 0.0))
@@ -141,17 +163,23 @@ def to_ground(coordinates: Sequence[str], held: Held, preload: Mapping[str, floa
 
 def stiffness_of(supports: Sequence[Support], count: int) -> Array:
     """Return ``K = Σ k d dᵀ`` of supports, (count, count) [N/m]."""
-    each = (support.stiffness * np.outer(support.give, support.give) for support in supports)
+    each = (
+        support.stiffness * np.outer(support.give, support.give) for support in supports
+    )
     return sum(each, start=np.zeros((count, count)))
 
 
 def damping_of(supports: Sequence[Support], count: int) -> Array:
     """Return ``C = Σ c r rᵀ`` of supports, (count, count) [N s/m]."""
-    each = (support.damping * np.outer(support.slip, support.slip) for support in supports)
+    each = (
+        support.damping * np.outer(support.slip, support.slip) for support in supports
+    )
     return sum(each, start=np.zeros((count, count)))
 
 
-def bearing_forces(supports: Sequence[Support], members: Sequence[str], q: Array, rate: Array) -> Array:
+def bearing_forces(
+    supports: Sequence[Support], members: Sequence[str], q: Array, rate: Array
+) -> Array:
     """Return the force of the bearings on each member, (n_members, 3, n_kept, n_instants) along `AXES` [N].
 
     Every bearing exerts ``preload − k d·q − c r·q̇``, see `Support`.
@@ -167,12 +195,15 @@ def bearing_forces(supports: Sequence[Support], members: Sequence[str], q: Array
         if support.axis in AXES and support.member in members:
             given = support.stiffness * np.einsum("i,kij->kj", support.give, q)
             damped = support.damping * np.einsum("i,kij->kj", support.slip, rate)
-            force[members.index(support.member), AXES.index(support.axis)] += support.preload - given - damped
+            force[members.index(support.member), AXES.index(support.axis)] += (
+                support.preload - given - damped
+            )
     return force
 
 
 SPRINGS = ("torsional_stiffness",), ("tangential_stiffness",)
-RATIO, DAMPINGS = ("damping_ratio",), ("damping", "torsional_damping")
+RATIO = ("damping_ratio",)
+DAMPINGS = ("damping", "torsional_damping")
 
 
 class TorsionalSpring(options.Part):
@@ -180,11 +211,15 @@ class TorsionalSpring(options.Part):
 
     alternatives: ClassVar[options.Alternatives] = (SPRINGS, (RATIO, DAMPINGS))
 
-    torsional_stiffness: Annotated[options.TorsionalSpringRate, options.POSITIVE] | None = None
+    torsional_stiffness: (
+        Annotated[options.TorsionalSpringRate, options.POSITIVE] | None
+    ) = None
     """torsional spring to ground [free to turn]"""
     tangential_stiffness: Annotated[options.SpringRate, options.POSITIVE] | None = None
     """the same, as a spring at the base radius [torsional_stiffness]"""
-    torsional_damping: Annotated[options.TorsionalDampingRate, options.NOT_NEGATIVE] | None = None
+    torsional_damping: (
+        Annotated[options.TorsionalDampingRate, options.NOT_NEGATIVE] | None
+    ) = None
     """torsional damper to ground [from damping_ratio, else none]"""
     damping_ratio: Annotated[options.Number, options.NOT_NEGATIVE] | None = None
     """damping ratio ζ of every spring here, c = 2 ζ √(k m) of that member [damping]"""
@@ -192,7 +227,10 @@ class TorsionalSpring(options.Part):
     @property
     def holds(self) -> bool:
         """Whether a torsional spring ties the member to ground."""
-        return self.torsional_stiffness is not None or self.tangential_stiffness is not None
+        return (
+            self.torsional_stiffness is not None
+            or self.tangential_stiffness is not None
+        )
 
 
 class TorsionalSupport(TorsionalSpring):
@@ -206,7 +244,10 @@ class TorsionalSupport(TorsionalSpring):
 class AxialBearing(TorsionalSpring):
     """A bearing along the axis of one helical gear."""
 
-    alternatives: ClassVar[options.Alternatives] = (SPRINGS, (RATIO, (*DAMPINGS, "axial_damping")))
+    alternatives: ClassVar[options.Alternatives] = (
+        SPRINGS,
+        (RATIO, (*DAMPINGS, "axial_damping")),
+    )
 
     axial_stiffness: Annotated[options.SpringRate, options.POSITIVE] | None = None
     """bearing stiffness along the axis of a helical gear, k_z [rigid]"""
@@ -224,7 +265,8 @@ class BearingSupport(AxialBearing):
     radial_stiffness: Annotated[options.SpringRate, options.POSITIVE]
     """bearing stiffness along the line of action, k_y. Source: L16 Eq. 1"""
     damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = None
-    """bearing damping c_y [from damping_ratio; one of them is required]. Source: L16 Eq. 1"""
+    """bearing damping c_y [from damping_ratio; one of them is required]. Source: L16
+    Eq. 1"""
     preload: options.Force = 0.0
     """constant radial force away from the mating gear. Source: L16 Eq. 1"""
 
@@ -233,8 +275,8 @@ class PlanetarySupport(TorsionalSpring):
     """What holds a central member of a planetary set, or a planet on its pin."""
 
     radial_stiffness: Annotated[options.SpringRate, options.POSITIVE] | None = None
-    """bearing stiffness in every direction; a planet's is that on its pin [free to move]. Source: W23 Table
-    1"""
+    """bearing stiffness in every direction; a planet's is that on its pin [free to
+    move]. Source: W23 Table 1"""
     damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = None
     """bearing damping [from damping_ratio, else none]"""
 
@@ -298,7 +340,9 @@ class PlanetaryTorsionalSupports(OfMembers):
     """what holds the carrier"""
 
 
-def problems_of_pair(model: Any, scene: Any, *, bearings: bool) -> Iterator[tuple[str, str]]:
+def problems_of_pair(
+    model: Any, scene: Any, *, bearings: bool
+) -> Iterator[tuple[str, str]]:
     """Yield what is wrong with the supports of a pair, as key and reason.
 
     Parameters
@@ -307,41 +351,73 @@ def problems_of_pair(model: Any, scene: Any, *, bearings: bool) -> Iterator[tupl
     scene : the sections of the scene
     bearings : whether both gears need bearings
     """
-    members, given = list(scene.gears.toothed), model.supports.given
+    members = list(scene.gears.toothed)
+    given = model.supports.given
     for stranger in given:
         if stranger not in members:
             there = f"no member of this gear set; there are {', '.join(members)}"
             yield f"dynamics.supports.{stranger}", there
     if bearings:
-        reason = "required: bearings, such as radial_stiffness = '1150 N/um' with 'damping'"
-        yield from ((f"dynamics.supports.{member}", reason) for member in members if member not in given)
+        reason = (
+            "required: bearings, such as radial_stiffness = '1150 N/um' with 'damping'"
+        )
+        yield from (
+            (f"dynamics.supports.{member}", reason)
+            for member in members
+            if member not in given
+        )
     if all(member in given and given[member].holds for member in members):
-        still = "torsional springs hold both gears: nothing turns, and the torque does not set the mesh force"
+        still = (
+            "torsional springs hold both gears: nothing turns, and the torque does not "
+            "set the mesh force"
+        )
         yield "dynamics.supports", f"{still}; hold the output alone"
     for member in filter(given.__contains__, members):
-        checks = _checks(given[member], bearings=bearings, helical=scene.gears.helix_angle is not None)
-        yield from ((f"dynamics.supports.{member}{key}", reason) for key, wrong, reason in checks if wrong)
+        checks = _checks(
+            given[member],
+            bearings=bearings,
+            helical=scene.gears.helix_angle is not None,
+        )
+        yield from (
+            (f"dynamics.supports.{member}{key}", reason)
+            for key, wrong, reason in checks
+            if wrong
+        )
 
 
 SPUR = (
-    "is of helical gears: spur gears push nothing along their axes; give gears.helix_angle, or leave it out"
+    "is of helical gears: spur gears push nothing along their axes; give "
+    "gears.helix_angle, or leave it out"
 )
 
 
-def _checks(support: Any, *, bearings: bool, helical: bool) -> list[tuple[str, bool, str]]:
+def _checks(
+    support: Any, *, bearings: bool, helical: bool
+) -> list[tuple[str, bool, str]]:
     """Return what may be wrong with the support of a gear: key, whether it is, and the reason."""
-    gives_way, damped = support.axial_stiffness is not None, support.axial_damping is not None
+    gives_way = support.axial_stiffness is not None
+    damped = support.axial_damping is not None
     no_ratio = support.damping_ratio is None
     undamped = no_ratio and getattr(support, "damping", None) is None
     untwisted = no_ratio and support.torsional_damping is None
     bearing = "is of a bearing that gives way: give 'axial_stiffness', too"
-    axial = "an axial bearing needs 'axial_damping' such as '2000 N*s/m', or 'damping_ratio'"
-    spring = "a torsional spring needs 'torsional_damping' such as '2 N*m*s/rad', or 'damping_ratio'"
+    axial = (
+        "an axial bearing needs 'axial_damping' such as '2000 N*s/m', or "
+        "'damping_ratio'"
+    )
+    spring = (
+        "a torsional spring needs 'torsional_damping' such as '2 N*m*s/rad', or "
+        "'damping_ratio'"
+    )
     return [
         (".axial_stiffness", gives_way and not helical, SPUR),
         (".axial_damping", damped and not helical, SPUR),
         (".axial_damping", damped and not gives_way, bearing),
         ("", gives_way and not damped and no_ratio, axial),
-        ("", bearings and undamped, "give 'damping' such as '5360 N*s/m', or 'damping_ratio'"),
+        (
+            "",
+            bearings and undamped,
+            "give 'damping' such as '5360 N*s/m', or 'damping_ratio'",
+        ),
         ("", support.holds and untwisted, spring),
     ]

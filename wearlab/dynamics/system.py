@@ -11,14 +11,15 @@ from wearlab.dynamics.supports import AXES, Support, damping_of, stiffness_of
 class System(NamedTuple):
     """A vibrating structure with mesh forces between its coordinates.
 
-    ``M q̈ + (C + ω_c G) q̇ + (K − ω_c² K_ω) q + Σ_i d_i W_i = F`` with ``δ_i = d_i·q − e_i`` and W_i the
-    normal forces of the mesh's flanks, drive minus back, see `wearlab.mesh.force`. What is ``None`` is
-    absent.
+    ``M q̈ + (C + ω_c G) q̇ + (K − ω_c² K_ω) q + Σ_i d_i W_i = F`` with ``δ_i = d_i·q −
+    e_i`` and W_i the normal forces of the mesh's flanks, drive minus back, see
+    `wearlab.mesh.force`. What is ``None`` is absent.
 
-    Tooth friction adds ``Σ_i Σ_p Λμ_p N_p (f0_i + s_p f1_i)`` to the left-hand side, N_p the normal force on
-    the drive flank of pair p and s_p its path position: lever arms are linear in s, so two constant vectors a
-    mesh say all. The kinematic direction d stays. Friction on back flanks is left out: they carry load in
-    rattle alone.
+    Tooth friction adds ``Σ_i Σ_p Λμ_p N_p (f0_i + s_p f1_i)`` to the left-hand side,
+    N_p the normal force on the drive flank of pair p and s_p its path position: lever
+    arms are linear in s, so two constant vectors a mesh say all. The kinematic
+    direction d stays. Friction on back flanks is left out: they carry load in rattle
+    alone.
 
     Parameters
     ----------
@@ -27,18 +28,24 @@ class System(NamedTuple):
     direction : (n_mesh, n) d [1]
     load : (n,) constant load F [N]
     mesh_damping : (n_mesh,) c [N s/m]
-    damping_always : the mesh damping acts in separation too (the papers), not only while flanks touch
-    backlash : (n_mesh,) normal backlash j_bn [m]: back contact at δ < −j_bn; None: no back flank
-    fluctuation_direction : (n,) load that the tabulated fluctuation multiplies [N], or None
+    damping_always : the mesh damping acts in separation too (the papers), not only
+        while flanks touch
+    backlash : (n_mesh,) normal backlash j_bn [m]: back contact at δ < −j_bn; None: no
+        back flank
+    fluctuation_direction : (n,) load that the tabulated fluctuation multiplies [N], or
+        None
     gyroscopic, centripetal : (n, n) G [kg], K_ω [kg], or None
     rotation : ω_c [rad/s]
-    meshes : names of the meshes, e.g. ``("sun-planet-1", …, "planet-ring-N")``; () where one needs no name
-    friction_constant, friction_slope : (n_mesh, n) f0 [1], f1 [1/m], or None without friction
-    balance : (n,) a load of unknown size that keeps the mean speed of a system free to turn; None: the loads
-        given must be in balance [1]
-    supports : what holds the members; they make up C and K and say which force a bearing exerts
-    damping_law : of the meshes, where their normal force is not linear in the motion, see
-        `wearlab.mesh.damping`; None: viscous
+    meshes : names of the meshes, e.g. ``("sun-planet-1", …, "planet-ring-N")``; ()
+        where one needs no name
+    friction_constant, friction_slope : (n_mesh, n) f0 [1], f1 [1/m], or None without
+        friction
+    balance : (n,) a load of unknown size that keeps the mean speed of a system free to
+        turn; None: the loads given must be in balance [1]
+    supports : what holds the members; they make up C and K and say which force a
+        bearing exerts
+    damping_law : of the meshes, where their normal force is not linear in the motion,
+        see `wearlab.mesh.damping`; None: viscous
     """
 
     coordinates: tuple[str, ...]
@@ -62,9 +69,16 @@ class System(NamedTuple):
     damping_law: Any = None
 
     @classmethod
-    def on(cls, supports: tuple[Support, ...], coordinates: tuple[str, ...], mass: Any, **given: Any) -> Self:
+    def on(
+        cls,
+        supports: tuple[Support, ...],
+        coordinates: tuple[str, ...],
+        mass: Any,
+        **given: Any,
+    ) -> Self:
         """Return the system of masses (n,) on supports: ``C = Σ c r rᵀ`` and ``K = Σ k d dᵀ``."""
-        damping, stiffness = (of(supports, len(coordinates)) for of in (damping_of, stiffness_of))
+        damping = damping_of(supports, len(coordinates))
+        stiffness = stiffness_of(supports, len(coordinates))
         inertia = np.diag(np.array(mass, float))
         return cls(coordinates, inertia, damping, stiffness, **given, supports=supports)
 
@@ -93,7 +107,11 @@ class System(NamedTuple):
     @property
     def total_damping(self) -> Array:
         """C + ω_c G, (n, n) [N s/m]."""
-        return self.damping if self.gyroscopic is None else self.damping + self.rotation * self.gyroscopic
+        return (
+            self.damping
+            if self.gyroscopic is None
+            else self.damping + self.rotation * self.gyroscopic
+        )
 
     @property
     def total_stiffness(self) -> Array:

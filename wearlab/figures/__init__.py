@@ -1,4 +1,7 @@
-"""Figures drawn from the store alone: one file per ``[[figure]]`` of a campaign; physics never runs here."""
+"""Figures drawn from the store alone: one file per ``[[figure]]`` of a campaign.
+
+Physics never runs here.
+"""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -16,5 +19,8 @@ __all__ = ["KINDS", "FigureError", "draw", "figure", "redraw"]
 
 def __getattr__(name: str) -> object:
     if name in __all__:
-        return getattr(import_module(f"{__name__}.{'kinds' if name == 'KINDS' else 'drawing'}"), name)
+        return getattr(
+            import_module(f"{__name__}.{'kinds' if name == 'KINDS' else 'drawing'}"),
+            name,
+        )
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -20,11 +20,14 @@ FEWEST_SAMPLES = 12
 SHARE = 0.5
 """Of the runs that must go on for a band of what says nothing of ended runs."""
 BEYOND = 1e300
-"""What a run counts as that has ended above all others: a number, so that quantiles can be taken."""
+"""What a run counts as that has ended above all others: a number, so that quantiles can
+be taken."""
 Ended = Literal["above", "kept", "gone"]
-"""What a run that has ended counts as: more than any that goes on, its last value, nothing."""
+"""What a run that has ended counts as: more than any that goes on, its last value,
+nothing."""
 SAID: Mapping[Ended, str] = {
-    "above": "a run at its limit counts as deeper, lines end where their share of runs has ended",
+    "above": "a run at its limit counts as deeper, lines end where their share of "
+    "runs has ended",
     "kept": "ended runs keep their last value",
     "gone": "of the runs that go on, while half of them do",
 }
@@ -43,13 +46,19 @@ def ended_of(name: str) -> Ended:
 def sampled_axes(grid: xr.Dataset) -> list[str]:
     """Return the axes of a grid along which runs were drawn at random: of many places in no order."""
     dims = [str(dim) for dim in grid.run_id.dims if grid.sizes[dim] >= FEWEST_SAMPLES]
-    of_numbers = [v for v in grid.coords.values() if v.dtype.kind in "fiu" and len(v.dims) == 1]
+    of_numbers = [
+        v for v in grid.coords.values() if v.dtype.kind in "fiu" and len(v.dims) == 1
+    ]
 
     def is_random(v: xr.DataArray) -> bool:
         steps = set(np.sign(np.diff(v.values.astype(float))))
-        return str(v.attrs.get("key", "")).endswith("errors.seed") or {-1.0, 1.0} <= steps
+        return (
+            str(v.attrs.get("key", "")).endswith("errors.seed") or {-1.0, 1.0} <= steps
+        )
 
-    return [dim for dim in dims if any(is_random(v) for v in of_numbers if v.dims == (dim,))]
+    return [
+        dim for dim in dims if any(is_random(v) for v in of_numbers if v.dims == (dim,))
+    ]
 
 
 def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> Noted:
@@ -71,26 +80,41 @@ def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> N
         return list(series), []
     many = len({key for key, look, *_ in groups if look in LINES}) > 2
     curves: list[Series] = []
-    overlaid, ends = 0, []
+    overlaid = 0
+    ends = []
     for group in groups.values():
         ends.append([float(curve.x[-1]) for curve in group if len(curve.x)])
         if group[0].look in LINES and all(c.is_rising and len(c.x) > 1 for c in group):
             curves += banded(group, ended, 1 if many else 2)
         else:
             overlaid += len(group)
-            curves += [replace(c, look="hairline") if c.look in LINES else c for c in group]
-    how = f"; {SAID[ended]}" if any(some and not np.allclose(some, some[0]) for some in ends) else ""
+            curves += [
+                replace(c, look="hairline") if c.look in LINES else c for c in group
+            ]
+    how = (
+        f"; {SAID[ended]}"
+        if any(some and not np.allclose(some, some[0]) for some in ends)
+        else ""
+    )
     shares = "5–95 %" if many else "25–75 % and 5–95 %"
-    notes = [f"Median and {shares} of up to {most} runs{how}."] if overlaid < len(apart) else []
-    return curves, notes + ([f"All {most} runs laid over each other."] if overlaid else [])
+    notes = (
+        [f"Median and {shares} of up to {most} runs{how}."]
+        if overlaid < len(apart)
+        else []
+    )
+    return curves, notes + (
+        [f"All {most} runs laid over each other."] if overlaid else []
+    )
 
 
-def banded(group: Sequence[Series], ended: Ended, bands: int = len(BANDS)) -> list[Series]:
+def banded(
+    group: Sequence[Series], ended: Ended, bands: int = len(BANDS)
+) -> list[Series]:
     """Return bands and median of curves, the widest band first.
 
-    Between its points a curve is taken as straight. An ended run counts as `ended` says; a line ends where it
-    would have to tell the value of a run that has ended, and where less than half of the runs tell theirs.
-    Quantiles are median-unbiased.
+    Between its points a curve is taken as straight. An ended run counts as `ended`
+    says; a line ends where it would have to tell the value of a run that has ended, and
+    where less than half of the runs tell theirs. Quantiles are median-unbiased.
 
     Parameters
     ----------
@@ -107,10 +131,14 @@ def banded(group: Sequence[Series], ended: Ended, bands: int = len(BANDS)) -> li
     drawn = []
     for low, high in zip(edges[::2], edges[1::2], strict=True):
         held = told & (low <= top)
-        if ended == "above" and held.any() and not held.all():  # where the lower edge meets the limit
+        if (
+            ended == "above" and held.any() and not held.all()
+        ):  # where the lower edge meets the limit
             held[np.flatnonzero(held)[-1] + 1] = True
         outline = band(x[held], *(np.minimum(edge[held], top) for edge in (low, high)))
-        drawn.append(replace(bare, x=outline[0], y=outline[1], look="area", text="", marks=()))
+        drawn.append(
+            replace(bare, x=outline[0], y=outline[1], look="area", text="", marks=())
+        )
     held = told & (median <= top)
     return [*drawn, replace(bare, x=x[held], y=median[held], look="line")]
 
@@ -118,13 +146,18 @@ def banded(group: Sequence[Series], ended: Ended, bands: int = len(BANDS)) -> li
 def _together(group: Sequence[Series], ended: Ended) -> tuple[Array, Array]:
     """Return common places and the value of every curve there: `BEYOND` above, NaN where it says nothing."""
     first = group[0]
-    if all(curve.x.shape == first.x.shape and np.allclose(curve.x, first.x, rtol=1e-9) for curve in group):
+    if all(
+        curve.x.shape == first.x.shape and np.allclose(curve.x, first.x, rtol=1e-9)
+        for curve in group
+    ):
         return first.x, np.stack([curve.y for curve in group])
     starts, ends = (np.array([float(curve.x[i]) for curve in group]) for i in (0, -1))
     last = float(np.quantile(ends, BANDS[0][1], method="median_unbiased"))
     x = np.linspace(float(starts.min()), last, 200)
     beyond = {"above": BEYOND, "kept": None, "gone": np.nan}[ended]
-    return x, np.stack([np.interp(x, curve.x, curve.y, left=np.nan, right=beyond) for curve in group])
+    return x, np.stack(
+        [np.interp(x, curve.x, curve.y, left=np.nan, right=beyond) for curve in group]
+    )
 
 
 def states_of_most(series: Sequence[Series], dims: Iterable[str]) -> Noted:
@@ -136,17 +169,31 @@ def states_of_most(series: Sequence[Series], dims: Iterable[str]) -> Noted:
     dims : along which runs differ
     """
     count = Counter(chain.from_iterable(_states_of_runs(series, set(dims)).values()))
-    kept = {None, *(label for label, runs in count.items() if runs >= SHARE * max(count.values()))}
+    kept = {
+        None,
+        *(
+            label
+            for label, runs in count.items()
+            if runs >= SHARE * max(count.values())
+        ),
+    }
     rare = len(count) + 1 - len(kept)
-    notes = [f"Not drawn: {rare} wear state{'s' if rare > 1 else ''} that less than half of the runs have."]
-    return [curve for curve in series if curve.key.get("update") in kept], notes if rare else []
+    notes = [
+        f"Not drawn: {rare} wear state{'s' if rare > 1 else ''} that less than half "
+        "of the runs have."
+    ]
+    return [
+        curve for curve in series if curve.key.get("update") in kept
+    ], notes if rare else []
 
 
 def _run_of(curve: Series, dims: set[str]) -> tuple[object, ...]:
     return tuple(item for item in curve.place if item[0] in dims)
 
 
-def _states_of_runs(series: Sequence[Series], dims: set[str]) -> dict[object, set[Label]]:
+def _states_of_runs(
+    series: Sequence[Series], dims: set[str]
+) -> dict[object, set[Label]]:
     """Return the wear states of every run."""
     states: dict[object, set[Label]] = defaultdict(set)
     for curve in series:
@@ -158,8 +205,8 @@ def _states_of_runs(series: Sequence[Series], dims: set[str]) -> dict[object, se
 def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Series]:
     """Return series whose wear states can stand side by side for runs that wear at different rates.
 
-    A state that half of the runs have keeps its name; the last of a run becomes the end of life; the others
-    are counted. Their places tell the range of cycles.
+    A state that half of the runs have keeps its name; the last of a run becomes the end
+    of life; the others are counted. Their places tell the range of cycles.
 
     Parameters
     ----------
@@ -169,7 +216,9 @@ def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Seri
     dims = set(dims)
     of_run = _states_of_runs(series, dims)
     count = Counter(chain.from_iterable(of_run.values()))
-    if len({label.text for label in count}) <= max(map(len, of_run.values()), default=0):
+    if len({label.text for label in count}) <= max(
+        map(len, of_run.values()), default=0
+    ):
         return list(series)
     called: dict[tuple[object, Label | None], str] = {}
     members: dict[str, list[Label]] = defaultdict(list)
@@ -180,28 +229,37 @@ def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Seri
             called[run, label] = name
             members[name].append(label)
     labels = {name: _common_label(name, some) for name, some in members.items()}
-    names = [called.get((_run_of(curve, dims), curve.key.get("update"))) for curve in series]
+    names = [
+        called.get((_run_of(curve, dims), curve.key.get("update"))) for curve in series
+    ]
     pairs = zip(series, names, strict=True)
-    return [replace(c, key={**c.key, "update": labels[name]}) if name else c for c, name in pairs]
+    return [
+        replace(c, key={**c.key, "update": labels[name]}) if name else c
+        for c, name in pairs
+    ]
 
 
 def _common_label(name: str, some: Sequence[Label]) -> Label:
-    low, high = min(some), max(some)
+    low = min(some)
+    high = max(some)
     middle = float(np.median([float(label.value) for label in some]))
     if low == high:
         return Label(middle, low.text)
     start, _, words = low.text.partition(" ")
-    begin = start if words and high.text.endswith(words) else low.text  # words that both share, said once
+    begin = (
+        start if words and high.text.endswith(words) else low.text
+    )  # words that both share, said once
     return Label(middle, f"{name}: {begin} to {high.text}")
 
 
 def drawn_once(series: Sequence[Series], ask: Ask) -> Noted:
     """Return the series without those that repeat another's along a symmetric dimension, and notes.
 
-    A label is left out where every one of its curves is that of one other label; dimensions that the figure
-    itself names are left alone.
+    A label is left out where every one of its curves is that of one other label;
+    dimensions that the figure itself names are left alone.
     """
-    kept, notes = list(series), []
+    kept = list(series)
+    notes = []
     for dim in ("mesh", "bearing"):  # along which planets repeat themselves
         if dim not in (*ask.select, ask.hue, ask.rows, ask.cols):
             kept, more = _once_along(kept, dim)
@@ -210,7 +268,9 @@ def drawn_once(series: Sequence[Series], ask: Ask) -> Noted:
 
 
 def _once_along(series: list[Series], dim: str) -> Noted:
-    groups = grouped([curve for curve in series if dim in curve.key], lambda curve: curve.key[dim])
+    groups = grouped(
+        [curve for curve in series if dim in curve.key], lambda curve: curve.key[dim]
+    )
     if len(groups) < 2:
         return series, []
     held: dict[Scale, list[Array]] = defaultdict(list)
@@ -219,21 +279,34 @@ def _once_along(series: list[Series], dim: str) -> Noted:
         held[curve.up].append(curve.y[np.isfinite(curve.y)])
     whole = {scale: np.concatenate(arrays) for scale, arrays in held.items()}
     # smaller differences are not to be seen
-    seen = {scale: 1e-3 * float(np.ptp(values)) if values.size else 0.0 for scale, values in whole.items()}
+    seen = {
+        scale: 1e-3 * float(np.ptp(values)) if values.size else 0.0
+        for scale, values in whole.items()
+    }
 
     def are_alike(a: Series, b: Series) -> bool:
-        told = [(without(c.key, dim), c.look, c.text, c.across, c.up, c.x.shape) for c in (a, b)]
+        told = [
+            (without(c.key, dim), c.look, c.text, c.across, c.up, c.x.shape)
+            for c in (a, b)
+        ]
         sides = ((a.x, b.x, a.across), (a.y, b.y, a.up))
         return told[0] == told[1] and all(
-            np.allclose(one, other, rtol=0.0, atol=seen[scale], equal_nan=True) for one, other, scale in sides
+            np.allclose(one, other, rtol=0.0, atol=seen[scale], equal_nan=True)
+            for one, other, scale in sides
         )
 
     same: dict[Label, list[str]] = {}
     for label, curves in groups.items():
         firsts = [one for one in same if len(groups[one]) == len(curves)]
-        first = next((one for one in firsts if all(map(are_alike, groups[one], curves))), label)
+        first = next(
+            (one for one in firsts if all(map(are_alike, groups[one], curves))), label
+        )
         same.setdefault(first, []).append(label.text)
-    told = [(first.text, ", ".join(texts[1:])) for first, texts in same.items() if len(texts) > 1]
+    told = [
+        (first.text, ", ".join(texts[1:]))
+        for first, texts in same.items()
+        if len(texts) > 1
+    ]
     notes = [f"The same, drawn once as {first}: {others}." for first, others in told]
     return [curve for curve in series if curve.key.get(dim) in (None, *same)], notes
 
@@ -241,7 +314,8 @@ def _once_along(series: list[Series], dim: str) -> Noted:
 def from_first(series: Sequence[Series], roles: Mapping[str, str], ask: Ask) -> Noted:
     """Return every curve less the first one of its panel, and a note that says what the first one is.
 
-    The first curve is that of the first hue; where its abscissae are others, it is read between them.
+    The first curve is that of the first hue; where its abscissae are others, it is read
+    between them.
 
     Parameters
     ----------
@@ -251,26 +325,47 @@ def from_first(series: Sequence[Series], roles: Mapping[str, str], ask: Ask) -> 
 
     Raises
     ------
-    FigureError : nothing varies by hue in a panel, or there is something that is no curve
+    FigureError : nothing varies by hue in a panel, or there is something that is no
+        curve
     """
     hue = roles.get("hue")
     if hue is None or any(hue not in curve.key for curve in series):
-        raise ask.wrong('y_as = "difference" needs a second curve; nothing varies by hue here')
+        raise ask.wrong(
+            'y_as = "difference" needs a second curve; nothing varies by hue here'
+        )
     if any(curve.look in (*BESIDE, "published", "area") for curve in series):
-        raise ask.wrong('y_as = "difference" is for curves alone, without published points, bands and levels')
+        raise ask.wrong(
+            'y_as = "difference" is for curves alone, without published points, bands '
+            "and levels"
+        )
     panels = [roles[role] for role in ("rows", "cols") if role in roles]
-    groups = grouped(series, lambda curve: tuple(curve.key.get(name) for name in panels)).values()
+    groups = grouped(
+        series, lambda curve: tuple(curve.key.get(name) for name in panels)
+    ).values()
     if not all(curve.is_rising for curve, *_ in groups):
-        raise ask.wrong('y_as = "difference" is for curves over rising x: this one turns back')
+        raise ask.wrong(
+            'y_as = "difference" is for curves over rising x: this one turns back'
+        )
     differences = []
-    for base, curve in ((first, curve) for first, *others in groups for curve in (first, *others)):
-        at = base.y if np.array_equal(curve.x, base.x) else np.interp(curve.x, base.x, base.y)
+    for base, curve in (
+        (first, curve) for first, *others in groups for curve in (first, *others)
+    ):
+        at = (
+            base.y
+            if np.array_equal(curve.x, base.x)
+            else np.interp(curve.x, base.x, base.y)
+        )
         up = Scale(f"change of {within(curve.up.label)}", curve.up.units)
         differences.append(replace(curve, y=curve.y - at, up=up))
     values = np.concatenate([first.y for first, *_ in groups])
     named = ", ".join(dict.fromkeys(first.key[hue].text for first, *_ in groups))
-    reach = f"{np.nanmin(values):.4g} to {np.nanmax(values):.4g}{joined(series[0].up.units)}"
-    return differences, [f"Drawn is the change from {named}, whose values run from {reach}."]
+    reach = (
+        f"{np.nanmin(values):.4g} to "
+        f"{np.nanmax(values):.4g}{joined(series[0].up.units)}"
+    )
+    return differences, [
+        f"Drawn is the change from {named}, whose values run from {reach}."
+    ]
 
 
 def require_positive(series: Sequence[Series], ask: Ask) -> None:
@@ -283,4 +378,7 @@ def require_positive(series: Sequence[Series], ask: Ask) -> None:
     for curve in series:
         least = float(np.nanmin(curve.y, initial=np.inf))
         if least <= 0.0:
-            raise ask.wrong(f'y_as = "logarithm": {curve.up.label} reaches {least:.3g}; all must be above 0')
+            raise ask.wrong(
+                f'y_as = "logarithm": {curve.up.label} reaches {least:.3g}; all must '
+                "be above 0"
+            )

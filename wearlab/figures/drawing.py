@@ -14,12 +14,28 @@ from pydantic import ValidationError
 from wearlab.campaign import claims
 from wearlab.campaign.campaign import FigureSpec
 from wearlab.figures import curves, doubt, kinds, layout, wording
-from wearlab.figures.kind import Ask, FigureError, Kind, Run, is_of_update, no_kind, read
+from wearlab.figures.kind import (
+    Ask,
+    FigureError,
+    Kind,
+    Run,
+    is_of_update,
+    no_kind,
+    read,
+)
 from wearlab.figures.kinds import cycles, update
 from wearlab.figures.plot import BESIDE, Plot, Series, apart_from, grouped, narrow
 from wearlab.figures.published import published
 from wearlab.figures.question import Question, asked_by, embedded, question, texts
-from wearlab.figures.runs import BASE, Point, along_axes, axis_named, pick, read_runs, require
+from wearlab.figures.runs import (
+    BASE,
+    Point,
+    along_axes,
+    axis_named,
+    pick,
+    read_runs,
+    require,
+)
 from wearlab.nearest import choices
 from wearlab.schema import VARIABLES, origin_of
 from wearlab.sources import SHORT_ID, is_other_code
@@ -35,7 +51,9 @@ if TYPE_CHECKING:
 FORMATS = ("png", "svg", "pdf")
 
 
-def draw(campaign: "Campaign", store: "Store", out: Path, ending: str = "png") -> list[Path]:
+def draw(
+    campaign: "Campaign", store: "Store", out: Path, ending: str = "png"
+) -> list[Path]:
     """Draw one file for every ``[[figure]]`` of a campaign, named by its number and kind.
 
     Parameters
@@ -52,7 +70,8 @@ def draw(campaign: "Campaign", store: "Store", out: Path, ending: str = "png") -
     Raises
     ------
     FigureError
-        When some cannot be drawn: one line each; the others are drawn all the same (``error.drawn``).
+        When some cannot be drawn: one line each; the others are drawn all the same
+        (``error.drawn``).
     StoreError
         When there is no store.
     """
@@ -60,17 +79,24 @@ def draw(campaign: "Campaign", store: "Store", out: Path, ending: str = "png") -
     grid = store.open(campaign)
 
     def written(asked: Question) -> Path:
-        write_whole(path := out / f"{asked.name}.{ending}", answer(asked, grid, store, ending)[0])
+        write_whole(
+            path := out / f"{asked.name}.{ending}",
+            answer(asked, grid, store, ending)[0],
+        )
         return path
 
     told = list(each_figure(campaign, written))
     drawn = [path for _, path, _ in told if path]
     if len(drawn) < len(told):
-        raise FigureError("\n".join(problem for *_, problem in told if problem), tuple(drawn))
+        raise FigureError(
+            "\n".join(problem for *_, problem in told if problem), tuple(drawn)
+        )
     return drawn
 
 
-def each_figure(campaign: "Campaign", make: Callable[[Question], Any]) -> Iterator[tuple[Any, Any, str]]:
+def each_figure(
+    campaign: "Campaign", make: Callable[[Question], Any]
+) -> Iterator[tuple[Any, Any, str]]:
     """Yield each ``[[figure]]`` of a campaign with what is made of it, or with why it cannot be drawn."""
     for number, spec in enumerate(campaign.figures, 1):
         made, problem = None, ""
@@ -86,9 +112,19 @@ def each_figure(campaign: "Campaign", make: Callable[[Question], Any]) -> Iterat
 def fault(name: str, error: Exception) -> str:
     """Return what to say of a figure that fails by a fault of ours: which, what, and where."""
     frames = traceback.extract_tb(error.__traceback__)
-    where = f" in {Path(frames[-1].filename).name}, line {frames[-1].lineno}" if frames else ""
-    said = f"{name}: a fault of wearlab, not of the file: {type(error).__name__}: {error}{where}"
-    return f"{said}; the other figures are drawn; please report this line with the campaign"
+    where = (
+        f" in {Path(frames[-1].filename).name}, line {frames[-1].lineno}"
+        if frames
+        else ""
+    )
+    said = (
+        f"{name}: a fault of wearlab, not of the file: {type(error).__name__}: "
+        f"{error}{where}"
+    )
+    return (
+        f"{said}; the other figures are drawn; please report this line with the "
+        "campaign"
+    )
 
 
 def check_format(ending: str) -> None:
@@ -102,7 +138,9 @@ def check_format(ending: str) -> None:
         raise FigureError(f"format {ending!r}: {choices(ending, FORMATS)}")
 
 
-def both_widths(asked: Question, grid: xr.Dataset, store: "Store") -> tuple[bytes, bytes | None]:
+def both_widths(
+    asked: Question, grid: xr.Dataset, store: "Store"
+) -> tuple[bytes, bytes | None]:
     """Return the picture of a figure on a page, and one for small screens where the first would be too broad.
 
     A figure of one column is drawn once: it fits both.
@@ -118,7 +156,9 @@ def both_widths(asked: Question, grid: xr.Dataset, store: "Store") -> tuple[byte
     return lightened(rendered(plot, {})), small
 
 
-def answer(asked: Question, grid: xr.Dataset, store: "Store", ending: str) -> tuple[bytes, tuple[str, ...]]:
+def answer(
+    asked: Question, grid: xr.Dataset, store: "Store", ending: str
+) -> tuple[bytes, tuple[str, ...]]:
     """Return the file of a figure, and the names of the runs that are missing.
 
     Parameters
@@ -135,10 +175,14 @@ def answer(asked: Question, grid: xr.Dataset, store: "Store", ending: str) -> tu
     from wearlab.figures.render import rendered
 
     plot, runs, missing = seen(asked, grid, store)
-    return rendered(plot, texts(asked, store.entries(run.id for run in runs), missing), ending), missing
+    return rendered(
+        plot, texts(asked, store.entries(run.id for run in runs), missing), ending
+    ), missing
 
 
-def seen(asked: Question, grid: xr.Dataset, store: "Store") -> tuple[Plot, list[Run], tuple[str, ...]]:
+def seen(
+    asked: Question, grid: xr.Dataset, store: "Store"
+) -> tuple[Plot, list[Run], tuple[str, ...]]:
     """Return a figure of runs or of the kept update as data, the runs it shows, the names of those missing.
 
     Raises
@@ -146,7 +190,11 @@ def seen(asked: Question, grid: xr.Dataset, store: "Store") -> tuple[Plot, list[
     FigureError : it cannot be drawn
     """
     ask = asked.ask
-    return (of_update(asked.subject, store, ask), [], ()) if is_of_update(ask.kind) else plotted(grid, ask)
+    return (
+        (of_update(asked.subject, store, ask), [], ())
+        if is_of_update(ask.kind)
+        else plotted(grid, ask)
+    )
 
 
 def of_update(subject: str, store: "Store", ask: Ask) -> Plot:
@@ -158,10 +206,14 @@ def of_update(subject: str, store: "Store", ask: Ask) -> Plot:
     """
     kind = kinds.KINDS[ask.kind]
     cases = update.updated_cases(subject, store, ask, kind.needs)
-    series = [curve for case in cases for curve in kind.curves(case, ask) if len(curve.x)]
+    series = [
+        curve for case in cases for curve in kind.curves(case, ask) if len(curve.x)
+    ]
     if not series:
         raise ask.wrong("the update has nothing to show of it")
-    return layout.compose(series, ask, kind, {"case": ""}, [ask.note] if ask.note else [])
+    return layout.compose(
+        series, ask, kind, {"case": ""}, [ask.note] if ask.note else []
+    )
 
 
 def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...]]:
@@ -181,13 +233,17 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     series = [_told(curve, run) for run in runs for curve in kind.curves(run, ask)]
     series = [curve for curve in series if len(curve.x)] or series
     if not series:
-        raise ask.wrong(f"no selected run has {' or '.join(ask.y or kind.also or kind.needs)}")
+        raise ask.wrong(
+            f"no selected run has {' or '.join(ask.y or kind.also or kind.needs)}"
+        )
     dims = {str(dim): str(grid[dim].attrs.get("key", "")) for dim in grid.run_id.dims}
     notes = [*one_case, *_left_out(runs, series), *_cases_left_out(grid, ask, kind)]
     series, alike = curves.drawn_once(series, ask)
     notes += [*alike, *dict.fromkeys(curve.said for curve in series if curve.said)]
     if kind.over_sweeps and kind.joined is None and ask.x in along_axes(grid):
-        series = cycles.joined(curves.states_in_common(series, dims), str(grid[ask.x].dims[0]))
+        series = cycles.joined(
+            curves.states_in_common(series, dims), str(grid[ask.x].dims[0])
+        )
     if kind.joined is not None:
         try:
             series = kind.joined(series)
@@ -195,9 +251,13 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
             raise ask.wrong(error) from error
     else:
         series, drawn, rare = _sampled(grid, ask, series)
-        series, said = curves.of_samples(series, drawn, curves.ended_of((*ask.y, kind.y)[0]))
+        series, said = curves.of_samples(
+            series, drawn, curves.ended_of((*ask.y, kind.y)[0])
+        )
         notes += rare + said
-    uncertain = doubt.note(runs, ask.y or ([kind.y] if kind.y else [*kind.needs, *kind.also]), series)
+    uncertain = doubt.note(
+        runs, ask.y or ([kind.y] if kind.y else [*kind.needs, *kind.also]), series
+    )
     absent = f"Not drawn: {'; '.join(missing)}." if missing else ""
     notes = list(filter(None, [ask.note, absent, *notes, uncertain]))
     if ask.published is not None and all("source" not in curve.key for curve in series):
@@ -214,7 +274,9 @@ def _told(curve: Series, run: Run) -> Series:
     return replace(curve, runs=np.full(len(curve.x), run.id), doubtful=doubtful)
 
 
-def _sampled(grid: xr.Dataset, ask: Ask, series: list[Series]) -> tuple[list[Series], list[str], list[str]]:
+def _sampled(
+    grid: xr.Dataset, ask: Ask, series: list[Series]
+) -> tuple[list[Series], list[str], list[str]]:
     """Return series, the sampled axes along which they become bands (those no role names), and notes."""
     told = {ask.hue, ask.rows, ask.cols, ask.x}
     axes = [axis for axis in curves.sampled_axes(grid) if axis not in told]
@@ -228,10 +290,18 @@ def _sampled(grid: xr.Dataset, ask: Ask, series: list[Series]) -> tuple[list[Ser
 
 def _left_out(runs: Sequence[Run], series: Sequence[Series]) -> list[str]:
     """Say how many wear states and speeds are not drawn though nobody chose."""
-    notes, over = [], {"update": "wear states are drawn, spread over the life"}
-    for dim, words in {**over, "response_speed": "speeds are drawn, spread over all"}.items():
-        groups = grouped([curve for curve in series if dim in curve.key], apart_from(dim)).values()
-        drawn = max((len({curve.key[dim] for curve in group}) for group in groups), default=0)
+    notes = []
+    over = {"update": "wear states are drawn, spread over the life"}
+    for dim, words in {
+        **over,
+        "response_speed": "speeds are drawn, spread over all",
+    }.items():
+        groups = grouped(
+            [curve for curve in series if dim in curve.key], apart_from(dim)
+        ).values()
+        drawn = max(
+            (len({curve.key[dim] for curve in group}) for group in groups), default=0
+        )
         most = max(run.data.sizes.get(dim, 1) for run in runs)
         if 0 < drawn < most:
             notes.append(f"{drawn} of {most} {words}; select.{dim} names others.")
@@ -245,28 +315,49 @@ def _cases_left_out(grid: xr.Dataset, ask: Ask, kind: Kind) -> list[str]:
     told = kind.all_cases or "case" in (*ask.select, ask.hue, ask.rows, ask.cols, ask.x)
     if told or BASE not in cases or not others:
         return []
-    return [f"The base alone; further cases, for select.case or hue: {wording.first_of(others, 8)}."]
+    return [
+        "The base alone; further cases, for select.case or hue: "
+        f"{wording.first_of(others, 8)}."
+    ]
 
 
 def _with_defaults(ask: Ask, kind: Kind, grid: xr.Dataset) -> tuple[Ask, list[str]]:
     """Return the ask with what it leaves to its kind: the first flank where one is enough, an axis for x.
 
-    A role for cases where there is but one, as in a file that drops the others, is left out, with a note.
+    A role for cases where there is but one, as in a file that drops the others, is left
+    out, with a note.
     """
     named = {role: getattr(ask, role) for role in (*layout.ROLES, "x")}
     meant: Any = {role: axis_named(grid, name) for role, name in named.items() if name}
     ask = replace(ask, **meant)
     roles = (ask.hue, ask.rows, ask.cols)
-    if kind.one_flank and "flank" in grid.coords and "flank" not in (*ask.select, *roles):
+    if (
+        kind.one_flank
+        and "flank" in grid.coords
+        and "flank" not in (*ask.select, *roles)
+    ):
         ask = replace(ask, select={**ask.select, "flank": str(grid["flank"].values[0])})
     dims = set(grid.run_id.dims)
-    single = all(name in grid.variables and set(grid[name].dims) <= dims for name in ask.y)
+    single = all(
+        name in grid.variables and set(grid[name].dims) <= dims for name in ask.y
+    )
     if kind.name == "line" and ask.x is None and ask.y and single:
-        free = [str(d) for d in grid.run_id.dims if d not in roles and grid.sizes[d] > 1]
+        free = [
+            str(d) for d in grid.run_id.dims if d not in roles and grid.sizes[d] > 1
+        ]
         sweeps = [dim for dim in free if grid[dim].dtype.kind in "fiu"]
-        ask = replace(ask, x=max(sweeps or free, key=lambda dim: grid.sizes[dim], default=None))
-    alone = [role for role in layout.ROLES if getattr(ask, role) == "case" and "case" not in grid.dims]
-    said = [f"{role} = 'case' tells nothing apart here: there is one case." for role in alone]
+        ask = replace(
+            ask, x=max(sweeps or free, key=lambda dim: grid.sizes[dim], default=None)
+        )
+    alone = [
+        role
+        for role in layout.ROLES
+        if getattr(ask, role) == "case" and "case" not in grid.dims
+    ]
+    said = [
+        f"{role} = 'case' tells nothing apart here: there is one case."
+        for role in alone
+    ]
     return replace(ask, **dict.fromkeys(alone)), said  # type: ignore[arg-type]
 
 
@@ -276,25 +367,52 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, points: Sequence[Point]) -> li
         raise ask.wrong(f"y names no variable; {_near('', grid.data_vars)}")
     for name in ask.y:
         if name not in grid.variables:
-            takes = f"it takes {origin_of(name)[1]}" if name in VARIABLES else _near(name, grid.data_vars)
+            takes = (
+                f"it takes {origin_of(name)[1]}"
+                if name in VARIABLES
+                else _near(name, grid.data_vars)
+            )
             raise ask.wrong(f"y = {name!r} is not there; {takes}")
         if grid[name].dtype.kind not in "fiub":
             raise ask.wrong(f"y = {name!r} holds text, not numbers")
-    own = [*kind.needs, *kind.also] if kind.needs and not (kind.y or kind.titled) else []
+    own = (
+        [*kind.needs, *kind.also] if kind.needs and not (kind.y or kind.titled) else []
+    )
     if other := [name for name in ask.y if own and name not in own]:
-        raise ask.wrong(f'y = {other[0]!r}: this kind draws {" and ".join(own)}; kind = "line" draws it')
-    lacking = [d for d in kind.dims if ask.y and not set(d.split("|")) & set(grid[ask.y[0]].dims)]
+        raise ask.wrong(
+            f'y = {other[0]!r}: this kind draws {" and ".join(own)}; kind = "line" '
+            "draws it"
+        )
+    lacking = [
+        d
+        for d in kind.dims
+        if ask.y and not set(d.split("|")) & set(grid[ask.y[0]].dims)
+    ]
     if lacking:
-        said = f"y = {ask.y[0]!r} does not run along {' and '.join(lacking)}, which this kind shows"
+        said = (
+            f"y = {ask.y[0]!r} does not run along {' and '.join(lacking)}, which this "
+            "kind shows"
+        )
         raise ask.wrong(f'{said}; kind = "line" draws it')
     if ask.x in along_axes(grid) and not kind.over_sweeps:
         said = f'x = {ask.x!r} is a sweep, which kind = "line" or "scatter" draws over'
         raise ask.wrong(f"{said}; here it may be hue, rows or cols")
-    needed = [*(kind.needs if own or not ask.y else [n for n in kind.needs if n in grid.coords]), *ask.y[:1]]
+    needed = [
+        *(
+            kind.needs
+            if own or not ask.y
+            else [n for n in kind.needs if n in grid.coords]
+        ),
+        *ask.y[:1],
+    ]
     if ask.x and ask.x not in grid.variables and ask.x not in grid.dims:
         raise ask.wrong(f"x = {ask.x!r} is not there; {_near(ask.x, grid.coords)}")
     ends = grid["end_reason"].isel if "end_reason" in grid.variables else None
-    ended = Counter(str(ends(point).values) for point, _, _ in points) if ends else Counter()
+    ended = (
+        Counter(str(ends(point).values) for point, _, _ in points)
+        if ends
+        else Counter()
+    )
     del ended[""]
     return require(read_runs(grid, points, names, ask), needed, ask, ended)
 
@@ -308,21 +426,28 @@ Size = float | tuple[float, float] | None
 """Width, or width and height [inches]."""
 
 
-def figure(of: Any, kind: str, *, ax: Any = None, size: Size = None, **options: Any) -> "Figure":
+def figure(
+    of: Any, kind: str, *, ax: Any = None, size: Size = None, **options: Any
+) -> "Figure":
     """Return a figure of stored or simulated runs.
 
     Parameters
     ----------
-    of : a grid (`Store.open`), one run (`Store.run`, `simulate`), or what `run` returned
+    of : a grid (`Store.open`), one run (`Store.run`, `simulate`), or what `run`
+        returned
     kind : listed by ``wearlab schema --figures``
-    ax : axes of matplotlib to draw in, one for each panel; title and legend stand in them, notes are left out
-    size : width, or width and height [inches]; text and lines grow with the width [the house's]
-    options : as in ``[[figure]]``: select, x, y, hue, rows, cols, units, title, note, published
+    ax : axes of matplotlib to draw in, one for each panel; title and legend stand in
+        them, notes are left out
+    size : width, or width and height [inches]; text and lines grow with the width [the
+        house's]
+    options : as in ``[[figure]]``: select, x, y, hue, rows, cols, units, title, note,
+        published
 
     Returns
     -------
-    A figure of matplotlib; notebooks show it, ``savefig`` writes it. What the reader's rcParams set (fonts,
-    ``text.usetex``, ``font.size``) holds before the house style; ``title=""`` leaves the title out.
+    A figure of matplotlib; notebooks show it, ``savefig`` writes it. What the reader's
+    rcParams set (fonts, ``text.usetex``, ``font.size``) holds before the house style;
+    ``title=""`` leaves the title out.
 
     Raises
     ------
@@ -344,28 +469,46 @@ def specified(given: dict[str, Any]) -> FigureSpec:
     known = FigureSpec.model_fields
     for key in given:
         if key not in known:
-            raise FigureError(f"{WHERE}: {key!r} is no option; {choices(key, sorted(known))}")
+            raise FigureError(
+                f"{WHERE}: {key!r} is no option; {choices(key, sorted(known))}"
+            )
     if given["kind"] not in kinds.KINDS:
         raise FigureError(f"{WHERE}: {no_kind(str(given['kind']))}")
     try:
-        told = {key: tuple(value) if isinstance(value, list) else value for key, value in given.items()}
+        told = {
+            key: tuple(value) if isinstance(value, list) else value
+            for key, value in given.items()
+        }
         return FigureSpec.model_validate(told)
     except ValidationError as error:
         key = str(error.errors()[0]["loc"][0])
         wanted = FigureSpec.texts()[key]["description"]
-        raise FigureError(f"{WHERE}: {key} = {given[key]!r}: wanted: {wanted}") from None
+        raise FigureError(
+            f"{WHERE}: {key} = {given[key]!r}: wanted: {wanted}"
+        ) from None
 
 
 def _grid(of: Any) -> xr.Dataset:
     """Return a grid; of one run, a grid of one point."""
-    grid = of.to_xarray() if hasattr(of, "to_xarray") and not isinstance(of, xr.Dataset) else of
+    grid = (
+        of.to_xarray()
+        if hasattr(of, "to_xarray") and not isinstance(of, xr.Dataset)
+        else of
+    )
     if not isinstance(grid, xr.Dataset):
-        raise FigureError(f"{WHERE}: {type(of).__name__} is no dataset: give a grid, a run, or a report")
+        raise FigureError(
+            f"{WHERE}: {type(of).__name__} is no dataset: give a grid, a run, or a "
+            "report"
+        )
     if "run_id" in grid:
         return grid
     if "id" not in grid.attrs:
         raise FigureError(f"{WHERE}: this dataset is neither a run nor a grid of runs")
-    states = {"run_id": str(grid.attrs["id"]), "status": "done", "n_updates": grid.sizes.get("update", 1)}
+    states = {
+        "run_id": str(grid.attrs["id"]),
+        "status": "done",
+        "n_updates": grid.sizes.get("update", 1),
+    }
     return grid.assign(states)
 
 
@@ -414,6 +557,10 @@ def redraw(figure: Path, store: "Store", out: Path) -> Redrawn:
     write_whole(path := out / f"{asked.name}.{ending}", image)
     recorded = asked.runs or {}
     entries = store.entries(recorded)
-    stale = tuple(i[:SHORT_ID] for i, entry in entries.items() if is_other_code(entry.source_hash))
-    changed = tuple(i[:SHORT_ID] for i, entry in entries.items() if entry.sha256 != recorded[i])
+    stale = tuple(
+        i[:SHORT_ID] for i, entry in entries.items() if is_other_code(entry.source_hash)
+    )
+    changed = tuple(
+        i[:SHORT_ID] for i, entry in entries.items() if entry.sha256 != recorded[i]
+    )
     return Redrawn(path, image == before, missing, stale, changed)

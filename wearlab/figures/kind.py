@@ -81,17 +81,27 @@ def read(spec: Any, number: int, folder: Path | None) -> Ask:
 
     Parameters
     ----------
-    spec : the campaign's figure (kind, select, x, y, hue, rows, cols, units, y_as, title, note, published)
+    spec : the campaign's figure (kind, select, x, y, hue, rows, cols, units, y_as,
+        title, note, published)
     number : its place in the file, from 1
     folder : directory of the campaign file, where a relative ``published`` is looked up
     """
     name = f"figure {number} ({spec.kind})"
-    given: dict[str, Any] = {key: getattr(spec, key, None) for key in Ask.__dataclass_fields__}
-    given |= {key: given[key] or None for key in ("x", "hue", "rows", "cols", "y_as", "note")}
-    y, units, published = given["y"], given["units"] or {}, given["published"]
+    given: dict[str, Any] = {
+        key: getattr(spec, key, None) for key in Ask.__dataclass_fields__
+    }
+    given |= {
+        key: given[key] or None for key in ("x", "hue", "rows", "cols", "y_as", "note")
+    }
+    y = given["y"]
+    units = given["units"] or {}
+    published = given["published"]
     units = {"y": units} if isinstance(units, str) else units
     if not isinstance(units, Mapping):
-        raise FigureError(f"{name}: units = {units!r} is neither a unit nor a table of variable = unit")
+        raise FigureError(
+            f"{name}: units = {units!r} is neither a unit nor a table of variable = "
+            "unit"
+        )
     given |= {"name": name, "select": dict(given["select"] or {})}
     given["y"] = (y,) if isinstance(y, str) else tuple(y or ())
     given["units"] = {str(key): str(value) for key, value in units.items()}
@@ -113,7 +123,8 @@ class Kind(NamedTuple):
     needs : variables that a run must have
     dims : dimensions that its curves are taken along, ``a|b`` for either
     series : run, or case of an update → curves
-    roles : which dimension becomes hue, columns, rows, by preference; ``*`` is a dimension of the grid
+    roles : which dimension becomes hue, columns, rows, by preference; ``*`` is a
+        dimension of the grid
     also : variables it draws where a run has them
     all_cases : whether it shows every case when ``select`` names none
     one_flank : whether it shows the first flank when ``select`` names none
@@ -147,8 +158,13 @@ class Kind(NamedTuple):
     over_sweeps: bool = False
 
     def curves(self, run: Any, ask: Ask) -> Iterable[Series]:
-        """Return the curves of a run, or of a case of an update; without ``y``, of its own variable."""
-        return self.series(run, ask if ask.y or not self.y else replace(ask, y=(self.y,)))
+        """Return the curves of a run, or of a case of an update.
+
+        Without ``y``, of its own variable.
+        """
+        return self.series(
+            run, ask if ask.y or not self.y else replace(ask, y=(self.y,))
+        )
 
 
 KINDS: dict[str, Kind] = {}
@@ -187,9 +203,14 @@ def no_axis(name: str, keys: Mapping[str, str], known: Iterable[str]) -> str:
     keys : dotted key that is swept, by axis
     known : axes and dimensions
     """
-    axes, word = [a for a, key in keys.items() if name in key.split(".")], name.replace("_", " ").lower()
+    axes = [a for a, key in keys.items() if name in key.split(".")]
+    word = name.replace("_", " ").lower()
     meant = f"the sweep of {keys[axes[0]]} is called {axes[0]!r}; " if axes else ""
-    told = [dim for dim, meaning in schema.DIMENSIONS.items() if word in meaning.lower() and dim in {*known}]
+    told = [
+        dim
+        for dim, meaning in schema.DIMENSIONS.items()
+        if word in meaning.lower() and dim in {*known}
+    ]
     if told and not axes and len(word) > 3:
         return f"{name} is called {' or '.join(map(repr, told[:2]))}"
     return f"{meant}{nearest.choices(name, sorted(known))}"
@@ -198,9 +219,16 @@ def no_axis(name: str, keys: Mapping[str, str], known: Iterable[str]) -> str:
 def no_kind(name: str) -> str:
     """Return what to say of a name that no kind has."""
     if name in UNRUN:
-        return f"its kind is drawn by {UNRUN[name]}, Python code that was not run: look at it, add {CONSENT}"
+        return (
+            f"its kind is drawn by {UNRUN[name]}, Python code that was not run: look "
+            f"at it, add {CONSENT}"
+        )
     word = name.replace("-", " ").lower()
-    drawn = [one.name for one in KINDS.values() if word and word in f"{one.title} {one.shows}".lower()]
+    drawn = [
+        one.name
+        for one in KINDS.values()
+        if word and word in f"{one.title} {one.shows}".lower()
+    ]
     meant = f"{name} is drawn by {', '.join(drawn)}; " if drawn else ""
     return f"no such kind; {meant}{nearest.choices(name, KINDS)}"
 
@@ -214,22 +242,32 @@ STATES: Roles = (("hue", "update"), *EACH)
 ORBITS: Roles = (("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*"))
 
 
-def kind(name: str, title: str, needs: Names, dims: Names = (), shows: str = "", **more: Any) -> Maker:
+def kind(
+    name: str, title: str, needs: Names, dims: Names = (), shows: str = "", **more: Any
+) -> Maker:
     """Return what makes a kind of figure of the function that yields its curves.
 
     Parameters
     ----------
     name, title, needs, dims : as of `Kind`
     shows : one sentence, "" where it is what the function's docstring begins with
-    more : further fields of `Kind`; without roles, sweeps become hue, columns, rows; with ``titled`` alone,
-        ``y`` is the first of ``needs``
+    more : further fields of `Kind`; without roles, sweeps become hue, columns, rows;
+        with ``titled`` alone, ``y`` is the first of ``needs``
     """
     if "titled" in more:
         more = {"y": needs[0], **more}
 
     def made(series: Curves) -> Kind:
         said = shows or str(inspect.getdoc(series)).partition("\n")[0].removesuffix(".")
-        return Kind(name, title, wording.within(said), needs, dims, series, **{"roles": EACH, **more})
+        return Kind(
+            name,
+            title,
+            wording.within(said),
+            needs,
+            dims,
+            series,
+            **{"roles": EACH, **more},
+        )
 
     return made
 
@@ -241,7 +279,8 @@ class Run:
     Parameters
     ----------
     id : the run's identity
-    place : its label along each grid dimension; where a case is broadcast, the case's own
+    place : its label along each grid dimension; where a case is broadcast, the case's
+        own
     data : its variables, loaded, as long as the run is
     states : label of each wear state
     along : its place along each axis, and the value of each key that advances with one
@@ -262,12 +301,18 @@ class Run:
     def abscissa(self, name: str) -> tuple[float, float | None]:
         """Return the run's place along an axis, NaN for a case without a sweep, and its own value."""
         value = self.along[name].value
-        return (np.nan, self.own.get(name)) if isinstance(value, str) else (float(value), None)
+        return (
+            (np.nan, self.own.get(name))
+            if isinstance(value, str)
+            else (float(value), None)
+        )
 
     def at_states(self, kept: Sequence[int]) -> "Run":
         """Return the run at some of its wear states, by their places."""
         data = self.data.isel(update=kept, missing_dims="ignore")
-        return replace(self, data=data, states=tuple(self.states[i] for i in kept if self.states))
+        return replace(
+            self, data=data, states=tuple(self.states[i] for i in kept if self.states)
+        )
 
     def thinned(self, most: int = 6) -> "Run":
         """Return the run with so few wear states that each can be told apart, spread over its life."""
@@ -276,7 +321,9 @@ class Run:
             return self
         cycle = self.data["cycle"].values if "cycle" in self.data else np.arange(count)
         wanted = np.linspace(cycle[0], cycle[-1], most)
-        return self.at_states(sorted({int(np.argmin(np.abs(cycle - target))) for target in wanted}))
+        return self.at_states(
+            sorted({int(np.argmin(np.abs(cycle - target))) for target in wanted})
+        )
 
 
 OnAxis = tuple[Array, Scale]
@@ -302,9 +349,14 @@ class Slice(NamedTuple):
     error: Array | None = None
 
     def over(self, x: Array, across: Scale, look: Look = "line", **more: Any) -> Series:
-        """Return the curve of its values over abscissae [display units]; ``more`` are fields of `Series`."""
+        """Return the curve of its values over abscissae [display units].
+
+        ``more`` are fields of `Series`.
+        """
         y = np.atleast_1d(self.values)
-        return Series(self.key, x, y, across, self.scale, look, y_error=self.error, **more)
+        return Series(
+            self.key, x, y, across, self.scale, look, y_error=self.error, **more
+        )
 
 
 def lone(values: Array, scale: Scale, name: str, ask: Ask) -> tuple[Array, Scale]:
@@ -315,7 +367,9 @@ def lone(values: Array, scale: Scale, name: str, ask: Ask) -> tuple[Array, Scale
     return values.reshape(1), scale
 
 
-def shown(variable: xr.Variable | xr.DataArray, name: str, ask: Ask, axis: str = "y") -> tuple[Array, Scale]:
+def shown(
+    variable: xr.Variable | xr.DataArray, name: str, ask: Ask, axis: str = "y"
+) -> tuple[Array, Scale]:
     """Return a variable's values in display units, and what an axis says of them.
 
     Raises
@@ -335,9 +389,12 @@ def shown(variable: xr.Variable | xr.DataArray, name: str, ask: Ask, axis: str =
     return values, Scale(schema.ON_AXES.get(name) or long, wanted)
 
 
-def slices(run: Run, name: str, ask: Ask, *along: str, axis: str = "y") -> Iterator[Slice]:
+def slices(
+    run: Run, name: str, ask: Ask, *along: str, axis: str = "y"
+) -> Iterator[Slice]:
     """Yield a variable's pieces along some of its dimensions, one for every place along the others."""
-    variable, error = run.data[name].variable, doubt.error_of(run.data, name)
+    variable = run.data[name].variable
+    error = doubt.error_of(run.data, name)
     others = [str(dim) for dim in variable.dims if dim not in along]
     order = (*others, *(dim for dim in along if dim in variable.dims))
     values, scale = shown(variable.transpose(*order), name, ask, axis)
@@ -358,21 +415,30 @@ def labels(run: Run, dim: str, count: int) -> Sequence[wording.Label]:
         return [wording.place(dim, index, None) for index in range(count)]
     variable = run.data[dim].variable
     units = variable.attrs.get("units", "1")
-    values, wanted = variable.values.tolist(), None
+    values = variable.values.tolist()
+    wanted = None
     if units != "1" and variable.dtype.kind in "fiu":
         wanted = variable.attrs.get("display_units", units)
-        values = [float(f"{x:.6g}") for x in wording.converted(variable.values, units, wanted)]
+        values = [
+            float(f"{x:.6g}") for x in wording.converted(variable.values, units, wanted)
+        ]
     return [wording.place(dim, value, wanted) for value in values]
 
 
-def companion(run: Run, name: str, index: Mapping[str, int], ask: Ask, axis: str = "x") -> OnAxis:
+def companion(
+    run: Run, name: str, index: Mapping[str, int], ask: Ask, axis: str = "x"
+) -> OnAxis:
     """Return the coordinate that goes with a piece: its values where the piece was taken."""
     variable = run.data[name].variable
     values, scale = shown(variable, name, ask, axis)
-    return values[(*(index.get(str(dim), slice(None)) for dim in variable.dims), ...)], scale
+    return values[
+        (*(index.get(str(dim), slice(None)) for dim in variable.dims), ...)
+    ], scale
 
 
-def over(run: Run, name: str, ask: Ask, x: str, *along: str, look: Look = "line") -> Iterator[Series]:
+def over(
+    run: Run, name: str, ask: Ask, x: str, *along: str, look: Look = "line"
+) -> Iterator[Series]:
     """Yield a variable over a coordinate that runs along one of its dimensions, where both are known.
 
     Parameters
@@ -388,4 +454,6 @@ def over(run: Run, name: str, ask: Ask, x: str, *along: str, look: Look = "line"
 
 def spread(count: int, most: int) -> list[int]:
     """Return at most so many of the places 0 to count − 1, evenly spread, with both ends."""
-    return sorted({round(place) for place in np.linspace(0, count - 1, min(count, most)).tolist()})
+    return sorted(
+        {round(place) for place in np.linspace(0, count - 1, min(count, most)).tolist()}
+    )

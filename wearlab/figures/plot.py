@@ -12,7 +12,17 @@ from wearlab.arrays import Array
 from wearlab.figures.wording import Label
 
 Beside = Literal["reference", "level", "dashed", "dash-dot"]
-Drawn = Literal["line", "line-points", "points", "dots", "hairline", "area", "horizontal", "stem", "map"]
+Drawn = Literal[
+    "line",
+    "line-points",
+    "points",
+    "dots",
+    "hairline",
+    "area",
+    "horizontal",
+    "stem",
+    "map",
+]
 Look = Drawn | Beside | Literal["published"]
 
 
@@ -103,7 +113,9 @@ class Series(BesidePoints):
 
     def at(self, index: Any) -> "Series":
         """Return some of its points."""
-        given = {name: v[index] for name in POINTS if (v := getattr(self, name)) is not None}
+        given = {
+            name: v[index] for name in POINTS if (v := getattr(self, name)) is not None
+        }
         return replace(self, **given)
 
 
@@ -121,7 +133,9 @@ def apart_from(*names: str) -> Callable[[Series], Any]:
     return lambda curve: tuple(item for item in curve.place if item[0] not in names)
 
 
-def grouped(series: Iterable[Series], key: Callable[[Series], Any] | None = None) -> dict[Any, list[Series]]:
+def grouped(
+    series: Iterable[Series], key: Callable[[Series], Any] | None = None
+) -> dict[Any, list[Series]]:
     """Return series that have a key in common, by that key: by default all their labels."""
     groups: dict[Any, list[Series]] = defaultdict(list)
     for curve in series:
@@ -136,12 +150,19 @@ def merged(group: Sequence[Series]) -> Series:
         some = [getattr(curve, name) for curve in group]
         if any(values is not None for values in some):
             none = [np.zeros(len(curve.x), kind) for curve in group]
-            fields[name] = np.concatenate([n if v is None else v for v, n in zip(some, none, strict=True)])
+            fields[name] = np.concatenate(
+                [n if v is None else v for v, n in zip(some, none, strict=True)]
+            )
     return replace(group[0], **fields)
 
 
-def gathered(series: Sequence[Series], key: Callable[[Series], Any] | None = None) -> list[Series]:
-    """Return the points of runs that have a key in common as one; what has no place on x becomes a level."""
+def gathered(
+    series: Sequence[Series], key: Callable[[Series], Any] | None = None
+) -> list[Series]:
+    """Return the points of runs that have a key in common as one.
+
+    What has no place on x becomes a level.
+    """
     places = np.concatenate([curve.x for curve in series])
     curves: list[Series] = []
     for group in grouped(series, key).values():
@@ -162,7 +183,11 @@ def horizontal(run: Series, places: Array) -> Series:
     places : abscissae of all runs, NaN of those without one
     """
     ends = [float(np.nanmin(places)), float(np.nanmax(places))]
-    x = np.array(ends if run.own is None else [min(ends[0], run.own), run.own, max(ends[1], run.own)])
+    x = np.array(
+        ends
+        if run.own is None
+        else [min(ends[0], run.own), run.own, max(ends[1], run.own)]
+    )
     return replace(merged([run] * len(x)), x=x, look="horizontal")
 
 
@@ -172,7 +197,9 @@ Line = tuple[Array, Array]
 
 def band(x: Array, low: Array, high: Array) -> Line:
     """Return the outline of what lies between two curves over the same abscissae, where both are known."""
-    x, low, high = (side[np.isfinite(low) & np.isfinite(high)] for side in (x, low, high))
+    x, low, high = (
+        side[np.isfinite(low) & np.isfinite(high)] for side in (x, low, high)
+    )
     return np.concatenate([x, x[::-1]]), np.concatenate([low, high[::-1]])
 
 
@@ -197,7 +224,10 @@ class Pen(NamedTuple):
 
 @dataclass(frozen=True)
 class Curve(BesidePoints):
-    """A curve with its pen, and a text at its lowest point; of a map, what its colours reach over."""
+    """A curve with its pen, and a text at its lowest point.
+
+    Of a map, what its colours reach over.
+    """
 
     x: Array
     y: Array
@@ -212,7 +242,8 @@ class Panel(NamedTuple):
 
     Parameters
     ----------
-    row, column, title, x_label, y_label, curves, marks : where it stands, and what is in it
+    row, column, title, x_label, y_label, curves, marks : where it stands, and what is
+        in it
     hours : operating hours of one unit of x, shown on top
     names : of the ordinates 1, 2, … where they are ranks
     dates : whether abscissae are days since 1970, to be shown as dates
@@ -264,9 +295,13 @@ class Bar(NamedTuple):
 
 def narrow(plot: "Plot") -> "Plot":
     """Return the same figure with one panel below the other, for small screens."""
-    panels = [panel._replace(row=row, column=0) for row, panel in enumerate(plot.panels)]
+    panels = [
+        panel._replace(row=row, column=0) for row, panel in enumerate(plot.panels)
+    ]
     share = plot.share_y if plot.share_y == "all" else "none"
-    return plot._replace(panels=tuple(panels), rows=len(panels), columns=1, share_y=share, small=True)
+    return plot._replace(
+        panels=tuple(panels), rows=len(panels), columns=1, share_y=share, small=True
+    )
 
 
 class Plot(NamedTuple):
@@ -283,7 +318,8 @@ class Plot(NamedTuple):
     notes : lines below the axes
     shape : width over height of a panel, wide or square
     ranks : whether ordinates are ranks, the first on top
-    logarithmic, logarithmic_across : whether ordinates, and abscissae, go by the logarithm
+    logarithmic, logarithmic_across : whether ordinates, and abscissae, go by the
+        logarithm
     bar : what colours mean where a legend would be too long
     small : whether it is for a small screen
     """
@@ -307,12 +343,36 @@ class Plot(NamedTuple):
     def headed(self) -> tuple[LegendEntry, ...]:
         """The legend; where its numbers do not say what they are, the first does."""
         first = self.legend[:1] if self.head else ()
-        return (*(e._replace(text=f"{self.head}: {e.text}") for e in first), *self.legend[len(first) :])
+        return (
+            *(e._replace(text=f"{self.head}: {e.text}") for e in first),
+            *self.legend[len(first) :],
+        )
 
 
-NAMES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito
-WEAR = ("#2b2d42", "#3b5b92", "#3a8fb7", "#59b78f", "#d8b13c", "#d9622b")  # unworn to worn, dark to warm
-SWEEP = ("#2d1160", "#721f81", "#b73779", "#f1605d", "#f39a3d")  # magma without its palest end
+NAMES = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#CC79A7",
+    "#E69F00",
+    "#56B4E9",
+    "#000000",
+)  # Okabe and Ito
+WEAR = (
+    "#2b2d42",
+    "#3b5b92",
+    "#3a8fb7",
+    "#59b78f",
+    "#d8b13c",
+    "#d9622b",
+)  # unworn to worn, dark to warm
+SWEEP = (
+    "#2d1160",
+    "#721f81",
+    "#b73779",
+    "#f1605d",
+    "#f39a3d",
+)  # magma without its palest end
 INK = "#222222"
 BESIDE = {"reference": Pen("#7a7a7a", ":"), "level": Pen(INK)}
 BESIDE |= {"dashed": Pen(INK, "--"), "dash-dot": Pen(INK, "-.")}
@@ -328,28 +388,43 @@ BY_NAME = ("quantity", "harmonic", "pair", "mode", "influence", "variable")
 def pens(labels: Sequence[Label], facet: str | None) -> dict[Label, Pen]:
     """Return a pen for each label of a hue: from a map where the labels are numbers, else from a set.
 
-    Names among numbers (a static case among speeds) are drawn in ink, dashed. Many numbers take their colours
-    from a bar by their size, many names by their order.
+    Names among numbers (a static case among speeds) are drawn in ink, dashed. Many
+    numbers take their colours from a bar by their size, many names by their order.
     """
     numbers, names = numbers_and_names(labels)
     bar = bar_of(labels, facet)
     if bar is not None and not numbers:
-        return {label: Pen(along(bar.anchors, i / (len(names) - 1))) for i, label in enumerate(names)}
+        return {
+            label: Pen(along(bar.anchors, i / (len(names) - 1)))
+            for i, label in enumerate(names)
+        }
     if not numbers or facet in BY_NAME:
         return {label: named(i) for i, label in enumerate(labels)}
-    anchors, widest = (WEAR, 1.6) if facet == "update" else (SWEEP, 1.0)  # widest unworn: below all others
+    anchors, widest = (
+        (WEAR, 1.6) if facet == "update" else (SWEEP, 1.0)
+    )  # widest unworn: below all others
     coloured = {}
     for i, label in enumerate(numbers):
         at = i / max(1, len(numbers) - 1)
-        single = Pen(along(anchors, at), "-", MARKERS[i % len(MARKERS)], 1.0 + (widest - 1.0) * (1.0 - at))
-        coloured[label] = Pen(along(anchors, bar.share(float(label.value)))) if bar else single
-    return coloured | {label: Pen(INK, DASHES[1 + i % 3], "o") for i, label in enumerate(names)}
+        single = Pen(
+            along(anchors, at),
+            "-",
+            MARKERS[i % len(MARKERS)],
+            1.0 + (widest - 1.0) * (1.0 - at),
+        )
+        coloured[label] = (
+            Pen(along(anchors, bar.share(float(label.value)))) if bar else single
+        )
+    return coloured | {
+        label: Pen(INK, DASHES[1 + i % 3], "o") for i, label in enumerate(names)
+    }
 
 
 def bar_of(labels: Sequence[Label], facet: str | None, head: str = "") -> Bar | None:
     """Return the bar that tells what colours mean where there are too many for a legend, else None.
 
-    Numbers of which the largest is many times the smallest are told apart by their logarithms.
+    Numbers of which the largest is many times the smallest are told apart by their
+    logarithms.
 
     Parameters
     ----------
@@ -360,18 +435,23 @@ def bar_of(labels: Sequence[Label], facet: str | None, head: str = "") -> Bar | 
     if facet is None:
         return None
     if not numbers and len(names) > MOST_NAMES:
-        words = f"{facet.replace('_', ' ')}, in order: {names[0].text} … {names[-1].text}"
+        words = (
+            f"{facet.replace('_', ' ')}, in order: {names[0].text} … {names[-1].text}"
+        )
         return Bar(words, 1.0, float(len(names)), SWEEP)
     if len(numbers) <= 8 or facet in BY_NAME:
         return None
     values = np.array([float(label.value) for label in numbers])
-    low, high = float(values.min()), float(values.max())
+    low = float(values.min())
+    high = float(values.max())
     logarithmic = low > 0.0 and high > 50.0 * low
     if facet == "update":
         return Bar("wear cycles", low, high, WEAR, logarithmic)
     numeral = re.fullmatch(r"[-+]?[\d.,]+(?:e[-+]?\d+)?\s*(.*)", numbers[-1].text)
     unit = f" ({numeral[1]})" if numeral and numeral[1] else ""
-    return Bar(f"{head or facet.replace('_', ' ')}{unit}", low, high, SWEEP, logarithmic)
+    return Bar(
+        f"{head or facet.replace('_', ' ')}{unit}", low, high, SWEEP, logarithmic
+    )
 
 
 def numbers_and_names(labels: Iterable[Label]) -> tuple[list[Label], list[Label]]:
@@ -383,11 +463,18 @@ def numbers_and_names(labels: Iterable[Label]) -> tuple[list[Label], list[Label]
 def named(index: int) -> Pen:
     """Return the pen of the name that comes so late, from 0, in a set."""
     turn = index // len(NAMES)
-    return Pen(NAMES[index % len(NAMES)], DASHES[turn % len(DASHES)], MARKERS[index % len(MARKERS)])
+    return Pen(
+        NAMES[index % len(NAMES)],
+        DASHES[turn % len(DASHES)],
+        MARKERS[index % len(MARKERS)],
+    )
 
 
 def along(anchors: Sequence[str], fraction: float) -> str:
     """Return the colour at a fraction of a map given by evenly spaced anchors."""
-    at, places = fraction * (len(anchors) - 1), range(len(anchors))
+    at = fraction * (len(anchors) - 1)
+    places = range(len(anchors))
     channels = ([int(colour[i : i + 2], 16) for colour in anchors] for i in (1, 3, 5))
-    return "#" + "".join(f"{round(float(np.interp(at, places, values))):02x}" for values in channels)
+    return "#" + "".join(
+        f"{round(float(np.interp(at, places, values))):02x}" for values in channels
+    )

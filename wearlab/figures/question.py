@@ -41,26 +41,51 @@ def _problems(campaign: Campaign, spec: Any, number: int, folder: Any) -> Iterat
         yield f"{ask.name}: {kind.no_kind(ask.kind)}"
     swept = {axis.name: axis.key for axis in campaign.axes}
     beside = {name for axis in campaign.axes for name in axis.coordinates}
-    keys = {word for axis in campaign.axes for word in (axis.key, axis.key.rpartition(".")[2])}
+    keys = {
+        word
+        for axis in campaign.axes
+        for word in (axis.key, axis.key.rpartition(".")[2])
+    }
     names = {*swept, *beside, "case", *schema.DIMENSIONS, *schema.VARIABLES}
     along = names - set(schema.VARIABLES)
     for key in ask.select:
         if key not in names:
-            yield f"{ask.name}: select.{key} is unknown; {kind.no_axis(key, swept, along)}"
+            yield (
+                f"{ask.name}: select.{key} is unknown; "
+                f"{kind.no_axis(key, swept, along)}"
+            )
     for role in ("x", "hue", "rows", "cols"):
         name = getattr(ask, role)
         if name is not None and name not in names | keys:
             valid = names if role == "x" else along
-            yield f"{ask.name}: {role} = {name!r} is unknown; {kind.no_axis(name, swept, valid)}"
+            yield (
+                f"{ask.name}: {role} = {name!r} is unknown; "
+                f"{kind.no_axis(name, swept, valid)}"
+            )
     for name in ask.y:
         if name not in schema.VARIABLES and not kind.is_of_update(ask.kind):
-            yield f"{ask.name}: y = {name!r} is no variable; {nearest.choices(name, schema.VARIABLES)}"
+            yield (
+                f"{ask.name}: y = {name!r} is no variable; "
+                f"{nearest.choices(name, schema.VARIABLES)}"
+            )
     if isinstance(ask.published, Path) and not ask.published.is_file():
         yield f"{ask.name}: published file {spec.published} is not there"
 
 
 QUESTION = "question"
-KEYS = ("kind", "select", "x", "y", "hue", "rows", "cols", "units", "y_as", "title", "note")
+KEYS = (
+    "kind",
+    "select",
+    "x",
+    "y",
+    "hue",
+    "rows",
+    "cols",
+    "units",
+    "y_as",
+    "title",
+    "note",
+)
 
 
 class Question(NamedTuple):
@@ -89,7 +114,10 @@ class Question(NamedTuple):
     @property
     def ask(self) -> kind.Ask:
         """The figure's wishes."""
-        return replace(kind.read(SimpleNamespace(**self.table), self.number, None), published=self.points)
+        return replace(
+            kind.read(SimpleNamespace(**self.table), self.number, None),
+            published=self.points,
+        )
 
     @property
     def name(self) -> str:
@@ -100,7 +128,11 @@ class Question(NamedTuple):
 def table_of(spec: Any) -> dict[str, Any]:
     """Return what a ``[[figure]]`` says, ``published`` apart, as JSON holds it."""
     given = {key: getattr(spec, key, None) for key in KEYS}
-    told = {k: v for k, v in given.items() if v not in (None, {}, (), "") or (k, v) == ("title", "")}
+    told = {
+        k: v
+        for k, v in given.items()
+        if v not in (None, {}, (), "") or (k, v) == ("title", "")
+    }
     return dict(json.loads(json.dumps(told)))
 
 
@@ -109,14 +141,18 @@ def question(campaign: Campaign, spec: Any, number: int) -> Question:
 
     Raises
     ------
-    FigureError : its units or published points cannot be read, or the measurements that it shows
+    FigureError : its units or published points cannot be read, or the measurements that
+        it shows
     """
     ask = kind.read(spec, number, campaign.path.parent if campaign.path else None)
     table = table_of(spec)
     if "note" in table:
-        table["note"] = claims.spelled_note(table["note"], getattr(campaign, "claims", ()))
+        table["note"] = claims.spelled_note(
+            table["note"], getattr(campaign, "claims", ())
+        )
     points = None if ask.published is None else published.points_of(ask.published, ask)
-    text, subject = inheritance.source_text(campaign.path), ""
+    text = inheritance.source_text(campaign.path)
+    subject = ""
     if kind.is_of_update(ask.kind):
         from wearlab.updating import inference, measurements
 
@@ -124,11 +160,23 @@ def question(campaign: Campaign, spec: Any, number: int) -> Question:
             subject = inference.subject_of(campaign)
         except measurements.UpdateError as error:
             raise ask.wrong(error) from None
-    return Question(number, table, points, campaign, text, inheritance.fingerprint(text), subject=subject)
+    return Question(
+        number,
+        table,
+        points,
+        campaign,
+        text,
+        inheritance.fingerprint(text),
+        subject=subject,
+    )
 
 
-def texts(asked: Question, entries: Mapping[str, Entry], missing: Sequence[str]) -> dict[str, str]:
-    """Return what a figure's file says about itself, text by keyword; nothing that changes by itself.
+def texts(
+    asked: Question, entries: Mapping[str, Entry], missing: Sequence[str]
+) -> dict[str, str]:
+    """Return what a figure's file says about itself, text by keyword.
+
+    Nothing that changes by itself.
 
     Parameters
     ----------
@@ -136,16 +184,29 @@ def texts(asked: Question, entries: Mapping[str, Entry], missing: Sequence[str])
     entries : the runs drawn
     missing : names of the runs that had no data
     """
-    ask, runs = asked.ask, entries.values()
-    written: dict[str, Any] = {"format": 1, "number": asked.number, "table": asked.table}
+    ask = asked.ask
+    runs = entries.values()
+    written: dict[str, Any] = {
+        "format": 1,
+        "number": asked.number,
+        "table": asked.table,
+    }
     written["points"] = None if asked.points is None else list(asked.points)
     written["campaign"] = to_record(asked.campaign)  # type: ignore[arg-type]
     written["runs"] = {run_id: entry.sha256 for run_id, entry in entries.items()}
     written |= {"subject": asked.subject} if asked.subject else {}
     told = {
         "Title": ask.title or kinds.KINDS[ask.kind].title,
-        **{"campaign": asked.campaign.title, "campaign_hash": asked.hash, "campaign_text": asked.text},
-        **{"figure": ask.kind, "table": _json(asked.table), "select": _json(dict(ask.select))},
+        **{
+            "campaign": asked.campaign.title,
+            "campaign_hash": asked.hash,
+            "campaign_text": asked.text,
+        },
+        **{
+            "figure": ask.kind,
+            "table": _json(asked.table),
+            "select": _json(dict(ask.select)),
+        },
         **{"runs": " ".join(entries), "missing": "; ".join(missing)},
         "wearlab": ", ".join(sorted({entry.wearlab_version or "" for entry in runs})),
         "source_hash": ", ".join(sorted({entry.source_hash or "" for entry in runs})),
@@ -167,17 +228,38 @@ def asked_by(told: Mapping[str, str], file: Path) -> Question:
     try:
         written = json.loads(told[QUESTION])
         if written["format"] != 1:
-            raise ValueError(f"question of format {written['format']!r}, this wearlab reads 1")
-        table = {key: value for key, value in dict(written["table"]).items() if key in KEYS}
+            raise ValueError(
+                f"question of format {written['format']!r}, this wearlab reads 1"
+            )
+        table = {
+            key: value for key, value in dict(written["table"]).items() if key in KEYS
+        }
         if table["kind"] not in kinds.KINDS:
             raise ValueError(f"no kind of figure: {table['kind']!r}")
-        points = None if written["points"] is None else kind.Points(*map(str, written["points"]))
-        source, about = from_record(written["campaign"]), str(written.get("subject", ""))
-        text, fingerprint = told.get("campaign_text", ""), told.get("campaign_hash", "")
+        points = (
+            None
+            if written["points"] is None
+            else kind.Points(*map(str, written["points"]))
+        )
+        source = from_record(written["campaign"])
+        about = str(written.get("subject", ""))
+        text = told.get("campaign_text", "")
+        fingerprint = told.get("campaign_hash", "")
         runs = {str(run_id): str(sha256) for run_id, sha256 in written["runs"].items()}
-        return Question(int(written["number"]), table, points, source, text, fingerprint, runs, about)
+        return Question(
+            int(written["number"]),
+            table,
+            points,
+            source,
+            text,
+            fingerprint,
+            runs,
+            about,
+        )
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise kind.FigureError(f"{file}: its question cannot be read ({error})") from None
+        raise kind.FigureError(
+            f"{file}: its question cannot be read ({error})"
+        ) from None
 
 
 def _json(value: Any) -> str:
@@ -199,10 +281,14 @@ def embedded(file: Path) -> dict[str, str]:
         if file.exists() and not file.is_file():
             raise kind.FigureError(f"{file}: is no file")
         if file.stat().st_size > LARGEST:
-            raise kind.FigureError(f"{file}: {file.stat().st_size} bytes are more than a figure has")
+            raise kind.FigureError(
+                f"{file}: {file.stat().st_size} bytes are more than a figure has"
+            )
         data = file.read_bytes()
     except OSError as error:
-        raise kind.FigureError(f"{file}: cannot be read ({error.strerror or error})") from error
+        raise kind.FigureError(
+            f"{file}: cannot be read ({error.strerror or error})"
+        ) from error
     if not data.lstrip().startswith(STARTS):
         raise kind.FigureError(f"{file}: is no PNG, SVG or PDF")
     try:
@@ -218,16 +304,27 @@ def _texts(file: Path, data: bytes) -> dict[str, str]:
     if data.lstrip().startswith(PNG):
         with Image.open(file, formats=["PNG"]) as image:
             if image.width * image.height > LARGEST:
-                size = f"{image.width} by {image.height} pixels are more than a figure has"
+                size = (
+                    f"{image.width} by {image.height} pixels are more than a figure has"
+                )
                 raise kind.FigureError(f"{file}: {size}")
             image.load()
             texts: Any = image.text  # type: ignore[attr-defined]
     else:
         if not data.lstrip().startswith(PDF):
-            text = ElementTree.fromstring(data).findtext(".//{http://purl.org/dc/elements/1.1/}description")
+            text = ElementTree.fromstring(data).findtext(
+                ".//{http://purl.org/dc/elements/1.1/}description"
+            )
         else:
             subject = re.search(rb"/Subject \(((?:[^\\()]|\\.)*)\)", data, re.DOTALL)
-            escaped, signs = subject[1] if subject else b"", {b"n": b"\n", b"r": b"\r"}
-            text = re.sub(rb"(?s)\\(.)", lambda s: signs.get(s[1], s[1]), escaped).decode("ascii")
+            escaped = subject[1] if subject else b""
+            signs = {b"n": b"\n", b"r": b"\r"}
+            text = re.sub(
+                rb"(?s)\\(.)", lambda s: signs.get(s[1], s[1]), escaped
+            ).decode("ascii")
         texts = json.loads(text or "{}")
-    return {str(key): str(value) for key, value in texts.items()} if isinstance(texts, dict) else {}
+    return (
+        {str(key): str(value) for key, value in texts.items()}
+        if isinstance(texts, dict)
+        else {}
+    )

@@ -21,7 +21,12 @@ STATE_COORDINATES = ("cycle", "mesh_cycles")
 
 
 def index_of(
-    asked: Any, values: Sequence[Any], dim: str, name: str, units: str | None = None, key: str = ""
+    asked: Any,
+    values: Sequence[Any],
+    dim: str,
+    name: str,
+    units: str | None = None,
+    key: str = "",
 ) -> list[int]:
     """Return the indices of a label, or of a list of labels, along a dimension.
 
@@ -38,8 +43,14 @@ def index_of(
         index = index_of_quantity(label, values, units, key)
         if index is None:
             unit = f" {units}" if units else ""
-            shown = [f"{value:g}{unit}" if is_number(value) else str(value) for value in values]
-            said = f"select.{dim} = {label!r} is not there; {nearest.choices(label, shown)}"
+            shown = [
+                f"{value:g}{unit}" if is_number(value) else str(value)
+                for value in values
+            ]
+            said = (
+                f"select.{dim} = {label!r} is not there; "
+                f"{nearest.choices(label, shown)}"
+            )
             raise FigureError(f"{name}: {said}")
         indices.append(index)
     return indices
@@ -52,8 +63,9 @@ def _several(asked: Any) -> list[Any]:
 def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
     """Return the run with only the selected places of its own dimensions.
 
-    ``update`` counts from 0 (−1 is the last); ``cycle`` and ``mesh_cycles`` take the nearest wear state;
-    other dimensions go by label, or by position where they have none.
+    ``update`` counts from 0 (−1 is the last); ``cycle`` and ``mesh_cycles`` take the
+    nearest wear state; other dimensions go by label, or by position where they have
+    none.
 
     Raises
     ------
@@ -68,10 +80,14 @@ def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
         elif key in data.dims:
             places = data[key]  # counted from 0 where it has no coordinate
             units = places.attrs.get("units")
-            data = data.isel({key: index_of(asked, list(places.values), key, ask.name, units)})
+            data = data.isel(
+                {key: index_of(asked, list(places.values), key, ask.name, units)}
+            )
         elif key not in schema.DIMENSIONS:
             valid = sorted({*grid_dims, *map(str, data.dims), *STATE_COORDINATES})
-            raise ask.wrong(f"select.{key}: no such dimension; {nearest.choices(key, valid)}")
+            raise ask.wrong(
+                f"select.{key}: no such dimension; {nearest.choices(key, valid)}"
+            )
     return data
 
 
@@ -79,28 +95,50 @@ def _states(asked: list[Any], data: xr.Dataset, key: str, ask: Ask) -> list[int]
     """Return the wear states of numbers, or those next to counts of cycles."""
     if key != "update":
         if not all(map(is_number, asked)):
-            raise ask.wrong(f"select.{key} = {ask.select[key]!r} is not a number of cycles, such as 2e7")
-        return list(dict.fromkeys(int(np.nanargmin(np.abs(data[key].values - float(n)))) for n in asked))
+            raise ask.wrong(
+                f"select.{key} = {ask.select[key]!r} is not a number of cycles, such "
+                "as 2e7"
+            )
+        return list(
+            dict.fromkeys(
+                int(np.nanargmin(np.abs(data[key].values - float(n)))) for n in asked
+            )
+        )
     count = data.sizes["update"]
     for index in asked:
         if not isinstance(index, int) or not -count <= index < count:
-            raise ask.wrong(f"select.{key} = {index!r} is not there; valid: 0 to {count - 1}, -1 is the last")
+            raise ask.wrong(
+                f"select.{key} = {index!r} is not there; valid: 0 to {count - 1}, -1 "
+                "is the last"
+            )
     return [index % count for index in asked]
 
 
 BASE = "base"
 COUNT = "n_updates"
 COORDINATES = (
-    "cycle", "mesh_cycles", "operating_hours", "preset_depth", "path_position", "diameter", "roll_angle",
-    "distance_to_pitch_circle", "characteristic_point", "phase", "contact_ratio", "max_wear_depth",
-)  # fmt: skip
+    "cycle",
+    "mesh_cycles",
+    "operating_hours",
+    "preset_depth",
+    "path_position",
+    "diameter",
+    "roll_angle",
+    "distance_to_pitch_circle",
+    "characteristic_point",
+    "phase",
+    "contact_ratio",
+    "max_wear_depth",
+)
 
 
 Point = tuple[dict[str, int], dict[str, Label], str]
 """A run in a grid: its place, the labels there, its id."""
 
 
-def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> tuple[list[Point], list[str]]:
+def pick(
+    grid: xr.Dataset, ask: Ask, *, all_cases: bool
+) -> tuple[list[Point], list[str]]:
     """Return the selected points of a grid that have data, a broadcast case once, and the names of others.
 
     Parameters
@@ -114,7 +152,8 @@ def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> tuple[list[Point], l
     FigureError : a label that the grid does not have, or nothing left
     """
     dims = [str(dim) for dim in grid.run_id.dims]
-    ids, status = grid.run_id.values, grid.status.values
+    ids = grid.run_id.values
+    status = grid.status.values
     wanted = [_wanted(grid, dim, ask, all_cases) for dim in dims]
     unsaid = () if "case" in (ask.hue, ask.rows, ask.cols, ask.x) else (BASE,)
     picked: dict[object, Point] = {}
@@ -126,9 +165,13 @@ def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> tuple[list[Point], l
         labels, repeated = _labels(grid, dims, point)
         if status[point] == "done":
             place = dict(zip(dims, point, strict=True))
-            picked.setdefault(labels["case"] if repeated else point, (place, labels, run_id))
+            picked.setdefault(
+                labels["case"] if repeated else point, (place, labels, run_id)
+            )
         else:
-            told = dict.fromkeys(x.text for x in labels.values() if x.value not in unsaid)
+            told = dict.fromkeys(
+                x.text for x in labels.values() if x.value not in unsaid
+            )
             missing[f"{', '.join(told) or run_id[:12]}: {status[point]}"] = None
     if not picked and not missing:
         raise ask.wrong(f"select = {dict(ask.select)} leaves no run")
@@ -140,59 +183,107 @@ def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> tuple[list[Point], l
 def _wanted(grid: xr.Dataset, dim: str, ask: Ask, all_cases: bool) -> list[int]:
     values = list(grid[dim].values)
     if dim in ask.select:
-        units, key = (grid[dim].attrs.get(name) for name in ("units", "key"))
+        units = grid[dim].attrs.get("units")
+        key = grid[dim].attrs.get("key")
         return index_of(ask.select[dim], values, dim, ask.name, units, key or "")
-    if dim == "case" and BASE in values and not (all_cases or "case" in (ask.hue, ask.rows, ask.cols, ask.x)):
+    if (
+        dim == "case"
+        and BASE in values
+        and not (all_cases or "case" in (ask.hue, ask.rows, ask.cols, ask.x))
+    ):
         return [values.index(BASE)]
     return list(range(len(values)))
 
 
-def _labels(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]) -> tuple[dict[str, Label], bool]:
+def _labels(
+    grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]
+) -> tuple[dict[str, Label], bool]:
     """Return the labels of a point, and whether it is one of a case that is repeated along every axis.
 
-    Such a case bears its own label along them; the base is called by what it is, where the grid says that.
+    Such a case bears its own label along them; the base is called by what it is, where
+    the grid says that.
     """
     at = zip(dims, point, strict=True)
-    labels = {dim: place(dim, grid[dim].values[i], grid[dim].attrs.get("units")) for dim, i in at}
+    labels = {
+        dim: place(dim, grid[dim].values[i], grid[dim].attrs.get("units"))
+        for dim, i in at
+    }
     case = labels.get("case")
     if case is None or case.value == BASE:
-        known = {"case": Label(BASE, str(grid["case"].attrs.get("base", BASE)))} if case else {}
+        known = (
+            {"case": Label(BASE, str(grid["case"].attrs.get("base", BASE)))}
+            if case
+            else {}
+        )
         return labels | known, False
-    index = tuple(at if dim == "case" else slice(None) for dim, at in zip(dims, point, strict=True))
-    own, ids = own_values(grid), grid.run_id.values[index]
-    repeated = case.value in own if own else bool(ids.size > 1 and len(set(ids.flat) - {""}) == 1)
+    index = tuple(
+        at if dim == "case" else slice(None)
+        for dim, at in zip(dims, point, strict=True)
+    )
+    own = own_values(grid)
+    ids = grid.run_id.values[index]
+    repeated = (
+        case.value in own
+        if own
+        else bool(ids.size > 1 and len(set(ids.flat) - {""}) == 1)
+    )
     return ({dim: case for dim in dims} if repeated else labels), repeated
 
 
-def read_runs(grid: xr.Dataset, points: Sequence[Point], names: Iterable[str], ask: Ask) -> list[Run]:
+def read_runs(
+    grid: xr.Dataset, points: Sequence[Point], names: Iterable[str], ask: Ask
+) -> list[Run]:
     """Read what a figure needs, of all runs at once, narrowed by ``select``.
 
-    Variables that a run does not have are left out of its dataset. What any figure needs stays in a grid of
-    which all runs are shown: it is read once for all its figures.
+    Variables that a run does not have are left out of its dataset. What any figure
+    needs stays in a grid of which all runs are shown: it is read once for all its
+    figures.
     """
     if len(set(map(str, grid.run_id.values.flat)) - {""}) == len(points):
-        always = [name for name in (*COORDINATES, *doubt.WITNESSES) if name in grid.variables]
+        always = [
+            name for name in (*COORDINATES, *doubt.WITNESSES) if name in grid.variables
+        ]
         grid[always].load(scheduler="synchronous")
-    grid = grid.rename({f"{name}_values": name for name in ("phase",) if f"{name}_values" in grid})
-    names, axes, dims = list(names), along_axes(grid), [str(dim) for dim in grid.run_id.dims]
+    grid = grid.rename(
+        {f"{name}_values": name for name in ("phase",) if f"{name}_values" in grid}
+    )
+    names = list(names)
+    axes = along_axes(grid)
+    dims = [str(dim) for dim in grid.run_id.dims]
     wanted = dict.fromkeys((*names, *COORDINATES, *doubt.read_for(names), *axes, COUNT))
-    places = {dim: xr.Variable("picked", [point[dim] for point, _, _ in points]) for dim in dims}
+    places = {
+        dim: xr.Variable("picked", [point[dim] for point, _, _ in points])
+        for dim in dims
+    }
     box = grid[[name for name in wanted if name in grid.variables]].isel(places)
     box = box.compute(scheduler="synchronous")
     keys = {n: grid[n].attrs.get("key") for n in axes if grid[n].dtype.kind in "fiu"}
-    words = {n: key_text(str(keys.get(n) or n)) for n in axes}  # numbers by the key they were given to
-    scales = {name: plot.Scale(text, str(grid[name].attrs.get("units", "1"))) for name, text in words.items()}
+    words = {
+        n: key_text(str(keys.get(n) or n)) for n in axes
+    }  # numbers by the key they were given to
+    scales = {
+        name: plot.Scale(text, str(grid[name].attrs.get("units", "1")))
+        for name, text in words.items()
+    }
     own = own_values(grid)
     runs = []
     for number, (_, labels, run_id) in enumerate(points):
         whole = box.isel({"picked": number}, missing_dims="ignore")
         values = {name: whole[name].values.item() for name in axes if name not in dims}
-        beside = {name: place(name, value, grid[name].attrs.get("units")) for name, value in values.items()}
-        case, given = labels.get("case"), dict[str, float]()
+        beside = {
+            name: place(name, value, grid[name].attrs.get("units"))
+            for name, value in values.items()
+        }
+        case = labels.get("case")
+        given = dict[str, float]()
         if case is not None and (mine := own.get(str(case.value))) is not None:
             beside = dict.fromkeys(beside, case)
-            given = {name: float(v) for name, v in mine.items() if isinstance(v, int | float)}
-        full = _without_absent(whole.isel(update=slice(int(whole[COUNT])), missing_dims="ignore"), dims)
+            given = {
+                name: float(v) for name, v in mine.items() if isinstance(v, int | float)
+            }
+        full = _without_absent(
+            whole.isel(update=slice(int(whole[COUNT])), missing_dims="ignore"), dims
+        )
         told = ({**labels, **beside}, scales, given, doubt.doubts(full))
         runs.append(Run(run_id, labels, narrow(full, ask, set(dims)), (), *told))
     return _with_states(runs)
@@ -201,8 +292,14 @@ def read_runs(grid: xr.Dataset, points: Sequence[Point], names: Iterable[str], a
 def along_axes(grid: xr.Dataset) -> list[str]:
     """Return the axes of a grid and the coordinates along them, whose values a figure can be drawn over."""
     dims = [str(dim) for dim in grid.run_id.dims]
-    beside = [str(name) for name, v in grid.coords.items() if len(v.dims) == 1 and v.dims[0] in dims]
-    return list(dict.fromkeys((*dims, *(name for name in beside if "key" in grid[name].attrs))))
+    beside = [
+        str(name)
+        for name, v in grid.coords.items()
+        if len(v.dims) == 1 and v.dims[0] in dims
+    ]
+    return list(
+        dict.fromkeys((*dims, *(name for name in beside if "key" in grid[name].attrs)))
+    )
 
 
 def axis_named(grid: xr.Dataset, name: str) -> str:
@@ -210,16 +307,24 @@ def axis_named(grid: xr.Dataset, name: str) -> str:
     if name in grid.variables or name in grid.dims:
         return name
     keys = {axis: str(grid[axis].attrs.get("key", "")) for axis in along_axes(grid)}
-    meant = [axis for axis, key in keys.items() if key == name or key.endswith(f".{name}")]
+    meant = [
+        axis for axis, key in keys.items() if key == name or key.endswith(f".{name}")
+    ]
     return meant[0] if len(meant) == 1 else name
 
 
 def _without_absent(data: xr.Dataset, dims: Iterable[str]) -> xr.Dataset:
     """Drop the places in the grid, variables that it only padded, mesh periods that no state reaches."""
-    absent = [name for name, v in data.variables.items() if name not in data.dims and _is_void(v)]
+    absent = [
+        name
+        for name, v in data.variables.items()
+        if name not in data.dims and _is_void(v)
+    ]
     data = data.drop_vars([*absent, *dims, COUNT], errors="ignore")
     along = [v.notnull() for v in data.data_vars.values() if "mesh_period" in v.dims]
-    held = [v.any([dim for dim in v.dims if dim != "mesh_period"]).values for v in along]
+    held = [
+        v.any([dim for dim in v.dims if dim != "mesh_period"]).values for v in along
+    ]
     return data.isel(mesh_period=np.any(held, axis=0)) if held else data
 
 
@@ -233,10 +338,16 @@ def _with_states(runs: list[Run]) -> list[Run]:
     """Name wear states by preset depth, or by cycles with the hours where equal cycles took equal hours."""
     named = [_cycle_labels(run.data) for run in runs]
     hours = [() if _preset_labels(run.data) else _hours(run.data) for run in runs]
-    pairs = {pair for both in zip(named, hours, strict=True) for pair in zip(*both, strict=False)}
+    pairs = {
+        pair
+        for both in zip(named, hours, strict=True)
+        for pair in zip(*both, strict=False)
+    }
     worn = {label: text for label, text in pairs if label.value != 0.0}
     equal = len(worn) == sum(label.value != 0.0 for label, _ in pairs)
-    said = {x: Label(x.value, f"{x.text} ({text})") for x, text in worn.items() if equal}
+    said = {
+        x: Label(x.value, f"{x.text} ({text})") for x, text in worn.items() if equal
+    }
     states = [tuple(said.get(label, label) for label in labels) for labels in named]
     return [replace(run, states=own) for run, own in zip(runs, states, strict=True)]
 
@@ -248,7 +359,9 @@ def _hours(data: xr.Dataset) -> tuple[str, ...]:
     units = str(data["operating_hours"].attrs.get("units", "h"))
     values = converted(data["operating_hours"].values, units, "h")
     rounded = (float(f"{value:.3g}") for value in values)
-    return tuple(f"{value:g} h" if value < 1000.0 else f"{value:,.0f} h" for value in rounded)
+    return tuple(
+        f"{value:g} h" if value < 1000.0 else f"{value:,.0f} h" for value in rounded
+    )
 
 
 def _preset_labels(data: xr.Dataset) -> list[Label]:
@@ -256,7 +369,11 @@ def _preset_labels(data: xr.Dataset) -> list[Label]:
     if "preset_depth" not in data or data.preset_depth.dims != ("update", "flank"):
         return []
     count = int(np.isfinite(np.atleast_1d(data.cycle.values)).sum())
-    asked = converted(data.preset_depth.values[:count], str(data.preset_depth.attrs.get("units", "m")), "um")
+    asked = converted(
+        data.preset_depth.values[:count],
+        str(data.preset_depth.attrs.get("units", "m")),
+        "um",
+    )
     known = np.isfinite(asked)
     if not known[1:].any(axis=1).all() or count < 2:
         return []
@@ -268,18 +385,30 @@ def _preset_labels(data: xr.Dataset) -> list[Label]:
 
 def _cycle_labels(data: xr.Dataset) -> tuple[Label, ...]:
     if "cycle" not in data:
-        return tuple(Label(i, f"wear state {i}") for i in range(data.sizes.get("update", 1)))
+        return tuple(
+            Label(i, f"wear state {i}") for i in range(data.sizes.get("update", 1))
+        )
     depth = data.get("max_wear_depth")
-    unworn = depth is not None and not np.any(depth.values.reshape(data.cycle.size, -1)[0])
-    labels = [cycles(float(count)) for count in np.atleast_1d(data.cycle.values) if not math.isnan(count)]
+    unworn = depth is not None and not np.any(
+        depth.values.reshape(data.cycle.size, -1)[0]
+    )
+    labels = [
+        cycles(float(count))
+        for count in np.atleast_1d(data.cycle.values)
+        if not math.isnan(count)
+    ]
     labels = _preset_labels(data) or labels
     if unworn and labels and labels[0].value == 0.0:
         labels[0] = Label(0.0, "unworn")
     return tuple(labels)
 
 
-def require(runs: list[Run], names: Sequence[str], ask: Ask, ended: Mapping[str, int]) -> list[Run]:
-    """Return the runs that have all these variables; ``ended`` counts what ended the lives of the others.
+def require(
+    runs: list[Run], names: Sequence[str], ask: Ask, ended: Mapping[str, int]
+) -> list[Run]:
+    """Return the runs that have all these variables.
+
+    ``ended`` counts what ended the lives of the others.
 
     Raises
     ------
@@ -288,13 +417,29 @@ def require(runs: list[Run], names: Sequence[str], ask: Ask, ended: Mapping[str,
     able = [run for run in runs if all(name in run.data.variables for name in names)]
     if able:
         return able
-    absent = [name for name in names if not any(name in run.data.variables for run in runs)] or list(names)
+    absent = [
+        name for name in names if not any(name in run.data.variables for run in runs)
+    ] or list(names)
     lacking = f"no selected run has {' and '.join(absent)}"
-    made = list(dict.fromkeys(schema.origin_of(name)[1] for name in absent if name in schema.VARIABLES))
-    if {*absent} <= {"life", "service_life", "remaining_useful_life", "error_estimate_life"} and ended:
+    made = list(
+        dict.fromkeys(
+            schema.origin_of(name)[1] for name in absent if name in schema.VARIABLES
+        )
+    )
+    if {*absent} <= {
+        "life",
+        "service_life",
+        "remaining_useful_life",
+        "error_estimate_life",
+    } and ended:
         by = ", ".join(f"{count} by {reason}" for reason, count in ended.items())
-        why = f"all ended before the depth of wear.until ({by}); y = 'max_wear_depth' shows how far they came"
+        why = (
+            f"all ended before the depth of wear.until ({by}); y = 'max_wear_depth' "
+            "shows how far they came"
+        )
         raise ask.wrong(f"{lacking}: {why}")
     names = sorted({str(name) for run in runs for name in run.data.data_vars})
-    known = f"it takes {' and '.join(made)}" if made else nearest.choices(absent[0], names)
+    known = (
+        f"it takes {' and '.join(made)}" if made else nearest.choices(absent[0], names)
+    )
     raise ask.wrong(f"{lacking}; {known}")

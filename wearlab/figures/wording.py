@@ -11,9 +11,28 @@ from wearlab.arrays import Array
 from wearlab.units import convert
 
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-LATEX = {"µ": r"$\mu$", "λ": r"$\lambda$", "η": r"$\eta$", "ε": r"$\varepsilon$", "°": r"$^\circ$"}
-LATEX |= {"±": r"$\pm$", "×": r"$\times$", "≤": r"$\le$", "→": r"$\to$", "·": r"$\cdot$", "−": "$-$"}
-LATEX |= {"…": r"\ldots{}", "–": "--", "₀": "$_0$", "₁": "$_1$", "\N{NO-BREAK SPACE}": "~"}
+LATEX = {
+    "µ": r"$\mu$",
+    "λ": r"$\lambda$",
+    "η": r"$\eta$",
+    "ε": r"$\varepsilon$",
+    "°": r"$^\circ$",
+}
+LATEX |= {
+    "±": r"$\pm$",
+    "×": r"$\times$",
+    "≤": r"$\le$",
+    "→": r"$\to$",
+    "·": r"$\cdot$",
+    "−": "$-$",
+}
+LATEX |= {
+    "…": r"\ldots{}",
+    "–": "--",
+    "₀": "$_0$",
+    "₁": "$_1$",
+    "\N{NO-BREAK SPACE}": "~",
+}
 COUNTS = {3: "thousands", 6: "millions", 9: "billions"}
 
 
@@ -30,7 +49,9 @@ def cycles(count: float) -> Label:
     for size, word in ((1e9, " billion"), (1e6, " million")):
         if rounded >= size:
             return Label(rounded, f"{rounded / size:.4g}{word} cycles")
-    return Label(rounded, f"{rounded:,.0f} cycles" if rounded >= 100 else f"{rounded:g} cycles")
+    return Label(
+        rounded, f"{rounded:,.0f} cycles" if rounded >= 100 else f"{rounded:g} cycles"
+    )
 
 
 def place(name: str, value: object, units: str | None) -> Label:
@@ -66,7 +87,9 @@ def typeset(units: str) -> str:
     text = units.strip()
     if not any(sign in text for sign in "*/^%"):
         text = _as_fraction(text)
-    text = re.sub(r"(?:\*\*|\^)(-?\d+)", lambda power: power[1].translate(SUPERSCRIPTS), text)
+    text = re.sub(
+        r"(?:\*\*|\^)(-?\d+)", lambda power: power[1].translate(SUPERSCRIPTS), text
+    )
     text = re.sub(r"\bu(?=[a-zA-Z])", "µ", text)
     text = re.sub(r"\b(?:deg|degree)\b", "°", text)
     return text.replace("degC", "°C").replace("*", "·")
@@ -81,7 +104,9 @@ def _as_fraction(text: str) -> str:
         if unit is None:
             return text
         power = int(unit[2] or 1)
-        (over if power > 0 else under).append(unit[1] + (f"^{abs(power)}" if abs(power) != 1 else ""))
+        (over if power > 0 else under).append(
+            unit[1] + (f"^{abs(power)}" if abs(power) != 1 else "")
+        )
     return "*".join(over or ["1"]) + "".join(f"/{part}" for part in under)
 
 
@@ -94,7 +119,10 @@ def converted(values: Array, units: str, wanted: str) -> Array:
 
 def power_of_ten(arrays: Iterable[Array], units: str) -> int:
     """Return the power of ten to take out of an axis: of counts from 10⁴, of others far from 1."""
-    largest = max((float(np.max(np.abs(a[np.isfinite(a)]), initial=0.0)) for a in arrays), default=0.0)
+    largest = max(
+        (float(np.max(np.abs(a[np.isfinite(a)]), initial=0.0)) for a in arrays),
+        default=0.0,
+    )
     if largest == 0.0:
         return 0
     exponent = math.floor(math.log10(largest) + 1e-9)
@@ -105,8 +133,11 @@ def power_of_ten(arrays: Iterable[Array], units: str) -> int:
 
 def axis_label(label: str, units: str, power: int) -> str:
     """Return an axis label: label, then power of ten and unit in brackets."""
-    pretty, ten = typeset(units), f"$10^{{{power}}}$" if power else ""
-    inside = COUNTS[power] if not pretty and power in COUNTS else f"{ten} {pretty}".strip()
+    pretty = typeset(units)
+    ten = f"$10^{{{power}}}$" if power else ""
+    inside = (
+        COUNTS[power] if not pretty and power in COUNTS else f"{ten} {pretty}".strip()
+    )
     start = label[:1].upper() + label[1:] if label[:1].isascii() else label
     unbroken = inside.replace(" ", "\N{NO-BREAK SPACE}")
     return f"{start} ({unbroken})" if inside else start
@@ -118,7 +149,9 @@ def first_of(names: Sequence[str], most: int, between: str = ", ") -> str:
     >>> first_of(["a", "b", "c"], 2)
     'a, b and 1 more'
     """
-    return between.join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+    return between.join(names[:most]) + (
+        f" and {len(names) - most} more" if len(names) > most else ""
+    )
 
 
 def scaled(values: Sequence[Array], words: str, units: str) -> tuple[list[Array], str]:
@@ -128,7 +161,9 @@ def scaled(values: Sequence[Array], words: str, units: str) -> tuple[list[Array]
 
 
 def latex(text: str) -> str:
-    r"""Return a text as LaTeX reads it: signs escaped, powers as mathematics; what stands in $ as it is.
+    r"""Return a text as LaTeX reads it: signs escaped, powers as mathematics.
+
+    What stands in $ as it is.
 
     Examples
     --------
@@ -138,11 +173,15 @@ def latex(text: str) -> str:
     parts = text.split("$")
     if len(parts) % 2 == 0:  # a lone sign of the currency
         parts = [text.replace("$", r"\$")]
-    return "$".join(part if number % 2 else _latex(part) for number, part in enumerate(parts))
+    return "$".join(
+        part if number % 2 else _latex(part) for number, part in enumerate(parts)
+    )
 
 
 def _latex(text: str) -> str:
     text = re.sub(r"([%&#_{}])", r"\\\1", text)
     normal = {above: plain for plain, above in SUPERSCRIPTS.items()}
-    text = re.sub("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda power: f"$^{{{power[0].translate(normal)}}}$", text)
+    text = re.sub(
+        "[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda power: f"$^{{{power[0].translate(normal)}}}$", text
+    )
     return "".join(LATEX.get(sign, sign) for sign in text)

@@ -20,18 +20,22 @@ class Gear(NamedTuple):
     teeth : number of teeth z [1]
     module : m [m]
     pressure_angle : α at the reference circle [rad]
-    profile_shift : profile shift coefficient x [1]; positive moves the profile outwards, ring or not
+    profile_shift : profile shift coefficient x [1]; positive moves the profile
+        outwards, ring or not
     base_radius, reference_radius, tip_radius, root_radius : r_b, r, r_a, r_f [m]
     form_radius : where the involute ends and the root curve begins [m]
-    fillet_radius : tip rounding of the generating rack, or the root fillet of a ring [m]
+    fillet_radius : tip rounding of the generating rack, or the root fillet of a ring
+        [m]
     root_profile : "trochoid", "radial" or "fillet" (a ring's), resolved
-    bore_radius : radius at which the body is clamped [m]; a ring's is the outside radius of its rim
+    bore_radius : radius at which the body is clamped [m]; a ring's is the outside
+        radius of its rim
     face_width : [m]
     material : elastic constants and density
     mass, inertia : [kg], [kg·m²]
     assumed : what nobody gave and was assumed, in words
     modification : profile modification, or None
-    internal : whether the teeth point inwards: tip_radius < reference_radius < root_radius < bore_radius
+    internal : whether the teeth point inwards: tip_radius < reference_radius <
+        root_radius < bore_radius
     """
 
     name: str
@@ -67,12 +71,20 @@ class Gear(NamedTuple):
 
     @property
     def dedendum(self) -> float:
-        """Depth of the generating rack below its own reference line [m]; of a ring's root beyond its own."""
-        return self.outwards * (self.reference_radius + self.profile_shift * self.module - self.root_radius)
+        """Depth of the generating rack below its own reference line [m].
+
+        Of a ring's root beyond its own.
+        """
+        return self.outwards * (
+            self.reference_radius + self.profile_shift * self.module - self.root_radius
+        )
 
     @property
     def cut(self) -> root.RackCut:
-        """The generating rack that leaves this tooth; of a ring the one that would leave its space."""
+        """The generating rack that leaves this tooth.
+
+        Of a ring the one that would leave its space.
+        """
         sizes = self.module, self.pressure_angle, self.profile_shift, self.root_radius
         return root.RackCut(self.teeth, *sizes, self.fillet_radius / self.module)
 
@@ -83,7 +95,9 @@ class Gear(NamedTuple):
 
     def half_angle(self, radius: float) -> float:
         """Return half the tooth angle at a radius, α2 − inv α_r (ring: π/z − α2 + inv α_r) [rad]."""
-        half = self.base_half_angle - involute(math.acos(min(1.0, self.base_radius / radius)))
+        half = self.base_half_angle - involute(
+            math.acos(min(1.0, self.base_radius / radius))
+        )
         return math.pi / self.teeth - half if self.internal else half
 
 
@@ -95,7 +109,8 @@ TIP_AT = {"A": DRIVEN, "E": DRIVING}
 class PathOfContact(NamedTuple):
     """Characteristic points along the path of contact, s from the pitch point, positive in recess [m].
 
-    ``B = E − ⌊ε⌋ p_b`` and ``D = A + ⌊ε⌋ p_b``: for 1 < ε < 2 the ends of single contact.
+    ``B = E − ⌊ε⌋ p_b`` and ``D = A + ⌊ε⌋ p_b``: for 1 < ε < 2 the ends of single
+    contact.
     """
 
     A: float
@@ -150,8 +165,9 @@ class GearPair(NamedTuple):
     def backlash(self) -> float:
         """Normal backlash, ``j_bn = (2π r_w1 / z1 − s_w1 − s_w2) cos α_w`` [m].
 
-        What the teeth leave free on the operating pitch circles; 0 where one of centre distance and shifts
-        follows from the others and no tooth is thinned, negative where teeth jam.
+        What the teeth leave free on the operating pitch circles; 0 where one of centre
+        distance and shifts follows from the others and no tooth is thinned, negative
+        where teeth jam.
 
         References
         ----------
@@ -160,7 +176,10 @@ class GearPair(NamedTuple):
         cosine = math.cos(self.working_pressure_angle)
         radii = [gear.base_radius / cosine for gear in self.gears]
         pitch = 2.0 * math.pi * radii[0] / self.driving.teeth
-        thick = sum(2.0 * r * gear.half_angle(r) for r, gear in zip(radii, self.gears, strict=True))
+        thick = sum(
+            2.0 * r * gear.half_angle(r)
+            for r, gear in zip(radii, self.gears, strict=True)
+        )
         return (pitch - thick) * cosine
 
     @property
@@ -172,13 +191,20 @@ class GearPair(NamedTuple):
     @property
     def rounding(self) -> float:
         """What shifts of three decimals leave open of the backlash, ``2 m sin α Δx`` [m]."""
-        return 2.0 * self.driving.module * math.sin(self.driving.pressure_angle) * ROUNDING * (1.0 + 1e-6)
+        return (
+            2.0
+            * self.driving.module
+            * math.sin(self.driving.pressure_angle)
+            * ROUNDING
+            * (1.0 + 1e-6)
+        )
 
     def curvature(self, s: ArrayLike) -> tuple[Array, Array]:
         """Return the radii of curvature, ρ1 = r_b1 tanα_w ± s, ρ2 = r_b2 tanα_w ∓ s (upper sign: no ring).
 
-        Contact moves from root to tip on the driving and from tip to root on the driven gear; a ring's root
-        is where its radius is large, so a ring's sign is the lower one.
+        Contact moves from root to tip on the driving and from tip to root on the driven
+        gear; a ring's root is where its radius is large, so a ring's sign is the lower
+        one.
 
         Parameters
         ----------
@@ -196,7 +222,9 @@ class GearPair(NamedTuple):
     def equivalent_curvature(self, s: ArrayLike) -> Array:
         """Return the equivalent radius, 1/ρ = ±1/ρ1 ± 1/ρ2 with minus for a ring, (n,) [m]."""
         rho1, rho2 = self.curvature(s)
-        return rho1 * rho2 / (self.driving.outwards * rho2 + self.driven.outwards * rho1)
+        return (
+            rho1 * rho2 / (self.driving.outwards * rho2 + self.driven.outwards * rho1)
+        )
 
     def radius(self, gear: int, s: ArrayLike) -> Array:
         """Return the radius at which a gear (0 driving, 1 driven) touches at s, √(r_b² + ρ²), (n,) [m]."""
@@ -209,7 +237,8 @@ class GearPair(NamedTuple):
     def sliding(self, s: ArrayLike) -> Array:
         """Return the sliding velocity per unit speed of the driving gear, ρ1 − ρ2 z1/z2, (n,) [m/rad].
 
-        Positive where the driving flank is the faster one (recess); 0 at the pitch point.
+        Positive where the driving flank is the faster one (recess); 0 at the pitch
+        point.
         """
         rho1, rho2 = self.curvature(s)
         return rho1 - rho2 * self.ratio
@@ -226,7 +255,8 @@ class GearPair(NamedTuple):
         (2, n) for (driving, driven) [1]
         """
         rho1, rho2 = self.curvature(s)
-        v1, v2 = rho1, rho2 * self.ratio
+        v1 = rho1
+        v2 = rho2 * self.ratio
         return np.stack([1.0 - v2 / v1, 1.0 - v1 / v2])
 
     def modification(self, gear: int, s: ArrayLike) -> Array:
@@ -235,7 +265,9 @@ class GearPair(NamedTuple):
         item = self.gears[gear].modification
         if item is None:
             return np.zeros_like(position)
-        from_root = position - self.path.A if gear == DRIVING else self.path.E - position
+        from_root = (
+            position - self.path.A if gear == DRIVING else self.path.E - position
+        )
         return item.removed(from_root, self.path.E - self.path.A)
 
     def from_root(self, gear: int, s: ArrayLike) -> Array:
@@ -267,6 +299,8 @@ def in_mesh(driving: Gear, driven: Gear, centre_distance: float) -> GearPair:
         for gear in (driving, driven)
     )
     whole = math.floor((s_E + approach) / p_b)
-    path = PathOfContact(-approach, s_E - whole * p_b, 0.0, -approach + whole * p_b, s_E)
+    path = PathOfContact(
+        -approach, s_E - whole * p_b, 0.0, -approach + whole * p_b, s_E
+    )
     width = min(driving.face_width, driven.face_width)
     return GearPair(driving, driven, centre_distance, alpha_w, p_b, path, width)

@@ -1,8 +1,11 @@
-"""Helical gears: from the normal section of a drawing to the transverse section; modifications of leads.
+"""Helical gears: from the normal section of a drawing to the transverse section.
 
-A helical pair is a spur pair of the transverse section, turned along the face: at y it is ahead by
-``y tan β_b`` on the line of action. So a :class:`wearlab.gears.gear.GearPair` of the transverse numbers is
-all of its profile, and a :class:`Helix` the rest.
+Modifications of leads.
+
+A helical pair is a spur pair of the transverse section, turned along the face: at y it
+is ahead by ``y tan β_b`` on the line of action. So a
+:class:`wearlab.gears.gear.GearPair` of the transverse numbers is all of its profile,
+and a :class:`Helix` the rest.
 """
 
 import math
@@ -20,7 +23,9 @@ LARGEST = math.radians(45.0)
 
 
 class Helix(NamedTuple):
-    """What turns a transverse section into a helical pair; all angles 0 for a spur pair.
+    """What turns a transverse section into a helical pair.
+
+    All angles 0 for a spur pair.
 
     Parameters
     ----------
@@ -47,7 +52,9 @@ class Helix(NamedTuple):
 SPUR = Helix()
 
 
-def helix(helix_angle: float, normal_pressure_angle: float, sense: float = 1.0) -> Helix:
+def helix(
+    helix_angle: float, normal_pressure_angle: float, sense: float = 1.0
+) -> Helix:
     """Return the helix of a helix angle at the reference circle, ``sin β_b = sin β cos α_n``.
 
     Parameters
@@ -76,7 +83,11 @@ def helix(helix_angle: float, normal_pressure_angle: float, sense: float = 1.0) 
             f"helix_angle must lie between 0 and {math.degrees(LARGEST):g} deg, not "
             f"{math.degrees(helix_angle):.4g} deg; the hand says which way it turns"
         )
-    return Helix(helix_angle, math.asin(math.sin(helix_angle) * math.cos(normal_pressure_angle)), sense)
+    return Helix(
+        helix_angle,
+        math.asin(math.sin(helix_angle) * math.cos(normal_pressure_angle)),
+        sense,
+    )
 
 
 def transverse_basics(basics: Basics, helix_angle: float) -> Basics:
@@ -102,15 +113,17 @@ def transverse_basics(basics: Basics, helix_angle: float) -> Basics:
 def transverse(spec: GearSpec, turned: Helix) -> GearSpec:
     """Return a gear's numbers of the transverse section from those of the normal section.
 
-    Coefficients count modules, so they shrink by cos β (x_t = x_n cos β); an allowance of the tooth thickness
-    grows by 1/cos β; what is removed along the flank normal leaves a gap of 1/cos β_b along the line of
-    action. Lengths along the path, diameters and widths stay.
+    Coefficients count modules, so they shrink by cos β (x_t = x_n cos β); an allowance
+    of the tooth thickness grows by 1/cos β; what is removed along the flank normal
+    leaves a gap of 1/cos β_b along the line of action. Lengths along the path,
+    diameters and widths stay.
 
     References
     ----------
     ISO 21771:2007, 4.3 and 4.8.
     """
-    cosine, normal = math.cos(turned.angle), turned.cosine
+    cosine = math.cos(turned.angle)
+    normal = turned.cosine
     given: dict[str, Any] = {} if spec.tip_diameter else {"addendum_coefficient": 1.0}
     given |= {} if spec.root_diameter else {"dedendum_coefficient": 1.25}
     given |= {key: value for key, value in vars(spec).items() if value is not None}
@@ -118,11 +131,19 @@ def transverse(spec: GearSpec, turned: Helix) -> GearSpec:
     words = ("profile_shift", "addendum", "dedendum", "tip_alteration", "fillet_radius")
     coefficients = (f"{word}_coefficient" for word in words)
     changed = {key: given[key] * cosine for key in coefficients if key in given}
-    changed |= {key: given[key] / normal for key in ("profile_crowning", "profile_slope") if key in given}
+    changed |= {
+        key: given[key] / normal
+        for key in ("profile_crowning", "profile_slope")
+        if key in given
+    }
     for key in ("tip_relief", "root_relief"):
         if key in given:
             changed[key] = given[key]._replace(amount=given[key].amount / normal)
-    return replace(spec, tooth_thickness_allowance=spec.tooth_thickness_allowance / cosine, **changed)
+    return replace(
+        spec,
+        tooth_thickness_allowance=spec.tooth_thickness_allowance / cosine,
+        **changed,
+    )
 
 
 def overlap_ratio(face_width: float, helix_angle: float, normal_module: float) -> float:
@@ -143,13 +164,15 @@ def overlap_ratio(face_width: float, helix_angle: float, normal_module: float) -
 class Lead(NamedTuple):
     """What is taken off one flank over its face, normal to the flank.
 
-    ``g = 4 C η² − f η + r max(0, 1 − d/l) − t η (ξ − ½)`` with η = y/b, ξ the share of the active profile
-    from its root end, and d the distance from the nearer end of the face.
+    ``g = 4 C η² − f η + r max(0, 1 − d/l) − t η (ξ − ½)`` with η = y/b, ξ the share of
+    the active profile from its root end, and d the distance from the nearer end of the
+    face.
 
     Parameters
     ----------
     crowning : C, removed at both ends of the face, a parabola with 0 at mid-face [m]
-    slope : f, surplus of material at the end of positive y against the other, as f_Hβ [m]
+    slope : f, surplus of material at the end of positive y against the other, as f_Hβ
+        [m]
     relief : r, removed at the very ends [m]
     relief_length : l, over which that fades to 0 [m]
     bias : t, profile slope at the end of positive y less that at the other [m]
@@ -161,13 +184,16 @@ class Lead(NamedTuple):
     relief_length: float = 1.0
     bias: float = 0.0
 
-    def removed(self, face_position: ArrayLike, profile_share: ArrayLike, face_width: float) -> Array:
+    def removed(
+        self, face_position: ArrayLike, profile_share: ArrayLike, face_width: float
+    ) -> Array:
         """Return the material removed normal to the flank, (n_face, n_profile) [m].
 
         Parameters
         ----------
         face_position : (n_face,) y from mid-face [m]
-        profile_share : (n_profile,) ξ, 0 at the root end and 1 at the tip end of the active profile [1]
+        profile_share : (n_profile,) ξ, 0 at the root end and 1 at the tip end of the
+            active profile [1]
         face_width : b [m]
 
         References
@@ -180,8 +206,11 @@ class Lead(NamedTuple):
         [8.0, 0.0, 8.0]
         """
         y = np.asarray(face_position, float)[:, None]
-        eta, xi = y / face_width, np.asarray(profile_share, float)[None, :]
-        ends = np.clip(1.0 - (0.5 * face_width - np.abs(y)) / self.relief_length, 0.0, None)
+        eta = y / face_width
+        xi = np.asarray(profile_share, float)[None, :]
+        ends = np.clip(
+            1.0 - (0.5 * face_width - np.abs(y)) / self.relief_length, 0.0, None
+        )
         along = 4.0 * self.crowning * eta**2 - self.slope * eta + self.relief * ends
         return np.asarray(along - self.bias * eta * (xi - 0.5))
 

@@ -1,15 +1,18 @@
 """What standards say of gears: the ratings of ISO 6336, and the deviations that ISO 1328 allows.
 
-ISO 6336-1: method B of the mesh stiffness and method C of the face load factor K_Hβ. ISO 6336-2, method B:
-contact stress at the pitch point and safety S_H against pitting,
-``σ_H = Z_B σ_H0 √(K_A K_v K_Hβ K_Hα)``, ``σ_H0 = Z_H Z_E Z_ε Z_β √(F_t/(d_1 b) (u + 1)/u)``, beside
-``σ_HG = σ_Hlim Z_NT Z_L Z_v Z_R`` with Z_W = Z_X = 1; ``S_H = σ_HG/σ_H``.
+ISO 6336-1: method B of the mesh stiffness and method C of the face load factor K_Hβ.
+ISO 6336-2, method B: contact stress at the pitch point and safety S_H against pitting,
+``σ_H = Z_B σ_H0 √(K_A K_v K_Hβ K_Hα)``, ``σ_H0 = Z_H Z_E Z_ε Z_β √(F_t/(d_1 b) (u +
+1)/u)``, beside ``σ_HG = σ_Hlim Z_NT Z_L Z_v Z_R`` with Z_W = Z_X = 1; ``S_H =
+σ_HG/σ_H``.
 
-Their equations are second-hand, from public implementations whose printed values of ISO/TR 6336-30 and of a
-commercial program are reproduced digit by digit; the standards themselves were not opened. The edition of
-2019 raises Z_B of helical gears by a factor of their modifications, which is not in here.
+Their equations are second-hand, from public implementations whose printed values of
+ISO/TR 6336-30 and of a commercial program are reproduced digit by digit; the standards
+themselves were not opened. The edition of 2019 raises Z_B of helical gears by a factor
+of their modifications, which is not in here.
 
-ISO 1328-1 is that of 1995, since that of 2013 has no formula for the tangential composite deviations.
+ISO 1328-1 is that of 1995, since that of 2013 has no formula for the tangential
+composite deviations.
 """
 
 import math
@@ -82,16 +85,30 @@ def theoretical_stiffness(first: Tooth, second: Tooth, rack: Rack) -> float:
     ----------
     ISO 6336-1:2019, 9.3: the polynomial q' of virtual teeth and shifts.
     """
-    z1, z2 = (virtual_teeth(g.teeth, rack.helix_angle, rack.pressure_angle) for g in (first, second))
-    x1, x2 = first.shift, second.shift
-    q = 0.04723 + 0.15551 / z1 + 0.25791 / z2 - 0.00635 * x1 - 0.11654 * x1 / z1 - 0.00193 * x2
+    z1 = virtual_teeth(first.teeth, rack.helix_angle, rack.pressure_angle)
+    z2 = virtual_teeth(second.teeth, rack.helix_angle, rack.pressure_angle)
+    x1 = first.shift
+    x2 = second.shift
+    q = (
+        0.04723
+        + 0.15551 / z1
+        + 0.25791 / z2
+        - 0.00635 * x1
+        - 0.11654 * x1 / z1
+        - 0.00193 * x2
+    )
     q += -0.24188 * x2 / z2 + 0.00529 * x1**2 + 0.00182 * x2**2
     # N/(mm µm) in N/m²
     return 1e9 / q
 
 
 def single_stiffness(
-    first: Tooth, second: Tooth, rack: Rack, *, body_factor: float = 1.0, modulus: float = 206e9
+    first: Tooth,
+    second: Tooth,
+    rack: Rack,
+    *,
+    body_factor: float = 1.0,
+    modulus: float = 206e9,
 ) -> float:
     """Return the single stiffness ``c' = c'_th C_M C_R C_B cos β`` per face width [N/m²].
 
@@ -103,11 +120,22 @@ def single_stiffness(
 
     References
     ----------
-    ISO 6336-1:2019, 9.3: C_M = 0.8, ``C_B = [1 + 0.5 (1.2 − h_fP/m)] [1 − 0.02 (20° − α_n)]``.
+    ISO 6336-1:2019, 9.3: C_M = 0.8, ``C_B = [1 + 0.5 (1.2 − h_fP/m)] [1 − 0.02 (20° −
+    α_n)]``.
     """
-    basic = (1.0 + 0.5 * (1.2 - rack.dedendum)) * (1.0 - 0.02 * (20.0 - math.degrees(rack.pressure_angle)))
+    basic = (1.0 + 0.5 * (1.2 - rack.dedendum)) * (
+        1.0 - 0.02 * (20.0 - math.degrees(rack.pressure_angle))
+    )
     theoretical = theoretical_stiffness(first, second, rack)
-    return theoretical * 0.8 * body_factor * basic * math.cos(rack.helix_angle) * modulus / 206e9
+    return (
+        theoretical
+        * 0.8
+        * body_factor
+        * basic
+        * math.cos(rack.helix_angle)
+        * modulus
+        / 206e9
+    )
 
 
 class MeshStiffness(NamedTuple):
@@ -194,8 +222,14 @@ def zone_factor(pair: GearPair, turned: Helix) -> float:
     ----------
     ISO 6336-2:2006, 6.2.
     """
-    working, angle = pair.working_pressure_angle, pair.driving.pressure_angle
-    return math.sqrt(2.0 * turned.cosine * math.cos(working) / (math.cos(angle) ** 2 * math.sin(working)))
+    working = pair.working_pressure_angle
+    angle = pair.driving.pressure_angle
+    return math.sqrt(
+        2.0
+        * turned.cosine
+        * math.cos(working)
+        / (math.cos(angle) ** 2 * math.sin(working))
+    )
 
 
 def elasticity_factor(pair: GearPair) -> float:
@@ -205,7 +239,10 @@ def elasticity_factor(pair: GearPair) -> float:
     ----------
     ISO 6336-2:2006, 7.
     """
-    yielding = sum((1.0 - g.material.poisson_ratio**2) / g.material.youngs_modulus for g in pair.gears)
+    yielding = sum(
+        (1.0 - g.material.poisson_ratio**2) / g.material.youngs_modulus
+        for g in pair.gears
+    )
     return 1.0 / math.sqrt(math.pi * yielding)
 
 
@@ -232,8 +269,8 @@ def contact_ratio_factor(transverse: float, overlap: float) -> float:
 def single_contact_factors(pair: GearPair, overlap: float) -> tuple[float, float]:
     """Return Z_B and Z_D of (driving, driven), from the pitch point to the inner point of single contact [1].
 
-    ``M² = ρ_red,C/ρ_red`` at the point nearest to the root of each gear; ``M − ε_β (M − 1)``, and 1 at least.
-    A ring has 1.
+    ``M² = ρ_red,C/ρ_red`` at the point nearest to the root of each gear; ``M − ε_β (M −
+    1)``, and 1 at least. A ring has 1.
 
     References
     ----------
@@ -244,11 +281,15 @@ def single_contact_factors(pair: GearPair, overlap: float) -> tuple[float, float
     found = []
     for gear, where in zip(pair.gears, points, strict=True):
         M = math.sqrt(at_pitch / float(pair.equivalent_curvature(where)))
-        found.append(1.0 if gear.internal else max(1.0, M - min(overlap, 1.0) * (M - 1.0)))
+        found.append(
+            1.0 if gear.internal else max(1.0, M - min(overlap, 1.0) * (M - 1.0))
+        )
     return found[0], found[1]
 
 
-def nominal_stress(pair: GearPair, turned: Helix, overlap: float, tangential: float) -> float:
+def nominal_stress(
+    pair: GearPair, turned: Helix, overlap: float, tangential: float
+) -> float:
     """Return σ_H0 [Pa].
 
     Parameters
@@ -263,9 +304,15 @@ def nominal_stress(pair: GearPair, turned: Helix, overlap: float, tangential: fl
     """
     first, second = sorted(pair.gears, key=lambda gear: gear.teeth)
     u = second.outwards * second.teeth / first.teeth
-    factors = zone_factor(pair, turned) * elasticity_factor(pair) / math.sqrt(math.cos(turned.angle))
+    factors = (
+        zone_factor(pair, turned)
+        * elasticity_factor(pair)
+        / math.sqrt(math.cos(turned.angle))
+    )
     factors *= contact_ratio_factor(pair.contact_ratio, overlap)
-    return factors * math.sqrt(tangential / (2.0 * first.reference_radius * pair.face_width) * (u + 1.0) / u)
+    return factors * math.sqrt(
+        tangential / (2.0 * first.reference_radius * pair.face_width) * (u + 1.0) / u
+    )
 
 
 class FilmFactors(NamedTuple):
@@ -312,7 +359,8 @@ def film_factors(
 def life_factor(cycles: float) -> float:
     """Return Z_NT of steels that were hardened, no pitting allowed [1].
 
-    1.6 up to 1e5 cycles, 1 at 5e7, 0.85 from 1e10 on, straight between these in logarithms.
+    1.6 up to 1e5 cycles, 1 at 5e7, 0.85 from 1e10 on, straight between these in
+    logarithms.
 
     References
     ----------
@@ -323,12 +371,28 @@ def life_factor(cycles: float) -> float:
     >>> [round(life_factor(cycles), 3) for cycles in (1.08e9, 1.783e8)]
     [0.91, 0.962]
     """
-    at, factor = np.log([1e5, 5e7, 1e10]), np.log([1.6, 1.0, 0.85])  # static, knee, endless
+    # static, knee, endless
+    at = np.log([1e5, 5e7, 1e10])
+    factor = np.log([1.6, 1.0, 0.85])
     return float(np.exp(np.interp(math.log(max(cycles, 1.0)), at, factor)))
 
 
 MODULES = (0.5, 2.0, 3.5, 6.0, 10.0, 16.0, 25.0, 40.0, 70.0)  # mm, ends of ranges
-DIAMETERS = (5.0, 20.0, 50.0, 125.0, 280.0, 560.0, 1000.0, 1600.0, 2500.0, 4000.0, 6000.0, 8000.0, 10000.0)
+DIAMETERS = (
+    5.0,
+    20.0,
+    50.0,
+    125.0,
+    280.0,
+    560.0,
+    1000.0,
+    1600.0,
+    2500.0,
+    4000.0,
+    6000.0,
+    8000.0,
+    10000.0,
+)
 
 
 class Allowed(NamedTuple):
@@ -350,13 +414,16 @@ class Allowed(NamedTuple):
     total_composite: float
 
 
-def allowed(grade: int, module: float, diameter: float, contact_ratio: float) -> Allowed:
+def allowed(
+    grade: int, module: float, diameter: float, contact_ratio: float
+) -> Allowed:
     """Return the deviations that an accuracy class allows.
 
-    ``f_pt = 0.3 (m + 0.4 √d) + 4``, ``F_p = 0.3 m + 1.25 √d + 7``, ``F_α = 3.2 √m + 0.22 √d + 0.7``,
-    ``f_i′ = K (4.3 + f_pt + F_α)``, ``K = 0.2 (ε + 4)/ε`` below ε = 4 and 0.4 from there,
-    ``F_i′ = F_p + f_i′``, in µm for class 5; times ``2^((Q − 5)/2)`` for class Q. Module and diameter are the
-    geometric means of the ranges that they fall in; values are rounded as the standard's tables are.
+    ``f_pt = 0.3 (m + 0.4 √d) + 4``, ``F_p = 0.3 m + 1.25 √d + 7``, ``F_α = 3.2 √m +
+    0.22 √d + 0.7``, ``f_i′ = K (4.3 + f_pt + F_α)``, ``K = 0.2 (ε + 4)/ε`` below ε = 4
+    and 0.4 from there, ``F_i′ = F_p + f_i′``, in µm for class 5; times ``2^((Q −
+    5)/2)`` for class Q. Module and diameter are the geometric means of the ranges that
+    they fall in; values are rounded as the standard's tables are.
 
     Parameters
     ----------
@@ -381,14 +448,25 @@ def allowed(grade: int, module: float, diameter: float, contact_ratio: float) ->
     k = 0.2 * (contact_ratio + 4.0) / contact_ratio if contact_ratio < 4.0 else 0.4
     tooth = k * (4.3 + pitch + profile)
     step = 2.0 ** ((grade - 5) / 2.0)
-    return Allowed(*(1e-6 * _rounded(step * x) for x in (pitch, total, profile, tooth, total + tooth)))
+    return Allowed(
+        *(
+            1e-6 * _rounded(step * x)
+            for x in (pitch, total, profile, tooth, total + tooth)
+        )
+    )
 
 
 def _middle(value: float, ends: tuple[float, ...], name: str) -> float:
     """Return the geometric mean of the range that holds a value [mm]."""
     if not ends[0] <= value <= ends[-1]:
-        raise GearError(f"ISO 1328-1 covers a {name} of {ends[0]:g} to {ends[-1]:g} mm, not {value:g} mm")
-    high = next((i for i, end in enumerate(ends) if value <= end and i > 0), bisect_right(ends, value))
+        raise GearError(
+            f"ISO 1328-1 covers a {name} of {ends[0]:g} to {ends[-1]:g} mm, not "
+            f"{value:g} mm"
+        )
+    high = next(
+        (i for i, end in enumerate(ends) if value <= end and i > 0),
+        bisect_right(ends, value),
+    )
     return math.sqrt(ends[high - 1] * ends[high])
 
 
@@ -396,4 +474,6 @@ def _rounded(micrometres: float) -> float:
     """Round to whole micrometres above 10, to halves above 5, to tenths below (ISO 1328-1:1995, 5.2)."""
     if micrometres > 10.0:
         return float(round(micrometres))
-    return round(2.0 * micrometres) / 2.0 if micrometres > 5.0 else round(micrometres, 1)
+    return (
+        round(2.0 * micrometres) / 2.0 if micrometres > 5.0 else round(micrometres, 1)
+    )

@@ -1,14 +1,17 @@
 """Planetary sets: sun, planets on a carrier and ring, how planets are spaced and meshes lag each other.
 
-Seen from the carrier the sun turns towards rising ψ and brings the same teeth to planet n after
-``z_s ψ_n / 2π`` mesh periods; the ring turns the other way. Both agree: ``(z_s + z_r) ψ_n / 2π`` is whole.
+Seen from the carrier the sun turns towards rising ψ and brings the same teeth to planet
+n after ``z_s ψ_n / 2π`` mesh periods; the ring turns the other way. Both agree: ``(z_s
++ z_r) ψ_n / 2π`` is whole.
 
-Between the two meshes of one planet stands the planet itself. Let χ be the angle of a planet's tooth from the
-line to the sun's centre, in the sense in which the planet turns; a tooth is half its angle at the pitch
-circle, ψ_w, ahead of (driven) or behind (driving) a contact at the pitch point, s / r_b from one at s:
+Between the two meshes of one planet stands the planet itself. Let χ be the angle of a
+planet's tooth from the line to the sun's centre, in the sense in which the planet
+turns; a tooth is half its angle at the pitch circle, ψ_w, ahead of (driven) or behind
+(driving) a contact at the pitch point, s / r_b from one at s:
 
-    sun side,  sun drives:    χ = ψ_w,sp + s_A,sp / r_b        ring side: χ = π − ψ_w,pr + s_A,pr / r_b
-    sun side,  planet drives: χ = −ψ_w,sp + s_A,sp / r_b       ring side: χ = π + ψ_w,pr + s_A,pr / r_b
+    sun side,  sun drives:    χ = ψ_w,sp + s_A,sp / r_b        ring side: χ = π − ψ_w,pr
+    + s_A,pr / r_b sun side,  planet drives: χ = −ψ_w,sp + s_A,sp / r_b       ring side:
+    χ = π + ψ_w,pr + s_A,pr / r_b
 
 and ``γ_rs = z_p (χ_ring − χ_sun) / 2π``.
 """
@@ -84,13 +87,20 @@ class Train:
 
     def __post_init__(self) -> None:
         if {self.input, self.output, self.fixed} != set(get_args(Central)):
-            given = f"input {self.input!r}, output {self.output!r} and fixed {self.fixed!r}"
+            given = (
+                f"input {self.input!r}, output {self.output!r} and fixed {self.fixed!r}"
+            )
             raise GearError(f"{given} must be sun, ring and carrier, each once")
 
     def _weight(self, member: Central) -> float:
-        """Return w with Σ w ω = 0 over the central members; torques are in the same ratio."""
+        """Return w with Σ w ω = 0 over the central members.
+
+        Torques are in the same ratio.
+        """
         total = self.sun_teeth + self.ring_teeth
-        return {"sun": self.sun_teeth, "ring": self.ring_teeth, "carrier": -total}[member]
+        return {"sun": self.sun_teeth, "ring": self.ring_teeth, "carrier": -total}[
+            member
+        ]
 
     @property
     def ratio(self) -> float:
@@ -105,9 +115,13 @@ class Train:
         speed : of the input member [rad/s]
         """
         turning = {self.input: speed, self.output: speed * self.ratio, self.fixed: 0.0}
-        sun, ring, carrier = turning["sun"], turning["ring"], turning["carrier"]
+        sun = turning["sun"]
+        ring = turning["ring"]
+        carrier = turning["carrier"]
         planet = -(sun - carrier) * self.sun_teeth / self.planet_teeth
-        return TrainSpeeds(sun, planet + carrier, ring, carrier, sun - carrier, planet, ring - carrier)
+        return TrainSpeeds(
+            sun, planet + carrier, ring, carrier, sun - carrier, planet, ring - carrier
+        )
 
     def torques(self, torque: float, member: Central | None = None) -> TrainTorques:
         """Return the external torques on all central members from that on one, without losses.
@@ -118,13 +132,16 @@ class Train:
         member : which; absent: the input
         """
         per_weight = torque / self._weight(member or self.input)
-        return TrainTorques(*(per_weight * self._weight(name) for name in get_args(Central)))
+        return TrainTorques(
+            *(per_weight * self._weight(name) for name in get_args(Central))
+        )
 
     @property
     def sun_drives(self) -> bool:
         """Whether power flows from the sun over the planets to the ring, as seen from the carrier.
 
-        It does when the torque on the sun acts in the sense in which the sun turns relative to the carrier.
+        It does when the torque on the sun acts in the sense in which the sun turns
+        relative to the carrier.
         """
         return self.torques(1.0).sun * self.speeds(1.0).sun_relative > 0.0
 
@@ -138,7 +155,9 @@ class Train:
         return self.sun_teeth * abs(self.speeds(speed).sun_relative) / (2.0 * math.pi)
 
 
-def entry_lag(sun_planet: gear.GearPair, planet_ring: gear.GearPair, *, sun_drives: bool) -> float:
+def entry_lag(
+    sun_planet: gear.GearPair, planet_ring: gear.GearPair, *, sun_drives: bool
+) -> float:
     """Return γ_rs: by how much a planet's ring mesh enters at A after its sun mesh, in [0, 1) [1].
 
     Parameters
@@ -153,9 +172,13 @@ def entry_lag(sun_planet: gear.GearPair, planet_ring: gear.GearPair, *, sun_driv
     planet = planet_ring.driving if sun_drives else planet_ring.driven
     travelled = (planet_ring.path.A - sun_planet.path.A) / planet.base_radius
     angles = [pair.working_pressure_angle for pair in (sun_planet, planet_ring)]
-    halves = sum(planet.half_angle(planet.base_radius / math.cos(angle)) for angle in angles)
+    halves = sum(
+        planet.half_angle(planet.base_radius / math.cos(angle)) for angle in angles
+    )
     side = -halves if sun_drives else halves
-    return float(fraction(planet.teeth * (math.pi + side + travelled) / (2.0 * math.pi)))
+    return float(
+        fraction(planet.teeth * (math.pi + side + travelled) / (2.0 * math.pi))
+    )
 
 
 def fraction(turns: Array | float) -> Array:
@@ -165,10 +188,13 @@ def fraction(turns: Array | float) -> Array:
 
 
 PRINTED = 5e-3
-"""How far from a whole number of teeth an angle may be: printed angles carry two decimals of a degree."""
+"""How far from a whole number of teeth an angle may be: printed angles carry two
+decimals of a degree."""
 
 
-def assembled_angles(teeth: int, planets: int, wanted: Sequence[float] | None = None) -> tuple[float, ...]:
+def assembled_angles(
+    teeth: int, planets: int, wanted: Sequence[float] | None = None
+) -> tuple[float, ...]:
     """Return the planets' angles, each at a whole number of ``(z_s + z_r) ψ / 2π`` from the first.
 
     Parameters
@@ -183,7 +209,8 @@ def assembled_angles(teeth: int, planets: int, wanted: Sequence[float] | None = 
 
     Raises
     ------
-    GearError : fewer than two planets, or angles at which they cannot be assembled; names the nearest
+    GearError : fewer than two planets, or angles at which they cannot be assembled;
+        names the nearest
 
     References
     ----------
@@ -191,10 +218,19 @@ def assembled_angles(teeth: int, planets: int, wanted: Sequence[float] | None = 
     """
     if planets < 2:
         raise GearError(f"a planetary set needs at least 2 planets, not {planets}")
-    angles = [2.0 * math.pi * n / planets for n in range(planets)] if wanted is None else list(wanted)
+    angles = (
+        [2.0 * math.pi * n / planets for n in range(planets)]
+        if wanted is None
+        else list(wanted)
+    )
     if len(angles) != planets:
-        raise GearError(f"{len(angles)} planet angles for {planets} planets; give one angle each")
-    if any(b <= a for a, b in pairwise(angles)) or angles[-1] - angles[0] >= 2 * math.pi:
+        raise GearError(
+            f"{len(angles)} planet angles for {planets} planets; give one angle each"
+        )
+    if (
+        any(b <= a for a, b in pairwise(angles))
+        or angles[-1] - angles[0] >= 2 * math.pi
+    ):
         raise GearError("planet angles must rise, and lie within one turn")
     steps = [teeth * (angle - angles[0]) / (2.0 * math.pi) for angle in angles]
     whole = [round(step) for step in steps]
@@ -202,15 +238,23 @@ def assembled_angles(teeth: int, planets: int, wanted: Sequence[float] | None = 
     for n, (step, count) in enumerate(zip(steps, whole, strict=True)):
         if abs(step - count) > PRINTED:
             listed = ", ".join(f"{math.degrees(angle):.6g}" for angle in nearest)
-            spacing = "equally spaced planets" if wanted is None else "planets at these angles"
+            spacing = (
+                "equally spaced planets"
+                if wanted is None
+                else "planets at these angles"
+            )
             raise GearError(
-                f"{spacing} cannot be assembled: z_s + z_r = {teeth} teeth put planet {n + 1} {step:.4g} "
-                f"teeth from the first, which must be whole; the nearest planet_angles are {listed} deg"
+                f"{spacing} cannot be assembled: z_s + z_r = {teeth} teeth put planet "
+                f"{n + 1} {step:.4g} "
+                "teeth from the first, which must be whole; the nearest "
+                f"planet_angles are {listed} deg"
             )
     return nearest
 
 
-def check_neighbours(angles: Sequence[float], pin_circle_radius: float, planet: gear.Gear) -> None:
+def check_neighbours(
+    angles: Sequence[float], pin_circle_radius: float, planet: gear.Gear
+) -> None:
     """Refuse planets whose tip circles meet.
 
     Parameters
@@ -225,17 +269,24 @@ def check_neighbours(angles: Sequence[float], pin_circle_radius: float, planet: 
     """
     following = [*angles[1:], angles[0] + 2.0 * math.pi]
     for n, (first, second) in enumerate(zip(angles, following, strict=True)):
-        apart = 2.0 * pin_circle_radius * math.sin(0.5 * min(second - first, 2.0 * math.pi - second + first))
+        apart = (
+            2.0
+            * pin_circle_radius
+            * math.sin(0.5 * min(second - first, 2.0 * math.pi - second + first))
+        )
         if apart <= 2.0 * planet.tip_radius:
             raise GearError(
-                f"planets {n + 1} and {(n + 1) % len(angles) + 1} collide: their pins are "
-                f"{apart * 1e3:.5g} mm apart and their tip diameter is {2e3 * planet.tip_radius:.5g} mm; use "
+                f"planets {n + 1} and {(n + 1) % len(angles) + 1} collide: their pins "
+                "are "
+                f"{apart * 1e3:.5g} mm apart and their tip diameter is "
+                f"{2e3 * planet.tip_radius:.5g} mm; use "
                 "fewer planets or teeth"
             )
 
 
 ONE_DISTANCE, TWO_DISTANCES = 0.005, 0.1
-"""How far pins may be from the centre distance, as a share: where there is one, where a paper prints two."""
+"""How far pins may be from the centre distance, as a share: where there is one, where a
+paper prints two."""
 
 
 class Carrier(NamedTuple):
@@ -243,7 +294,8 @@ class Carrier(NamedTuple):
 
     Parameters
     ----------
-    mass, inertia : without the planets [kg], [kg·m²]; None: not known, and nothing moves by it
+    mass, inertia : without the planets [kg], [kg·m²]; None: not known, and nothing
+        moves by it
     pin_circle_radius : of the pins [m]; None: the centre distance
     name : the member's name
     """
@@ -265,8 +317,10 @@ class PlanetarySet(NamedTuple):
     sun_planet : external pair, driven in the sense of ``sun_drives``
     planet_ring : internal pair; its planet is the sun–planet pair's
     carrier : with its pin circle radius resolved
-    planet_angles : (N,) ψ, counted in the sense in which the sun turns relative to the carrier [rad]
-    sun_drives : whether power flows sun → planet → ring as seen from the carrier, or the other way
+    planet_angles : (N,) ψ, counted in the sense in which the sun turns relative to the
+        carrier [rad]
+    sun_drives : whether power flows sun → planet → ring as seen from the carrier, or
+        the other way
     """
 
     sun: gear.Gear
@@ -287,34 +341,52 @@ class PlanetarySet(NamedTuple):
     def mesh_phase_offset(self) -> Array:
         """Lags γ of every mesh on the clock of the first, (2N,) in [0, 1) [1].
 
-        The phase at which a pair of it enters at A, sun–planet 1 … N, planet–ring 1 … N:
-        ``γ_sn = z_s (ψ_n − ψ_1) / 2π``, ``γ_rn = γ_rs − z_r (ψ_n − ψ_1) / 2π = γ_rs + γ_sn``.
+        The phase at which a pair of it enters at A, sun–planet 1 … N, planet–ring 1 …
+        N: ``γ_sn = z_s (ψ_n − ψ_1) / 2π``, ``γ_rn = γ_rs − z_r (ψ_n − ψ_1) / 2π = γ_rs
+        + γ_sn``.
 
         References
         ----------
-        Parker & Lin, J. Mech. Des. 126 (2004) 365–370: mesh phasing of planetary gears, with γ_rs at the
-        pitch points; here each mesh's own entry A.
+        Parker & Lin, J. Mech. Des. 126 (2004) 365–370: mesh phasing of planetary gears,
+        with γ_rs at the pitch points; here each mesh's own entry A.
         """
         # whole numbers of teeth apart: lags that are equal are the same number
         total = self.sun.teeth + self.ring.teeth
         turned = np.asarray(self.planet_angles) - self.planet_angles[0]
-        around = self.sun.teeth * np.rint(total * turned / (2.0 * math.pi)) % total / total
-        between = entry_lag(self.sun_planet, self.planet_ring, sun_drives=self.sun_drives)
+        around = (
+            self.sun.teeth * np.rint(total * turned / (2.0 * math.pi)) % total / total
+        )
+        between = entry_lag(
+            self.sun_planet, self.planet_ring, sun_drives=self.sun_drives
+        )
         return np.concatenate([around, fraction(between + around)])
 
     @property
     def passes(self) -> dict[str, float]:
         """Passes of each flank per cycle, a revolution of the sun relative to the carrier [1]."""
-        N, z_s = self.planets, self.sun.teeth
+        N = self.planets
+        z_s = self.sun.teeth
         each = z_s / self.planet.teeth
-        return {"sun": float(N), "planet-sun": each, "planet-ring": each, "ring": N * z_s / self.ring.teeth}
+        return {
+            "sun": float(N),
+            "planet-sun": each,
+            "planet-ring": each,
+            "ring": N * z_s / self.ring.teeth,
+        }
 
 
 def planetary_set(
-    sun: GearSpec, planet: GearSpec, ring: GearSpec, carrier: Carrier, basics: Basics, *, planets: int,
-    planet_angles: Sequence[float] | None = None, centre_distance: float | tuple[float, float] | None = None,
+    sun: GearSpec,
+    planet: GearSpec,
+    ring: GearSpec,
+    carrier: Carrier,
+    basics: Basics,
+    *,
+    planets: int,
+    planet_angles: Sequence[float] | None = None,
+    centre_distance: float | tuple[float, float] | None = None,
     sun_drives: bool = True,
-) -> PlanetarySet:  # fmt: skip
+) -> PlanetarySet:
     """Return the planetary set of these members, or refuse it.
 
     Parameters
@@ -323,11 +395,12 @@ def planetary_set(
     carrier : the carrier
     basics : what the gears share
     planets : N [1]
-    planet_angles : ψ of each planet, in the sense in which the sun turns relative to the carrier [rad];
-        absent: equally spaced from 0
-    centre_distance : operating distance of both meshes, or (sun–planet, planet–ring) of a set as printed
-        [m]; absent: from the profile shifts
-    sun_drives : direction of the power flow seen from the carrier, as ``Train.sun_drives`` says
+    planet_angles : ψ of each planet, in the sense in which the sun turns relative to
+        the carrier [rad]; absent: equally spaced from 0
+    centre_distance : operating distance of both meshes, or (sun–planet, planet–ring) of
+        a set as printed [m]; absent: from the profile shifts
+    sun_drives : direction of the power flow seen from the carrier, as
+        ``Train.sun_drives`` says
 
     Returns
     -------
@@ -335,8 +408,9 @@ def planetary_set(
 
     Raises
     ------
-    GearError : a gear or a pair that cannot exist, shifts or tooth numbers that contradict the centre
-        distance, planets that cannot be assembled or that collide; with numbers and a remedy
+    GearError : a gear or a pair that cannot exist, shifts or tooth numbers that
+        contradict the centre distance, planets that cannot be assembled or that
+        collide; with numbers and a remedy
 
     References
     ----------
@@ -345,39 +419,61 @@ def planetary_set(
     pairs.check_basics(sun, planet, basics)
     pairs.check_basics(planet, ring, basics)
     teeth = sun.teeth, planet.teeth, ring.teeth
-    x_s, x_p, x_r = (spec.profile_shift_coefficient for spec in (sun, planet, ring))
-    outer, inner = shifts.planetary_position(teeth, (x_s, x_p, x_r), basics, centre_distance)
-    a_sp, a_pr = outer.centre_distance, inner.centre_distance
+    x_s = sun.profile_shift_coefficient
+    x_p = planet.profile_shift_coefficient
+    x_r = ring.profile_shift_coefficient
+    outer, inner = shifts.planetary_position(
+        teeth, (x_s, x_p, x_r), basics, centre_distance
+    )
+    a_sp = outer.centre_distance
+    a_pr = inner.centre_distance
     centre, middle = (
         making.build_gear(spec, basics, x, outer.tip_alteration, outer.assumed)
         for spec, x in zip((sun, planet), outer.shifts, strict=True)
     )
-    around = making.build_gear(ring, basics, inner.shifts[1], assumed=outer.assumed, internal=True)
+    around = making.build_gear(
+        ring, basics, inner.shifts[1], assumed=outer.assumed, internal=True
+    )
     middle, around = pairs.make_room(middle, around, a_pr, shorten=ring.tip_is_derived)
-    external = gear.in_mesh(*((centre, middle) if sun_drives else (middle, centre)), a_sp)
+    external = gear.in_mesh(
+        *((centre, middle) if sun_drives else (middle, centre)), a_sp
+    )
     pairs.check_pair(external)
-    internal = gear.in_mesh(*((middle, around) if sun_drives else (around, middle)), a_pr)
+    internal = gear.in_mesh(
+        *((middle, around) if sun_drives else (around, middle)), a_pr
+    )
     pairs.check_pair(internal)
     held = carrier._replace(pin_circle_radius=_pin_circle(carrier, a_sp, a_pr))
     angles = assembled_angles(sun.teeth + ring.teeth, planets, planet_angles)
     check_neighbours(angles, held.pin_circle_radius or a_sp, middle)
-    return PlanetarySet(centre, middle, around, external, internal, held, angles, sun_drives)
+    return PlanetarySet(
+        centre, middle, around, external, internal, held, angles, sun_drives
+    )
 
 
 def _pin_circle(carrier: Carrier, a_sp: float, a_pr: float) -> float:
     """Return the radius of a carrier's pin circle [m], or refuse what no carrier has."""
     given = {"mass": carrier.mass, "inertia": carrier.inertia}
-    told = {f"{word} must be positive, not {v:g}": not v > 0.0 for word, v in given.items() if v is not None}
+    told = {
+        f"{word} must be positive, not {v:g}": not v > 0.0
+        for word, v in given.items()
+        if v is not None
+    }
     refuse(carrier.name, told)
-    radius, one = carrier.pin_circle_radius, abs(a_sp - a_pr) <= 1e-9 * a_sp
+    radius = carrier.pin_circle_radius
+    one = abs(a_sp - a_pr) <= 1e-9 * a_sp
     if radius is None:
-        two = f"two centre distances, {a_sp * 1e3:.5g} and {a_pr * 1e3:.5g} mm, give no pin circle"
+        two = (
+            f"two centre distances, {a_sp * 1e3:.5g} and {a_pr * 1e3:.5g} mm, give no "
+            "pin circle"
+        )
         refuse(carrier.name, {f"{two}; give pin_circle_diameter": not one})
         return a_sp
     apart = ONE_DISTANCE if one else TWO_DISTANCES
     if not (1.0 - apart) * min(a_sp, a_pr) < radius < (1.0 + apart) * max(a_sp, a_pr):
         raise GearError(
-            f"{carrier.name}: pin_circle_diameter {2e3 * radius:.5g} mm is far from twice the centre "
+            f"{carrier.name}: pin_circle_diameter {2e3 * radius:.5g} mm is far from "
+            "twice the centre "
             f"distance, {2e3 * a_sp:.5g} mm"
         )
     return radius

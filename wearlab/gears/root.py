@@ -1,9 +1,9 @@
 """The root of a tooth, and where its involute begins.
 
-A rack's rounded tip leaves a trochoid. With γ the angle of the rounding's normal to the pitch line, a the
-depth of the rounding's centre below it, b its distance from the tooth's centre line and ρ its radius:
-``φ = (a/tanγ + b)/r``, ``D = a/sinγ + ρ``,
-``x = r cosφ − D sin(γ − φ)``, ``y = r sinφ − D cos(γ − φ)`` (Litvin & Fuentes, 2nd ed., 6.4).
+A rack's rounded tip leaves a trochoid. With γ the angle of the rounding's normal to the
+pitch line, a the depth of the rounding's centre below it, b its distance from the
+tooth's centre line and ρ its radius: ``φ = (a/tanγ + b)/r``, ``D = a/sinγ + ρ``, ``x =
+r cosφ − D sin(γ − φ)``, ``y = r sinφ − D cos(γ − φ)`` (Litvin & Fuentes, 2nd ed., 6.4).
 """
 
 import math
@@ -53,14 +53,22 @@ class RackCut(NamedTuple):
     @property
     def base_half_angle(self) -> float:
         """Half the tooth (ring: space) angle at the base circle, π/2z + 2x tanα/z + inv α [rad]."""
-        z, x, alpha = self.teeth, self.profile_shift, self.pressure_angle
+        z = self.teeth
+        x = self.profile_shift
+        alpha = self.pressure_angle
         return math.pi / (2 * z) + 2.0 * x * math.tan(alpha) / z + involute(alpha)
 
     @property
     def offset(self) -> float:
         """Distance of the centre of the rack's rounding from the tooth's centre line, b [m]."""
-        alpha, fillet, dedendum = self.pressure_angle, self.fillet, self.depth + self.profile_shift
-        return self.module * (math.pi / 4 + (dedendum - fillet) * math.tan(alpha) + fillet / math.cos(alpha))
+        alpha = self.pressure_angle
+        fillet = self.fillet
+        dedendum = self.depth + self.profile_shift
+        return self.module * (
+            math.pi / 4
+            + (dedendum - fillet) * math.tan(alpha)
+            + fillet / math.cos(alpha)
+        )
 
     @property
     def edge(self) -> float:
@@ -81,29 +89,42 @@ class RackCut(NamedTuple):
     def point(self, gamma: Any) -> tuple[Array, Array, Array]:
         """Return height x, half thickness y and dx/dγ of the root curve at angles γ, (n,) [m].
 
-        The rounding's centre is a below the pitch line and b from the tooth's centre line.
+        The rounding's centre is a below the pitch line and b from the tooth's centre
+        line.
         """
-        r, rho, a = self.reference_radius, self.module * self.fillet, self.module * (self.depth - self.fillet)
-        sin, tan_inverse = np.sin(gamma), np.cos(gamma) / np.sin(gamma)
-        phi, phi_rate = (a * tan_inverse + self.offset) / r, -a / (r * sin**2)
-        D, D_rate = a / sin + rho, -a * tan_inverse / sin
-        along, across = np.sin(gamma - phi), np.cos(gamma - phi)
-        rise = -r * np.sin(phi) * phi_rate - D_rate * along - D * across * (1.0 - phi_rate)
+        r = self.reference_radius
+        rho = self.module * self.fillet
+        a = self.module * (self.depth - self.fillet)
+        sin = np.sin(gamma)
+        tan_inverse = np.cos(gamma) / np.sin(gamma)
+        phi = (a * tan_inverse + self.offset) / r
+        phi_rate = -a / (r * sin**2)
+        D = a / sin + rho
+        D_rate = -a * tan_inverse / sin
+        along = np.sin(gamma - phi)
+        across = np.cos(gamma - phi)
+        rise = (
+            -r * np.sin(phi) * phi_rate - D_rate * along - D * across * (1.0 - phi_rate)
+        )
         return r * np.cos(phi) - D * along, r * np.sin(phi) - D * across, rise
 
     def last_angle(self) -> float:
         """Return the γ with which the root curve ends: α, or where an undercut meets the involute [rad].
 
-        The curve of an undercut gear lies within the tooth up to that point, and beyond it in the space.
+        The curve of an undercut gear lies within the tooth up to that point, and beyond
+        it in the space.
         """
         if self.end_curvature >= 0.0:
             return self.pressure_angle
-        outside, within = self.pressure_angle, 0.5 * math.pi
+        outside = self.pressure_angle
+        within = 0.5 * math.pi
         for _ in range(80):
             middle = 0.5 * (outside + within)
             x, y, _ = self.point(middle)
             radius = math.hypot(x, y)
-            flank = self.base_half_angle - involute(math.acos(min(1.0, self.base_radius / radius)))
+            flank = self.base_half_angle - involute(
+                math.acos(min(1.0, self.base_radius / radius))
+            )
             beyond = radius > self.base_radius and math.atan2(y, x) > flank
             outside, within = (middle, within) if beyond else (outside, middle)
         return 0.5 * (outside + within)
@@ -129,8 +150,8 @@ class ToothRoot(NamedTuple):
 def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
     """Return the root of a tooth: a trochoid wherever a rack of that depth and rounding can exist.
 
-    Its rounding's centre lies ``x_c = π/4 − (h − ρ) tanα − ρ/cosα`` modules from the rack tooth's centre
-    line, negative when it does not fit.
+    Its rounding's centre lies ``x_c = π/4 − (h − ρ) tanα − ρ/cosα`` modules from the
+    rack tooth's centre line, negative when it does not fit.
 
     Parameters
     ----------
@@ -140,29 +161,42 @@ def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
 
     Raises
     ------
-    GearError : a trochoid was asked for and its rack cannot exist, or it undercuts too far
+    GearError : a trochoid was asked for and its rack cannot exist, or it undercuts too
+        far
 
     References
     ----------
-    ISO 53, for the rack and its rounding; ISO 6336-3, where x_c is the auxiliary value E; Litvin & Fuentes:
-    least number of teeth that a rack does not undercut.
+    ISO 53, for the rack and its rounding; ISO 6336-3, where x_c is the auxiliary value
+    E; Litvin & Fuentes: least number of teeth that a rack does not undercut.
     """
-    dedendum, fillet, alpha = cut.depth + cut.profile_shift, cut.fillet, cut.pressure_angle
-    centre = math.pi / 4 - (dedendum - fillet) * math.tan(alpha) - fillet / math.cos(alpha)
+    dedendum = cut.depth + cut.profile_shift
+    fillet = cut.fillet
+    alpha = cut.pressure_angle
+    centre = (
+        math.pi / 4 - (dedendum - fillet) * math.tan(alpha) - fillet / math.cos(alpha)
+    )
     if centre >= 0.0 and fillet >= 0.0 and wanted != "radial":
         excess = cut.edge - cut.free_of_undercut
-        flag = f"undercut by a rack edge {excess:.3g} modules too deep, within the practical limit"
-        form, radius = form_radius(name, cut), fillet * cut.module
+        flag = (
+            f"undercut by a rack edge {excess:.3g} modules too deep, within the "
+            "practical limit"
+        )
+        form = form_radius(name, cut)
+        radius = fillet * cut.module
         return ToothRoot("trochoid", form, radius, (flag,) if excess > 0.0 else ())
     slack = math.pi / 4 - dedendum * math.tan(alpha)
     largest = slack * math.cos(alpha) / (1.0 - math.sin(alpha))
     if wanted == "trochoid":
         raise GearError(
-            f"{name}: no rack generates a root {dedendum:.4g} modules deep with a tip rounding of "
-            f"{fillet:.3g} modules; give fillet_radius_coefficient <= {max(largest, 0.0):.3f}, a larger "
+            f"{name}: no rack generates a root {dedendum:.4g} modules deep with a tip "
+            "rounding of "
+            f"{fillet:.3g} modules; give fillet_radius_coefficient <= "
+            f"{max(largest, 0.0):.3f}, a larger "
             'root_diameter, or root_profile = "radial"'
         )
-    flag = f"root profile radial: a rounding of {fillet:.3g} modules exceeds the rack tip"
+    flag = (
+        f"root profile radial: a rounding of {fillet:.3g} modules exceeds the rack tip"
+    )
     begins = max(cut.reference_radius * math.cos(alpha), cut.root_radius)
     return ToothRoot("radial", begins, fillet * cut.module, () if wanted else (flag,))
 
@@ -170,10 +204,10 @@ def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
 def form_radius(name: str, cut: RackCut) -> float:
     """Return the radius where the involute begins above a trochoid [m].
 
-    A rack's straight edge ends at depth ``h_e = h − ρ (1 − sinα) − x`` below the pitch line and leaves
-    ``ρ_form = r sinα − h_e m / sinα``.
-    A rack that reaches slightly deeper undercuts: the involute then begins where the root curve meets it,
-    and the gear runs as long as its mate touches it above (checked with the pair).
+    A rack's straight edge ends at depth ``h_e = h − ρ (1 − sinα) − x`` below the pitch
+    line and leaves ``ρ_form = r sinα − h_e m / sinα``. A rack that reaches slightly
+    deeper undercuts: the involute then begins where the root curve meets it, and the
+    gear runs as long as its mate touches it above (checked with the pair).
 
     Raises
     ------
@@ -181,15 +215,19 @@ def form_radius(name: str, cut: RackCut) -> float:
 
     References
     ----------
-    DIN 3960: practical limit of the profile shift (14 − z)/17 instead of (17 − z)/17 at 20°.
+    DIN 3960: practical limit of the profile shift (14 − z)/17 instead of (17 − z)/17 at
+    20°.
     """
-    edge, limit = cut.edge, cut.free_of_undercut
+    edge = cut.edge
+    limit = cut.free_of_undercut
     if cut.end_curvature >= 0.0:
         return math.hypot(cut.base_radius, cut.end_curvature)
-    # rack depth over the depth free of undercut that practice accepts: 14 teeth where theory asks for 17
+    # rack depth over the depth free of undercut that practice accepts: 14 teeth where
+    # theory asks for 17
     if edge > (17.1 / 14.0) * limit:
         raise GearError(
-            f"{name}: undercut: {cut.teeth} teeth allow a rack edge {limit:.4g} modules below the pitch "
+            f"{name}: undercut: {cut.teeth} teeth allow a rack edge {limit:.4g} "
+            "modules below the pitch "
             f"circle, it needs {edge:.4g}; raise profile_shift_coefficient to "
             f"{cut.profile_shift + edge - limit:.4g}, "
             'use more teeth, or set root_profile = "radial"'
@@ -198,13 +236,16 @@ def form_radius(name: str, cut: RackCut) -> float:
     return math.hypot(x, y)
 
 
-def ring_root(wanted: RootProfile | None, name: str, cut: RackCut, tip_radius: float) -> ToothRoot:
+def ring_root(
+    wanted: RootProfile | None, name: str, cut: RackCut, tip_radius: float
+) -> ToothRoot:
     """Return the root of a ring: the wanted fillet, or the largest that one tooth space leaves room for.
 
-    The cutter that made a ring is rarely known, so its root is the simple one: the involute ends on a
-    circular fillet that touches it and the root circle. With ``r_c = r_f − ρ_F`` and ``ρ_c = √(r_c² − r_b²)``
-    of the fillet's centre, the involute ends at ``√(r_b² + (ρ_c + ρ_F)²)`` (both on one normal), and
-    the centre stands ``ψ_c = π/2z + 2x tanα/z + inv α − ρ_F/r_b − inv α_c`` from the space's centre line.
+    The cutter that made a ring is rarely known, so its root is the simple one: the
+    involute ends on a circular fillet that touches it and the root circle. With ``r_c =
+    r_f − ρ_F`` and ``ρ_c = √(r_c² − r_b²)`` of the fillet's centre, the involute ends
+    at ``√(r_b² + (ρ_c + ρ_F)²)`` (both on one normal), and the centre stands ``ψ_c =
+    π/2z + 2x tanα/z + inv α − ρ_F/r_b − inv α_c`` from the space's centre line.
 
     Parameters
     ----------
@@ -217,25 +258,33 @@ def ring_root(wanted: RootProfile | None, name: str, cut: RackCut, tip_radius: f
     ------
     GearError : the tooth space ends in a point
     """
-    space, r_b, r_f = cut.base_half_angle, cut.base_radius, cut.root_radius
+    space = cut.base_half_angle
+    r_b = cut.base_radius
+    r_f = cut.root_radius
 
     def centre(fillet: float) -> float:
         return space - fillet / r_b - involute(math.acos(r_b / (r_f - fillet)))
 
     if centre(0.0) <= 0.0:
         raise GearError(
-            f"{name}: the tooth space ends in a point below the root diameter {2e3 * r_f:.5g} mm; reduce the "
+            f"{name}: the tooth space ends in a point below the root diameter "
+            f"{2e3 * r_f:.5g} mm; reduce the "
             "dedendum or raise profile_shift_coefficient"
         )
     fillet = 0.0 if wanted == "radial" else cut.fillet * cut.module
     flags: tuple[str, ...] = ()
     limit = min(r_f - tip_radius, 0.999 * (r_f - r_b))
     if fillet > limit or centre(fillet) < 0.0:
-        low, high = 0.0, min(fillet, limit)
+        low = 0.0
+        high = min(fillet, limit)
         for _ in range(60):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if centre(middle) >= 0.0 else (low, middle)
-        told = f"root fillet reduced from {fillet / cut.module:.3g} to {low / cut.module:.3g} modules"
-        fillet, flags = low, (f"{told}: the largest in its tooth space",)
+        told = (
+            f"root fillet reduced from {fillet / cut.module:.3g} to "
+            f"{low / cut.module:.3g} modules"
+        )
+        fillet = low
+        flags = (f"{told}: the largest in its tooth space",)
     form = math.hypot(r_b, math.sqrt((r_f - fillet) ** 2 - r_b**2) + fillet)
     return ToothRoot("fillet" if fillet > 0.0 else "radial", form, fillet, flags)

@@ -13,7 +13,8 @@ class SetDescriptor(NamedTuple):
     toothed : those that have teeth
     flanks : the flanks that wear
     meshes : the kinds of mesh, of which there may be several each
-    sections : where ``[mesh]`` may say something of one kind of mesh alone, "" where there is but one
+    sections : where ``[mesh]`` may say something of one kind of mesh alone, "" where
+        there is but one
     central : members that may be input, output or fixed
     roles : of these, which are input, output and fixed where the file does not say
     """
@@ -41,20 +42,39 @@ def _pair(kind: str, mate: str) -> SetDescriptor:
 EXTERNAL_PAIR = _pair("external-pair", "gear")
 INTERNAL_PAIR = _pair("internal-pair", "ring")
 PLANETARY = SetDescriptor(
-    kind="planetary", members=("sun", "planet", "ring", "carrier"), toothed=("sun", "planet", "ring"),
-    flanks=("sun", "planet-sun", "planet-ring", "ring"), meshes=("sun-planet", "planet-ring"),
-    sections=("sun_planet", "planet_ring"), central=("sun", "ring", "carrier"),
+    kind="planetary",
+    members=("sun", "planet", "ring", "carrier"),
+    toothed=("sun", "planet", "ring"),
+    flanks=("sun", "planet-sun", "planet-ring", "ring"),
+    meshes=("sun-planet", "planet-ring"),
+    sections=("sun_planet", "planet_ring"),
+    central=("sun", "ring", "carrier"),
     roles=("sun", "carrier", "ring"),
-)  # fmt: skip
-SETS = {descriptor.kind: descriptor for descriptor in (EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY)}
+)
+SETS = {
+    descriptor.kind: descriptor
+    for descriptor in (EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY)
+}
 """Every kind of gear set, by name."""
 
 
 def _any(words: str) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(word for descriptor in SETS.values() for word in getattr(descriptor, words)))
+    return tuple(
+        dict.fromkeys(
+            word for descriptor in SETS.values() for word in getattr(descriptor, words)
+        )
+    )
 
 
 UNSAID = SetDescriptor(
-    "", _any("members"), _any("toothed"), _any("flanks"), _any("meshes"), ("",), _any("central"), ()
+    "",
+    _any("members"),
+    _any("toothed"),
+    _any("flanks"),
+    _any("meshes"),
+    ("",),
+    _any("central"),
+    (),
 )
-"""What is known where no kind is said: any name that some kind has, and nobody who drives by default."""
+"""What is known where no kind is said: any name that some kind has, and nobody who
+drives by default."""

@@ -57,10 +57,14 @@ def inverse_involute(value: float) -> float:
     20.0
     """
     if not value >= 0.0:
-        raise GearError(f"the involute function cannot be {value:.6g}: the profile shifts are too negative")
+        raise GearError(
+            f"the involute function cannot be {value:.6g}: the profile shifts are too "
+            "negative"
+        )
     if value == 0.0:
         return 0.0
-    # with t = tan α: t − atan t = value, convex in t > 0, so Newton from the right is monotone
+    # with t = tan α: t − atan t = value, convex in t > 0, so Newton from the right is
+    # monotone
     t = (3.0 * value) ** (1.0 / 3.0) + value + 0.5 * math.pi * min(1.0, value)
     for _ in range(60):
         step = (t - math.atan(t) - value) * (1.0 + t * t) / (t * t)
@@ -71,7 +75,8 @@ def inverse_involute(value: float) -> float:
 
 
 ROUNDING = 1e-3
-"""By how much the sum of printed shifts may miss what a centre distance asks for: three decimals."""
+"""By how much the sum of printed shifts may miss what a centre distance asks for: three
+decimals."""
 
 
 class Operating(NamedTuple):
@@ -94,7 +99,10 @@ class Operating(NamedTuple):
 
 
 def operating_position(
-    teeth: tuple[int, int], shifts: Shifts, rack: Basics, centre_distance: float | None = None
+    teeth: tuple[int, int],
+    shifts: Shifts,
+    rack: Basics,
+    centre_distance: float | None = None,
 ) -> Operating:
     """Solve ``inv α_w = inv α + 2 Σx tanα / Σz`` and ``a cosα_w = a_d cosα`` for what is not given.
 
@@ -107,9 +115,11 @@ def operating_position(
 
     Returns
     -------
-    Operating: with both shifts absent and a given centre distance the sum is split in halves (assumed);
-        with all three given backlash is left between the teeth, ``GearPair.backlash``, and k follows from the
-        smaller one of the centre distance given and the one without backlash
+    Operating: with both shifts absent and a given centre distance the sum is split in
+    halves (assumed);
+        with all three given backlash is left between the teeth, ``GearPair.backlash``,
+        and k follows from the smaller one of the centre distance given and the one
+        without backlash
 
     Raises
     ------
@@ -133,15 +143,18 @@ def operating_position(
     per_shift = 2.0 * math.tan(alpha) / sum(teeth)
     assumed: tuple[str, ...] = ()
     if centre_distance is None:
-        x1, x2 = shifts[0] or 0.0, shifts[1] or 0.0
+        x1 = shifts[0] or 0.0
+        x2 = shifts[1] or 0.0
         alpha_w = inverse_involute(involute(alpha) + per_shift * (x1 + x2))
         a = a_d * math.cos(alpha) / math.cos(alpha_w)
     else:
         a = centre_distance
         if not a > a_d * math.cos(alpha):
             raise GearError(
-                f"no involute contact: the centre distance {a * 1e3:.5g} mm is not above the {word} of the "
-                f"base radii, {a_d * math.cos(alpha) * 1e3:.5g} mm; give about {a_d * 1e3:.5g} mm"
+                f"no involute contact: the centre distance {a * 1e3:.5g} mm is not "
+                f"above the {word} of the "
+                f"base radii, {a_d * math.cos(alpha) * 1e3:.5g} mm; give about "
+                f"{a_d * 1e3:.5g} mm"
             )
         alpha_w = math.acos(a_d * math.cos(alpha) / a)
         total = (involute(alpha_w) - involute(alpha)) / per_shift
@@ -149,12 +162,19 @@ def operating_position(
         if abs(x1 + x2 - total) > ROUNDING:  # backlash leaves the gears as they are
             tight = operating_position(teeth, (x1, x2), rack)
             shortened = (min(a, tight.centre_distance) - a_d) / module - (x1 + x2)
-            return tight._replace(centre_distance=a, working_pressure_angle=alpha_w, tip_alteration=shortened)
+            return tight._replace(
+                centre_distance=a,
+                working_pressure_angle=alpha_w,
+                tip_alteration=shortened,
+            )
     return Operating(a, alpha_w, (x1, x2), (a - a_d) / module - (x1 + x2), assumed)
 
 
 def internal_position(
-    teeth: tuple[int, int], shifts: Shifts, rack: Basics, centre_distance: float | None = None
+    teeth: tuple[int, int],
+    shifts: Shifts,
+    rack: Basics,
+    centre_distance: float | None = None,
 ) -> Operating:
     """Solve ``inv α_w = inv α + 2 (x_r − x_p) tanα / (z_r − z_p)`` for what is not given.
 
@@ -166,8 +186,8 @@ def internal_position(
 
     Returns
     -------
-    Operating : (pinion, ring); without tip alteration, since ``a ≤ a_d + m (x_r − x_p)`` leaves every tip
-        clearance at the standard one or above
+    Operating : (pinion, ring); without tip alteration, since ``a ≤ a_d + m (x_r −
+        x_p)`` leaves every tip clearance at the standard one or above
 
     Raises
     ------
@@ -178,24 +198,35 @@ def internal_position(
     ISO 21771:2007, 4.3 and 4.5, with the ring's teeth and shift counted positive.
     """
     minus = None if shifts[0] is None else -shifts[0]
-    mirrored = operating_position((-teeth[0], teeth[1]), (minus, shifts[1]), rack, centre_distance)
+    mirrored = operating_position(
+        (-teeth[0], teeth[1]), (minus, shifts[1]), rack, centre_distance
+    )
     x1, x2 = mirrored.shifts
     return mirrored._replace(shifts=(0.0 - x1, x2), tip_alteration=0.0)
 
 
-def _shared(shifts: Shifts, total: float, a: float, word: str) -> tuple[float, float, tuple[str, ...]]:
+def _shared(
+    shifts: Shifts, total: float, a: float, word: str
+) -> tuple[float, float, tuple[str, ...]]:
     """Return both shifts so that they sum to ``total``, and what had to be assumed."""
     x1, x2 = shifts
     if x1 is None and x2 is None:
         half = 0.5 * total if abs(total) >= 1e-12 else 0.0
-        return half, half, (f"profile shift {word} {total:.4f} split in halves",) if half else ()
+        return (
+            half,
+            half,
+            (f"profile shift {word} {total:.4f} split in halves",) if half else (),
+        )
     x1 = total - (x2 or 0.0) if x1 is None else x1
     x2 = total - x1 if x2 is None else x2
-    # and by how much where backlash is left between the teeth: some 0.17 modules of it at 20°
+    # and by how much where backlash is left between the teeth: some 0.17 modules of it
+    # at 20°
     if abs(x1 + x2 - total) > 0.25:
         raise GearError(
-            f"the {word} of the profile shifts is {x1 + x2:.4f}, but the centre distance "
-            f"{a * 1e3:.5g} mm needs {total:.4f}, more than backlash makes up for; leave out "
+            f"the {word} of the profile shifts is {x1 + x2:.4f}, but the centre "
+            "distance "
+            f"{a * 1e3:.5g} mm needs {total:.4f}, more than backlash makes up for; "
+            "leave out "
             "one of the three"
         )
     return x1, x2, ()
@@ -207,14 +238,17 @@ def planetary_position(
     rack: Basics,
     centre_distance: float | tuple[float, float] | None = None,
 ) -> tuple[Operating, Operating]:
-    """Solve both meshes of a planetary set for what is not given; the planet's shift is common to them.
+    """Solve both meshes of a planetary set for what is not given.
+
+    The planet's shift is common to them.
 
     Parameters
     ----------
     teeth : (sun, planet, ring) [1]
     shifts : (sun, planet, ring) profile shift coefficients, None where absent [1]
     rack : m and α
-    centre_distance : of both meshes, or (sun–planet, planet–ring) [m]; None: from the shifts, 0 where absent
+    centre_distance : of both meshes, or (sun–planet, planet–ring) [m]; None: from the
+        shifts, 0 where absent
 
     Returns
     -------
@@ -222,7 +256,8 @@ def planetary_position(
 
     Raises
     ------
-    GearError : no involute contact, or shifts and tooth numbers that contradict each other
+    GearError : no involute contact, or shifts and tooth numbers that contradict each
+        other
 
     References
     ----------
@@ -231,19 +266,29 @@ def planetary_position(
     z_s, z_p, z_r = teeth
     x_s, x_p, x_r = shifts
     if not z_r > z_p:
-        raise GearError(f"ring: {z_r} teeth cannot surround a planet of {z_p}: give the ring more teeth")
-    a_sp, a_pr = centre_distance if isinstance(centre_distance, tuple) else (centre_distance,) * 2
+        raise GearError(
+            f"ring: {z_r} teeth cannot surround a planet of {z_p}: give the ring more "
+            "teeth"
+        )
+    a_sp, a_pr = (
+        centre_distance
+        if isinstance(centre_distance, tuple)
+        else (centre_distance,) * 2
+    )
     if a_pr is not None and x_s is None and x_p is None and x_r is not None:
         x_p = internal_position((z_p, z_r), (None, x_r), rack, a_pr).shifts[0]
     outer = operating_position((z_s, z_p), (x_s, x_p), rack, a_sp)
     inner = internal_position((z_p, z_r), (outer.shifts[1], x_r), rack, a_pr)
     if centre_distance is not None:
         return outer, inner
-    a_sp, a_pr = outer.centre_distance, inner.centre_distance
+    a_sp = outer.centre_distance
+    a_pr = inner.centre_distance
     if abs(a_sp - a_pr) > ROUNDING * rack.module:
         raise GearError(
-            f"the centre distances differ: {a_sp * 1e3:.5g} mm of sun and planets, {a_pr * 1e3:.5g} mm of "
-            f"planets and ring ({z_s} + {z_p} and {z_r} − {z_p} teeth); give a common centre_distance and "
+            f"the centre distances differ: {a_sp * 1e3:.5g} mm of sun and planets, "
+            f"{a_pr * 1e3:.5g} mm of "
+            f"planets and ring ({z_s} + {z_p} and {z_r} − {z_p} teeth); give a common "
+            "centre_distance and "
             "leave the ring's shift to it, or {sun_planet, planet_ring} as printed"
         )
     return outer, inner._replace(centre_distance=a_sp)

@@ -1,6 +1,7 @@
 """What is given of gears, and the refusal of what cannot be.
 
-Material, modification of the profile as material removed normal to the flank, teeth and dimensions.
+Material, modification of the profile as material removed normal to the flank, teeth and
+dimensions.
 """
 
 import math
@@ -53,7 +54,9 @@ class Material(NamedTuple):
         if plane == "stress":
             return self
         nu = self.poisson_ratio
-        return self._replace(youngs_modulus=self.plane_strain_modulus, poisson_ratio=nu / (1.0 - nu))
+        return self._replace(
+            youngs_modulus=self.plane_strain_modulus, poisson_ratio=nu / (1.0 - nu)
+        )
 
 
 STEEL = Material(youngs_modulus=206e9, poisson_ratio=0.3, density=7830.0)
@@ -96,7 +99,10 @@ class Relief(NamedTuple):
 
     def removed(self, distance: Array) -> Array:
         """Return the material removed at a distance from the profile's end, (n,) [m]."""
-        return self.amount * np.clip(1.0 - distance / self.length, 0.0, None) ** POWERS[self.shape]
+        return (
+            self.amount
+            * np.clip(1.0 - distance / self.length, 0.0, None) ** POWERS[self.shape]
+        )
 
 
 class ReliefFrom(NamedTuple):
@@ -115,7 +121,9 @@ class ReliefFrom(NamedTuple):
     roll_angle: float | None = None
     shape: Literal["linear", "parabolic"] = "linear"
 
-    def of(self, base_radius: float, tip_radius: float, name: str, *, internal: bool) -> Relief:
+    def of(
+        self, base_radius: float, tip_radius: float, name: str, *, internal: bool
+    ) -> Relief:
         """Return the relief of a gear, ``length = |√(r_a² − r_b²) − ρ|``, ρ = r_b φ or √(r² − r_b²).
 
         Raises
@@ -124,16 +132,21 @@ class ReliefFrom(NamedTuple):
         """
         tip = math.sqrt(tip_radius**2 - base_radius**2)
         if self.roll_angle is not None:
-            start, said = base_radius * self.roll_angle, f"{math.degrees(self.roll_angle):.4g} deg"
+            start = base_radius * self.roll_angle
+            said = f"{math.degrees(self.roll_angle):.4g} deg"
         else:
             assert self.radius is not None
-            square, said = self.radius**2 - base_radius**2, f"{2e3 * self.radius:.6g} mm"
+            square = self.radius**2 - base_radius**2
+            said = f"{2e3 * self.radius:.6g} mm"
             if square <= 0.0:
                 said += f", inside the base circle of {2e3 * base_radius:.6g} mm"
                 raise GearError(f"{name}: tip_relief cannot start at {said}")
             start = math.sqrt(square)
         if not (start > tip if internal else start < tip):
-            raise GearError(f"{name}: tip_relief starts at {said}, which is not between root and tip")
+            raise GearError(
+                f"{name}: tip_relief starts at {said}, which is not between root and "
+                "tip"
+            )
         return Relief(self.amount, abs(tip - start), self.shape)
 
 
@@ -144,8 +157,8 @@ class Modification(NamedTuple):
     ----------
     tip_relief, root_relief : reliefs, or None
     profile_crowning : amount removed at both ends, parabola with 0 in the middle [m]
-    profile_slope : surplus of material at the tip end against the root end, 0 in the middle [m];
-        positive as f_Hα of ISO 1328-1 (material grows towards the tip)
+    profile_slope : surplus of material at the tip end against the root end, 0 in the
+        middle [m]; positive as f_Hα of ISO 1328-1 (material grows towards the tip)
     """
 
     tip_relief: Relief | None = None
@@ -160,7 +173,8 @@ class Modification(NamedTuple):
 
         Parameters
         ----------
-        position : (n,) x, distance along the path from the root end of the active profile [m]
+        position : (n,) x, distance along the path from the root end of the active
+            profile [m]
         active_length : L, length of the active path A–E [m]
 
         Returns
@@ -169,7 +183,9 @@ class Modification(NamedTuple):
         """
         x = np.asarray(position, dtype=float)
         centred = x / active_length - 0.5
-        removed = 4.0 * self.profile_crowning * centred**2 - self.profile_slope * centred
+        removed = (
+            4.0 * self.profile_crowning * centred**2 - self.profile_slope * centred
+        )
         if self.tip_relief is not None:
             removed = removed + self.tip_relief.removed(active_length - x)
         if self.root_relief is not None:
@@ -187,11 +203,16 @@ def check_reliefs(item: Modification | None, active_length: float, name: str) ->
     for word in ("tip_relief", "root_relief"):
         relief = getattr(item, word, None)
         if relief is not None:
-            amount, length = relief.amount, relief.length
+            amount = relief.amount
+            length = relief.length
             reasons = {
-                f"{word} amount {amount * 1e6:.3g} µm is negative; give >= 0": not amount >= 0.0,
-                f"{word} length {length * 1e3:.4g} mm must lie above 0 and within the active path of "
-                f"{active_length * 1e3:.4g} mm": not 0.0 < length <= active_length * (1.0 + 1e-9),
+                f"{word} amount {amount * 1e6:.3g} µm is negative; give >= 0": not amount
+                >= 0.0,
+                f"{word} length {length * 1e3:.4g} mm must lie above 0 and within the "
+                "active path of "
+                f"{active_length * 1e3:.4g} mm": not 0.0
+                < length
+                <= active_length * (1.0 + 1e-9),
             }
             refuse(name, reasons)
 
@@ -223,27 +244,36 @@ class GearSpec:
     ----------
     name : the member's name, used in messages
     teeth : number of teeth [1]
-    profile_shift_coefficient : x [1]; absent: 0, or derived from a given centre distance. Positive: thicker
-        teeth, farther out (external); larger tooth spaces, farther out (ring; ISO 21771 and DIN 3960 count a
-        ring's teeth negative, and its shift with the opposite sign)
-    tooth_thickness_allowance : E_sn of the tooth thickness at the reference circle, below 0 thinner [m]
+    profile_shift_coefficient : x [1]; absent: 0, or derived from a given centre
+        distance. Positive: thicker teeth, farther out (external); larger tooth spaces,
+        farther out (ring; ISO 21771 and DIN 3960 count a ring's teeth negative, and its
+        shift with the opposite sign)
+    tooth_thickness_allowance : E_sn of the tooth thickness at the reference circle,
+        below 0 thinner [m]
     addendum_coefficient : h_a* [1]; absent: 1. Not together with ``tip_diameter``
     dedendum_coefficient : h_f* [1]; absent: 1.25. Not together with ``root_diameter``
-    tip_alteration_coefficient : k [1], negative shortens; absent: keeps the standard tip clearance
-        (ISO 21771), and a ring's tip clear of its mate's root curve
-    tip_alteration : "wang-2023" shortens a ring's teeth as Y23 does; not with another tip alteration
+    tip_alteration_coefficient : k [1], negative shortens; absent: keeps the standard
+        tip clearance (ISO 21771), and a ring's tip clear of its mate's root curve
+    tip_alteration : "wang-2023" shortens a ring's teeth as Y23 does; not with another
+        tip alteration
     tip_diameter, root_diameter : explicit diameters [m]
-    fillet_radius_coefficient : tip rounding of the generating rack, or a ring's root fillet, in modules [1]
-    root_profile : "trochoid" or "radial"; absent: a trochoid where a rack can generate it, else radial.
-        A ring: "fillet" (absent) or "radial", the involute up to the root circle
+    fillet_radius_coefficient : tip rounding of the generating rack, or a ring's root
+        fillet, in modules [1]
+    root_profile : "trochoid" or "radial"; absent: a trochoid where a rack can generate
+        it, else radial. A ring: "fillet" (absent) or "radial", the involute up to the
+        root circle
     rim_diameter : outside diameter of a ring's rim [m], required for a ring
-    bore_diameter : bore of the wheel body [m]; absent: half the root diameter, flagged as assumed
+    bore_diameter : bore of the wheel body [m]; absent: half the root diameter, flagged
+        as assumed
     face_width : [m]; absent: that of the pair
     material : absent: that of the pair
-    mass, inertia : [kg], [kg·m²]; absent: the solid between the bore and the reference circle
+    mass, inertia : [kg], [kg·m²]; absent: the solid between the bore and the reference
+        circle
     tip_relief, root_relief : reliefs at the ends of the active profile
-    profile_crowning : 0 in the middle, this amount removed at both ends of the active profile [m]
-    profile_slope : surplus of material at the tip end against the root end [m] (f_Hα of ISO 1328-1)
+    profile_crowning : 0 in the middle, this amount removed at both ends of the active
+        profile [m]
+    profile_slope : surplus of material at the tip end against the root end [m] (f_Hα of
+        ISO 1328-1)
     """
 
     name: str
@@ -272,9 +302,16 @@ class GearSpec:
     @property
     def tip_is_derived(self) -> bool:
         """Whether nothing was said about the tip but its addendum."""
-        return self.tip_diameter is self.tip_alteration is self.tip_alteration_coefficient is None
+        return (
+            self.tip_diameter
+            is self.tip_alteration
+            is self.tip_alteration_coefficient
+            is None
+        )
 
-    def modification(self, base_radius: float, tip_radius: float, *, internal: bool) -> Modification | None:
+    def modification(
+        self, base_radius: float, tip_radius: float, *, internal: bool
+    ) -> Modification | None:
         """Return what is removed from the involute on purpose, None where nothing is.
 
         Parameters
@@ -285,22 +322,37 @@ class GearSpec:
         tip = self.tip_relief
         if isinstance(tip, ReliefFrom):
             tip = tip.of(base_radius, tip_radius, self.name, internal=internal)
-        if tip is None and self.root_relief is None and not self.profile_crowning and not self.profile_slope:
+        if (
+            tip is None
+            and self.root_relief is None
+            and not self.profile_crowning
+            and not self.profile_slope
+        ):
             return None
-        return Modification(tip, self.root_relief, self.profile_crowning or 0.0, self.profile_slope or 0.0)
+        return Modification(
+            tip,
+            self.root_relief,
+            self.profile_crowning or 0.0,
+            self.profile_slope or 0.0,
+        )
 
     def thinning(self, module: float, pressure_angle: float) -> float:
         """Return by how much the cutter is fed deeper into an external gear, ``E_sn / (2 m tan α)`` [1].
 
-        The generating profile shift is ``x_E = x + E_sn / (2 m tan α)``; a ring's spaces widen, x_E = x − … .
+        The generating profile shift is ``x_E = x + E_sn / (2 m tan α)``; a ring's
+        spaces widen, x_E = x − … .
 
         References
         ----------
         ISO 21771:2007, 4.8; DIN 3967 for the allowances.
         """
-        return self.tooth_thickness_allowance / (2.0 * module * math.tan(pressure_angle))
+        return self.tooth_thickness_allowance / (
+            2.0 * module * math.tan(pressure_angle)
+        )
 
-    def tip_radius(self, module: float, profile_shift: float, alteration: float, outwards: float) -> float:
+    def tip_radius(
+        self, module: float, profile_shift: float, alteration: float, outwards: float
+    ) -> float:
         """Return the radius of the tip circle, ``m (z/2 + x ± (h_a + k))`` unless it is given [m].
 
         Parameters
@@ -311,11 +363,17 @@ class GearSpec:
         if self.tip_diameter is not None:
             return 0.5 * self.tip_diameter
         height = 1.0 if self.addendum_coefficient is None else self.addendum_coefficient
-        return module * (0.5 * self.teeth + profile_shift + outwards * height + outwards * alteration)
+        return module * (
+            0.5 * self.teeth + profile_shift + outwards * height + outwards * alteration
+        )
 
-    def root_radius(self, module: float, profile_shift: float, outwards: float) -> float:
+    def root_radius(
+        self, module: float, profile_shift: float, outwards: float
+    ) -> float:
         """Return that of the root circle, ``m (z/2 + x ∓ h_f)``, parameters as of `tip_radius` [m]."""
         if self.root_diameter is not None:
             return 0.5 * self.root_diameter
-        height = 1.25 if self.dedendum_coefficient is None else self.dedendum_coefficient
+        height = (
+            1.25 if self.dedendum_coefficient is None else self.dedendum_coefficient
+        )
         return module * (0.5 * self.teeth + profile_shift - outwards * height)

@@ -14,9 +14,11 @@ from wearlab.scene import Scene, build
 from wearlab.simulation import static, vibration
 
 COARSER = (3.0, 10.0)
-"""Tolerances of the twins that tell the error of derivatives, over that of the scene."""
+"""Tolerances of the twins that tell the error of derivatives, over that of the
+scene."""
 WEIGHT = 4.0
-"""Of the largest difference of a twin's derivative: steps chosen anew scatter it, set on the seed 31."""
+"""Of the largest difference of a twin's derivative: steps chosen anew scatter it, set
+on the seed 31."""
 NOT_COMPARED = {"phase", "profile"}
 """Dimensions along which twins have other places."""
 
@@ -47,7 +49,9 @@ def _largest(parts: build.Parts, state: WearState) -> Array:
 
 
 def _dynamic_factor(parts: build.Parts, state: WearState) -> Array:
-    static_force = np.array([parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes])
+    static_force = np.array(
+        [parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes]
+    )
     return np.asarray(_largest(parts, state) / static_force)
 
 
@@ -74,13 +78,19 @@ VALUES = {
     "life": Value((), "1", None, WEAR),
     "dynamic_factor": Value(("mesh",), "1", _dynamic_factor),
     "mesh_force_max": Value(("mesh",), "N", _largest),
-    "mesh_force_min": Value(("mesh",), "N", lambda _, state: extremes(state.responses[0]).least),
+    "mesh_force_min": Value(
+        ("mesh",), "N", lambda _, state: extremes(state.responses[0]).least
+    ),
     "dynamic_mesh_force": Value(PHASES, "N", _force),
     "mesh_deflection": Value(PHASES, "m", _deflection),
     "wear_depth": Value(NODES, "m", _depth, WEAR),
     "wear_rate": Value(NODES, "m", _rate, WEAR),
-    "max_wear_rate": Value(("flank",), "m", lambda *of: np.nanmax(_rate(*of), axis=-1), WEAR),
-    "max_wear_depth": Value(("flank",), "m", lambda *of: np.nanmax(_depth(*of), axis=-1), WEAR),
+    "max_wear_rate": Value(
+        ("flank",), "m", lambda *of: np.nanmax(_rate(*of), axis=-1), WEAR
+    ),
+    "max_wear_depth": Value(
+        ("flank",), "m", lambda *of: np.nanmax(_depth(*of), axis=-1), WEAR
+    ),
 }
 
 
@@ -95,55 +105,69 @@ def wanted(names: tuple[str, ...], lived: LivedSteps) -> dict[str, Value]:
     state = lived.ends.states[0]
     for name in names:
         if name not in VALUES:
-            raise GradientError(f"of: {name!r} has no derivative here; there are {', '.join(VALUES)}")
+            raise GradientError(
+                f"of: {name!r} has no derivative here; there are {', '.join(VALUES)}"
+            )
         needs = VALUES[name].needs
         if not (state.wears if needs == WEAR else state.responses):
             raise GradientError(f"of: {name} needs {needs}")
         if needs != WEAR and len(state.responses) > 1:
-            raise GradientError(f"of: {name} has a value at every error angle; freeze the slow errors")
+            raise GradientError(
+                f"of: {name} has a value at every error angle; freeze the slow errors"
+            )
         if name == "life" and not lived.reached:
-            raise GradientError("of: life needs wear.until.depth, and a life that reaches it")
+            raise GradientError(
+                "of: life needs wear.until.depth, and a life that reaches it"
+            )
     return {name: VALUES[name] for name in names}
 
 
 def read(value: Value, lived: LivedSteps, ends: Ends) -> Array:
-    """Return a value in every state, (n_states, …), of the ends of a life; the life itself is one number."""
+    """Return a value in every state, (n_states, …), of the ends of a life.
+
+    The life itself is one number.
+    """
     if value.read is None:
         return np.asarray(lived.life_of(ends))
     return np.stack([value.read(ends.parts, state) for state in ends.states])
 
 
-def gradient(scene: Scene | Mapping[str, Any], of: Names, wrt: Names, *, estimate: bool = True) -> xr.Dataset:
+def gradient(
+    scene: Scene | Mapping[str, Any], of: Names, wrt: Names, *, estimate: bool = True
+) -> xr.Dataset:
     """Return derivatives of what a run says with respect to numbers of its scene.
 
-    The scene runs once. Then for every number its accepted steps over cycles are taken again, on the same
-    nodes and stages, with the number moved a little, by 1e-7 of itself (1e-6 for planetary sets).
-    Each response starts from the orbit x* at the same
-    place, so that ``∂x* = (I − M)⁻¹ ∂P`` is Newton's first step: exact where contact does not change. Steps
-    are neither chosen nor rejected anew, so what is differentiated is smooth wherever the physics is.
+    The scene runs once. Then for every number its accepted steps over cycles are taken
+    again, on the same nodes and stages, with the number moved a little, by 1e-7 of
+    itself (1e-6 for planetary sets). Each response starts from the orbit x* at the same
+    place, so that ``∂x* = (I − M)⁻¹ ∂P`` is Newton's first step: exact where contact
+    does not change. Steps are neither chosen nor rejected anew, so what is
+    differentiated is smooth wherever the physics is.
 
     Parameters
     ----------
     scene : in one condition of operation; or a table as a campaign file writes it
-    of : one name or several: life, dynamic_factor, mesh_force_max, mesh_force_min, dynamic_mesh_force,
-        mesh_deflection, wear_depth, wear_rate, max_wear_rate, max_wear_depth
+    of : one name or several: life, dynamic_factor, mesh_force_max, mesh_force_min,
+        dynamic_mesh_force, mesh_deflection, wear_depth, wear_rate, max_wear_rate,
+        max_wear_depth
     wrt : dotted keys, such as ``"gears.pinion.tip_relief.amount"``
-    estimate : whether the derivatives get estimated errors, from two twins to rougher tolerances, on fewer
-        nodes and steps; they take about as long again
+    estimate : whether the derivatives get estimated errors, from two twins to rougher
+        tolerances, on fewer nodes and steps; they take about as long again
 
     Returns
     -------
-    For each name its values and, as ``d_NAME`` along ``parameter``, its derivatives, all in SI; along
-    ``update`` those of the first and the last state, the latter at the cycle where the life of the scene
-    ends. Depths and rates are those of nodes, which move with the shape of the gears.
-    ``error_estimate_d_NAME`` is what the derivative may be off by, not of values along phases or nodes; NaN
-    where a twin has no such derivative.
+    For each name its values and, as ``d_NAME`` along ``parameter``, its derivatives,
+    all in SI; along ``update`` those of the first and the last state, the latter at the
+    cycle where the life of the scene ends. Depths and rates are those of nodes, which
+    move with the shape of the gears. ``error_estimate_d_NAME`` is what the derivative
+    may be off by, not of values along phases or nodes; NaN where a twin has no such
+    derivative.
 
     Raises
     ------
     GradientError
-        When there is no such number or value, or where no derivative exists: at a jump of the response,
-        without a response that repeats.
+        When there is no such number or value, or where no derivative exists: at a jump
+        of the response, without a response that repeats.
 
     Examples
     --------
@@ -162,29 +186,60 @@ def gradient(scene: Scene | Mapping[str, Any], of: Names, wrt: Names, *, estimat
     -1.0
     """
     given = scene if isinstance(scene, Scene) else Scene.from_mapping(scene)
-    keys, names = _names(wrt, "wrt"), _names(of, "of")
+    keys = _names(wrt, "wrt")
+    names = _names(of, "of")
     if given.operation.stages or given.operation.blocks:
-        raise GradientError("operation: derivatives are of scenes in one condition, without duty or stages")
+        raise GradientError(
+            "operation: derivatives are of scenes in one condition, without duty or "
+            "stages"
+        )
     own = _differences(given, names, keys)
     variables: dict[str, Any] = {}
     for name, value in own.values.items():
         dims = () if value.read is None else ("update", *value.dims)
         variables[name] = (dims, own.here[name], {"units": value.unit})
-        said = {"units": value.unit, "long_name": f"derivative of {name} by the parameter, in SI"}
+        said = {
+            "units": value.unit,
+            "long_name": f"derivative of {name} by the parameter, in SI",
+        }
         variables[f"d_{name}"] = (("parameter", *dims), own.rows[name], said)
-    compared = tuple(name for name, value in own.values.items() if not NOT_COMPARED & set(value.dims))
-    for name, error in (_errors(given, own, compared) if estimate and compared else {}).items():
+    compared = tuple(
+        name for name, value in own.values.items() if not NOT_COMPARED & set(value.dims)
+    )
+    for name, error in (
+        _errors(given, own, compared) if estimate and compared else {}
+    ).items():
         dims, _, said = variables[f"d_{name}"]
         words = f"estimated error of the derivative of {name}, in SI"
-        variables[f"error_estimate_d_{name}"] = (dims, error, {**said, "long_name": words})
+        variables[f"error_estimate_d_{name}"] = (
+            dims,
+            error,
+            {**said, "long_name": words},
+        )
     coordinates: dict[str, Any] = {"parameter": list(keys)}
     for what in ("value", "unit"):
-        coordinates[f"parameter_{what}"] = "parameter", [getattr(each, what) for each in own.numbers]
-    parts, known = own.lived.ends.parts, dict[str, Any]()
+        coordinates[f"parameter_{what}"] = (
+            "parameter",
+            [getattr(each, what) for each in own.numbers],
+        )
+    parts = own.lived.ends.parts
+    known = dict[str, Any]()
     known["cycle"] = "update", [0.0, own.lived.cycle][: len(own.lived.ends.states)]
-    known |= {"mesh": list(parts.gears.mesh_names), "phase": parts.phase, "flank": list(parts.gears.flanks)}
-    along = {dim for value in own.values.values() if value.read is not None for dim in ("cycle", *value.dims)}
-    return xr.Dataset(variables, coordinates | {dim: labels for dim, labels in known.items() if dim in along})
+    known |= {
+        "mesh": list(parts.gears.mesh_names),
+        "phase": parts.phase,
+        "flank": list(parts.gears.flanks),
+    }
+    along = {
+        dim
+        for value in own.values.values()
+        if value.read is not None
+        for dim in ("cycle", *value.dims)
+    }
+    return xr.Dataset(
+        variables,
+        coordinates | {dim: labels for dim, labels in known.items() if dim in along},
+    )
 
 
 class _Differences(NamedTuple):
@@ -197,7 +252,9 @@ class _Differences(NamedTuple):
     rows: dict[str, Array]
 
 
-def _differences(given: Scene, names: tuple[str, ...], keys: tuple[str, ...]) -> _Differences:
+def _differences(
+    given: Scene, names: tuple[str, ...], keys: tuple[str, ...]
+) -> _Differences:
     """Return the derivatives of some values by some numbers, from the accepted steps of one life."""
     numbers = [number(given, key) for key in keys]
     lived = LivedSteps(given)
@@ -209,10 +266,18 @@ def _differences(given: Scene, names: tuple[str, ...], keys: tuple[str, ...]) ->
         ends = lived.moved(there)
         for name, value in values.items():
             rows[name].append((read(value, lived, ends) - here[name]) / step)
-    return _Differences(numbers, lived, values, here, {name: np.stack(each) for name, each in rows.items()})
+    return _Differences(
+        numbers,
+        lived,
+        values,
+        here,
+        {name: np.stack(each) for name, each in rows.items()},
+    )
 
 
-def _errors(given: Scene, own: _Differences, names: tuple[str, ...]) -> dict[str, Array]:
+def _errors(
+    given: Scene, own: _Differences, names: tuple[str, ...]
+) -> dict[str, Array]:
     """Return what derivatives may be off by: the largest difference of those of rougher twins."""
     largest = {name: np.zeros_like(own.rows[name]) for name in names}
     keys = tuple(each.key for each in own.numbers)

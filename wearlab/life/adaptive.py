@@ -2,31 +2,35 @@
 
 Adaptive: Kutta's fourth order while steps are not stiff, RKC2 beyond.
 
-**Error test.** ``max|e| ≤ tolerance · w`` with the local error e of the step and ``w = max(Δh, D/20)``:
-Δh the largest wear of the step, D the largest depth reached so far, at least ``scale``. So the local errors
-sum to the tolerance times the final depth (times at most 1 + steps/20), which makes the tolerance one of the
-whole life and not of a step; and noise of the rate below ``tolerance·D/20`` never shrinks a step. The local
-tolerance is half the one asked for: where wear brakes itself (h ∝ √N), a life is half as exact as its depth.
+**Error test.** ``max|e| ≤ tolerance · w`` with the local error e of the step and ``w =
+max(Δh, D/20)``: Δh the largest wear of the step, D the largest depth reached so far, at
+least ``scale``. So the local errors sum to the tolerance times the final depth (times
+at most 1 + steps/20), which makes the tolerance one of the whole life and not of a
+step; and noise of the rate below ``tolerance·D/20`` never shrinks a step. The local
+tolerance is half the one asked for: where wear brakes itself (h ∝ √N), a life is half
+as exact as its depth.
 
-**Jumps.** Where the rate jumps to another branch, steps shrink until what lies between its sides is within
-the tolerance; the step across is recorded as a jump.
+**Jumps.** Where the rate jumps to another branch, steps shrink until what lies between
+its sides is within the tolerance; the step across is recorded as a jump.
 
-**Growing waves.** Where errors made at the start would grow to more than 1/tolerance before the end
-(:mod:`wearlab.life.stiffness`), no step is short enough to foresee that end: one that follows the fastest
-wave is accepted.
+**Growing waves.** Where errors made at the start would grow to more than 1/tolerance
+before the end (:mod:`wearlab.life.stiffness`), no step is short enough to foresee that
+end: one that follows the fastest wave is accepted.
 
-**Rough stretches.** Averaged over an aperiodic response the rate is noisy, and no step is short enough for
-the test; nor can a life be followed whose rates get too dear for the work it may do. There a step holds what
-the motion adds to the static rate (:mod:`wearlab.life.stiffness`), and records the error that it estimates.
+**Rough stretches.** Averaged over an aperiodic response the rate is noisy, and no step
+is short enough for the test; nor can a life be followed whose rates get too dear for
+the work it may do. There a step holds what the motion adds to the static rate
+(:mod:`wearlab.life.stiffness`), and records the error that it estimates.
 
 **Explicit Euler**, as published: steps of a wear threshold, and steps of a fixed size.
 
-First order, and stable only while ``ΔN ρ < 2``. Both are named methods for comparison, not the default.
-Source: L16 Eq. 21–24; W23 §3.2; PHYSICS §8.
+First order, and stable only while ``ΔN ρ < 2``. Both are named methods for comparison,
+not the default. Source: L16 Eq. 21–24; W23 §3.2; PHYSICS §8.
 
-Beyond ΔN ρ = 2 an explicit step overshoots the balance of load between teeth and back. Where neighbouring
-nodes relax at different speeds, or the body couples them, the profile becomes a saw; where they relax alike,
-the whole flank swings from step to step. Either mark is enough.
+Beyond ΔN ρ = 2 an explicit step overshoots the balance of load between teeth and back.
+Where neighbouring nodes relax at different speeds, or the body couples them, the
+profile becomes a saw; where they relax alike, the whole flank swings from step to step.
+Either mark is enough.
 """
 
 from typing import Any, NamedTuple
@@ -36,37 +40,61 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.life import runge_kutta
 from wearlab.life.limits import CountedRate, Rate
-from wearlab.life.step import EULER, FOURTH_ORDER, Jump, Node, Step, Stepper, depth_at, growth
-from wearlab.life.stiffness import KnownSpectrum, Work, held_step, random_direction, spectrum, wearing
+from wearlab.life.step import (
+    EULER,
+    FOURTH_ORDER,
+    Jump,
+    Node,
+    Step,
+    Stepper,
+    depth_at,
+    growth,
+)
+from wearlab.life.stiffness import (
+    KnownSpectrum,
+    Work,
+    held_step,
+    random_direction,
+    spectrum,
+    wearing,
+)
 
 STEPS_PER_SPECTRUM, STEPS_BEFORE_STIFF = 12, 3
-"""Age, in steps, from which the spectrum is looked at anew, and where a step may turn stiff."""
+"""Age, in steps, from which the spectrum is looked at anew, and where a step may turn
+stiff."""
 LOOKED_AT = 0.5
 """ΔN ρ from which it matters that ρ is known."""
 SAFETY, LARGEST_GROWTH, LARGEST_CUT = 0.85, 5.0, 0.1
 FIRST_SHARE, FIRST_WEAR = 0.5, 15.0
-"""Largest first step over the way to the limit; its wear over scale and fourth root of the tolerance."""
+"""Largest first step over the way to the limit; its wear over scale and fourth root of
+the tolerance."""
 LONG_WAY = 3.0
 """ρ times the way left from which a step may be stiff, and a wave may grow."""
 WORTH = 1.25
-"""Least step of RKC2 over the longest of the fourth-order method, which is far more exact; and growth of what
-RKC2 is believed to manage, with every step without it."""
+"""Least step of RKC2 over the longest of the fourth-order method, which is far more
+exact; and growth of what RKC2 is believed to manage, with every step without it."""
 STRETCH = 1.1
 """Largest factor on a step that ends the way."""
 HEARD = 0.1
-"""Noise of the rate, over the tolerance and the fastest rate at the start, from which it is rough."""
+"""Noise of the rate, over the tolerance and the fastest rate at the start, from which
+it is rough."""
 FOLLOWED, LOST = 1.25, 0.1
-"""Largest ΔN ρ of a step that follows growing waves, and its largest error over its wear."""
+"""Largest ΔN ρ of a step that follows growing waves, and its largest error over its
+wear."""
 SHORTER, UNCHANGED = 0.65, 0.7
 """A step so much shorter, across which the rate changes as much, may cross a jump;"""
-PROBES, CONTINUOUS = (1.0 / 8.0, 1.0 / 2.0), 0.2
-"""where it does, rates inside are nearer to one of its ends than this share of their difference."""
+PROBES = (1.0 / 8.0, 1.0 / 2.0)
+CONTINUOUS = 0.2
+"""where it does, rates inside are nearer to one of its ends than this share of their
+difference."""
 
 
 class Adaptive(NamedTuple):
     """Kutta's fourth order or RKC2, with error control: the default."""
 
-    def start(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> "AdaptiveStepper":
+    def start(
+        self, node: Node, rate: CountedRate, tolerance: float, scale: float
+    ) -> "AdaptiveStepper":
         """Return the stepper at the first state."""
         return AdaptiveStepper(node, rate, tolerance, scale)
 
@@ -89,10 +117,13 @@ def change_over(step: Step) -> float:
 
 def across(step: Step, size: float) -> tuple[Step, Jump]:
     """Return a step of ΔN [1] as one across a jump, which lies anywhere in it, and the jump."""
-    start, end = step.start, step.end
+    start = step.start
+    end = step.end
     secant = (end.depth - start.depth) / size
     error = np.maximum(np.abs(step.error), size * np.abs(end.rate - start.rate))
-    return Step(start, end, (secant, secant), error, 1.0), Jump(end.cycle, size, start.rate, end.rate)
+    return Step(start, end, (secant, secant), error, 1.0), Jump(
+        end.cycle, size, start.rate, end.rate
+    )
 
 
 def fitting(ratio: float, order: int) -> float:
@@ -105,8 +136,9 @@ def fitting(ratio: float, order: int) -> float:
 class AdaptiveStepper(Stepper):
     """The controller between steps: next size, last error ratio, what is known of spectrum and work.
 
-    ``hurried`` tells whether steps were as long as the work left paid for, ``wave_growth`` the fastest growth
-    of a wave of wear where it is too fast to foresee its end [1/cycle].
+    ``hurried`` tells whether steps were as long as the work left paid for,
+    ``wave_growth`` the fastest growth of a wave of wear where it is too fast to foresee
+    its end [1/cycle].
 
     Parameters
     ----------
@@ -116,7 +148,9 @@ class AdaptiveStepper(Stepper):
     scale : depth below which the tolerance is not relative any more [m]
     """
 
-    def __init__(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> None:
+    def __init__(
+        self, node: Node, rate: CountedRate, tolerance: float, scale: float
+    ) -> None:
         self.rate, self.tolerance, self.scale = rate, tolerance, scale
         self.heard = HEARD * tolerance * node.fastest
         self.known = KnownSpectrum(scale, self.heard)
@@ -127,13 +161,15 @@ class AdaptiveStepper(Stepper):
 
     def advance(self, node: Node, largest: float) -> tuple[Step, Jump | None]:
         """Return the accepted step from ``node``, at most so many cycles long, and any jump it crosses."""
-        memory, still = self.rate.remember(), self.rate.still
+        memory = self.rate.remember()
+        still = self.rate.still
         late = self.work.is_late(self.rate, node, largest)
         if still is not None and (late or self.rate.noise > self.heard):
             self.hurried = self.hurried or late
             return self._held(node, largest, still), None
         self._prepare(node, largest, memory)
-        floor, known = 0.0, self.known
+        floor = 0.0
+        known = self.known
         if not known.foreseeable:
             floor = min(FOLLOWED / known.radius, wearing(node, self.scale))
         wanted = self._suited(max(self.next_size, floor), self.last_order)
@@ -148,7 +184,11 @@ class AdaptiveStepper(Stepper):
                 return self._held(node, largest, still), None
             if ratio <= 1.0 or (size <= floor and follows(step)):
                 self._went_on(size, ratio, order_of(step), rejected=rejected)
-                return across(step, size) if self._crosses_jump(step, size, memory) else (step, None)
+                return (
+                    across(step, size)
+                    if self._crosses_jump(step, size, memory)
+                    else (step, None)
+                )
             if UNCHANGED * change_over(step) > self.ahead[1]:
                 self.ahead = size, change_over(step)
             rejected = True
@@ -158,7 +198,13 @@ class AdaptiveStepper(Stepper):
                 known.look(self.rate, node, memory)
             shorter = size * fitting(ratio, order_of(step))
             floor = floor if floor < size else shorter
-            size = float(min(self._suited(max(shorter, floor), order_of(step)), 0.95 * size, known.reach))
+            size = float(
+                min(
+                    self._suited(max(shorter, floor), order_of(step)),
+                    0.95 * size,
+                    known.reach,
+                )
+            )
 
     def _crosses_jump(self, step: Step, size: float, memory: Any) -> bool:
         """Whether the rate jumps inside an accepted step: it changes as in a longer one, and nowhere slowly.
@@ -168,14 +214,17 @@ class AdaptiveStepper(Stepper):
         step, size : the step, and its ΔN [1]
         memory : of the rate at its start
         """
-        (longer, changed), change = self.ahead, change_over(step)
+        (longer, changed) = self.ahead
+        change = change_over(step)
         if size > SHORTER * longer or change <= UNCHANGED * changed:
             return False
         self.ahead, beyond, nearest = (0.0, 0.0), self.rate.remember(), list[float]()
         for share in PROBES:
             self.rate.recall(memory)
             inside = self.rate(depth_at(step, step.start.cycle + share * size))
-            nearest.append(min(float(np.linalg.norm(inside - end.rate)) for end in step[:2]))
+            nearest.append(
+                min(float(np.linalg.norm(inside - end.rate)) for end in step[:2])
+            )
         self.rate.recall(beyond)
         return max(nearest) <= CONTINUOUS * change
 
@@ -185,7 +234,10 @@ class AdaptiveStepper(Stepper):
             self.known.look(self.rate, node, memory)
         if not np.isfinite(self.next_size):  # the first step: nothing is known
             worn = FIRST_WEAR * self.scale * self.tolerance**0.25
-            self.next_size = min(FIRST_SHARE * left, worn / node.fastest if node.fastest > 0.0 else np.inf)
+            self.next_size = min(
+                FIRST_SHARE * left,
+                worn / node.fastest if node.fastest > 0.0 else np.inf,
+            )
         self.known.foresee(self.rate, node, left, self.tolerance)
         self.wave_growth = 0.0 if self.known.foreseeable else self.known.wave_growth
 
@@ -200,7 +252,9 @@ class AdaptiveStepper(Stepper):
 
     def _suited(self, size: float, order: int) -> float:
         """Return a step for the method that suits it: what the test of a method of this order asked for."""
-        if not self.known.looked or (order == 4 and size * self.known.radius <= runge_kutta.REACH):
+        if not self.known.looked or (
+            order == 4 and size * self.known.radius <= runge_kutta.REACH
+        ):
             return size
         self.stiff_size = size if order == 2 else min(size, WORTH * self.stiff_size)
         reach = runge_kutta.REACH / self.known.radius
@@ -218,44 +272,70 @@ class AdaptiveStepper(Stepper):
         self.hurried = self.hurried or short_of_work
         self.trying = self.next_size = size = min(self._even(wanted, left), left)
         direction = self.known.spectrum.direction
-        step, self.known.spectrum = held_step(self.rate, still, node, size, direction, self.known.amplitude)
-        self.known.looked, self.most = True, np.inf
+        step, self.known.spectrum = held_step(
+            self.rate, still, node, size, direction, self.known.amplitude
+        )
+        self.known.looked = True
+        self.most = np.inf
         self.known.age += 1
         return step
 
     def _try(self, node: Node, size: float) -> tuple[Step, float]:
-        """Return a step of fourth order, or of RKC2 where that is not stable; its error over the allowed."""
+        """Return a step of fourth order, or of RKC2 where that is not stable.
+
+        Its error over the allowed.
+        """
         by: runge_kutta.Scheme | str
         known = self.known
         if known.looked and size * known.radius > runge_kutta.REACH:
             by = runge_kutta.stages_for(size * known.radius, known.damping)
-            depth = runge_kutta.chebyshev_step(self.rate, node.depth, node.rate, size, by)
+            depth = runge_kutta.chebyshev_step(
+                self.rate, node.depth, node.rate, size, by
+            )
             end = Node(node.cycle + size, depth, self.rate(depth))
-            error = runge_kutta.chebyshev_error(node.depth, depth, node.rate, end.rate, size)
+            error = runge_kutta.chebyshev_error(
+                node.depth, depth, node.rate, end.rate, size
+            )
         else:
             by = FOURTH_ORDER
-            found = runge_kutta.fourth_order_step(self.rate, node.depth, node.rate, size)
+            found = runge_kutta.fourth_order_step(
+                self.rate, node.depth, node.rate, size
+            )
             known.told(self.rate, found.seen)
             end = Node(node.cycle + size, found.depth, found.rate)
-            error = runge_kutta.fourth_order_error(found.difference, size * known.radius)
+            error = runge_kutta.fourth_order_error(
+                found.difference, size * known.radius
+            )
         worn = float((end.depth - node.depth).max(initial=0.0))
         allowed = 0.5 * self.tolerance * max(worn, 0.05 * max(end.deepest, self.scale))
         step = Step(node, end, (node.rate, end.rate), error, growth(node, end), by)
         return step, float(np.abs(error).max(initial=0.0)) / allowed
 
-    def _went_on(self, size: float, ratio: float, order: int, *, rejected: bool) -> None:
+    def _went_on(
+        self, size: float, ratio: float, order: int, *, rejected: bool
+    ) -> None:
         """Settle the next size by the error of an accepted step and how errors went lately."""
         ratio = max(ratio, 1e-10)
-        trend = min(1.0, (self.last_ratio / ratio) ** 0.1) if order == self.last_order else 1.0
-        self.next_size = size * min(fitting(ratio, order) * trend, 1.0 if rejected else LARGEST_GROWTH)
-        self.last_ratio, self.last_order, self.most = ratio, order, np.inf
+        trend = (
+            min(1.0, (self.last_ratio / ratio) ** 0.1)
+            if order == self.last_order
+            else 1.0
+        )
+        self.next_size = size * min(
+            fitting(ratio, order) * trend, 1.0 if rejected else LARGEST_GROWTH
+        )
+        self.last_ratio = ratio
+        self.last_order = order
+        self.most = np.inf
         self.known.age += 1
 
 
 WORST_ZIGZAG = 0.2
-"""Share of node-to-node alternation in the wear of one step that counts as a saw (a single jump has 0.03)."""
+"""Share of node-to-node alternation in the wear of one step that counts as a saw (a
+single jump has 0.03)."""
 UNDAMPED = 0.95
-"""Ratio of successive alternating changes of rate from which the swing does not die out."""
+"""Ratio of successive alternating changes of rate from which the swing does not die
+out."""
 SMALLEST_SWING = 0.02
 """Change of rate, relative to the rate, below which a swing is noise."""
 
@@ -274,13 +354,17 @@ def zigzag(profile: Array) -> float:
 
 def grows_saw(first: Array, second: Array, third: Array) -> bool:
     """Whether the node-to-node alternation of three successive rates rises twice and has become a saw."""
-    return zigzag(first) < zigzag(second) < zigzag(third) and zigzag(third) > WORST_ZIGZAG
+    return (
+        zigzag(first) < zigzag(second) < zigzag(third) and zigzag(third) > WORST_ZIGZAG
+    )
 
 
 def swings(first: Array, second: Array, third: Array) -> bool:
     """Whether three successive rates alternate without dying out."""
-    a, b = second - first, third - second
-    before, now = float(np.linalg.norm(a)), float(np.linalg.norm(b))
+    a = second - first
+    b = third - second
+    before = float(np.linalg.norm(a))
+    now = float(np.linalg.norm(b))
     heard = now >= SMALLEST_SWING * float(np.linalg.norm(third)) and before > 0.0
     return heard and float(a @ b) < -0.5 * before * now and now > UNDAMPED * before
 
@@ -292,7 +376,8 @@ class SawTooth(Exception):
 class Euler(NamedTuple):
     """Euler's method with the papers' update rule: the geometry is renewed when the wear anywhere reaches ε.
 
-    ``ΔN = ε / max r(h)`` (L16 Eq. 22). A saw-tooth is flagged and the run goes on, as published.
+    ``ΔN = ε / max r(h)`` (L16 Eq. 22). A saw-tooth is flagged and the run goes on, as
+    published.
 
     Parameters
     ----------
@@ -301,7 +386,9 @@ class Euler(NamedTuple):
 
     threshold: float
 
-    def start(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> "EulerStepper":
+    def start(
+        self, node: Node, rate: CountedRate, tolerance: float, scale: float
+    ) -> "EulerStepper":
         """Return the stepper at the first state."""
         if not self.threshold > 0.0:
             raise ValueError(f"wear threshold {self.threshold:g} m must be positive")
@@ -320,18 +407,30 @@ class Fixed(NamedTuple):
     size: float | None = None
     stability: float | None = None
 
-    def start(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> "EulerStepper":
+    def start(
+        self, node: Node, rate: CountedRate, tolerance: float, scale: float
+    ) -> "EulerStepper":
         """Return the stepper at the first state, its size resolved."""
-        size = self.size if self.stability is None else self.stability * stability_limit(node, rate, scale)
+        size = (
+            self.size
+            if self.stability is None
+            else self.stability * stability_limit(node, rate, scale)
+        )
         if size is None or not size > 0.0:
-            raise ValueError("a fixed step needs a positive size in cycles or a share of the stability limit")
+            raise ValueError(
+                "a fixed step needs a positive size in cycles or a share of the "
+                "stability limit"
+            )
         return EulerStepper(rate, size=size)
 
 
 def stability_limit(node: Node, rate: CountedRate, scale: float) -> float:
     """Return Euler's longest stable step ``2/ρ`` at a state, infinite where nothing relaxes [cycles]."""
-    memory, probe = rate.remember(), random_direction(node.rate)
-    seen = spectrum(rate, node.depth, probe, amplitude=1e-3 * scale, tolerance=1e-4, iterations=60)
+    memory = rate.remember()
+    probe = random_direction(node.rate)
+    seen = spectrum(
+        rate, node.depth, probe, amplitude=1e-3 * scale, tolerance=1e-4, iterations=60
+    )
     rate.recall(memory)
     return 2.0 / seen.radius if seen.radius > 0.0 else np.inf
 
@@ -346,7 +445,9 @@ class EulerStepper(Stepper):
     size : cycles of a step, of which a saw-tooth ends the run; None: by the threshold
     """
 
-    def __init__(self, rate: CountedRate, *, threshold: float = np.inf, size: float | None = None) -> None:
+    def __init__(
+        self, rate: CountedRate, *, threshold: float = np.inf, size: float | None = None
+    ) -> None:
         self.rate, self.threshold, self.size = rate, threshold, size
         self.last_rate: Array | None = None
 
@@ -358,7 +459,9 @@ class EulerStepper(Stepper):
         SawTooth
             When the step makes a saw-tooth and the method stops there.
         """
-        wanted = self.size or (self.threshold / node.fastest if node.fastest > 0.0 else np.inf)
+        wanted = self.size or (
+            self.threshold / node.fastest if node.fastest > 0.0 else np.inf
+        )
         self.trying = size = float(min(wanted, largest, self.most))
         depth = node.depth + size * node.rate
         end = Node(node.cycle + size, depth, self.rate(depth))
@@ -370,4 +473,6 @@ class EulerStepper(Stepper):
             raise SawTooth
         self.last_rate = node.rate
         error = 0.5 * size * (end.rate - node.rate)
-        return Step(node, end, (node.rate, node.rate), error, growth(node, end), EULER), None
+        return Step(
+            node, end, (node.rate, node.rate), error, growth(node, end), EULER
+        ), None

@@ -1,12 +1,13 @@
 """Checkpoints: a life can be put down after any accepted state, and taken up bit for bit.
 
-What is kept is all that the next step depends on: the accepted states and curves, the memory of the stepper,
-and that of the rate (its last orbits). A life that was taken up again makes the same steps, counts the same
-work and ends with the same numbers.
+What is kept is all that the next step depends on: the accepted states and curves, the
+memory of the stepper, and that of the rate (its last orbits). A life that was taken up
+again makes the same steps, counts the same work and ends with the same numbers.
 
-A checkpoint is one line of JSON and the bytes of its arrays. Reading it calls nothing that it names: records
-of `wearlab.life`, `wearlab.mesh` and `wearlab.dynamics` are filled field by field, and anything else that it
-asks for is refused. What cannot be read is as good as no checkpoint.
+A checkpoint is one line of JSON and the bytes of its arrays. Reading it calls nothing
+that it names: records of `wearlab.life`, `wearlab.mesh` and `wearlab.dynamics` are
+filled field by field, and anything else that it asks for is refused. What cannot be
+read is as good as no checkpoint.
 """
 
 import hashlib
@@ -22,7 +23,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 MODULE = re.compile(r"wearlab\.(life|mesh|dynamics)(\.[a-z_][a-z0-9_]*)*")
-"""Modules whose records a checkpoint may hold: numbers, and nothing that reads or writes."""
+"""Modules whose records a checkpoint may hold: numbers, and nothing that reads or
+writes."""
 NUMBER = re.compile(r"[<>|=](b1|[iu][1248]|f[248]|c8|c16|U[0-9]{1,4})")
 PLAIN = (type(None), bool, int, float, str)
 
@@ -41,7 +43,8 @@ class Reached(NamedTuple):
 
 
 Report = Callable[[Reached, Callable[[], bytes]], None]
-"""Called with every accepted state and what makes its checkpoint, which costs nothing until it is called."""
+"""Called with every accepted state and what makes its checkpoint, which costs nothing
+until it is called."""
 
 
 class CheckpointError(Exception):
@@ -55,8 +58,8 @@ def encoded(value: Any, shared: Sequence[Any] = ()) -> bytes:
 
     Parameters
     ----------
-    value : numbers, texts, lists, tuples, tables, arrays and records of wearlab, in any depth; an object that
-        occurs twice is written once
+    value : numbers, texts, lists, tuples, tables, arrays and records of wearlab, in any
+        depth; an object that occurs twice is written once
     shared : objects of this process of which only the number is written
 
     Raises
@@ -64,8 +67,11 @@ def encoded(value: Any, shared: Sequence[Any] = ()) -> bytes:
     CheckpointError : it holds anything else
     """
     ours = {id(each): number for number, each in enumerate(shared)}
-    values, arrays = list[list[Any]](), bytearray()
-    numbers = dict[int, tuple[int, Any]]()  # with the object: an id names it only as long as it lives
+    values = list[list[Any]]()
+    arrays = bytearray()
+    numbers = dict[
+        int, tuple[int, Any]
+    ]()  # with the object: an id names it only as long as it lives
 
     def reference(value: Any) -> Any:
         """Return a plain value itself, and of any other object its number in the list."""
@@ -83,15 +89,28 @@ def encoded(value: Any, shared: Sequence[Any] = ()) -> bytes:
         match value:
             case np.ndarray() | np.generic():
                 if not NUMBER.fullmatch(value.dtype.str):
-                    raise CheckpointError(f"arrays of {value.dtype} do not belong in a checkpoint")
-                order: Any = "F" if value.flags.f_contiguous and not value.flags.c_contiguous else "C"
-                kind, begin = "array" if isinstance(value, np.ndarray) else "number", len(arrays)
+                    raise CheckpointError(
+                        f"arrays of {value.dtype} do not belong in a checkpoint"
+                    )
+                order: Any = (
+                    "F"
+                    if value.flags.f_contiguous and not value.flags.c_contiguous
+                    else "C"
+                )
+                kind = "array" if isinstance(value, np.ndarray) else "number"
+                begin = len(arrays)
                 arrays.extend(value.tobytes(order))
                 return [kind, value.dtype.str, list(value.shape), order, begin]
             case slice():
                 return ["slice", value.start, value.stop, value.step]
             case dict():
-                return ["table", [[reference(_key(key)), reference(own)] for key, own in value.items()]]
+                return [
+                    "table",
+                    [
+                        [reference(_key(key)), reference(own)]
+                        for key, own in value.items()
+                    ],
+                ]
         record = type(value)
         if record in (tuple, list):
             return [record.__name__, [reference(each) for each in value]]
@@ -100,10 +119,18 @@ def encoded(value: Any, shared: Sequence[Any] = ()) -> bytes:
             raise CheckpointError(f"{named} does not belong in a checkpoint")
         names = _fields(record)
         names = list(vars(value)) if names is None else names
-        return ["record", named, {name: reference(getattr(value, name)) for name in names}]
+        return [
+            "record",
+            named,
+            {name: reference(getattr(value, name)) for name in names},
+        ]
 
     root = reference(value)
-    return json.dumps({"values": values, "root": root}, separators=(",", ":")).encode() + b"\n" + arrays
+    return (
+        json.dumps({"values": values, "root": root}, separators=(",", ":")).encode()
+        + b"\n"
+        + arrays
+    )
 
 
 def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:
@@ -128,10 +155,18 @@ def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:
                 return shared[_index(number)]
             case [("array" | "number") as kind, str(dtype), list(shape), order, offset]:
                 if not NUMBER.fullmatch(dtype) or order not in ("C", "F"):
-                    raise CheckpointError(f"arrays of {dtype[:20]!r} do not belong in a checkpoint")
+                    raise CheckpointError(
+                        f"arrays of {dtype[:20]!r} do not belong in a checkpoint"
+                    )
                 count = int(np.prod([_index(length) for length in shape], dtype=object))
-                flat = np.frombuffer(arrays, dtype, count, _index(offset)) if count else np.empty(0, dtype)
-                values = flat.reshape(shape, order=order).copy(order)  # of its own: it may be written to
+                flat = (
+                    np.frombuffer(arrays, dtype, count, _index(offset))
+                    if count
+                    else np.empty(0, dtype)
+                )
+                values = flat.reshape(shape, order=order).copy(
+                    order
+                )  # of its own: it may be written to
                 return values if kind == "array" else values[()]
             case ["slice", start, stop, step]:
                 return slice(start, stop, step)
@@ -140,7 +175,9 @@ def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:
             case [("tuple" | "list") as kind, list(items)]:
                 return (tuple if kind == "tuple" else list)(map(value, items))
             case ["record", str(named), dict(own)]:
-                return _filled(_record(named), {name: value(each) for name, each in own.items()})
+                return _filled(
+                    _record(named), {name: value(each) for name, each in own.items()}
+                )
         raise CheckpointError(f"{str(stored)[:60]!r} does not belong in a checkpoint")
 
     try:
@@ -148,7 +185,14 @@ def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:
         for stored in document["values"]:
             known.append(made(stored))
         return value(document["root"])
-    except (ValueError, TypeError, KeyError, IndexError, RecursionError, OverflowError) as error:
+    except (
+        ValueError,
+        TypeError,
+        KeyError,
+        IndexError,
+        RecursionError,
+        OverflowError,
+    ) as error:
         raise CheckpointError(f"no checkpoint of wearlab ({error})") from error
 
 
@@ -205,7 +249,8 @@ def _parts(image: bytes) -> dict[str, bytes]:
     kept: dict[str, bytes] = {}
     try:
         for key, length in json.loads(head).items():
-            kept[key], rest = rest[: _index(length)], rest[_index(length) :]
+            kept[key] = rest[: _index(length)]
+            rest = rest[_index(length) :]
     except (ValueError, AttributeError, RecursionError):
         return {}
     return kept
@@ -218,8 +263,10 @@ class Checkpoint(NamedTuple):
     ----------
     report : called with every accepted state
     lives : what is kept of every life of the run, by what it began with
-    key : hash of what this one began with: a run has several, and may find some of them done elsewhere
-    shared : objects that this process has of its own and that are told apart by identity
+    key : hash of what this one began with: a run has several, and may find some of them
+        done elsewhere
+    shared : objects that this process has of its own and that are told apart by
+        identity
     """
 
     report: Report
@@ -283,7 +330,8 @@ def checkpoint(begins: tuple[Any, ...], shared: tuple[Any, ...]) -> Checkpoint |
     begins : what the life is made of: first state, limits, method, tolerances
     shared : objects that its rate tells apart by identity
     """
-    run, hashed = _RUN.get(), hashlib.sha256()
+    run = _RUN.get()
+    hashed = hashlib.sha256()
     if run is None:
         return None
     for each in begins:

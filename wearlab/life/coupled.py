@@ -1,7 +1,7 @@
 """Flanks that wear together: their kinds of mesh, and what a life asks of whatever evaluates their wear.
 
-One wear state, wholly evaluated: the flanks of every kind of mesh, and the steady responses: one, or one for
-every angle at which slow errors are averaged.
+One wear state, wholly evaluated: the flanks of every kind of mesh, and the steady
+responses: one, or one for every angle at which slow errors are averaged.
 """
 
 import math
@@ -42,11 +42,13 @@ class Vibration(NamedTuple):
     sampling : where the integrator asks for the meshes
     period : duration of one mesh period [s]
     fluctuation : (hunting · n_steps, 3) factor on the fluctuating load [1], or None
-    hunting : mesh periods after which the same teeth meet, when the slow errors turn, and the torque repeats
+    hunting : mesh periods after which the same teeth meet, when the slow errors turn,
+        and the torque repeats
     revolving : whether the slow errors turn with their members
-    slow : (n_angles, n_mesh) once-per-revolution errors at equally weighted angles of the members, each held
-        over a mesh period [m]; None: nothing answers to them
-    nominal : (n,) speeds of the coordinates as the set turns on the whole [m/s], None where x alone moves
+    slow : (n_angles, n_mesh) once-per-revolution errors at equally weighted angles of
+        the members, each held over a mesh period [m]; None: nothing answers to them
+    nominal : (n,) speeds of the coordinates as the set turns on the whole [m/s], None
+        where x alone moves
     """
 
     system: system.System
@@ -62,12 +64,19 @@ class Vibration(NamedTuple):
 
     def solve(self, kinds: Sequence[MeshFlanks], start: Responses | None) -> Responses:
         """Return the steady responses of one wear state, each from its own of a neighbouring state."""
-        tables, responses = self.tables(kinds), list[Response]()
+        tables = self.tables(kinds)
+        responses = list[Response]()
         for angle, slow in enumerate([None] if self.slow is None else self.slow):
-            near = start[angle] if start is not None else (responses[-1] if responses else None)
+            near = (
+                start[angle]
+                if start is not None
+                else (responses[-1] if responses else None)
+            )
             own = tables if slow is None else tables._replace(error=tables.error + slow)
             found = self.method.solve(self.system, own, self.period, near)
-            if self.hunting == 1:  # of hunting teeth, the tables alone hold the slow errors
+            if (
+                self.hunting == 1
+            ):  # of hunting teeth, the tables alone hold the slow errors
                 found = replace(found, between=Between(kinds, self.sampling, slow))
             responses.append(found)
         return tuple(responses)
@@ -77,42 +86,65 @@ class Vibration(NamedTuple):
         tables = stage_tables(kinds, self.sampling, self.fluctuation)
         if self.hunting == 1:
             return tables
-        return over_hunting_period(tables, self.sampling, self.hunting, revolving=self.revolving)
+        return over_hunting_period(
+            tables, self.sampling, self.hunting, revolving=self.revolving
+        )
 
     def look(self, phase: Array) -> clock.Instants:
         """Return phases of the clock (n,) as instants."""
         return clock.instants(self.sampling.edges, phase)
 
-    def motions(self, response: Response, when: clock.Instants, meshes: slice = slice(None)) -> Deflections:
+    def motions(
+        self, response: Response, when: clock.Instants, meshes: slice = slice(None)
+    ) -> Deflections:
         """Return deflections of some meshes and their rates, (n_periods, n_mesh, n_instants) [m], [m/s]."""
-        return Deflections(*self.read(partial(deflection_at, meshes=meshes), response, when))
+        return Deflections(
+            *self.read(partial(deflection_at, meshes=meshes), response, when)
+        )
 
-    def coordinates(self, response: Response, when: clock.Instants) -> tuple[Array, Array]:
+    def coordinates(
+        self, response: Response, when: clock.Instants
+    ) -> tuple[Array, Array]:
         """Return q and q̇, (n_periods, n, n_instants) [m], [m/s]."""
         position, velocity = self.read(coordinates_at, response, when)
         return position, velocity
 
-    def read(self, of: Callable[..., Any], response: Response, when: clock.Instants) -> Array:
+    def read(
+        self, of: Callable[..., Any], response: Response, when: clock.Instants
+    ) -> Array:
         """Return what ``of(response, grid, phase, segment)`` tells, (…, n_periods, k, n_instants)."""
-        grid, turns = self.sampling.grid, np.repeat(np.arange(self.hunting), len(when.phase))
-        phase, segment = np.tile(when.phase, self.hunting) + turns, np.tile(when.segment, self.hunting)
+        grid = self.sampling.grid
+        turns = np.repeat(np.arange(self.hunting), len(when.phase))
+        phase = np.tile(when.phase, self.hunting) + turns
+        segment = np.tile(when.segment, self.hunting)
         segment += (int(grid.segment[-1]) + 1) * turns
-        told = np.asarray(of(response, hunting_grid(grid, self.hunting), phase, segment))
+        told = np.asarray(
+            of(response, hunting_grid(grid, self.hunting), phase, segment)
+        )
         *before, kept, rows, _ = told.shape
-        by_period = told.reshape(*before, kept, rows, self.hunting, len(when.phase)).swapaxes(-2, -3)
-        return np.ascontiguousarray(by_period).reshape(*before, -1, rows, len(when.phase))
+        by_period = told.reshape(
+            *before, kept, rows, self.hunting, len(when.phase)
+        ).swapaxes(-2, -3)
+        return np.ascontiguousarray(by_period).reshape(
+            *before, -1, rows, len(when.phase)
+        )
 
 
 def hunting_grid(grid: stages.StageGrid, periods: int) -> stages.StageGrid:
     """Return the steps of ``periods`` mesh periods one after another, phases running on."""
     turns = np.repeat(np.arange(periods), len(grid.start))
-    start, segment = np.tile(grid.start, periods) + turns, np.tile(grid.segment, periods)
+    start = np.tile(grid.start, periods) + turns
+    segment = np.tile(grid.segment, periods)
     segment += (int(grid.segment[-1]) + 1) * turns
     return stages.StageGrid(start, np.tile(grid.width, periods), segment)
 
 
 def over_hunting_period(
-    tables: stages.StageTables, sampling: clock.Sampling, periods: int, *, revolving: bool
+    tables: stages.StageTables,
+    sampling: clock.Sampling,
+    periods: int,
+    *,
+    revolving: bool,
 ) -> stages.StageTables:
     """Repeat the tables of one mesh period but the torque's, and add the slow errors where they turn."""
     repeated = {
@@ -122,8 +154,11 @@ def over_hunting_period(
     }
     if not revolving:
         return tables._replace(**repeated)
-    phase, errors = hunting_grid(sampling.grid, periods).phase, [mesh.error for mesh in sampling.meshes]
-    repeated["error"] = repeated["error"] + np.stack([own.slow.value(phase) for own in errors], axis=-1)
+    phase = hunting_grid(sampling.grid, periods).phase
+    errors = [mesh.error for mesh in sampling.meshes]
+    repeated["error"] = repeated["error"] + np.stack(
+        [own.slow.value(phase) for own in errors], axis=-1
+    )
     rates = np.stack([own.slow.rate(phase) for own in errors], axis=-1)
     repeated["error_rate"] = repeated["error_rate"] + rates
     return tables._replace(**repeated)
@@ -132,7 +167,8 @@ def over_hunting_period(
 class KindState(NamedTuple):
     """One kind of mesh in a wear state.
 
-    Rows are mesh periods of every mesh of the kind at every error angle; their weights sum to 1.
+    Rows are mesh periods of every mesh of the kind at every error angle; their weights
+    sum to 1.
 
     Parameters
     ----------
@@ -140,8 +176,10 @@ class KindState(NamedTuple):
     flanks : compliance and gaps at the nodes, and the series that the dynamics received
     static : sharing of the static load at the phase nodes
     weight : (n_rows,) of each row [1]
-    drive : (n_rows, n_phase_nodes) normal force of the drive flanks at the phase nodes [N]
-    tooth_force : (n_rows, n), one row for loads that know no rows: force on a pair at the node [N]
+    drive : (n_rows, n_phase_nodes) normal force of the drive flanks at the phase nodes
+        [N]
+    tooth_force : (n_rows, n), one row for loads that know no rows: force on a pair at
+        the node [N]
     rate : (2, n) wear depth per cycle, None without a wear law [m]
     """
 
@@ -157,7 +195,9 @@ class KindState(NamedTuple):
     def mean_tooth_force(self) -> Array:
         """Force on a pair at the node, averaged over the rows, (n,) [N]."""
         single = len(self.tooth_force) == 1
-        return np.asarray(self.tooth_force[0] if single else self.weight @ self.tooth_force)
+        return np.asarray(
+            self.tooth_force[0] if single else self.weight @ self.tooth_force
+        )
 
 
 class WearState(NamedTuple):
@@ -167,8 +207,10 @@ class WearState(NamedTuple):
     ----------
     kind : the flanks of every kind of mesh
     responses : the steady responses, none without dynamics
-    noise : standard error of the rate of aperiodic responses, largest over the nodes; else 0 [m]
-    block : the state in every block of a duty, none without; then this is the first with the mixed rate
+    noise : standard error of the rate of aperiodic responses, largest over the nodes;
+        else 0 [m]
+    block : the state in every block of a duty, none without; then this is the first
+        with the mixed rate
     """
 
     kind: tuple[KindState, ...]
@@ -332,7 +374,11 @@ class OneCondition(Coupled):
 
     def resting(self) -> Self | None:
         """Return what wears under the static load alone, None where it does so already."""
-        return replace(self, vibration=None, load=loads.StaticLoad()) if self.load.moving else None
+        return (
+            replace(self, vibration=None, load=loads.StaticLoad())
+            if self.load.moving
+            else None
+        )
 
     def _respond(self, flanks: Sequence[Any], start: Responses | None) -> Responses:
         """Return the steady responses, none without dynamics."""

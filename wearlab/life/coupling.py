@@ -1,7 +1,7 @@
 """One wear state evaluated: contact analysis → steady responses → tooth forces → wear rate.
 
-Of flanks with a width: line loads → wear rate at every slice and node. Several operating conditions in turn:
-one wear rate, mixed per cycle.
+Of flanks with a width: line loads → wear rate at every slice and node. Several
+operating conditions in turn: one wear rate, mixed per cycle.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,7 +15,15 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.orbits.response import Response, dashpot_of
 from wearlab.life import coupled, limits, loads
-from wearlab.life.coupled import Coupled, KindState, MeshKind, OneCondition, Responses, Wear, WearState
+from wearlab.life.coupled import (
+    Coupled,
+    KindState,
+    MeshKind,
+    OneCondition,
+    Responses,
+    Wear,
+    WearState,
+)
 from wearlab.mesh import clock, excitation, stiffness
 from wearlab.mesh.face.contact import FaceContact, FaceFlanks, LineLoads, face_flanks
 from wearlab.mesh.force import Deflections, flank_forces, normal_forces
@@ -23,9 +31,11 @@ from wearlab.wear.law import PreparedLaw, wear_rate
 from wearlab.wear.patch import Patch
 
 BLOCK = 20
-"""Mesh periods of an aperiodic response that are averaged before their scatter counts as independent."""
+"""Mesh periods of an aperiodic response that are averaged before their scatter counts
+as independent."""
 LEAST_BLOCKS = 3
-"""Blocks into which fewer periods than so many blocks take are cut, shorter ones then."""
+"""Blocks into which fewer periods than so many blocks take are cut, shorter ones
+then."""
 
 
 @dataclass(frozen=True)
@@ -46,23 +56,34 @@ class Coupling(OneCondition):
         Raises
         ------
         StopWear
-            When the teeth can no longer bear, for their section vanishes, or their motion knows no bound.
+            When the teeth can no longer bear, for their section vanishes, or their
+            motion knows no bound.
         """
         with self.account.timed("contact"):
             worn = self.flanks(wear, near)
-            static = [flanks.analysis.quasistatic(flanks.nodes, flanks.analysis.at_nodes) for flanks in worn]
+            static = [
+                flanks.analysis.quasistatic(flanks.nodes, flanks.analysis.at_nodes)
+                for flanks in worn
+            ]
         self.account.counts["contact_analyses"] += 1
         with self.account.timed("dynamics"):
             responses = self._respond(worn, start)
             forces = [
-                self._forces(kind, flanks, responses) if responses else loads.still(flanks, state)
+                self._forces(kind, flanks, responses)
+                if responses
+                else loads.still(flanks, state)
                 for kind, flanks, state in zip(self.kinds, worn, static, strict=True)
             ]
-        states, noises = [], [0.0]
+        states = []
+        noises = [0.0]
         with self.account.timed("wear"):
-            for depth, flanks, state, kind, force in zip(wear, worn, static, self.kinds, forces, strict=True):
+            for depth, flanks, state, kind, force in zip(
+                wear, worn, static, self.kinds, forces, strict=True
+            ):
                 tooth_force = self.load.at_nodes(flanks, state, force)
-                own = KindState(depth, flanks, state, force.weight, force.drive, tooth_force, None)
+                own = KindState(
+                    depth, flanks, state, force.weight, force.drive, tooth_force, None
+                )
                 if kind.law is not None:
                     rate = averaged_rate(kind.law, own.weight, tooth_force, depth)
                     if kind.patch is not None:
@@ -78,9 +99,15 @@ class Coupling(OneCondition):
     def shared(self) -> tuple[Any, ...]:
         """The moving system, its stages, and the contact analyses."""
         moves = self.vibration
-        return () if moves is None else (moves.system, moves.sampling, *(k.analysis for k in self.kinds))
+        return (
+            ()
+            if moves is None
+            else (moves.system, moves.sampling, *(k.analysis for k in self.kinds))
+        )
 
-    def flanks(self, wear: Wear, near: WearState | None = None) -> list[excitation.MeshFlanks]:
+    def flanks(
+        self, wear: Wear, near: WearState | None = None
+    ) -> list[excitation.MeshFlanks]:
         """Return the flanks of every kind of mesh, worn (2, n) each [m], from the contact of another state.
 
         Raises
@@ -88,24 +115,41 @@ class Coupling(OneCondition):
         StopWear
             When a section of a tooth vanishes.
         """
-        known = [None] * len(self.kinds) if near is None else [kind.static for kind in near.kind]
-        moves, worn = self.vibration, []
+        known = (
+            [None] * len(self.kinds)
+            if near is None
+            else [kind.static for kind in near.kind]
+        )
+        moves = self.vibration
+        worn = []
         for kind, depth, static in zip(self.kinds, wear, known, strict=True):
             try:
-                nodes = kind.analysis.nodes(depth if kind.patch is None else kind.patch.felt(depth), static)
+                nodes = kind.analysis.nodes(
+                    depth if kind.patch is None else kind.patch.felt(depth), static
+                )
             except stiffness.SectionVanished as error:
                 raise limits.StopWear(str(error)) from error
-            series = None if moves is None else moves.excitation.prepare(kind.analysis, nodes)
+            series = (
+                None
+                if moves is None
+                else moves.excitation.prepare(kind.analysis, nodes)
+            )
             worn.append(excitation.MeshFlanks(kind.analysis, nodes, series))
         return worn
 
-    def _rate_of(self, law: PreparedLaw, own: KindState, force: loads.Forces, rows: Index) -> Array:
+    def _rate_of(
+        self, law: PreparedLaw, own: KindState, force: loads.Forces, rows: Index
+    ) -> Array:
         """Return the wear rate of some of the rows by themselves, (2, n) [m per cycle]."""
         weight = force.weight[rows] / force.weight[rows].sum()
         some = loads.Forces(weight, force.drive[rows], force.pair[rows])
-        return averaged_rate(law, weight, self.load.at_nodes(own.flanks, own.static, some), own.wear)
+        return averaged_rate(
+            law, weight, self.load.at_nodes(own.flanks, own.static, some), own.wear
+        )
 
-    def _forces(self, kind: MeshKind, flanks: excitation.MeshFlanks, responses: Responses) -> loads.Forces:
+    def _forces(
+        self, kind: MeshKind, flanks: excitation.MeshFlanks, responses: Responses
+    ) -> loads.Forces:
         """Return mesh and pair forces at the phase nodes, of every mesh of a kind at every error angle."""
         vibration = self.vibration
         assert vibration is not None
@@ -118,14 +162,24 @@ class Coupling(OneCondition):
         periods = [len(motion.rate) for motion in each[:: len(kind.meshes)]]
         rows = np.multiply(periods, len(kind.meshes))
         weight = np.repeat(1.0 / (len(responses) * rows), rows)
-        motion = Deflections(*(np.concatenate(values).ravel() for values in zip(*each, strict=True)))
+        motion = Deflections(
+            *(np.concatenate(values).ravel() for values in zip(*each, strict=True))
+        )
         dashpot = dashpot_of(vibration.system, int(kind.meshes[0]))
-        acting = flank_forces(flanks, clock.joined([where] * len(weight)), motion, dashpot, vibration.period)
+        acting = flank_forces(
+            flanks,
+            clock.joined([where] * len(weight)),
+            motion,
+            dashpot,
+            vibration.period,
+        )
         pair = acting.pair_normal.reshape(len(weight), len(where.phase), -1)
         return loads.Forces(weight, pair.sum(axis=-1), pair, tuple(periods))
 
 
-def averaged_rate(law: PreparedLaw, weight: Array, tooth_force: Array, depth: Array) -> Array:
+def averaged_rate(
+    law: PreparedLaw, weight: Array, tooth_force: Array, depth: Array
+) -> Array:
     """Return the wear per cycle averaged over rows of tooth forces, (2, n) [m per cycle].
 
     Parameters
@@ -139,16 +193,22 @@ def averaged_rate(law: PreparedLaw, weight: Array, tooth_force: Array, depth: Ar
         return wear_rate(law, tooth_force[0], depth)
     if law.linear:
         return wear_rate(law, weight @ tooth_force, depth)
-    return np.einsum("r,rfn->fn", weight, np.stack([wear_rate(law, force, depth) for force in tooth_force]))
+    return np.einsum(
+        "r,rfn->fn",
+        weight,
+        np.stack([wear_rate(law, force, depth) for force in tooth_force]),
+    )
 
 
-def scatter(rate_of: Callable[[Index], Array], meshes: int, periods: Sequence[int]) -> float:
+def scatter(
+    rate_of: Callable[[Index], Array], meshes: int, periods: Sequence[int]
+) -> float:
     """Return the standard error of the averaged rate, largest over the nodes, from blocks of mesh periods.
 
     Parameters
     ----------
-    rate_of : the rate (2, n) that some of the rows make by themselves [m per cycle]; rows are those of every
-        response in turn, of its meshes, of their mesh periods
+    rate_of : the rate (2, n) that some of the rows make by themselves [m per cycle];
+        rows are those of every response in turn, of its meshes, of their mesh periods
     meshes : meshes of the kind
     periods : mesh periods of each response
     """
@@ -158,8 +218,12 @@ def scatter(rate_of: Callable[[Index], Array], meshes: int, periods: Sequence[in
         blocks = count // length
         if blocks >= LEAST_BLOCKS:
             row = first + count * np.arange(meshes)[:, None] + np.arange(length)
-            means = np.stack([rate_of((row + length * block).ravel()) for block in range(blocks)])
-            largest = max(largest, float(means.std(axis=0, ddof=1).max() / np.sqrt(blocks)))
+            means = np.stack(
+                [rate_of((row + length * block).ravel()) for block in range(blocks)]
+            )
+            largest = max(
+                largest, float(means.std(axis=0, ddof=1).max() / np.sqrt(blocks))
+            )
         first += meshes * count
     return largest
 
@@ -190,7 +254,8 @@ class FaceKind(NamedTuple):
     ----------
     contact : of the worn flanks
     law : the wear law at all nodes of the face, slice after slice; None: no wear
-    patch : over which width along the profile wear is spread and felt, slice after slice; None: at points
+    patch : over which width along the profile wear is spread and felt, slice after
+        slice; None: at points
     lags : γ of each mesh of this kind, by its number in the set [1]
     """
 
@@ -207,10 +272,15 @@ class FaceKind(NamedTuple):
 
 @dataclass(frozen=True)
 class FaceCoupling(OneCondition):
-    """Contact and wear of a gear set whose flanks have a width, joined; each with loads to start from."""
+    """Contact and wear of a gear set whose flanks have a width, joined.
+
+    Each with loads to start from.
+    """
 
     kinds: tuple[FaceKind, ...]  # type: ignore[assignment]
-    _last: list[LineLoads] = field(default_factory=list, init=False, repr=False, compare=False)
+    _last: list[LineLoads] = field(
+        default_factory=list, init=False, repr=False, compare=False
+    )
 
     def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
         """Evaluate one wear state.
@@ -229,13 +299,17 @@ class FaceCoupling(OneCondition):
             found = self._in_contact(wear)
         with self.account.timed("dynamics"):
             responses = self._respond([state.flanks for state in found], start)
-            for number, kind in enumerate(self.kinds if responses and self.load.moving else ()):
+            for number, kind in enumerate(
+                self.kinds if responses and self.load.moving else ()
+            ):
                 moving = self._moving_load(kind, found[number], responses[0])
                 found[number] = found[number]._replace(line_load=moving)
         with self.account.timed("wear"):
             for number, kind in enumerate(self.kinds):
                 if kind.law is not None:
-                    found[number] = found[number]._replace(rate=face_rate(kind, kind.law, found[number]))
+                    found[number] = found[number]._replace(
+                        rate=face_rate(kind, kind.law, found[number])
+                    )
         return WearState(cast("tuple[KindState, ...]", tuple(found)), responses, 0.0)
 
     def flanks(self, wear: Wear) -> list[FaceFlanks | None]:
@@ -247,34 +321,45 @@ class FaceCoupling(OneCondition):
         near: Sequence[LineLoads | None] = self._last or [None] * len(self.kinds)
         found: list[FaceState] = []
         for kind, depth, last in zip(self.kinds, wear, near, strict=True):
-            own, contact = felt(kind.patch, depth), kind.contact
+            own = felt(kind.patch, depth)
+            contact = kind.contact
             try:
                 loads = contact.solve(own, last)
             except stiffness.SectionVanished as error:
                 raise limits.StopWear(str(error)) from error
-            flanks = None if self.vibration is None else face_flanks(contact, own, loads)
-            found.append(FaceState(depth, loads, contact.grid.at_nodes(loads.load), None, flanks))
+            flanks = (
+                None if self.vibration is None else face_flanks(contact, own, loads)
+            )
+            found.append(
+                FaceState(depth, loads, contact.grid.at_nodes(loads.load), None, flanks)
+            )
         self._last[:] = [state.loads for state in found]
         self.account.counts["contact_analyses"] += 1
         return found
 
-    def _moving_load(self, kind: FaceKind, state: FaceState, response: Response) -> Array:
+    def _moving_load(
+        self, kind: FaceKind, state: FaceState, response: Response
+    ) -> Array:
         """Return the load per width when a node is in contact, (n_face, n) [N/m].
 
-        Of every mesh of the kind and every mesh period in the mean; the force of the moment is spread over
-        the face as a static one of its size.
+        Of every mesh of the kind and every mesh period in the mean; the force of the
+        moment is spread over the face as a static one of its size.
         """
-        vibration, grid = self.vibration, kind.contact.grid
+        vibration = self.vibration
+        grid = kind.contact.grid
         assert vibration is not None and state.flanks is not None
         worn = felt(kind.patch, state.wear)
         springs = state.flanks.springs(grid.inside % 1.0).per(vibration.period)
-        mean, rows = np.zeros(grid.shape), 0
+        mean = np.zeros(grid.shape)
+        rows = 0
         for mesh, lag in kind.lags.items():
             dashpot = dashpot_of(vibration.system, mesh)
             when = vibration.look((grid.inside + lag) % 1.0)
             motion = vibration.motions(response, when, slice(mesh, mesh + 1))
             for row in zip(motion.deflection[:, 0], motion.rate[:, 0], strict=True):
-                drive = normal_forces(springs, Deflections(*row), dashpot).pair_normal.sum(axis=-1)
+                drive = normal_forces(
+                    springs, Deflections(*row), dashpot
+                ).pair_normal.sum(axis=-1)
                 mean += grid.at_nodes(kind.contact.solve(worn, state.loads, drive).load)
                 rows += 1
         return np.asarray(mean / rows)
@@ -288,12 +373,20 @@ class FaceCoupling(OneCondition):
     def shared(self) -> tuple[Any, ...]:
         """The moving system, its stages, and the contact."""
         moves = self.vibration
-        return () if moves is None else (moves.system, moves.sampling, *(kind.contact for kind in self.kinds))
+        return (
+            ()
+            if moves is None
+            else (moves.system, moves.sampling, *(kind.contact for kind in self.kinds))
+        )
 
 
 def felt(patch: Patch | None, depth: Array) -> Array:
     """Return the wear that the mesh feels, every slice along its profile, (2, n_face, n) [m]."""
-    return depth if patch is None else patch.felt(depth.reshape(2, -1)).reshape(depth.shape)
+    return (
+        depth
+        if patch is None
+        else patch.felt(depth.reshape(2, -1)).reshape(depth.shape)
+    )
 
 
 def face_rate(kind: FaceKind, law: PreparedLaw, state: FaceState) -> Array:
@@ -305,7 +398,8 @@ def face_rate(kind: FaceKind, law: PreparedLaw, state: FaceState) -> Array:
     law : its wear law
     state : its wear and its line loads
     """
-    depth, force = state.wear.reshape(2, -1), state.line_load.ravel() * law.path.face_width
+    depth = state.wear.reshape(2, -1)
+    force = state.line_load.ravel() * law.path.face_width
     pointwise = wear_rate(law, force, depth)
     rate = pointwise if kind.patch is None else kind.patch.rate(pointwise, depth, force)
     return rate.reshape(state.wear.shape)
@@ -315,8 +409,8 @@ def face_rate(kind: FaceKind, law: PreparedLaw, state: FaceState) -> Array:
 class DutyCoupling(Coupled):
     """Contact, dynamics and wear of one gear set in several operating conditions that take turns.
 
-    The same flanks go through every block often enough for all of them to see the same wear, so that
-    ``dh/dN = Σ w_b r_b(h)``.
+    The same flanks go through every block often enough for all of them to see the same
+    wear, so that ``dh/dN = Σ w_b r_b(h)``.
 
     Parameters
     ----------
@@ -342,7 +436,10 @@ class DutyCoupling(Coupled):
             The first block's with the mixed rate; ``block`` holds them all.
         """
         starts = self.apart(start) if start else [None] * len(self.blocks)
-        states = tuple(block.evaluate(wear, near) for block, near in zip(self.blocks, starts, strict=True))
+        states = tuple(
+            block.evaluate(wear, near)
+            for block, near in zip(self.blocks, starts, strict=True)
+        )
         return mixed(states, self.weight)
 
     @property
@@ -362,13 +459,22 @@ class DutyCoupling(Coupled):
     def resting(self) -> "DutyCoupling | None":
         """Return what wears under the static loads alone, None where it does so already."""
         resting = tuple(block.resting() or block for block in self.blocks)
-        return replace(self, blocks=resting) if any(block.load.moving for block in self.blocks) else None
+        return (
+            replace(self, blocks=resting)
+            if any(block.load.moving for block in self.blocks)
+            else None
+        )
 
     def apart(self, responses: Responses) -> list[Responses]:
         """Return the responses of each block."""
         left = iter(responses)
-        slow = [None if block.vibration is None else block.vibration.slow for block in self.blocks]
-        return [tuple(islice(left, 1 if angles is None else len(angles))) for angles in slow]
+        slow = [
+            None if block.vibration is None else block.vibration.slow
+            for block in self.blocks
+        ]
+        return [
+            tuple(islice(left, 1 if angles is None else len(angles))) for angles in slow
+        ]
 
 
 def mixed(states: tuple[WearState, ...], weight: Array) -> WearState:
@@ -376,14 +482,27 @@ def mixed(states: tuple[WearState, ...], weight: Array) -> WearState:
     first = states[0]
     kinds = first.kind
     if first.wears:
-        rates = [mixture(weight, [state.rate[k] for state in states]) for k in range(len(kinds))]
-        kinds = tuple(kind._replace(rate=rate) for kind, rate in zip(kinds, rates, strict=True))
-    noise = float(np.hypot.reduce([w * state.noise for w, state in zip(weight, states, strict=True)]))
-    return WearState(kinds, tuple(r for state in states for r in state.responses), noise, states)
+        rates = [
+            mixture(weight, [state.rate[k] for state in states])
+            for k in range(len(kinds))
+        ]
+        kinds = tuple(
+            kind._replace(rate=rate) for kind, rate in zip(kinds, rates, strict=True)
+        )
+    noise = float(
+        np.hypot.reduce(
+            [w * state.noise for w, state in zip(weight, states, strict=True)]
+        )
+    )
+    return WearState(
+        kinds, tuple(r for state in states for r in state.responses), noise, states
+    )
 
 
 def mixture(weight: Array, values: Sequence[Array]) -> Array:
     """Return ``Σ w_b v_b`` of values ≥ 0, exactly their own value where all are equal."""
     first = values[0]
-    apart = sum(w * (value - first) for w, value in zip(weight[1:], values[1:], strict=True))
+    apart = sum(
+        w * (value - first) for w, value in zip(weight[1:], values[1:], strict=True)
+    )
     return np.maximum(0.0, first + apart)

@@ -25,8 +25,10 @@ class History(NamedTuple):
     state : the states
     life : the integration that led through them, None when nothing wears on
     sampled : accepted states, on which estimates of errors rest; None: on some of these
-    stages : what a life of several conditions in order was joined from, each from its own first state
-    seconds : (m,) operating time of the states [s], NaN where nothing turns; None: not asked for
+    stages : what a life of several conditions in order was joined from, each from its
+        own first state
+    seconds : (m,) operating time of the states [s], NaN where nothing turns; None: not
+        asked for
     """
 
     cycle: Array
@@ -45,7 +47,10 @@ class History(NamedTuple):
         return History(self.cycle[chosen], tuple(self.state[k] for k in chosen))
 
     def kept(self, stage: int) -> "History":
-        """Return the kept states of one stage; a later one begins with the last of the one before."""
+        """Return the kept states of one stage.
+
+        A later one begins with the last of the one before.
+        """
         own = self.stages[stage]
         return own._replace(cycle=own.cycle[1:], state=own.state[1:]) if stage else own
 
@@ -59,15 +64,21 @@ class History(NamedTuple):
 def spread_over(count: int, most: int = MOST_SAMPLES) -> list[int]:
     """Return which of so many states are sampled: the first, the last, some between, fewer of few.
 
-    Where another number is given than that of the samples of estimates, so many of them.
+    Where another number is given than that of the samples of estimates, so many of
+    them.
     """
-    sampled = min(count, 2 + count // 3, MOST_SAMPLES) if most == MOST_SAMPLES else min(count, most)
+    sampled = (
+        min(count, 2 + count // 3, MOST_SAMPLES)
+        if most == MOST_SAMPLES
+        else min(count, most)
+    )
     return sorted({round(at) for at in np.linspace(0, count - 1, sampled)})
 
 
 def halving(count: int) -> list[int]:
     """Return the numbers below a count, first the middle one, then those in the middle of what is between."""
-    order, spans = [], [(0, count)]
+    order = []
+    spans = [(0, count)]
     for low, high in spans:  # grows as it is gone through
         if low < high:
             middle = (low + high) // 2
@@ -96,7 +107,8 @@ class SetRate:
         state = self.evaluate(depth)
         if not state.wears:
             raise ValueError("a scene without a wear law has no wear rate")
-        self.responses, self.noise = state.responses or self.responses, state.noise
+        self.responses = state.responses or self.responses
+        self.noise = state.noise
         return self.coupling.flat(state.rate)
 
     def evaluate(self, depth: Array) -> coupled.WearState:
@@ -132,25 +144,33 @@ class SetRate:
 
 
 def history(
-    coupling: coupled.Coupled, wear: coupled.Wear, integration: Callable[..., integrate.Life], *,
-    snapshots: limits.Snapshots, kept_work: float = np.inf, most_kept: int | None = None,
-) -> History:  # fmt: skip
+    coupling: coupled.Coupled,
+    wear: coupled.Wear,
+    integration: Callable[..., integrate.Life],
+    *,
+    snapshots: limits.Snapshots,
+    kept_work: float = np.inf,
+    most_kept: int | None = None,
+) -> History:
     """Integrate the wear of a gear set to its limit and evaluate every kept state.
 
     Parameters
     ----------
     coupling : contact, dynamics and wear of the gear set
     wear : wear depth of every kind of mesh at cycle 0 [m]
-    integration : :func:`wearlab.life.integrate.integrate` of all but rate, wear, snapshots and progress
+    integration : :func:`wearlab.life.integrate.integrate` of all but rate, wear,
+        snapshots and progress
     snapshots : states wanted on the way
-    kept_work : work on states that nobody asked for, beyond which no more of them are kept
+    kept_work : work on states that nobody asked for, beyond which no more of them are
+        kept
     most_kept : of these states, None: as many as there are
 
     Notes
     -----
-    A kept state starts from the orbit at the last accepted state before it, so that asking for further
-    snapshots changes none of the others. Without snapshots all accepted states are kept; where their motions
-    repeat in no period and take long to follow, those that spread best over the life.
+    A kept state starts from the orbit at the last accepted state before it, so that
+    asking for further snapshots changes none of the others. Without snapshots all
+    accepted states are kept; where their motions repeat in no period and take long to
+    follow, those that spread best over the life.
     """
     rate = SetRate(coupling)
     rate.responses = coupling.evaluate(wear).responses
@@ -159,7 +179,9 @@ def history(
     def accepted(node: step.Node) -> None:
         anchors.append((node.cycle, rate.responses))
 
-    life = integration(rate, coupling.flat(wear), snapshots=snapshots, progress=accepted)
+    life = integration(
+        rate, coupling.flat(wear), snapshots=snapshots, progress=accepted
+    )
     wanted = list(zip(*life.updates(only_snapshots=snapshots.asked), strict=True))
     if most_kept is not None and not snapshots.asked:
         wanted = [wanted[k] for k in spread_over(len(wanted), most_kept)]
@@ -171,11 +193,17 @@ def history(
             if cycle not in states and coupling.work < most:
                 before = [orbits for reached, orbits in anchors if reached < cycle][-1]
                 states[cycle] = None
-                with suppress(limits.StopWear):  # the gears cannot run in the state that ended the life
+                with suppress(
+                    limits.StopWear
+                ):  # the gears cannot run in the state that ended the life
                     states[cycle] = coupling.evaluate(coupling.split(depth), before)
 
     def known(some: Iterable[tuple[float, Array]]) -> History:
-        can_run = {cycle: state for cycle, _ in some if (state := states.get(cycle)) is not None}
+        can_run = {
+            cycle: state
+            for cycle, _ in some
+            if (state := states.get(cycle)) is not None
+        }
         return History(np.array(list(can_run)), tuple(can_run.values()))
 
     keep(wanted if snapshots.asked else (wanted[0], wanted[-1]), np.inf)
@@ -185,12 +213,16 @@ def history(
 
 
 def worn(
-    rate: limits.Rate, initial: ArrayLike, flanks: Mapping[str, tuple[slice, float]], **bounds: Any
+    rate: limits.Rate,
+    initial: ArrayLike,
+    flanks: Mapping[str, tuple[slice, float]],
+    **bounds: Any,
 ) -> Array:
     """Return the depths after wear by the law until each named flank is as deep as asked, (n,) [m].
 
-    All flanks run and wear together until the named one has its depth; then only the named flank keeps its
-    wear (its mate is taken as new). Several named flanks are worn one run each, all from ``initial``.
+    All flanks run and wear together until the named one has its depth; then only the
+    named flank keeps its wear (its mate is taken as new). Several named flanks are worn
+    one run each, all from ``initial``.
 
     Parameters
     ----------
@@ -209,8 +241,13 @@ def worn(
     for name, (flank, depth) in flanks.items():
         if depth == 0.0:
             continue
-        life = integrate.integrate(rate, h0, limits=limits.Limits(depth=depth, flank=flank), **bounds)
+        life = integrate.integrate(
+            rate, h0, limits=limits.Limits(depth=depth, flank=flank), **bounds
+        )
         if not life.worn_out:
-            raise ValueError(f"flank {name!r} cannot be worn to {depth:.3g} m by this law: {life.end_reason}")
+            raise ValueError(
+                f"flank {name!r} cannot be worn to {depth:.3g} m by this law: "
+                f"{life.end_reason}"
+            )
         h[flank] = life.depth[-1][flank]
     return h

@@ -1,6 +1,7 @@
 """Wear over cycles: from the first state to a limit, with snapshots on the way.
 
-``dh/dN = r(h)``: every rate is a contact analysis, a steady response and a wear law (PHYSICS §8).
+``dh/dN = r(h)``: every rate is a contact analysis, a steady response and a wear law
+(PHYSICS §8).
 
 A life as it was found: accepted states, snapshots, how it ended, and its error so far.
 """
@@ -16,25 +17,35 @@ from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
 from wearlab.life import adaptive, checkpoint
-from wearlab.life.limits import WORN_OUT, CountedRate, Limits, OutOfEvaluations, Snapshots, StopWear
+from wearlab.life.limits import (
+    WORN_OUT,
+    CountedRate,
+    Limits,
+    OutOfEvaluations,
+    Snapshots,
+    StopWear,
+)
 from wearlab.life.step import Jump, Node, Step, Stepper, crossing, depth_at
 
 Method = adaptive.Adaptive | adaptive.Euler | adaptive.Fixed
-"""Ways to step over cycles, or a plug-in's: ``start(node, rate, tolerance, scale)`` returns a stepper."""
+"""Ways to step over cycles, or a plug-in's: ``start(node, rate, tolerance, scale)``
+returns a stepper."""
 Progress = Callable[[Node], None] | None
 """Called with every accepted state."""
 
 ELASTIC_SCALE = 1e-6
-"""Default depth scale: well below the elastic deflection of a loaded tooth pair (about 5 µm) [m]."""
+"""Default depth scale: well below the elastic deflection of a loaded tooth pair (about
+5 µm) [m]."""
 AIM = 1.1
 """How far past the expected crossing of a depth limit the last step aims."""
 TREND = 0.5
-"""Share of the trend of the rate over the last step that is expected to go on: wear evens out."""
+"""Share of the trend of the rate over the last step that is expected to go on: wear
+evens out."""
 MOST_TREND = 1.5
 """Largest factor by which the trend of the rate moves the expected crossing."""
 NEARLY, LAST_WORK = 0.98, 0.15
-"""Share of its depth limit from which a life that is out of work gets some more, and how much of all of it:
-steps through noise near their end before they reach it."""
+"""Share of its depth limit from which a life that is out of work gets some more, and
+how much of all of it: steps through noise near their end before they reach it."""
 GIVEN = ("rate", "limits", "tolerance", "scale", "stepper")
 """What a life and its stepper are given anew when they are taken up."""
 
@@ -46,19 +57,22 @@ class Life(NamedTuple):
     ----------
     cycle : (m,) cycles of the accepted states, 0 first, the end last [1]
     depth, rate : (m, n) wear depth [m] and wear rate [m per cycle] there
-    accumulated_error : (m,) largest over the nodes of the signed sum of the errors of all steps so far,
-        amplified where wear accelerates, and by as far as it may have shifted a jump; and the root of the
-        squares of what scatters [m]
-    depth_error : (n,) estimated error of the last depth with its sign, less what scatters [m]
+    accumulated_error : (m,) largest over the nodes of the signed sum of the errors of
+        all steps so far, amplified where wear accelerates, and by as far as it may have
+        shifted a jump; and the root of the squares of what scatters [m]
+    depth_error : (n,) estimated error of the last depth with its sign, less what
+        scatters [m]
     scatter : what scatters of that error, at any node [m]
     snapshot_cycle : (k,) cycles of the snapshots reached, in order [1]
     snapshot_depth : (k, n) depths there [m]
-    end_reason : "cycles", "depth", "no wear", "saw-tooth", "evaluation limit", "work limit", or why the
-        gears stopped
+    end_reason : "cycles", "depth", "no wear", "saw-tooth", "evaluation limit", "work
+        limit", or why the gears stopped
     jumps : where the wear rate jumped to another branch
     saw_tooth : whether steps beyond the stability limit left their mark
-    wave_growth : fastest growth of a wave of wear, where it is too fast to foresee its end; else 0 [1/cycle]
-    hurried : whether steps were as long as the work left paid for, and not as their errors ask
+    wave_growth : fastest growth of a wave of wear, where it is too fast to foresee its
+        end; else 0 [1/cycle]
+    hurried : whether steps were as long as the work left paid for, and not as their
+        errors ask
     count_rate_evaluations, count_rejected : work done
     steps : the accepted steps, whole where the limit is met inside the last
     """
@@ -97,11 +111,14 @@ class Life(NamedTuple):
         return len(self.cycle) - 1
 
     def updates(self, only_snapshots: bool = False) -> tuple[Array, Array]:
-        """Return the states to store: the first, the snapshots and the last; without snapshots all accepted.
+        """Return the states to store: the first, the snapshots and the last.
+
+        Without snapshots all accepted.
 
         Parameters
         ----------
-        only_snapshots : whether snapshots were asked for, though the life may have reached none
+        only_snapshots : whether snapshots were asked for, though the life may have
+            reached none
 
         Returns
         -------
@@ -111,11 +128,17 @@ class Life(NamedTuple):
         if not len(self.snapshot_cycle) and not only_snapshots:
             return self.cycle, self.depth
         inner = (self.snapshot_cycle > 0.0) & (self.snapshot_cycle < self.cycle[-1])
-        cycle = np.concatenate([self.cycle[:1], self.snapshot_cycle[inner], self.cycle[-1:]])
-        return cycle, np.concatenate([self.depth[:1], self.snapshot_depth[inner], self.depth[-1:]])
+        cycle = np.concatenate(
+            [self.cycle[:1], self.snapshot_cycle[inner], self.cycle[-1:]]
+        )
+        return cycle, np.concatenate(
+            [self.depth[:1], self.snapshot_depth[inner], self.depth[-1:]]
+        )
 
 
-def read_off(wanted: Snapshots, nodes: list[Node], curves: list[Step]) -> tuple[Array, Array]:
+def read_off(
+    wanted: Snapshots, nodes: list[Node], curves: list[Step]
+) -> tuple[Array, Array]:
     """Return the snapshots that a life reached, in order, read off the curve through its states.
 
     Parameters
@@ -129,7 +152,8 @@ def read_off(wanted: Snapshots, nodes: list[Node], curves: list[Step]) -> tuple[
     cycle : (k,) [1]
     depth : (k, n) [m]
     """
-    cycles, flank = list(wanted.cycles), wanted.flank
+    cycles = list(wanted.cycles)
+    flank = wanted.flank
     for depth in wanted.depths:
         end = bisect_left(nodes, depth, key=lambda node: node.depth[flank].max())
         if end < len(nodes):
@@ -138,15 +162,20 @@ def read_off(wanted: Snapshots, nodes: list[Node], curves: list[Step]) -> tuple[
     depths = np.empty((len(cycles), nodes[0].depth.size))
     for row, cycle in zip(depths, cycles, strict=True):
         end = bisect_left(nodes, cycle, key=lambda node: node.cycle)
-        row[:] = nodes[end].depth if cycle == nodes[end].cycle else depth_at(curves[end - 1], cycle)
+        row[:] = (
+            nodes[end].depth
+            if cycle == nodes[end].cycle
+            else depth_at(curves[end - 1], cycle)
+        )
     return np.array(cycles), depths
 
 
 class AccumulatedError:
     """The error of the depth, step after step.
 
-    ``total``: (n,) what has a sign, added up and amplified [m]; ``scatter``: what has another sign in every
-    step, the root of its squares [m]; ``largest``: of every state, the error so far [m].
+    ``total``: (n,) what has a sign, added up and amplified [m]; ``scatter``: what has
+    another sign in every step, the root of its squares [m]; ``largest``: of every
+    state, the error so far [m].
 
     Parameters
     ----------
@@ -155,12 +184,15 @@ class AccumulatedError:
     """
 
     def __init__(self, size: int, noise: float) -> None:
-        self.total, self.scatter, self.noise = np.zeros(size), 0.0, noise
+        self.total = np.zeros(size)
+        self.scatter = 0.0
+        self.noise = noise
         self.largest = [0.0]
 
     def add(self, step: Step, noise: float) -> None:
         """Count a step at whose end the rate has this standard error [m per cycle]."""
-        before, self.noise = self.noise, noise
+        before = self.noise
+        self.noise = noise
         self.total = self.total * step.growth + step.error
         scatter = np.hypot(step.scatter, step.size * max(before, noise))
         self.scatter = float(np.hypot(self.scatter * step.growth, scatter))
@@ -176,23 +208,36 @@ class AccumulatedError:
 
 
 def integrate(
-    rate: Callable[[Array], Array], initial: ArrayLike, *, limits: Limits, method: Method | None = None,
-    snapshots: Snapshots | None = None, tolerance: float = 1e-3, scale: float = ELASTIC_SCALE,
-    most_evaluations: int = 100_000, most_work: float = np.inf, progress: Progress = None,
-) -> Life:  # fmt: skip
+    rate: Callable[[Array], Array],
+    initial: ArrayLike,
+    *,
+    limits: Limits,
+    method: Method | None = None,
+    snapshots: Snapshots | None = None,
+    tolerance: float = 1e-3,
+    scale: float = ELASTIC_SCALE,
+    most_evaluations: int = 100_000,
+    most_work: float = np.inf,
+    progress: Progress = None,
+) -> Life:
     """Return the wear over cycles from a first state to a limit.
 
     Parameters
     ----------
-    rate : h (n,) [m] -> dh/dN (n,) [m per cycle], ≥ 0. It may raise StopWear(reason). A rate that depends on
-        its past (an orbit carried over) offers ``remember()`` and ``recall(memory)``.
+    rate : h (n,) [m] -> dh/dN (n,) [m per cycle], ≥ 0. It may raise StopWear(reason). A
+        rate that depends on its past (an orbit carried over) offers ``remember()`` and
+        ``recall(memory)``.
     initial : (n,) depth at cycle 0, ≥ 0 [m]
     limits : where to end; a depth limit is landed on exactly, its cycle is the life
     method : Adaptive (default), Euler or Fixed
-    snapshots : states wanted on the way, read off the curve through the accepted states: they change nothing
-    tolerance : relative error in depth and life (Adaptive) and in locating ends and jumps [1]
-    scale : depth below which errors are no longer relative; also the scale of the stiffness probe [m]
-    most_evaluations, most_work : bounds on the evaluations, and on their work where the rate counts it
+    snapshots : states wanted on the way, read off the curve through the accepted
+        states: they change nothing
+    tolerance : relative error in depth and life (Adaptive) and in locating ends and
+        jumps [1]
+    scale : depth below which errors are no longer relative; also the scale of the
+        stiffness probe [m]
+    most_evaluations, most_work : bounds on the evaluations, and on their work where the
+        rate counts it
     progress : called with every accepted state
 
     Returns
@@ -209,10 +254,15 @@ def integrate(
     limits = limits.checked()
     h0 = np.array(initial, float)
     if h0.ndim != 1 or not np.all(np.isfinite(h0)) or h0.min(initial=0.0) < 0.0:
-        raise ValueError("initial wear depths must be one array of finite values that are not negative")
+        raise ValueError(
+            "initial wear depths must be one array of finite values that are not "
+            "negative"
+        )
     counted = CountedRate(rate, most_evaluations, most_work)
     life = _Integration(counted, limits, tolerance, scale, Node(0.0, h0, counted(h0)))
-    kept = checkpoint.checkpoint((h0, life.node.rate, limits, method, tolerance, scale), counted.shared)
+    kept = checkpoint.checkpoint(
+        (h0, life.node.rate, limits, method, tolerance, scale), counted.shared
+    )
     life.run(method or adaptive.Adaptive(), progress, kept)
     return life.recorded(snapshots or Snapshots())
 
@@ -220,8 +270,20 @@ def integrate(
 class _Integration:
     """The loop from state to state, and what it leaves behind."""
 
-    def __init__(self, rate: CountedRate, limits: Limits, tolerance: float, scale: float, node: Node) -> None:
-        self.rate, self.limits, self.tolerance, self.scale = rate, limits, tolerance, scale
+    def __init__(
+        self,
+        rate: CountedRate,
+        limits: Limits,
+        tolerance: float,
+        scale: float,
+        node: Node,
+    ) -> None:
+        self.rate, self.limits, self.tolerance, self.scale = (
+            rate,
+            limits,
+            tolerance,
+            scale,
+        )
         self.nodes = [node]
         self.error = AccumulatedError(node.depth.size, rate.noise)
         self.curves: list[Step] = []
@@ -234,7 +296,9 @@ class _Integration:
     def node(self) -> Node:
         return self.nodes[-1]
 
-    def run(self, method: Method, progress: Progress, keep: checkpoint.Checkpoint | None) -> None:
+    def run(
+        self, method: Method, progress: Progress, keep: checkpoint.Checkpoint | None
+    ) -> None:
         """Go on until there is a reason to end, from where an earlier process put it down."""
         self.reason = self.limits.reached(*self.node[:2])
         followed: list[tuple[Node, Any]] = []
@@ -243,12 +307,16 @@ class _Integration:
         while not self.reason:
             try:
                 if self.stepper is None:
-                    self.stepper = method.start(self.node, self.rate, self.tolerance, self.scale)
+                    self.stepper = method.start(
+                        self.node, self.rate, self.tolerance, self.scale
+                    )
                 self._advance(self.stepper)
             except adaptive.SawTooth:
                 self.reason = "saw-tooth"
             except OutOfEvaluations as out:
-                nearly = self.limits._replace(depth=self.limits.depth and NEARLY * self.limits.depth)
+                nearly = self.limits._replace(
+                    depth=self.limits.depth and NEARLY * self.limits.depth
+                )
                 if self.finishing or nearly.reached(*self.node[:2]) != WORN_OUT:
                     self.reason = out.reason
                 else:  # nearly at its limit: it gets some more work, once
@@ -266,27 +334,48 @@ class _Integration:
     def _put_down(self, followed: list[tuple[Node, Any]]) -> dict[str, Any]:
         """Return all that the life depends on: of itself, of its stepper, of its rate."""
         own = {name: value for name, value in vars(self).items() if name not in GIVEN}
-        steps = self.stepper and {k: v for k, v in vars(self.stepper).items() if k not in GIVEN}
-        return {"integration": own, "stepper": steps, "followed": followed, "rate": self.rate.put_down()}
+        steps = self.stepper and {
+            k: v for k, v in vars(self.stepper).items() if k not in GIVEN
+        }
+        return {
+            "integration": own,
+            "stepper": steps,
+            "followed": followed,
+            "rate": self.rate.put_down(),
+        }
 
     def _is_own(self, kept: Any) -> bool:
         """Whether what was kept has the shape of what `_put_down` returns."""
-        if not isinstance(kept, dict) or kept.keys() != {"integration", "stepper", "followed", "rate"}:
+        if not isinstance(kept, dict) or kept.keys() != {
+            "integration",
+            "stepper",
+            "followed",
+            "rate",
+        }:
             return False
-        own, steps = kept["integration"], kept["stepper"]
+        own = kept["integration"]
+        steps = kept["stepper"]
         whole = isinstance(own, dict) and own.keys() == vars(self).keys() - set(GIVEN)
         return whole and (steps is None or isinstance(steps, dict))
 
-    def _taken_up(self, kept: dict[str, Any], method: Method, progress: Progress) -> list[tuple[Node, Any]]:
-        """Go on from what was put down; tell the states reached, with the memory that the rate had there."""
+    def _taken_up(
+        self, kept: dict[str, Any], method: Method, progress: Progress
+    ) -> list[tuple[Node, Any]]:
+        """Go on from what was put down.
+
+        Tell the states reached, with the memory that the rate had there.
+        """
         if kept["stepper"] is not None:
-            self.stepper = method.start(self.nodes[0], self.rate, self.tolerance, self.scale)
+            self.stepper = method.start(
+                self.nodes[0], self.rate, self.tolerance, self.scale
+            )
             vars(self.stepper).update(kept["stepper"])
         vars(self).update(kept["integration"])
         self.rate.take_up(kept["rate"])
         if self.finishing:
             self.rate.grant(LAST_WORK)
-        now, followed = self.rate.remember(), list(kept["followed"])
+        now = self.rate.remember()
+        followed = list(kept["followed"])
         for node, memory in followed:
             self.rate.recall(memory)
             if progress is not None:
@@ -295,7 +384,9 @@ class _Integration:
         return followed
 
     def _advance(self, stepper: Stepper) -> None:
-        largest = longest_step(self.node, self.limits, self.curves[-1] if self.curves else None)
+        largest = longest_step(
+            self.node, self.limits, self.curves[-1] if self.curves else None
+        )
         if not np.isfinite(largest):
             self.reason = "no wear"
             return
@@ -304,23 +395,30 @@ class _Integration:
             step, jump = stepper.advance(self.node, largest)
         except StopWear as stop:
             self.rate.recall(memory)
-            size, deep = stepper.trying, max(self.node.deepest, self.scale)
+            size = stepper.trying
+            deep = max(self.node.deepest, self.scale)
             # too short to matter for the life or the depth
-            if size <= self.tolerance * self.node.cycle or size * self.node.fastest <= self.tolerance * deep:
+            if (
+                size <= self.tolerance * self.node.cycle
+                or size * self.node.fastest <= self.tolerance * deep
+            ):
                 self.reason = stop.reason
             stepper.shorten(0.5 * size)
             return
         except OutOfEvaluations:
             self.rate.recall(memory)
             raise
-        noise, before = self.rate.noise, float(np.abs(self.error.total).max(initial=0.0))
+        noise = self.rate.noise
+        before = float(np.abs(self.error.total).max(initial=0.0))
         self.nodes.append(self._kept(step))
         self.curves.append(step)
         self.error.add(step, noise)
         if jump is not None and jump.cycle <= self.node.cycle:
             self.jumps.append(jump)
             fastest = float(jump.before.max(initial=0.0))
-            if fastest > 0.0:  # by as much as the depth may be off, the jump may be shifted
+            if (
+                fastest > 0.0
+            ):  # by as much as the depth may be off, the jump may be shifted
                 self.error.doubt(before / fastest * np.abs(jump.after - jump.before))
 
     def _kept(self, step: Step) -> Node:
@@ -328,7 +426,11 @@ class _Integration:
         cycles, limit, flank = self.limits
         self.reason = self.limits.reached(*step.end[:2])
         if self.reason != WORN_OUT or limit is None:
-            return step.end._replace(cycle=cycles) if self.reason and cycles is not None else step.end
+            return (
+                step.end._replace(cycle=cycles)
+                if self.reason and cycles is not None
+                else step.end
+            )
         cycle = crossing(step, limit, flank)
         depth = depth_at(step, cycle).copy()
         on_flank = np.minimum(depth[flank], limit)
@@ -346,12 +448,21 @@ class _Integration:
         return Life(
             cycle=np.array([node.cycle for node in self.nodes]),
             depth=np.stack([node.depth for node in self.nodes]),
-            rate=np.stack([node.rate for node in self.nodes]), accumulated_error=np.array(self.error.largest),
-            depth_error=self.error.total, scatter=self.error.scatter, snapshot_cycle=cycle,
-            snapshot_depth=depth, end_reason=self.reason, jumps=tuple(self.jumps), saw_tooth=done.saw_tooth,
-            wave_growth=done.wave_growth, hurried=done.hurried, count_rate_evaluations=self.rate.count,
-            count_rejected=done.rejected, steps=tuple(self.curves),
-        )  # fmt: skip
+            rate=np.stack([node.rate for node in self.nodes]),
+            accumulated_error=np.array(self.error.largest),
+            depth_error=self.error.total,
+            scatter=self.error.scatter,
+            snapshot_cycle=cycle,
+            snapshot_depth=depth,
+            end_reason=self.reason,
+            jumps=tuple(self.jumps),
+            saw_tooth=done.saw_tooth,
+            wave_growth=done.wave_growth,
+            hurried=done.hurried,
+            count_rate_evaluations=self.rate.count,
+            count_rejected=done.rejected,
+            steps=tuple(self.curves),
+        )
 
 
 def longest_step(node: Node, limits: Limits, last: Step | None) -> float:
@@ -366,7 +477,8 @@ def longest_step(node: Node, limits: Limits, last: Step | None) -> float:
     left = np.inf if limits.cycles is None else limits.cycles - node.cycle
     if limits.depth is None:
         return float(left)
-    rate, missing = node.rate[limits.flank], limits.depth - node.depth[limits.flank]
+    rate = node.rate[limits.flank]
+    missing = limits.depth - node.depth[limits.flank]
     if limits.cycles is None and not node.rate.any():
         return np.inf
     due = np.divide(missing, rate, out=np.full_like(missing, np.inf), where=rate > 0.0)
@@ -374,13 +486,16 @@ def longest_step(node: Node, limits: Limits, last: Step | None) -> float:
     if not np.isfinite(soonest):
         return float(left)
     braked = float((due if last is None else due * _braking(due, last, limits)).min())
-    return float(min(left, AIM * np.clip(braked, soonest / MOST_TREND, soonest * MOST_TREND)))
+    return float(
+        min(left, AIM * np.clip(braked, soonest / MOST_TREND, soonest * MOST_TREND))
+    )
 
 
 def _braking(due: Array, last: Step, limits: Limits) -> Array:
     """Return by what the trend of the last step moves the cycles due at the present rate, (n_flank,) [1].
 
-    ``g + q g²/2 = 1`` with q the change of the rate over those cycles, relative to the rate.
+    ``g + q g²/2 = 1`` with q the change of the rate over those cycles, relative to the
+    rate.
     """
     trend = (last.end.rate - last.start.rate)[limits.flank] / last.size
     wears = np.isfinite(due)

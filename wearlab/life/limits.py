@@ -12,7 +12,8 @@ Rate = Callable[[Array], Array]
 Flanks = slice | Index
 """Which of the flanks, along their axis."""
 
-EVERYWHERE, LANDED = slice(None), 1e-10
+EVERYWHERE = slice(None)
+LANDED = 1e-10
 
 
 class Ended(Exception):
@@ -20,7 +21,8 @@ class Ended(Exception):
 
     Parameters
     ----------
-    reason : for instance "section vanished" or "unbounded motion"; or one of `ENDS_OF_WORK`
+    reason : for instance "section vanished" or "unbounded motion"; or one of
+        `ENDS_OF_WORK`
     """
 
     def __init__(self, reason: str) -> None:
@@ -29,7 +31,10 @@ class Ended(Exception):
 
 
 class StopWear(Ended):
-    """Raised by a rate when the worn gears can no longer run; carries the physical reason."""
+    """Raised by a rate when the worn gears can no longer run.
+
+    Carries the physical reason.
+    """
 
 
 class OutOfEvaluations(Ended):
@@ -41,7 +46,8 @@ WORN_OUT = "depth"
 ALL_CYCLES = "cycles"
 """End of a life that ran all its cycles."""
 ENDS_OF_WORK = ("evaluation limit", "work limit")
-"""Ends of a life whose bound on its rates, or on the right-hand sides they take, was reached before."""
+"""Ends of a life whose bound on its rates, or on the right-hand sides they take, was
+reached before."""
 
 
 class Limits(NamedTuple):
@@ -60,9 +66,15 @@ class Limits(NamedTuple):
 
     def reached(self, cycle: float, depth: Array) -> str:
         """Return which limit a state, (n,) [m], has reached; an empty text: none."""
-        if self.depth is not None and depth[self.flank].max() >= self.depth * (1.0 - LANDED):
+        if self.depth is not None and depth[self.flank].max() >= self.depth * (
+            1.0 - LANDED
+        ):
             return WORN_OUT
-        return ALL_CYCLES if self.cycles is not None and cycle >= self.cycles * (1.0 - 1e-14) else ""
+        return (
+            ALL_CYCLES
+            if self.cycles is not None and cycle >= self.cycles * (1.0 - 1e-14)
+            else ""
+        )
 
     def checked(self) -> "Limits":
         """Return the limits, or raise ValueError when there is none or one is not positive."""
@@ -70,7 +82,9 @@ class Limits(NamedTuple):
         if not given:
             raise ValueError("a life needs a limit: cycles or depth")
         if not all(np.isfinite(limit) and limit > 0.0 for limit in given):
-            raise ValueError(f"limits of a life must be positive and finite, not {given}")
+            raise ValueError(
+                f"limits of a life must be positive and finite, not {given}"
+            )
         return self
 
 
@@ -99,15 +113,16 @@ class Snapshots(NamedTuple):
 class CountedRate:
     """``rate(h)`` with a count and checks.
 
-    A rate may have more: ``work``, the ``noise`` of the last one, a rate under the ``still`` load, cheap and
-    smooth beside it; a memory
-    (the last orbits), which a rejected step must not leave on another branch: ``remember()``,
-    ``recall(memory)`` and what it holds by identity, ``shared``; and an account of work that another process
-    may have done in part: ``accounted()``, ``account_for(done)``.
+    A rate may have more: ``work``, the ``noise`` of the last one, a rate under the
+    ``still`` load, cheap and smooth beside it; a memory (the last orbits), which a
+    rejected step must not leave on another branch: ``remember()``, ``recall(memory)``
+    and what it holds by identity, ``shared``; and an account of work that another
+    process may have done in part: ``accounted()``, ``account_for(done)``.
 
     Parameters
     ----------
-    rate : h (n,) [m] -> dh/dN (n,) [m per cycle], ≥ 0; raises StopWear when the gears can no longer run
+    rate : h (n,) [m] -> dh/dN (n,) [m per cycle], ≥ 0; raises StopWear when the gears
+        can no longer run
     most : bound on the evaluations
     most_work : bound on the work they take, where the rate counts it
 
@@ -134,11 +149,16 @@ class CountedRate:
         self.count += 1
         r = np.asarray(self.rate(h), float)
         if r.shape != h.shape:
-            raise ValueError(f"wear rate of shape {r.shape} for depths of shape {h.shape}")
+            raise ValueError(
+                f"wear rate of shape {r.shape} for depths of shape {h.shape}"
+            )
         if not np.all(np.isfinite(r)):
             raise StopWear("wear rate not finite")
         if r.size and r.min() < 0.0:
-            raise ValueError(f"wear rate {r.min():.3g} m per cycle is negative: wear cannot refill a flank")
+            raise ValueError(
+                f"wear rate {r.min():.3g} m per cycle is negative: wear cannot refill "
+                "a flank"
+            )
         return r
 
     @property

@@ -1,18 +1,22 @@
 """The two methods of a step: Kutta's fourth order where it is not stiff, RKC2 beyond.
 
-**Fourth order.** Four rates a step, the last of which is the first of the next: Kutta's 3/8 rule, and beside
-it the third order with weights 1/12, 1/2, 1/4, 0 and, for the rate at the end, 1/6. The two differ by
-``z⁴(1 − z/2)/72`` for ``z = λ ΔN``, and a step is wrong by ``z⁵/120``: at most ``0.6 ρ ΔN`` of the
-difference. Twice that is reported, because where the rate is not linear the fifth order is not that of one
-wave. Wherever in the step the rate jumps, the difference sees it: no two of its rates cancel. Stages are kept
-at or above the depth at the start, where the solution lies: wear never refills a flank.
+**Fourth order.** Four rates a step, the last of which is the first of the next: Kutta's
+3/8 rule, and beside it the third order with weights 1/12, 1/2, 1/4, 0 and, for the rate
+at the end, 1/6. The two differ by ``z⁴(1 − z/2)/72`` for ``z = λ ΔN``, and a step is
+wrong by ``z⁵/120``: at most ``0.6 ρ ΔN`` of the difference. Twice that is reported,
+because where the rate is not linear the fifth order is not that of one wave. Wherever
+in the step the rate jumps, the difference sees it: no two of its rates cancel. Stages
+are kept at or above the depth at the start, where the solution lies: wear never refills
+a flank.
 
-**RKC2**, the stabilised second-order Runge–Kutta–Chebyshev method, for a decaying stiff part. With s stages
-it is stable for real λ down to ``ΔN λ = −β(s) ≈ −(2/3) s²``, where s Euler steps reach 2 s.
+**RKC2**, the stabilised second-order Runge–Kutta–Chebyshev method, for a decaying stiff
+part. With s stages it is stable for real λ down to ``ΔN λ = −β(s) ≈ −(2/3) s²``, where
+s Euler steps reach 2 s.
 
-Sources: Kutta, Z. Math. Phys. 46 (1901) 435–453, the orders of both are in the tests; Sommeijer, Shampine,
-Verwer, J. Comput. Appl. Math. 88 (1997) 315–326, doi:10.1016/S0377-0427(97)00219-7; wider damping for spectra
-off the axis: Verwer, Sommeijer, Hundsdorfer, J. Comput. Phys. 201 (2004) 61–79.
+Sources: Kutta, Z. Math. Phys. 46 (1901) 435–453, the orders of both are in the tests;
+Sommeijer, Shampine, Verwer, J. Comput. Appl. Math. 88 (1997) 315–326,
+doi:10.1016/S0377-0427(97)00219-7; wider damping for spectra off the axis: Verwer,
+Sommeijer, Hundsdorfer, J. Comput. Phys. 201 (2004) 61–79.
 """
 
 from functools import cache
@@ -25,7 +29,8 @@ from wearlab.arrays import Array
 from wearlab.life.limits import Rate
 
 REACH = 2.5
-"""ΔN ρ up to which it is used; it is stable to 2.8 on the real axis and on the imaginary one."""
+"""ΔN ρ up to which it is used; it is stable to 2.8 on the real axis and on the
+imaginary one."""
 LEAST = 0.15
 """Least ρ ΔN that counts: where the rate has a kink, fourth order is not reached."""
 REPORTED = 1.2
@@ -41,7 +46,8 @@ class FourthOrder(NamedTuple):
     ----------
     depth, rate : (n,) one step later [m], [m per cycle]
     difference : (n,) how far the companion of third order is from it [m]
-    seen : what ∂r/∂h makes of differences of the stages over their length, at most |∂r/∂h| [1/cycle]
+    seen : what ∂r/∂h makes of differences of the stages over their length, at most
+        |∂r/∂h| [1/cycle]
     """
 
     depth: Array
@@ -71,11 +77,16 @@ def fourth_order_error(difference: Array, fastest: float) -> Array:
 def _seen(change: Array, way: Array, r: Array) -> float:
     """Return a change of rate over the change of depth that caused it, 0 where it is noise [1/cycle].
 
-    Differences of rates of rising order are what ∂r/∂h makes of the rate once, twice, three times: a power
-    iteration that costs nothing.
+    Differences of rates of rising order are what ∂r/∂h makes of the rate once, twice,
+    three times: a power iteration that costs nothing.
     """
-    length, moved = float(np.linalg.norm(way)), float(np.linalg.norm(change))
-    return moved / length if moved > NOISE * float(np.linalg.norm(r)) and length > 0.0 else 0.0
+    length = float(np.linalg.norm(way))
+    moved = float(np.linalg.norm(change))
+    return (
+        moved / length
+        if moved > NOISE * float(np.linalg.norm(r)) and length > 0.0
+        else 0.0
+    )
 
 
 SHARP = 2.0 / 13.0
@@ -136,11 +147,14 @@ def stages_for(stiffness: float, damping: float = SHARP) -> Scheme:
     return scheme(next(fewest, MOST_STAGES), damping)
 
 
-def chebyshev_step(rate: Rate, h: Array, r: Array, size: float, coefficients: Scheme) -> Array:
+def chebyshev_step(
+    rate: Rate, h: Array, r: Array, size: float, coefficients: Scheme
+) -> Array:
     """Return the wear depth one step later, second order.
 
-    ``Y_j = (1 − μ_j − ν_j) h + μ_j Y_{j−1} + ν_j Y_{j−2} + μ̃_j ΔN r(Y_{j−1}) + γ̃_j ΔN r(h)``. Stages are kept
-    at or above h, where the solution lies: wear never refills a flank.
+    ``Y_j = (1 − μ_j − ν_j) h + μ_j Y_{j−1} + ν_j Y_{j−2} + μ̃_j ΔN r(Y_{j−1}) + γ̃_j ΔN
+    r(h)``. Stages are kept at or above h, where the solution lies: wear never refills a
+    flank.
 
     Parameters
     ----------
@@ -150,11 +164,13 @@ def chebyshev_step(rate: Rate, h: Array, r: Array, size: float, coefficients: Sc
     coefficients : Scheme
     """
     mu, nu, mu_rate, gamma_rate, _ = coefficients
-    before, current = h, h + mu_rate[1] * size * r
+    before = h
+    current = h + mu_rate[1] * size * r
     for j in range(2, coefficients.stages + 1):
         worn = size * (mu_rate[j] * rate(current) + gamma_rate[j] * r)
         following = (1.0 - mu[j] - nu[j]) * h + mu[j] * current + nu[j] * before + worn
-        before, current = current, np.maximum(following, h)
+        before = current
+        current = np.maximum(following, h)
     return current
 
 

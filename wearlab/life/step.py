@@ -82,11 +82,14 @@ class Jump(NamedTuple):
 class Stepper:
     """What takes a life from state to state: of a method, or of a plug-in, whose has the same names.
 
-    ``trying`` is the size of the last try, ``rejected`` counts tries, ``most`` bounds the next step;
-    ``saw_tooth``, ``hurried`` and ``wave_growth`` are what the `Life` says of them.
+    ``trying`` is the size of the last try, ``rejected`` counts tries, ``most`` bounds
+    the next step; ``saw_tooth``, ``hurried`` and ``wave_growth`` are what the `Life`
+    says of them.
     """
 
-    rejected, trying, most = 0, 0.0, np.inf
+    rejected = 0
+    trying = 0.0
+    most = np.inf
     saw_tooth, hurried, wave_growth = False, False, 0.0
 
     def advance(self, node: Node, largest: float) -> tuple[Step, Jump | None]:
@@ -101,8 +104,9 @@ class Stepper:
 def depth_at(step: Step, cycle: float) -> Array:
     """Return the depth inside a step, by a cubic through values and slopes that never decreases, (n,) [m].
 
-    Slopes are cut to three times the secant (Fritsch & Carlson, SIAM J. Numer. Anal. 17 (1980) 238–246):
-    a step much longer than the relaxation of the profile starts steeper than it goes on. The ends are exact.
+    Slopes are cut to three times the secant (Fritsch & Carlson, SIAM J. Numer. Anal. 17
+    (1980) 238–246): a step much longer than the relaxation of the profile starts
+    steeper than it goes on. The ends are exact.
     """
     if cycle <= step.start.cycle:
         return step.start.depth
@@ -112,7 +116,11 @@ def depth_at(step: Step, cycle: float) -> Array:
     x = (cycle - step.start.cycle) / H
     rise = step.end.depth - step.start.depth
     left, right = (np.clip(H * slope, 0.0, 3.0 * rise) for slope in step.slopes)
-    inner = x * x * (3.0 - 2.0 * x) * rise + x * (1.0 - x) ** 2 * left - x * x * (1.0 - x) * right
+    inner = (
+        x * x * (3.0 - 2.0 * x) * rise
+        + x * (1.0 - x) ** 2 * left
+        - x * x * (1.0 - x) * right
+    )
     return np.asarray(step.start.depth + np.clip(inner, 0.0, rise))
 
 
@@ -121,7 +129,8 @@ def crossing(step: Step, depth: float, flank: limits.Flanks) -> float:
 
     By bisection to round-off: the largest depth never decreases.
     """
-    low, high = step.start.cycle, step.end.cycle
+    low = step.start.cycle
+    high = step.end.cycle
     for _ in range(200):
         middle = 0.5 * (low + high)
         if middle in (low, high):
@@ -155,17 +164,22 @@ def again(step: Step, rate: limits.Rate, start: Node) -> Step:
     Raises
     ------
     ValueError
-        When the step crossed a jump of the rate, or held part of one that wavers: no method took it.
+        When the step crossed a jump of the rate, or held part of one that wavers: no
+        method took it.
     """
     if step.by is None:
-        raise ValueError("the wear rate jumps or wavers in this step: it cannot be taken again")
+        raise ValueError(
+            "the wear rate jumps or wavers in this step: it cannot be taken again"
+        )
     if step.by == FOURTH_ORDER:
         found = runge_kutta.fourth_order_step(rate, start.depth, start.rate, step.size)
         end = Node(step.end.cycle, found.depth, found.rate)
     else:
         depth = start.depth + step.size * start.rate
         if isinstance(step.by, runge_kutta.Scheme):
-            depth = runge_kutta.chebyshev_step(rate, start.depth, start.rate, step.size, step.by)
+            depth = runge_kutta.chebyshev_step(
+                rate, start.depth, start.rate, step.size, step.by
+            )
         end = Node(step.end.cycle, depth, rate(depth))
     slopes = start.rate, start.rate if step.by == EULER else end.rate
     return Step(start, end, slopes, np.zeros_like(end.depth), 1.0, step.by)

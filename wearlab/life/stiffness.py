@@ -1,29 +1,34 @@
 """How stiff a wear rate is: the largest eigenvalue of ∂r/∂h, and what a life knows of it.
 
-Stages of a step tell a lower bound of the spectral radius ρ of ∂r/∂h. As long as ρ times the whole way left
-is small by it, no step can be stiff and no wave can grow much, and nothing else is asked. A longer way, or a
-step that fails its test, is worth a power iteration. A noisy rate hides its spectrum: what was known stays.
+Stages of a step tell a lower bound of the spectral radius ρ of ∂r/∂h. As long as ρ
+times the whole way left is small by it, no step can be stiff and no wave can grow much,
+and nothing else is asked. A longer way, or a step that fails its test, is worth a power
+iteration. A noisy rate hides its spectrum: what was known stays.
 
-**Growing waves.** Under the load of the moment a flank may corrugate: below the natural frequency of a mesh
-the force is largest where the flank is worn most, and waves of wear grow until teeth part. Errors grow with
-them, so that no step is short enough to tell where a wave will be many e-foldings later; what the waves do on
-the average is all that can be known.
+**Growing waves.** Under the load of the moment a flank may corrugate: below the natural
+frequency of a mesh the force is largest where the flank is worn most, and waves of wear
+grow until teeth part. Errors grow with them, so that no step is short enough to tell
+where a wave will be many e-foldings later; what the waves do on the average is all that
+can be known.
 
-Steps through rough stretches: what the motion adds to the static rate is held, the static one followed.
+Steps through rough stretches: what the motion adds to the static rate is held, the
+static one followed.
 
-Where teeth part and no motion repeats, a rate is dear, noisy, and as stiff as any. The rate under the
-static load r₀ is cheap and smooth beside it, and nearly as stiff, for the same contact lets wear even out:
+Where teeth part and no motion repeats, a rate is dear, noisy, and as stiff as any. The
+rate under the static load r₀ is cheap and smooth beside it, and nearly as stiff, for
+the same contact lets wear even out:
 
     ``h' = max{0, r₀(h) + d}``,  ``d = r − r₀`` at the start,
 
-by RKC2 with the stages that r₀ asks for; then once more with the straight line from d to what it is at that
-end. So a step takes one r whatever its length, is of second order, and the noise of one step is levelled in
-the next. What the second pass moves, a first-order error, is reported. A drift adds up in it with its sign;
-what jumps to and fro has none, and counts as scatter too.
+by RKC2 with the stages that r₀ asks for; then once more with the straight line from d
+to what it is at that end. So a step takes one r whatever its length, is of second
+order, and the noise of one step is levelled in the next. What the second pass moves, a
+first-order error, is reported. A drift adds up in it with its sign; what jumps to and
+fro has none, and counts as scatter too.
 
-A step wears a fixed share of the depth, or as much more as the work left pays for. A life whose work runs
-ahead of its way goes on by such steps to its end, less exactly than asked and saying so, and does not end by
-the bound on its work.
+A step wears a fixed share of the depth, or as much more as the work left pays for. A
+life whose work runs ahead of its way goes on by such steps to its end, less exactly
+than asked and saying so, and does not end by the bound on its work.
 """
 
 from math import expm1, inf, isfinite, log1p
@@ -40,7 +45,8 @@ RADIUS_SAFETY = 1.15
 """Margin on the spectral radius, which a power iteration tells from below."""
 KRYLOV = 16
 FOUND = 0.3
-"""Residual of an approximate eigenvalue, over the spectral radius seen, up to which it counts as found."""
+"""Residual of an approximate eigenvalue, over the spectral radius seen, up to which it
+counts as found."""
 
 
 class Spectrum(NamedTuple):
@@ -64,29 +70,40 @@ class Spectrum(NamedTuple):
 
 
 def spectrum(
-    rate: Rate, h: Array, start: Array, *, amplitude: float, tolerance: float = 0.05, iterations: int = 15
+    rate: Rate,
+    h: Array,
+    start: Array,
+    *,
+    amplitude: float,
+    tolerance: float = 0.05,
+    iterations: int = 15,
 ) -> Spectrum:
     """Return the dominant eigenvalue by power iteration with differences of the rate.
 
-    ``J v ≈ (r(h + δ(1 + v)) − r(h + δ))/δ`` with max|v| = 1: the probe never refills a flank.
+    ``J v ≈ (r(h + δ(1 + v)) − r(h + δ))/δ`` with max|v| = 1: the probe never refills a
+    flank.
 
     Parameters
     ----------
     rate : r(h)
     h : (n,) depth [m]
     start : (n,) first direction: the last spectrum's, or random
-    amplitude : δ, small beside the elastic deflection and large beside the noise of r [m]
+    amplitude : δ, small beside the elastic deflection and large beside the noise of r
+        [m]
     tolerance : relative change of ρ at which to stop
     iterations : bound on the evaluations
     """
-    base, v, radius = rate(h + amplitude), start, 0.0
+    base = rate(h + amplitude)
+    v = start
+    radius = 0.0
     for _ in range(iterations):
         largest = float(np.abs(v).max())
         if largest == 0.0:
             return Spectrum(0.0, 1.0, start)
         v = v / largest
         Jv = (rate(h + amplitude * (1.0 + v)) - base) / amplitude
-        length, previous = float(np.linalg.norm(Jv)), radius
+        length = float(np.linalg.norm(Jv))
+        previous = radius
         radius = length / float(np.linalg.norm(v))
         if length == 0.0:
             return Spectrum(0.0, 1.0, v)
@@ -97,11 +114,14 @@ def spectrum(
     return Spectrum(radius, alignment, v)
 
 
-def growth_rate(rate: Rate, h: Array, start: Array, *, amplitude: float, iterations: int = KRYLOV) -> float:
+def growth_rate(
+    rate: Rate, h: Array, start: Array, *, amplitude: float, iterations: int = KRYLOV
+) -> float:
     """Return the largest growth rate among the waves of a profile, the largest Re λ of ∂r/∂h, at least 0.
 
-    Arnoldi's method with differences of the rate, as in :func:`spectrum`; of its values only those count
-    whose residual is small, because those of a non-normal matrix may lie far from any eigenvalue.
+    Arnoldi's method with differences of the rate, as in :func:`spectrum`; of its values
+    only those count whose residual is small, because those of a non-normal matrix may
+    lie far from any eigenvalue.
 
     Parameters
     ----------
@@ -112,7 +132,8 @@ def growth_rate(rate: Rate, h: Array, start: Array, *, amplitude: float, iterati
     if length == 0.0:
         return 0.0
     base = rate(h + amplitude)
-    basis, upper = [start / length], np.zeros((iterations + 1, iterations))
+    basis = [start / length]
+    upper = np.zeros((iterations + 1, iterations))
     for k in range(iterations):
         v = basis[-1]
         largest = float(np.abs(v).max())
@@ -129,7 +150,9 @@ def growth_rate(rate: Rate, h: Array, start: Array, *, amplitude: float, iterati
         basis.append(w / length)
     values, vectors = np.linalg.eig(upper[:iterations, :iterations])
     residual = upper[iterations, iterations - 1] * np.abs(vectors[-1])
-    return max(0.0, float(values[residual <= FOUND * np.abs(values)].real.max(initial=0.0)))
+    return max(
+        0.0, float(values[residual <= FOUND * np.abs(values)].real.max(initial=0.0))
+    )
 
 
 def random_direction(r: Array) -> Array:
@@ -145,9 +168,9 @@ NOTHING_KNOWN = Spectrum(0.0, 1.0, np.empty(0))
 class KnownSpectrum:
     """The spectrum of ∂r/∂h as it was last seen.
 
-    ``age``: steps since; ``looked``: whether more than stages of steps told it; ``wave_growth``: the fastest
-    growth of a wave of wear that was seen [1/cycle]; ``foreseeable``: whether errors made at the start stay
-    small to the end.
+    ``age``: steps since; ``looked``: whether more than stages of steps told it;
+    ``wave_growth``: the fastest growth of a wave of wear that was seen [1/cycle];
+    ``foreseeable``: whether errors made at the start stay small to the end.
 
     Parameters
     ----------
@@ -156,7 +179,8 @@ class KnownSpectrum:
     """
 
     def __init__(self, scale: float, heard: float) -> None:
-        self.amplitude, self.heard = 1e-3 * scale, heard
+        self.amplitude = 1e-3 * scale
+        self.heard = heard
         self.spectrum = NOTHING_KNOWN
         self.age = 0
         self.wave_growth = 0.0
@@ -181,7 +205,11 @@ class KnownSpectrum:
 
     def told(self, rate: CountedRate, radius: float) -> None:
         """Take what the stages of a step tell of the spectral radius, where nothing better is known."""
-        if not self.looked and rate.noise <= self.heard and radius > self.spectrum.radius:
+        if (
+            not self.looked
+            and rate.noise <= self.heard
+            and radius > self.spectrum.radius
+        ):
             self.spectrum = NOTHING_KNOWN._replace(radius=radius)
 
     def look(self, rate: CountedRate, node: Node, memory: Any) -> None:
@@ -197,31 +225,48 @@ class KnownSpectrum:
             self.age = 0
             return
         direction = self.spectrum.direction
-        direction = direction if direction.size == node.rate.size else random_direction(node.rate)
+        direction = (
+            direction
+            if direction.size == node.rate.size
+            else random_direction(node.rate)
+        )
         self.spectrum = spectrum(rate, node.depth, direction, amplitude=self.amplitude)
         rate.recall(memory)
-        self.age, self.looked, self.growth_known = 0, True, self.spectrum.is_real or not self.foreseeable
+        self.age, self.looked, self.growth_known = (
+            0,
+            True,
+            self.spectrum.is_real or not self.foreseeable,
+        )
 
-    def foresee(self, rate: CountedRate, node: Node, left: float, tolerance: float) -> None:
+    def foresee(
+        self, rate: CountedRate, node: Node, left: float, tolerance: float
+    ) -> None:
         """Find out whether an error made at the start grows to less than 1/tolerance before the limit."""
         if not self.foreseeable:
             return
-        whole, most = node.cycle + (left if np.isfinite(left) else 0.0), -np.log(tolerance)
+        whole = node.cycle + (left if np.isfinite(left) else 0.0)
+        most = -np.log(tolerance)
         told = self.looked and rate.noise <= self.heard
         if told and self.spectrum.radius * whole > most and not self.growth_known:
             memory = rate.remember()
-            growth = growth_rate(rate, node.depth, self.spectrum.direction, amplitude=self.amplitude)
+            growth = growth_rate(
+                rate, node.depth, self.spectrum.direction, amplitude=self.amplitude
+            )
             rate.recall(memory)
-            self.wave_growth, self.growth_known = max(self.wave_growth, growth), True
+            self.wave_growth = max(self.wave_growth, growth)
+            self.growth_known = True
         self.foreseeable = bool(self.wave_growth * whole <= most)
 
 
 HEAD_START = 0.15
-"""Share of the work that a life may be ahead of its way: the first micrometres ask for short steps."""
+"""Share of the work that a life may be ahead of its way: the first micrometres ask for
+short steps."""
 PLANNED = 0.7
-"""Share of the work left with which steps are planned; the rest is for rates that get dearer."""
+"""Share of the work left with which steps are planned; the rest is for rates that get
+dearer."""
 ROUGH_SHARE, MOST_HURRIED = 0.02, 0.5
-"""Wear of a step over the depth reached, and where the work left pays for no shorter ones."""
+"""Wear of a step over the depth reached, and where the work left pays for no shorter
+ones."""
 
 
 def held_step(
@@ -248,18 +293,31 @@ def held_step(
         change = added_there - added
 
         def following(at: Array) -> Array:
-            depth, x = at[:-1], at[-1]
-            return np.append(np.maximum(0.0, still(depth) + added + x * change), 1.0 / size)
+            depth = at[:-1]
+            x = at[-1]
+            return np.append(
+                np.maximum(0.0, still(depth) + added + x * change), 1.0 / size
+            )
 
-        begin, slope = np.append(node.depth, 0.0), np.append(node.rate, 1.0 / size)
+        begin = np.append(node.depth, 0.0)
+        slope = np.append(node.rate, 1.0 / size)
         return runge_kutta.chebyshev_step(following, begin, slope, size, scheme)[:-1]
 
     held = reached(added)
     added_there = rate(held) - still(held)
     depth = reached(added_there)
     end = Node(node.cycle + size, depth, np.maximum(0.0, still(depth) + added_there))
-    error, secant = depth - held, (depth - node.depth) / size
-    return Step(node, end, (secant, secant), error, 1.0, None, float(np.abs(error).max(initial=0.0))), seen
+    error = depth - held
+    secant = (depth - node.depth) / size
+    return Step(
+        node,
+        end,
+        (secant, secant),
+        error,
+        1.0,
+        None,
+        float(np.abs(error).max(initial=0.0)),
+    ), seen
 
 
 class Work:
@@ -273,12 +331,15 @@ class Work:
     """
 
     def __init__(self, rate: CountedRate, node: Node, scale: float) -> None:
-        self.scale, self.first_depth = scale, node.deepest
+        self.scale = scale
+        self.first_depth = node.deepest
         self.before = rate.count, rate.work
         self.dear, self.late = 1.0, False
 
     def is_late(self, rate: CountedRate, node: Node, left: float) -> bool:
-        """Whether the work is, or was, too far ahead of the way; to be asked once a step.
+        """Whether the work is, or was, too far ahead of the way.
+
+        To be asked once a step.
 
         Parameters
         ----------
@@ -286,30 +347,49 @@ class Work:
         node : where the life is
         left : way to the limit [cycles]
         """
-        # Where orbits come and go one rate may cost a thousand times another: the dearer of all and the last.
+        # Where orbits come and go one rate may cost a thousand times another: the
+        # dearer of all and the last.
         last = (rate.work - self.before[1]) / max(1, rate.count - self.before[0])
         self.dear = max(1.0, last, (rate.work - rate.first_work) / max(1, rate.count))
         self.before = rate.count, rate.work
         way = node.cycle / (node.cycle + left) if isfinite(left) else 1.0
         done = (rate.work - rate.first_work) / (rate.most_work - rate.first_work)
-        self.late = self.late or max(done, rate.count / rate.most) > HEAD_START + (1.0 - HEAD_START) * way
+        self.late = (
+            self.late
+            or max(done, rate.count / rate.most) > HEAD_START + (1.0 - HEAD_START) * way
+        )
         return self.late
 
-    def affordable(self, rate: CountedRate, node: Node, left: float) -> tuple[float, bool]:
+    def affordable(
+        self, rate: CountedRate, node: Node, left: float
+    ) -> tuple[float, bool]:
         """Return the step of one rate [cycles], and whether the work left pays for no shorter ones."""
-        reached, fastest = node.deepest, node.fastest
-        way, depth = left * fastest if isfinite(left) else 0.0, max(reached, self.scale)
-        rates = min((rate.most_work - rate.work) / self.dear, float(rate.most - rate.count))
+        reached = node.deepest
+        fastest = node.fastest
+        way = left * fastest if isfinite(left) else 0.0
+        depth = max(reached, self.scale)
+        rates = min(
+            (rate.most_work - rate.work) / self.dear, float(rate.most - rate.count)
+        )
         share = share_of_depth(way, depth, PLANNED * max(0.0, rates))
-        # The fastest place is another one every time: the deepest gets deeper at a third of its rate.
-        deepens = (reached - self.first_depth) / node.cycle if reached > self.first_depth else fastest
+        # The fastest place is another one every time: the deepest gets deeper at a
+        # third of its rate.
+        deepens = (
+            (reached - self.first_depth) / node.cycle
+            if reached > self.first_depth
+            else fastest
+        )
         worn = float(np.clip(share, ROUGH_SHARE, MOST_HURRIED)) * depth
         return worn / deepens if deepens > 0.0 else inf, share > ROUGH_SHARE
 
 
 def wearing(node: Node, scale: float) -> float:
     """Return the cycles that wear `ROUGH_SHARE` of the depth reached, at least of the scale."""
-    return ROUGH_SHARE * max(node.deepest, scale) / node.fastest if node.fastest > 0.0 else inf
+    return (
+        ROUGH_SHARE * max(node.deepest, scale) / node.fastest
+        if node.fastest > 0.0
+        else inf
+    )
 
 
 def share_of_depth(wear: float, depth: float, steps: float) -> float:

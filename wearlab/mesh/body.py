@@ -1,14 +1,17 @@
 """The elastic wheel body under a loaded tooth: Sainsot's formula, and an annulus that teeth share.
 
-The annulus is plane, clamped at the bore, or at the outside of a ring's rim. A tooth hands its load
-over to the arc |θ| ≤ θ_f of the root circle as a normal stress linear in θ and a constant shear stress, the
-only such tractions in equilibrium with the load. Michell's solution gives the displacement of every Fourier
-mode in closed form (four constants a mode), and the work of one tooth's tractions on the displacements due to
-another's is their compliance: the body's displacement along the neighbour's line of action, rotation times
-lever included. It is symmetric (Betti) and positive semidefinite (energy) by construction.
+The annulus is plane, clamped at the bore, or at the outside of a ring's rim. A tooth
+hands its load over to the arc |θ| ≤ θ_f of the root circle as a normal stress linear in
+θ and a constant shear stress, the only such tractions in equilibrium with the load.
+Michell's solution gives the displacement of every Fourier mode in closed form (four
+constants a mode), and the work of one tooth's tractions on the displacements due to
+another's is their compliance: the body's displacement along the neighbour's line of
+action, rotation times lever included. It is symmetric (Betti) and positive semidefinite
+(energy) by construction.
 
-Plane stress, as Sainsot's polynomials are: a single tooth then agrees with them within 6 per cent for
-2 <= r_f/r_bore <= 3.4 and 20 to 100 teeth (15 per cent at r_f/r_bore = 1.5).
+Plane stress, as Sainsot's polynomials are: a single tooth then agrees with them within
+6 per cent for 2 <= r_f/r_bore <= 3.4 and 20 to 100 teeth (15 per cent at r_f/r_bore =
+1.5).
 """
 
 from typing import NamedTuple
@@ -37,7 +40,8 @@ def sainsot_coefficients(bore_ratio: float, root_half_angle: float) -> Array:
 
     Parameters
     ----------
-    bore_ratio : h_f, outer over inner radius of the body: r_f / r_bore, or r_rim / r_f of a ring [1]
+    bore_ratio : h_f, outer over inner radius of the body: r_f / r_bore, or r_rim / r_f
+        of a ring [1]
     root_half_angle : θ_f, half the tooth angle at the root circle [rad]
 
     Returns
@@ -46,7 +50,8 @@ def sainsot_coefficients(bore_ratio: float, root_half_angle: float) -> Array:
 
     References
     ----------
-    Sainsot, Velex & Duverger, J. Mech. Des. 126 (2004) 748–752, https://doi.org/10.1115/1.1758252, Eq. 6.
+    Sainsot, Velex & Duverger, J. Mech. Des. 126 (2004) 748–752,
+    https://doi.org/10.1115/1.1758252, Eq. 6.
     """
     h, theta = bore_ratio, root_half_angle
     return np.asarray(_TABLE @ [1.0 / theta**2, h * h, h / theta, 1.0 / theta, h, 1.0])
@@ -55,12 +60,14 @@ def sainsot_coefficients(bore_ratio: float, root_half_angle: float) -> Array:
 def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
     """Return the compliance of the wheel body along the line of action, for the whole face width.
 
-    ``c_f = cos²λ / (E B) [L (u/S)² + M u/S + P (1 + Q tan²λ)]`` with ``S = 2 r_f θ_f`` and
-    ``u = x_A − y_A tanλ − r_f``, the height above the root circle where the line of action crosses the
-    tooth's centre line. Wear moves the contact point along its own normal, so u stays ``r_b/cosλ − r_f``.
-    It is negative where that line crosses the root circle first, and so is the cross term then.
-    A ring: ``u = r_f − r_b/cosλ`` and ``h_f = r_rim/r_f``, outside what the polynomials were fitted to
-    (:func:`foundation_validity` says so; :func:`wearlab.mesh.body.body_compliance` has no such range).
+    ``c_f = cos²λ / (E B) [L (u/S)² + M u/S + P (1 + Q tan²λ)]`` with ``S = 2 r_f θ_f``
+    and ``u = x_A − y_A tanλ − r_f``, the height above the root circle where the line of
+    action crosses the tooth's centre line. Wear moves the contact point along its own
+    normal, so u stays ``r_b/cosλ − r_f``. It is negative where that line crosses the
+    root circle first, and so is the cross term then. A ring: ``u = r_f − r_b/cosλ`` and
+    ``h_f = r_rim/r_f``, outside what the polynomials were fitted to
+    (:func:`foundation_validity` says so; :func:`wearlab.mesh.body.body_compliance` has
+    no such range).
 
     Parameters
     ----------
@@ -75,7 +82,8 @@ def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
     ----------
     Sainsot, Velex & Duverger 2004, Eq. 5.
     """
-    theta, r_f = root_half_angle(gear), gear.root_radius
+    theta = root_half_angle(gear)
+    r_f = gear.root_radius
     L, M, P, Q = sainsot_coefficients(body_ratio(gear), theta)
     lam = load_angle(gear, radius)
     ratio = gear.outwards * (gear.base_radius / np.cos(lam) - r_f) / (2.0 * r_f * theta)
@@ -110,7 +118,10 @@ def foundation_validity(gear: Gear) -> tuple[str, ...]:
     Sainsot, Velex & Duverger 2004: 1.4 ≤ h_f ≤ 7 and 0.01 ≤ θ_f ≤ 0.12.
     """
     ratio = "h_f = r_rim/r_f" if gear.internal else "h_f = r_f/r_bore"
-    known = (ratio, body_ratio(gear), (1.4, 7.0)), ("theta_f", root_half_angle(gear), (0.01, 0.12))
+    known = (
+        (ratio, body_ratio(gear), (1.4, 7.0)),
+        ("theta_f", root_half_angle(gear), (0.01, 0.12)),
+    )
     return tuple(
         f"{gear.name}: sainsot foundation outside its range: {symbol} = {value:.4g}, "
         f"fitted for {low:g} to {high:g}"
@@ -136,7 +147,9 @@ class ModeCompliance(NamedTuple):
     shear: Array
 
 
-def mode_compliance(clamped: float, loaded: float, material: Material, n_modes: int) -> ModeCompliance:
+def mode_compliance(
+    clamped: float, loaded: float, material: Material, n_modes: int
+) -> ModeCompliance:
     """Solve the annulus, clamped at one radius and loaded at the other, for every Fourier mode.
 
     Parameters
@@ -151,37 +164,49 @@ def mode_compliance(clamped: float, loaded: float, material: Material, n_modes: 
 
     References
     ----------
-    Michell, Proc. London Math. Soc. 31 (1899) 100–124; Barber, Elasticity, 3rd ed., Table 9.1, written
-    here as displacements from the Kolosov–Muskhelishvili potentials z^k and z^m.
+    Michell, Proc. London Math. Soc. 31 (1899) 100–124; Barber, Elasticity, 3rd ed.,
+    Table 9.1, written here as displacements from the Kolosov–Muskhelishvili potentials
+    z^k and z^m.
     """
     n = np.arange(n_modes, dtype=float)
     solutions = _michell(n, material)
     ends = min(clamped, loaded), max(clamped, loaded)
     clamp, _ = _at_radius(solutions, n, clamped, ends, material)
     rim, surface = _at_radius(solutions, n, loaded, ends, material)
-    # an inner surface faces the centre: what pulls it outwards is a negative stress there
+    # an inner surface faces the centre: what pulls it outwards is a negative stress
+    # there
     tractions = np.zeros((n_modes, 4, 2))
     tractions[:, 2, 0] = tractions[:, 3, 1] = 1.0 if loaded > clamped else -1.0
-    compliance = rim @ np.linalg.solve(np.concatenate([clamp, surface], axis=1), tractions)
+    compliance = rim @ np.linalg.solve(
+        np.concatenate([clamp, surface], axis=1), tractions
+    )
     return ModeCompliance(compliance[:, 0, 0], compliance[:, 0, 1], compliance[:, 1, 1])
 
 
 def _at_radius(
-    solutions: Array, n: Array, radius: float, ends: tuple[float, float], material: Material
+    solutions: Array,
+    n: Array,
+    radius: float,
+    ends: tuple[float, float],
+    material: Material,
 ) -> tuple[Array, Array]:
     """Displacements (u_r, u_θ) and tractions (σ_r, τ) of the solutions, each (n_modes, 2, 4)."""
     mu = material.shear_modulus
     lame = 2.0 * mu * material.poisson_ratio / (1.0 - material.poisson_ratio)
     displacement, traction = np.empty((2, len(n), 2, 4))
     for column, (U, V, power, logarithm) in enumerate(solutions):
-        # growing powers are scaled by the outer and falling ones by the inner radius: nothing overflows
+        # growing powers are scaled by the outer and falling ones by the inner radius:
+        # nothing overflows
         scale = np.where(power > 0.0, *ends[::-1])
         size = (radius / scale) ** power
         u = size * (U + logarithm * np.log(radius / scale))
         v = size * (V - logarithm * np.log(radius / scale))
-        u_rate, v_rate = power * u + size * logarithm, power * v - size * logarithm
+        u_rate = power * u + size * logarithm
+        v_rate = power * v - size * logarithm
         displacement[:, 0, column], displacement[:, 1, column] = u, v
-        traction[:, 0, column] = ((lame + 2.0 * mu) * u_rate + lame * (u + n * v)) / radius
+        traction[:, 0, column] = (
+            (lame + 2.0 * mu) * u_rate + lame * (u + n * v)
+        ) / radius
         traction[:, 1, column] = mu * (v_rate - n * u - v) / radius
     return displacement, traction
 
@@ -192,7 +217,8 @@ def _michell(n: Array, material: Material) -> Array:
     Shape (4 solutions, 4 values U V p G, n_modes); the overall factor of each is free.
     """
     kappa = (3.0 - material.poisson_ratio) / (1.0 + material.poisson_ratio)
-    ones, zeros = np.ones_like(n), np.zeros_like(n)
+    ones = np.ones_like(n)
+    zeros = np.zeros_like(n)
     solutions = np.array(
         [
             [kappa - n - 1.0, kappa + n + 1.0, n + 1.0, zeros],
@@ -201,11 +227,17 @@ def _michell(n: Array, material: Material) -> Array:
             [-ones, -ones, -n - 1.0, zeros],
         ]
     )
-    # mode 1: r^(1−n) and r^(n−1) coincide; the point force takes the place of the second
+    # mode 1: r^(1−n) and r^(n−1) coincide; the point force takes the place of the
+    # second
     solutions[1, :, n == 1.0] = [-1.0, -1.0, 0.0, 2.0 * kappa]
     # mode 0: radial and rotational solutions part, r and 1/r each
     solutions[:, :, n == 0.0] = np.array(
-        [[1.0, 0.0, 1.0, 0.0], [0.0, 1.0, 1.0, 0.0], [1.0, 0.0, -1.0, 0.0], [0.0, 1.0, -1.0, 0.0]]
+        [
+            [1.0, 0.0, 1.0, 0.0],
+            [0.0, 1.0, 1.0, 0.0],
+            [1.0, 0.0, -1.0, 0.0],
+            [0.0, 1.0, -1.0, 0.0],
+        ]
     )[:, :, None]
     return solutions
 
@@ -213,10 +245,10 @@ def _michell(n: Array, material: Material) -> Array:
 def arc_tractions(gear: Gear, radius: ArrayLike) -> Array:
     """Return the tractions that carry a unit load into the root arc, per unit face width.
 
-    ``σ = σ0 + σ1 θ/θ_f`` and ``τ = τ0``, with the radial force ``2 r_f sinθ_f σ0 = −sinλ``, the moment about
-    the centre ``2 r_f² θ_f τ0 = −r_b`` and the tangential force
-    ``2 r_f [σ1 (sinθ_f/θ_f − cosθ_f) + τ0 sinθ_f] = −cosλ``. The load presses a ring's tooth outwards,
-    towards its root: there the radial force is +sinλ.
+    ``σ = σ0 + σ1 θ/θ_f`` and ``τ = τ0``, with the radial force ``2 r_f sinθ_f σ0 =
+    −sinλ``, the moment about the centre ``2 r_f² θ_f τ0 = −r_b`` and the tangential
+    force ``2 r_f [σ1 (sinθ_f/θ_f − cosθ_f) + τ0 sinθ_f] = −cosλ``. The load presses a
+    ring's tooth outwards, towards its root: there the radial force is +sinλ.
 
     Parameters
     ----------
@@ -229,9 +261,11 @@ def arc_tractions(gear: Gear, radius: ArrayLike) -> Array:
 
     References
     ----------
-    Sainsot, Velex & Duverger 2004: normal stress linear, shear constant along the root arc.
+    Sainsot, Velex & Duverger 2004: normal stress linear, shear constant along the root
+    arc.
     """
-    theta, r_f = root_half_angle(gear), gear.root_radius
+    theta = root_half_angle(gear)
+    r_f = gear.root_radius
     lam = load_angle(gear, radius)
     constant = -gear.outwards * np.sin(lam) / (2.0 * r_f * np.sin(theta))
     shear = np.full_like(lam, -gear.base_radius / (2.0 * r_f**2 * theta))
@@ -249,16 +283,20 @@ def arc_work(gear: Gear, separation: float) -> Array:
 
     Returns
     -------
-    (3, 3) observing × acting shapes (1, θ/θ_f normal; 1 shear), per unit face width [m²/Pa]
+    (3, 3) observing × acting shapes (1, θ/θ_f normal; 1 shear), per unit face width
+    [m²/Pa]
 
     References
     ----------
-    Sainsot, Velex & Duverger 2004, for the tractions; the displacements are those of `mode_compliance`.
+    Sainsot, Velex & Duverger 2004, for the tractions; the displacements are those of
+    `mode_compliance`.
     """
     theta = root_half_angle(gear)
     # fourier modes times θ_f: the energy of mode n falls as n^-3
     n_modes = int(60.0 / theta) + 2
-    compliance = mode_compliance(gear.bore_radius, gear.root_radius, gear.material, n_modes)
+    compliance = mode_compliance(
+        gear.bore_radius, gear.root_radius, gear.material, n_modes
+    )
     n = np.arange(1, n_modes)
     even = 2.0 * np.sin(n * theta) / n
     odd = 2.0 * (np.sin(n * theta) / n**2 - theta * np.cos(n * theta) / n) / theta
@@ -270,7 +308,11 @@ def arc_work(gear: Gear, separation: float) -> Array:
     u_t = -1j * compliance.mixed[1:] * normal + compliance.shear[1:] * shear
     turn = np.exp(1j * n * separation)
     work = (normal.conj() * turn) @ u_r.T + (shear * turn) @ u_t.T
-    uniform = (2.0 * theta) ** 2 / 2.0 * np.diag([compliance.normal[0], 0.0, compliance.shear[0]])
+    uniform = (
+        (2.0 * theta) ** 2
+        / 2.0
+        * np.diag([compliance.normal[0], 0.0, compliance.shear[0]])
+    )
     return np.asarray(gear.root_radius / np.pi * (work.real + uniform))
 
 
@@ -294,11 +336,14 @@ def body_compliance(gear: Gear, radius: ArrayLike) -> Array:
     return np.asarray(_work(p, arc_work(gear, 0.0), p) / gear.face_width)
 
 
-def body_coupling(gear: Gear, radius: ArrayLike, other: ArrayLike, teeth_apart: int = 1) -> Array:
+def body_coupling(
+    gear: Gear, radius: ArrayLike, other: ArrayLike, teeth_apart: int = 1
+) -> Array:
     """Return the body compliance two loaded teeth share, over the geometric mean of their own.
 
-    The foundation compliance between them is this ratio times ``√(c_f,i c_f,j)``. Both touch the same line of
-    action, so the tooth with the larger contact radius (a ring's: the smaller) is on the loaded flank's side.
+    The foundation compliance between them is this ratio times ``√(c_f,i c_f,j)``. Both
+    touch the same line of action, so the tooth with the larger contact radius (a
+    ring's: the smaller) is on the loaded flank's side.
 
     Parameters
     ----------
@@ -312,16 +357,23 @@ def body_coupling(gear: Gear, radius: ArrayLike, other: ArrayLike, teeth_apart: 
 
     References
     ----------
-    Michell 1899, for the displacements; Sainsot, Velex & Duverger 2004, for the tractions on the root circle.
+    Michell 1899, for the displacements; Sainsot, Velex & Duverger 2004, for the
+    tractions on the root circle.
     """
-    first, second = np.broadcast_arrays(np.asarray(radius, dtype=float), np.asarray(other, dtype=float))
-    low, high = np.minimum(first, second), np.maximum(first, second)
+    first, second = np.broadcast_arrays(
+        np.asarray(radius, dtype=float), np.asarray(other, dtype=float)
+    )
+    low = np.minimum(first, second)
+    high = np.maximum(first, second)
     if gear.internal:
         low, high = high, low
-    p, q = arc_tractions(gear, low), arc_tractions(gear, high)
+    p = arc_tractions(gear, low)
+    q = arc_tractions(gear, high)
     own = arc_work(gear, 0.0)
     across = arc_work(gear, 2.0 * np.pi * teeth_apart / gear.teeth)
-    return np.asarray(_work(q, across, p) / np.sqrt(_work(p, own, p) * _work(q, own, q)))
+    return np.asarray(
+        _work(q, across, p) / np.sqrt(_work(p, own, p) * _work(q, own, q))
+    )
 
 
 def _work(moved: Array, between: Array, acting: Array) -> Array:

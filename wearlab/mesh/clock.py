@@ -1,9 +1,11 @@
 """Meshes on one clock: every mesh of a gear set lags the first by a fraction of the mesh period.
 
-A mesh meets its own phase ``(φ − γ) mod 1`` when the clock shows φ. Meshes of one kind share their flanks,
-and so one contact analysis; what differs is the lag and the error each of them sees.
+A mesh meets its own phase ``(φ − γ) mod 1`` when the clock shows φ. Meshes of one kind
+share their flanks, and so one contact analysis; what differs is the lag and the error
+each of them sees.
 
-A `Sampling` holds at which phases an integration asks for the meshes, and what wear does not change there.
+A `Sampling` holds at which phases an integration asks for the meshes, and what wear
+does not change there.
 """
 
 from collections.abc import Sequence
@@ -13,7 +15,14 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.mesh import harmonics, stages
-from wearlab.mesh.profile import SAME_PHASE, Lookup, ProfileGrid, distinct, interpolate, lookup
+from wearlab.mesh.profile import (
+    SAME_PHASE,
+    Lookup,
+    ProfileGrid,
+    distinct,
+    interpolate,
+    lookup,
+)
 
 
 class Mesh(NamedTuple):
@@ -46,7 +55,9 @@ class Instants(NamedTuple):
 
 def of_kind(meshes: Sequence[Mesh], kind: int) -> Index:
     """Return which meshes are of a kind."""
-    return np.array([i for i, mesh in enumerate(meshes) if mesh.kind == kind], dtype=np.int64)
+    return np.array(
+        [i for i, mesh in enumerate(meshes) if mesh.kind == kind], dtype=np.int64
+    )
 
 
 def breaks_on_clock(grids: Sequence[ProfileGrid], meshes: Sequence[Mesh]) -> Array:
@@ -56,7 +67,10 @@ def breaks_on_clock(grids: Sequence[ProfileGrid], meshes: Sequence[Mesh]) -> Arr
 
 
 def own_phase(phase: Array, lag: float) -> Array:
-    """Return the phases (n,) of a mesh when the clock shows ``phase``; a whole period but round-off is 0."""
+    """Return the phases (n,) of a mesh when the clock shows ``phase``.
+
+    A whole period but round-off is 0.
+    """
     return np.asarray(phase - lag - np.floor(phase - lag + SAME_PHASE))
 
 
@@ -65,13 +79,19 @@ def look(grid: ProfileGrid, lags: Sequence[float], phase: Array) -> Lookup:
     return joined([lookup(grid, own_phase(phase, lag)) for lag in lags])
 
 
-def look_within(grid: ProfileGrid, lags: Sequence[float], phase: Array, middle: Array) -> Lookup:
+def look_within(
+    grid: ProfileGrid, lags: Sequence[float], phase: Array, middle: Array
+) -> Lookup:
     """Return the look-up of phases (n, k) that lie within steps about ``middle`` (n,), mesh after mesh."""
     times = []
     for lag in lags:
         turns = np.floor(middle - lag)
         segment = np.searchsorted(grid.breaks, middle - lag - turns, side="right") - 1
-        times.append(lookup(grid, phase - lag - turns[:, None], np.repeat(segment, phase.shape[1])))
+        times.append(
+            lookup(
+                grid, phase - lag - turns[:, None], np.repeat(segment, phase.shape[1])
+            )
+        )
     return joined(times)
 
 
@@ -80,7 +100,9 @@ def look_within_each(
 ) -> tuple[Lookup, ...]:
     """Return the look-ups of every kind of mesh, see `look_within`."""
     return tuple(
-        look_within(grid, [mesh.lag for mesh in meshes if mesh.kind == kind], phase, middle)
+        look_within(
+            grid, [mesh.lag for mesh in meshes if mesh.kind == kind], phase, middle
+        )
         for kind, grid in enumerate(grids)
     )
 
@@ -107,7 +129,8 @@ def instants_of(grid: ProfileGrid, lag: float, where: Lookup, edges: Array) -> I
     edges : breaks of the clock
     """
     middle = 0.5 * (grid.breaks[where.segment] + grid.breaks[where.segment + 1])
-    # how far into its segment a phase is moved to find the segment of the clock it belongs to, of its width
+    # how far into its segment a phase is moved to find the segment of the clock it
+    # belongs to, of its width
     inside = where.phase + 1e-6 * (middle - where.phase)
     turns = np.floor(inside + lag)
     segment = np.searchsorted(edges, inside + lag - turns, side="right") - 1
@@ -120,7 +143,8 @@ class Friction(NamedTuple):
     Parameters
     ----------
     coefficient : μ [1]
-    sense : for each kind of mesh, +1 where the model's path position is s, −1 where it is −s [1]
+    sense : for each kind of mesh, +1 where the model's path position is s, −1 where it
+        is −s [1]
     """
 
     coefficient: float
@@ -135,10 +159,12 @@ class Sampling(NamedTuple):
     grid : the steps, on the clock
     edges : (n_segments + 1,) breaks of the clock between which every mesh is smooth [1]
     meshes : the meshes
-    where : for each kind of mesh, look-up of the (n_steps · 3) stages, one mesh of the kind after another
-    sliding : (n_steps, 3, n_mesh, n_pairs) Λμ of every pair at the stages, 0 out of the path; None: no
-        friction [1]
-    moment : (n_steps, 3, n_mesh, n_pairs) Λμ times the path position as the model counts it [m]
+    where : for each kind of mesh, look-up of the (n_steps · 3) stages, one mesh of the
+        kind after another
+    sliding : (n_steps, 3, n_mesh, n_pairs) Λμ of every pair at the stages, 0 out of the
+        path; None: no friction [1]
+    moment : (n_steps, 3, n_mesh, n_pairs) Λμ times the path position as the model
+        counts it [m]
 
     Wear changes none of it.
     """
@@ -152,9 +178,12 @@ class Sampling(NamedTuple):
 
 
 def sampling(
-    grids: Sequence[ProfileGrid], meshes: tuple[Mesh, ...], edges: Array, grid: stages.StageGrid,
+    grids: Sequence[ProfileGrid],
+    meshes: tuple[Mesh, ...],
+    edges: Array,
+    grid: stages.StageGrid,
     friction: Friction | None = None,
-) -> Sampling:  # fmt: skip
+) -> Sampling:
     """Prepare the look-ups of an integrator's stages among the profile nodes of every kind of mesh.
 
     Sliding turns at the pitch point, where steps end.
@@ -163,12 +192,18 @@ def sampling(
     where = look_within_each(grids, meshes, grid.phase, middle)
     if friction is None:
         return Sampling(grid, edges, meshes, where)
-    sliding, moment = np.zeros((2, *grid.phase.shape, len(meshes), max(nodes.n_pairs for nodes in grids)))
+    sliding, moment = np.zeros(
+        (2, *grid.phase.shape, len(meshes), max(nodes.n_pairs for nodes in grids))
+    )
     for kind, (nodes, at) in enumerate(zip(grids, where, strict=True)):
         position = interpolate(nodes, at, nodes.contact_position, np.nan)
         s = position.reshape(-1, *grid.phase.shape, nodes.n_pairs).transpose(1, 2, 0, 3)
         own = of_kind(meshes, kind)
-        rubs = friction.coefficient * np.nan_to_num(np.broadcast_to(np.sign(s[:, 1:2]), s.shape))
+        rubs = friction.coefficient * np.nan_to_num(
+            np.broadcast_to(np.sign(s[:, 1:2]), s.shape)
+        )
         sliding[:, :, own, : nodes.n_pairs] = rubs
-        moment[:, :, own, : nodes.n_pairs] = rubs * friction.sense[kind] * np.nan_to_num(s)
+        moment[:, :, own, : nodes.n_pairs] = (
+            rubs * friction.sense[kind] * np.nan_to_num(s)
+        )
     return Sampling(grid, edges, meshes, where, sliding, moment)

@@ -1,9 +1,10 @@
 """Worn flanks in quasi-static contact: compliance and gap at every node, then the sharing at every phase.
 
-The pairs in contact share the mesh force: ``δ − g_i = Σ_j C_ij F_j``, F_j ≥ 0, ΣF_j = F. Uncoupled pairs (C
-diagonal) are springs that engage one after another as δ passes their gaps. Pairs that share a gear body (C
-full) do the same, only at shifted gaps and with shifted slopes: the total force is still a sum of one-sided
-springs, and that equivalent is what the dynamics integrate.
+The pairs in contact share the mesh force: ``δ − g_i = Σ_j C_ij F_j``, F_j ≥ 0, ΣF_j =
+F. Uncoupled pairs (C diagonal) are springs that engage one after another as δ passes
+their gaps. Pairs that share a gear body (C full) do the same, only at shifted gaps and
+with shifted slopes: the total force is still a sum of one-sided springs, and that
+equivalent is what the dynamics integrate.
 """
 
 from dataclasses import dataclass
@@ -19,7 +20,8 @@ from wearlab.mesh.profile import Lookup, ProfileGrid, at_phase_nodes, interpolat
 from wearlab.mesh.stiffness import PairStiffness
 
 ROUNDED = 1e-15
-"""Difference of gaps that is rounding: where a pair begins to touch its gap is that of its mate [m]."""
+"""Difference of gaps that is rounding: where a pair begins to touch its gap is that of
+its mate [m]."""
 
 
 class Sharing(NamedTuple):
@@ -43,28 +45,37 @@ class Sharing(NamedTuple):
 
 @jit_inner
 def _room(n):  # type: ignore[no-untyped-def]
-    work, place = np.zeros((n, n + 2)), np.zeros(n, np.int64)
-    return Sharing(np.zeros((n, n)), np.zeros(n, np.bool_), np.zeros(n), np.zeros(n), work, place)
+    work = np.zeros((n, n + 2))
+    place = np.zeros(n, np.int64)
+    return Sharing(
+        np.zeros((n, n)), np.zeros(n, np.bool_), np.zeros(n), np.zeros(n), work, place
+    )
 
 
 @jit
-def share(compliance: Array, gap: Array, cross: Array, load: Array) -> tuple[Array, Array, Array]:
+def share(
+    compliance: Array, gap: Array, cross: Array, load: Array
+) -> tuple[Array, Array, Array]:
     """Solve the load sharing at every phase.
 
     Parameters
     ----------
     compliance : (n, n_pairs) own compliance of each pair, inf when absent [m/N]
     gap : (n, n_pairs) gap of each pair, inf when absent [m]
-    cross : (n, n_pairs, n_apart) compliance shared by slot p with slot p − 1 − a; n_apart = 0: none [m/N]
+    cross : (n, n_pairs, n_apart) compliance shared by slot p with slot p − 1 − a;
+        n_apart = 0: none [m/N]
     load : (n,) total normal force [N]
 
     Returns
     -------
-    deflection, tangent : (n,) δ [m] and dF/dδ [N/m], where pairs engage that of a growing load
+    deflection, tangent : (n,) δ [m] and dF/dδ [N/m], where pairs engage that of a
+        growing load
     force : (n, n_pairs) of the pairs [N]
     """
     n, n_pairs = compliance.shape
-    deflection, tangent, force = np.full(n, np.inf), np.zeros(n), np.zeros((n, n_pairs))
+    deflection = np.full(n, np.inf)
+    tangent = np.zeros(n)
+    force = np.zeros((n, n_pairs))
     pairs = _room(n_pairs)
     for i in range(n):
         _begin(compliance[i], cross[i], pairs)
@@ -131,7 +142,8 @@ def _touch(gap, pairs, following):  # type: ignore[no-untyped-def]
 @jit_inner
 def _contact_at(gap, pairs, p):  # type: ignore[no-untyped-def]
     """Return the δ at which slot ``p`` engages while the active ones bear, inf where it does not."""
-    slope, level = 1.0, gap[p]
+    slope = 1.0
+    level = gap[p]
     for q in range(len(gap)):
         if pairs.active[q]:
             slope -= pairs.matrix[p, q] * pairs.unit[q]
@@ -141,14 +153,21 @@ def _contact_at(gap, pairs, p):  # type: ignore[no-untyped-def]
 
 @jit_inner
 def _next_in_contact(gap, pairs):  # type: ignore[no-untyped-def]
-    """Return the slot that engages next as δ grows, and the δ at which it does; −1: none."""
-    matrix, nearest, where = pairs.matrix, -1, np.inf
+    """Return the slot that engages next as δ grows, and the δ at which it does.
+
+    −1: none.
+    """
+    matrix = pairs.matrix
+    nearest = -1
+    where = np.inf
     for p in range(len(gap)):
         if pairs.active[p] or not (matrix[p, p] < np.inf and gap[p] < np.inf):
             continue
         at = _contact_at(gap, pairs, p)
         later = at - where
-        if abs(later) <= ROUNDED:  # the stiffer one: a pair that begins to touch is the softer
+        if (
+            abs(later) <= ROUNDED
+        ):  # the stiffer one: a pair that begins to touch is the softer
             later = matrix[p, p] - matrix[nearest, nearest]
         if later < 0.0:
             nearest, where = p, at
@@ -161,12 +180,13 @@ def equivalent_springs(
 ) -> tuple[Array, Array, Array]:
     """Turn coupled pairs into the uncoupled springs of the same total force, at every phase.
 
-    ``Σ_j F_j(δ) = Σ_p k_p max(0, δ − g_p)`` with the springs in their order of engagement. Without
-    coupling each slot keeps its own stiffness and gap.
+    ``Σ_j F_j(δ) = Σ_p k_p max(0, δ − g_p)`` with the springs in their order of
+    engagement. Without coupling each slot keeps its own stiffness and gap.
 
-    Where pairs change places in that order within a step, springs would jump and no parabola could follow.
-    So the stages of a step all have the order of the middle one: springs are smooth, and carry the force of
-    the pairs but for deflections between the gaps of the two, as close as these come within the step.
+    Where pairs change places in that order within a step, springs would jump and no
+    parabola could follow. So the stages of a step all have the order of the middle one:
+    springs are smooth, and carry the force of the pairs but for deflections between the
+    gaps of the two, as close as these come within the step.
 
     Parameters
     ----------
@@ -176,15 +196,19 @@ def equivalent_springs(
 
     Returns
     -------
-    stiffness, gap : (n, n_pairs) of the springs; absent ones have stiffness 0 and gap 0 [N/m], [m]
-    part : (n, n_pairs, n_pairs) what each spring (rows) adds to dF/dδ of each pair, so that ``F_j(δ) =
-        Σ_p k_pj max(0, δ − g_p)`` and ``k_p = Σ_j k_pj``; a spring takes from pairs that touched before it
-        [N/m]
+    stiffness, gap : (n, n_pairs) of the springs; absent ones have stiffness 0 and gap 0
+        [N/m], [m]
+    part : (n, n_pairs, n_pairs) what each spring (rows) adds to dF/dδ of each pair, so
+        that ``F_j(δ) = Σ_p k_pj max(0, δ − g_p)`` and ``k_p = Σ_j k_pj``; a spring
+        takes from pairs that touched before it [N/m]
     """
     n, n_pairs = compliance.shape
-    stiffness, level = np.zeros((n, n_pairs)), np.zeros((n, n_pairs))
+    stiffness = np.zeros((n, n_pairs))
+    level = np.zeros((n, n_pairs))
     part = np.zeros((n, n_pairs, n_pairs))
-    pairs, earlier, order = _room(n_pairs), np.zeros(n_pairs), np.arange(n_pairs)
+    pairs = _room(n_pairs)
+    earlier = np.zeros(n_pairs)
+    order = np.arange(n_pairs)
     for i in range(n):
         if cross.shape[2] > 0 and i % stages == 0:
             _begin(compliance[i + stages // 2], cross[i + stages // 2], pairs)
@@ -207,14 +231,17 @@ def equivalent_springs(
             level[i, slot] = _contact_at(gap[i], pairs, p)
             _touch(gap[i], pairs, p)
             stiffness[i, slot] = pairs.unit.sum() - earlier.sum()
-            for q in range(n_pairs):  # not by slices: telling of unequal lengths compiles for seconds
+            for q in range(
+                n_pairs
+            ):  # not by slices: telling of unequal lengths compiles for seconds
                 part[i, slot, q] = pairs.unit[q] - earlier[q]
                 earlier[q] = pairs.unit[q]
     return stiffness, level, part
 
 
 LEAST_LOADED = 0.02
-"""Share of the load below which a contact yields as under it: towards none its compliance has no bound."""
+"""Share of the load below which a contact yields as under it: towards none its
+compliance has no bound."""
 
 
 class Nodes(NamedTuple):
@@ -238,7 +265,8 @@ class Quasistatic(NamedTuple):
     Parameters
     ----------
     deflection : (n,) static transmission error δ [m]
-    tangent : (n,) mesh stiffness Σ k_j over loaded pairs, by an engagement threshold over engaged ones [N/m]
+    tangent : (n,) mesh stiffness Σ k_j over loaded pairs, by an engagement threshold
+        over engaged ones [N/m]
     force : (n, n_pairs) pair forces, leading pair first [N]
     unloaded : (n,) unloaded transmission error, min_j g_j [m]
     stiffness : (n, n_pairs) stiffness of each pair on its own, 0 when absent [N/m]
@@ -257,8 +285,9 @@ class Quasistatic(NamedTuple):
 class ContactAnalysis:
     """Contact of one pair of worn flanks.
 
-    The gap of a pair at s_j is ``g_j = h1 + h2 + modifications`` in the displacement form, or comes from the
-    exact mesh relationship; then teeth bend at the flank points that really touch.
+    The gap of a pair at s_j is ``g_j = h1 + h2 + modifications`` in the displacement
+    form, or comes from the exact mesh relationship; then teeth bend at the flank points
+    that really touch.
 
     Parameters
     ----------
@@ -266,8 +295,9 @@ class ContactAnalysis:
     stiffness : how stiff one pair is
     modification : (n,) material removed on purpose, both flanks together [m]
     load : static normal force [N]
-    engagement_gap : pairs whose gap exceeds the smallest by more than this do not engage (an angle
-        threshold times the driven base radius); inf: the load alone decides [m]
+    engagement_gap : pairs whose gap exceeds the smallest by more than this do not
+        engage (an angle threshold times the driven base radius); inf: the load alone
+        decides [m]
     gaps : where the gaps come from; None: the displacement form on A–E
     """
 
@@ -300,12 +330,15 @@ class ContactAnalysis:
         Parameters
         ----------
         wear : (2, n) [m]
-        near : sharing of the static load at the phase nodes in a neighbouring state, to start from
+        near : sharing of the static load at the phase nodes in a neighbouring state, to
+            start from
         """
-        carried, touching = self.grid.beyond(wear), self.grid.contact_position
+        carried = self.grid.beyond(wear)
+        touching = self.grid.contact_position
         if isinstance(self.gaps, MeetingGaps):  # then teeth bend where they really meet
             met = self.gaps.contact(wear, touching)
-            gap, body = met.gap, self.stiffness.body_where(carried, touching, met.driving, met.driven)
+            gap = met.gap
+            body = self.stiffness.body_where(carried, touching, met.driving, met.driven)
         else:
             on_path = self.grid.beyond(wear[0] + wear[1] + self.modification)
             gap = on_path if self.gaps is None else self.gaps.at(wear)
@@ -313,15 +346,19 @@ class ContactAnalysis:
         cross = self.stiffness.cross(carried)
         if not self.stiffness.load_dependent:
             return Nodes(body + self.stiffness.contact(None), gap, cross)
-        force = np.full(gap.shape, self.load) if near is None else self._force_in_contact(near.force)
+        force = (
+            np.full(gap.shape, self.load)
+            if near is None
+            else self._force_in_contact(near.force)
+        )
         return Nodes(body + self._settled(body, gap, cross, force), gap, cross)
 
     def _settled(self, body: Array, gap: Array, cross: Array, force: Array) -> Array:
         """Return the contact's compliance under the forces that it leads to itself, (n_contact,) [m/N].
 
-        From forces (n_contact,) on by Newton's method: about F the curve ``δ = g + (b + c(F)) F`` is
-        straight, its compliance less by ``−F dc/dF`` and its gap larger by as much times F. Where gaps decide
-        which pairs engage they are left as they are.
+        From forces (n_contact,) on by Newton's method: about F the curve ``δ = g + (b +
+        c(F)) F`` is straight, its compliance less by ``−F dc/dF`` and its gap larger by
+        as much times F. Where gaps decide which pairs engage they are left as they are.
         """
         least = LEAST_LOADED * self.load
         softening = self.stiffness.softening if self.engagement_gap == np.inf else 0.0
@@ -329,7 +366,9 @@ class ContactAnalysis:
             contact = self.stiffness.contact(np.maximum(force, least))
             straight = softening * (force > least)
             nodes = Nodes(body + contact - straight, gap + straight * force, cross)
-            updated = self._force_in_contact(self.quasistatic(nodes, self.at_nodes).force)
+            updated = self._force_in_contact(
+                self.quasistatic(nodes, self.at_nodes).force
+            )
             settled = np.max(np.abs(updated - force)) <= 1e-8 * self.load
             force = updated
             if settled:
@@ -345,20 +384,30 @@ class ContactAnalysis:
             with np.errstate(divide="ignore"):  # a pair out of the path has none
                 compliance = 1.0 / stiffness
         gap = interpolate(self.grid, where, nodes.gap, np.inf)
-        cross = np.ascontiguousarray(np.moveaxis(interpolate(self.grid, where, nodes.cross, 0.0), 0, -1))
+        cross = np.ascontiguousarray(
+            np.moveaxis(interpolate(self.grid, where, nodes.cross, 0.0), 0, -1)
+        )
         if self.engagement_gap < np.inf:
-            compliance[gap > gap.min(axis=1, keepdims=True) + self.engagement_gap] = np.inf
+            compliance[gap > gap.min(axis=1, keepdims=True) + self.engagement_gap] = (
+                np.inf
+            )
         return compliance, gap, cross
 
-    def quasistatic(self, nodes: Nodes, where: Lookup, load: Array | None = None) -> Quasistatic:
+    def quasistatic(
+        self, nodes: Nodes, where: Lookup, load: Array | None = None
+    ) -> Quasistatic:
         """Solve the sharing at phases, under the static load or under given loads (n,) [N]."""
         compliance, gap, cross = self.at(nodes, where)
         load = np.full(len(compliance), self.load) if load is None else load
         deflection, tangent, force = share(compliance, gap, cross, load)
-        if self.engagement_gap < np.inf:  # every pair that engages touches, loaded or not (Y23)
+        if (
+            self.engagement_gap < np.inf
+        ):  # every pair that engages touches, loaded or not (Y23)
             together = np.where(np.isfinite(compliance) & np.isfinite(gap), 0.0, np.inf)
             _, tangent, _ = share(compliance, together, cross, np.ones(len(load)))
-        return Quasistatic(deflection, tangent, force, gap.min(axis=1), 1.0 / compliance, gap)
+        return Quasistatic(
+            deflection, tangent, force, gap.min(axis=1), 1.0 / compliance, gap
+        )
 
     def force_at_nodes(self, force: Array) -> Array:
         """Carry pair forces (n_phase_nodes, n_pairs) to the profile nodes (n,) [N]."""

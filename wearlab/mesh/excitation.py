@@ -1,8 +1,9 @@
 """What excites the dynamics: the flanks of a mesh, pair by pair, or series fitted to the contact analysis.
 
-Pairs are the consistent physics: ``W = Σ_j k_j(φ) max(0, δ − g_j(φ))``. Series are the papers' forms
-``W = k(φ) f(u)`` with ``u = d·q − e(φ)``; their truncation is part of the model, and their force is handed to
-the pairs by the quasi-static share. Either is tabulated at the stages of an integration.
+Pairs are the consistent physics: ``W = Σ_j k_j(φ) max(0, δ − g_j(φ))``. Series are the
+papers' forms ``W = k(φ) f(u)`` with ``u = d·q − e(φ)``; their truncation is part of the
+model, and their force is handed to the pairs by the quasi-static share. Either is
+tabulated at the stages of an integration.
 """
 
 from collections.abc import Sequence
@@ -55,8 +56,12 @@ Flanks = MeshFlanks | FaceFlanks
 """The flanks of one kind of mesh: pairs, or with a width."""
 
 
-def stage_tables(kinds: Sequence[Flanks], sampling: clock.Sampling, fluctuation: Array | None) -> StageTables:
-    """Tabulate every mesh at every stage of an integration; the integrator evaluates nothing else.
+def stage_tables(
+    kinds: Sequence[Flanks], sampling: clock.Sampling, fluctuation: Array | None
+) -> StageTables:
+    """Tabulate every mesh at every stage of an integration.
+
+    The integrator evaluates nothing else.
 
     Parameters
     ----------
@@ -64,18 +69,36 @@ def stage_tables(kinds: Sequence[Flanks], sampling: clock.Sampling, fluctuation:
     sampling : where to tabulate
     fluctuation : (n_steps, 3) factor on the fluctuating load [1], or None
     """
-    steps, meshes = len(sampling.grid.width), sampling.meshes
-    stiffness, gap, pair_rate, lead_rate, part = of_meshes(kinds, meshes, sampling.where, (steps, 3))
+    steps = len(sampling.grid.width)
+    meshes = sampling.meshes
+    stiffness, gap, pair_rate, lead_rate, part = of_meshes(
+        kinds, meshes, sampling.where, (steps, 3)
+    )
     error, rate = errors_of(kinds, meshes, sampling.grid.phase)
-    width, rubs = sampling.grid.width, (sampling.sliding, sampling.moment)
-    return StageTables(width, stiffness, gap, error, rate, fluctuation, *rubs, pair_rate, lead_rate, part)
+    width = sampling.grid.width
+    rubs = (sampling.sliding, sampling.moment)
+    return StageTables(
+        width,
+        stiffness,
+        gap,
+        error,
+        rate,
+        fluctuation,
+        *rubs,
+        pair_rate,
+        lead_rate,
+        part,
+    )
 
 
-def errors_of(kinds: Sequence[Flanks], meshes: Sequence[clock.Mesh], phase: Array) -> tuple[Array, Array]:
+def errors_of(
+    kinds: Sequence[Flanks], meshes: Sequence[clock.Mesh], phase: Array
+) -> tuple[Array, Array]:
     """Return prescribed errors and their rates by phase, series' own among them, (…, n_mesh) each [m]."""
     error, rate = np.zeros((2, *phase.shape, len(meshes)))
     for at, mesh in enumerate(meshes):
-        own, series = phase - mesh.lag, kinds[mesh.kind].series
+        own = phase - mesh.lag
+        series = kinds[mesh.kind].series
         for part in (mesh.error,) if series is None else (mesh.error, series.error):
             error[..., at] += part.value(own)
             rate[..., at] += part.rate(own)
@@ -83,7 +106,10 @@ def errors_of(kinds: Sequence[Flanks], meshes: Sequence[clock.Mesh], phase: Arra
 
 
 def of_meshes(
-    kinds: Sequence[Flanks], meshes: Sequence[clock.Mesh], at: Sequence[profile.Lookup], shape: Sequence[int]
+    kinds: Sequence[Flanks],
+    meshes: Sequence[clock.Mesh],
+    at: Sequence[profile.Lookup],
+    shape: Sequence[int],
 ) -> Springs:
     """Return the springs of all meshes at instants of the clock, (*shape, n_mesh[, n_pairs]).
 
@@ -92,48 +118,68 @@ def of_meshes(
     kinds : the flanks of each kind of mesh
     meshes : the meshes
     at : of each kind, look-up of these instants, one mesh of the kind after another
-    shape : of the instants (n, n_stages); the stages have one order of engagement, see `equivalent_springs`
+    shape : of the instants (n, n_stages); the stages have one order of engagement, see
+        `equivalent_springs`
     """
     each = [pair_springs(*both, shape[-1]) for both in zip(kinds, at, strict=True)]
     pairs = max(springs.stiffness.shape[-1] for springs in each)
     full = (*shape, len(meshes), pairs)
-    parts = np.zeros((*full, pairs)) if any(springs.part is not None for springs in each) else None
-    table = Springs(np.zeros(full), np.zeros(full), np.zeros(full), np.zeros(full[:-1]), parts)
+    parts = (
+        np.zeros((*full, pairs))
+        if any(springs.part is not None for springs in each)
+        else None
+    )
+    table = Springs(
+        np.zeros(full), np.zeros(full), np.zeros(full), np.zeros(full[:-1]), parts
+    )
     for kind, springs in enumerate(each):
-        own, count = clock.of_kind(meshes, kind), springs.stiffness.shape[-1]
+        own = clock.of_kind(meshes, kind)
+        count = springs.stiffness.shape[-1]
 
         def placed(values: Array, own: Index = own) -> Array:
-            return np.moveaxis(values.reshape(len(own), *shape, *values.shape[1:]), 0, len(shape))
+            return np.moveaxis(
+                values.reshape(len(own), *shape, *values.shape[1:]), 0, len(shape)
+            )
 
         table.lead_rate[..., own] = placed(springs.lead_rate)
         for values, out in zip(springs[:3], table[:3], strict=True):
             out[..., own, :count] = placed(values)
         if table.part is not None:
             part = np.broadcast_to(np.eye(count), (*springs.stiffness.shape, count))
-            table.part[..., own, :count, :count] = placed(part if springs.part is None else springs.part)
+            table.part[..., own, :count, :count] = placed(
+                part if springs.part is None else springs.part
+            )
     return table
 
 
 def gap_rates(flanks: MeshFlanks, where: profile.Lookup) -> Array:
     """Return the rates of the gaps of all pairs by phase, 0 out of the path, (n, n_pairs) [m]."""
     grid = flanks.analysis.grid
-    pairs, count = grid.pairs_at_phase_nodes, grid.intervals + 1
+    pairs = grid.pairs_at_phase_nodes
+    count = grid.intervals + 1
     begin = np.cumsum(count) - count
     gap = np.where(pairs >= 0, flanks.nodes.gap[pairs], 0.0)
     first = begin[where.segment] + where.offset
     with np.errstate(invalid="ignore"):  # of flanks that never meet
         segments = [
-            profile.slopes(gap[low : low + n], profile.BY_CUBIC) for low, n in zip(begin, count, strict=True)
+            profile.slopes(gap[low : low + n], profile.BY_CUBIC)
+            for low, n in zip(begin, count, strict=True)
         ]
-        rate = np.concatenate(segments) * np.repeat(grid.intervals / np.diff(grid.breaks), count)[:, None]
+        rate = (
+            np.concatenate(segments)
+            * np.repeat(grid.intervals / np.diff(grid.breaks), count)[:, None]
+        )
         total = sum(where.weight[:, q, None] * rate[first + q] for q in range(4))
     return np.where(np.isfinite(total), total, 0.0)
 
 
 def pair_springs(flanks: Flanks, where: profile.Lookup, stages: int = 1) -> Springs:
-    """Return the springs of a kind of mesh at phases, (n, n_pairs); over a face those of its force.
+    """Return the springs of a kind of mesh at phases, (n, n_pairs).
 
-    ``stages`` phases one after another have one order of engagement, see `equivalent_springs`.
+    Over a face those of its force.
+
+    ``stages`` phases one after another have one order of engagement, see
+    `equivalent_springs`.
     """
     if isinstance(flanks, FaceFlanks):
         return flanks.springs(where.phase)
@@ -144,7 +190,11 @@ def pair_springs(flanks: Flanks, where: profile.Lookup, stages: int = 1) -> Spri
     compliance, gap, cross = flanks.analysis.at(flanks.nodes, where)
     stiffness, gaps, each = contact.equivalent_springs(compliance, gap, cross, stages)
     full = stiffness[:, :, None]
-    part = np.divide(each, full, out=np.zeros_like(each), where=full > 0.0) if cross.shape[2] else None
+    part = (
+        np.divide(each, full, out=np.zeros_like(each), where=full > 0.0)
+        if cross.shape[2]
+        else None
+    )
     rates = gap_rates(flanks, where)
     apart = np.where(np.isfinite(compliance), gap, np.inf)
     lead = np.take_along_axis(rates, apart.argmin(axis=1)[:, None], axis=1)[:, 0]
@@ -158,7 +208,8 @@ class Between(NamedTuple):
     ----------
     kinds : the flanks of each kind of mesh
     sampling : the steps, and where they look
-    slow : (n_mesh,) errors held over the mesh period, beside the periodic ones [m]; None: none
+    slow : (n_mesh,) errors held over the mesh period, beside the periodic ones [m];
+        None: none
     """
 
     kinds: Sequence[MeshFlanks]
@@ -167,22 +218,31 @@ class Between(NamedTuple):
 
     def errors_at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
         """Return prescribed errors and their rates by phase at fractions of steps, both (n, n_mesh) [m]."""
-        error, rate = errors_of(self.kinds, self.sampling.meshes, self._phase(step, fraction))
+        error, rate = errors_of(
+            self.kinds, self.sampling.meshes, self._phase(step, fraction)
+        )
         return (error if self.slow is None else error + self.slow), rate
 
     def springs_at(self, step: Index, fraction: Array) -> Springs:
         """Return the springs of all meshes at fractions of steps, (n, n_mesh, n_pairs).
 
-        Pairs that share a gear body have the order of engagement of the step's middle, as in the tables.
+        Pairs that share a gear body have the order of engagement of the step's middle,
+        as in the tables.
         """
-        grid, meshes = self.sampling.grid, self.sampling.meshes
-        phase, middle = self._phase(step, fraction), grid.start[step] + 0.5 * grid.width[step]
+        grid = self.sampling.grid
+        meshes = self.sampling.meshes
+        phase = self._phase(step, fraction)
+        middle = grid.start[step] + 0.5 * grid.width[step]
         own = [flanks for flanks in self.kinds if not isinstance(flanks, FaceFlanks)]
-        ordered = any(len(flanks.nodes.cross) for flanks in own)  # pairs that share a gear body
+        ordered = any(
+            len(flanks.nodes.cross) for flanks in own
+        )  # pairs that share a gear body
         looks = np.stack([phase, middle] if ordered else [phase], axis=1)
         grids = [flanks.analysis.grid for flanks in self.kinds]
         where = clock.look_within_each(grids, meshes, looks, middle)
-        return of_meshes(self.kinds, meshes, where, looks.shape).each(lambda table: table[:, 0])
+        return of_meshes(self.kinds, meshes, where, looks.shape).each(
+            lambda table: table[:, 0]
+        )
 
     def _phase(self, step: Index, fraction: Array) -> Array:
         grid = self.sampling.grid

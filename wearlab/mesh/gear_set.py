@@ -54,13 +54,16 @@ class PairOfSet(NamedTuple):
 
     Parameters
     ----------
-    pair : the gears in their operating position, driving and driven by the flow of power
+    pair : the gears in their operating position, driving and driven by the flow of
+        power
     flanks : names of the flanks that touch, (driving, driven)
-    section : where the campaign file may say something of this mesh alone, "" for nowhere
+    section : where the campaign file may say something of this mesh alone, "" for
+        nowhere
     speed : of the driving gear relative to the carrier [rad/s]
     passes : (2,) passes of a flank per cycle, (driving, driven) [1]
     load : static normal force of one mesh [N]
-    loaded : the gear whose torque the load is, 0 driving or 1 driven; the mate of a planet
+    loaded : the gear whose torque the load is, 0 driving or 1 driven; the mate of a
+        planet
     """
 
     pair: GearPair
@@ -88,12 +91,15 @@ class GearSet(NamedTuple):
     flanks : names of the flanks, as datasets order them
     members : names of the members, as datasets order them
     gears : the gears among them, by name
-    reference_teeth : teeth of the gear whose turns relative to the carrier are the cycles
+    reference_teeth : teeth of the gear whose turns relative to the carrier are the
+        cycles
     input_teeth : mesh periods in a turn of the input member: its teeth, in a pair
     speed : of that gear relative to the carrier [rad/s]
     bodies : the members as they move, by name; every planet is "planet"
-    coordinate_speeds : speed of each coordinate of the dynamic models in the nominal rotation [m/s]
-    angles : where the planets stand, in the sense in which the models count; none in a pair [rad]
+    coordinate_speeds : speed of each coordinate of the dynamic models in the nominal
+        rotation [m/s]
+    angles : where the planets stand, in the sense in which the models count; none in a
+        pair [rad]
     sense : −1 for a set that the models see mirrored: the one whose sun is driven
     notes : what the set as a whole assumes, in words
     helix : of all gears, as the driving gear of the first kind of mesh has it
@@ -133,7 +139,11 @@ class GearSet(NamedTuple):
 
     def flank(self, name: str) -> tuple[int, int]:
         """Return the kind of mesh and the gear (0 driving, 1 driven) of a flank."""
-        return next((i, of.flanks.index(name)) for i, of in enumerate(self.kinds) if name in of.flanks)
+        return next(
+            (i, of.flanks.index(name))
+            for i, of in enumerate(self.kinds)
+            if name in of.flanks
+        )
 
     def lever(self, kind: int) -> float:
         """Return the base radius of the gear whose torque the load of a mesh is given by [m].
@@ -141,13 +151,19 @@ class GearSet(NamedTuple):
         The pinion's for a pair, the sun's or the ring's in a planetary set.
         """
         gears = self.kinds[kind].pair.gears
-        return next(gear for name in self.members for gear in gears if gear.name == name).base_radius
+        return next(
+            gear for name in self.members for gear in gears if gear.name == name
+        ).base_radius
 
     @property
     def torque(self) -> float:
         """Torque on the gear whose torque the loads are given by: a pair's driving gear, or the sun [N·m]."""
         first = self.kinds[0]
-        return first.load * self.mesh_kinds.count(0) * first.pair.gears[first.loaded].base_radius
+        return (
+            first.load
+            * self.mesh_kinds.count(0)
+            * first.pair.gears[first.loaded].base_radius
+        )
 
     def slow_errors(self, meshes: Sequence[clock.Mesh]) -> Array | None:
         """Return once-per-revolution errors at equally weighted member angles, (n_angles, n_mesh) [m]."""
@@ -158,7 +174,11 @@ class GearSet(NamedTuple):
 
     def columns_of(self, gear: str) -> list[int]:
         """Return which of the members a gear is: every planet is "planet"."""
-        return [i for i, name in enumerate(self.members) if name == gear or name.startswith(f"{gear}-")]
+        return [
+            i
+            for i, name in enumerate(self.members)
+            if name == gear or name.startswith(f"{gear}-")
+        ]
 
     @property
     def flank_places(self) -> list[tuple[int, int]]:
@@ -168,5 +188,9 @@ class GearSet(NamedTuple):
     @property
     def assumed(self) -> tuple[str, ...]:
         """What was assumed about the gears, with their names."""
-        own = tuple(f"{gear.name}: {flag}" for gear in self.gears.values() for flag in gear.assumed)
+        own = tuple(
+            f"{gear.name}: {flag}"
+            for gear in self.gears.values()
+            for flag in gear.assumed
+        )
         return (*own, *self.notes)

@@ -1,9 +1,9 @@
 """Periodic quantities: harmonics or one modulated wave of samples, and the prescribed errors of a mesh.
 
-Errors are harmonics of the mesh frequency, and once-per-revolution parts of its members,
-``e(φ) = Σ_r a_r sin(2π r φ + p_r) + Σ_m slow_m sin(θ_m)`` with, per member (W23 Eqs. 28–30),
-``½(F_i′ − f_i′) sin θ + ½ f_i′ sin zθ`` and installation tolerances ``Σ_q Δe_q sin θ_q``. Every initial
-angle is drawn once from the seed and never again.
+Errors are harmonics of the mesh frequency, and once-per-revolution parts of its
+members, ``e(φ) = Σ_r a_r sin(2π r φ + p_r) + Σ_m slow_m sin(θ_m)`` with, per member
+(W23 Eqs. 28–30), ``½(F_i′ − f_i′) sin θ + ½ f_i′ sin zθ`` and installation tolerances
+``Σ_q Δe_q sin θ_q``. Every initial angle is drawn once from the seed and never again.
 """
 
 from collections.abc import Iterable, Mapping
@@ -68,18 +68,23 @@ class Harmonics(NamedTuple):
 
     @property
     def _waves(self) -> Waves:
-        return Waves(np.arange(1.0, len(self.amplitude) + 1.0), self.amplitude, self.phase + 0.5 * np.pi)
+        return Waves(
+            np.arange(1.0, len(self.amplitude) + 1.0),
+            self.amplitude,
+            self.phase + 0.5 * np.pi,
+        )
 
 
 def harmonics(phase: Array, weight: Array, value: Array, count: int) -> Harmonics:
     """Return the first ``count`` harmonics of samples over one period.
 
-    The integrals ``c_r = 2 ∫ f exp(−2πi r φ) dφ`` are taken with the given weights, so jumps between
-    segments cost no accuracy when the samples hold both of their sides.
+    The integrals ``c_r = 2 ∫ f exp(−2πi r φ) dφ`` are taken with the given weights, so
+    jumps between segments cost no accuracy when the samples hold both of their sides.
 
     Parameters
     ----------
-    phase, weight : (n,) sample phases and quadrature weights, the weights summing to 1 [1]
+    phase, weight : (n,) sample phases and quadrature weights, the weights summing to 1
+        [1]
     value : (n,) samples
     count : number of harmonics
 
@@ -99,15 +104,18 @@ class Modulation(NamedTuple):
 
     ``f(φ) = mean + (1 + A cos(2πφ + φ_a)) a_1 cos(2πφ + φ_1 + B sin(2πφ + φ_b))``
 
-    Modulating at the mesh frequency itself makes the average of ``f`` differ from ``mean``.
+    Modulating at the mesh frequency itself makes the average of ``f`` differ from
+    ``mean``.
 
     Parameters
     ----------
     mean : k_mm (0 in the paper's error) [unit of f]
     carrier : amplitude of the fundamental harmonic, k_a1 or e_1 [unit of f]
     carrier_phase : φ_m1 or φ_e1 [rad]
-    am, am_phase : amplitude A [1] and initial phase φ_a [rad] of the amplitude modulation
-    fm, fm_phase : amplitude B [rad] and initial phase φ_b [rad] of the frequency modulation
+    am, am_phase : amplitude A [1] and initial phase φ_a [rad] of the amplitude
+        modulation
+    fm, fm_phase : amplitude B [rad] and initial phase φ_b [rad] of the frequency
+        modulation
     """
 
     mean: float
@@ -128,7 +136,12 @@ class Modulation(NamedTuple):
         angle, amplitude, argument = self._wave(phase)
         swing = -self.am * np.sin(angle + self.am_phase)
         turning = 1.0 + self.fm * np.cos(angle + self.fm_phase)
-        return 2 * np.pi * self.carrier * (swing * np.cos(argument) - amplitude * turning * np.sin(argument))
+        return (
+            2
+            * np.pi
+            * self.carrier
+            * (swing * np.cos(argument) - amplitude * turning * np.sin(argument))
+        )
 
     def _wave(self, phase: Array) -> tuple[Array, Array, Array]:
         """Return 2πφ, what amplitude modulation multiplies by, and the modulated angle."""
@@ -140,9 +153,10 @@ class Modulation(NamedTuple):
 def fit(phase: Array, weight: Array, value: Array) -> Modulation:
     """Fit the seven parameters to samples by least squares.
 
-    The modulations are fitted in their Cartesian parts, ``A cos φ_a`` and so on, where the problem has no
-    singular point; it is started from the fundamental harmonic with no modulation and with four small
-    ones, and the best result is kept, so that equal samples always give equal parameters.
+    The modulations are fitted in their Cartesian parts, ``A cos φ_a`` and so on, where
+    the problem has no singular point; it is started from the fundamental harmonic with
+    no modulation and with four small ones, and the best result is kept, so that equal
+    samples always give equal parameters.
 
     Parameters
     ----------
@@ -161,7 +175,8 @@ def fit(phase: Array, weight: Array, value: Array) -> Modulation:
         return Modulation(first.mean, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     root = np.sqrt(weight)
     angle = 2 * np.pi * phase
-    cosine, sine = np.cos(angle), np.sin(angle)
+    cosine = np.cos(angle)
+    sine = np.sin(angle)
 
     def residual(x: Array) -> Array:
         mean, a, b, c, d, e, f = x
@@ -170,9 +185,19 @@ def fit(phase: Array, weight: Array, value: Array) -> Modulation:
         carrier = a * np.cos(angle + turn) - b * np.sin(angle + turn)
         return root * (mean + amplitude * carrier - (value - first.mean) / scale)
 
-    a, b = (first.amplitude[0] / scale) * np.array([np.cos(first.phase[0]), np.sin(first.phase[0])])
-    starts = [(0.0, 0.0, 0.0, 0.0), (0.2, 0, 0.2, 0), (-0.2, 0, 0.2, 0), (0, 0.2, 0, 0.2), (0, -0.2, 0, 0.2)]
-    solved = [least_squares(residual, np.array([0.0, a, b, *s]), method="lm") for s in starts]
+    a, b = (first.amplitude[0] / scale) * np.array(
+        [np.cos(first.phase[0]), np.sin(first.phase[0])]
+    )
+    starts = [
+        (0.0, 0.0, 0.0, 0.0),
+        (0.2, 0, 0.2, 0),
+        (-0.2, 0, 0.2, 0),
+        (0, 0.2, 0, 0.2),
+        (0, -0.2, 0, 0.2),
+    ]
+    solved = [
+        least_squares(residual, np.array([0.0, a, b, *s]), method="lm") for s in starts
+    ]
     mean, a, b, c, d, e, f = min(solved, key=lambda s: s.cost).x
     carrier = float(scale * np.hypot(a, b)), float(np.arctan2(b, a))
     am = float(np.hypot(c, d)), float(np.arctan2(-d, c))
@@ -204,8 +229,8 @@ class Realisation(NamedTuple):
     Parameters
     ----------
     mesh : mesh harmonics (order, amplitude [m], phase [rad])
-    slow : once-per-revolution parts (teeth of the member, amplitude [m], initial angle [rad]); infinitely
-        many teeth: at rest in the carrier
+    slow : once-per-revolution parts (teeth of the member, amplitude [m], initial angle
+        [rad]); infinitely many teeth: at rest in the carrier
     """
 
     mesh: tuple[tuple[float, float, float], ...]
@@ -213,11 +238,17 @@ class Realisation(NamedTuple):
 
     def turned(self, angle: float) -> "Realisation":
         """Return the same member seen from another side: its slow parts lead by an angle [rad]."""
-        return Realisation(self.mesh, tuple((z, size, start + angle) for z, size, start in self.slow))
+        return Realisation(
+            self.mesh, tuple((z, size, start + angle) for z, size, start in self.slow)
+        )
 
     def of(self, amplitude: float, angle: float) -> "Realisation":
         """Return this with an error at rest besides, nothing for none."""
-        return self if amplitude == 0.0 else Realisation(self.mesh, (*self.slow, (np.inf, amplitude, angle)))
+        return (
+            self
+            if amplitude == 0.0
+            else Realisation(self.mesh, (*self.slow, (np.inf, amplitude, angle)))
+        )
 
 
 AT_REST = Realisation((), ())
@@ -236,8 +267,17 @@ def realised(member: MemberError, random: np.random.Generator) -> Realisation:
     teeth_mesh = (1.0, 0.5 * member.tooth_composite, member.teeth * start)
     slow: list[tuple[float, float, float]] = []
     if member.total_composite:
-        slow.append((member.teeth, 0.5 * (member.total_composite - member.tooth_composite), start))
-    slow.extend((member.teeth, t, d) for t, d in zip(member.installation, directions, strict=True))
+        slow.append(
+            (
+                member.teeth,
+                0.5 * (member.total_composite - member.tooth_composite),
+                start,
+            )
+        )
+    slow.extend(
+        (member.teeth, t, d)
+        for t, d in zip(member.installation, directions, strict=True)
+    )
     if member.eccentricity:
         slow.append((member.teeth, member.eccentricity, random.uniform(0.0, 2 * np.pi)))
     return Realisation((teeth_mesh,) if member.tooth_composite else (), tuple(slow))
@@ -258,7 +298,9 @@ class MeshError(Waves):
         """Return the once-per-revolution part with members at angles (n,) by tooth number [1], (n,) [m]."""
         order = self.slow.order
         at = [turns[round(1.0 / each)] if each else np.zeros(ANGLES) for each in order]
-        angle = 2 * np.pi * np.reshape(at, (len(order), ANGLES)) + self.slow.phase[:, None]
+        angle = (
+            2 * np.pi * np.reshape(at, (len(order), ANGLES)) + self.slow.phase[:, None]
+        )
         return np.asarray(self.slow.amplitude @ np.sin(angle))
 
 
@@ -286,7 +328,8 @@ def mesh_error(
     mesh = [(float(order), amplitude, phase) for order, amplitude, phase in harmonics]
     mesh += [part for deviation in drawn for part in deviation.mesh]
     slow = [part for deviation in drawn for part in deviation.slow]
-    (order, size, start), (teeth, *rest) = (np.array(each, float).reshape(-1, 3).T for each in (mesh, slow))
+    (order, size, start) = np.array(mesh, float).reshape(-1, 3).T
+    (teeth, *rest) = np.array(slow, float).reshape(-1, 3).T
     return MeshError(order, size, start, Waves(1.0 / teeth, *rest))
 
 
@@ -297,9 +340,9 @@ ANGLES = 8
 def quadrature(teeth: Iterable[int]) -> dict[int, Array]:
     """Return equally weighted angles of the members, by tooth number, each (ANGLES,) in turns [1].
 
-    A rank-1 lattice: the members with the k-th of the tooth numbers stand at ``i k / 8`` turns, i = 0…7.
-    Means, squares and products of two once-per-revolution errors of up to three tooth numbers are averaged
-    exactly.
+    A rank-1 lattice: the members with the k-th of the tooth numbers stand at ``i k /
+    8`` turns, i = 0…7. Means, squares and products of two once-per-revolution errors of
+    up to three tooth numbers are averaged exactly.
 
     Parameters
     ----------
@@ -309,4 +352,7 @@ def quadrature(teeth: Iterable[int]) -> dict[int, Array]:
     ----------
     W23 Eqs. 28–32, for the errors whose angles these are.
     """
-    return {z: (np.arange(ANGLES) * k / ANGLES) % 1.0 for k, z in enumerate(sorted(set(teeth)), start=1)}
+    return {
+        z: (np.arange(ANGLES) * k / ANGLES) % 1.0
+        for k, z in enumerate(sorted(set(teeth)), start=1)
+    }

@@ -1,10 +1,11 @@
 """The nodes of a flank: where along the path of contact wear lives.
 
-Wear jumps where the number of pairs changes and load passes between points one base pitch apart. So the
-grid is cut in phase, not in position: every node has its base-pitch partners as nodes, A, B, C, D and E are
-nodes, and the two sides of a jump (B, D) are two nodes at one position. Where contact begins before A and
-ends after E, load and wear change within a layer about as wide as contact extends, on either side; light
-loads make it narrower than nodes lie apart, so that it has a least number of its own.
+Wear jumps where the number of pairs changes and load passes between points one base
+pitch apart. So the grid is cut in phase, not in position: every node has its base-pitch
+partners as nodes, A, B, C, D and E are nodes, and the two sides of a jump (B, D) are
+two nodes at one position. Where contact begins before A and ends after E, load and wear
+change within a layer about as wide as contact extends, on either side; light loads make
+it narrower than nodes lie apart, so that it has a least number of its own.
 """
 
 from collections.abc import Sequence
@@ -24,15 +25,21 @@ class ProfileGrid(NamedTuple):
 
     Parameters
     ----------
-    breaks : (n_segments + 1,) phases that bound the smooth segments, 0 first and 1 last [1]
-    first : (n_segments, n_pairs) touching node with which the pair slot begins in that segment, −1
-        when the pair is out of the path; slots are leading first (slot p holds pair ``leading − p``)
-    intervals : (n_segments,) node intervals in each segment (even, so that Simpson's rule applies)
-    position : (n,) path position s of the nodes, ascending, twice where wear may jump [m]
+    breaks : (n_segments + 1,) phases that bound the smooth segments, 0 first and 1 last
+        [1]
+    first : (n_segments, n_pairs) touching node with which the pair slot begins in that
+        segment, −1 when the pair is out of the path; slots are leading first (slot p
+        holds pair ``leading − p``)
+    intervals : (n_segments,) node intervals in each segment (even, so that Simpson's
+        rule applies)
+    position : (n,) path position s of the nodes, ascending, twice where wear may jump
+        [m]
     phase : (n,) phase of the nodes, a segment's end counting as its left limit [1]
-    weight : (n,) Simpson weights, so that ``sum(weight * f)`` is the integral of f over the path [m]
-    contact_position : (n_contact,) where pairs may touch: ``position`` and, with extended contact, nodes
-        before A and after E, in ascending order; ``first`` counts among these [m]
+    weight : (n,) Simpson weights, so that ``sum(weight * f)`` is the integral of f over
+        the path [m]
+    contact_position : (n_contact,) where pairs may touch: ``position`` and, with
+        extended contact, nodes before A and after E, in ascending order; ``first``
+        counts among these [m]
     before : number of nodes before A
     leading : which pair the first slot holds; pair j touches at ``s_A + (φ + j) p_b``
     most_pairs : pairs between A and E at most, ⌈ε⌉
@@ -58,22 +65,32 @@ class ProfileGrid(NamedTuple):
     def slots(self) -> int:
         """Number of pair slots of datasets, ⌈ε⌉ + 1: the last one is for pairs beyond A and E.
 
-        One more where a pair still touches beyond E while the next but ⌈ε⌉ already touches before A.
+        One more where a pair still touches beyond E while the next but ⌈ε⌉ already
+        touches before A.
         """
-        ends = [(self.first[:, self.pair_numbers == j] >= 0).any(axis=1) for j in (-1, self.most_pairs)]
+        ends = [
+            (self.first[:, self.pair_numbers == j] >= 0).any(axis=1)
+            for j in (-1, self.most_pairs)
+        ]
         return self.most_pairs + 1 + bool(np.any(ends[0] & ends[1]))
 
     def into_slots(self, values: Array, absent: float) -> Array:
         """Return values of the pairs (n_pairs, n) by slots of datasets (slots, n), leading first.
 
-        The slot after the ⌈ε⌉ of the path holds the pair that approaches A, and early in the period one that
-        is further beyond E than a whole number of base pitches from A; where both touch at once, the latter
-        has a slot of its own.
+        The slot after the ⌈ε⌉ of the path holds the pair that approaches A, and early
+        in the period one that is further beyond E than a whole number of base pitches
+        from A; where both touch at once, the latter has a slot of its own.
         """
         slots = np.full((self.slots, values.shape[1]), absent)
         for number, row in zip(self.pair_numbers, values, strict=True):
-            slot = self.most_pairs - 1 - number if number < self.most_pairs else self.slots - 1
-            slots[slot] = np.where(~np.isnan(row) if np.isnan(absent) else row != absent, row, slots[slot])
+            slot = (
+                self.most_pairs - 1 - number
+                if number < self.most_pairs
+                else self.slots - 1
+            )
+            slots[slot] = np.where(
+                ~np.isnan(row) if np.isnan(absent) else row != absent, row, slots[slot]
+            )
         return slots
 
     @property
@@ -96,7 +113,9 @@ class ProfileGrid(NamedTuple):
         after = len(self.contact_position) - len(self.position) - self.before
         if not self.before and not after:
             return values
-        carried = np.empty((*values.shape[:-1], len(self.contact_position)), values.dtype)
+        carried = np.empty(
+            (*values.shape[:-1], len(self.contact_position)), values.dtype
+        )
         carried[..., self.on_flank] = values
         carried[..., : self.before] = values[..., :1]
         carried[..., len(self.contact_position) - after :] = values[..., -1:]
@@ -111,8 +130,11 @@ class ProfileGrid(NamedTuple):
     @property
     def phase_nodes(self) -> tuple[Array, Array]:
         """Phases of all (segment, node) and their Simpson weights over one period, (n_phase_nodes,) [1]."""
-        phases, weights = [], []
-        for low, high, count in zip(self.breaks[:-1], self.breaks[1:], self.intervals, strict=True):
+        phases = []
+        weights = []
+        for low, high, count in zip(
+            self.breaks[:-1], self.breaks[1:], self.intervals, strict=True
+        ):
             phases.append(np.linspace(low, high, count + 1))
             weights.append(simpson_weights(count) * (high - low))
         return np.concatenate(phases), np.concatenate(weights)
@@ -154,54 +176,82 @@ NO_EXTENSION = Extension(0.0, 0.0)
 
 
 def profile_grid(
-    pair: GearPair, points: int, kinks: tuple[float, ...] = (), jumps: tuple[float, ...] = (),
+    pair: GearPair,
+    points: int,
+    kinks: tuple[float, ...] = (),
+    jumps: tuple[float, ...] = (),
     extension: Extension = NO_EXTENSION,
-) -> ProfileGrid:  # fmt: skip
+) -> ProfileGrid:
     """Lay about ``points`` nodes on the path of contact.
 
     Parameters
     ----------
     pair : the gear pair
-    points : nodes wanted on the path A–E; every smooth segment gets at least five, and layers their own
+    points : nodes wanted on the path A–E; every smooth segment gets at least five, and
+        layers their own
     kinks : further path positions at which the flank bends (ends of reliefs) [m]
     jumps : further phases at which a prescribed stiffness jumps [1]
     extension : how far pairs may touch beyond A and E
     """
-    pitch, start, ratio = pair.base_pitch, pair.path.A, pair.contact_ratio
-    earliest, latest = -extension.approach / pitch, ratio + extension.recess / pitch
+    pitch = pair.base_pitch
+    start = pair.path.A
+    ratio = pair.contact_ratio
+    earliest = -extension.approach / pitch
+    latest = ratio + extension.recess / pitch
     jumps = tuple(distinct([0.0, ratio % 1.0, *jumps]))
     bends = [((s - start) / pitch) % 1.0 for s in (pair.path.C, *kinks)]
-    before_and_after = (earliest, 0.0), (0.0, -earliest), (ratio - (latest - ratio), ratio), (ratio, latest)
+    before_and_after = (
+        (earliest, 0.0),
+        (0.0, -earliest),
+        (ratio - (latest - ratio), ratio),
+        (ratio, latest),
+    )
     layers = [(low, high) for low, high in before_and_after if high > low]
     bounds = [bound % 1.0 for layer in layers for bound in layer]
     breaks = np.array([*distinct([*jumps, *bends, *bounds]), 1.0])
     density = np.full(len(breaks) - 1, points / ratio)
     for low, high in layers:
         inside = (0.5 * (breaks[:-1] + breaks[1:]) - low) % 1.0 < high - low
-        # intervals, over the nodes on the path, that each layer beside A or E has at least: 8 of 201 nodes
+        # intervals, over the nodes on the path, that each layer beside A or E has at
+        # least: 8 of 201 nodes
         density[inside] = np.maximum(density[inside], points / 26.0 / (high - low))
     halves = np.ceil(0.5 * density * np.diff(breaks) - 1e-9)
     intervals = np.maximum(4, 2 * halves.astype(np.int64))
-    pairs = range(-int(np.ceil(-earliest - SAME_PHASE)), int(np.ceil(latest - SAME_PHASE)))
+    pairs = range(
+        -int(np.ceil(-earliest - SAME_PHASE)), int(np.ceil(latest - SAME_PHASE))
+    )
     first = np.full((len(intervals), len(pairs)), -1, dtype=np.int64)
-    table = np.empty((4, 0))  # position, phase and weight of the nodes, and whether they lie on the flank
+    table = np.empty(
+        (4, 0)
+    )  # position, phase and weight of the nodes, and whether they lie on the flank
     for j in pairs:
         for m, count in enumerate(intervals):
-            low, high = breaks[m], breaks[m + 1]
+            low = breaks[m]
+            high = breaks[m + 1]
             middle = j + 0.5 * (low + high)
             if not earliest < middle < latest:
                 continue
             at = np.linspace(low, high, count + 1)
             weights = simpson_weights(count) * (high - low) * pitch
-            shared = table.shape[1] > 0 and not any(abs(low - jump) < SAME_PHASE for jump in jumps)
+            shared = table.shape[1] > 0 and not any(
+                abs(low - jump) < SAME_PHASE for jump in jumps
+            )
             first[m, pairs[-1] - j] = table.shape[1] - shared
             if shared:
                 table[2, -1] += weights[0]
-            piece = np.stack([start + (at + j) * pitch, at, weights, np.full(len(at), 0.0 < middle < ratio)])
+            piece = np.stack(
+                [
+                    start + (at + j) * pitch,
+                    at,
+                    weights,
+                    np.full(len(at), 0.0 < middle < ratio),
+                ]
+            )
             table = np.concatenate([table, piece[:, shared:]], axis=1)
     flank = table[3] > 0.0
     position, phase, weight = table[:3].compress(flank, axis=1)
-    before, most_pairs = int(np.argmax(flank)), int(np.ceil(ratio - SAME_PHASE))
+    before = int(np.argmax(flank))
+    most_pairs = int(np.ceil(ratio - SAME_PHASE))
     nodes = position, phase, weight, table[0]
     return ProfileGrid(breaks, first, intervals, *nodes, before, pairs[-1], most_pairs)
 
@@ -234,20 +284,27 @@ class Lookup(NamedTuple):
 
 def cubic_weights(t: Array) -> Array:
     """Return the Lagrange weights of nodes at 0, 1, 2 and 3 for places t (n,) among them, (n, 4) [1]."""
-    a, b, c = t - 1, t - 2, t - 3
-    return np.stack([-a * b * c / 6, t * b * c / 2, -t * a * c / 2, t * a * b / 6], axis=1)
+    a = t - 1
+    b = t - 2
+    c = t - 3
+    return np.stack(
+        [-a * b * c / 6, t * b * c / 2, -t * a * c / 2, t * a * b / 6], axis=1
+    )
 
 
 BY_CUBIC = np.array([[-11.0, 18.0, -9.0, 2.0], [-2.0, -3.0, 6.0, -1.0]]) / 6.0
-BY_QUARTIC = np.array([[-25.0, 48.0, -36.0, 16.0, -3.0], [-3.0, -10.0, 18.0, -6.0, 1.0]]) / 12.0
-"""Weights of nodes at 0, 1, 2 … for the slope at 0 and at 1, by the polynomial through them."""
+BY_QUARTIC = (
+    np.array([[-25.0, 48.0, -36.0, 16.0, -3.0], [-3.0, -10.0, 18.0, -6.0, 1.0]]) / 12.0
+)
+"""Weights of nodes at 0, 1, 2 … for the slope at 0 and at 1, by the polynomial through
+them."""
 
 
 def slopes(values: Array, at_end: Array) -> Array:
     """Return the slopes at equally spaced nodes (n, …), per spacing.
 
-    Central differences of fourth order, at the ends those of a polynomial: slopes that are interpolated
-    between the nodes do not jump at them.
+    Central differences of fourth order, at the ends those of a polynomial: slopes that
+    are interpolated between the nodes do not jump at them.
 
     Parameters
     ----------
@@ -258,8 +315,11 @@ def slopes(values: Array, at_end: Array) -> Array:
     ----------
     Abramowitz & Stegun, Handbook of Mathematical Functions, 1964, 25.2.
     """
-    slope, last = np.empty_like(values), at_end.shape[1]
-    slope[2:-2] = (values[:-4] - 8.0 * values[1:-3] + 8.0 * values[3:-1] - values[4:]) / 12.0
+    slope = np.empty_like(values)
+    last = at_end.shape[1]
+    slope[2:-2] = (
+        values[:-4] - 8.0 * values[1:-3] + 8.0 * values[3:-1] - values[4:]
+    ) / 12.0
     slope[:2] = np.tensordot(at_end, values[:last], axes=1)
     slope[:-3:-1] = -np.tensordot(at_end, values[: -last - 1 : -1], axes=1)
     return slope
@@ -272,13 +332,15 @@ def lookup(grid: ProfileGrid, phase: Array, segment: Index | None = None) -> Loo
     ----------
     grid : the nodes
     phase : (n,) phases in [0, 1] [1]
-    segment : (n,) the segment whose side is meant; by default the one that begins at or before the phase
+    segment : (n,) the segment whose side is meant; by default the one that begins at or
+        before the phase
     """
     phase = np.ravel(np.asarray(phase, float))
     if segment is None:
         segment = np.searchsorted(grid.breaks, phase + SAME_PHASE, side="right") - 1
         segment = np.clip(segment, 0, len(grid.intervals) - 1)
-    low, high = grid.breaks[segment], grid.breaks[segment + 1]
+    low = grid.breaks[segment]
+    high = grid.breaks[segment + 1]
     count = grid.intervals[segment]
     x = (phase - low) / (high - low) * count
     offset = np.clip(np.floor(x).astype(np.int64) - 1, 0, count - 3)
@@ -288,10 +350,14 @@ def lookup(grid: ProfileGrid, phase: Array, segment: Index | None = None) -> Loo
 def at_phase_nodes(grid: ProfileGrid) -> Lookup:
     """Return the look-up of the phase nodes themselves, each in its own segment."""
     phases, _ = grid.phase_nodes
-    return lookup(grid, phases, np.repeat(np.arange(len(grid.intervals)), grid.intervals + 1))
+    return lookup(
+        grid, phases, np.repeat(np.arange(len(grid.intervals)), grid.intervals + 1)
+    )
 
 
-def interpolate(grid: ProfileGrid, where: Lookup, values: Array, absent: float) -> Array:
+def interpolate(
+    grid: ProfileGrid, where: Lookup, values: Array, absent: float
+) -> Array:
     """Return values at the touching nodes (…, n_contact) at the prepared phases, (…, n, n_pairs).
 
     Slots whose pair is out of the path get ``absent``.
@@ -303,7 +369,9 @@ def interpolate(grid: ProfileGrid, where: Lookup, values: Array, absent: float) 
 
 
 @jit
-def _interpolate(first: Index, where: Lookup, values: Array, absent: float, out: Array) -> None:
+def _interpolate(
+    first: Index, where: Lookup, values: Array, absent: float, out: Array
+) -> None:
     """Fill ``out`` (n_rows, n, n_pairs) with rows of node values (n_rows, n_contact) at phases."""
     for row in range(out.shape[0]):
         for i in range(out.shape[1]):
@@ -314,5 +382,7 @@ def _interpolate(first: Index, where: Lookup, values: Array, absent: float, out:
                     continue
                 value = 0.0
                 for q in range(4):
-                    value += where.weight[i, q] * values[row, node + where.offset[i] + q]
+                    value += (
+                        where.weight[i, q] * values[row, node + where.offset[i] + q]
+                    )
                 out[row, i, pair] = value

@@ -1,17 +1,20 @@
 """The flexibilities of a pair in series: teeth, bodies and contact, by energy methods or by elements.
 
-A tooth by energy methods is a cantilever on the root circle, healthy or worn, at all contact points at once.
-A unit force along the line of action at the contact point A bends, shears and compresses every section
-between the root and A. In the section at height x the moment about the section's own centroid is
+A tooth by energy methods is a cantilever on the root circle, healthy or worn, at all
+contact points at once. A unit force along the line of action at the contact point A
+bends, shears and compresses every section between the root and A. In the section at
+height x the moment about the section's own centroid is
 
     M(x) = r_b − x cosλ − ½ h_y(x) sinλ
 
-(the line of action passes r_b from the gear's centre, and wear h on the loaded flank moves the centroid by
-half of h_y = h / cosλ(x)). Wear of the back flank thins the section as well, and moves the centroid the
-other way: h_y is then the difference of both. A ring's tooth stands on the root circle too, and points
-inwards: with heights counted inwards from its root, M = x cosλ − r_b − ½ h_y sinλ has the same form, and so
-have all sums. M² is a polynomial in quantities of the contact point times quantities of the section: running
-sums of 1/A, 1/I, x/I, x²/I, h_y/I, x h_y/I and h_y²/I give every contact point in one pass.
+(the line of action passes r_b from the gear's centre, and wear h on the loaded flank
+moves the centroid by half of h_y = h / cosλ(x)). Wear of the back flank thins the
+section as well, and moves the centroid the other way: h_y is then the difference of
+both. A ring's tooth stands on the root circle too, and points inwards: with heights
+counted inwards from its root, M = x cosλ − r_b − ½ h_y sinλ has the same form, and so
+have all sums. M² is a polynomial in quantities of the contact point times quantities of
+the section: running sums of 1/A, 1/I, x/I, x²/I, h_y/I, x h_y/I and h_y²/I give every
+contact point in one pass.
 """
 
 import math
@@ -29,26 +32,32 @@ from wearlab.gears.gear import DRIVEN, DRIVING, Gear, GearPair
 from wearlab.mesh import body, profile, stiffness
 from wearlab.mesh.finite_element import compliance, elements
 
-INNER = leggauss(2)  # places and weights between neighbouring nodes: fourth order in their distance
+INNER = leggauss(
+    2
+)  # places and weights between neighbouring nodes: fourth order in their distance
 ROOT = leggauss(48)  # over the root curve, and over the involute below the lowest node
 
 
 class ToothFlexibility(NamedTuple):
-    """Everything about one gear's tooth that wear does not change; nodes in the order of the path.
+    """Everything about one gear's tooth that wear does not change.
+
+    Nodes in the order of the path.
 
     Heights are counted from the foot of the root curve towards the tip.
 
     Parameters
     ----------
-    rising : whether contact moves from root to tip along the path (driving gear) or back (driven)
+    rising : whether contact moves from root to tip along the path (driving gear) or
+        back (driven)
     root : (7,) the sums of `_sums` from the root to the lowest node
     height, half_thickness : (n,) contact point (x, y) [m]
-    arm : (n,) moment of the unit force about the foot of the root curve, r_b − x_0 cosλ (ring: the
-        negative) [m]
+    arm : (n,) moment of the unit force about the foot of the root curve, r_b − x_0 cosλ
+        (ring: the negative) [m]
     angle : (n,) λ [rad]
     foundation : (n,) compliance of the wheel body [m/N]
-    sections : (4, n − 1, points) x [m], healthy thickness 2y [m], 1 / cosλ(x) and dx [m] of the Gauss rule
-        between the k-th and (k+1)-th node counted from the root upwards
+    sections : (4, n − 1, points) x [m], healthy thickness 2y [m], 1 / cosλ(x) and dx
+        [m] of the Gauss rule between the k-th and (k+1)-th node counted from the root
+        upwards
     bending, shear, axial : 12/(E B) [m/N], shear_factor/(G B) [m/N], 1/(E B) [m/N]
     minimum_thickness : a section this thin counts as broken [m]
     back : (n,) wear of the back flank along its normal, at the radii of the nodes [m]
@@ -70,19 +79,22 @@ class ToothFlexibility(NamedTuple):
 
 
 def tooth_flexibility(
-    gear: Gear, radius: ArrayLike, *, shear_factor: float = 1.2,
+    gear: Gear,
+    radius: ArrayLike,
+    *,
+    shear_factor: float = 1.2,
     body: Callable[[Gear, Array], Array] = body.foundation_compliance,
-) -> ToothFlexibility:  # fmt: skip
+) -> ToothFlexibility:
     """Prepare the tooth of a gear for contact at given radii.
 
     Parameters
     ----------
     gear : the gear
-    radius : (n,) contact radii in the order of the path [m]: never falling or never rising; equal
-        neighbours are the two sides of a jump
+    radius : (n,) contact radii in the order of the path [m]: never falling or never
+        rising; equal neighbours are the two sides of a jump
     shear_factor : shear correction of the section [1]; 1.2 for a rectangle
-    body : compliance of the wheel body at contact radii (n,) [m/N]: Sainsot's, or the annulus's
-        (:func:`wearlab.mesh.body.body_compliance`), which thin rims need
+    body : compliance of the wheel body at contact radii (n,) [m/N]: Sainsot's, or the
+        annulus's (:func:`wearlab.mesh.body.body_compliance`), which thin rims need
 
     Returns
     -------
@@ -94,31 +106,53 @@ def tooth_flexibility(
 
     References
     ----------
-    Yang & Lin, J. Mech. Transm. Autom. Des. 109 (1987) 189–196; L16, W23 and Y23 use the same energies.
+    Yang & Lin, J. Mech. Transm. Autom. Des. 109 (1987) 189–196; L16, W23 and Y23 use
+    the same energies.
     """
     r = np.asarray(radius, dtype=float)
     growing = bool(r[-1] >= r[0])
     _check_radii(gear, r, growing)
-    rising, upwards, lam = growing != gear.internal, gear.outwards, outline.load_angle(gear, r)
+    rising = growing != gear.internal
+    upwards = gear.outwards
+    lam = outline.load_angle(gear, r)
     foot = gear.root_radius * math.cos(outline.root_half_angle(gear))
     root = _root_sums(gear, lam[0 if rising else -1], foot)
     x, y = outline.involute_point(gear, lam)
-    point = upwards * (x - foot), y, upwards * (gear.base_radius - foot * np.cos(lam)), lam
+    point = (
+        upwards * (x - foot),
+        y,
+        upwards * (gear.base_radius - foot * np.cos(lam)),
+        lam,
+    )
     sections = _sections(gear, lam if rising else lam[::-1], foot, INNER)
-    E, G, B = gear.material.youngs_modulus, gear.material.shear_modulus, gear.face_width
+    E = gear.material.youngs_modulus
+    G = gear.material.shear_modulus
+    B = gear.face_width
     yielding = 12.0 / (E * B), shear_factor / (G * B), 1.0 / (E * B)
     least = min(0.02 * gear.module, gear.tip_radius * gear.half_angle(gear.tip_radius))
-    return ToothFlexibility(rising, root, *point, body(gear, r), sections, *yielding, least, np.zeros_like(r))
+    return ToothFlexibility(
+        rising,
+        root,
+        *point,
+        body(gear, r),
+        sections,
+        *yielding,
+        least,
+        np.zeros_like(r),
+    )
 
 
 def _check_radii(gear: Gear, radius: Array, growing: bool) -> None:
-    if np.any((np.diff(radius) if growing else -np.diff(radius)) < -1e-12 * gear.base_radius):
+    if np.any(
+        (np.diff(radius) if growing else -np.diff(radius)) < -1e-12 * gear.base_radius
+    ):
         raise ValueError(f"{gear.name}: contact radii must be monotone along the path")
     slack = 1e-9 * gear.base_radius
     low, high = sorted((gear.form_radius, gear.tip_radius))
     if radius.min() < low - slack or radius.max() > high + slack:
         raise ValueError(
-            f"{gear.name}: contact radii {radius.min():.6g} to {radius.max():.6g} m leave the involute "
+            f"{gear.name}: contact radii {radius.min():.6g} to {radius.max():.6g} m "
+            "leave the involute "
             f"between {gear.form_radius:.6g} and {gear.tip_radius:.6g} m"
         )
 
@@ -130,7 +164,9 @@ def _sections(gear: Gear, lam: Array, foot: float, rule: tuple[Array, Array]) ->
     angle = lam[:-1, None] + 0.5 * step * (places + 1.0)
     x, y = outline.involute_point(gear, angle)
     dx = 0.5 * weights * step * outline.involute_rise(gear, angle)
-    return np.stack([gear.outwards * (x - foot), 2.0 * y, 1.0 / np.cos(angle), gear.outwards * dx])
+    return np.stack(
+        [gear.outwards * (x - foot), 2.0 * y, 1.0 / np.cos(angle), gear.outwards * dx]
+    )
 
 
 def _root_sums(gear: Gear, lowest: float, foot: float) -> Array:
@@ -139,22 +175,27 @@ def _root_sums(gear: Gear, lowest: float, foot: float) -> Array:
     above = _sections(gear, np.array([start, lowest]), foot, ROOT)[:, 0]
     x, y, rise = outline.root_curve(gear, 0.5 * (ROOT[0] + 1.0))
     below = gear.outwards * (x - foot), 2.0 * y, gear.outwards * 0.5 * ROOT[1] * rise
-    x, t, dx = (np.concatenate(both) for both in zip(below, above[[0, 1, 3]], strict=True))
+    x, t, dx = (
+        np.concatenate(both) for both in zip(below, above[[0, 1, 3]], strict=True)
+    )
     return _sums(x, t, dx, np.zeros_like(x))
 
 
 def _sums(x: Array, t: Array, dx: Array, h: Array) -> Array:
     """Return 1/t, 1/t³, x/t³, x²/t³, h_y/t³, x h_y/t³ and h_y²/t³ summed over sections, (7, …)."""
     cube = dx / t**3
-    return np.stack([dx / t, cube, cube * x, cube * x * x, cube * h, cube * h * x, cube * h * h]).sum(axis=-1)
+    return np.stack(
+        [dx / t, cube, cube * x, cube * x * x, cube * h, cube * h * x, cube * h * h]
+    ).sum(axis=-1)
 
 
 def tooth_compliance(tooth: ToothFlexibility, wear: Array) -> Array:
     """Return the compliance of a worn tooth at every node, without its body, per whole face width.
 
-    ``c = ∫ M²/(E I) + κ cos²λ ∫ 1/(G A) + sin²λ ∫ 1/(E A)`` with ``A = B t``, ``I = B t³/12`` and
-    ``t = 2y − h_y`` less the back flank's wear, from the root to the worn contact point ``x_A − h sinλ``.
-    Without wear every term in h is an exact zero. Wear between nodes is linear along the path.
+    ``c = ∫ M²/(E I) + κ cos²λ ∫ 1/(G A) + sin²λ ∫ 1/(E A)`` with ``A = B t``, ``I = B
+    t³/12`` and ``t = 2y − h_y`` less the back flank's wear, from the root to the worn
+    contact point ``x_A − h sinλ``. Without wear every term in h is an exact zero. Wear
+    between nodes is linear along the path.
 
     Parameters
     ----------
@@ -163,11 +204,13 @@ def tooth_compliance(tooth: ToothFlexibility, wear: Array) -> Array:
 
     Returns
     -------
-    (n,) bending, shear and axial compliance; NaN where a section no longer holds, and beyond [m/N]
+    (n,) bending, shear and axial compliance; NaN where a section no longer holds, and
+    beyond [m/N]
 
     References
     ----------
-    W23, whose Eq. 16 has the worn section: here about its own centroid, without the term that stays at h = 0.
+    W23, whose Eq. 16 has the worn section: here about its own centroid, without the
+    term that stays at h = 0.
     """
     upwards = slice(None, None, 1 if tooth.rising else -1)
     x, thickness, slope, dx = tooth.sections
@@ -177,17 +220,27 @@ def tooth_compliance(tooth: ToothFlexibility, wear: Array) -> Array:
         for depth in (wear, tooth.back)
     )
     sums = _sums(x, _holding(thickness - h - b, tooth), dx, h - b)
-    K0, J0, J1, J2, H0, H1, HH = np.cumsum(np.column_stack([tooth.root, sums]), axis=1)[:, upwards]
-    cos, sin, arm = np.cos(tooth.angle), np.sin(tooth.angle), tooth.arm
+    K0, J0, J1, J2, H0, H1, HH = np.cumsum(np.column_stack([tooth.root, sums]), axis=1)[
+        :, upwards
+    ]
+    cos = np.cos(tooth.angle)
+    sin = np.sin(tooth.angle)
+    arm = tooth.arm
     stretch = tooth.shear * cos**2 + tooth.axial * sin**2
     bend = arm**2 * J0 - 2.0 * arm * cos * J1 + cos**2 * J2
     bend += sin * (cos * H1 - arm * H0) + 0.25 * sin**2 * HH
     # the strip above the worn contact point, at its middle, carries nothing any more
-    strip, h, b = wear * sin, wear / cos, tooth.back / cos
+    strip = wear * sin
+    h = wear / cos
+    b = tooth.back / cos
     t = _holding(2.0 * tooth.half_thickness + strip * sin / cos - h - b, tooth)
     moment = arm - (tooth.height - 0.5 * strip) * cos - 0.5 * (h - b) * sin
-    compliance = tooth.bending * (bend - strip / t**3 * moment**2) + stretch * (K0 - strip / t)
-    compliance[np.logical_or.accumulate(np.isnan(compliance)[upwards])[upwards]] = np.nan
+    compliance = tooth.bending * (bend - strip / t**3 * moment**2) + stretch * (
+        K0 - strip / t
+    )
+    compliance[np.logical_or.accumulate(np.isnan(compliance)[upwards])[upwards]] = (
+        np.nan
+    )
     return np.asarray(compliance)
 
 
@@ -196,9 +249,11 @@ def _holding(thickness: Array, tooth: ToothFlexibility) -> Array:
 
 
 REFINEMENT = 2
-"""Of the elements of a scene: within 0.4 % of the teeth's compliance, in a third of a second a pair."""
+"""Of the elements of a scene: within 0.4 % of the teeth's compliance, in a third of a
+second a pair."""
 NARROW = 3.0
-"""Face width in modules below which a pair is computed in plane stress: two modules are (solid elements)."""
+"""Face width in modules below which a pair is computed in plane stress: two modules are
+(solid elements)."""
 Teeth = tuple[ToothFlexibility, ...]
 """The two teeth of a pair, (driving, driven)."""
 
@@ -207,21 +262,23 @@ Teeth = tuple[ToothFlexibility, ...]
 class InSeries(stiffness.PairStiffness):
     """Teeth and bodies in series with the contact.
 
-    ``1/k = 1/k_h + Σ_gears (1/k_b + 1/k_s + 1/k_a + 1/(λ k_f))``: beams, and what wear does not change: the
-    foundations, or for elements of the unworn gears what they yield beyond the unworn beams. Wear makes them
-    softer by as much as it does the beams: 100 µm off both flanks of a module of 3 mm by some 2.7 per cent
-    near the tip (:func:`wearlab.mesh.finite_element.compliance.solve_gear` takes a worn outline for
+    ``1/k = 1/k_h + Σ_gears (1/k_b + 1/k_s + 1/k_a + 1/(λ k_f))``: beams, and what wear
+    does not change: the foundations, or for elements of the unworn gears what they
+    yield beyond the unworn beams. Wear makes them softer by as much as it does the
+    beams: 100 µm off both flanks of a module of 3 mm by some 2.7 per cent near the tip
+    (:func:`wearlab.mesh.finite_element.compliance.solve_gear` takes a worn outline for
     comparison). What wear does to gaps and load sharing is not part of a stiffness.
 
     Parameters
     ----------
     hertz : how the contact itself yields
-    rest : (2, n) what yields of each gear beside its beam, or (1, n) of both where nothing tells them apart
-        [m/N]
-    shared : (n_apart, n) compliance shared with the pair 1, 2 … base pitches ahead, 0 where there is none
-        [m/N]
+    rest : (2, n) what yields of each gear beside its beam, or (1, n) of both where
+        nothing tells them apart [m/N]
+    shared : (n_apart, n) compliance shared with the pair 1, 2 … base pitches ahead, 0
+        where there is none [m/N]
     scale : factor on the stiffness of the whole pair, 1 unless tuned [1]
-    teeth : the two teeth as beams, (driving, driven); none: wear takes nothing off their sections
+    teeth : the two teeth as beams, (driving, driven); none: wear takes nothing off
+        their sections
     """
 
     hertz: stiffness.HertzContact
@@ -247,18 +304,26 @@ class InSeries(stiffness.PairStiffness):
     def with_worn_backs(self, depth: Array) -> Self:
         """Return the stiffness of teeth whose back flanks are worn by (2, n) along the normal as well [m]."""
         both = zip(self.teeth, depth, strict=False)
-        return replace(self, teeth=tuple(tooth._replace(back=np.array(own)) for tooth, own in both))
+        return replace(
+            self, teeth=tuple(tooth._replace(back=np.array(own)) for tooth, own in both)
+        )
 
     def body(self, wear: Array) -> Array:
         """Return the compliance of both teeth and bodies, (n,) [m/N]."""
-        return np.asarray((_beams(self.teeth, wear).sum(axis=0) + self.rest.sum(axis=0)) / self.scale)
+        return np.asarray(
+            (_beams(self.teeth, wear).sum(axis=0) + self.rest.sum(axis=0)) / self.scale
+        )
 
-    def body_where(self, wear: Array, nodes: Array, driving: Array, driven: Array) -> Array:
+    def body_where(
+        self, wear: Array, nodes: Array, driving: Array, driven: Array
+    ) -> Array:
         """Return the compliance of each tooth and body at its own flank point, both together, (n,) [m/N]."""
         if len(self.rest) == 1:
             return self.body(wear)
         first, second = (_beams(self.teeth, wear) + self.rest) / self.scale
-        return np.asarray(np.interp(driving, nodes, first) + np.interp(driven, nodes, second))
+        return np.asarray(
+            np.interp(driving, nodes, first) + np.interp(driven, nodes, second)
+        )
 
     def cross(self, wear: Array) -> Array:
         """Return the compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""
@@ -283,7 +348,9 @@ def _beams(teeth: Teeth, wear: Array) -> Array:
 
 def plane_of(asked: Any, pair: GearPair) -> elements.Plane:
     """Return the plane state in which a pair is computed."""
-    by_width: elements.Plane = "strain" if pair.face_width >= NARROW * pair.driving.module else "stress"
+    by_width: elements.Plane = (
+        "strain" if pair.face_width >= NARROW * pair.driving.module else "stress"
+    )
     return by_width if asked == "by-width" else asked
 
 
@@ -292,16 +359,27 @@ def finite_element(asked: Any, pair: GearPair, grid: profile.ProfileGrid) -> InS
     plane = plane_of(asked.plane, pair)
     options = elements.Options(plane=plane, refinement=REFINEMENT)
     recess = float(grid.contact_position[-1] - grid.position[-1])
-    own, shared = compliance.pair_compliance(pair, grid.position, grid.n_pairs, options, recess=recess)
+    own, shared = compliance.pair_compliance(
+        pair, grid.position, grid.n_pairs, options, recess=recess
+    )
     teeth = _teeth(in_plane(pair, plane), grid)
     unworn = _beams(teeth, np.zeros((2, len(grid.loaded)))).sum(axis=0)
-    rest, hertz = (grid.beyond(own) - unworn)[None], contact_of(asked.hertz, pair, grid)
-    return InSeries(hertz=hertz, rest=rest, shared=grid.beyond(shared), scale=asked.scale, teeth=teeth)
+    rest = (grid.beyond(own) - unworn)[None]
+    hertz = contact_of(asked.hertz, pair, grid)
+    return InSeries(
+        hertz=hertz,
+        rest=rest,
+        shared=grid.beyond(shared),
+        scale=asked.scale,
+        teeth=teeth,
+    )
 
 
 def in_plane(pair: GearPair, plane: elements.Plane) -> GearPair:
     """Return a pair of materials that in plane stress are what its own are in a plane state."""
-    driving, driven = (gear._replace(material=gear.material.in_plane(plane)) for gear in pair.gears)
+    driving, driven = (
+        gear._replace(material=gear.material.in_plane(plane)) for gear in pair.gears
+    )
     return pair._replace(driving=driving, driven=driven)
 
 
@@ -319,43 +397,73 @@ def potential_energy(given: Any, pair: GearPair, grid: profile.ProfileGrid) -> I
 
     References
     ----------
-    L16, W23, Y23: ``1/k = 1/k_h + Σ (1/k_b + 1/k_s + 1/k_a + 1/(λ k_f))``; L16 prints Eq. 16 inverted.
+    L16, W23, Y23: ``1/k = 1/k_h + Σ (1/k_b + 1/k_s + 1/k_a + 1/(λ k_f))``; L16 prints
+    Eq. 16 inverted.
     """
-    flat, foundation = in_plane(pair, given.plane), BODIES[given.foundation]
+    flat = in_plane(pair, given.plane)
+    foundation = BODIES[given.foundation]
     teeth = _teeth(flat, grid, shear_factor=given.shear_factor, body=foundation)
-    bodies = np.stack([tooth.foundation / by for tooth, by in zip(teeth, given.correction, strict=True)])
-    apart_most = grid.n_pairs - 1 if given.foundation != "none" and given.coupling == "shared" else 0
+    bodies = np.stack(
+        [
+            tooth.foundation / by
+            for tooth, by in zip(teeth, given.correction, strict=True)
+        ]
+    )
+    apart_most = (
+        grid.n_pairs - 1
+        if given.foundation != "none" and given.coupling == "shared"
+        else 0
+    )
     shared = np.zeros((apart_most, len(grid.loaded)))
     for apart, out in enumerate(shared, start=1):
         out[:] = _shared(flat, grid, bodies, apart)
     hertz = contact_of(given.hertz, pair, grid)
-    return InSeries(hertz=hertz, rest=bodies, shared=shared, scale=given.scale, teeth=teeth)
+    return InSeries(
+        hertz=hertz, rest=bodies, shared=shared, scale=given.scale, teeth=teeth
+    )
 
 
-def contact_of(hertz: str, pair: GearPair, grid: profile.ProfileGrid) -> stiffness.HertzContact:
+def contact_of(
+    hertz: str, pair: GearPair, grid: profile.ProfileGrid
+) -> stiffness.HertzContact:
     """Return how the contact of a pair yields: "weber" by its load, "yang-sun" always alike."""
     materials = pair.driving.material, pair.driven.material
     if hertz == "yang-sun":
-        return stiffness.ConstantContact(stiffness.yang_sun(*materials, pair.face_width))
+        return stiffness.ConstantContact(
+            stiffness.yang_sun(*materials, pair.face_width)
+        )
     depth = np.stack([*map(outline.contact_depth, pair.gears, _radii(pair, grid))])
-    return stiffness.WeberContact(pair.equivalent_curvature(grid.loaded), depth, materials, pair.face_width)
+    return stiffness.WeberContact(
+        pair.equivalent_curvature(grid.loaded), depth, materials, pair.face_width
+    )
 
 
 def _rigid(gear: Gear, radius: Array) -> Array:
     return np.zeros_like(radius)
 
 
-BODIES = {"sainsot": body.foundation_compliance, "annulus": body.body_compliance, "none": _rigid}
+BODIES = {
+    "sainsot": body.foundation_compliance,
+    "annulus": body.body_compliance,
+    "none": _rigid,
+}
 
 
-def _shared(pair: GearPair, grid: profile.ProfileGrid, bodies: Array, apart: int) -> Array:
+def _shared(
+    pair: GearPair, grid: profile.ProfileGrid, bodies: Array, apart: int
+) -> Array:
     """Return what a pair shares of its bodies (2, n) with the pair some base pitches ahead, (n,) [m/N]."""
-    behind, ahead = grid.pairs_at_phase_nodes[:, apart:], grid.pairs_at_phase_nodes[:, :-apart]
-    both, shared = (behind >= 0) & (ahead >= 0), np.zeros(len(grid.loaded))
-    here, there = behind[both], ahead[both]
+    behind = grid.pairs_at_phase_nodes[:, apart:]
+    ahead = grid.pairs_at_phase_nodes[:, :-apart]
+    both = (behind >= 0) & (ahead >= 0)
+    shared = np.zeros(len(grid.loaded))
+    here = behind[both]
+    there = ahead[both]
     shared[here] = sum(
         body.body_coupling(gear, radius[here], radius[there], teeth_apart=apart)
         * np.sqrt(own[here] * own[there])
-        for gear, radius, own in zip(pair.gears, _radii(pair, grid), bodies, strict=True)
+        for gear, radius, own in zip(
+            pair.gears, _radii(pair, grid), bodies, strict=True
+        )
     )
     return shared

@@ -1,8 +1,9 @@
 """The phases at which an integrator asks for the mesh, and the tables that answer.
 
-Steps never straddle a phase where a pair enters or leaves: each smooth segment of the mesh period is cut
-into equal steps of its own, and every step holds its three stage values (start, middle, end). Both sides of
-a jump are therefore present, and a fourth-order method stays of fourth order.
+Steps never straddle a phase where a pair enters or leaves: each smooth segment of the
+mesh period is cut into equal steps of its own, and every step holds its three stage
+values (start, middle, end). Both sides of a jump are therefore present, and a
+fourth-order method stays of fourth order.
 """
 
 from collections.abc import Callable
@@ -12,19 +13,25 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 
-NO_PAIRS, NO_PARTS, NO_FACTORS = np.empty((0, 0, 0, 0)), np.empty((0, 0, 0, 0, 0)), np.empty((0, 3))
+NO_PAIRS = np.empty((0, 0, 0, 0))
+NO_PARTS = np.empty((0, 0, 0, 0, 0))
+NO_FACTORS = np.empty((0, 3))
 
 
 class Springs(NamedTuple):
-    """Flanks of meshes as one-sided springs at some instants (…); a series is one spring and one pair.
+    """Flanks of meshes as one-sided springs at some instants (…).
+
+    A series is one spring and one pair.
 
     Parameters
     ----------
-    stiffness, gap : (…, n_pairs) of the springs, in their order of engagement where pairs share a gear body
-        [N/m], [m]
-    pair_rate : (…, n_pairs) rates of the gaps of the pairs [m], by phase; by time of `per`
+    stiffness, gap : (…, n_pairs) of the springs, in their order of engagement where
+        pairs share a gear body [N/m], [m]
+    pair_rate : (…, n_pairs) rates of the gaps of the pairs [m], by phase; by time of
+        `per`
     lead_rate : (…) rate of the least gap [m]
-    part : (…, n_springs, n_pairs) what each spring hands to each pair [1]; None: each to its own
+    part : (…, n_springs, n_pairs) what each spring hands to each pair [1]; None: each
+        to its own
     """
 
     stiffness: Array
@@ -41,7 +48,9 @@ class Springs(NamedTuple):
 
     def per(self, period: float) -> "Springs":
         """Return them with rates by time, of a mesh period [s]."""
-        return self._replace(pair_rate=self.pair_rate / period, lead_rate=self.lead_rate / period)
+        return self._replace(
+            pair_rate=self.pair_rate / period, lead_rate=self.lead_rate / period
+        )
 
 
 class StageGrid(NamedTuple):
@@ -66,32 +75,41 @@ class StageGrid(NamedTuple):
     def halved(self) -> "StageGrid":
         """Return both halves of every step, one after another."""
         start = np.stack([self.start, self.start + 0.5 * self.width], axis=1).ravel()
-        return StageGrid(start, np.repeat(0.5 * self.width, 2), np.repeat(self.segment, 2))
+        return StageGrid(
+            start, np.repeat(0.5 * self.width, 2), np.repeat(self.segment, 2)
+        )
 
 
 class StageTables(NamedTuple):
-    """Everything periodic in the mesh, tabulated at the stages; the integrator evaluates nothing else.
+    """Everything periodic in the mesh, tabulated at the stages.
 
-    Per mesh: elastic force ``W = Σ_p k_p max(0, δ − g_p) − Σ_p k_p max(0, −j_bn − δ)`` with
-    ``δ = d·q − e``. A mesh-level law (Fourier series, constant mesh stiffness) is one "pair".
+    The integrator evaluates nothing else.
+
+    Per mesh: elastic force ``W = Σ_p k_p max(0, δ − g_p) − Σ_p k_p max(0, −j_bn − δ)``
+    with ``δ = d·q − e``. A mesh-level law (Fourier series, constant mesh stiffness) is
+    one "pair".
 
     Parameters
     ----------
     width : (n_steps,) step lengths in phase [1]
-    stiffness : (n_steps, 3, n_mesh, n_pairs) pair stiffness, 0 where the pair is out of the path [N/m]
+    stiffness : (n_steps, 3, n_mesh, n_pairs) pair stiffness, 0 where the pair is out of
+        the path [N/m]
     gap : (n_steps, 3, n_mesh, n_pairs) gap of the drive flanks [m]
     error : (n_steps, 3, n_mesh) prescribed mesh error e [m]
     error_rate : (n_steps, 3, n_mesh) de/dphase [m]
     fluctuation : (n_steps, 3) factor on the system's fluctuating load [1], or None
-    sliding : (n_steps, 3, n_mesh, n_pairs) Λμ of each pair's drive flank: coefficient of friction times the
-        sign of sliding, 0 out of the path [1]; None: no friction. It jumps at the pitch point, a break
-    moment : (n_steps, 3, n_mesh, n_pairs) Λμ times the path position s of each pair [m]; None: no friction
+    sliding : (n_steps, 3, n_mesh, n_pairs) Λμ of each pair's drive flank: coefficient
+        of friction times the sign of sliding, 0 out of the path [1]; None: no friction.
+        It jumps at the pitch point, a break
+    moment : (n_steps, 3, n_mesh, n_pairs) Λμ times the path position s of each pair
+        [m]; None: no friction
     pair_rate : (n_steps, 3, n_mesh, n_pairs) rate of each pair's gap by phase [m]
     lead_rate : (n_steps, 3, n_mesh) that of the pair of the least gap [m]
-    part : (n_steps, 3, n_mesh, n_springs, n_pairs) what each spring hands to each pair [1]; None: springs are
-        pairs
+    part : (n_steps, 3, n_mesh, n_springs, n_pairs) what each spring hands to each pair
+        [1]; None: springs are pairs
 
-    Where pairs share a gear body, the springs are those of :func:`wearlab.mesh.contact.equivalent_springs`.
+    Where pairs share a gear body, the springs are those of
+    :func:`wearlab.mesh.contact.equivalent_springs`.
     """
 
     width: Array
@@ -111,7 +129,9 @@ class StageTables(NamedTuple):
         """Mean stiffness of every mesh with all its pairs in contact, (n_mesh,) [N/m]."""
         weight = (self.width[:, None] * np.array([1.0, 4.0, 1.0]) / 6.0).ravel()
         total = weight @ self.stiffness.reshape(len(weight), -1)
-        return np.asarray(total.reshape(self.stiffness.shape[2:]).sum(axis=1) / self.width.sum())
+        return np.asarray(
+            total.reshape(self.stiffness.shape[2:]).sum(axis=1) / self.width.sum()
+        )
 
     @property
     def filled(self) -> "StageTables":
@@ -135,7 +155,9 @@ class StageTables(NamedTuple):
 
     def errors_at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
         """Return errors and their rates by phase at fractions of steps (n,), (n, n_mesh) [m]."""
-        return parabola(self.error, step, fraction), parabola(self.error_rate, step, fraction)
+        return parabola(self.error, step, fraction), parabola(
+            self.error_rate, step, fraction
+        )
 
     def springs_at(self, step: Index, fraction: Array) -> Springs:
         """Return the springs at fractions of steps (n,), by the parabolas through three stages."""
@@ -144,8 +166,11 @@ class StageTables(NamedTuple):
 
 def parabola(table: Array, step: Index, fraction: Array) -> Array:
     """Return three stage values (n_steps, 3, …) at fractions of steps (n,), by the parabola through them."""
-    x, y = fraction, 1.0 - fraction
-    return np.einsum("in,ni...->n...", np.array([y * (y - x), 4.0 * x * y, x * (x - y)]), table[step])
+    x = fraction
+    y = 1.0 - fraction
+    return np.einsum(
+        "in,ni...->n...", np.array([y * (y - x), 4.0 * x * y, x * (x - y)]), table[step]
+    )
 
 
 def stage_grid(breaks: Array, steps: int, multiple: int = 2) -> StageGrid:
@@ -153,8 +178,10 @@ def stage_grid(breaks: Array, steps: int, multiple: int = 2) -> StageGrid:
 
     Parameters
     ----------
-    breaks : (n,) ascending phases in [0, 1) at which something jumps or kinks; 0 is added when missing [1]
-    steps : the number of steps wanted; every segment gets its share, in proportion to its length
+    breaks : (n,) ascending phases in [0, 1) at which something jumps or kinks; 0 is
+        added when missing [1]
+    steps : the number of steps wanted; every segment gets its share, in proportion to
+        its length
     multiple : the steps of a segment are a multiple of it
 
     Returns
@@ -176,7 +203,8 @@ def graded_grid(breaks: Array, first: float, alike: float) -> StageGrid:
     ----------
     breaks : as for `stage_grid`
     first : longest step after a break, in phase [1]
-    alike : steps of one length, made even; as many of twice the length follow, and so on
+    alike : steps of one length, made even; as many of twice the length follow, and so
+        on
 
     Returns
     -------
@@ -200,6 +228,8 @@ def _cut(breaks: Array, lengths: Callable[[float], Array]) -> StageGrid:
     """Return the steps of every smooth segment of the mesh period, whose lengths follow from its own."""
     edges = np.unique(np.concatenate([[0.0], np.asarray(breaks, float), [1.0]]))
     each = [lengths(length) for length in np.diff(edges).tolist()]
-    begins = [low + np.cumsum(own) - own for low, own in zip(edges[:-1], each, strict=True)]
+    begins = [
+        low + np.cumsum(own) - own for low, own in zip(edges[:-1], each, strict=True)
+    ]
     number = np.repeat(np.arange(len(each)), [len(own) for own in each])
     return StageGrid(np.concatenate(begins), np.concatenate(each), number)

@@ -1,7 +1,8 @@
 """How stiff one pair of teeth is: the choices a scene has, each a type.
 
-Every choice answers the same three questions at the profile nodes: the compliance of teeth and bodies for
-given wear, the compliance of the contact itself, and what neighbouring pairs share.
+Every choice answers the same three questions at the profile nodes: the compliance of
+teeth and bodies for given wear, the compliance of the contact itself, and what
+neighbouring pairs share.
 """
 
 import math
@@ -20,7 +21,8 @@ from wearlab.mesh.profile import Lookup, ProfileGrid, at_phase_nodes
 def yang_sun(first: Material, second: Material, face_width: float) -> float:
     """Return the constant Hertzian compliance of a line contact.
 
-    ``c_h = 2/(π B) [(1 − ν1²)/E1 + (1 − ν2²)/E2]``: ``k_h = π E B / (4 (1 − ν²))`` for equal materials.
+    ``c_h = 2/(π B) [(1 − ν1²)/E1 + (1 − ν2²)/E2]``: ``k_h = π E B / (4 (1 − ν²))`` for
+    equal materials.
 
     Parameters
     ----------
@@ -33,8 +35,9 @@ def yang_sun(first: Material, second: Material, face_width: float) -> float:
 
     References
     ----------
-    Yang & Sun, J. Mech. Transm. Autom. Des. 107 (1985) 529–535, https://doi.org/10.1115/1.3260759, for
-    equal materials; the sum over the two half spaces is the form that keeps each body's own share.
+    Yang & Sun, J. Mech. Transm. Autom. Des. 107 (1985) 529–535,
+    https://doi.org/10.1115/1.3260759, for equal materials; the sum over the two half
+    spaces is the form that keeps each body's own share.
     """
     compliances = 1.0 / first.plane_strain_modulus + 1.0 / second.plane_strain_modulus
     return 2.0 / (math.pi * face_width) * compliances
@@ -66,7 +69,8 @@ class WeberContact:
     Parameters
     ----------
     equivalent_radius : (n,) ρ, 1/ρ = 1/ρ1 + 1/ρ2 [m]
-    depth : (2, n) t_i, from the contact point along the line of action to each tooth's centre line [m]
+    depth : (2, n) t_i, from the contact point along the line of action to each tooth's
+        centre line [m]
     materials : of the two gears
     face_width : B [m]
     """
@@ -81,22 +85,35 @@ class WeberContact:
     def compliance(self, force: ArrayLike | None) -> Array:
         """Return the secant compliance δ/F under pair forces (n,), (n,) [m/N].
 
-        ``δ/F = 2/(π B) Σ_i (1 − ν_i²)/E_i [ln(2 t_i/a) − ν_i / (2 (1 − ν_i))]`` with the half width
-        ``a² = 4 F ρ / (π B) [(1 − ν1²)/E1 + (1 − ν2²)/E2]``. It grows without bound, as −ln F, towards zero
-        load: the half width is kept above a millionth of the depth. A contact wider than the tooth is deep
-        has no such form: each bracket is kept at 0 or above.
+        ``δ/F = 2/(π B) Σ_i (1 − ν_i²)/E_i [ln(2 t_i/a) − ν_i / (2 (1 − ν_i))]`` with
+        the half width ``a² = 4 F ρ / (π B) [(1 − ν1²)/E1 + (1 − ν2²)/E2]``. It grows
+        without bound, as −ln F, towards zero load: the half width is kept above a
+        millionth of the depth. A contact wider than the tooth is deep has no such form:
+        each bracket is kept at 0 or above.
 
         References
         ----------
-        Weber & Banaschek, Formänderung und Profilrücknahme bei gerad- und schrägverzahnten Rädern,
-        Schriftenreihe Antriebstechnik 11, Vieweg 1953; Johnson, Contact Mechanics, 1985, Eq. 5.57.
+        Weber & Banaschek, Formänderung und Profilrücknahme bei gerad- und
+        schrägverzahnten Rädern, Schriftenreihe Antriebstechnik 11, Vieweg 1953;
+        Johnson, Contact Mechanics, 1985, Eq. 5.57.
         """
-        F, depth = np.asarray(force, float), np.asarray(self.depth)
+        F = np.asarray(force, float)
+        depth = np.asarray(self.depth)
         c1, c2 = (1.0 / each.plane_strain_modulus for each in self.materials)
-        square = 4.0 * np.maximum(F, 0.0) * self.equivalent_radius / (math.pi * self.face_width) * (c1 + c2)
+        square = (
+            4.0
+            * np.maximum(F, 0.0)
+            * self.equivalent_radius
+            / (math.pi * self.face_width)
+            * (c1 + c2)
+        )
         a = np.maximum(np.sqrt(square), 1e-6 * depth.max(axis=0))
         t1, t2 = (
-            np.maximum(np.log(2.0 * t / a) - 0.5 * each.poisson_ratio / (1.0 - each.poisson_ratio), 0.0)
+            np.maximum(
+                np.log(2.0 * t / a)
+                - 0.5 * each.poisson_ratio / (1.0 - each.poisson_ratio),
+                0.0,
+            )
             for t, each in zip(depth, self.materials, strict=True)
         )
         return np.asarray(2.0 / (math.pi * self.face_width) * (c1 * t1 + c2 * t2))
@@ -104,20 +121,23 @@ class WeberContact:
     @property
     def softening(self) -> float:
         """The same under all forces, ``1/(π B) Σ (1 − ν²)/E``: the compliance goes with −ln √F [m/N]."""
-        return sum(1.0 / each.plane_strain_modulus for each in self.materials) / (math.pi * self.face_width)
+        return sum(1.0 / each.plane_strain_modulus for each in self.materials) / (
+            math.pi * self.face_width
+        )
 
 
 HertzContact = ConstantContact | WeberContact
-"""How the contact itself yields: ``load_dependent`` says whether that takes the force; ``softening`` by how
-much the compliance grows as the force shrinks, ``−F dc/dF`` [m/N]."""
+"""How the contact itself yields: ``load_dependent`` says whether that takes the force;
+``softening`` by how much the compliance grows as the force shrinks, ``−F dc/dF``
+[m/N]."""
 
 
 @dataclass(frozen=True)
 class PiecewiseCurve:
     """A piecewise smooth function through given points.
 
-    Between jumps the shape-preserving cubic of Fritsch and Carlson (1980) is used: it never overshoots.
-    Beyond its ends the curve keeps its end values.
+    Between jumps the shape-preserving cubic of Fritsch and Carlson (1980) is used: it
+    never overshoots. Beyond its ends the curve keeps its end values.
 
     Parameters
     ----------
@@ -137,8 +157,12 @@ class PiecewiseCurve:
         from scipy.interpolate import PchipInterpolator
 
         return [
-            PchipInterpolator(x, y) if len(x) > 1 else partial(np.full_like, fill_value=y[0])
-            for x, y in zip(np.split(self.x, self._cuts), np.split(self.y, self._cuts), strict=True)
+            PchipInterpolator(x, y)
+            if len(x) > 1
+            else partial(np.full_like, fill_value=y[0])
+            for x, y in zip(
+                np.split(self.x, self._cuts), np.split(self.y, self._cuts), strict=True
+            )
         ]
 
     @property
@@ -168,7 +192,10 @@ def constant(value: float) -> PiecewiseCurve:
 
 
 class PairStiffness(Protocol):
-    """How a pair of teeth yields at the nodes of its path; what a subclass leaves out has a default here."""
+    """How a pair of teeth yields at the nodes of its path.
+
+    What a subclass leaves out has a default here.
+    """
 
     @property
     def load_dependent(self) -> bool:
@@ -197,10 +224,13 @@ class PairStiffness(Protocol):
             When a worn section of a tooth has no thickness left.
         """
 
-    def body_where(self, wear: Array, nodes: Array, driving: Array, driven: Array) -> Array:
+    def body_where(
+        self, wear: Array, nodes: Array, driving: Array, driven: Array
+    ) -> Array:
         """Return the compliance of teeth and bodies whose flanks meet off the line of action, (n,) [m/N].
 
-        Where a stiffness does not tell the two gears apart, that of the nodes stands for it.
+        Where a stiffness does not tell the two gears apart, that of the nodes stands
+        for it.
 
         Parameters
         ----------
@@ -238,11 +268,13 @@ class SectionVanished(ValueError):
 class GivenStiffness(PairStiffness):
     """A stiffness that is prescribed, constant or from a table, of one pair or of the whole mesh.
 
-    A mesh stiffness is shared out evenly among the pairs that are in the path at that phase.
+    A mesh stiffness is shared out evenly among the pairs that are in the path at that
+    phase.
 
     Parameters
     ----------
-    curve : stiffness over phase (of the mesh, [0, 1]) or over ``(s − s_A)/p_b`` (of a pair, [0, ε]) [N/m]
+    curve : stiffness over phase (of the mesh, [0, 1]) or over ``(s − s_A)/p_b`` (of a
+        pair, [0, ε]) [N/m]
     of_mesh : whether the curve is that of the whole mesh
     grid : the nodes
     """
@@ -260,11 +292,17 @@ class GivenStiffness(PairStiffness):
         """Return the pair stiffness at phases, 0 when out of the path, (n, n_pairs) [N/m]."""
         present = self.grid.first[where.segment] >= 0
         if self.of_mesh:
-            middle = 0.5 * (self.grid.breaks[where.segment] + self.grid.breaks[where.segment + 1])
-            value = self.curve.value(where.phase, middle)[:, None] / present.sum(axis=1, keepdims=True)
+            middle = 0.5 * (
+                self.grid.breaks[where.segment] + self.grid.breaks[where.segment + 1]
+            )
+            value = self.curve.value(where.phase, middle)[:, None] / present.sum(
+                axis=1, keepdims=True
+            )
         else:
             ahead = self.grid.pair_numbers
-            value = self.curve.value(where.phase[:, None] + ahead, where.phase[:, None] + ahead)
+            value = self.curve.value(
+                where.phase[:, None] + ahead, where.phase[:, None] + ahead
+            )
         return np.where(present, value, 0.0)
 
     def body(self, wear: Array) -> Array:

@@ -1,8 +1,9 @@
 """A bound condition asked of the values of one run: true, false, or unknown (None) where a value is missing.
 
-Two quantities are the same by the digits in which scenes are told apart: a file says 1100 rpm, a scene keeps
-115.191730632 rad/s, twelve digits of it. A condition that says 1100 rpm again, or 18.3333333333 rev/s, means
-that number: what a comparison asks is where a value stands beside all those with the same twelve digits.
+Two quantities are the same by the digits in which scenes are told apart: a file says
+1100 rpm, a scene keeps 115.191730632 rad/s, twelve digits of it. A condition that says
+1100 rpm again, or 18.3333333333 rev/s, means that number: what a comparison asks is
+where a value stands beside all those with the same twelve digits.
 """
 
 import math
@@ -14,10 +15,23 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from wearlab.query.keys import Key, quantity_at
-from wearlab.units import DIGITS, KINDS, UnitError, convert, is_number, quantity, rounded, split
+from wearlab.units import (
+    DIGITS,
+    KINDS,
+    UnitError,
+    convert,
+    is_number,
+    quantity,
+    rounded,
+    split,
+)
 
-ROUND_OFF = 4.0 * 2.0**-52  # relative, of a number that was converted from one unit to another
-CLOSE = 10.0 ** (1 - DIGITS)  # relative: the last digit that identity keeps, where it is widest
+ROUND_OFF = (
+    4.0 * 2.0**-52
+)  # relative, of a number that was converted from one unit to another
+CLOSE = 10.0 ** (
+    1 - DIGITS
+)  # relative: the last digit that identity keeps, where it is widest
 WHOLE = 10.0**DIGITS  # below it whole numbers have no digits that identity drops
 
 
@@ -32,7 +46,8 @@ def alike(value: float) -> tuple[float, ...]:
 
     Parameters
     ----------
-    value : SI; of counts of more than twelve digits, such as seeds, there are none: they are only themselves
+    value : SI; of counts of more than twelve digits, such as seeds, there are none:
+        they are only themselves
 
     Examples
     --------
@@ -51,7 +66,9 @@ def met(sign: str, value: float, other: float) -> bool:
     return COMPARED[sign](0.0 if same else value - other, 0.0)
 
 
-def index_of_quantity(asked: Any, values: Sequence[Any], units: str | None, key: str = "") -> int | None:
+def index_of_quantity(
+    asked: Any, values: Sequence[Any], units: str | None, key: str = ""
+) -> int | None:
     """Return where a label stands among the values of an axis, None where it does not.
 
     Parameters
@@ -59,7 +76,8 @@ def index_of_quantity(asked: Any, values: Sequence[Any], units: str | None, key:
     asked : a label, a number, or a quantity with its unit
     values : labels, or numbers in ``units``
     units : of the values, None for plain ones
-    key : dotted key of a scene that the values were given to; tells that ``1/min`` are revolutions
+    key : dotted key of a scene that the values were given to; tells that ``1/min`` are
+        revolutions
     """
     wanted = _in_units(asked, units, key) if units else asked
     for index, value in enumerate(values):
@@ -68,7 +86,9 @@ def index_of_quantity(asked: Any, values: Sequence[Any], units: str | None, key:
     if not is_number(wanted):
         return None
     gaps = [abs(value - wanted) if is_number(value) else math.inf for value in values]
-    near = min(gaps, default=math.inf)  # both the axis and what is asked may have been rounded
+    near = min(
+        gaps, default=math.inf
+    )  # both the axis and what is asked may have been rounded
     return gaps.index(near) if near <= CLOSE * abs(wanted) else None
 
 
@@ -81,7 +101,9 @@ def _in_units(label: Any, units: str, key: str) -> Any:
         with suppress(UnitError):
             return float(convert(float(number), unit, units))
         if key and (kind := quantity_at(key)) is not None:
-            unit_size = quantity(f"1 {units}", kind) if KINDS[kind].unit != units else 1.0
+            unit_size = (
+                quantity(f"1 {units}", kind) if KINDS[kind].unit != units else 1.0
+            )
             return quantity(label, kind) / unit_size
     return label
 
@@ -124,15 +146,17 @@ class BoundCondition(NamedTuple):
     Parameters
     ----------
     keys : that it names
-    holds : values by full name, SI → whether it holds, None when a value it depends on is missing; a tuple
-        has several values, of which one has to meet a comparison
+    holds : values by full name, SI → whether it holds, None when a value it depends on
+        is missing; a tuple has several values, of which one has to meet a comparison
     """
 
     keys: tuple[Key, ...]
     holds: Holds
 
 
-def joined(parts: Sequence[Holds], decisive: bool, values: Mapping[str, Any]) -> bool | None:
+def joined(
+    parts: Sequence[Holds], decisive: bool, values: Mapping[str, Any]
+) -> bool | None:
     """Return whether one of the parts is as is decisive, or all are the opposite."""
     unknown = False
     for part in parts:
@@ -156,20 +180,30 @@ def missing(operand: Any, values: Mapping[str, Any]) -> bool:
 
 def meets(sign: str, left: Any, right: Any, values: Mapping[str, Any]) -> bool | None:
     """Return ``left sign right``, the sign one of `COMPARED`."""
-    value, limit = value_of(left, values), value_of(right, values)
+    value = value_of(left, values)
+    limit = value_of(right, values)
     if value is None or limit is None:
         return None
     some = value if isinstance(value, tuple) else (value,)
     # a date without a time means the whole day
-    day = DAY if isinstance(right, Literal) and right.is_date and len(str(limit)) == DAY else None
+    day = (
+        DAY
+        if isinstance(right, Literal) and right.is_date and len(str(limit)) == DAY
+        else None
+    )
     return any(compared(sign, each[:day] if day else each, limit) for each in some)
 
 
 def compared(sign: str, value: Any, other: Any) -> bool:
-    """Return ``one sign other``; numbers to the digits in which scenes are told apart."""
+    """Return ``one sign other``.
+
+    Numbers to the digits in which scenes are told apart.
+    """
     if sign != "contains" and is_number(value) and is_number(other):
         return met(sign, value, other)
-    return isinstance(value, str) == isinstance(other, str) and COMPARED[sign](value, other)
+    return isinstance(value, str) == isinstance(other, str) and COMPARED[sign](
+        value, other
+    )
 
 
 def value_of(operand: Any, values: Mapping[str, Any]) -> Any:
@@ -182,26 +216,32 @@ def value_of(operand: Any, values: Mapping[str, Any]) -> Any:
     return values.get(operand.name)
 
 
-def first_cycle(sign: str, limit: float, values: bytes | None, cycles: bytes | None) -> float | None:
+def first_cycle(
+    sign: str, limit: float, values: bytes | None, cycles: bytes | None
+) -> float | None:
     """Return the first cycle at which a history is beyond a limit, None when it never is.
 
-    Between two wear states the history is taken as a straight line over cycles. Where it has several values
-    at a state (flanks, meshes), the one that comes first counts.
+    Between two wear states the history is taken as a straight line over cycles. Where
+    it has several values at a state (flanks, meshes), the one that comes first counts.
 
     Parameters
     ----------
     sign : one of < <= > >=
     limit : where the line is cut [SI]
-    values, cycles : float64, as the catalogue keeps them; the lowest values first where there are two of each
+    values, cycles : float64, as the catalogue keeps them; the lowest values first where
+        there are two of each
     """
     if values is None or cycles is None:
         return None
-    at, line = array("d", cycles), array("d", values)
+    at = array("d", cycles)
+    line = array("d", values)
     line = line[-len(at) :] if sign[0] == ">" else line[: len(at)]
     for i, value in enumerate(line):
         if value == value and met(sign, value, limit):
             below = line[i - 1]
             if i == 0 or below != below or value == below:
                 return at[i]
-            return at[i - 1] + min(max((limit - below) / (value - below), 0.0), 1.0) * (at[i] - at[i - 1])
+            return at[i - 1] + min(max((limit - below) / (value - below), 0.0), 1.0) * (
+                at[i] - at[i - 1]
+            )
     return None

@@ -4,11 +4,10 @@ Every name becomes an array with its unit.
 
 ::
 
-    formula = term { ("+" | "-") term }
-    term    = factor { ("*" | "/") factor }
-    factor  = "-" factor | item { "[" place { "," place } "]" }
-    item    = number | function "(" formula [ "," dimension ] ")" | name | "(" formula ")"
-    place   = dimension "=" ( number | word | text in quotes )
+    formula = term { ("+" | "-") term } term    = factor { ("*" | "/") factor } factor
+    = "-" factor | item { "[" place { "," place } "]" } item    = number | function "("
+    formula [ "," dimension ] ")" | name | "(" formula ")" place   = dimension "=" (
+    number | word | text in quotes )
 """
 
 import ast
@@ -29,9 +28,16 @@ DEEPEST = 30
 NUMBER = re.compile(r"-?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 WORD = re.compile(r"[^\W\d][\w-]*")
 TEXT = re.compile(r"'[^']*'|\"[^\"]*\"")
-NOT_PYTHON = re.compile(rf"{TEXT.pattern}|(?<==)\s*{WORD.pattern}(?=\s*[,\]])|[=:#\\]|\s|[^\W\x00-\x7f]")
+NOT_PYTHON = re.compile(
+    rf"{TEXT.pattern}|(?<==)\s*{WORD.pattern}(?=\s*[,\]])|[=:#\\]|\s|[^\W\x00-\x7f]"
+)
 """Texts; words after an equals sign; and what Python would read as something else."""
-SIGNS: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
+SIGNS: dict[type[ast.operator], str] = {
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.Mult: "*",
+    ast.Div: "/",
+}
 
 
 class Measured(NamedTuple):
@@ -43,7 +49,8 @@ class Measured(NamedTuple):
 
 Places = Mapping[str, Any]
 WorkedOut = Callable[[Any, Places], Measured]
-"""What part of a formula comes to on a campaign's dataset, at places of its dimensions."""
+"""What part of a formula comes to on a campaign's dataset, at places of its
+dimensions."""
 
 
 class Named(NamedTuple):
@@ -73,7 +80,9 @@ def parse_formula(text: str) -> Formula:
     (Named(name='wear_depth', at=4),)
     """
     if len(text) > LONGEST:
-        raise keys.QueryError(f"{len(text)} characters, more than {LONGEST}", text[:40] + "…", 0)
+        raise keys.QueryError(
+            f"{len(text)} characters, more than {LONGEST}", text[:40] + "…", 0
+        )
     source = NOT_PYTHON.sub(_in_python, text)
     lead = len(source) - len(source.lstrip())
     try:
@@ -115,7 +124,9 @@ class _FormulaReader:
 
     def part(self, node: ast.expr) -> str:
         """Return what a formula has for a node."""
-        return self.text[self.lead + node.col_offset : self.lead + (node.end_col_offset or 0)]
+        return self.text[
+            self.lead + node.col_offset : self.lead + (node.end_col_offset or 0)
+        ]
 
     def fail(self, reason: str, node: ast.expr) -> keys.QueryError:
         return keys.QueryError(reason, self.text, self.lead + node.col_offset)
@@ -130,21 +141,31 @@ class _FormulaReader:
                 self.names.append(Named(self.part(node), self.lead + node.col_offset))
                 return partial(_variable, self.part(node))
             case ast.UnaryOp(ast.USub(), inner):
-                return partial(_joined, "-", partial(_number, 0.0), self.read(inner, depth + 1))
+                return partial(
+                    _joined, "-", partial(_number, 0.0), self.read(inner, depth + 1)
+                )
             case ast.BinOp(left, sign, right) if type(sign) in SIGNS:
                 sides = self.read(left, depth), self.read(right, depth + 1)
                 return partial(_joined, SIGNS[type(sign)], *sides)
             case ast.Subscript(inner, places):
                 listed = places.elts if isinstance(places, ast.Tuple) else [places]
-                return partial(_placed, self.read(inner, depth + 1), dict(map(self.place, listed)))
+                return partial(
+                    _placed, self.read(inner, depth + 1), dict(map(self.place, listed))
+                )
             case ast.Call(ast.Name(name), [inner, *along], []):
                 worked_out = self.read(inner, depth + 1)
                 if name not in FUNCTIONS:
-                    raise self.fail(f"no function {name!r}; there are {', '.join(FUNCTIONS)}", node)
-                named = len(along) < 2 and all(isinstance(dim, ast.Name) for dim in along)
+                    raise self.fail(
+                        f"no function {name!r}; there are {', '.join(FUNCTIONS)}", node
+                    )
+                named = len(along) < 2 and all(
+                    isinstance(dim, ast.Name) for dim in along
+                )
                 if not named or (name.endswith("_at") and not along):
                     raise self.fail(f"expected {name}(formula, dimension)", node)
-                return partial(_applied, name, worked_out, self.part(along[0]) if along else None)
+                return partial(
+                    _applied, name, worked_out, self.part(along[0]) if along else None
+                )
         raise self.fail("expected a number, a name or '('", node)
 
     def place(self, node: ast.expr) -> tuple[str, float | str]:
@@ -154,8 +175,12 @@ class _FormulaReader:
                 if NUMBER.fullmatch(given):
                     return self.part(dim), float(given.replace(" ", ""))
                 if WORD.fullmatch(given) or TEXT.fullmatch(given):
-                    return self.part(dim), given if WORD.fullmatch(given) else given[1:-1]
-        raise self.fail("expected dimension = a number, a word, or a text in quotes", node)
+                    return self.part(dim), given if WORD.fullmatch(given) else given[
+                        1:-1
+                    ]
+        raise self.fail(
+            "expected dimension = a number, a word, or a text in quotes", node
+        )
 
 
 BASE = "base"
@@ -178,7 +203,8 @@ def amount(text: str, grid: Any, units: str = "") -> float:
 
     Raises
     ------
-    AmountError : a name or a label is not there, units do not fit, no run has it, or several numbers remain
+    AmountError : a name or a label is not there, units do not fit, no run has it, or
+        several numbers remain
     """
     found = parse_formula(text).worked_out(grid, {})
     values = np.unique(np.asarray(found.values, float))
@@ -186,8 +212,12 @@ def amount(text: str, grid: Any, units: str = "") -> float:
     if not values.size:
         raise AmountError(f"{text}: no stored run has it")
     if np.ptp(values) > 1e-12 * np.abs(values).max():
-        dims = [f"{dim} ({size})" for dim, size in found.values.sizes.items() if size > 1]
-        raise AmountError(f"{text}: {values.size} numbers, not one: choose along {', '.join(dims)}")
+        dims = [
+            f"{dim} ({size})" for dim, size in found.values.sizes.items() if size > 1
+        ]
+        raise AmountError(
+            f"{text}: {values.size} numbers, not one: choose along {', '.join(dims)}"
+        )
     return _converted(float(values[0]), found.units, units, text)
 
 
@@ -211,9 +241,12 @@ def _placed(inner: WorkedOut, own: Places, grid: Any, places: Places) -> Measure
     return inner(grid, {**own, **places})
 
 
-def _joined(sign: str, one: WorkedOut, other: WorkedOut, grid: Any, places: Places) -> Measured:
+def _joined(
+    sign: str, one: WorkedOut, other: WorkedOut, grid: Any, places: Places
+) -> Measured:
     """Return a sum in the unit of its left side, a product of which one side is plain, or a ratio."""
-    (a, left), (b, right) = one(grid, places), other(grid, places)
+    (a, left) = one(grid, places)
+    (b, right) = other(grid, places)
     if sign in "+-":
         units = right if left in PLAIN and not np.any(a) else left
         b = _converted(b, right, units, f"the two sides of {sign}")
@@ -224,10 +257,14 @@ def _joined(sign: str, one: WorkedOut, other: WorkedOut, grid: Any, places: Plac
         return Measured(a * b, right)
     if sign == "/":
         return Measured(a / _converted(b, right, left, "the two sides of /"), "1")
-    raise AmountError(f"a product of {left} and {right}: one side has to be a plain number")
+    raise AmountError(
+        f"a product of {left} and {right}: one side has to be a plain number"
+    )
 
 
-def _applied(function: str, inner: WorkedOut, dim: str | None, grid: Any, places: Places) -> Measured:
+def _applied(
+    function: str, inner: WorkedOut, dim: str | None, grid: Any, places: Places
+) -> Measured:
     """Return a function of a formula, along one dimension or along all."""
     values, units = inner(grid, places)
     if function == "abs":
@@ -244,7 +281,9 @@ def _applied(function: str, inner: WorkedOut, dim: str | None, grid: Any, places
     along = grid[dim]
     if along.dtype.kind not in "fiu":
         raise AmountError(f"{function}(…, {dim}): {dim} has names, not numbers")
-    return Measured(along.isel({dim: at}).drop_vars(dim), str(along.attrs.get("units", "1")))
+    return Measured(
+        along.isel({dim: at}).drop_vars(dim), str(along.attrs.get("units", "1"))
+    )
 
 
 def _variable(name: str, grid: Any, places: Places) -> Measured:
@@ -259,15 +298,25 @@ def _variable(name: str, grid: Any, places: Places) -> Measured:
     for dim, label in places.items():
         part = _at(part, name, dim, label, grid)
     values = part[name].compute(scheduler="synchronous")
-    return Measured(values.astype(float).reset_coords(drop=True), str(grid[name].attrs.get("units", "1")))
+    return Measured(
+        values.astype(float).reset_coords(drop=True),
+        str(grid[name].attrs.get("units", "1")),
+    )
 
 
 def _at(part: Any, name: str, dim: str, label: Any, grid: Any) -> Any:
-    """Return a variable, and what counts its states, at one place; the last wear state is each run's own."""
+    """Return a variable, and what counts its states, at one place.
+
+    The last wear state is each run's own.
+    """
     if dim in STATES:
         if "update" not in part[name].dims or dim not in part:
             return part
-        gaps = abs(part[dim] - float(label)).fillna(np.inf).compute(scheduler="synchronous")
+        gaps = (
+            abs(part[dim] - float(label))
+            .fillna(np.inf)
+            .compute(scheduler="synchronous")
+        )
         return part.isel(update=gaps.argmin("update").reset_coords(drop=True))
     if dim not in part[name].dims and dim not in grid.dims:
         raise AmountError(f"{dim} = {label}: {_not_there(dim, grid.dims)}")
@@ -275,12 +324,20 @@ def _at(part: Any, name: str, dim: str, label: Any, grid: Any) -> Any:
         return part
     if dim == "update":
         size = grid.sizes[dim]
-        if not (isinstance(label, float) and label.is_integer() and -size <= label < size):
-            raise AmountError(f"update = {label}: it counts from 0 to {size - 1}, -1 is the last")
+        if not (
+            isinstance(label, float) and label.is_integer() and -size <= label < size
+        ):
+            raise AmountError(
+                f"update = {label}: it counts from 0 to {size - 1}, -1 is the last"
+            )
         at = part["n_updates"] * (label < 0) + int(label)
         return part.isel(update=at.clip(min=0).reset_coords(drop=True))
-    own, told = list(grid[dim].values), grid[dim].attrs  # without a coordinate counted from 0
-    index = evaluate.index_of_quantity(label, own, told.get("units"), told.get("key", ""))
+    # without a coordinate counted from 0
+    own = list(grid[dim].values)
+    told = grid[dim].attrs
+    index = evaluate.index_of_quantity(
+        label, own, told.get("units"), told.get("key", "")
+    )
     if index is None and dim in part[name].dims:
         raise AmountError(f"{dim} = {label}: {_not_there(str(label), map(str, own))}")
     return part if index is None else part.isel({dim: index})

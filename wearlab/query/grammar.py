@@ -1,4 +1,6 @@
-"""The grammar of conditions: a recursive descent over their words; nothing is ever evaluated as code.
+"""The grammar of conditions: a recursive descent over their words.
+
+Nothing is ever evaluated as code.
 
 ::
 
@@ -7,7 +9,8 @@
     negation   = "not" negation | "(" condition ")" | comparison
     comparison = operand [ sign operand [ sign operand ] | ["not"] "in" list
                | ["not"] "between" operand "and" operand | ["not"] "contains" text | "is" ["not"] "missing" ]
-    operand    = name | "first_cycle" "(" comparison ")" | number [unit] | text | date | "true" | "false"
+    operand    = name | "first_cycle" "(" comparison ")" | number [unit] | text | date |
+    "true" | "false"
 """
 
 import math
@@ -18,14 +21,36 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from wearlab import units
-from wearlab.query.evaluate import BoundCondition, FirstCycle, Holds, Literal, joined, meets, missing, negated
+from wearlab.query.evaluate import (
+    BoundCondition,
+    FirstCycle,
+    Holds,
+    Literal,
+    joined,
+    meets,
+    missing,
+    negated,
+)
 from wearlab.query.keys import PLAIN, Key, QueryError, Vocabulary, listed
 
 LONGEST = 4000
-KEYWORDS = ("and", "or", "not", "in", "between", "is", "missing", "contains", "true", "false")
+KEYWORDS = (
+    "and",
+    "or",
+    "not",
+    "in",
+    "between",
+    "is",
+    "missing",
+    "contains",
+    "true",
+    "false",
+)
 DATE = r"\d{4}-\d{2}-\d{2}(?:T\d{2}(?::\d{2}(?::\d{2}(?:\.\d+)?)?)?)?(?:Z|[+-]\d{2}:\d{2})?(?![\w.])"
 NO_WORD = rf"(?!(?i:{'|'.join(KEYWORDS)})\b)"
-FACTOR = rf"{NO_WORD}[A-Za-zµμ°%]+(?:\s*(?:\^|\*\*)\s*[+-]?\d+|[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+|[+-]?\d+)?"
+FACTOR = (
+    rf"{NO_WORD}[A-Za-zµμ°%]+(?:\s*(?:\^|\*\*)\s*[+-]?\d+|[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+|[+-]?\d+)?"
+)
 JOINT = r"(?:\s*[*/·⋅]\s*|\s+)"
 GROUP = rf"(?:{FACTOR}|\({FACTOR}(?:{JOINT}{FACTOR})*\))"
 TOKEN = re.compile(
@@ -62,20 +87,26 @@ def tokens(text: str) -> list[Token]:
     QueryError : a character belongs nowhere, or the text is longer than `LONGEST`
     """
     if len(text) > LONGEST:
-        raise QueryError(f"{len(text)} characters, more than {LONGEST}", text[:40] + "…", 0)
+        raise QueryError(
+            f"{len(text)} characters, more than {LONGEST}", text[:40] + "…", 0
+        )
     read: list[Token] = []
     at = 0
     while found := TOKEN.match(text, at):
-        part, kind = found[0], "number" if found["number"] else str(found.lastgroup)
+        part = found[0]
+        kind = "number" if found["number"] else str(found.lastgroup)
         if kind == "name" and part.lower() in KEYWORDS:
-            kind, part = "keyword", part.lower()
+            kind = "keyword"
+            part = part.lower()
         elif kind == "text":
             part = part[1:-1].replace(2 * part[0], part[0])
         elif kind == "number":
             part = found["number"]
         if kind != "space":
             unit = f"{'1/' if found['over'] else ''}{found['unit'] or ''}"
-            read.append(Token(kind, SIGNS.get(part, part) if kind == "sign" else part, at, unit))
+            read.append(
+                Token(kind, SIGNS.get(part, part) if kind == "sign" else part, at, unit)
+            )
         at = found.end()
     if at < len(text):
         alien = f"{text[at]!r} belongs nowhere here; texts stand in quotes"
@@ -114,10 +145,16 @@ def read_column(text: str, vocabulary: Vocabulary) -> Key | FirstCycle:
 
 
 class _Grammar:
-    """Walks over the words of a condition; names become keys, values those of their units."""
+    """Walks over the words of a condition.
+
+    Names become keys, values those of their units.
+    """
 
     def __init__(self, text: str, vocabulary: Vocabulary) -> None:
-        self.text, self.vocabulary, self.words, self.place = text, vocabulary, tokens(text), 0
+        self.text = text
+        self.vocabulary = vocabulary
+        self.words = tokens(text)
+        self.place = 0
         self.keys: dict[Key, None] = {}
 
     @property
@@ -143,7 +180,9 @@ class _Grammar:
         return word
 
     def condition(self, depth: int) -> Holds:
-        return self._joined("or", lambda: self._joined("and", lambda: self.negation(depth)))
+        return self._joined(
+            "or", lambda: self._joined("and", lambda: self.negation(depth))
+        )
 
     def _joined(self, word: str, part: Callable[[], Holds]) -> Holds:
         parts = [part()]
@@ -168,7 +207,11 @@ class _Grammar:
             middle = self.operand()
             first = self._compared(sign.text, left, middle)
             if then := self.take("sign", *COMPARISONS):  # 100 N*m < torque < 200 N*m
-                return partial(joined, (first, self._compared(then.text, middle, self.operand())), False)
+                return partial(
+                    joined,
+                    (first, self._compared(then.text, middle, self.operand())),
+                    False,
+                )
             return first
         opposite = bool(self.take("keyword", "not"))
         worded = self._worded(left, opposite)
@@ -177,11 +220,16 @@ class _Grammar:
     def _worded(self, left: Any, opposite: bool) -> Holds:
         if self.take("keyword", "in"):
             items = self._list()
-            return partial(joined, [self._compared("=", left, item) for item in items], True)
+            return partial(
+                joined, [self._compared("=", left, item) for item in items], True
+            )
         if self.take("keyword", "between"):
             low = self.operand()
             self.expect("'and' of between", "keyword", "and")
-            within = (self._compared(">=", left, low), self._compared("<=", left, self.operand()))
+            within = (
+                self._compared(">=", left, low),
+                self._compared("<=", left, self.operand()),
+            )
             return partial(joined, within, False)
         if self.take("keyword", "contains"):
             return self._compared("contains", left, self.operand())
@@ -193,23 +241,33 @@ class _Grammar:
         alone = self.word.kind == "end" or self.word.text in (")", "and", "or")
         if alone and not opposite and isinstance(left, Token):  # a switch by itself
             return self._compared("=", left, Literal(True, left.at))
-        raise self.fail("a comparison (<, <=, >, >=, =, !=, in, between, contains, is missing)")
+        raise self.fail(
+            "a comparison (<, <=, >, >=, =, !=, in, between, contains, is missing)"
+        )
 
     def _compared(self, sign: str, left: Any, right: Any) -> Holds:
         return partial(meets, *self._sides(sign, left, right))
 
     def _sides(self, sign: str, left: Any, right: Any) -> tuple[str, Any, Any]:
         """Return sign and both sides of a comparison, the literal on the right."""
-        if isinstance(left, Literal) and not isinstance(right, Literal) and sign in MIRRORED:
+        if (
+            isinstance(left, Literal)
+            and not isinstance(right, Literal)
+            and sign in MIRRORED
+        ):
             sign, left, right = MIRRORED[sign], right, left
         bound = self.bound(left)
         key = Key("cycle") if isinstance(bound, FirstCycle) else bound
         if sign == "contains" and key.kind == "number":
-            raise QueryError(f"{key.name!r} is a number and contains no text", self.text, left.at)
+            raise QueryError(
+                f"{key.name!r} is a number and contains no text", self.text, left.at
+            )
         return sign, bound, self.value(right, key)
 
     def _list(self) -> list[Any]:
-        closing = "]" if self.expect("a list in [ ]", "sign", "[", "(").text == "[" else ")"
+        closing = (
+            "]" if self.expect("a list in [ ]", "sign", "[", "(").text == "[" else ")"
+        )
         items = [self.operand()]
         while self.take("sign", ","):
             items.append(self.operand())
@@ -220,7 +278,11 @@ class _Grammar:
         """Return a literal, a ``first_cycle(…)``, or the word of a name."""
         word = self.word
         if self.take("name"):
-            return self._first_cycle(word) if word.text == "first_cycle" and self.take("sign", "(") else word
+            return (
+                self._first_cycle(word)
+                if word.text == "first_cycle" and self.take("sign", "(")
+                else word
+            )
         if self.take("number"):
             return Literal(float(word.text), word.at, word.unit)
         if self.take("text") or self.take("date"):
@@ -234,15 +296,23 @@ class _Grammar:
         sign = self.take("sign", "<", "<=", ">", ">=")
         sides = None if sign is None else self._sides(sign.text, left, self.operand())
         if sides is None or self.word.text in COMPARISONS:
-            raise QueryError("first_cycle(…) holds one comparison with < or >", self.text, word.at)
+            raise QueryError(
+                "first_cycle(…) holds one comparison with < or >", self.text, word.at
+            )
         self.expect("')'", "sign", ")")
         beyond, key, limit = sides
         if not isinstance(key, Key) or not isinstance(limit, Literal):
-            raise QueryError("first_cycle(…) compares a name with a value", self.text, word.at)
+            raise QueryError(
+                "first_cycle(…) compares a name with a value", self.text, word.at
+            )
         if not key.history:
-            known = sorted(key.name for key in self.vocabulary.keys.values() if key.history)
+            known = sorted(
+                key.name for key in self.vocabulary.keys.values() if key.history
+            )
             remedy = f"there are {listed(known, 'and')}" if known else "no run has any"
-            raise QueryError(f"{key.name!r} is not kept along a life; {remedy}", self.text, word.at)
+            raise QueryError(
+                f"{key.name!r} is not kept along a life; {remedy}", self.text, word.at
+            )
         found = FirstCycle(beyond, key, float(limit.value), word.at)
         self.keys |= dict.fromkeys(found.keys)
         return found
@@ -250,7 +320,9 @@ class _Grammar:
     def bound(self, operand: Any) -> Any:
         """Return the key that a name means, or a ``first_cycle(…)`` as it is."""
         if isinstance(operand, Literal):
-            raise QueryError("nothing is asked: one side must be a name", self.text, operand.at)
+            raise QueryError(
+                "nothing is asked: one side must be a name", self.text, operand.at
+            )
         if isinstance(operand, FirstCycle):
             return operand
         key = self.vocabulary.find(operand.text, operand.at, self.text)
@@ -263,22 +335,42 @@ class _Grammar:
             return Literal(given.text, given.at)  # a word without quotes
         if not isinstance(given, Literal):
             other = self.bound(given)
-            if isinstance(other, Key) and other.kind == key.kind and _same(other.unit, key.unit):
+            if (
+                isinstance(other, Key)
+                and other.kind == key.kind
+                and _same(other.unit, key.unit)
+            ):
                 return other
-            raise QueryError(f"{key.name!r} and this have different units", self.text, given.at)
+            raise QueryError(
+                f"{key.name!r} and this have different units", self.text, given.at
+            )
         if isinstance(given.value, str):
             if key.kind == "number":
                 example = f", such as {_example(key)}" if key.unit not in PLAIN else ""
-                raise QueryError(f"{key.name!r} is a number{example}", self.text, given.at)
+                raise QueryError(
+                    f"{key.name!r} is a number{example}", self.text, given.at
+                )
             return given
         if key.kind != "number":
-            raise QueryError(f"{key.name!r} is a text: write the value in quotes", self.text, given.at)
-        return given if isinstance(given.value, bool) else given._replace(value=self._number(given, key))
+            raise QueryError(
+                f"{key.name!r} is a text: write the value in quotes",
+                self.text,
+                given.at,
+            )
+        return (
+            given
+            if isinstance(given.value, bool)
+            else given._replace(value=self._number(given, key))
+        )
 
     def _number(self, given: Literal, key: Key) -> float:
         number = float(given.value)
         if not given.unit and key.unit not in PLAIN and number != 0.0:
-            raise QueryError(f"{key.name!r} needs a unit, such as {_example(key)}", self.text, given.at)
+            raise QueryError(
+                f"{key.name!r} needs a unit, such as {_example(key)}",
+                self.text,
+                given.at,
+            )
         if not given.unit or (given.unit in ("cycle", "cycles") and key.unit in PLAIN):
             return number
         try:
@@ -298,4 +390,8 @@ def _same(name: str, other: str) -> bool:
 
 
 def _example(key: Key) -> str:
-    return f"'{units.KINDS[key.quantity].example}'" if key.quantity else f"'1 {key.display_unit or key.unit}'"
+    return (
+        f"'{units.KINDS[key.quantity].example}'"
+        if key.quantity
+        else f"'1 {key.display_unit or key.unit}'"
+    )

@@ -1,4 +1,7 @@
-"""Keys that a condition may ask for: names, kinds, units; and where two scenes differ."""
+"""Keys that a condition may ask for: names, kinds, units.
+
+And where two scenes differ.
+"""
 
 import json
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
@@ -12,7 +15,9 @@ SHOWN = 12
 
 
 class QueryError(ValueError):
-    """A condition cannot be read or does not fit what is known; the message points at the place.
+    """A condition cannot be read or does not fit what is known.
+
+    The message points at the place.
 
     Parameters
     ----------
@@ -62,12 +67,15 @@ class Vocabulary:
     ----------
     keys : those that have values
     aliases : other names of keys
-    elsewhere : returns the key of a name that means something although nothing here has a value of it,
-        or what to ask for instead
+    elsewhere : returns the key of a name that means something although nothing here has
+        a value of it, or what to ask for instead
     """
 
     def __init__(
-        self, keys: Iterable[Key], aliases: Mapping[str, str] = {}, elsewhere: Elsewhere = lambda name: None
+        self,
+        keys: Iterable[Key],
+        aliases: Mapping[str, str] = {},
+        elsewhere: Elsewhere = lambda name: None,
     ) -> None:
         self.aliases, self.elsewhere = aliases, elsewhere
         self.keys = {key.name: key for key in keys}
@@ -87,7 +95,14 @@ class Vocabulary:
         wanted = name.removeprefix("scene.")
         if wanted not in self.keys:
             known: Any = (self.aliases, self.ends, self.keys)
-            wanted = next((w for w in (wanted, wanted.lower()) if any(w in each for each in known)), wanted)
+            wanted = next(
+                (
+                    w
+                    for w in (wanted, wanted.lower())
+                    if any(w in each for each in known)
+                ),
+                wanted,
+            )
             wanted = self.aliases.get(wanted, wanted)
         if wanted in self.keys:
             return self.keys[wanted]
@@ -105,19 +120,31 @@ class Vocabulary:
             remedy = f"; there are {listed(inside, 'and')}" if inside else ""
             raise QueryError(f"{name!r} {elsewhere}{remedy}", text, at)
         near = get_close_matches(wanted, {**self.keys, **self.ends, **self.aliases}, 3)
-        remedy = f"did you mean {listed(near, 'or')}?" if near else "nothing here is called so"
+        remedy = (
+            f"did you mean {listed(near, 'or')}?"
+            if near
+            else "nothing here is called so"
+        )
         raise QueryError(f"unknown name {name!r}; {remedy}", text, at)
 
     def _inside(self, table: str) -> list[str]:
         """Return the keys within a table, without the numbered values of lists."""
         inside = [key for key in self.keys if key.startswith(f"{table}.")]
-        return sorted(key for key in inside if not any(word.isdigit() for word in key.split(".")))
+        return sorted(
+            key for key in inside if not any(word.isdigit() for word in key.split("."))
+        )
 
 
 def listed(words: list[str], joint: str) -> str:
     """Return words in quotes, the last after a joint, the first ones of many."""
-    quoted = [repr(word) for word in words[:SHOWN]] + (["…"] if len(words) > SHOWN else [])
-    return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} {joint} {quoted[-1]}"
+    quoted = [repr(word) for word in words[:SHOWN]] + (
+        ["…"] if len(words) > SHOWN else []
+    )
+    return (
+        quoted[0]
+        if len(quoted) == 1
+        else f"{', '.join(quoted[:-1])} {joint} {quoted[-1]}"
+    )
 
 
 def scene_key(name: str, text: bool) -> Key:
@@ -131,7 +158,14 @@ def scene_key(name: str, text: bool) -> Key:
     kind = None if text else quantity_at(name)
     if kind is None:
         return Key(name, "text" if text else "number", is_path=True)
-    return Key(name, "number", units.KINDS[kind].unit, kind, _shown(units.KINDS[kind]), is_path=True)
+    return Key(
+        name,
+        "number",
+        units.KINDS[kind].unit,
+        kind,
+        _shown(units.KINDS[kind]),
+        is_path=True,
+    )
 
 
 def _shown(kind: units.Measure) -> str:
@@ -148,12 +182,17 @@ def quantity_at(name: str) -> str | None:
     from wearlab.scene.sections import field_at  # managing runs needs no scenes
 
     field = field_at(tuple(word for word in name.split(".") if not word.isdigit()))
-    unit = None if field is None else options.unit_within(field.annotation, field.metadata)
+    unit = (
+        None if field is None else options.unit_within(field.annotation, field.metadata)
+    )
     return unit.kind if unit else None
 
 
 def declared_scene_key(name: str) -> Key | str | None:
-    """Return the key of a scene's value that no run has, or what else a name is; None: no name of a scene."""
+    """Return the key of a scene's value that no run has, or what else a name is.
+
+    None: no name of a scene.
+    """
     from wearlab.scene.sections import field_at, parts_at
 
     path = tuple(word for word in name.split(".") if not word.isdigit())
@@ -164,12 +203,18 @@ def declared_scene_key(name: str) -> Key | str | None:
         return "is a table: ask for one of its keys"
     if field.exclude:
         return "stands in campaign files only, runs keep what it leads to"
-    return scene_key(name, text=quantity_at(name) is None and _is_text(field.annotation))
+    return scene_key(
+        name, text=quantity_at(name) is None and _is_text(field.annotation)
+    )
 
 
 def _is_text(annotation: Any) -> bool:
     """Say whether a value may be a word."""
-    return annotation is str or isinstance(annotation, str) or any(map(_is_text, get_args(annotation)))
+    return (
+        annotation is str
+        or isinstance(annotation, str)
+        or any(map(_is_text, get_args(annotation)))
+    )
 
 
 STATISTICS = ("_min", "_mean", "_max")
@@ -202,23 +247,36 @@ def _variable(name: str) -> Any:
     """Return the variable of a name, or of one of its statistics, None where there is none."""
     from wearlab.schema import VARIABLES
 
-    stem = next((name.removesuffix(end) for end in STATISTICS if name.endswith(end)), name)
+    stem = next(
+        (name.removesuffix(end) for end in STATISTICS if name.endswith(end)), name
+    )
     return VARIABLES.get(name) or VARIABLES.get(stem)
 
 
 def flat(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield dotted keys and values; entries of a list are numbered from 0, what is absent is left out."""
+    """Yield dotted keys and values.
+
+    Entries of a list are numbered from 0, what is absent is left out.
+    """
     if isinstance(values, dict | list):
-        for key, value in values.items() if isinstance(values, dict) else enumerate(values):
+        for key, value in (
+            values.items() if isinstance(values, dict) else enumerate(values)
+        ):
             yield from flat(value, f"{above}.{key}" if above else str(key))
     elif values is not None:
         yield above, values
 
 
-def differing_keys(scenes: Sequence[Mapping[str, Any]], always: Container[str] = ()) -> list[str]:
+def differing_keys(
+    scenes: Sequence[Mapping[str, Any]], always: Container[str] = ()
+) -> list[str]:
     """Return the keys that not all flat scenes have the same value of, in the order of the first scene."""
     keys = dict.fromkeys(key for scene in scenes for key in scene)
-    return [key for key in keys if key in always or len({repr(scene.get(key)) for scene in scenes}) > 1]
+    return [
+        key
+        for key in keys
+        if key in always or len({repr(scene.get(key)) for scene in scenes}) > 1
+    ]
 
 
 class SceneDifference(NamedTuple):
@@ -244,12 +302,18 @@ def differences(a: str, b: str) -> list[SceneDifference]:
     ----------
     a, b : canonical JSON of the scenes; "" for none
     """
-    flat_a, flat_b = (dict(flat(json.loads(text or "{}"))) for text in (a, b))
+    flat_a = dict(flat(json.loads(a or "{}")))
+    flat_b = dict(flat(json.loads(b or "{}")))
     told = []
     for key in sorted({*flat_a, *flat_b}):
         if flat_a.get(key) != flat_b.get(key):
-            own, other = (in_usual_unit(key, scene.get(key))[0] for scene in (flat_a, flat_b))
-            told.append(SceneDifference(key, own, other, scene_key(key, False).display_unit or None))
+            own = in_usual_unit(key, flat_a.get(key))[0]
+            other = in_usual_unit(key, flat_b.get(key))[0]
+            told.append(
+                SceneDifference(
+                    key, own, other, scene_key(key, False).display_unit or None
+                )
+            )
     return told
 
 
@@ -257,5 +321,7 @@ def in_usual_unit(key: str, value: Any) -> tuple[Any, str]:
     """Return a value of a scene as it is usually written, to the digits that a scene keeps, and its unit."""
     known = scene_key(key, False)
     if known.quantity and units.is_number(value):
-        value = float(f"{units.convert(float(value), known.unit, known.display_unit):.9g}")
+        value = float(
+            f"{units.convert(float(value), known.unit, known.display_unit):.9g}"
+        )
     return value, known.display_unit

@@ -47,27 +47,47 @@ class Conditions(NamedTuple):
 def conditions(campaign: Campaign) -> Conditions:
     """Return operating conditions and wear law of a campaign's cases."""
     parts = (_load, _oil, _wear)
-    told = [(c, {q[:3]: q.value for part in parts for q in part(c.scene)}) for c in campaign.cases]
+    told = [
+        (c, {q[:3]: q.value for part in parts for q in part(c.scene)})
+        for c in campaign.cases
+    ]
     keys = list(dict.fromkeys(key for _, own in told for key in own))
-    values = {key: list(dict.fromkeys(own.get(key, "none") for _, own in told)) for key in keys}
-    beside = [key for key in keys if len(values[key]) > 1] if len(told) <= MOST_CASES else []
+    values = {
+        key: list(dict.fromkeys(own.get(key, "none") for _, own in told))
+        for key in keys
+    }
+    beside = (
+        [key for key in keys if len(values[key]) > 1] if len(told) <= MOST_CASES else []
+    )
     shared = [Condition(*key, _reach(values[key])) for key in keys if key not in beside]
     heads = [f"{meaning} [{unit}]" if unit else meaning for _, meaning, unit in beside]
-    each = [(case_name(campaign, c), tuple(own.get(key, "none") for key in beside)) for c, own in told]
+    each = [
+        (case_name(campaign, c), tuple(own.get(key, "none") for key in beside))
+        for c, own in told
+    ]
     return Conditions(tuple(shared), tuple(heads), tuple(each) if beside else ())
 
 
 def case_name(campaign: Campaign, case: Case) -> str:
     """Return how a page calls a case: its label, and its place on every axis."""
     keys = {axis.name: axis.key for axis in campaign.axes}
-    along = [f"{_axis_name(name, keys[name])} {text}" for name, text in place(campaign, case).items()]
-    return shown_unit(", ".join([*([case.label] if case.label != "base" or not along else []), *along]))
+    along = [
+        f"{_axis_name(name, keys[name])} {text}"
+        for name, text in place(campaign, case).items()
+    ]
+    return shown_unit(
+        ", ".join(
+            [*([case.label] if case.label != "base" or not along else []), *along]
+        )
+    )
 
 
 def _axis_name(name: str, key: str) -> str:
     """Return how a page calls an axis: by the words of its key below the section, or its own name."""
     words = key.split(".")
-    return (name if words[-1] != name else " ".join(words[1:] or words)).replace("_", " ")
+    return (name if words[-1] != name else " ".join(words[1:] or words)).replace(
+        "_", " "
+    )
 
 
 def _reach(values: list[str]) -> str:
@@ -84,14 +104,20 @@ def _load(scene: Scene) -> Iterator[Condition]:
     """Yield torque and speed of the input, or of the conditions that take turns."""
     operation = scene.operation
     if several := operation.blocks or operation.stages:
-        meaning = "conditions that take turns" if operation.blocks else "conditions in order"
+        meaning = (
+            "conditions that take turns" if operation.blocks else "conditions in order"
+        )
         yield Condition("", meaning, "", str(len(several)))
-    each, member = several or (operation,), operation.input
-    torques, speeds = [_number(one.torque) for one in each], [_number(RPM * one.speed) for one in each]
+    each = several or (operation,)
+    member = operation.input
+    torques = [_number(one.torque) for one in each]
+    speeds = [_number(RPM * one.speed) for one in each]
     yield Condition("T", f"torque on the {member}", "N·m", _between(torques))
     yield Condition("n", f"speed of the {member}", "rpm", _between(speeds))
     if not several:
-        yield Condition("P", "power", "kW", _number(1e-3 * operation.torque * operation.speed))
+        yield Condition(
+            "P", "power", "kW", _number(1e-3 * operation.torque * operation.speed)
+        )
     if operation.fixed:
         yield Condition("", "at rest", "", operation.fixed)
 
@@ -104,7 +130,9 @@ def _oil(scene: Scene) -> Iterator[Condition]:
     if oil.grade:
         yield Condition("", "oil", "", f"ISO VG {oil.grade}{warm}")
     if oil.viscosity is not None:
-        yield Condition("η_0", "viscosity of the oil", "mPa·s", _number(1e3 * oil.viscosity))
+        yield Condition(
+            "η_0", "viscosity of the oil", "mPa·s", _number(1e3 * oil.viscosity)
+        )
 
 
 def _wear(scene: Scene) -> Iterator[Condition]:
@@ -113,14 +141,21 @@ def _wear(scene: Scene) -> Iterator[Condition]:
     if wear is None:
         return
     if wear.coefficient is not None:
-        yield Condition("", "wear law", "", f"{wear.law.chosen.capitalize()}, {wear.load.chosen} load")
+        yield Condition(
+            "",
+            "wear law",
+            "",
+            f"{wear.law.chosen.capitalize()}, {wear.load.chosen} load",
+        )
         each = {member: wear.coefficient_of(member) for member in scene.gears.toothed}
         alike = len({condition.model_dump_json() for condition in each.values()}) == 1
         for member, condition in list(each.items())[: 1 if alike else None]:
             yield _coefficient(condition, "" if alike else f" of the {member}")
     for name, initial in wear.initial or ():
         if initial is not None:
-            yield Condition("", f"initial wear of the {name}", "", initial_wear(initial))
+            yield Condition(
+                "", f"initial wear of the {name}", "", initial_wear(initial)
+            )
     if wear.until is not None:
         yield Condition("", "ends at", "", " or ".join(_ends(wear.until)))
 
@@ -130,13 +165,20 @@ def _coefficient(coefficient: Any, whose: str) -> Condition:
     scaled = "" if coefficient.factor == 1.0 else f" × {coefficient.factor:.4g}"
     meaning = f"wear coefficient{whose}"
     if coefficient.chosen == "constant":
-        return Condition("k", meaning, "mm³/(N·m)", _number(1e9 * coefficient.value) + scaled)
+        return Condition(
+            "k", meaning, "mm³/(N·m)", _number(1e9 * coefficient.value) + scaled
+        )
     if coefficient.chosen == "hardness":
-        return Condition("K", meaning, "", f"{_number(coefficient.k)}{scaled} over the hardness")
+        return Condition(
+            "K", meaning, "", f"{_number(coefficient.k)}{scaled} over the hardness"
+        )
     if coefficient.chosen == "calibrated":
         depth = f"{_number(1e6 * coefficient.depth)} µm on the {coefficient.flank}"
         life = f"calibrated: {depth} in {coefficient.life:.4g} cycles"
-        at = f"at {_number(coefficient.torque)} N·m, {_number(RPM * coefficient.speed)} rpm"
+        at = (
+            f"at {_number(coefficient.torque)} N·m, {_number(RPM * coefficient.speed)} "
+            "rpm"
+        )
         return Condition("k", meaning, "", f"{life} {at}{scaled}")
     return Condition("k", meaning, "", f"{coefficient.chosen}{scaled}")
 
@@ -147,12 +189,19 @@ def initial_wear(initial: Any) -> str:
         file = getattr(initial, "file", None)
         return f"as measured in {Path(file).name}" if file else "as measured"
     depth = getattr(initial, "depth", None)
-    return f"{initial.chosen}, {_number(1e6 * depth)} µm" if depth is not None else str(initial.chosen)
+    return (
+        f"{initial.chosen}, {_number(1e6 * depth)} µm"
+        if depth is not None
+        else str(initial.chosen)
+    )
 
 
 def _ends(until: Any) -> Iterator[str]:
     if until.depth is not None:
-        yield f"{_number(1e6 * until.depth)} µm of wear{f' of the {until.flank}' if until.flank else ''}"
+        yield (
+            f"{_number(1e6 * until.depth)} µm of "
+            f"wear{f' of the {until.flank}' if until.flank else ''}"
+        )
     for name in ("cycles", "mesh_cycles", "hours"):
         if (limit := getattr(until, name)) is not None:
             yield f"{limit:.4g} {name.replace('_', ' ')}"
@@ -160,7 +209,8 @@ def _ends(until: Any) -> Iterator[str]:
 
 def _between(numbers: Sequence[str]) -> str:
     """Return how far numbers reach."""
-    low, high = min(numbers, key=float), max(numbers, key=float)
+    low = min(numbers, key=float)
+    high = max(numbers, key=float)
     return low if low == high else f"{low} to {high}"
 
 
@@ -211,35 +261,56 @@ class Reply(NamedTuple):
     several_flanks: bool = False
 
 
-def answer(campaign: Campaign, entries: Entries, factor: float, store: Store | None = None) -> Reply | None:
+def answer(
+    campaign: Campaign, entries: Entries, factor: float, store: Store | None = None
+) -> Reply | None:
     """Return the answer of a campaign whose runs wear to a limit, None of any other.
 
     Parameters
     ----------
     campaign : its cases
     entries : what the store knows of their runs
-    factor : by which the wear coefficient may be larger or smaller; where the cases vary it, no range is told
+    factor : by which the wear coefficient may be larger or smaller; where the cases
+        vary it, no range is told
     store : where the runs are, to say which flank is worn deepest
     """
     limit = _limit(campaign.cases[0].scene) if campaign.cases else ""
     known = ((case, entries.get(case.id)) for case in campaign.cases)
-    done = [(case, entry.summary) for case, entry in known if entry is not None and entry.state == "done"]
+    done = [
+        (case, entry.summary)
+        for case, entry in known
+        if entry is not None and entry.state == "done"
+    ]
     worn = [(case, summary) for case, summary in done if summary.get("operating_hours")]
-    ended = _ended_otherwise([(case_name(campaign, case), summary) for case, summary in done])
+    ended = _ended_otherwise(
+        [(case_name(campaign, case), summary) for case, summary in done]
+    )
     if not worn:
         return Reply(tuple(ended), limit, ()) if ended else None
     lives = [life for _, summary in worn if (life := _life(summary)) is not None]
     given = [getattr(case.scene.wear, "coefficient", None) for case in campaign.cases]
-    range_by = factor if all(each == given[0] for each in given) else None  # cases are the range themselves
+    range_by = (
+        factor if all(each == given[0] for each in given) else None
+    )  # cases are the range themselves
     told = worn[:MOST_CASES]
-    words = [_case(case_name(campaign, case), own, lives, range_by) for case, own in told]
-    cases = [one._replace(**_deepest(store, case)) for one, (case, _) in zip(words, told, strict=True)]
+    words = [
+        _case(case_name(campaign, case), own, lives, range_by) for case, own in told
+    ]
+    cases = [
+        one._replace(**_deepest(store, case))
+        for one, (case, _) in zip(words, told, strict=True)
+    ]
     if len(worn) == 1:
         cases = [cases[0]._replace(times="")]
-    answered = [*_sentences(cases, lives, len(worn), limit, range_by), *_deepest_point(cases)]
+    answered = [
+        *_sentences(cases, lives, len(worn), limit, range_by),
+        *_deepest_point(cases),
+    ]
     sentences = (*answered, *ended, *_begun(cases, [case for case, _ in told]))
     shown = tuple(cases) if len(worn) <= MOST_CASES else ()
-    return Reply(sentences, limit, shown, len({case.flank for case in cases if case.share}) > 1)
+    return Reply(
+        sentences, limit, shown, len({case.flank for case in cases if case.share}) > 1
+    )
 
 
 def gathered(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, list[Any]]:
@@ -252,10 +323,17 @@ def gathered(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, list[Any]]:
 
 def _ended_otherwise(done: Sequence[tuple[str, Mapping[str, Any]]]) -> list[str]:
     """Return which cases ended otherwise than asked, those of one reason in one sentence."""
-    cases = gathered((end, name) for name, summary in done if (end := unasked_end(summary)))
-    named = {end: ", ".join([*names[:FEW], *(["…"] if names[FEW:] else [])]) for end, names in cases.items()}
+    cases = gathered(
+        (end, name) for name, summary in done if (end := unasked_end(summary))
+    )
+    named = {
+        end: ", ".join([*names[:FEW], *(["…"] if names[FEW:] else [])])
+        for end, names in cases.items()
+    }
     asked = f"of {len(done)} ended otherwise than asked"
-    return [f"{len(names)} {asked} ({named[end]}): {end}." for end, names in cases.items()]
+    return [
+        f"{len(names)} {asked} ({named[end]}): {end}." for end, names in cases.items()
+    ]
 
 
 def _deepest(store: Store | None, case: Case) -> dict[str, Any]:
@@ -266,13 +344,21 @@ def _deepest(store: Store | None, case: Case) -> dict[str, Any]:
         run = store.run(case.id)
     except (files.StoreError, OSError):
         return {}
-    depth, wear = run.get("max_wear_depth"), run.get("wear_depth")
+    depth = run.get("max_wear_depth")
+    wear = run.get("wear_depth")
     if depth is None or set(depth.dims) != {"update", "flank"}:
         return {}
     at = int(np.nanargmax(depth.isel(update=-1).values))
     begins = float(depth.isel(update=0, flank=at).values)
-    told = {"flank": str(depth["flank"].values[at]), "begins": begins if np.isfinite(begins) else 0.0}
-    if wear is None or "diameter" not in run or set(wear.dims) != {"update", "flank", "profile"}:
+    told = {
+        "flank": str(depth["flank"].values[at]),
+        "begins": begins if np.isfinite(begins) else 0.0,
+    }
+    if (
+        wear is None
+        or "diameter" not in run
+        or set(wear.dims) != {"update", "flank", "profile"}
+    ):
         return told
     deepest = int(np.nanargmax(wear.isel(update=-1, flank=at).values))
     return told | {"diameter": float(run["diameter"].isel(flank=at, profile=deepest))}
@@ -280,17 +366,31 @@ def _deepest(store: Store | None, case: Case) -> dict[str, Any]:
 
 def _deepest_point(cases: Sequence[CaseTold]) -> Iterator[str]:
     """Yield at which diameters the flanks that are worn deepest are so."""
-    places = gathered((case.flank, f"{1e3 * case.diameter:.2f}") for case in cases if case.diameter)
+    places = gathered(
+        (case.flank, f"{1e3 * case.diameter:.2f}") for case in cases if case.diameter
+    )
     for flank, diameters in places.items():
         yield f"The {flank} is worn deepest at diameter {_between(diameters)} mm."
 
 
 def _begun(cases: Sequence[CaseTold], asked: Sequence[Case]) -> Iterator[str]:
     """Yield that the wear with which a flank begins counts, and where it comes from."""
-    begun = [(told, case.scene.wear) for told, case in zip(cases, asked, strict=True) if told.begins > 0.0]
-    given = [(told, getattr(getattr(wear, "initial", None), told.flank, None)) for told, wear in begun]
-    whence = ((told, f", {initial_wear(initial)}" if initial else "") for told, initial in given)
-    depths = gathered(((told.flank, words), f"{1e6 * told.begins:.3g}") for told, words in whence)
+    begun = [
+        (told, case.scene.wear)
+        for told, case in zip(cases, asked, strict=True)
+        if told.begins > 0.0
+    ]
+    given = [
+        (told, getattr(getattr(wear, "initial", None), told.flank, None))
+        for told, wear in begun
+    ]
+    whence = (
+        (told, f", {initial_wear(initial)}" if initial else "")
+        for told, initial in given
+    )
+    depths = gathered(
+        ((told.flank, words), f"{1e6 * told.begins:.3g}") for told, words in whence
+    )
     for (flank, words), own in depths.items():
         said = f"up to {_between(own)} µm{words}"
         yield f"The wear that the {flank} begins with ({said}) is part of these depths."
@@ -302,7 +402,8 @@ def _is_number(value: Any) -> bool:
 
 def _limit(scene: Scene) -> str:
     until = getattr(scene.wear, "until", None)
-    depth, flank = (getattr(until, name, None) for name in ("depth", "flank"))
+    depth = getattr(until, "depth", None)
+    flank = getattr(until, "flank", None)
     on = f" on the {flank}" if flank else ""
     return "" if depth is None else f"{1e6 * depth:.4g} µm of wear{on}"
 
@@ -313,21 +414,53 @@ def _life(summary: Mapping[str, Any]) -> float | None:
     return float(life) if _is_number(life) else None
 
 
-def _case(name: str, summary: Mapping[str, Any], lives: Sequence[float], factor: float | None) -> CaseTold:
+def _case(
+    name: str, summary: Mapping[str, Any], lives: Sequence[float], factor: float | None
+) -> CaseTold:
     """Return a case in words, its life beside the first and the longest of all."""
     if (life := _life(summary)) is None:
         depth = summary.get("max_wear_depth")
-        worn = f"not reached: {1e6 * float(depth):.3g} µm after " if depth is not None else "not reached: "
-        return CaseTold(name, f"{worn}{hours_text(summary.get('operating_hours'))}", "", "", "", "", 0.0)
-    error, cycles = summary.get("error_estimate_life"), summary.get("life")
-    reach = "" if factor is None else f"{hours_text(life / factor)} to {hours_text(life * factor)}"
+        worn = (
+            f"not reached: {1e6 * float(depth):.3g} µm after "
+            if depth is not None
+            else "not reached: "
+        )
+        return CaseTold(
+            name,
+            f"{worn}{hours_text(summary.get('operating_hours'))}",
+            "",
+            "",
+            "",
+            "",
+            0.0,
+        )
+    error = summary.get("error_estimate_life")
+    cycles = summary.get("life")
+    reach = (
+        ""
+        if factor is None
+        else f"{hours_text(life / factor)} to {hours_text(life * factor)}"
+    )
     off = f"{100 * (error / cycles):.2g} %" if _is_number(error) and cycles else ""
-    times, share = f"× {life / lives[0]:.3g}" if lives[0] else "", 100.0 * life / max(lives)
-    return CaseTold(name, hours_text(life), reach, f"{cycles:.3g}" if cycles else "", off, times, share)
+    times = f"× {life / lives[0]:.3g}" if lives[0] else ""
+    share = 100.0 * life / max(lives)
+    return CaseTold(
+        name,
+        hours_text(life),
+        reach,
+        f"{cycles:.3g}" if cycles else "",
+        off,
+        times,
+        share,
+    )
 
 
 def _sentences(
-    cases: Sequence[CaseTold], lives: list[float], count: int, limit: str, factor: float | None
+    cases: Sequence[CaseTold],
+    lives: list[float],
+    count: int,
+    limit: str,
+    factor: float | None,
 ) -> Iterator[str]:
     if not limit:
         yield f"{count} cases ran to their end; no wear depth was set as the limit."
@@ -343,22 +476,50 @@ def _sentences(
         yield f"{reached} {hours_text(lives[0])} of operation."
     elif count <= MOST_CASES:
         texts = [hours_text(min(lives)), hours_text(max(lives))]
-        low, high = (f"{text} ({next(c.case for c in cases if c.hours == text)})" for text in texts)
-        equal = f"{texts[0]} of operation in {'both' if len(lives) == 2 else f'all {len(lives)}'} cases"
-        yield f"{reached} {equal if texts[0] == texts[1] else f'{low} to {high} of operation'}."
+        low, high = (
+            f"{text} ({next(c.case for c in cases if c.hours == text)})"
+            for text in texts
+        )
+        equal = (
+            f"{texts[0]} of operation in "
+            f"{'both' if len(lives) == 2 else f'all {len(lives)}'} cases"
+        )
+        yield (
+            f"{reached} "
+            f"{equal if texts[0] == texts[1] else f'{low} to {high} of operation'}."
+        )
     else:
-        low, middle, high = (hours_text(float(q)) for q in np.quantile(lives, (0.05, 0.5, 0.95)))
+        low, middle, high = (
+            hours_text(float(q)) for q in np.quantile(lives, (0.05, 0.5, 0.95))
+        )
         middle = f"{middle} of operation in the middle of {len(lives)} runs"
         yield f"{reached} {middle}; 90 % of them take {low} to {high}."
     if len(lives) < count:
-        yield f"{count - len(lives)} of {count} cases do not reach it in the time that was asked for."
+        yield (
+            f"{count - len(lives)} of {count} cases do not reach it in the time that "
+            "was asked for."
+        )
     if factor is not None:
-        now, less, more = (hours_text(min(lives) * by) for by in (1.0, 1.0 / factor, factor))
-        were = f"were that {factor:.3g} times as large or small, {now} would be {less} or {more}"
-        yield f"The life is inversely proportional to the wear coefficient: {were}. {COMPARED}"
+        now, less, more = (
+            hours_text(min(lives) * by) for by in (1.0, 1.0 / factor, factor)
+        )
+        were = (
+            f"were that {factor:.3g} times as large or small, {now} would be {less} or "
+            f"{more}"
+        )
+        yield (
+            f"The life is inversely proportional to the wear coefficient: {were}. "
+            f"{COMPARED}"
+        )
     else:
-        yield "The wear coefficient is varied from case to case: no other range is put on these lives."
+        yield (
+            "The wear coefficient is varied from case to case: no other range is put "
+            "on these lives."
+        )
     errors = [float(c.error.split()[0]) for c in cases if c.error]
     if errors:
         small = "" if max(errors) > 0.2 else ", little beside that"
-        yield f"The numerical error of the life is estimated at up to {max(errors):.2g} %{small}."
+        yield (
+            f"The numerical error of the life is estimated at up to {max(errors):.2g} "
+            f"%{small}."
+        )

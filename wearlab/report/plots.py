@@ -8,7 +8,7 @@ import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.comparison.runs import phases_of
-from wearlab.figures.plot import NAMES, Curve, LegendEntry, Panel, Pen, Plot
+from wearlab.figures.plot import NAMES, Curve, LegendEntry, Look, Panel, Pen, Plot
 from wearlab.figures.render import rendered
 from wearlab.figures.wording import converted, cycles, first_of, scaled
 
@@ -17,7 +17,9 @@ WAVES = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
 
 
 def comparison_figure(comparison: xr.Dataset, ending: str = "png") -> bytes:
-    """Return the figure of a comparison of two runs, or of two campaigns; equal comparisons, equal bytes.
+    """Return the figure of a comparison of two runs, or of two campaigns.
+
+    Equal comparisons, equal bytes.
 
     Parameters
     ----------
@@ -32,18 +34,32 @@ def comparison_figure(comparison: xr.Dataset, ending: str = "png") -> bytes:
 def _runs(comparison: xr.Dataset) -> Plot:
     panels = [*_over_life(comparison), *_waves(comparison)]
     lettered = (
-        panel._replace(title=f"({chr(ord('a') + i)}) {panel.title}") for i, panel in enumerate(panels)
+        panel._replace(title=f"({chr(ord('a') + i)}) {panel.title}")
+        for i, panel in enumerate(panels)
     )
-    placed = [panel._replace(row=i // 2, column=i % 2) for i, panel in enumerate(lettered)]
-    ids = {side: comparison.attrs[f"run_{side.lower()}"][:10] or "unnamed" for side in PENS}
-    legend = tuple(LegendEntry(f"{side}: run {run_id}", PENS[side], "line") for side, run_id in ids.items())
+    placed = [
+        panel._replace(row=i // 2, column=i % 2) for i, panel in enumerate(lettered)
+    ]
+    ids = {
+        side: comparison.attrs[f"run_{side.lower()}"][:10] or "unnamed" for side in PENS
+    }
+    legend = tuple(
+        LegendEntry(f"{side}: run {run_id}", PENS[side], "line")
+        for side, run_id in ids.items()
+    )
     shape = -(-len(placed) // 2), min(2, len(placed))
-    return Plot("Two runs compared", tuple(placed), *shape, "none", legend, _notes(comparison))
+    return Plot(
+        "Two runs compared", tuple(placed), *shape, "none", legend, _notes(comparison)
+    )
 
 
 def _notes(comparison: xr.Dataset) -> tuple[str, ...]:
     changed = json.loads(comparison.attrs.get("scene_differences") or "[]")
-    told = first_of([f"{key['key']} {_said(key, 'a')} → {_said(key, 'b')}" for key in changed], 6, "; ")
+    told = first_of(
+        [f"{key['key']} {_said(key, 'a')} → {_said(key, 'b')}" for key in changed],
+        6,
+        "; ",
+    )
     return (f"Asked differently: {told}." if told else "No key of the scenes differs.",)
 
 
@@ -51,7 +67,11 @@ def _said(difference: dict[str, object], side: str) -> str:
     value = difference[side]
     if value is None:
         return "absent"
-    return f"{value:.6g} {difference['units'] or ''}".rstrip() if isinstance(value, float) else str(value)
+    return (
+        f"{value:.6g} {difference['units'] or ''}".rstrip()
+        if isinstance(value, float)
+        else str(value)
+    )
 
 
 def _over_life(comparison: xr.Dataset) -> Iterator[Panel]:
@@ -64,7 +84,9 @@ def _over_life(comparison: xr.Dataset) -> Iterator[Panel]:
     if on_cycles and "max_wear_depth" in comparison:
         values = comparison["max_wear_depth"].max("flank")
         yield _panel("largest wear depth", x, values, across, line="line-points")
-    largest = 100.0 * comparison["relative_difference"].max("quantity", skipna=True).values
+    largest = (
+        100.0 * comparison["relative_difference"].max("quantity", skipna=True).values
+    )
     tolerance = 100.0 * float(comparison.attrs["tolerance"])
     limit = Curve(x, np.full(len(x), tolerance), Pen("#7a7a7a", ":"), "reference")
     differ = Curve(x, largest, Pen("#222222", "-", "o"), "line-points")
@@ -86,11 +108,18 @@ def _waves(comparison: xr.Dataset) -> Iterator[Panel]:
             yield _panel(title, phases_of(wave), wave, "Mesh phase")
 
 
-def _panel(title: str, x: Array, values: xr.DataArray, across: str, line: str = "line") -> Panel:
+def _panel(
+    title: str, x: Array, values: xr.DataArray, across: str, line: Look = "line"
+) -> Panel:
     shown = values.attrs.get("display_units") or "1"
-    sides = [converted(values.sel(run=side).values, values.attrs["units"], shown) for side in PENS]
+    sides = [
+        converted(values.sel(run=side).values, values.attrs["units"], shown)
+        for side in PENS
+    ]
     both, label = scaled(sides, str(values.attrs["long_name"]).split(",")[0], shown)
-    curves = tuple(Curve(x, y, pen, line) for y, pen in zip(both, PENS.values(), strict=True))  # type: ignore[arg-type]
+    curves = tuple(
+        Curve(x, y, pen, line) for y, pen in zip(both, PENS.values(), strict=True)
+    )
     return Panel(0, 0, title, across, label, curves)
 
 
@@ -99,14 +128,28 @@ def _campaigns(comparison: xr.Dataset) -> Plot:
     shown = comparison.isel(pair=slice(40))
     share = 100.0 * shown["largest_relative_difference"].values
     names = [str(name) for name in shown["quantity_name"].values]
-    told = ("max_wear_depth", *WAVES, "mesh_force_orders")  # as many as can be told apart
-    keep = [i for i, name in enumerate(shown["quantity"].values) if str(name) in told] or [0]
+    told = (
+        "max_wear_depth",
+        *WAVES,
+        "mesh_force_orders",
+    )  # as many as can be told apart
+    keep = [
+        i for i, name in enumerate(shown["quantity"].values) if str(name) in told
+    ] or [0]
     pen = {i: Pen(NAMES[k % len(NAMES)], "-", "o") for k, i in enumerate(keep)}
-    curves = tuple(Curve(np.arange(1.0, len(share) + 1), share[:, i], pen[i], "line-points") for i in keep)
-    title = f"{comparison.attrs['campaign_a']} (A) and {comparison.attrs['campaign_b']} (B)"
+    curves = tuple(
+        Curve(np.arange(1.0, len(share) + 1), share[:, i], pen[i], "line-points")
+        for i in keep
+    )
+    title = (
+        f"{comparison.attrs['campaign_a']} (A) and {comparison.attrs['campaign_b']} (B)"
+    )
     panel = Panel(0, 0, "", "Pair of runs", "Largest difference (%)", curves)
     legend = tuple(LegendEntry(names[i], pen[i], "line-points") for i in keep)
-    numbered = "; ".join(f"{i}: {name}" for i, name in enumerate(shown["pair"].values, 1)) + "."
+    numbered = (
+        "; ".join(f"{i}: {name}" for i, name in enumerate(shown["pair"].values, 1))
+        + "."
+    )
     return Plot(title, (panel,), 1, 1, "none", legend, (*_notes(comparison), numbered))
 
 
@@ -121,7 +164,9 @@ SHOWN = {
 Column = tuple[str, Sequence[float]]
 
 
-def profile_figure(name: str, across: Column, up: Column, note: str, ending: str) -> bytes:
+def profile_figure(
+    name: str, across: Column, up: Column, note: str, ending: str
+) -> bytes:
     """Return the figure of a measured flank.
 
     Parameters
@@ -131,12 +176,19 @@ def profile_figure(name: str, across: Column, up: Column, note: str, ending: str
     note : how the file was read
     ending : png, svg or pdf
     """
-    told = ((SHOWN[quantity], np.asarray(given, float)) for quantity, given in (across, up))
-    shown = (scaled([converted(v, stored, wanted)], words, wanted) for (words, stored, wanted), v in told)
+    told = (
+        (SHOWN[quantity], np.asarray(given, float)) for quantity, given in (across, up)
+    )
+    shown = (
+        scaled([converted(v, stored, wanted)], words, wanted)
+        for (words, stored, wanted), v in told
+    )
     ((x,), x_label), ((y,), y_label) = shown
     look = "line-points" if len(across[1]) <= 60 else "line"
     curve = Curve(x, y, Pen("#0072B2", "-", "o"), look)  # type: ignore[arg-type]
     zero = Curve(x[[0, -1]], np.zeros(2), Pen("#7a7a7a", ":"), "reference")
     panel = Panel(0, 0, "", x_label, y_label, (zero, curve))
-    plot = Plot(f"{name} as it was understood", (panel,), 1, 1, notes=(f"Read as {note}.",))
+    plot = Plot(
+        f"{name} as it was understood", (panel,), 1, 1, notes=(f"Read as {note}.",)
+    )
     return rendered(plot, {"Title": plot.title}, ending)

@@ -17,21 +17,31 @@ if TYPE_CHECKING:
 
 FIRST = 3  # items of a longer list
 ELSEWHERE = re.compile("(count_|run_time_).*|verdict|end_reason|life|service_life")
-"""Results that tell how a run was computed rather than what, and those that stand by its head."""
+"""Results that tell how a run was computed rather than what, and those that stand by
+its head."""
 ERRORS = {"calibrated_wear_coefficient": "error_estimate_wear_coefficient"}
 """Estimates of the errors of single results; those of the head stand there."""
 
 
 def value_text(value: Any) -> str:
     """Return a value as tables show it."""
-    return f"{value:.6g}" if isinstance(value, float) else "" if value is None else str(value)
+    return (
+        f"{value:.6g}"
+        if isinstance(value, float)
+        else ""
+        if value is None
+        else str(value)
+    )
 
 
-def results(stored: Mapping[str, dict[str, Any]], entry: "Entry") -> list[tuple[str, ...]]:
+def results(
+    stored: Mapping[str, dict[str, Any]], entry: "Entry"
+) -> list[tuple[str, ...]]:
     """Return every number or word that came out, as it is shown, with its meaning."""
     rows: list[tuple[str, ...]] = []
     for name, variable in stored.items():
-        value, attributes = entry.summary.get(name), variable["attrs"]
+        value = entry.summary.get(name)
+        attributes = variable["attrs"]
         if variable["dims"] or value is None or is_long(value):
             continue
         if not ELSEWHERE.fullmatch(name):
@@ -62,7 +72,12 @@ def groups(stored: Mapping[str, dict[str, Any]]) -> list[str]:
             groups.setdefault(group, []).append(name)
     lines = []
     for group, names in groups.items():
-        lines += wrap(", ".join(names), 96, initial_indent=f"{group:<20}", subsequent_indent=" " * 20)
+        lines += wrap(
+            ", ".join(names),
+            96,
+            initial_indent=f"{group:<20}",
+            subsequent_indent=" " * 20,
+        )
     return lines
 
 
@@ -76,7 +91,9 @@ def written_in(store: Store, run_id: str) -> Written:
     for key, _ in store.catalogue.read(question, [run_id]):
         told = store.catalogue.record_of(key).get("written")
         if isinstance(told, dict) and told:
-            return {name: texts for name, texts in told.items() if isinstance(texts, list)}
+            return {
+                name: texts for name, texts in told.items() if isinstance(texts, list)
+            }
     return {}
 
 
@@ -86,7 +103,8 @@ def in_file_units(path: str, value: Any, written: Written | None = None) -> str:
     Parameters
     ----------
     path, value : key and value of the scene
-    written : quantities as the file wrote them, see `written_in`: a value has its text there, or their unit
+    written : quantities as the file wrote them, see `written_in`: a value has its text
+        there, or their unit
     """
     some = value if isinstance(value, list) else [value]
     name = re.sub(r"\[\d+\]|\.\d+(?=\.|$)", "", path)
@@ -96,7 +114,9 @@ def in_file_units(path: str, value: Any, written: Written | None = None) -> str:
     texts = _texts(name, written or {}, key.quantity)
     told = []
     for variant in some:
-        same = (text for number, text in texts if isclose(number, variant, rel_tol=1e-9))
+        same = (
+            text for number, text in texts if isclose(number, variant, rel_tol=1e-9)
+        )
         told.append(next(same, "") or _in_unit_of(texts, float(variant), key))
     if len(told) > FIRST + 1:
         told = [*told[:FIRST], f"… {len(told)} in all"]
@@ -116,14 +136,19 @@ def _texts(name: str, written: Written, kind: str) -> list[tuple[float, str]]:
     from wearlab.campaign.reading import MOST_WRITTEN
 
     found = []
-    for text in (written.get(name) or written.get(name.rpartition(".")[0], ()))[:MOST_WRITTEN]:
+    for text in (written.get(name) or written.get(name.rpartition(".")[0], ()))[
+        :MOST_WRITTEN
+    ]:
         with suppress(units.UnitError):  # what others recorded, or one of another kind
             found.append((units.quantity(text, kind), text))
     return found
 
 
 def _shortened(value: Any) -> str:
-    """Return a value of a scene as JSON; of a long list its first items and how many there are."""
+    """Return a value of a scene as JSON.
+
+    Of a long list its first items and how many there are.
+    """
     text = dumps(value, ensure_ascii=False)
     if not isinstance(value, list) or len(text) <= 100:
         return text
@@ -137,7 +162,10 @@ def is_long(value: Any) -> bool:
 
 
 def facts(store: Store, entry: "Entry") -> dict[str, Any]:
-    """Return where a run stands and what made it, by words; what there is nothing of is empty."""
+    """Return where a run stands and what made it, by words.
+
+    What there is nothing of is empty.
+    """
     from wearlab.scene.presence import REMEDY
     from wearlab.store import provenance
 
@@ -146,17 +174,24 @@ def facts(store: Store, entry: "Entry") -> dict[str, Any]:
     said = store.remarks(entry.id)
     # whether its flanks may wear, and nothing says until when
     scene = loads(entry.scene or "{}")
-    wear, stages = scene.get("wear"), (scene.get("operation") or {}).get("stage")
-    one_state = entry.state == "done" and bool(wear) and not (wear.get("until") or stages)
+    wear = scene.get("wear")
+    stages = (scene.get("operation") or {}).get("stage")
+    one_state = (
+        entry.state == "done" and bool(wear) and not (wear.get("until") or stages)
+    )
     return {
         "id": entry.id,
         "state": store.state_of(entry),
         "wear states": f"one: no cycles pass; {REMEDY}" if one_state else None,
         "verdict": entry.summary.get("verdict"),
-        "result": [headline.with_error for headline in outcome.headlines(entry.summary)],
+        "result": [
+            headline.with_error for headline in outcome.headlines(entry.summary)
+        ],
         "campaigns": list(dict.fromkeys(f"{m.campaign} ({m.label})" for m in members)),
         "tags": [r.text for r in said if r.what == "tag"],
-        "notes": [f"{r.text} ({r.who}, {r.when[:10]})" for r in said if r.what == "note"],
+        "notes": [
+            f"{r.text} ({r.who}, {r.when[:10]})" for r in said if r.what == "note"
+        ],
         "goes on from": [str(step) for step in provenance.lineage(store, entry)],
         "continued by": provenance.children(store, entry.id),
         "calibrated by": entry.calibration or None,
@@ -166,16 +201,30 @@ def facts(store: Store, entry: "Entry") -> dict[str, Any]:
         **{"bytes": entry.size, "sha256": entry.sha256},
         **{"started": entry.started, "run time": outcome.seconds_text(entry.seconds)},
         **{"source hash": entry.source_hash, "wearlab": entry.wearlab_version},
-        **{word: entry.summary.get(word.replace(" ", "_")) for word in ("model version", "commit")},
-        "made by": "other code" if sources.is_other_code(entry.source_hash) else "this code",
+        **{
+            word: entry.summary.get(word.replace(" ", "_"))
+            for word in ("model version", "commit")
+        },
+        "made by": "other code"
+        if sources.is_other_code(entry.source_hash)
+        else "this code",
     }
 
 
 def flat(scene: Any, path: str = "") -> list[tuple[str, Any]]:
-    """Return a scene's values by dotted key, tables of a list numbered; what is absent is left out."""
+    """Return a scene's values by dotted key, tables of a list numbered.
+
+    What is absent is left out.
+    """
     if isinstance(scene, dict):
-        named = {f"{path}.{key}" if path else key: value for key, value in scene.items()}
+        named = {
+            f"{path}.{key}" if path else key: value for key, value in scene.items()
+        }
         return [pair for key, value in named.items() for pair in flat(value, key)]
     if isinstance(scene, list) and any(isinstance(block, dict) for block in scene):
-        return [pair for number, block in enumerate(scene) for pair in flat(block, f"{path}[{number}]")]
+        return [
+            pair
+            for number, block in enumerate(scene)
+            for pair in flat(block, f"{path}[{number}]")
+        ]
     return [] if scene is None else [(path, scene)]

@@ -24,13 +24,25 @@ def of_the_mate(angle: "xr.DataArray") -> "xr.DataArray":
 
 CONTACT = Result(
     "mate_contact_angle",
-    Variable(_TURNING, "rad", "rad", "angle of the touching point on the mate's flank", "Y23's α1′ over α1"),
+    Variable(
+        _TURNING,
+        "rad",
+        "rad",
+        "angle of the touching point on the mate's flank",
+        "Y23's α1′ over α1",
+    ),
     lambda run: of_the_mate(run["contact_angle"]),
     needs=("contact_angle",),
 )
 ROTATION = Result(
     "mate_rotation_angle",
-    Variable(_TURNING, "rad", "rad", "rotation of the mate", "each pair as if alone; Y23's φ2 over φ1"),
+    Variable(
+        _TURNING,
+        "rad",
+        "rad",
+        "rotation of the mate",
+        "each pair as if alone; Y23's φ2 over φ1",
+    ),
     lambda run: of_the_mate(run["rotation_angle"]),
     needs=("rotation_angle",),
 )

@@ -1,8 +1,11 @@
-"""Workers of dask: a cluster of processes here, or any scheduler elsewhere; batches out, outcomes back.
+"""Workers of dask: a cluster of processes here, or any scheduler elsewhere.
 
-Work is given to workers that run the same code, and waited for as long as they live. Dask leaves a task for
-ever that was asked of a worker by name when, just then, no worker was there at all: so waiting looks, now and
-then, whether those that were asked are still there.
+Batches out, outcomes back.
+
+Work is given to workers that run the same code, and waited for as long as they live.
+Dask leaves a task for ever that was asked of a worker by name when, just then, no
+worker was there at all: so waiting looks, now and then, whether those that were asked
+are still there.
 """
 
 import math
@@ -52,7 +55,11 @@ class Crew:
             for address, answer in answers.items():
                 self.learn(address, answer)
         if here and not here & self.fit:
-            raise RunnerError("\n".join(["no worker is left that runs the same code", *self.reasons()]))
+            raise RunnerError(
+                "\n".join(
+                    ["no worker is left that runs the same code", *self.reasons()]
+                )
+            )
         return sorted(here & self.fit)
 
     def learn(self, address: str, code: object) -> None:
@@ -68,29 +75,44 @@ class Crew:
         """Return one sentence about each worker that was refused."""
         here = f"here it is {source_hash()}; install the same version there"
         said = "worker {} is refused: the source hash of its wearlab is {}, {}"
-        return [said.format(address, code, here) for address, code in self.refused.items()]
+        return [
+            said.format(address, code, here) for address, code in self.refused.items()
+        ]
 
     def choice(self, fit: list[str]) -> dict[str, Any]:
         """Return how dask is told whom to give work: anybody, until somebody had to be refused.
 
-        A preference, not a rule: a worker that dies and returns under another address still gets work.
+        A preference, not a rule: a worker that dies and returns under another address
+        still gets work.
         """
-        return {"workers": fit, "allow_other_workers": True} if self.refused and fit else {}
+        return (
+            {"workers": fit, "allow_other_workers": True}
+            if self.refused and fit
+            else {}
+        )
 
 
-ABSENT_SECONDS = 150.0  # without any worker of this machine, after which its work is given up
+ABSENT_SECONDS = (
+    150.0  # without any worker of this machine, after which its work is given up
+)
 Present = Callable[[], Sequence[str]]
 
 
-def wait_while_present(flow: Any, named: dict[Any, list[str]], present: Present, bounded: bool) -> None:
-    """Wait until a future came back; call off those that were asked of workers that have all gone.
+def wait_while_present(
+    flow: Any, named: dict[Any, list[str]], present: Present, bounded: bool
+) -> None:
+    """Wait until a future came back.
+
+    Call off those that were asked of workers that have all gone.
 
     Parameters
     ----------
     flow : the ``as_completed`` that futures come back by, those called off too
-    named : every future under way, with the addresses it was asked of; none where anybody will do
+    named : every future under way, with the addresses it was asked of; none where
+        anybody will do
     present : returns the addresses of workers that are there
-    bounded : whether to give up when nobody is there for long; workers elsewhere may come tomorrow
+    bounded : whether to give up when nobody is there for long; workers elsewhere may
+        come tomorrow
 
     Raises
     ------
@@ -106,19 +128,28 @@ def wait_while_present(flow: Any, named: dict[Any, list[str]], present: Present,
         looked = time.monotonic()
         seen = looked if here else seen
         if bounded and looked - seen > ABSENT_SECONDS:
-            said = f"all worker processes ended, and none could be started for {ABSENT_SECONDS:g} s"
-            remedy = "is there memory enough? What was finished is kept; run again, with fewer workers"
+            said = (
+                "all worker processes ended, and none could be started for "
+                f"{ABSENT_SECONDS:g} s"
+            )
+            remedy = (
+                "is there memory enough? What was finished is kept; run again, with "
+                "fewer workers"
+            )
             raise RunnerError(f"{said}: {remedy}")
         for future, names in named.items():
             if names and here.isdisjoint(names) and not future.done():
                 future.cancel()
 
 
-BATCH_SECONDS = 0.4  # a batch of short cases lasts about so long: dask costs 1.7 ms a task
+BATCH_SECONDS = (
+    0.4  # a batch of short cases lasts about so long: dask costs 1.7 ms a task
+)
 LARGEST_BATCH = 64
 CONNECT_SECONDS = 10
 
-AHEAD = 2  # batches per worker under way; the rest stays unclaimed, for another process to take
+# batches per worker under way; the rest stays unclaimed, for another process to take
+AHEAD = 2
 Settle = Callable[[list[Outcome], Sequence[Task]], list[Task]]
 Resume = Callable[[Task], Task]
 
@@ -135,14 +166,28 @@ class Cluster:
     """
 
     def __init__(
-        self, client: Any, simulate: str, crew: Crew | None = None, resumed: Resume = lambda task: task
+        self,
+        client: Any,
+        simulate: str,
+        crew: Crew | None = None,
+        resumed: Resume = lambda task: task,
     ) -> None:
-        self.client, self.simulate, self.crew, self.resumed = client, simulate, crew, resumed
+        self.client, self.simulate, self.crew, self.resumed = (
+            client,
+            simulate,
+            crew,
+            resumed,
+        )
         self.code = None if crew is None else source_hash()
-        self.pace, self.on_trial, self.flow = Pace(), False, cast(Any, None)
-        self.waiting, self.suspects = deque[Task](), deque[Task]()
+        self.pace = Pace()
+        self.on_trial = False
+        self.flow = cast(Any, None)
+        self.waiting = deque[Task]()
+        self.suspects = deque[Task]()
         self.in_progress: dict[Any, list[Task]] = {}  # by their futures
-        self.named: dict[Any, list[str]] = {}  # the workers that each was asked of; none: of anybody
+        self.named: dict[
+            Any, list[str]
+        ] = {}  # the workers that each was asked of; none: of anybody
         self.returned: list[list[Task]] = []  # by a worker that was refused
         self.deaths = Counter[str]()
 
@@ -155,14 +200,18 @@ class Cluster:
     def warm_up(self, scenes: Sequence[Any]) -> None:
         """Compile on all workers, each a part; then all find the compiled code on disk.
 
-        Each is asked for by name, and nobody instead of it: what was asked of one that died is called off.
+        Each is asked for by name, and nobody instead of it: what was asked of one that
+        died is called off.
         """
         from dask.distributed import as_completed
 
-        names, asked = self.workers(), {}
+        names = self.workers()
+        asked = {}
         for turn, name in enumerate(names):
             words = (scenes, self.simulate, turn, len(names))
-            asked[self.client.submit(warm_up, *words, workers=[name], pure=False)] = [name]
+            asked[self.client.submit(warm_up, *words, workers=[name], pure=False)] = [
+                name
+            ]
         flow = as_completed(asked)
         while not flow.is_empty():
             wait_while_present(flow, asked, self.workers, bounded=False)
@@ -174,25 +223,32 @@ class Cluster:
         Parameters
         ----------
         tasks : what is missing
-        settle : keeps finished outcomes and grants tasks just before they are sent, in one step; two
-            processes can so share one campaign
+        settle : keeps finished outcomes and grants tasks just before they are sent, in
+            one step; two processes can so share one campaign
         """
         from dask.distributed import as_completed
 
-        self.waiting, self.flow = deque(tasks), as_completed()
+        self.waiting = deque(tasks)
+        self.flow = as_completed()
         finished: list[Outcome] = []
         while True:
             fit = self.workers()
             wanted = self._next_batches(AHEAD * max(1, len(fit)))
             if finished or wanted:
-                granted = {task.id for task in settle(finished, [task for batch in wanted for task in batch])}
+                granted = {
+                    task.id
+                    for task in settle(
+                        finished, [task for batch in wanted for task in batch]
+                    )
+                }
                 finished = []
                 for batch in wanted:
                     self._send([task for task in batch if task.id in granted], fit)
                 if wanted and len(self.in_progress) < AHEAD * len(fit) and self.waiting:
                     continue
             # once more: what came back, or one suspect when all else is done
-            again, self.returned = self.returned, []
+            again = self.returned
+            self.returned = []
             self.on_trial = not again and not self.in_progress and bool(self.suspects)
             for batch in [[self.suspects.popleft()]] if self.on_trial else again:
                 self._send(batch, fit)
@@ -212,21 +268,28 @@ class Cluster:
         if batch:
             choice = {} if self.crew is None else self.crew.choice(fit)
             sent = list(map(self.resumed, batch))
-            future = self.client.submit(execute_all, sent, self.simulate, self.code, pure=False, **choice)
-            self.in_progress[future], self.named[future] = batch, choice.get("workers", [])
+            future = self.client.submit(
+                execute_all, sent, self.simulate, self.code, pure=False, **choice
+            )
+            self.in_progress[future] = batch
+            self.named[future] = choice.get("workers", [])
             self.flow.add(future)
 
     def _returned(self) -> list[Outcome]:
         """Wait for batches and return the outcomes of all that came back."""
         finished: list[Outcome] = []
         alone = len(self.in_progress) == 1 and self.on_trial
-        wait_while_present(self.flow, self.named, self.workers, bounded=self.crew is None)
+        wait_while_present(
+            self.flow, self.named, self.workers, bounded=self.crew is None
+        )
         for future in self.flow.next_batch():
             try:
                 result = future.result(timeout=60.0)  # to come here
             except Exception as error:
                 result = error
-            if isinstance(result, TimeoutError):  # it went with its worker, and is computed again
+            if isinstance(
+                result, TimeoutError
+            ):  # it went with its worker, and is computed again
                 self.flow.add(future)
                 continue
             batch = self.in_progress.pop(future)
@@ -242,7 +305,8 @@ class Cluster:
                 self.returned.append(batch)
             elif alone and self._is_given_up(batch[0], result):
                 finished.append(_lost(batch[0], result))
-            else:  # a case took its process down, and others with it: each is tried by itself
+            # a case took its process down, and others with it: each is tried by itself
+            else:
                 self.suspects.extend(batch)
         self.pace.learn(finished)
         return finished
@@ -271,7 +335,9 @@ class Pace:
         if self.count == 0:
             return 1
         fitting = int(BATCH_SECONDS * self.count / max(self.seconds, 1e-6))
-        return max(1, min(fitting, LARGEST_BATCH, math.ceil(waiting / (2 * workers)), waiting))
+        return max(
+            1, min(fitting, LARGEST_BATCH, math.ceil(waiting / (2 * workers)), waiting)
+        )
 
 
 def refuse_unreachable(scheduler: "str | Client | None", dashboard: bool) -> None:
@@ -289,14 +355,18 @@ def refuse_unreachable(scheduler: "str | Client | None", dashboard: bool) -> Non
 
 
 @contextmanager
-def connect(workers: int | None, scheduler: "str | Client | None", dashboard: bool) -> "Iterator[Client]":
+def connect(
+    workers: int | None, scheduler: "str | Client | None", dashboard: bool
+) -> "Iterator[Client]":
     """Open a client of the given scheduler, or of a cluster of processes on this machine.
 
     Parameters
     ----------
     workers : number of processes [the cores]
-    scheduler : address of an existing scheduler, or its client; then ``workers`` has no meaning
-    dashboard : whether a cluster on this machine shows dask's page about itself; an existing one decides
+    scheduler : address of an existing scheduler, or its client; then ``workers`` has no
+        meaning
+    dashboard : whether a cluster on this machine shows dask's page about itself; an
+        existing one decides
 
     Raises
     ------
@@ -310,7 +380,9 @@ def connect(workers: int | None, scheduler: "str | Client | None", dashboard: bo
         try:
             client.wait_for_workers(1, timeout=300)
         except TimeoutError as error:
-            raise RunnerError(f"the dask scheduler of {client} has no workers") from error
+            raise RunnerError(
+                f"the dask scheduler of {client} has no workers"
+            ) from error
         _refuse_threads(client)
         yield client
 
@@ -327,11 +399,15 @@ def _opened(scheduler: "str | Client") -> "Iterator[Client]":
         yield scheduler
         return
     if not isinstance(scheduler, str):
-        raise RunnerError(f"scheduler: {scheduler!r} is neither an address nor a dask client")
+        raise RunnerError(
+            f"scheduler: {scheduler!r} is neither an address nor a dask client"
+        )
     try:
         client = Client(scheduler, timeout=CONNECT_SECONDS)
     except (OSError, ValueError, TimeoutError) as error:
-        raise RunnerError(f"no dask scheduler answers at {scheduler} ({error})") from error
+        raise RunnerError(
+            f"no dask scheduler answers at {scheduler} ({error})"
+        ) from error
     with client:
         yield client
 
@@ -340,12 +416,24 @@ def _refuse_threads(client: "Client") -> None:
     """Refuse workers that run several cases in one process: HDF5 cannot be written by two threads of it."""
     for name, worker in client.scheduler_info(n_workers=-1)["workers"].items():
         if worker["nthreads"] > 1:
-            said = f"scheduler: worker {name} has {worker['nthreads']} threads; wearlab needs one a process"
-            raise RunnerError(f"{said}: dask worker --nthreads 1, or threads_per_worker=1")
+            said = (
+                f"scheduler: worker {name} has {worker['nthreads']} threads; wearlab "
+                "needs one a process"
+            )
+            raise RunnerError(
+                f"{said}: dask worker --nthreads 1, or threads_per_worker=1"
+            )
 
 
 def _lost(task: Task, error: BaseException) -> Outcome:
     """Return the failure of a case whose process died, or whose result could not travel."""
     started = datetime.now(UTC).isoformat(timespec="milliseconds")
-    message = "".join(["the worker process died while it ran this case\n", *format_exception_only(error)])
-    return Outcome(task.id, "failed", started, 0.0, task.scene.canonical(), reason=message)
+    message = "".join(
+        [
+            "the worker process died while it ran this case\n",
+            *format_exception_only(error),
+        ]
+    )
+    return Outcome(
+        task.id, "failed", started, 0.0, task.scene.canonical(), reason=message
+    )

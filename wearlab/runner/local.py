@@ -1,7 +1,10 @@
-"""Worker processes on this machine: a cluster of dask's, begun early, ended at once; kernels compiled ahead.
+"""Worker processes on this machine: a cluster of dask's, begun early, ended at once.
 
-Dask and Tornado time what they wait for by the wall clock. Where that is set back by an hour while a campaign
-runs, no message leaves a process for an hour: they get a clock that only goes forward.
+Kernels compiled ahead.
+
+Dask and Tornado time what they wait for by the wall clock. Where that is set back by an
+hour while a campaign runs, no message leaves a process for an hour: they get a clock
+that only goes forward.
 """
 
 import logging
@@ -45,13 +48,19 @@ def steady_dask() -> Iterator[None]:
 
 
 def _changed() -> list[tuple[Any, Any]]:
-    """Give every module of dask.distributed that holds the wall clock the steady one; return what was."""
+    """Give every module of dask.distributed that holds the wall clock the steady one.
+
+    Return what was.
+    """
     from tornado.ioloop import IOLoop
 
     changed: list[tuple[Any, Any]] = [(IOLoop, IOLoop.time)]
     IOLoop.time = lambda self: steady()  # type: ignore[method-assign]
     for name, module in list(sys.modules.items()):
-        if name.partition(".")[0] == "distributed" and getattr(module, "time", None) is _wall:
+        if (
+            name.partition(".")[0] == "distributed"
+            and getattr(module, "time", None) is _wall
+        ):
             changed.append((module, _wall))
             module.time = steady  # type: ignore[attr-defined]
     return changed
@@ -62,16 +71,24 @@ def dask_setup(worker: Any) -> None:
     _changed()
 
 
-LOST_SECONDS = 10  # after which a worker that was not replaced is given up, and another one started
-ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
+# after which a worker that was not replaced is given up, and another one started
+LOST_SECONDS = 10
+ONE_THREAD = {
+    f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")
+}
 NOISY = ("distributed", "asyncio", "tornado")
 FORKS = sys.platform == "linux"
-"""Whether workers are forked from a process that has imported everything; elsewhere forking is not safe."""
+"""Whether workers are forked from a process that has imported everything; elsewhere
+forking is not safe."""
 
 
 def available_cores() -> int:
     """Return the number of cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return (
+        len(os.sched_getaffinity(0))
+        if hasattr(os, "sched_getaffinity")
+        else os.cpu_count() or 1
+    )
 
 
 def foresee(campaign: "Campaign", store: "Store", scheduler: str | None) -> None:
@@ -89,14 +106,18 @@ def foresee(campaign: "Campaign", store: "Store", scheduler: str | None) -> None
 
 
 def begin_imports() -> None:
-    """Start the process that workers are forked from, unless it runs; it imports by itself."""
+    """Start the process that workers are forked from, unless it runs.
+
+    It imports by itself.
+    """
     if not FORKS:
         return
     from multiprocessing import forkserver
 
     forkserver.set_forkserver_preload(["wearlab.runner.preload"])
-    # It is started by ``python -c``, which would look into the working folder first: another ``wearlab`` that
-    # lies there would compute the runs of this one. It is to find modules where this process does.
+    # It is started by ``python -c``, which would look into the working folder first:
+    # another ``wearlab`` that lies there would compute the runs of this one. It is to
+    # find modules where this process does.
     folders = dict.fromkeys(os.path.abspath(folder) for folder in sys.path)
     its = {**ONE_THREAD, "PYTHONSAFEPATH": "1", "PYTHONPATH": os.pathsep.join(folders)}
     kept = dict(os.environ)
@@ -124,30 +145,65 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
 
     size = workers or available_cores()
     others = set(multiprocessing.active_children())
-    quiet: dict[str, Any] = {"distributed.scheduler.allowed-failures": 0, "distributed.worker.daemon": True}
+    quiet: dict[str, Any] = {
+        "distributed.scheduler.allowed-failures": 0,
+        "distributed.worker.daemon": True,
+    }
     quiet["distributed.deploy.lost-worker-timeout"] = f"{LOST_SECONDS}s"
-    quiet["distributed.admin.low-level-log-length"] = 4  # events of a topic: checkpoints are large
-    quiet["distributed.comm.timeouts.tcp"] = "600s"  # a silent process is given up; one that ended, at once
+    quiet["distributed.admin.low-level-log-length"] = (
+        4  # events of a topic: checkpoints are large
+    )
+    quiet["distributed.comm.timeouts.tcp"] = (
+        "600s"  # a silent process is given up; one that ended, at once
+    )
     if FORKS:
         quiet["distributed.worker.multiprocessing-method"] = "forkserver"
-    with dask.config.set(quiet), _main_module_hidden(), quiet_logs(), steady_dask(), ExitStack() as opened:
+    with (
+        dask.config.set(quiet),
+        _main_module_hidden(),
+        quiet_logs(),
+        steady_dask(),
+        ExitStack() as opened,
+    ):
         try:
             try:
-                here: dict[str, Any] = {"processes": True, "host": "127.0.0.1", "preload": [__name__]}
-                here |= {"worker_class": swift_nanny(), "env": {**os.environ, **ONE_THREAD}}
-                here |= {"worker_dashboard_address": None, "silence_logs": logging.CRITICAL}
+                here: dict[str, Any] = {
+                    "processes": True,
+                    "host": "127.0.0.1",
+                    "preload": [__name__],
+                }
+                here |= {
+                    "worker_class": swift_nanny(),
+                    "env": {**os.environ, **ONE_THREAD},
+                }
+                here |= {
+                    "worker_dashboard_address": None,
+                    "silence_logs": logging.CRITICAL,
+                }
                 page = {"dashboard": dashboard, "dashboard_address": "127.0.0.1:0"}
-                cluster = LocalCluster(n_workers=size, threads_per_worker=1, scheduler_kwargs=page, **here)
+                cluster = LocalCluster(
+                    n_workers=size, threads_per_worker=1, scheduler_kwargs=page, **here
+                )
                 opened.callback(cluster.close)
                 client = opened.enter_context(Client(cluster))
                 opened.enter_context(_staffed(cluster, size))
                 client.wait_for_workers(1, timeout=120)
-                with suppress(TimeoutError):  # the first waits for the others: they share what is compiled
+                with suppress(
+                    TimeoutError
+                ):  # the first waits for the others: they share what is compiled
                     client.wait_for_workers(size, timeout=1.0)
                 _refuse_other_code(client)
-            except (RuntimeError, OSError, TimeoutError, EOFError) as error:  # in many ways
+            except (
+                RuntimeError,
+                OSError,
+                TimeoutError,
+                EOFError,
+            ) as error:  # in many ways
                 reason = str(error.__cause__ or error) or type(error).__name__
-                said = f"the worker processes did not start ({reason}): is there memory enough?"
+                said = (
+                    f"the worker processes did not start ({reason}): is there memory "
+                    "enough?"
+                )
                 remedy = "Nothing was lost; run again, with fewer workers"
                 raise report.RunnerError(f"{said} {remedy}") from error
             yield client
@@ -168,9 +224,9 @@ def swift_nanny() -> type:
     class SwiftNanny(Nanny):
         """Watches over one worker process and, when all work is done, ends it at once.
 
-        A worker holds nothing that is not in the store by then; its own way out takes a second. One that
-        is killed while it starts is started again, where dask's nanny would give up, and the whole cluster
-        with her.
+        A worker holds nothing that is not in the store by then; its own way out takes a
+        second. One that is killed while it starts is started again, where dask's nanny
+        would give up, and the whole cluster with her.
         """
 
         async def instantiate(self) -> Status:
@@ -186,7 +242,11 @@ def swift_nanny() -> type:
             worker = self.process
             if worker is not None and worker.status == Status.starting:
                 await worker.running.wait()
-            if worker is not None and worker.process is not None and worker.process.pid is None:
+            if (
+                worker is not None
+                and worker.process is not None
+                and worker.process.pid is None
+            ):
                 return
             if self.status == Status.closing and self.pid is not None:
                 with suppress(ProcessLookupError):
@@ -209,10 +269,14 @@ def _refuse_other_code(client: Any) -> None:
         code, place = told if isinstance(told, tuple) else (None, told)
         if code != source_hash():
             if place == code_and_place()[1]:
-                raise report.RunnerError("the sources of wearlab were changed just now; run again")
+                raise report.RunnerError(
+                    "the sources of wearlab were changed just now; run again"
+                )
             said = "the worker processes import another wearlab than this process"
             where = f"{place} there, {code_and_place()[1]} here"
-            raise report.RunnerError(f"{said} ({where}): run from another folder, or mend PYTHONPATH")
+            raise report.RunnerError(
+                f"{said} ({where}): run from another folder, or mend PYTHONPATH"
+            )
 
 
 def _staffed(cluster: Any, size: int) -> AbstractContextManager[None]:
@@ -222,9 +286,17 @@ def _staffed(cluster: Any, size: int) -> AbstractContextManager[None]:
     def look() -> None:
         nonlocal bereft
         with suppress(Exception):
-            without = {name for name, nanny in list(cluster.workers.items()) if nanny.pid is None}
-            for name in without & bereft:  # at two looks in a row: none is about to start
-                cluster.sync(cluster.workers.pop(name).close, callback_timeout=LOST_SECONDS)
+            without = {
+                name
+                for name, nanny in list(cluster.workers.items())
+                if nanny.pid is None
+            }
+            for name in (
+                without & bereft
+            ):  # at two looks in a row: none is about to start
+                cluster.sync(
+                    cluster.workers.pop(name).close, callback_timeout=LOST_SECONDS
+                )
             bereft = without
             cluster.scale(size)
 
@@ -235,10 +307,13 @@ def _staffed(cluster: Any, size: int) -> AbstractContextManager[None]:
 def _main_module_hidden() -> Iterator[None]:
     """Keep spawned workers from importing the user's script again.
 
-    A plain script without ``if __name__ == "__main__"`` would otherwise start itself anew in every worker.
+    A plain script without ``if __name__ == "__main__"`` would otherwise start itself
+    anew in every worker.
     """
     main: dict[str, Any] = sys.modules["__main__"].__dict__
-    kept: dict[str, Any] = {name: main[name] for name in ("__file__", "__spec__") if name in main}
+    kept: dict[str, Any] = {
+        name: main[name] for name in ("__file__", "__spec__") if name in main
+    }
     main["__spec__"] = None
     main.pop("__file__", None)
     try:
@@ -250,9 +325,13 @@ def _main_module_hidden() -> Iterator[None]:
 @contextmanager
 def quiet_logs() -> Iterator[None]:
     """Keep dask's goodbyes, and its tracebacks about what is told in one message, off the screen."""
-    known = [name for name in logging.root.manager.loggerDict if name.split(".")[0] in NOISY]
+    known = [
+        name for name in logging.root.manager.loggerDict if name.split(".")[0] in NOISY
+    ]
     # those within have levels of their own
-    levels = {logger: logger.level for logger in map(logging.getLogger, {*NOISY, *known})}
+    levels = {
+        logger: logger.level for logger in map(logging.getLogger, {*NOISY, *known})
+    }
     for logger in levels:
         logger.setLevel(logging.CRITICAL + 1)
     try:
@@ -275,19 +354,28 @@ def compile_ahead(
 
     Returns
     -------
-    kinds of scenes, none of which calls the kernels of another; seconds by the clock [s]
+    kinds of scenes, none of which calls the kernels of another; seconds by the clock
+    [s]
     """
     from dask.distributed import as_completed
 
     from wearlab.simulation.warm import do, jobs_of, kinds_of
 
     clock = time.perf_counter()
-    named = {id(case.scene): case.label for campaign in campaigns for case in campaign.cases}
+    named = {
+        id(case.scene): case.label for campaign in campaigns for case in campaign.cases
+    }
     kinds = kinds_of(case.scene for campaign in campaigns for case in campaign.cases)
     jobs = jobs_of(kinds)
-    with local_client(workers, dashboard=False) as client, bars.watched(progress) as bar:
+    with (
+        local_client(workers, dashboard=False) as client,
+        bars.watched(progress) as bar,
+    ):
         bar.start(len(jobs), "compiled")
-        sent = {client.submit(quietly, do, job, pure=False, priority=-n): job for n, job in enumerate(jobs)}
+        sent = {
+            client.submit(quietly, do, job, pure=False, priority=-n): job
+            for n, job in enumerate(jobs)
+        }
         for future in as_completed(sent):
             future.result()
             bar.done += 1

@@ -29,7 +29,8 @@ def chosen(recompute: str | None, retry: bool) -> Callable[[catalogue.Entry], bo
 
     Parameters
     ----------
-    recompute : "failed" (and refused), "stale" (made by other code than the present), "all", or None
+    recompute : "failed" (and refused), "stale" (made by other code than the present),
+        "all", or None
     retry : the same as "failed", besides
 
     Raises
@@ -37,7 +38,9 @@ def chosen(recompute: str | None, retry: bool) -> Callable[[catalogue.Entry], bo
     RunnerError : no such choice
     """
     if recompute is not None and recompute not in get_args(Recompute):
-        raise report.RunnerError(f"recompute = {recompute!r}: there are {', '.join(get_args(Recompute))}")
+        raise report.RunnerError(
+            f"recompute = {recompute!r}: there are {', '.join(get_args(Recompute))}"
+        )
 
     def again(head: catalogue.Entry) -> bool:
         lacks = head.state in ("failed", "refused") and (retry or recompute == "failed")
@@ -47,8 +50,12 @@ def chosen(recompute: str | None, retry: bool) -> Callable[[catalogue.Entry], bo
     return again
 
 
-def with_parents(tasks: Mapping[str, worker.Task], store: Store) -> dict[str, worker.Task]:
-    """Return the tasks, those that continue a run with its wear at hand; finished ones as they are.
+def with_parents(
+    tasks: Mapping[str, worker.Task], store: Store
+) -> dict[str, worker.Task]:
+    """Return the tasks, those that continue a run with its wear at hand.
+
+    Finished ones as they are.
 
     Only this process reads the store: the wear travels to the workers within the scene.
 
@@ -57,17 +64,30 @@ def with_parents(tasks: Mapping[str, worker.Task], store: Store) -> dict[str, wo
     RunnerError : a run to be continued is not in the store
     StoreError : it holds no wear at that cycle
     """
-    continuing = {i: task for i, task in tasks.items() if getattr(task.scene, "start", None) is not None}
+    continuing = {
+        i: task
+        for i, task in tasks.items()
+        if getattr(task.scene, "start", None) is not None
+    }
     if not continuing:
         return dict(tasks)
     from wearlab.store import align
 
-    known = store.entries([*continuing, *(task.scene.start.run for task in continuing.values())])
-    done = {i for i, entry in known.items() if entry.state == "done" and not store.is_lost(entry)}
+    known = store.entries(
+        [*continuing, *(task.scene.start.run for task in continuing.values())]
+    )
+    done = {
+        i
+        for i, entry in known.items()
+        if entry.state == "done" and not store.is_lost(entry)
+    }
     waiting = {i: task for i, task in continuing.items() if i not in done}
     absent = sorted({task.scene.start.run for task in waiting.values()} - done)
     if absent:
-        said = f"{len(waiting)} cases continue runs that are not in the store: {', '.join(absent[:4])}"
+        said = (
+            f"{len(waiting)} cases continue runs that are not in the store: "
+            f"{', '.join(absent[:4])}"
+        )
         raise report.RunnerError(f"{said}; run their campaign first")
     made = dict(tasks)
     for run_id, task in waiting.items():
@@ -81,7 +101,11 @@ def calibrations(tasks: Iterable[worker.Task]) -> dict[str, worker.Task]:
     from wearlab.scene.scene import calibrating  # managing runs needs no scenes
 
     needed = {task.id: calibrating(task.scene) for task in tasks}
-    return {needing: worker.Task(scene.id, scene) for needing, scene in needed.items() if scene is not None}
+    return {
+        needing: worker.Task(scene.id, scene)
+        for needing, scene in needed.items()
+        if scene is not None
+    }
 
 
 def with_calibrations(
@@ -89,8 +113,8 @@ def with_calibrations(
 ) -> list[worker.Task]:
     """Return the tasks with the lives that calibrate them at hand, where the store has these.
 
-    Only this process reads the store: the life travels to the workers within the scene. Without one a run
-    lives it by itself, and says why it cannot.
+    Only this process reads the store: the life travels to the workers within the scene.
+    Without one a run lives it by itself, and says why it cannot.
 
     Parameters
     ----------
@@ -100,16 +124,28 @@ def with_calibrations(
     known = store.entries({task.id for task in needed.values()}) if needed else {}
     there = (e.id for e in known.values() if e.state == "done" and not store.is_lost(e))
     lives = {run_id: _life(store, run_id) for run_id in there}
-    found = ((task, lives.get(needed[task.id].id) if task.id in needed else None) for task in tasks)
-    return [t if life is None else t._replace(scene=t.scene.with_calibration(life)) for t, life in found]
+    found = (
+        (task, lives.get(needed[task.id].id) if task.id in needed else None)
+        for task in tasks
+    )
+    return [
+        t if life is None else t._replace(scene=t.scene.with_calibration(life))
+        for t, life in found
+    ]
 
 
 def _life(store: Store, run_id: str) -> "CalibrationLife":
     from wearlab.scene.scene import CalibrationLife
 
     run = store.run(run_id)
-    error = float(run["error_estimate_life"].values) if "error_estimate_life" in run else 0.0
-    return CalibrationLife(run_id, float(run["cycle"].values[-1]), error, str(run["end_reason"].values))
+    error = (
+        float(run["error_estimate_life"].values)
+        if "error_estimate_life" in run
+        else 0.0
+    )
+    return CalibrationLife(
+        run_id, float(run["cycle"].values[-1]), error, str(run["end_reason"].values)
+    )
 
 
 def plugins_of(scenes: Iterable[Any]) -> tuple[plugins.Plugin, ...]:
@@ -119,7 +155,9 @@ def plugins_of(scenes: Iterable[Any]) -> tuple[plugins.Plugin, ...]:
     ------
     PluginError : of one, only the options are known
     """
-    origins = (scene.plugins_used() for scene in scenes if hasattr(scene, "plugins_used"))
+    origins = (
+        scene.plugins_used() for scene in scenes if hasattr(scene, "plugins_used")
+    )
     return tuple(dict.fromkeys(chain.from_iterable(origins)))
 
 
@@ -132,12 +170,24 @@ def declare(used: Iterable[plugins.Plugin], store: Path) -> None:
             files.write_whole(file, text.encode())
 
 
-FEWEST, ALONG_PHASE, FLOAT = 64, 8, 8  # points and variables that a run has at least; bytes of a number
+FEWEST, ALONG_PHASE, FLOAT = (
+    64,
+    8,
+    8,
+)  # points and variables that a run has at least; bytes of a number
 MANY = 10_000  # runs above which a plan warns
 
 SPREAD = 0.1  # shares of the recorded runs left out at both ends of a range
-WORDS = {"new": "new", "cached": "cached", "running": "being computed by another process"}
-WORDS |= {"failed": "failed before", "refused": "refused before", "lost": "lost: the file has gone"}
+WORDS = {
+    "new": "new",
+    "cached": "cached",
+    "running": "being computed by another process",
+}
+WORDS |= {
+    "failed": "failed before",
+    "refused": "refused before",
+    "lost": "lost: the file has gone",
+}
 
 
 class PlannedRun(NamedTuple):
@@ -148,7 +198,8 @@ class PlannedRun(NamedTuple):
     id, label, position : the run, and what sets it apart
     state : a key of `WORDS`
     other_code : whether it is cached and was made by other code
-    changed : keys by which a new run differs from what the same case of the campaign was when it ran last
+    changed : keys by which a new run differs from what the same case of the campaign
+        was when it ran last
     """
 
     id: str
@@ -176,7 +227,8 @@ class Plan:
     title, cases : of the campaign; cases that are excluded not counted
     runs : distinct runs
     excluded : condition and what sets the case apart, for each excluded case
-    seconds : time of computing what is to be done, on one worker; None when nothing alike was recorded
+    seconds : time of computing what is to be done, on one worker; None when nothing
+        alike was recorded
     bytes : size of the files to be written
     basis : what the estimate rests on, in words
     workers : worker processes that would share the time
@@ -214,12 +266,16 @@ def plan(
     workers: int | None = None,
     retry: bool = False,
 ) -> Plan:
-    """Return what ``run`` would do with a campaign; nothing is computed and nothing written.
+    """Return what ``run`` would do with a campaign.
+
+    Nothing is computed and nothing written.
 
     Parameters
     ----------
-    campaign : the cases: a campaign, its file, a mapping like a file, a scene, or a list of scenes
-    store : where runs are kept; it need not exist [``WEARLAB_STORE``, else ``wearlab-store``]
+    campaign : the cases: a campaign, its file, a mapping like a file, a scene, or a
+        list of scenes
+    store : where runs are kept; it need not exist [``WEARLAB_STORE``, else
+        ``wearlab-store``]
     workers : number of worker processes [the cores of this machine]
     retry : whether failed and refused cases would be computed again
 
@@ -230,7 +286,8 @@ def plan(
     """
     from wearlab.campaign import reading
 
-    campaign, store = reading.campaign_of(campaign), store_of(store)
+    campaign = reading.campaign_of(campaign)
+    store = store_of(store)
     exists = store.catalogue.exists()
     heads = store.heads(case.id for case in campaign.cases) if exists else {}
     runs: dict[str, PlannedRun] = {}
@@ -238,28 +295,63 @@ def plan(
     for case in campaign.cases:
         if case.id not in runs:
             head = heads.get(case.id)
-            state, where = _state(store, head), outcome.place(campaign, case)
-            other = state == "cached" and head is not None and sources.is_other_code(head.source_hash)
-            runs[case.id], scenes[case.id] = PlannedRun(case.id, case.label, where, state, other), case.scene
+            state = _state(store, head)
+            where = outcome.place(campaign, case)
+            other = (
+                state == "cached"
+                and head is not None
+                and sources.is_other_code(head.source_hash)
+            )
+            runs[case.id], scenes[case.id] = (
+                PlannedRun(case.id, case.label, where, state, other),
+                case.scene,
+            )
     if exists:
-        runs |= _changed(campaign, store, [run for run in runs.values() if run.state == "new"], scenes)
+        runs |= _changed(
+            campaign,
+            store,
+            [run for run in runs.values() if run.state == "new"],
+            scenes,
+        )
     again = ("new", "lost", "failed", "refused") if retry else ("new", "lost")
     tasks = [worker.Task(i, scenes[i]) for i, run in runs.items() if run.state in again]
     for task in calibrations(tasks).values():
         state = _state(store, store.heads([task.id]).get(task.id)) if exists else "new"
         if state in again:
-            scenes[task.id], runs[task.id] = task.scene, PlannedRun(task.id, outcome.CALIBRATION, {}, state)
+            scenes[task.id], runs[task.id] = (
+                task.scene,
+                PlannedRun(task.id, outcome.CALIBRATION, {}, state),
+            )
     to_do = [scenes[run.id] for run in runs.values() if run.state in again]
     seconds, size, basis = _estimate(store, to_do) if exists else (None, None, "")
     free = _free(store.path)
     warnings = tuple(_warnings(len(to_do), size, sum(map(least_bytes, to_do)), free))
-    excluded = tuple((e.condition, outcome.place(campaign, e)) for e in getattr(campaign, "excluded", ()))
-    told = (campaign.title, len(campaign.cases), tuple(runs.values()), excluded, seconds, size, basis)
-    return Plan(*told, max(1, min(workers or local.available_cores(), len(to_do))), free, warnings)
+    excluded = tuple(
+        (e.condition, outcome.place(campaign, e))
+        for e in getattr(campaign, "excluded", ())
+    )
+    told = (
+        campaign.title,
+        len(campaign.cases),
+        tuple(runs.values()),
+        excluded,
+        seconds,
+        size,
+        basis,
+    )
+    return Plan(
+        *told,
+        max(1, min(workers or local.available_cores(), len(to_do))),
+        free,
+        warnings,
+    )
 
 
 def _changed(
-    campaign: "Campaign", store: Store, new: Sequence[PlannedRun], scenes: Mapping[str, Any]
+    campaign: "Campaign",
+    store: Store,
+    new: Sequence[PlannedRun],
+    scenes: Mapping[str, Any],
 ) -> dict[str, PlannedRun]:
     """Return those of the new runs whose case has run before, with the keys that have changed since."""
     path = None if campaign.path is None else str(campaign.path)
@@ -267,10 +359,17 @@ def _changed(
     for member in store.catalogue.members() if new else ():
         if member.path == path and member.campaign == campaign.title:
             earlier.setdefault(_case(member.label, member.position), member.run)
-    before = [(r, was) for r in new if (was := earlier.get(_case(r.label, r.position), r.id)) != r.id]
+    before = [
+        (r, was)
+        for r in new
+        if (was := earlier.get(_case(r.label, r.position), r.id)) != r.id
+    ]
     known = store.entries({was for _, was in before})
     pairs = ((run, known[was]) for run, was in before if was in known)
-    return {run.id: run._replace(changed=differing(was, scenes[run.id].canonical())) for run, was in pairs}
+    return {
+        run.id: run._replace(changed=differing(was, scenes[run.id].canonical()))
+        for run, was in pairs
+    }
 
 
 def _case(label: str, position: Mapping[str, Any]) -> str:
@@ -278,8 +377,13 @@ def _case(label: str, position: Mapping[str, Any]) -> str:
 
 
 def differing(entry: catalogue.Entry, scene: str) -> tuple[str, ...]:
-    """Return the keys by which a scene differs from a recorded run's; only the model where none does."""
-    return tuple(d.key for d in differences(entry.scene or "", scene)) or ("the version of the model",)
+    """Return the keys by which a scene differs from a recorded run's.
+
+    Only the model where none does.
+    """
+    return tuple(d.key for d in differences(entry.scene or "", scene)) or (
+        "the version of the model",
+    )
 
 
 def _state(store: Store, head: catalogue.Entry | None) -> str:
@@ -290,33 +394,48 @@ def _state(store: Store, head: catalogue.Entry | None) -> str:
 def least_bytes(scene: Any) -> int:
     """Return the bytes that a run has at least, by the snapshots and the points that its scene asks for.
 
-    A few variables along the phase at every wear state, half of them lost to compression.
+    A few variables along the phase at every wear state, half of them lost to
+    compression.
     """
     table = json.loads(scene.canonical())
     numerics = table.get("numerics") or {}
     given = map(numerics.get, ("phase_points", "profile_points"))
     points = max((value for value in given if isinstance(value, int)), default=FEWEST)
     snapshots = (table.get("wear") or {}).get("snapshots") or {}
-    states = 1 + max((len(some) for some in snapshots.values() if isinstance(some, list)), default=0)
+    states = 1 + max(
+        (len(some) for some in snapshots.values() if isinstance(some, list)), default=0
+    )
     return int(states * points * ALONG_PHASE * FLOAT // 2)
 
 
 def _warnings(count: int, size: Amount | None, least: int, free: int) -> Iterable[str]:
     if count > MANY:
-        yield f"{count:,} runs are more than {MANY:,}: is every value of every axis needed?"
+        yield (
+            f"{count:,} runs are more than {MANY:,}: is every value of every axis "
+            "needed?"
+        )
     if (wanted := max(least, size.value if size is not None else 0.0)) > free:
-        yield f"the disk will be full: about {wanted:.3g} bytes to write, {free:.3g} bytes free"
+        yield (
+            f"the disk will be full: about {wanted:.3g} bytes to write, {free:.3g} "
+            "bytes free"
+        )
 
 
 def _free(path: Path) -> int:
     """Return the free space of the disk that holds, or will hold, a folder."""
-    return shutil.disk_usage(next(filter(Path.exists, (path.absolute(), *path.absolute().parents)))).free
+    return shutil.disk_usage(
+        next(filter(Path.exists, (path.absolute(), *path.absolute().parents)))
+    ).free
 
 
-def _estimate(store: Store, scenes: Sequence[Any]) -> tuple[Amount | None, Amount | None, str]:
+def _estimate(
+    store: Store, scenes: Sequence[Any]
+) -> tuple[Amount | None, Amount | None, str]:
     """Return time and size of scenes from recorded runs: those with the same parts, else all."""
     recorded: dict[tuple[Any, ...], list[tuple[float, float]]] = {}
-    latest = store.catalogue.read("SELECT id FROM runs WHERE state = 'done' ORDER BY number DESC LIMIT 1000")
+    latest = store.catalogue.read(
+        "SELECT id FROM runs WHERE state = 'done' ORDER BY number DESC LIMIT 1000"
+    )
     for entry in store.entries(run_id for (run_id,) in latest).values():
         cost = entry.seconds or 0.0, entry.size or 0.0
         recorded.setdefault(parts_of(entry.scene or "{}"), []).append(cost)
@@ -331,12 +450,18 @@ def _estimate(store: Store, scenes: Sequence[Any]) -> tuple[Amount | None, Amoun
         basis += f"; for {sum(others.values())} runs without any, all {len(everything)}"
     elif others:
         basis = f"all {len(everything)} recorded runs: none has the same parts"
-    groups = [(recorded.get(parts, everything), count) for parts, count in wanted.items()]
-    seconds, size = (_total([([cost[which] for cost in some], n) for some, n in groups]) for which in (0, 1))
+    groups = [
+        (recorded.get(parts, everything), count) for parts, count in wanted.items()
+    ]
+    seconds = _total([([cost[0] for cost in some], n) for some, n in groups])
+    size = _total([([cost[1] for cost in some], n) for some, n in groups])
     # of scenes that wear under the loads of their motion
     lives = {"dynamics", "wear", ("wear.load", "instant")}
     if blind := sum(count for parts, count in others.items() if lives.issubset(parts)):
-        told = f"the time of coupled lives ({blind}) cannot be foretold, none with the same parts is recorded"
+        told = (
+            f"the time of coupled lives ({blind}) cannot be foretold, none with the "
+            "same parts is recorded"
+        )
         return None, size, f"{basis}; {told}"
     return seconds, size, basis
 
@@ -344,8 +469,14 @@ def _estimate(store: Store, scenes: Sequence[Any]) -> tuple[Amount | None, Amoun
 def _total(groups: Iterable[tuple[list[float], int]]) -> Amount:
     totals = []
     for costs, count in groups:
-        ordered, cut = sorted(costs), int(SPREAD * len(costs))
-        totals.append([count * cost for cost in (median(ordered), ordered[cut], ordered[-1 - cut])])
+        ordered = sorted(costs)
+        cut = int(SPREAD * len(costs))
+        totals.append(
+            [
+                count * cost
+                for cost in (median(ordered), ordered[cut], ordered[-1 - cut])
+            ]
+        )
     return Amount(*map(sum, zip(*totals, strict=True)))
 
 
@@ -357,5 +488,10 @@ def parts_of(scene: str) -> tuple[Any, ...]:
     scene : canonical JSON
     """
     table = json.loads(scene)
-    chosen = [(name, value) for name, value in flat(table) if isinstance(value, str | bool)]
-    return (*sorted(name for name, value in table.items() if isinstance(value, dict)), *sorted(chosen))
+    chosen = [
+        (name, value) for name, value in flat(table) if isinstance(value, str | bool)
+    ]
+    return (
+        *sorted(name for name, value in table.items() if isinstance(value, dict)),
+        *sorted(chosen),
+    )

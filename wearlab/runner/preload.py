@@ -1,7 +1,7 @@
 """What worker processes need, imported once and for all: they are forked from the process that imported this.
 
-Importing what is only found out to be wanted on first use (the array types that xarray looks for) is a good
-part of a worker's start. No thread is begun here and no file is
+Importing what is only found out to be wanted on first use (the array types that xarray
+looks for) is a good part of a worker's start. No thread is begun here and no file is
 left open, so that forking is safe.
 """
 
@@ -12,9 +12,18 @@ from contextlib import suppress
 
 from wearlab.sources import source_hash
 
-signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupted parent sees to its workers
+signal.signal(
+    signal.SIGINT, signal.SIG_IGN
+)  # an interrupted parent sees to its workers
 
-for name in ("distributed", "distributed.nanny", "wearlab.simulation", "netCDF4", "dask.array", "pint"):
+for name in (
+    "distributed",
+    "distributed.nanny",
+    "wearlab.simulation",
+    "netCDF4",
+    "dask.array",
+    "pint",
+):
     with suppress(ImportError):  # is told where it is wanted
         importlib.import_module(name)
 

@@ -1,4 +1,7 @@
-"""The progress bar: done, failed, refused, time left; in a notebook, a terminal, or as lines now and then."""
+"""The progress bar: done, failed, refused, time left.
+
+In a notebook, a terminal, or as lines now and then.
+"""
 
 import sys
 import threading
@@ -33,7 +36,9 @@ def repeated(act: Callable[[], object], every: float, name: str) -> Iterator[Non
 
 
 class Progress(ExitStack):
-    """What ``run`` tells about its progress, and what it has told; this one shows it to nobody.
+    """What ``run`` tells about its progress, and what it has told.
+
+    This one shows it to nobody.
 
     It begins when it is made; what it has begun ends with the block that it stands for.
     """
@@ -101,7 +106,11 @@ class Lines(Progress):
 
     def _tell(self) -> None:
         done = f"{self.done} of {self.total} {self.what} done"
-        print("; ".join([self.text or done, *list(self.at.values())[-4:]]), file=self._stream, flush=True)
+        print(
+            "; ".join([self.text or done, *list(self.at.values())[-4:]]),
+            file=self._stream,
+            flush=True,
+        )
 
 
 class ProgressBar(Progress):
@@ -121,7 +130,9 @@ class ProgressBar(Progress):
         bar = (progress.SpinnerColumn(), "{task.description}", progress.BarColumn())
         counts = (progress.MofNCompleteColumn(), "{task.fields[trouble]}")
         times = (progress.TimeElapsedColumn(), "left", progress.TimeRemainingColumn())
-        shown = progress.Progress(*bar, *counts, *times, console=self._console, transient=True)
+        shown = progress.Progress(
+            *bar, *counts, *times, console=self._console, transient=True
+        )
         self._task = shown.add_task("", total=None, trouble="")
         self._bar = self.enter_context(shown)
 
@@ -137,7 +148,12 @@ class ProgressBar(Progress):
     def show(self) -> None:
         """Move the bar."""
         trouble = ", ".join(self.trouble)
-        self._bar.update(self._task, completed=self.done, description=self.description, trouble=trouble)
+        self._bar.update(
+            self._task,
+            completed=self.done,
+            description=self.description,
+            trouble=trouble,
+        )
 
 
 class NotebookBar(Progress):
@@ -145,7 +161,8 @@ class NotebookBar(Progress):
 
     Parameters
     ----------
-    display : called with an object to show, returns a handle with ``update`` [IPython's]
+    display : called with an object to show, returns a handle with ``update``
+        [IPython's]
     """
 
     def __init__(self, display: Any = None) -> None:
@@ -155,7 +172,9 @@ class NotebookBar(Progress):
         self.push(self._end)
 
     def _end(self, kind: type[BaseException] | None, *told: Any) -> None:
-        self.text = "interrupted" if kind is KeyboardInterrupt else "" if kind else self.text
+        self.text = (
+            "interrupted" if kind is KeyboardInterrupt else "" if kind else self.text
+        )
         if self._handle is not None:
             self._draw()
 
@@ -184,7 +203,11 @@ class NotebookBar(Progress):
         return f"<span>{' · '.join([bar, repr(self), *self.trouble, times])}</span>"
 
     def __repr__(self) -> str:
-        return f"{self.done} of {self.total} {self.what}" if self.total else self.description
+        return (
+            f"{self.done} of {self.total} {self.what}"
+            if self.total
+            else self.description
+        )
 
     def _draw(self) -> None:
         self._drawn = time.monotonic()
@@ -203,7 +226,9 @@ def watched(progress: bool) -> Progress:
     if not progress:
         return Progress()
     ipython = sys.modules.get("IPython")
-    if "IPKernelApp" in getattr(ipython and ipython.get_ipython(), "config", {}):  # the kernel of a notebook
+    if "IPKernelApp" in getattr(
+        ipython and ipython.get_ipython(), "config", {}
+    ):  # the kernel of a notebook
         return NotebookBar()
     from rich.console import Console
 

@@ -29,33 +29,53 @@ class Expected:
 
 
 def compare(
-    expectation: "Expectation", case: "Case", store: Store, entry: catalogue.Entry | None
+    expectation: "Expectation",
+    case: "Case",
+    store: Store,
+    entry: catalogue.Entry | None,
 ) -> outcome.Comparison:
     """Return how a finished case compares with its expectation.
 
-    Of a variable with several values, the one of largest magnitude counts (of complex ones the largest
-    modulus); of the response period, the one farthest from the expected.
+    Of a variable with several values, the one of largest magnitude counts (of complex
+    ones the largest modulus); of the response period, the one farthest from the
+    expected.
     """
     done = entry is not None and entry.state == "done"
     verdict: str = "not computed" if entry is None else entry.state
     if entry is not None and done:
         verdict = str(entry.summary.get("verdict") or "completed")
-    checks: list[tuple[str, str, bool]] = []  # what is wanted, what came, whether they agree
+    checks: list[
+        tuple[str, str, bool]
+    ] = []  # what is wanted, what came, whether they agree
     if expectation.verdict is not None:
         checks.append((expectation.verdict, verdict, verdict == expectation.verdict))
     if (end := expectation.end_reason) is not None:
         reason = str((entry and entry.summary.get("end_reason")) or "none")
-        checks.append((f"end_reason = {end}", f"end_reason = {reason}", reason.startswith(end)))
+        checks.append(
+            (f"end_reason = {end}", f"end_reason = {reason}", reason.startswith(end))
+        )
     for name, value in expectation.values.items():
-        measured = _measured(store, entry, name, value) if entry is not None and done else None
-        near = measured is not None and bool(abs(measured - value.value) <= value.tolerance)
-        checks.append((f"{name} = {value.written}", f"{name} = {_shown(measured, value)}", near))
-    wanted, came = ", ".join(wanted for wanted, _, _ in checks), ", ".join(came for _, came, _ in checks)
+        measured = (
+            _measured(store, entry, name, value) if entry is not None and done else None
+        )
+        near = measured is not None and bool(
+            abs(measured - value.value) <= value.tolerance
+        )
+        checks.append(
+            (f"{name} = {value.written}", f"{name} = {_shown(measured, value)}", near)
+        )
+    wanted = ", ".join(wanted for wanted, _, _ in checks)
+    came = ", ".join(came for _, came, _ in checks)
     return outcome.Comparison(verdict, wanted, came, all(near for _, _, near in checks))
 
 
-def _measured(store: Store, entry: catalogue.Entry, name: str, wanted: "Wanted") -> float | None:
-    """Return the value that counts, in the stored unit; None when the run has no such numbers."""
+def _measured(
+    store: Store, entry: catalogue.Entry, name: str, wanted: "Wanted"
+) -> float | None:
+    """Return the value that counts, in the stored unit.
+
+    None when the run has no such numbers.
+    """
     import numpy as np
 
     try:
@@ -149,29 +169,47 @@ class Report:
         return f"<Report: {self.headline}>"
 
     def __str__(self) -> str:
-        told = [f"{c.label}: {c.state}: {c.headline}" for c in self.troubled if c.state != "done"]
+        told = [
+            f"{c.label}: {c.state}: {c.headline}"
+            for c in self.troubled
+            if c.state != "done"
+        ]
         more = [f"and {len(told) - MOST_TOLD} more"] if len(told) > MOST_TOLD else []
         return "\n  ".join([self.headline, *told[:MOST_TOLD], *more])
 
     @property
     def headline(self) -> str:
         """What became of the runs, in one line."""
-        counts = [f"{n} {word}" for n, word in ((self.failed, "failed"), (self.refused, "refused")) if n]
+        counts = [
+            f"{n} {word}"
+            for n, word in ((self.failed, "failed"), (self.refused, "refused"))
+            if n
+        ]
         done = f"{self.done} of {self.total} done"
         word = "tried" if counts else "computed"
-        return f"{', '.join([done, *counts])}; {self.computed} {word} in {self.seconds:.1f} s"
+        return (
+            f"{', '.join([done, *counts])}; {self.computed} {word} in "
+            f"{self.seconds:.1f} s"
+        )
 
     def _repr_html_(self) -> str:
         from wearlab.store.table import table_html
 
-        rows = [(case.id[:10], case.label, case.state, case.headline) for case in self.troubled]
+        rows = [
+            (case.id[:10], case.label, case.state, case.headline)
+            for case in self.troubled
+        ]
         table = table_html(("id", "case", "state", "reason"), rows) if rows else ""
         return f"<p><b>{self.headline}</b></p>{table}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return counts, times and troubled cases as plain data."""
         told = asdict(replace(self, campaign=None, store=None))
-        return {name: value for name, value in told.items() if name not in ("campaign", "store")}
+        return {
+            name: value
+            for name, value in told.items()
+            if name not in ("campaign", "store")
+        }
 
     def to_xarray(self, *, si: bool = False) -> "xr.Dataset":
         """Return the runs as one lazy dataset, as `Store.open` does.
@@ -194,4 +232,6 @@ class Report:
         foreseen = {case.id for case in self.expected}
         without_data = {case.id for case in self.troubled if case.state != "done"}
         missing = self.total - self.done - len(without_data)
-        return all(case.comparison.met for case in self.expected) and not (without_data - foreseen or missing)
+        return all(case.comparison.met for case in self.expected) and not (
+            without_data - foreseen or missing
+        )

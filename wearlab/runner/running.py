@@ -37,19 +37,24 @@ def run(
 ) -> report.Report:
     """Compute the missing runs of a campaign.
 
-    Equal scenes are one run. What another process computes at the same moment is waited for. One missing
-    case runs in this process, more on worker processes.
+    Equal scenes are one run. What another process computes at the same moment is waited
+    for. One missing case runs in this process, more on worker processes.
 
     Parameters
     ----------
-    campaign : the cases: a campaign, its file, a mapping like a file, a scene, or a list of scenes
-    store : where runs are kept; made when it does not exist [``WEARLAB_STORE``, else ``wearlab-store``]
+    campaign : the cases: a campaign, its file, a mapping like a file, a scene, or a
+        list of scenes
+    store : where runs are kept; made when it does not exist [``WEARLAB_STORE``, else
+        ``wearlab-store``]
     workers : number of worker processes [the cores of this machine]
-    scheduler : address of a dask scheduler, or a client, to use instead of own processes; it stays open
+    scheduler : address of a dask scheduler, or a client, to use instead of own
+        processes; it stays open
     retry : compute failed and refused cases again
-    recompute : what is computed again: "failed" cases, those "stale" by other code, or "all"
+    recompute : what is computed again: "failed" cases, those "stale" by other code, or
+        "all"
     progress : show a bar, on a terminal or in a notebook
-    dashboard : let the worker processes show dask's page about themselves; its address is told
+    dashboard : let the worker processes show dask's page about themselves; its address
+        is told
     simulate : ``module:function``, scene to dataset
 
     Returns
@@ -67,14 +72,19 @@ def run(
     from wearlab.campaign import reading
 
     clock = time.perf_counter()
-    campaign, store = reading.campaign_of(campaign), plan.store_of(store)
+    campaign = reading.campaign_of(campaign)
+    store = plan.store_of(store)
     again = plan.chosen(recompute, retry)
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
     tasks = plan.with_parents(tasks, store)
-    cluster.refuse_unreachable(None if store.catalogue.exists() else scheduler, dashboard)
+    cluster.refuse_unreachable(
+        None if store.catalogue.exists() else scheduler, dashboard
+    )
     wanting = _wanting(tasks, store, again)
     used = plan.plugins_of(task.scene for task in wanting)
-    needed = plan.calibrations(tasks.values() if retry or recompute in ("failed", "all") else wanting)
+    needed = plan.calibrations(
+        tasks.values() if retry or recompute in ("failed", "all") else wanting
+    )
     notes = _opened(store)
     plan.declare(used, store.path)
     key = _record(campaign, store)
@@ -98,52 +108,85 @@ def run(
             with ExitStack() as stack:
                 first = {task.id: task for task in needed.values()}
                 alone = [task for task in tasks.values() if task.id not in needed]
-                what = f"{'cases and ' if alone else ''}{CALIBRATING}" if first else CASES
+                what = (
+                    f"{'cases and ' if alone else ''}{CALIBRATING}" if first else CASES
+                )
                 calibrated = [tasks[run_id] for run_id in needed]
-                work.complete([*first.values(), *alone], staff, what, more=len(calibrated) > 1)
+                work.complete(
+                    [*first.values(), *alone], staff, what, more=len(calibrated) > 1
+                )
                 work.complete(plan.with_calibrations(calibrated, needed, store), staff)
         except KeyboardInterrupt:
             work.tidy()
             done = sum(head.state != "running" for head in store.heads(tasks).values())
-            said = f"interrupted: {done} done, {len(tasks) - done} to go; run again to continue"
+            said = (
+                f"interrupted: {done} done, {len(tasks) - done} to go; run again to "
+                "continue"
+            )
             raise report.Interrupted(said) from None
         except BaseException:
             with suppress(StoreError):  # what went wrong first is what is told
                 work.tidy()
             raise
         work.tidy()
-    return _report(campaign, store, key, work.finished, time.perf_counter() - clock, tuple(notes))
+    return _report(
+        campaign, store, key, work.finished, time.perf_counter() - clock, tuple(notes)
+    )
 
 
 def _wanting(tasks: dict[str, Task], store: Store, again: Again) -> list[Task]:
     """Return the tasks that are not finished, as far as can be told before: only these need plug-ins run."""
     known = store.heads(tasks).values() if store.catalogue.exists() else ()
-    finished = {h.id for h in known if h.state != "running" and not again(h) and not store.is_lost(h)}
+    finished = {
+        h.id
+        for h in known
+        if h.state != "running" and not again(h) and not store.is_lost(h)
+    }
     return [task for i, task in tasks.items() if i not in finished]
 
 
 def _opened(store: Store) -> list[str]:
-    """Make the store where there is none; make its catalogue anew where only that has gone."""
+    """Make the store where there is none.
+
+    Make its catalogue anew where only that has gone.
+    """
     lost = not store.catalogue.exists() and any(True for _ in store.files)
     store.create()
     if not lost:
         return []
-    left_out, count = store.reindex(), len(store.entries())
-    more = f"; {len(left_out)} were left out: 'wearlab verify' tells why" if left_out else ""
-    return [f"the catalogue had gone: {count} runs were taken back from their files{more}"]
+    left_out = store.reindex()
+    count = len(store.entries())
+    more = (
+        f"; {len(left_out)} were left out: 'wearlab verify' tells why"
+        if left_out
+        else ""
+    )
+    return [
+        f"the catalogue had gone: {count} runs were taken back from their files{more}"
+    ]
 
 
 class _Work:
     """One call of ``run``: what is left, what is finished."""
 
-    def __init__(self, store: Store, owner: str, again: Again, bar: Progress, simulate: str) -> None:
-        self.store, self.owner, self.again, self.bar, self.simulate = store, owner, again, bar, simulate
+    def __init__(
+        self, store: Store, owner: str, again: Again, bar: Progress, simulate: str
+    ) -> None:
+        self.store, self.owner, self.again, self.bar, self.simulate = (
+            store,
+            owner,
+            again,
+            bar,
+            simulate,
+        )
         self.taken_again: set[str] = set()
         self.finished: set[str] = set()
         self.cluster: cluster.Cluster | None = None
         self.code = source_hash()
 
-    def complete(self, tasks: Sequence[Task], staff: Staff, what: str = CASES, more: bool = False) -> None:
+    def complete(
+        self, tasks: Sequence[Task], staff: Staff, what: str = CASES, more: bool = False
+    ) -> None:
         """Compute until every task is finished, here or by another process.
 
         Parameters
@@ -151,7 +194,8 @@ class _Work:
         tasks : what is to be computed
         staff : starts worker processes
         what : names the tasks
-        more : whether others follow for which workers are started anyway: a lone task is theirs too
+        more : whether others follow for which workers are started anyway: a lone task
+            is theirs too
         """
         begun = False
         while left := self._left(tasks):
@@ -166,7 +210,10 @@ class _Work:
             else:
                 for task in here:
                     for taken in self._settle([], [task]):
-                        self._settle([execute(self.resumed(taken), self.simulate, self.receive)], [])
+                        self._settle(
+                            [execute(self.resumed(taken), self.simulate, self.receive)],
+                            [],
+                        )
             if len(self.finished) == before:
                 self.bar.step(f"waiting for another process ({len(left)})")
                 time.sleep(0.2)
@@ -182,8 +229,13 @@ class _Work:
         else:
             self.cluster.warm_up(scenes)
 
-    def _settle(self, outcomes: list[outcome.Outcome], wanted: Sequence[Task]) -> list[Task]:
-        """Keep what is finished and take what is to be computed next; return what was taken."""
+    def _settle(
+        self, outcomes: list[outcome.Outcome], wanted: Sequence[Task]
+    ) -> list[Task]:
+        """Keep what is finished and take what is to be computed next.
+
+        Return what was taken.
+        """
         done = {finished.id for finished in outcomes}
         asked = [task.id for task in wanted if task.id not in done]
         taken = set(self.store.save(outcomes, self.owner, asked, self._free))
@@ -194,7 +246,10 @@ class _Work:
         return [task for task in wanted if task.id in taken]
 
     def tidy(self) -> None:
-        """Forget what was begun and not finished; keep what has its file, written just now or long ago."""
+        """Forget what was begun and not finished.
+
+        Keep what has its file, written just now or long ago.
+        """
         self.store.give_back(self.owner, self.taken_again - self.finished)
 
     def resumed(self, task: Task) -> Task:
@@ -205,13 +260,22 @@ class _Work:
         """Keep what a run under way needs to go on, and show how far it is."""
         if message["id"] not in self.finished:
             reached = presence.ReachedCycle(message["cycle"], message["depth"])
-            self.store.checkpoints.write(message["id"], message["image"], self.code, reached)
-            text = f"{message['id'][:8]}: {1e6 * reached.depth:.3g} µm at {reached.cycle:.4g} cycles"
+            self.store.checkpoints.write(
+                message["id"], message["image"], self.code, reached
+            )
+            text = (
+                f"{message['id'][:8]}: {1e6 * reached.depth:.3g} µm at "
+                f"{reached.cycle:.4g} cycles"
+            )
             self.bar.in_progress(message["id"], text)
 
     def _free(self, entry: catalogue.Entry) -> bool:
         """Say whether a run that the catalogue knows is to be computed again."""
-        if entry.state != "running" and entry.id not in self.finished and self.again(entry):
+        if (
+            entry.state != "running"
+            and entry.id not in self.finished
+            and self.again(entry)
+        ):
             if entry.state == "done":
                 self.taken_again.add(entry.id)
             return True
@@ -219,10 +283,19 @@ class _Work:
 
     def _left(self, tasks: Sequence[Task]) -> list[tuple[Task, bool]]:
         """Return the tasks nobody has finished, each with whether a living process is at it."""
-        known, left = self.store.heads(task.id for task in tasks), []
+        known = self.store.heads(task.id for task in tasks)
+        left = []
         for task in (task for task in tasks if task.id not in self.finished):
-            if (head := known.get(task.id)) is None or head.state == "running" or self._free(head):
-                elsewhere = head is not None and head.state == "running" and not self.store.is_stale(head)
+            if (
+                (head := known.get(task.id)) is None
+                or head.state == "running"
+                or self._free(head)
+            ):
+                elsewhere = (
+                    head is not None
+                    and head.state == "running"
+                    and not self.store.is_stale(head)
+                )
                 left.append((task, elsewhere))
         return left
 
@@ -231,27 +304,58 @@ def _record(campaign: "Campaign", store: Store) -> str:
     """Enter the campaign's cases into the catalogue, with the values that set each apart; return its key."""
     from wearlab.campaign import campaign as campaigns
 
-    members = [(case.id, case.label, outcome.place(campaign, case)) for case in campaign.cases]
-    path, metadata = (getattr(campaign, name, None) for name in ("path", "metadata"))
-    told = (None if path is None else str(path), members, metadata, campaigns.with_figures(campaign))
+    members = [
+        (case.id, case.label, outcome.place(campaign, case)) for case in campaign.cases
+    ]
+    path = getattr(campaign, "path", None)
+    metadata = getattr(campaign, "metadata", None)
+    told = (
+        None if path is None else str(path),
+        members,
+        metadata,
+        campaigns.with_figures(campaign),
+    )
     return store.catalogue.record_campaign(campaign.title, campaign.reference, *told)
 
 
 def _report(
-    campaign: "Campaign", store: Store, key: str, computed: set[str], seconds: float, notes: tuple[str, ...]
+    campaign: "Campaign",
+    store: Store,
+    key: str,
+    computed: set[str],
+    seconds: float,
+    notes: tuple[str, ...],
 ) -> report.Report:
     heads = store.heads(case.id for case in campaign.cases)
     labels = {case.id: case.label for case in reversed(campaign.cases)}
     states = [head.state for head in heads.values()]
-    noted = [h.id for h in heads.values() if h.state != "done" or (h.warnings and h.id in computed)]
+    noted = [
+        h.id
+        for h in heads.values()
+        if h.state != "done" or (h.warnings and h.id in computed)
+    ]
     known = store.entries(noted).values()
-    troubled = tuple(report.CaseReport(e.id, labels[e.id], e.state, e.reason, e.warnings) for e in known)
+    troubled = tuple(
+        report.CaseReport(e.id, labels[e.id], e.state, e.reason, e.warnings)
+        for e in known
+    )
     counts = (states.count("done"), states.count("failed"), states.count("refused"))
     wanted = [(case, getattr(case, "expect", None)) for case in campaign.cases]
-    entries = store.entries(case.id for case, expectation in wanted if expectation is not None)
-    compared = [e and report.compare(e, case, store, entries.get(case.id)) for case, e in wanted]
+    entries = store.entries(
+        case.id for case, expectation in wanted if expectation is not None
+    )
+    compared = [
+        e and report.compare(e, case, store, entries.get(case.id)) for case, e in wanted
+    ]
     store.catalogue.record_comparisons(key, compared)
-    told = ((c, met) for c, met in zip(campaign.cases, compared, strict=True) if met is not None)
-    expected = tuple(report.Expected(c.id, c.label, outcome.place(campaign, c), met) for c, met in told)
+    told = (
+        (c, met)
+        for c, met in zip(campaign.cases, compared, strict=True)
+        if met is not None
+    )
+    expected = tuple(
+        report.Expected(c.id, c.label, outcome.place(campaign, c), met)
+        for c, met in told
+    )
     numbers = (len(labels), len(computed & labels.keys()), *counts, seconds)
     return report.Report(*numbers, *(troubled, expected, notes, campaign, store))

@@ -1,4 +1,6 @@
-"""What a worker does: one scene in, one finished outcome out; and what it tells meanwhile.
+"""What a worker does: one scene in, one finished outcome out.
+
+And what it tells meanwhile.
 
 Workers say how far a life is and what it needs to go on; the parent keeps it.
 """
@@ -17,7 +19,10 @@ from wearlab.store import outcome
 
 
 class OtherCode(Exception):
-    """A worker was given work and runs other code; its arguments are its address and its source hash."""
+    """A worker was given work and runs other code.
+
+    Its arguments are its address and its source hash.
+    """
 
 
 TOPIC = "wearlab-under-way"
@@ -28,7 +33,9 @@ Send = Callable[[dict[str, Any]], None]
 """Called with ``id``, ``cycle``, ``depth`` [m] and ``image`` (bytes) of a run."""
 
 
-def in_progress(run_id: str, resumed: bytes | None, send: Send | None) -> AbstractContextManager[None]:
+def in_progress(
+    run_id: str, resumed: bytes | None, send: Send | None
+) -> AbstractContextManager[None]:
     """Let the lives of one run be told of, and go on from where an earlier process was killed.
 
     Parameters
@@ -47,7 +54,14 @@ def in_progress(run_id: str, resumed: bytes | None, send: Send | None) -> Abstra
         nonlocal last
         if time.monotonic() - last < EVERY:
             return
-        send({"id": run_id, "cycle": float(told.cycle), "depth": float(told.depth), "image": image()})
+        send(
+            {
+                "id": run_id,
+                "cycle": float(told.cycle),
+                "depth": float(told.depth),
+                "image": image(),
+            }
+        )
         last = time.monotonic()
 
     return checkpoints(tell, resumed)
@@ -75,7 +89,9 @@ class Task(NamedTuple):
     resumed: bytes | None = None
 
 
-def execute_all(tasks: Sequence[Task], simulate: str, code: str | None = None) -> list[outcome.Outcome]:
+def execute_all(
+    tasks: Sequence[Task], simulate: str, code: str | None = None
+) -> list[outcome.Outcome]:
     """Compute a batch of cases, one after the other.
 
     Parameters
@@ -101,12 +117,13 @@ def execute_all(tasks: Sequence[Task], simulate: str, code: str | None = None) -
 def _kept_by_scheduler(task: Task, simulate: str, send: Send) -> outcome.Outcome:
     """Compute a case whose last state the scheduler has, too: a worker that takes over goes on there.
 
-    A scheduler of somebody else gives a dead worker's work to the next one by itself: what the parent has
-    heard since would come too late.
+    A scheduler of somebody else gives a dead worker's work to the next one by itself:
+    what the parent has heard since would come too late.
     """
     from dask.distributed import get_client
 
-    client, place = get_client(), [KEPT, task.id]
+    client = get_client()
+    place = [KEPT, task.id]
     last = client.get_metadata(place, default=None)
     kept = last is not None
 
@@ -122,7 +139,9 @@ def _kept_by_scheduler(task: Task, simulate: str, send: Send) -> outcome.Outcome
     return made
 
 
-def execute(task: Task, simulate: str = SIMULATE, send: Send | None = None) -> outcome.Outcome:
+def execute(
+    task: Task, simulate: str = SIMULATE, send: Send | None = None
+) -> outcome.Outcome:
     """Simulate one scene and return its file image, or the reason why there is none.
 
     Parameters
@@ -133,7 +152,8 @@ def execute(task: Task, simulate: str = SIMULATE, send: Send | None = None) -> o
     """
     from wearlab.store import description, netcdf
 
-    started, clock = datetime.now(UTC).isoformat(timespec="milliseconds"), time.perf_counter()
+    started = datetime.now(UTC).isoformat(timespec="milliseconds")
+    clock = time.perf_counter()
     scene: str = task.scene.canonical()
     module, _, name = simulate.partition(":")
     state: outcome.State = "done"
@@ -143,7 +163,8 @@ def execute(task: Task, simulate: str = SIMULATE, send: Send | None = None) -> o
         try:
             with in_progress(task.id, task.resumed, send):
                 dataset = getattr(import_module(module), name)(task.scene)
-            # attributes that let a catalogue be made from the files alone, where they are not there
+            # attributes that let a catalogue be made from the files alone, where they
+            # are not there
             own = {"id": task.id, "scene": scene, "date_created": started}
             dataset = dataset.assign_attrs(own | dataset.attrs)
             result = description.recorded(dataset, netcdf.to_image(dataset)[0])
@@ -153,13 +174,25 @@ def execute(task: Task, simulate: str = SIMULATE, send: Send | None = None) -> o
 
             # by these errors physics says that a case is impossible
             state = "refused" if isinstance(error, GearError | Refused) else "failed"
-            result = {"reason": str(error) if state == "refused" else traceback.format_exc()}
-    distinct = dict.fromkeys(f"{warning.category.__name__}: {warning.message}" for warning in caught)
-    result = {"wearlab_version": version.__version__, "warnings": tuple(distinct), **result}
-    return outcome.Outcome(task.id, state, started, time.perf_counter() - clock, scene, **result)
+            result = {
+                "reason": str(error) if state == "refused" else traceback.format_exc()
+            }
+    distinct = dict.fromkeys(
+        f"{warning.category.__name__}: {warning.message}" for warning in caught
+    )
+    result = {
+        "wearlab_version": version.__version__,
+        "warnings": tuple(distinct),
+        **result,
+    }
+    return outcome.Outcome(
+        task.id, state, started, time.perf_counter() - clock, scene, **result
+    )
 
 
-def warm_up(scenes: Sequence[Any], simulate: str = SIMULATE, turn: int = 0, workers: int = 1) -> None:
+def warm_up(
+    scenes: Sequence[Any], simulate: str = SIMULATE, turn: int = 0, workers: int = 1
+) -> None:
     """Compile what these scenes need, where the simulation offers it (``warm_up`` beside ``simulate``).
 
     Parameters
@@ -173,7 +206,10 @@ def warm_up(scenes: Sequence[Any], simulate: str = SIMULATE, turn: int = 0, work
 
 
 def quietly(compile_some: Callable[..., object], *given: Any) -> None:
-    """Call what compiles; its errors are left to the runs themselves, which report them."""
+    """Call what compiles.
+
+    Its errors are left to the runs themselves, which report them.
+    """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

@@ -7,10 +7,18 @@ from annotated_types import Ge, Gt, Le
 from pydantic import BeforeValidator, Field, ValidationInfo
 
 from wearlab import options
-from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY, SETS, UNSAID, SetDescriptor
+from wearlab.gears.sets import (
+    EXTERNAL_PAIR,
+    INTERNAL_PAIR,
+    PLANETARY,
+    SETS,
+    UNSAID,
+    SetDescriptor,
+)
 from wearlab.scene.materials import STEEL, NamedMaterial
 
-ALL_TOOTHED, ALL_FLANKS = UNSAID.toothed, UNSAID.flanks
+ALL_TOOTHED = UNSAID.toothed
+ALL_FLANKS = UNSAID.flanks
 
 
 def kind_of(mapping: Any) -> str:
@@ -34,7 +42,11 @@ def alone(part: type[options.Part], kind: Any, *keys: str) -> BeforeValidator:
     """Let a value of a kind stand for the table of a part in which each of some keys has it."""
 
     def read(given: object) -> object:
-        return given if given is None or isinstance(given, dict | part) else dict.fromkeys(keys, given)
+        return (
+            given
+            if given is None or isinstance(given, dict | part)
+            else dict.fromkeys(keys, given)
+        )
 
     return BeforeValidator(read, json_schema_input_type=kind | part | None)
 
@@ -51,8 +63,8 @@ class ReliefOptions(options.Part):
     amount: Annotated[options.Depth, options.POSITIVE]
     """removed at the end of the active profile, along the normal"""
     length: Annotated[options.Length, options.POSITIVE] | None = None
-    """length of the relief along the path of contact, from the end of the active profile [from where it
-    starts]"""
+    """length of the relief along the path of contact, from the end of the active
+    profile [from where it starts]"""
     start_diameter: Annotated[options.Length, options.POSITIVE] | None = None
     """diameter at which the relief starts [from length]. Source: ISO 21771"""
     start_roll_angle: Annotated[options.Angle, options.POSITIVE] | None = None
@@ -62,11 +74,16 @@ class ReliefOptions(options.Part):
 
     def _check(self) -> None:
         if self.length is self.start_diameter is self.start_roll_angle is None:
-            raise ValueError("give length along the path, start_diameter or start_roll_angle")
+            raise ValueError(
+                "give length along the path, start_diameter or start_roll_angle"
+            )
 
 
 class ThicknessAllowance(options.Part):
-    """Allowances of the tooth thickness as drawings print them; the mean of both is run."""
+    """Allowances of the tooth thickness as drawings print them.
+
+    The mean of both is run.
+    """
 
     upper: Annotated[options.Depth, Le(0.0)]
     """upper allowance E_sns of the tooth thickness, 0 or below"""
@@ -75,7 +92,10 @@ class ThicknessAllowance(options.Part):
 
     def _check(self) -> None:
         if self.lower > self.upper:
-            raise ValueError("lower must not be above upper; both are below 0 where teeth are thinned")
+            raise ValueError(
+                "lower must not be above upper; both are below 0 where teeth are "
+                "thinned"
+            )
 
     @property
     def mean(self) -> float:
@@ -103,26 +123,32 @@ class Toothed(options.Part):
     teeth: Annotated[options.Count, Gt(2), Le(10_000)]
     """number of teeth z"""
     profile_shift_coefficient: options.Number | None = None
-    """profile shift x over the module; positive moves the profile outwards: thicker teeth, larger spaces of a
-    ring [0, or derived from centre_distance]. Source: ISO 21771"""
+    """profile shift x over the module; positive moves the profile outwards: thicker
+    teeth, larger spaces of a ring [0, or derived from centre_distance]. Source: ISO
+    21771"""
     tooth_thickness_allowance: Annotated[
-        ThicknessAllowance | None, alone(ThicknessAllowance, options.Depth, "upper", "lower")
+        ThicknessAllowance | None,
+        alone(ThicknessAllowance, options.Depth, "upper", "lower"),
     ] = None
-    """allowance E_sn of the tooth thickness at the reference circle, 0 or below, or {upper, lower} of a
-    drawing, whose mean is run; it leaves backlash. Source: DIN 3967"""
+    """allowance E_sn of the tooth thickness at the reference circle, 0 or below, or
+    {upper, lower} of a drawing, whose mean is run; it leaves backlash. Source: DIN
+    3967"""
     addendum_coefficient: Annotated[options.Number, options.POSITIVE] | None = None
-    """addendum of the basic rack over the module [1, unless tip_diameter is given]. Source: ISO 53"""
+    """addendum of the basic rack over the module [1, unless tip_diameter is given].
+    Source: ISO 53"""
     dedendum_coefficient: Annotated[options.Number, options.POSITIVE] | None = None
-    """dedendum of the basic rack over the module [1.25, unless root_diameter is given]. Source: ISO 53"""
+    """dedendum of the basic rack over the module [1.25, unless root_diameter is given].
+    Source: ISO 53"""
     tip_alteration_coefficient: options.Number | None = None
-    """tip alteration k over the module, negative shortens [(a − a_d)/m − Σx, which keeps the tip clearance; a
-    is at most that without backlash]. Source: ISO 21771"""
+    """tip alteration k over the module, negative shortens [(a − a_d)/m − Σx, which
+    keeps the tip clearance; a is at most that without backlash]. Source: ISO 21771"""
     tip_diameter: Annotated[options.Length, options.POSITIVE] | None = None
     """tip diameter, instead of the coefficients [from the coefficients]"""
     root_diameter: Annotated[options.Length, options.POSITIVE] | None = None
     """root diameter, instead of the coefficient [from the coefficient]"""
     fillet_radius_coefficient: Annotated[options.Number, options.NOT_NEGATIVE] = 0.38
-    """tip rounding of the generating rack, or root fillet of a ring, over the module. Source: ISO 53"""
+    """tip rounding of the generating rack, or root fillet of a ring, over the module.
+    Source: ISO 53"""
     face_width: Annotated[options.Length, options.POSITIVE] | None = None
     """face width of this gear [the set's]"""
     material: NamedMaterial | None = None
@@ -132,27 +158,31 @@ class Toothed(options.Part):
     inertia: Annotated[options.Inertia, options.POSITIVE] | None = None
     """moment of inertia about the axis [from the solid]"""
     roughness_ra: Annotated[options.Depth, options.POSITIVE] | None = None
-    """mean roughness R_a of the flanks; R_q = 1.25 R_a is assumed [no film thickness ratio]"""
+    """mean roughness R_a of the flanks; R_q = 1.25 R_a is assumed [no film thickness
+    ratio]"""
     tip_relief: ReliefOptions | None = None
     """relief at the tip [no relief]"""
     root_relief: ReliefOptions | None = None
     """relief at the root, by its length along the path [no relief]"""
     profile_crowning: options.Depth | None = None
-    """removed at both ends of the active profile, 0 in its middle. Source: ISO 1328-1"""
+    """removed at both ends of the active profile, 0 in its middle. Source: ISO
+    1328-1"""
     profile_slope: options.Depth | None = None
-    """surplus of material at the tip end against the root end. Source: ISO 1328-1 f_Hα"""
+    """surplus of material at the tip end against the root end. Source: ISO 1328-1
+    f_Hα"""
     hand: Literal["left", "right"] | None = None
-    """hand of the helix, of a helical gear [right of the driving gear; of its mate the other one, in a ring
-    the same]. Source: ISO 21771"""
+    """hand of the helix, of a helical gear [right of the driving gear; of its mate the
+    other one, in a ring the same]. Source: ISO 21771"""
     lead_crowning: options.Depth | None = None
     """removed at both ends of the face, 0 in its middle. Source: ISO 21771"""
     lead_slope: options.Depth | None = None
-    """surplus of material at the end of positive face_position against the other end. Source: ISO 1328-1
-    f_Hβ"""
+    """surplus of material at the end of positive face_position against the other end.
+    Source: ISO 1328-1 f_Hβ"""
     end_relief: EndRelief | None = None
     """relief at both ends of the face [no relief]. Source: ISO 21771"""
     bias: options.Depth | None = None
-    """profile slope at the end of positive face_position less that at the other end. Source: ISO 21771"""
+    """profile slope at the end of positive face_position less that at the other end.
+    Source: ISO 21771"""
 
     def _check(self) -> None:
         if self.root_relief is not None and self.root_relief.length is None:
@@ -161,8 +191,12 @@ class Toothed(options.Part):
 
     @classmethod
     def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        addendum = {"addendum_coefficient": 1.0} if given.get("tip_diameter") is None else {}
-        dedendum = {"dedendum_coefficient": 1.25} if given.get("root_diameter") is None else {}
+        addendum = (
+            {"addendum_coefficient": 1.0} if given.get("tip_diameter") is None else {}
+        )
+        dedendum = (
+            {"dedendum_coefficient": 1.25} if given.get("root_diameter") is None else {}
+        )
         return {**addendum, **dedendum, **given}
 
 
@@ -170,8 +204,8 @@ class GearOptions(Toothed):
     """One external gear."""
 
     root_profile: Literal["trochoid", "radial"] | None = None
-    """shape of the tooth below the involute; a radial root is up to 22 % softer [trochoid where it exists,
-    else radial below the base circle]. Source: wearlab"""
+    """shape of the tooth below the involute; a radial root is up to 22 % softer
+    [trochoid where it exists, else radial below the base circle]. Source: wearlab"""
     bore_diameter: Annotated[options.Length, options.NOT_NEGATIVE] | None = None
     """bore of the wheel body [half the root diameter, flagged as assumed]"""
 
@@ -180,18 +214,21 @@ class Ring(Toothed):
     """A ring gear: teeth that point inwards."""
 
     alternatives = (
-        (("tip_diameter",), ("addendum_coefficient", "tip_alteration_coefficient", "tip_alteration")),
+        (
+            ("tip_diameter",),
+            ("addendum_coefficient", "tip_alteration_coefficient", "tip_alteration"),
+        ),
         (("tip_alteration_coefficient",), ("tip_alteration",)),
         (("root_diameter",), ("dedendum_coefficient",)),
     )
 
     tip_alteration: Literal["wang-2023"] | None = None
-    """shortens the teeth to r − m h_a + m/(z tan²α), which an unshifted pinion's involute just reaches
-    [tip_alteration_coefficient, else what keeps the tip clear of the mate's root curve]. Source: Y23 Table
-    1"""
+    """shortens the teeth to r − m h_a + m/(z tan²α), which an unshifted pinion's
+    involute just reaches [tip_alteration_coefficient, else what keeps the tip clear of
+    the mate's root curve]. Source: Y23 Table 1"""
     root_profile: Literal["fillet", "radial"] | None = None
-    """a circle between involute and root circle, or the involute up to the root circle [fillet, the largest
-    that fits if the wanted one does not]. Source: wearlab"""
+    """a circle between involute and root circle, or the involute up to the root circle
+    [fillet, the largest that fits if the wanted one does not]. Source: wearlab"""
     rim_diameter: Annotated[options.Length, options.POSITIVE]
     """outside diameter of the rim, above the root diameter, where the body is held"""
 
@@ -234,7 +271,8 @@ class SetOptions(options.Part):
     pressure_angle: Annotated[options.Angle, options.POSITIVE] = math.radians(20.0)
     """pressure angle α of the rack; of helical gears that of the normal section"""
     helix_angle: Annotated[options.Angle, options.NOT_NEGATIVE] | None = None
-    """helix angle β at the reference circle, unsigned [spur gears]. Source: ISO 21771"""
+    """helix angle β at the reference circle, unsigned [spur gears]. Source: ISO
+    21771"""
     face_width: Annotated[options.Length, options.POSITIVE]
     """face width B of every gear"""
     material: NamedMaterial = STEEL
@@ -245,8 +283,18 @@ class SetOptions(options.Part):
         """Fill in shift 0 where no centre distance asks for another."""
         if given.get("centre_distance") is not None:
             return given
-        members = {m: given[m] for m in cls.descriptor.toothed if isinstance(given.get(m), dict)}
-        return {**given, **{m: {"profile_shift_coefficient": 0.0, **value} for m, value in members.items()}}
+        members = {
+            m: given[m]
+            for m in cls.descriptor.toothed
+            if isinstance(given.get(m), dict)
+        }
+        return {
+            **given,
+            **{
+                m: {"profile_shift_coefficient": 0.0, **value}
+                for m, value in members.items()
+            },
+        }
 
     @property
     def toothed(self) -> tuple[str, ...]:
@@ -305,14 +353,16 @@ class PlanetaryOptions(SetOptions):
     kind: Literal["planetary"]
     """kind of gear set"""
     centre_distance: Annotated[
-        CentreDistances | None, alone(CentreDistances, options.Length, "sun_planet", "planet_ring")
+        CentreDistances | None,
+        alone(CentreDistances, options.Length, "sun_planet", "planet_ring"),
     ] = None
-    """operating centre distance of both meshes, or {sun_planet, planet_ring} for sets as printed [from the
-    profile shifts]. Source: ISO 21771"""
+    """operating centre distance of both meshes, or {sun_planet, planet_ring} for sets
+    as printed [from the profile shifts]. Source: ISO 21771"""
     planets: Annotated[options.Count, Ge(2)]
     """number of planets N"""
     planet_angles: tuple[options.Angle, ...] | None = None
-    """angles of the planets, in the sense in which the sun turns relative to the carrier [equally spaced]"""
+    """angles of the planets, in the sense in which the sun turns relative to the
+    carrier [equally spaced]"""
     sun: PlanetaryGear
     """the sun; a cycle is one revolution of it relative to the carrier"""
     planet: PlanetaryGear
@@ -324,8 +374,13 @@ class PlanetaryOptions(SetOptions):
 
     def _check(self) -> None:
         if self.planet_angles is not None and len(self.planet_angles) != self.planets:
-            told = f"planet_angles has {len(self.planet_angles)} entries for {self.planets} planets"
+            told = (
+                f"planet_angles has {len(self.planet_angles)} entries for "
+                f"{self.planets} planets"
+            )
             raise ValueError(f"{told}; give one angle each, or none")
 
 
-Gears = Annotated[ExternalPair | InternalPair | PlanetaryOptions, Field(discriminator="kind")]
+Gears = Annotated[
+    ExternalPair | InternalPair | PlanetaryOptions, Field(discriminator="kind")
+]

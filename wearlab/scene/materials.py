@@ -13,7 +13,10 @@ CONSTANTS = ("youngs_modulus", "poisson_ratio", "density", "hardness")
 
 
 class MaterialOptions(options.Part):
-    """An isotropic elastic material; a name of the catalogue gives all of it, and options beside it win."""
+    """An isotropic elastic material.
+
+    A name of the catalogue gives all of it, and options beside it win.
+    """
 
     youngs_modulus: Annotated[options.Pressure, options.POSITIVE]
     """Young's modulus E"""
@@ -22,10 +25,12 @@ class MaterialOptions(options.Part):
     density: Annotated[options.Density, options.POSITIVE]
     """density ρ"""
     hardness: Annotated[options.Hardness, options.POSITIVE] | None = None
-    """hardness of the flanks, such as '60 HRC', '300 HV', '200 HB' or '7 GPa' [what is usual for a named
-    material, for wear laws that ask for it]. Source: HRC by ASTM E140, HB by ISO 18265"""
+    """hardness of the flanks, such as '60 HRC', '300 HV', '200 HB' or '7 GPa' [what is
+    usual for a named material, for wear laws that ask for it]. Source: HRC by ASTM
+    E140, HB by ISO 18265"""
     name: str | None = options.option(None, identity=False)
-    """a material of the catalogue, such as '18CrNiMo7-6' or 'POM'. Source: wearlab.shop.materials"""
+    """a material of the catalogue, such as '18CrNiMo7-6' or 'POM'. Source:
+    wearlab.shop.materials"""
 
     @property
     def told(self) -> tuple[str, ...]:
@@ -43,7 +48,13 @@ class MaterialOptions(options.Part):
 
 def _material(value: object) -> object:
     """Read a name of the catalogue, alone or beside options that differ from it."""
-    name = value if isinstance(value, str) else value.get("name") if isinstance(value, dict) else None
+    name = (
+        value
+        if isinstance(value, str)
+        else value.get("name")
+        if isinstance(value, dict)
+        else None
+    )
     if name is None:
         return value
     material = materials.known(name) if isinstance(name, str) else None
@@ -53,19 +64,32 @@ def _material(value: object) -> object:
         remedy = "or give youngs_modulus, poisson_ratio and density"
         raise ValueError(f"{name!r} is not a known material{known}; {remedy}")
     entry = materials.MATERIALS[material]
-    own = {key: options.Stored(value) for key, value in zip(CONSTANTS, entry[:4], strict=True) if value}
-    beside = {k: v for k, v in value.items() if k != "name"} if isinstance(value, dict) else {}
+    own = {
+        key: options.Stored(value)
+        for key, value in zip(CONSTANTS, entry[:4], strict=True)
+        if value
+    }
+    beside = (
+        {k: v for k, v in value.items() if k != "name"}
+        if isinstance(value, dict)
+        else {}
+    )
     return {**own, "name": material, **beside}
 
 
 NamedMaterial = Annotated[
     MaterialOptions,
-    BeforeValidator(_material, json_schema_input_type=Literal[tuple(materials.MATERIALS)] | MaterialOptions),
+    BeforeValidator(
+        _material,
+        json_schema_input_type=Literal[tuple(materials.MATERIALS)] | MaterialOptions,
+    ),
 ]
 
 
 STEEL = MaterialOptions(
-    youngs_modulus=options.Stored(206e9), poisson_ratio=options.Stored(0.3), density=options.Stored(7830.0)
+    youngs_modulus=options.Stored(206e9),
+    poisson_ratio=options.Stored(0.3),
+    density=options.Stored(7830.0),
 )
 
 
@@ -77,15 +101,23 @@ def _grade(value: object) -> object:
     """Read ``"ISO VG 220"`` as 220."""
     grade = GRADE.fullmatch(value.strip()) if isinstance(value, str) else None
     number = int(grade[1]) if grade else value
-    if isinstance(number, int) and not isinstance(number, bool) and number in oil.GRADES:
+    if (
+        isinstance(number, int)
+        and not isinstance(number, bool)
+        and number in oil.GRADES
+    ):
         return number
     raise ValueError(
-        f"{value!r} is no grade of ISO 3448: write 'ISO VG 220'; there are {', '.join(map(str, oil.GRADES))}"
+        f"{value!r} is no grade of ISO 3448: write 'ISO VG 220'; there are "
+        f"{', '.join(map(str, oil.GRADES))}"
     )
 
 
 Grade = Annotated[
-    int, BeforeValidator(_grade, json_schema_input_type=Annotated[str, "such as 'ISO VG 220'"] | int)
+    int,
+    BeforeValidator(
+        _grade, json_schema_input_type=Annotated[str, "such as 'ISO VG 220'"] | int
+    ),
 ]
 
 
@@ -93,31 +125,42 @@ class Lubricant(options.Part):
     """Viscosity and its growth with pressure: given, or those of an ISO VG grade or datasheet when warm."""
 
     alternatives = (
-        (("viscosity",), ("grade", "viscosity_index"), ("kinematic_viscosity_40", "kinematic_viscosity_100")),
+        (
+            ("viscosity",),
+            ("grade", "viscosity_index"),
+            ("kinematic_viscosity_40", "kinematic_viscosity_100"),
+        ),
     )
 
     viscosity: Annotated[options.Viscosity, options.POSITIVE] | None = None
-    """dynamic viscosity η0 at ambient pressure, where the flanks touch [from grade or datasheet at the
-    temperature (ASTM D341)]. Source: Dowson & Higginson 1966"""
-    pressure_viscosity: Annotated[options.PressureViscosity, options.POSITIVE] | None = None
-    """pressure-viscosity coefficient α [estimated from the viscosity, k η^s]. Source: Dowson & Higginson
-    1966, W23 Eq. 41; estimate: AGMA 925-A03"""
+    """dynamic viscosity η0 at ambient pressure, where the flanks touch [from grade or
+    datasheet at the temperature (ASTM D341)]. Source: Dowson & Higginson 1966"""
+    pressure_viscosity: (
+        Annotated[options.PressureViscosity, options.POSITIVE] | None
+    ) = None
+    """pressure-viscosity coefficient α [estimated from the viscosity, k η^s]. Source:
+    Dowson & Higginson 1966, W23 Eq. 41; estimate: AGMA 925-A03"""
     temperature: Annotated[options.Temperature, options.POSITIVE] | None = None
     """temperature of the oil where the flanks touch, such as '60 degC' [not known]"""
     grade: Grade | None = options.option(None, identity=False)
     """viscosity grade, such as 'ISO VG 220'. Source: ISO 3448"""
-    viscosity_index: Annotated[options.Number, options.POSITIVE] | None = options.option(None, identity=False)
+    viscosity_index: Annotated[options.Number, options.POSITIVE] | None = (
+        options.option(None, identity=False)
+    )
     """viscosity index of a grade [95]. Source: ISO 2909, ASTM D2270"""
-    kinematic_viscosity_40: Annotated[options.KinematicViscosity, options.POSITIVE] | None = options.option(
-        None, identity=False
-    )
+    kinematic_viscosity_40: (
+        Annotated[options.KinematicViscosity, options.POSITIVE] | None
+    ) = options.option(None, identity=False)
     """datasheet: kinematic viscosity at 40 °C. Source: ASTM D341"""
-    kinematic_viscosity_100: Annotated[options.KinematicViscosity, options.POSITIVE] | None = options.option(
+    kinematic_viscosity_100: (
+        Annotated[options.KinematicViscosity, options.POSITIVE] | None
+    ) = options.option(None, identity=False)
+    """datasheet: kinematic viscosity at 100 °C. Source: ASTM D341"""
+    density: Annotated[options.Density, options.POSITIVE] | None = options.option(
         None, identity=False
     )
-    """datasheet: kinematic viscosity at 100 °C. Source: ASTM D341"""
-    density: Annotated[options.Density, options.POSITIVE] | None = options.option(None, identity=False)
-    """density of a grade or datasheet at 15 °C [43.37 lg ν₄₀ + 805.5 kg/m³]. Source: ISO/TR 15144-1"""
+    """density of a grade or datasheet at 15 °C [43.37 lg ν₄₀ + 805.5 kg/m³]. Source:
+    ISO/TR 15144-1"""
     base: Literal["mineral", "pao"] = options.option("mineral", identity=False)
     """base oil, for α. Source: AGMA 925-A03"""
 
@@ -127,25 +170,43 @@ class Lubricant(options.Part):
         if words is None:
             if self.viscosity is None or self.pressure_viscosity is None:
                 raise ValueError(
-                    "give viscosity and pressure_viscosity; or grade and temperature, such as 'ISO VG 220' "
-                    "and '60 degC'; or kinematic_viscosity_40, kinematic_viscosity_100 and temperature"
+                    "give viscosity and pressure_viscosity; or grade and temperature, "
+                    "such as 'ISO VG 220' "
+                    "and '60 degC'; or kinematic_viscosity_40, "
+                    "kinematic_viscosity_100 and temperature"
                 )
             return
         if self.temperature is None or not RANGE[0] <= self.temperature <= RANGE[1]:
-            raise ValueError("a grade or datasheet needs temperature, such as '60 degC' (-10 to 150 degC)")
+            raise ValueError(
+                "a grade or datasheet needs temperature, such as '60 degC' (-10 to "
+                "150 degC)"
+            )
         viscosity = oil.dynamic_viscosity(words, self.temperature)
-        alpha = self.pressure_viscosity or oil.pressure_viscosity(words, self.temperature)
-        self.__dict__.update(viscosity=viscosity, pressure_viscosity=alpha)  # frozen from here on
+        alpha = self.pressure_viscosity or oil.pressure_viscosity(
+            words, self.temperature
+        )
+        self.__dict__.update(
+            viscosity=viscosity, pressure_viscosity=alpha
+        )  # frozen from here on
 
     def _words(self) -> oil.Oil | None:
         """Return the oil of a grade or of a datasheet, None where its viscosity is given."""
         if self.grade is not None:
-            return oil.of_grade(self.grade, self.viscosity_index or oil.USUAL_INDEX, self.density, self.base)
-        at_40, at_100 = self.kinematic_viscosity_40, self.kinematic_viscosity_100
+            return oil.of_grade(
+                self.grade,
+                self.viscosity_index or oil.USUAL_INDEX,
+                self.density,
+                self.base,
+            )
+        at_40 = self.kinematic_viscosity_40
+        at_100 = self.kinematic_viscosity_100
         if not at_40 and not at_100:
             return None
         if not at_40 or not at_100:
-            raise ValueError("a datasheet gives both kinematic_viscosity_40 and kinematic_viscosity_100")
+            raise ValueError(
+                "a datasheet gives both kinematic_viscosity_40 and "
+                "kinematic_viscosity_100"
+            )
         if at_100 >= at_40:
             raise ValueError("the viscosity at 100 degC must be below that at 40 degC")
         return oil.of_datasheet(at_40, at_100, self.density, self.base)
@@ -158,12 +219,24 @@ class Lubricant(options.Part):
             return ()
         degrees = self.temperature - oil.KELVIN
         name = f"ISO VG {self.grade}" if self.grade else "datasheet"
-        lines = [f"oil: {name} at {degrees:.4g} °C: η0 = {1e3 * self.viscosity:.4g} mPa·s (ASTM D341)"]
-        if "pressure_viscosity" not in self.model_fields_set and self.pressure_viscosity:
+        lines = [
+            f"oil: {name} at {degrees:.4g} °C: η0 = {1e3 * self.viscosity:.4g} mPa·s "
+            "(ASTM D341)"
+        ]
+        if (
+            "pressure_viscosity" not in self.model_fields_set
+            and self.pressure_viscosity
+        ):
             value = f"{1e9 * self.pressure_viscosity:.3g} 1/GPa"
-            lines.append(f"oil: pressure-viscosity coefficient {value} estimated (AGMA 925-A03, {self.base})")
+            lines.append(
+                f"oil: pressure-viscosity coefficient {value} estimated (AGMA "
+                f"925-A03, {self.base})"
+            )
         if self.grade and self.viscosity_index is None:
             lines.append("oil: viscosity index 95 assumed")
         if self.density is None:
-            lines.append(f"oil: density {words.density_15:.0f} kg/m³ at 15 °C estimated (ISO/TR 15144-1)")
+            lines.append(
+                f"oil: density {words.density_15:.0f} kg/m³ at 15 °C estimated "
+                "(ISO/TR 15144-1)"
+            )
         return tuple(lines)

@@ -16,16 +16,18 @@ class DropError(ValueError):
 def merge(base: Table, own: Table, path: Path = ()) -> Table:
     """Return ``own`` over ``base``, neither of which is changed.
 
-    Tables merge key by key; lists and values replace; another ``model`` replaces its table, save members'
-    tables with a model of their own; one of several alternatives (``damping``, ``damping_ratio``) drops
-    the others.
+    Tables merge key by key; lists and values replace; another ``model`` replaces its
+    table, save members' tables with a model of their own; one of several alternatives
+    (``damping``, ``damping_ratio``) drops the others.
 
     Parameters
     ----------
     base, own : tables as a campaign file writes them
     path : where in a scene they stand
     """
-    merged = {key: value for key, value in base.items() if key not in _superseded(own, path)}
+    merged = {
+        key: value for key, value in base.items() if key not in _superseded(own, path)
+    }
     for key, value in own.items():
         merged[key] = _over(merged.get(key), value, (*path, key))
     return merged
@@ -43,14 +45,26 @@ def _superseded(own: Table, path: Path) -> set[str]:
 def _over(base: Any, own: Any, path: Path) -> Any:
     chooser = chooser_at(path)
     if chooser is not None:
-        base, own = _as_table(base, chooser), _as_table(own, chooser)
+        base = _as_table(base, chooser)
+        own = _as_table(own, chooser)
     if not (isinstance(base, dict) and isinstance(own, dict)):
         return merge({}, own, path) if isinstance(own, dict) else own
-    if chooser is not None and chooser in own and not any(part.keeps_table for part in parts_at(path)):
+    if (
+        chooser is not None
+        and chooser in own
+        and not any(part.keeps_table for part in parts_at(path))
+    ):
         before = choice_of(path, base)
         if before is not None and before != own[chooser]:
-            kept = {m: t for m, t in base.items() if m in MEMBERS and isinstance(t, dict) and chooser in t}
-            return {**(kept if any(p.per_member for p in parts_at(path)) else {}), **own}
+            kept = {
+                m: t
+                for m, t in base.items()
+                if m in MEMBERS and isinstance(t, dict) and chooser in t
+            }
+            return {
+                **(kept if any(p.per_member for p in parts_at(path)) else {}),
+                **own,
+            }
     return merge(base, own, path)
 
 
@@ -77,13 +91,17 @@ def without(table: Table, key: str) -> Table:
     word, _, rest = key.partition(".")
     if word not in table or (rest and not isinstance(table[word], dict)):
         listed = f"; there are {', '.join(sorted(table)) or 'no keys'}"
-        raise DropError(f"{key!r} is not there to be dropped{meant(word, table, listed)}")
+        raise DropError(
+            f"{key!r} is not there to be dropped{meant(word, table, listed)}"
+        )
     if not rest:
         return {k: v for k, v in table.items() if k != word}
     try:
         return {**table, word: without(table[word], rest)}
     except DropError:
-        raise DropError(f"{key!r} is not there to be dropped{meant(key, paths(table))}") from None
+        raise DropError(
+            f"{key!r} is not there to be dropped{meant(key, paths(table))}"
+        ) from None
 
 
 def leaves(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
@@ -98,4 +116,8 @@ def leaves(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any
 def paths(table: Table) -> list[str]:
     """Return every dotted path of a table, tables included."""
     words = [key.split(".") for key, _ in leaves(table)]
-    return list(dict.fromkeys(".".join(key[:count]) for key in words for count in range(1, len(key) + 1)))
+    return list(
+        dict.fromkeys(
+            ".".join(key[:count]) for key in words for count in range(1, len(key) + 1)
+        )
+    )

@@ -1,4 +1,7 @@
-"""``[mesh]``: contact, excitation and damping; ``[errors]``: prescribed errors of gears and mesh."""
+"""``[mesh]``: contact, excitation and damping.
+
+``[errors]``: prescribed errors of gears and mesh.
+"""
 
 import math
 import re
@@ -11,7 +14,14 @@ from annotated_types import Ge, Le, MinLen
 
 from wearlab import options
 from wearlab.gears.sets import PLANETARY, UNSAID
-from wearlab.mesh import contacts, damping_laws, excitations, face_couplings, slow_errors, stiffnesses
+from wearlab.mesh import (
+    contacts,
+    damping_laws,
+    excitations,
+    face_couplings,
+    slow_errors,
+    stiffnesses,
+)
 from wearlab.scene import gears, identity
 
 Several = Annotated[tuple[options.Depth, ...], MinLen(1)]
@@ -23,32 +33,50 @@ class Misalignment(options.Part):
     alternatives = ((("value",), ("in_plane", "out_of_plane")),)
 
     value: Several | None = None
-    """F_βy over the face, in the plane of action; with torque one for each [from the axes]. Source: ISO
-    6336-1"""
+    """F_βy over the face, in the plane of action; with torque one for each [from the
+    axes]. Source: ISO 6336-1"""
     in_plane: Several | None = None
-    """deviation of the axes f_Σδ over the face, in their common plane. Source: ISO/TR 10064-3"""
+    """deviation of the axes f_Σδ over the face, in their common plane. Source: ISO/TR
+    10064-3"""
     out_of_plane: Several | None = None
-    """deviation of the axes f_Σβ over the face, across that plane. Source: ISO/TR 10064-3"""
+    """deviation of the axes f_Σβ over the face, across that plane. Source: ISO/TR
+    10064-3"""
     torque: tuple[Annotated[options.Torque, options.NOT_NEGATIVE], ...] | None = None
-    """torques of the input at which it is given, straight between: shafts bend; held beyond [the same under
-    all]. Source: wearlab"""
+    """torques of the input at which it is given, straight between: shafts bend; held
+    beyond [the same under all]. Source: wearlab"""
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: pydantic.ValidationInfo) -> dict[str, Any]:
-        single = {key: one for key, one in given.items() if not isinstance(one, list | tuple)}
-        return {**given, **{key: [one] for key, one in single.items() if one is not None}}
+    def _complete(
+        cls, given: dict[str, Any], info: pydantic.ValidationInfo
+    ) -> dict[str, Any]:
+        single = {
+            key: one for key, one in given.items() if not isinstance(one, list | tuple)
+        }
+        return {
+            **given,
+            **{key: [one] for key, one in single.items() if one is not None},
+        }
 
     def _check(self) -> None:
-        given = [key for key in ("value", "in_plane", "out_of_plane") if getattr(self, key) is not None]
+        given = [
+            key
+            for key in ("value", "in_plane", "out_of_plane")
+            if getattr(self, key) is not None
+        ]
         if not given:
-            raise ValueError("give a length such as '20 um', value, or in_plane and out_of_plane")
+            raise ValueError(
+                "give a length such as '20 um', value, or in_plane and out_of_plane"
+            )
         if any(low >= high for low, high in pairwise(self.torque or ())):
             raise ValueError("torque must ascend")
         wanted = len(self.torque or (0.0,))
         for key in given:
             count = len(getattr(self, key))
             if count != wanted:
-                raise ValueError(f"{key} has {count} values and needs {wanted}: one for each torque, or one")
+                raise ValueError(
+                    f"{key} has {count} values and needs {wanted}: one for each "
+                    "torque, or one"
+                )
 
     def over_face(self, working_pressure_angle: float, torque: float) -> float:
         """Return F_βy at a torque, ``f_Σβ cos α_wt + f_Σδ sin α_wt`` of deviations of the axes [m].
@@ -58,8 +86,11 @@ class Misalignment(options.Part):
         working_pressure_angle : α_wt [rad]
         torque : of the input [N·m]
         """
-        across, along = (np.array(given or (0.0,)) for given in (self.out_of_plane, self.in_plane))
-        of_axes = across * math.cos(working_pressure_angle) + along * math.sin(working_pressure_angle)
+        across = np.array(self.out_of_plane or (0.0,))
+        along = np.array(self.in_plane or (0.0,))
+        of_axes = across * math.cos(working_pressure_angle) + along * math.sin(
+            working_pressure_angle
+        )
         return float(np.interp(torque, self.torque or (0.0,), self.value or of_axes))
 
 
@@ -73,37 +104,44 @@ class OneMesh(options.Part):
     contact: contacts.ContactModel = contacts.DisplacementContact()
     """how worn flanks touch"""
     extended_contact: options.Switch = options.option(None)
-    """let tip corners touch beyond A and E, so that pairs engage and leave gradually under load; without, a
-    pair takes up its share at A at once [true, but for Algorithm 1 and a stiffness of the whole mesh, which
-    know no tip corners]. Source: Munro, Morrish & Palmer 1999; finite elements: docs/model_error.md"""
+    """let tip corners touch beyond A and E, so that pairs engage and leave gradually
+    under load; without, a pair takes up its share at A at once [true, but for Algorithm
+    1 and a stiffness of the whole mesh, which know no tip corners]. Source: Munro,
+    Morrish & Palmer 1999; finite elements: docs/model_error.md"""
     excitation: excitations.ExcitationModel = excitations.PairsExcitation()
     """how the mesh force reaches the dynamics"""
     normal_backlash: Annotated[options.Depth, options.NOT_NEGATIVE] | None = None
-    """backlash j_bn along the line of action: back contact begins where drive contact ends at 0 [what shifts,
-    centre distance and tooth_thickness_allowance leave, where they leave any; else the back flank is not
-    modelled, separation still is]. Source: L16 Eq. 6, recentred"""
+    """backlash j_bn along the line of action: back contact begins where drive contact
+    ends at 0 [what shifts, centre distance and tooth_thickness_allowance leave, where
+    they leave any; else the back flank is not modelled, separation still is]. Source:
+    L16 Eq. 6, recentred"""
     damping_ratio: Annotated[options.Number, options.NOT_NEGATIVE] | None = None
-    """damping ratio on mean stiffness and effective mass of the mesh; this or damping with dynamics
-    [damping]"""
+    """damping ratio on mean stiffness and effective mass of the mesh; this or damping
+    with dynamics [damping]"""
     damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = None
-    """mesh damping c_m; this or damping_ratio with dynamics [damping_ratio]. Source: L16 Table 1"""
+    """mesh damping c_m; this or damping_ratio with dynamics [damping_ratio]. Source:
+    L16 Table 1"""
     damping_in: Literal["contact", "always"] = "contact"
-    """when the damping acts: while flanks touch, or always as in the papers. Source: wearlab"""
+    """when the damping acts: while flanks touch, or always as in the papers. Source:
+    wearlab"""
     damping_law: damping_laws.DampingLaw = damping_laws.ViscousDamping()
     """how the mesh loses energy, in contact and out of it. Source: wearlab"""
 
     face_load_factor: Annotated[options.Number, Ge(1)] = 1.0
-    """load per width where the face carries most, over its mean, K_Hβ; of flanks without a width. Source: ISO
-    6336-1"""
-    misalignment: Annotated[Misalignment | None, gears.alone(Misalignment, options.Depth, "value")] = None
-    """by how much the flanks open from the end of negative face_position to that of positive one [aligned].
-    Source: ISO 6336-1"""
+    """load per width where the face carries most, over its mean, K_Hβ; of flanks
+    without a width. Source: ISO 6336-1"""
+    misalignment: Annotated[
+        Misalignment | None, gears.alone(Misalignment, options.Depth, "value")
+    ] = None
+    """by how much the flanks open from the end of negative face_position to that of
+    positive one [aligned]. Source: ISO 6336-1"""
     face_coupling: face_couplings.FaceCouplingModel | None = None
-    """how the slices of a tooth hold each other along the face [elements with finite-element stiffness; none
-    where it is prescribed; else pasternak]. Source: Ajmi & Velex 2005"""
+    """how the slices of a tooth hold each other along the face [elements with
+    finite-element stiffness; none where it is prescribed; else pasternak]. Source: Ajmi
+    & Velex 2005"""
     face_points: Annotated[options.Count, Ge(3), Le(401)] | None = None
-    """slices across the face; of helical gears about as many, on the lattice of the nodes [41, by the
-    tolerance]. Source: wearlab"""
+    """slices across the face; of helical gears about as many, on the lattice of the
+    nodes [41, by the tolerance]. Source: wearlab"""
 
     def _check(self) -> None:
         """Let contact reach beyond A and E wherever pairs and corners are known."""
@@ -119,19 +157,27 @@ class OneMesh(options.Part):
     def coupling(self) -> face_couplings.FaceCouplingModel:
         """How the slices of a face hold each other: as said, or as their stiffness can tell.
 
-        As solid teeth with finite elements, apart where the stiffness is prescribed, else in shear.
+        As solid teeth with finite elements, apart where the stiffness is prescribed,
+        else in shear.
         """
         if self.face_coupling is not None:
             return self.face_coupling
         if isinstance(self.stiffness, stiffnesses.FiniteElementStiffness):
             return face_couplings.ElementsCoupling()
         apart = isinstance(self.stiffness, stiffnesses.PrescribedStiffness)
-        return face_couplings.NoFaceCoupling() if apart else face_couplings.PasternakCoupling()
+        return (
+            face_couplings.NoFaceCoupling()
+            if apart
+            else face_couplings.PasternakCoupling()
+        )
 
     @property
     def by_sections(self) -> bool:
         """Whether slices of a face yield by their sections, neither as solid teeth nor as prescribed."""
-        return not (self.coupling.of_elements or isinstance(self.stiffness, stiffnesses.PrescribedStiffness))
+        return not (
+            self.coupling.of_elements
+            or isinstance(self.stiffness, stiffnesses.PrescribedStiffness)
+        )
 
     @property
     def _corners_known(self) -> bool:
@@ -155,15 +201,23 @@ class MeshSection(OneMesh):
     """what holds for planets and ring alone [as above]"""
 
     def of(self, section: str) -> OneMesh:
-        """Return what holds for one kind of mesh; ``section`` names its own table, "" for a pair."""
+        """Return what holds for one kind of mesh.
+
+        ``section`` names its own table, "" for a pair.
+        """
         own: OneMesh | None = getattr(self, section) if section else None
         return self if own is None else own
 
     def _each(self) -> dict[str, OneMesh]:
-        """Return what holds for each kind of mesh, wherever it was written; {}: nothing of its own."""
+        """Return what holds for each kind of mesh, wherever it was written.
+
+        {}: nothing of its own.
+        """
         if self.sun_planet is None and self.planet_ring is None:
             return {}
-        general = OneMesh.model_construct(**{name: getattr(self, name) for name in OneMesh.model_fields})
+        general = OneMesh.model_construct(
+            **{name: getattr(self, name) for name in OneMesh.model_fields}
+        )
         return {key: getattr(self, key) or general for key in OWN_MESHES}
 
     def identifying(self) -> dict[str, Any]:
@@ -174,13 +228,18 @@ class MeshSection(OneMesh):
         return each or super().identifying()
 
     @pydantic.model_serializer(mode="wrap")
-    def _what_holds(self, dump: pydantic.SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _what_holds(
+        self, dump: pydantic.SerializerFunctionWrapHandler
+    ) -> dict[str, Any]:
         """Dump what holds for each kind of mesh, wherever it was written: once if it is the same for both."""
         if not (each := {key: own.model_dump() for key, own in self._each().items()}):
             written: dict[str, Any] = dump(self)
             return written
         first = each[OWN_MESHES[0]]
-        text = [{key: identity.canonical({"": own}) for key, own in one.items()} for one in each.values()]
+        text = [
+            {key: identity.canonical({"": own}) for key, own in one.items()}
+            for one in each.values()
+        ]
         alike = dict(text[0].items() & text[1].items())
         if len(alike) == len(first):
             return first
@@ -193,7 +252,8 @@ def _listed(given: object) -> object:
 
 Grade = Annotated[options.Count, options.NOT_NEGATIVE, Le(12)]
 Tolerances = Annotated[
-    tuple[Annotated[options.Depth, options.NOT_NEGATIVE], ...], pydantic.BeforeValidator(_listed)
+    tuple[Annotated[options.Depth, options.NOT_NEGATIVE], ...],
+    pydantic.BeforeValidator(_listed),
 ]
 """One tolerance or several, each in a direction of its own [m]."""
 
@@ -202,12 +262,13 @@ class MemberErrors(options.Part):
     """Manufacturing and installation errors of one gear, once and z times per revolution."""
 
     iso_1328_class: Grade | None = None
-    """accuracy class whose allowed F_i′ and f_i′ stand where none are given; seed draws their angles [the
-    set's]. Source: ISO 1328-1:1995"""
+    """accuracy class whose allowed F_i′ and f_i′ stand where none are given; seed draws
+    their angles [the set's]. Source: ISO 1328-1:1995"""
     total_composite: Annotated[options.Depth, options.NOT_NEGATIVE] = 0.0
     """tangential composite deviation F_i′. Source: ISO 1328-1, W23 Eq. 28"""
     tooth_composite: Annotated[options.Depth, options.NOT_NEGATIVE] = 0.0
-    """tooth-to-tooth tangential composite deviation f_i′. Source: ISO 1328-1, W23 Eq. 28"""
+    """tooth-to-tooth tangential composite deviation f_i′. Source: ISO 1328-1, W23 Eq.
+    28"""
     installation: Tolerances = ()
     """installation tolerances Δe_q, each in a random direction. Source: W23 Eq. 30"""
 
@@ -216,23 +277,27 @@ class PlanetErrors(MemberErrors):
     """Errors of every planet, each with angles of its own."""
 
     planet_position: Tolerances = ()
-    """tolerances of the planets' pins, each in a fixed random direction of the carrier. Source: W23"""
+    """tolerances of the planets' pins, each in a fixed random direction of the carrier.
+    Source: W23"""
 
 
 class CarrierErrors(options.Part):
     """Errors of the carrier."""
 
     installation: Tolerances = ()
-    """installation tolerances of the carrier, each in a random direction. Source: W23 Eq. 30"""
+    """installation tolerances of the carrier, each in a random direction. Source: W23
+    Eq. 30"""
     planet_position: Tolerances = ()
-    """tolerances of the pins, each in a fixed random direction of the carrier. Source: W23 Eq. 30"""
+    """tolerances of the pins, each in a fixed random direction of the carrier. Source:
+    W23 Eq. 30"""
 
 
 class ErrorHarmonic(options.Part):
     """A prescribed error of a mesh, ``amplitude sin(2π order φ + phase)``."""
 
     mesh: str = options.option(None)
-    """the mesh it acts in, such as 'sun-planet-2'; 'sun-planet' names all of its kind [the mesh of a pair]"""
+    """the mesh it acts in, such as 'sun-planet-2'; 'sun-planet' names all of its kind
+    [the mesh of a pair]"""
     order: Annotated[options.Count, options.POSITIVE]
     """multiple of the mesh frequency"""
     amplitude: Annotated[options.Depth, options.NOT_NEGATIVE]
@@ -241,8 +306,13 @@ class ErrorHarmonic(options.Part):
     """phase angle at mesh phase 0. Source: L16 Eq. 8"""
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: pydantic.ValidationInfo) -> dict[str, Any]:
-        """Fill in the mesh of a pair; a planetary set must say which, and hears so at that key."""
+    def _complete(
+        cls, given: dict[str, Any], info: pydantic.ValidationInfo
+    ) -> dict[str, Any]:
+        """Fill in the mesh of a pair.
+
+        A planetary set must say which, and hears so at that key.
+        """
         meshes = gears.set_in(info.context).meshes
         return {"mesh": meshes[0] if len(meshes) == 1 else None, **given}
 
@@ -250,11 +320,18 @@ class ErrorHarmonic(options.Part):
     @classmethod
     def _known_mesh(cls, mesh: Any, info: pydantic.ValidationInfo) -> Any:
         meshes = gears.set_in(info.context).meshes
-        if isinstance(mesh, str) and any(re.fullmatch(rf"{name}(-[1-9][0-9]*)?", mesh) for name in meshes):
+        if isinstance(mesh, str) and any(
+            re.fullmatch(rf"{name}(-[1-9][0-9]*)?", mesh) for name in meshes
+        ):
             return mesh
         if mesh is None:
-            raise ValueError(f"required: {' or '.join(map(repr, meshes))}, or one of them by its number")
-        raise ValueError(f"{mesh!r} is no mesh of this gear set; there are {', '.join(meshes)}")
+            raise ValueError(
+                f"required: {' or '.join(map(repr, meshes))}, or one of them by its "
+                "number"
+            )
+        raise ValueError(
+            f"{mesh!r} is no mesh of this gear set; there are {', '.join(meshes)}"
+        )
 
 
 class ErrorsSection(options.Part):
@@ -263,11 +340,11 @@ class ErrorsSection(options.Part):
     seed: Annotated[options.Count, options.NOT_NEGATIVE] = 0
     """seed of the initial angles, drawn once. Source: wearlab"""
     slow: slow_errors.SlowErrorModel = slow_errors.AveragedErrors()
-    """once-per-revolution parts: quadrature over member angles, one drawn angle, or the full period. Source:
-    wearlab"""
+    """once-per-revolution parts: quadrature over member angles, one drawn angle, or the
+    full period. Source: wearlab"""
     iso_1328_class: Grade | None = None
-    """accuracy class whose allowed F_i′ and f_i′ stand where none are given; seed draws their angles. Source:
-    ISO 1328-1:1995"""
+    """accuracy class whose allowed F_i′ and f_i′ stand where none are given; seed draws
+    their angles. Source: ISO 1328-1:1995"""
     pinion: MemberErrors | None = None
     """errors of the pinion"""
     gear: MemberErrors | None = None
@@ -283,11 +360,16 @@ class ErrorsSection(options.Part):
     harmonic: tuple[ErrorHarmonic, ...] = ()
     """prescribed errors of the mesh frequency"""
 
-    @pydantic.field_validator("pinion", "gear", "sun", "planet", "ring", "carrier", mode="before")
+    @pydantic.field_validator(
+        "pinion", "gear", "sun", "planet", "ring", "carrier", mode="before"
+    )
     @classmethod
     def _of_the_set(cls, given: Any, info: pydantic.ValidationInfo) -> Any:
         known = gears.set_in(info.context)
-        members = (*known.toothed, *(name for name in known.members if name not in known.toothed))
+        members = (
+            *known.toothed,
+            *(name for name in known.members if name not in known.toothed),
+        )
         if given is None or info.field_name in members:
             return given
         raise ValueError(f"no member of this gear set; there are {', '.join(members)}")

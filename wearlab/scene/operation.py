@@ -1,4 +1,7 @@
-"""``[operation]``: torque, speed and roles of members, duty and stages; ``[dynamics]``: which model."""
+"""``[operation]``: torque, speed and roles of members, duty and stages.
+
+``[dynamics]``: which model.
+"""
 
 import math
 from pathlib import Path
@@ -35,8 +38,8 @@ class DutyFile(options.Part):
     columns: dict[str, str] | None = None
     """header of torque, speed and share in the file [their own names]"""
     units: dict[str, str] = options.option({})
-    """units of torque, speed and share; shares of time in %, h, s or [1], in proportion to their sum [those
-    in the headers]"""
+    """units of torque, speed and share; shares of time in %, h, s or [1], in proportion
+    to their sum [those in the headers]"""
 
 
 class OperationStage(options.Part):
@@ -59,16 +62,27 @@ def _blocks(given: Any, info: pydantic.ValidationInfo) -> Any:
     if not isinstance(given, dict):
         return given
     if unknown := set(given) - set(DutyFile.model_fields):
-        raise ValueError(f"unknown {', '.join(sorted(unknown))}: give file, columns and units")
+        raise ValueError(
+            f"unknown {', '.join(sorted(unknown))}: give file, columns and units"
+        )
     if "file" not in given:
         raise ValueError("'file' is required: {file, columns, units}")
     base: Path | None = (info.context or {}).get("base_directory")
     columns = named_texts({"columns": {}, **given}, "columns", '{ share = "duration" }')
-    units = named_texts({"units": {}, **given}, "units", '{ torque = "N*m", speed = "rpm", share = "h" }')
+    units = named_texts(
+        {"units": {}, **given},
+        "units",
+        '{ torque = "N*m", speed = "rpm", share = "h" }',
+    )
     torque, speed, share = duty_table(named_file(given), columns, units, base)
-    total, keys = sum(share), ("torque", "speed", "share")
+    total = sum(share)
+    keys = ("torque", "speed", "share")
     rows = zip(torque, speed, [part / total for part in share], strict=True)
-    return [dict(zip(keys, map(options.Stored, row), strict=True)) for row in rows if row[-1] > 0.0]
+    return [
+        dict(zip(keys, map(options.Stored, row), strict=True))
+        for row in rows
+        if row[-1] > 0.0
+    ]
 
 
 def _shares(blocks: Any) -> Any:
@@ -83,9 +97,14 @@ def _labels(stages: Any) -> Any:
     """Refuse no stages, stages without an end before the last, and two of one name."""
     if not stages:
         raise ValueError("there is no stage: give torque, speed and cycles of each")
-    open_ended = [number for number, stage in enumerate(stages[:-1], 1) if stage.cycles is None]
+    open_ended = [
+        number for number, stage in enumerate(stages[:-1], 1) if stage.cycles is None
+    ]
     if open_ended:
-        raise ValueError(f"stage {open_ended[0]} needs 'cycles': only the last one may go on to wear.until")
+        raise ValueError(
+            f"stage {open_ended[0]} needs 'cycles': only the last one may go on to "
+            "wear.until"
+        )
     names = labels_of(stages)
     if len(set(names)) != len(names):
         raise ValueError(f"two stages have one label: {', '.join(names)}")
@@ -98,12 +117,17 @@ def labels_of(stages: Any) -> list[str]:
 
 
 Duty = Annotated[
-    Annotated[tuple[DutyBlock, ...], pydantic.Tag("blocks")] | Annotated[DutyFile, pydantic.Tag("file")],
-    pydantic.Discriminator(lambda given: "file" if isinstance(given, dict) else "blocks"),
+    Annotated[tuple[DutyBlock, ...], pydantic.Tag("blocks")]
+    | Annotated[DutyFile, pydantic.Tag("file")],
+    pydantic.Discriminator(
+        lambda given: "file" if isinstance(given, dict) else "blocks"
+    ),
     pydantic.BeforeValidator(_blocks),
     pydantic.AfterValidator(_shares),
 ]
-OperationStages = Annotated[tuple[OperationStage, ...], pydantic.AfterValidator(_labels)]
+OperationStages = Annotated[
+    tuple[OperationStage, ...], pydantic.AfterValidator(_labels)
+]
 
 
 Central = Literal["pinion", "gear", "ring", "sun", "carrier"]
@@ -125,34 +149,46 @@ class TorqueFluctuation(options.Part):
 
     def _check(self) -> None:
         if self.order is self.frequency is None:
-            wanted = "give its 'order', a multiple of the mesh frequency, or its 'frequency'"
+            wanted = (
+                "give its 'order', a multiple of the mesh frequency, or its 'frequency'"
+            )
             raise ValueError(f'{wanted}, "25 Hz"')
 
     def order_at(self, period: float) -> float:
         """Return its multiple of the mesh frequency at the duration of a mesh period [s]."""
-        return self.order if self.order is not None else (self.frequency or 0.0) * period
+        return (
+            self.order if self.order is not None else (self.frequency or 0.0) * period
+        )
 
 
 Fluctuation = Annotated[
     Annotated[TorqueFluctuation, pydantic.Tag("one")]
     | Annotated[tuple[TorqueFluctuation, ...], pydantic.Tag("list")],
-    pydantic.Discriminator(lambda given: "list" if isinstance(given, list | tuple) else "one"),
+    pydantic.Discriminator(
+        lambda given: "list" if isinstance(given, list | tuple) else "one"
+    ),
 ]
 
 
 class Operation(options.Part):
     """Torque and speed of the input member, or its power and one of them."""
 
-    alternatives = ((("torque",), ("power",)), (("torque", "speed", "power"), ("duty",), ("stage",)))
+    alternatives = (
+        (("torque",), ("power",)),
+        (("torque", "speed", "power"), ("duty",), ("stage",)),
+    )
 
     torque: Annotated[options.Torque, options.NOT_NEGATIVE] = None
-    """torque on the input member; drive_flank gives its sense [power over speed; of the first block or
-    stage]"""
+    """torque on the input member; drive_flank gives its sense [power over speed; of the
+    first block or stage]"""
     speed: Annotated[options.Speed, options.POSITIVE] = None
-    """speed of the input member; revolutions or radians, never Hz [power over torque; of the first block or
-    stage]"""
-    power: Annotated[options.Power, options.POSITIVE] | None = options.option(None, identity=False)
-    """power at the input member, with torque or speed [torque times speed]. Source: B23"""
+    """speed of the input member; revolutions or radians, never Hz [power over torque;
+    of the first block or stage]"""
+    power: Annotated[options.Power, options.POSITIVE] | None = options.option(
+        None, identity=False
+    )
+    """power at the input member, with torque or speed [torque times speed]. Source:
+    B23"""
     input: Central = options.option(None)
     """driving member [pinion, sun]"""
     output: Central = options.option(None)
@@ -160,18 +196,20 @@ class Operation(options.Part):
     fixed: Central | None = None
     """member at rest in a planetary set [the one that is neither input nor output]"""
     load_torque: Literal["balance", "zero"] | None = None
-    """torque on the output: what balances the input, or none with a grounded output [zero where a torsional
-    support grounds the output, else balance]. Source: W23"""
+    """torque on the output: what balances the input, or none with a grounded output
+    [zero where a torsional support grounds the output, else balance]. Source: W23"""
     torque_fluctuation: Fluctuation | None = None
-    """fluctuation of the input torque, one harmonic or a list of them [constant torque]. Source: L16 Eq. 9"""
+    """fluctuation of the input torque, one harmonic or a list of them [constant
+    torque]. Source: L16 Eq. 9"""
     drive_flank: Literal["right", "left"] = "right"
     """flank that carries the load"""
 
     duty: Duty | None = None
-    """conditions that take turns: wear rates mixed per cycle, by shares of time times speed [torque and speed
-    alone]. Source: wearlab"""
+    """conditions that take turns: wear rates mixed per cycle, by shares of time times
+    speed [torque and speed alone]. Source: wearlab"""
     stage: OperationStages | None = None
-    """conditions in order, one after another; wear carries over [torque and speed alone]. Source: wearlab"""
+    """conditions in order, one after another; wear carries over [torque and speed
+    alone]. Source: wearlab"""
 
     @property
     def output_loaded(self) -> bool | None:
@@ -184,18 +222,35 @@ class Operation(options.Part):
     def fluctuation(self) -> tuple[TorqueFluctuation, ...]:
         """The harmonics of the torque whose amplitude is not nought."""
         given = self.torque_fluctuation or ()
-        return tuple(one for one in (given if isinstance(given, tuple) else (given,)) if one.amplitude != 0.0)
+        return tuple(
+            one
+            for one in (given if isinstance(given, tuple) else (given,))
+            if one.amplitude != 0.0
+        )
 
     @property
     def largest_torque(self) -> float:
         """The largest torque of all conditions that share these flanks [N m]."""
         of_blocks = [block.torque for block in self.blocks]
         of_stages = [stage.torque for stage in self.stages]
-        return float(max([self.torque, self._largest_torque or 0.0, *of_blocks, *of_stages]))
+        return float(
+            max([self.torque, self._largest_torque or 0.0, *of_blocks, *of_stages])
+        )
 
-    def alone(self, torque: float, speed: float, largest_torque: float | None = None) -> "Operation":
-        """Return one condition alone; of several that share flanks it knows the largest torque."""
-        changed = {"torque": torque, "speed": speed, "power": None, "duty": None, "stage": None}
+    def alone(
+        self, torque: float, speed: float, largest_torque: float | None = None
+    ) -> "Operation":
+        """Return one condition alone.
+
+        Of several that share flanks it knows the largest torque.
+        """
+        changed = {
+            "torque": torque,
+            "speed": speed,
+            "power": None,
+            "duty": None,
+            "stage": None,
+        }
         condition = self.model_copy(update=changed)
         condition._largest_torque = largest_torque
         return condition
@@ -211,9 +266,12 @@ class Operation(options.Part):
         return self.stage or ()
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: pydantic.ValidationInfo) -> dict[str, Any]:
+    def _complete(
+        cls, given: dict[str, Any], info: pydantic.ValidationInfo
+    ) -> dict[str, Any]:
         """Fill in who drives, who is driven and who is at rest."""
-        known, filled = set_in(info.context), dict(given)
+        known = set_in(info.context)
+        filled = dict(given)
         keys = ("input", "output", "fixed")
         taken = [filled[key] for key in keys if filled.get(key) is not None]
         for key, default in zip(keys[: len(known.central)], known.roles, strict=False):
@@ -234,28 +292,43 @@ class Operation(options.Part):
         """Refuse members that this kind of gear set has not, or that cannot be central."""
         known = set_in(info.context)
         if given is not None and info.field_name == "fixed" and len(known.central) < 3:
-            raise ValueError("belongs to planetary sets; both gears of a pair turn: leave it out")
+            raise ValueError(
+                "belongs to planetary sets; both gears of a pair turn: leave it out"
+            )
         if given is None or given in known.central:
             return given
-        raise ValueError(f"{given!r} is no member that may be that; there are {', '.join(known.central)}")
+        raise ValueError(
+            f"{given!r} is no member that may be that; there are "
+            f"{', '.join(known.central)}"
+        )
 
     def _one_alternative(self) -> None:
         """Allow two of torque, speed and power."""
         if None not in (self.torque, self.speed, self.power):
             rpm = self.speed * 30.0 / math.pi
-            given = f"torque = {self.torque:.6g} N*m, speed = {rpm:.6g} rpm and power = {self.power:.6g} W"
-            told = 'leave one out; drop = ["operation.speed"] drops one that is inherited'
+            given = (
+                f"torque = {self.torque:.6g} N*m, speed = {rpm:.6g} rpm and power = "
+                f"{self.power:.6g} W"
+            )
+            told = (
+                'leave one out; drop = ["operation.speed"] drops one that is inherited'
+            )
             raise ValueError(f"{given} are one too many: {told}")
 
     def _check(self) -> None:
-        """Give each member one role; resolve power, or the first of several conditions."""
+        """Give each member one role.
+
+        Resolve power, or the first of several conditions.
+        """
         roles = {"input": self.input, "output": self.output, "fixed": self.fixed}
         named = [f"{key} {name!r}" for key, name in roles.items() if name is not None]
         if len(set(roles.values()) - {None}) != len(named):
             raise ValueError(f"one member in two roles: {', '.join(named)}")
         if several := self.blocks or self.stages:
             self._of_first(several[0])
-        torque, speed, power = self.torque, self.speed, self.power
+        torque = self.torque
+        speed = self.speed
+        power = self.power
         if power is not None and torque is None and speed is not None:
             object.__setattr__(self, "torque", power / speed)
         elif power is not None and speed is None and torque:
@@ -263,7 +336,8 @@ class Operation(options.Part):
         missing = [key for key in ("torque", "speed") if getattr(self, key) is None]
         if missing:
             raise ValueError(
-                f"{' and '.join(missing)} missing: give torque and speed, such as '340 N*m' and '1100 rpm', "
+                f"{' and '.join(missing)} missing: give torque and speed, such as "
+                "'340 N*m' and '1100 rpm', "
                 "or power with one of them"
             )
 
@@ -273,9 +347,14 @@ class Operation(options.Part):
             raise ValueError("give one of 'duty' and 'stage', not both")
         word = "duty" if self.duty is not None else "stage"
         for key in ("torque", "speed", "power"):
-            given, own = getattr(self, key), getattr(first, key, None)
-            if given is not None and (own is None or units.rounded(given) != units.rounded(own)):
-                raise ValueError(f"{key} stands in every {word}: leave operation.{key} out")
+            given = getattr(self, key)
+            own = getattr(first, key, None)
+            if given is not None and (
+                own is None or units.rounded(given) != units.rounded(own)
+            ):
+                raise ValueError(
+                    f"{key} stands in every {word}: leave operation.{key} out"
+                )
         object.__setattr__(self, "torque", first.torque)
         object.__setattr__(self, "speed", first.speed)
 
@@ -289,9 +368,14 @@ def _of_the_set(value: Any, info: pydantic.ValidationInfo) -> Any:
     if chosen is not None and kind and kind not in chosen.kinds:
         own = [name for name, variant in variants.items() if kind in variant.kinds]
         raise PydanticCustomError(
-            "not_of_the_set", "{model} does not belong to gears of kind {kind}; give {own}",
-            {"model": repr(model), "kind": repr(kind), "own": " or ".join(map(repr, own))},
-        )  # fmt: skip
+            "not_of_the_set",
+            "{model} does not belong to gears of kind {kind}; give {own}",
+            {
+                "model": repr(model),
+                "kind": repr(kind),
+                "own": " or ".join(map(repr, own)),
+            },
+        )
     return value
 
 

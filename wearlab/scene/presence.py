@@ -1,4 +1,7 @@
-"""Which parts a scene has, and which it leaves out: not computed, compiled or stored; and its oversights."""
+"""Which parts a scene has, and which it leaves out: not computed, compiled or stored.
+
+And its oversights.
+"""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -10,27 +13,45 @@ from wearlab.wear.coefficients import HardnessCoefficient
 
 OF_OIL = {"lubricant", "lambda_ratio", "temperature"}
 """What a wear law may need that the oil says."""
-MODIFYING = ("tip_relief", "root_relief", "profile_crowning", "profile_slope", *LEAD_KEYS)
+MODIFYING = (
+    "tip_relief",
+    "root_relief",
+    "profile_crowning",
+    "profile_slope",
+    *LEAD_KEYS,
+)
 """Options of a gear that modify its flanks."""
-REMEDY = "for a life give wear.until, such as until = { hours = 20000 } or { depth = '20 um' }"
+REMEDY = (
+    "for a life give wear.until, such as until = { hours = 20000 } or { depth = '20 "
+    "um' }"
+)
 """How flanks of one wear state are let wear on."""
 DEEP = 0.3
-"""Wear depth over the module above which a limit is told to be deep; teeth are pi/2 modules thick."""
+"""Wear depth over the module above which a limit is told to be deep; teeth are pi/2
+modules thick."""
 ALIKE = 1.3
 """Ratio of Young's moduli up to which materials count as one, as all steels are."""
 
 
 def _parts(scene: Scene) -> dict[str, str | None]:
-    """Return every part by its word; with what is chosen of it, None when it is left out."""
-    wear, dynamics, operation = scene.wear, scene.dynamics, scene.operation
-    meshes, gears = scene.meshes.values(), scene.gears.gears().values()
+    """Return every part by its word.
+
+    With what is chosen of it, None when it is left out.
+    """
+    wear = scene.wear
+    dynamics = scene.dynamics
+    operation = scene.operation
+    meshes = scene.meshes.values()
+    gears = scene.gears.gears().values()
     coefficients = scene.coefficients.values()
     models = sorted({coefficient.chosen for coefficient in coefficients})
     first = next(iter(meshes)).excitation.chosen
     response = dynamics and dynamics.response
     return {
         "gears": scene.gears.kind,
-        "flank modifications": _there(any(getattr(g, key) for g in gears for key in MODIFYING)),
+        "flank modifications": _there(
+            any(getattr(g, key) for g in gears for key in MODIFYING)
+        ),
         "face": _face(scene),
         "rating": "ISO 6336-1" if scene.rating else None,
         "mesh stiffness": _chosen(mesh.stiffness.chosen for mesh in meshes),
@@ -39,18 +60,32 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "errors": scene.errors.slow.chosen if scene.errors else None,
         "dynamics": f"{dynamics.chosen}, {dynamics.method}" if dynamics else None,
         "excitation": first if dynamics else None,
-        "back flank": _there(dynamics and any(mesh.normal_backlash is not None for mesh in meshes)),
+        "back flank": _there(
+            dynamics and any(mesh.normal_backlash is not None for mesh in meshes)
+        ),
         "friction": _there(dynamics and dynamics.friction),
         "response over speed": response.direction if response else None,
-        "torque fluctuation": _there(dynamics and operation.torque_fluctuation is not None),
+        "torque fluctuation": _there(
+            dynamics and operation.torque_fluctuation is not None
+        ),
         "duty": f"{len(operation.blocks)} conditions" if operation.duty else None,
         "stages": f"{len(operation.stages)} in order" if operation.stage else None,
-        "film": _there(scene.lubricant and all(g.roughness_ra is not None for g in gears)),
-        "film in the coefficient": _there(any(coefficient.film for coefficient in coefficients)),
+        "film": _there(
+            scene.lubricant and all(g.roughness_ra is not None for g in gears)
+        ),
+        "film in the coefficient": _there(
+            any(coefficient.film for coefficient in coefficients)
+        ),
         "initial wear": _there(wear and wear.initial),
         "start from another run": str(scene.start.run)[:10] if scene.start else None,
-        "wear": f"{' and '.join(models)} coefficient, {wear.load.chosen} load" if wear and models else None,
-        **({"one wear state": f"no cycles pass; {REMEDY}"} if is_one_state(scene) else {}),
+        "wear": f"{' and '.join(models)} coefficient, {wear.load.chosen} load"
+        if wear and models
+        else None,
+        **(
+            {"one wear state": f"no cycles pass; {REMEDY}"}
+            if is_one_state(scene)
+            else {}
+        ),
         "life": wear.step.chosen if wear and not is_one_state(scene) else None,
     }
 
@@ -62,7 +97,11 @@ def _there(part: object) -> str | None:
 
 def is_one_state(scene: Scene) -> bool:
     """Say whether wear of a scene goes on through no cycles: nothing says until when."""
-    return scene.wear is not None and scene.wear.until is None and scene.operation.stage is None
+    return (
+        scene.wear is not None
+        and scene.wear.until is None
+        and scene.operation.stage is None
+    )
 
 
 def _face(scene: Scene) -> str | None:
@@ -71,7 +110,10 @@ def _face(scene: Scene) -> str | None:
         return None
     beta = scene.gears.helix_angle
     helical = "" if beta is None else f"helix angle {math.degrees(beta):.4g} deg, "
-    return f"{helical}coupling {_chosen(mesh.coupling.chosen for mesh in scene.meshes.values())}"
+    return (
+        f"{helical}coupling "
+        f"{_chosen(mesh.coupling.chosen for mesh in scene.meshes.values())}"
+    )
 
 
 def _chosen(models: Iterable[str]) -> str:
@@ -81,7 +123,9 @@ def _chosen(models: Iterable[str]) -> str:
 
 def parts_present(scene: Scene) -> list[str]:
     """Return the parts a scene has, each with what is chosen of it."""
-    present = {word: chosen for word, chosen in _parts(scene).items() if chosen is not None}
+    present = {
+        word: chosen for word, chosen in _parts(scene).items() if chosen is not None
+    }
     return [f"{word}: {chosen}" if chosen else word for word, chosen in present.items()]
 
 
@@ -93,8 +137,9 @@ def parts_left_out(scene: Scene) -> list[str]:
 def oversights(scene: Scene) -> list[str]:
     """Return what a scene says and hardly means, each with a remedy.
 
-    Numbers of a load spectrum that may be a thousand times as large, a limit as deep as a tooth is thick, an
-    oil that changes no life, one wear coefficient for gears of different materials.
+    Numbers of a load spectrum that may be a thousand times as large, a limit as deep as
+    a tooth is thick, an oil that changes no life, one wear coefficient for gears of
+    different materials.
     """
     duty = scene.duty_table
     doubts = [*([] if duty is None else duty.doubts), *_deep_limit(scene)]
@@ -105,43 +150,72 @@ def oversights(scene: Scene) -> list[str]:
 
 def _deep_limit(scene: Scene) -> Iterator[str]:
     """Yield that a life is to end where little is left of the teeth."""
-    until, module = scene.wear and scene.wear.until, scene.gears.module
+    until = scene.wear and scene.wear.until
+    module = scene.gears.module
     if until and until.depth and until.depth > DEEP * module:
         yield (
-            f"wear.until.depth = {1e3 * until.depth:.4g} mm is {until.depth / module:.2g} modules of teeth "
-            f"that are some {math.pi / 2:.2g} thick: look at its unit; above {1e3 * DEEP * module:.3g} mm, "
-            f"{DEEP:g} modules, depths and lives are those of teeth that would long have been changed"
+            f"wear.until.depth = {1e3 * until.depth:.4g} mm is "
+            f"{until.depth / module:.2g} modules of teeth "
+            f"that are some {math.pi / 2:.2g} thick: look at its unit; above "
+            f"{1e3 * DEEP * module:.3g} mm, "
+            f"{DEEP:g} modules, depths and lives are those of teeth that would long "
+            "have been changed"
         )
 
 
 def _idle_oil(scene: Scene) -> Iterator[str]:
-    """Yield that the oil does not change the life; nothing where it does, or where a plug-in may ask it."""
+    """Yield that the oil does not change the life.
+
+    Nothing where it does, or where a plug-in may ask it.
+    """
     each = list(scene.coefficients.values())
     asking: list[Any] = [*each, scene.wear and scene.wear.law]
-    asked = scene.mesh.damping_law.needs_oil or any(coefficient.film for coefficient in each)
-    asked = asked or any(own.origin or OF_OIL.intersection(getattr(own, "needs", ())) for own in asking)
+    asked = scene.mesh.damping_law.needs_oil or any(
+        coefficient.film for coefficient in each
+    )
+    asked = asked or any(
+        own.origin or OF_OIL.intersection(getattr(own, "needs", ())) for own in asking
+    )
     if scene.lubricant is not None and not asked:
-        rough = [name for name, gear in scene.gears.gears().items() if gear.roughness_ra is None]
-        further = f" (and {', '.join(f'gears.{name}.roughness_ra' for name in rough)})" if rough else ""
+        rough = [
+            name
+            for name, gear in scene.gears.gears().items()
+            if gear.roughness_ra is None
+        ]
+        further = (
+            f" (and {', '.join(f'gears.{name}.roughness_ra' for name in rough)})"
+            if rough
+            else ""
+        )
         yield (
-            f"the oil does not change this life: wear.coefficient = {each[0].chosen!r} takes no notice of "
-            f"[lubricant]; let its film count with film = true in [wear.coefficient]{further}, or leave it "
+            "the oil does not change this life: wear.coefficient = "
+            f"{each[0].chosen!r} takes no notice of "
+            "[lubricant]; let its film count with film = true in "
+            f"[wear.coefficient]{further}, or leave it "
             "out"
         )
 
 
 def _shared_coefficient(scene: Scene) -> Iterator[str]:
     """Yield that gears of different materials have one coefficient."""
-    each, gears = list(scene.coefficients.values()), scene.gears.gears()
+    each = list(scene.coefficients.values())
+    gears = scene.gears.gears()
     shared = all(own is each[0] for own in each)
     of_each = isinstance(each[0], HardnessCoefficient) and each[0].hardness is None
-    material = {name: gear.material or scene.gears.material for name, gear in gears.items()}
+    material = {
+        name: gear.material or scene.gears.material for name, gear in gears.items()
+    }
     moduli = [own.youngs_modulus for own in material.values()]
     if shared and not of_each and max(moduli) > ALIKE * min(moduli):
-        known = {name: own.name or f"E = {own.youngs_modulus:.3g} Pa" for name, own in material.items()}
+        known = {
+            name: own.name or f"E = {own.youngs_modulus:.3g} Pa"
+            for name, own in material.items()
+        }
         made_of = ", ".join(f"{name} {told}" for name, told in known.items())
         tables = ", ".join(f"{name} = {{…}}" for name in gears)
         yield (
-            f"one wear coefficient for two materials ({made_of}): the harder flank wears as the softer one "
-            f"does; give each its own, [wear.coefficient] {tables} (values: docs/shop_words.md)"
+            f"one wear coefficient for two materials ({made_of}): the harder flank "
+            "wears as the softer one "
+            f"does; give each its own, [wear.coefficient] {tables} (values: "
+            "docs/shop_words.md)"
         )

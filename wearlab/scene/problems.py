@@ -9,7 +9,14 @@ from pydantic import ValidationError
 
 from wearlab import options, slots, units
 from wearlab.nearest import alike, nearest
-from wearlab.scene.sections import MEMBERS, Path, chooser_at, nearest_place, parts_at, parts_in
+from wearlab.scene.sections import (
+    MEMBERS,
+    Path,
+    chooser_at,
+    nearest_place,
+    parts_at,
+    parts_in,
+)
 
 LIMITS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
 EXPECTED = {
@@ -24,7 +31,8 @@ CHOOSING = ("union_tag_invalid", "not_of_the_set")
 """Errors of a whole table that are about the key which chooses it."""
 
 _BENT = (
-    "is not computed; give what it does to the flanks as mesh.misalignment, a length or a table over torque"
+    "is not computed; give what it does to the flanks as mesh.misalignment, a length "
+    "or a table over torque"
 )
 NOT_COMPUTED = {
     "tilt": f"free tilt of gears, planets among them, {_BENT}",
@@ -36,10 +44,15 @@ Parts = tuple[type[options.Part], ...]
 
 
 class Refusal(ValueError):
-    """What was given is refused whole; ``problems`` has one line for each fault, the message has them all."""
+    """What was given is refused whole.
+
+    ``problems`` has one line for each fault, the message has them all.
+    """
 
     def __init__(self, problems: Iterable[str] | str) -> None:
-        self.problems = tuple(dict.fromkeys((problems,) if isinstance(problems, str) else problems))
+        self.problems = tuple(
+            dict.fromkeys((problems,) if isinstance(problems, str) else problems)
+        )
         super().__init__("\n".join(self.problems))
 
     def __reduce__(self) -> tuple[type["Refusal"], tuple[tuple[str, ...]]]:
@@ -51,9 +64,16 @@ class SceneError(Refusal):
 
 
 def problems_of(error: ValidationError) -> list[str]:
-    """Return one line for each of pydantic's errors; what depends on an unknown kind of gears can wait."""
+    """Return one line for each of pydantic's errors.
+
+    What depends on an unknown kind of gears can wait.
+    """
     errors: list[Any] = error.errors(include_url=False)
-    kind = [one for one in errors if one["loc"] == ("gears",) and one["type"].startswith("union_tag")]
+    kind = [
+        one
+        for one in errors
+        if one["loc"] == ("gears",) and one["type"].startswith("union_tag")
+    ]
     return [_line(fault) for fault in kind or errors]
 
 
@@ -63,11 +83,17 @@ def unknown_key(key: str, keys: Iterable[str]) -> str:
     for word, instead in NOT_COMPUTED.items():
         if word in key.lower().rstrip("s").split("_"):
             return f"unknown key: {instead}"
-    near = [k for k in valid if _words(k) == _words(key)] or (nearest(key, valid) and alike(key, valid))
+    near = [k for k in valid if _words(k) == _words(key)] or (
+        nearest(key, valid) and alike(key, valid)
+    )
     if near:
         return f"unknown key, did you mean {' or '.join(map(repr, near))}?"
     elsewhere = nearest_place(key)
-    belongs = f"; it belongs in {'.'.join(elsewhere)}" if elsewhere and not {*MEMBERS} & {*elsewhere} else ""
+    belongs = (
+        f"; it belongs in {'.'.join(elsewhere)}"
+        if elsewhere and not {*MEMBERS} & {*elsewhere}
+        else ""
+    )
     return f"unknown key{belongs}; there are {', '.join(valid)}"
 
 
@@ -100,7 +126,14 @@ def shown(value: object) -> str:
 
 def limit_of(context: dict[str, Any]) -> str:
     """Return what a value must be beside the limit that pydantic's error tells, "" where it tells none."""
-    return next((f"must be {words} {context[key]:g}" for key, words in LIMITS.items() if key in context), "")
+    return next(
+        (
+            f"must be {words} {context[key]:g}"
+            for key, words in LIMITS.items()
+            if key in context
+        ),
+        "",
+    )
 
 
 def _line(error: dict[str, Any]) -> str:
@@ -119,56 +152,96 @@ def _located(loc: tuple[str | int, ...], unknown: bool) -> tuple[Path, str, Part
     Pydantic's names of union members stand in ``loc``, but in no path.
     """
     path: Path = ()
-    written, owners, here = "", parts_at(()), parts_at(())
+    written = ""
+    owners = parts_at(())
+    here = parts_at(())
     for place, word in enumerate(loc):
         if isinstance(word, int):
             written += f"[{word}]"
-        elif len(here) > 1 and (chosen := tuple(part for part in here if _name(part) == word)):
+        elif len(here) > 1 and (
+            chosen := tuple(part for part in here if _name(part) == word)
+        ):
             here = chosen
-        elif any(word in part.model_fields for part in here) or (unknown and place == len(loc) - 1):
-            path, written, owners = (*path, word), f"{written}.{word}" if written else word, here
-            fields = [part.model_fields[word] for part in here if word in part.model_fields]
-            here = tuple(inner for field in fields for inner in parts_in(field.annotation))
+        elif any(word in part.model_fields for part in here) or (
+            unknown and place == len(loc) - 1
+        ):
+            path = (*path, word)
+            written = f"{written}.{word}" if written else word
+            owners = here
+            fields = [
+                part.model_fields[word] for part in here if word in part.model_fields
+            ]
+            here = tuple(
+                inner for field in fields for inner in parts_in(field.annotation)
+            )
         elif word in MEMBERS and any(part.per_member for part in here):
-            path, written, owners = (*path, word), f"{written}.{word}", here
+            path = (*path, word)
+            written = f"{written}.{word}"
+            owners = here
     return path, written, owners
 
 
 def _reason(error: dict[str, Any], path: Path, parts: Parts) -> str:
-    kind, value, context = error["type"], error.get("input"), error.get("ctx", {})
+    kind = error["type"]
+    value = error.get("input")
+    context = error.get("ctx", {})
     if kind == "extra_forbidden":
         return _unknown(path, parts)
     if kind == "missing":
         return f"required: {_wanted(path, parts)}"
     if kind == "union_tag_not_found":
         if isinstance(value, dict):
-            return f"required key {chooser_at(path)!r}: one of {', '.join(map(repr, _models(path)))}"
+            return (
+                f"required key {chooser_at(path)!r}: one of "
+                f"{', '.join(map(repr, _models(path)))}"
+            )
         return f"{shown(value)} is no table: {_wanted(path, parts)}"
-    came = value.get(slots.PLUGIN) if kind == "union_tag_invalid" and isinstance(value, dict) else None
+    came = (
+        value.get(slots.PLUGIN)
+        if kind == "union_tag_invalid" and isinstance(value, dict)
+        else None
+    )
     if isinstance(came, dict):
-        source = f"the plug-in {came.get('file')} (sha256 {str(came.get('sha256'))[:12]}…)"
+        source = (
+            f"the plug-in {came.get('file')} (sha256 {str(came.get('sha256'))[:12]}…)"
+        )
         return f"{context.get('tag')!r} comes from {source}, which is not loaded here"
     if kind in ("union_tag_invalid", "literal_error"):
         invalid = context.get("tag") if kind == "union_tag_invalid" else value
         expected = context.get("expected_tags", context.get("expected", ""))
-        return not_a_choice(invalid, re.findall(r"'([^']*)'", str(expected))) + _as_a_value(invalid, path)
+        return not_a_choice(
+            invalid, re.findall(r"'([^']*)'", str(expected))
+        ) + _as_a_value(invalid, path)
     if limit := limit_of(context):
         return f"{shown(value)} {limit}"
     if kind in EXPECTED:
-        return f"{shown(value)} is {not_of_kind([kind])}: {_wanted(path, parts)}{_table_with(kind, path)}"
+        return (
+            f"{shown(value)} is {not_of_kind([kind])}: "
+            f"{_wanted(path, parts)}{_table_with(kind, path)}"
+        )
     if kind in ("too_short", "too_long"):
-        return f"{shown(value)} has {context['actual_length']} entries: {_wanted(path, parts)}"
+        return (
+            f"{shown(value)} has {context['actual_length']} entries: "
+            f"{_wanted(path, parts)}"
+        )
     names_the_value = kind == "value_error" or not kind.endswith(("_type", "_parsing"))
     said = re.sub(r"^Value error, ", "", error["msg"])
     return said if names_the_value else f"{shown(value)}: {error['msg']}"
 
 
 def _unknown(path: Path, parts: Parts) -> str:
-    above, key = path[:-1], path[-1]
-    owners = [name for part in parts_at(above) if key in part.model_fields and (name := _name(part))]
+    above = path[:-1]
+    key = path[-1]
+    owners = [
+        name
+        for part in parts_at(above)
+        if key in part.model_fields and (name := _name(part))
+    ]
     if owners and len(parts) == 1 and (own := _name(parts[0])):
         return f"not an option of {own!r}, but of {', '.join(map(repr, owners))}"
-    return unknown_key(key, dict.fromkeys(name for part in parts for name in part.model_fields))
+    return unknown_key(
+        key, dict.fromkeys(name for part in parts for name in part.model_fields)
+    )
 
 
 def _name(part: type[options.Part]) -> str | None:
@@ -179,12 +252,18 @@ def _name(part: type[options.Part]) -> str | None:
 
 def _models(path: Path) -> list[str]:
     chooser = chooser_at(path)
-    return [name for part in parts_at(path) if chooser in part.model_fields and (name := _name(part))]
+    return [
+        name
+        for part in parts_at(path)
+        if chooser in part.model_fields and (name := _name(part))
+    ]
 
 
 def _as_a_value(given: object, path: Path) -> str:
     """Return how a quantity is written where the name of a model with one value stands, "" of other texts."""
-    for part in (parts_at(path) or parts_at(path[:-1])) if units.is_quantity(given) else ():
+    for part in (
+        (parts_at(path) or parts_at(path[:-1])) if units.is_quantity(given) else ()
+    ):
         field = part.model_fields.get("value")
         if field is not None and options.unit_within(None, field.metadata):
             return f"; write {{ {part.chooser} = {_name(part)!r}, value = {given!r} }}"
@@ -193,7 +272,9 @@ def _as_a_value(given: object, path: Path) -> str:
 
 def _wanted(path: Path, parts: Parts) -> str:
     """Return what stands at a path: its meaning and an example."""
-    part = next((part for part in parts if path and path[-1] in part.model_fields), None)
+    part = next(
+        (part for part in parts if path and path[-1] in part.model_fields), None
+    )
     if part is None:
         return "a value"
     field = part.model_fields[path[-1]]

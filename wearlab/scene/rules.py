@@ -20,16 +20,27 @@ def _meshes_of_the_set(scene: sections.Sections, given: mesh.MeshSection) -> Pro
         first, second = (given.of(section) for section in mesh.OWN_MESHES)
         for key in ("damping_in", "damping_law", "excitation"):
             if getattr(first, key) != getattr(second, key):
-                yield f"mesh.planet_ring.{key}", f"must be as in mesh.sun_planet: write mesh.{key} for both"
+                yield (
+                    f"mesh.planet_ring.{key}",
+                    f"must be as in mesh.sun_planet: write mesh.{key} for both",
+                )
         return
     for section in mesh.OWN_MESHES:
         if getattr(given, section) is not None:
-            yield f"mesh.{section}", "belongs to planetary sets; this is a pair: write it under [mesh]"
+            yield (
+                f"mesh.{section}",
+                "belongs to planetary sets; this is a pair: write it under [mesh]",
+            )
     if scene.operation.output_loaded is False:
-        yield "operation.load_torque", "'zero' needs a planetary set with a grounded output"
+        yield (
+            "operation.load_torque",
+            "'zero' needs a planetary set with a grounded output",
+        )
 
 
-def _harmonics(scene: sections.Sections, harmonics: tuple[mesh.ErrorHarmonic, ...]) -> Problems:
+def _harmonics(
+    scene: sections.Sections, harmonics: tuple[mesh.ErrorHarmonic, ...]
+) -> Problems:
     """An error of one planet's mesh needs that planet."""
     planets = getattr(scene.gears, "planets", 1)
     for number, harmonic in enumerate(harmonics):
@@ -41,27 +52,45 @@ def _harmonics(scene: sections.Sections, harmonics: tuple[mesh.ErrorHarmonic, ..
 
 def _pins(scene: sections.Sections, given: dict[str, Any]) -> Problems:
     """The planets' pins stand in one member's errors: written twice, they would count twice."""
-    if all(getattr(given.get(member), "planet_position", ()) for member in ("planet", "carrier")):
+    if all(
+        getattr(given.get(member), "planet_position", ())
+        for member in ("planet", "carrier")
+    ):
         yield (
             "errors.planet.planet_position",
-            "stands in errors.carrier as well, and both would add up: give the pins' tolerances in one place",
+            "stands in errors.carrier as well, and both would add up: give the pins' "
+            "tolerances in one place",
         )
 
 
 def _widths(scene: sections.Sections, given: Any) -> Problems:
     """A width that no gear of this module has is in another unit than its author thinks."""
     low, high = (share * given.module for share in WIDTHS)
-    own = {f"gears.{name}.face_width": gear.face_width for name, gear in given.gears().items()}
+    own = {
+        f"gears.{name}.face_width": gear.face_width
+        for name, gear in given.gears().items()
+    }
     for path, width in {"gears.face_width": given.face_width, **own}.items():
         if width is not None and not low <= width <= high:
             told = f"{width / given.module:.3g} times the module"
-            yield path, f"{1e3 * width:.4g} mm is {told}: no gear is so wide or narrow, check its unit"
+            yield (
+                path,
+                f"{1e3 * width:.4g} mm is {told}: no gear is so wide or narrow, check "
+                "its unit",
+            )
 
 
 def _friction(scene: sections.Sections, friction: Any) -> Problems:
-    whole = [own.excitation.chosen for own in scene.meshes.values() if not own.excitation.by_pairs]
+    whole = [
+        own.excitation.chosen
+        for own in scene.meshes.values()
+        if not own.excitation.by_pairs
+    ]
     if whole:
-        yield "dynamics.friction", f"acts pair by pair: give mesh.excitation = 'pairs', not {whole[0]!r}"
+        yield (
+            "dynamics.friction",
+            f"acts pair by pair: give mesh.excitation = 'pairs', not {whole[0]!r}",
+        )
 
 
 def _moving_parts(scene: sections.Sections, dynamics: Any) -> Problems:
@@ -70,14 +99,24 @@ def _moving_parts(scene: sections.Sections, dynamics: Any) -> Problems:
         if given.damping is None and given.damping_ratio is None:
             wanted = "give 'damping' such as '1000 N*s/m', or 'damping_ratio'"
             yield path, f"dynamics need mesh damping: {wanted}"
-        yield from (("mesh.damping_law", problem) for problem in given.damping_law.problems(scene))
+        yield from (
+            ("mesh.damping_law", problem)
+            for problem in given.damping_law.problems(scene)
+        )
         if given.damps_always and not isinstance(given.damping_law, ViscousDamping):
             law = repr(given.damping_law.chosen)
-            yield "mesh.damping_in", f"'always' is the papers' dashpot: leave it out with damping_law = {law}"
+            yield (
+                "mesh.damping_in",
+                "'always' is the papers' dashpot: leave it out with damping_law = "
+                f"{law}",
+            )
     carrier = getattr(scene.gears, "carrier", None)
     for key, example in (("mass", "2.8 kg"), ("inertia", "11000 kg*mm^2")):
         if carrier is not None and getattr(carrier, key) is None:
-            yield f"gears.carrier.{key}", f"required with [dynamics], such as {example!r}"
+            yield (
+                f"gears.carrier.{key}",
+                f"required with [dynamics], such as {example!r}",
+            )
 
 
 def _asked_itself(scene: sections.Sections, model: Any) -> Problems:
@@ -88,21 +127,41 @@ def _asked_itself(scene: sections.Sections, model: Any) -> Problems:
 def _response(scene: sections.Sections, response: Any) -> Problems:
     dynamics: Any = scene.dynamics
     if getattr(response.speed, "from") >= response.speed.to:
-        yield "dynamics.response.speed", "'from' must be below 'to'; direction = \"down\" goes the other way"
+        yield (
+            "dynamics.response.speed",
+            "'from' must be below 'to'; direction = \"down\" goes the other way",
+        )
     if not dynamics.follows_orbits:
-        yield "dynamics.response", f"follows orbits and needs method 'periodic', not {dynamics.method!r}"
+        yield (
+            "dynamics.response",
+            f"follows orbits and needs method 'periodic', not {dynamics.method!r}",
+        )
     if scene.errors is not None and scene.errors.slow.turns:
-        told = f"does not follow errors.slow = {scene.errors.slow.chosen!r}; give 'averaged' or 'frozen'"
+        told = (
+            f"does not follow errors.slow = {scene.errors.slow.chosen!r}; give "
+            "'averaged' or 'frozen'"
+        )
         yield "dynamics.response", told
 
 
 def _fluctuation(scene: sections.Sections, dynamics: Any) -> Problems:
     """A torque that fluctuates acts on a pair, and over speeds as the mesh does."""
-    harmonics, key = scene.operation.fluctuation, "operation.torque_fluctuation"
+    harmonics = scene.operation.fluctuation
+    key = "operation.torque_fluctuation"
     if harmonics and scene.gears.kind == "planetary":
-        yield key, "acts on the input of a pair; the models of planetary sets have no such load: leave it out"
-    if dynamics.response is not None and not all((one.order or 0.5).is_integer() for one in harmonics):
-        yield key, "over speeds, as dynamics.response goes, give whole orders of the mesh frequency alone"
+        yield (
+            key,
+            "acts on the input of a pair; the models of planetary sets have no such "
+            "load: leave it out",
+        )
+    if dynamics.response is not None and not all(
+        (one.order or 0.5).is_integer() for one in harmonics
+    ):
+        yield (
+            key,
+            "over speeds, as dynamics.response goes, give whole orders of the mesh "
+            "frequency alone",
+        )
 
 
 def _requested(scene: sections.Sections, requested: tuple[str, ...]) -> Problems:
@@ -110,25 +169,38 @@ def _requested(scene: sections.Sections, requested: tuple[str, ...]) -> Problems
     if requested and scene.dynamics is None:
         yield (
             "store.variables",
-            f"{requested[0]!r} is read off a motion, and under static load nothing moves: give "
-            "[dynamics], such as model = 'torsional' with mesh.damping_ratio, or leave it out of [store] "
+            f"{requested[0]!r} is read off a motion, and under static load nothing "
+            "moves: give "
+            "[dynamics], such as model = 'torsional' with mesh.damping_ratio, or "
+            "leave it out of [store] "
             "variables (a case: drop = ['store.variables'])",
         )
     elif scene.dynamics is not None and scene.dynamics.response is not None:
         for name in requested:
             if name.endswith("_orders"):
-                told = f"{name!r} and dynamics.response have different orders: leave one out"
+                told = (
+                    f"{name!r} and dynamics.response have different orders: leave one "
+                    "out"
+                )
                 yield "store.variables", told
 
 
 def _extended(scene: sections.Sections, given: Any) -> Problems:
     """Beyond A and E only tip corners touch: one search and one stiffness know nothing of them."""
     for path, own in scene.meshes.items():
-        place, model = f"{path}.extended_contact", repr(own.contact.chosen)
+        place = f"{path}.extended_contact"
+        model = repr(own.contact.chosen)
         if own.extended_contact and not own.contact.tip_corners:
-            yield place, f"{model} knows no tip corners: give mesh.contact = 'exact', or leave it out"
+            yield (
+                place,
+                f"{model} knows no tip corners: give mesh.contact = 'exact', or leave "
+                "it out",
+            )
         if own.extended_contact and own.stiffness.of_mesh:
-            whole = "lets pairs engage one by one, and a stiffness of = 'mesh' has no pairs: give of = 'pair'"
+            whole = (
+                "lets pairs engage one by one, and a stiffness of = 'mesh' has no "
+                "pairs: give of = 'pair'"
+            )
             yield place, f"{whole}, or leave it out"
 
 
@@ -136,9 +208,15 @@ def _start(scene: sections.Sections, start: Any) -> Problems:
     members = scene.gears.toothed
     for name in start.replace:
         if name not in members:
-            yield "start.replace", f"{name!r} is no member with teeth; there are {', '.join(members)}"
+            yield (
+                "start.replace",
+                f"{name!r} is no member with teeth; there are {', '.join(members)}",
+            )
     if scene.wear is not None and scene.wear.initial is not None:
-        yield "start", "start and wear.initial both say how worn the flanks are: leave one out"
+        yield (
+            "start",
+            "start and wear.initial both say how worn the flanks are: leave one out",
+        )
 
 
 def _conditions(scene: sections.Sections, operation: Any) -> Problems:
@@ -147,11 +225,17 @@ def _conditions(scene: sections.Sections, operation: Any) -> Problems:
         return
     word = "duty" if operation.blocks else "stage"
     if scene.dynamics is not None and scene.dynamics.response is not None:
-        yield "dynamics.response", f"follows one torque, not those of operation.{word}: leave one out"
+        yield (
+            "dynamics.response",
+            f"follows one torque, not those of operation.{word}: leave one out",
+        )
     if operation.stage is None:
         return
     if scene.wear is None or scene.wear.coefficient is None:
-        yield "operation.stage", "stages carry wear from one to the next and need wear.coefficient"
+        yield (
+            "operation.stage",
+            "stages carry wear from one to the next and need wear.coefficient",
+        )
     elif operation.stages[-1].cycles is None and scene.wear.until is None:
         yield "operation.stage", "the last stage needs 'cycles', or give wear.until"
 
@@ -161,48 +245,98 @@ def _calibrated(scene: sections.Sections, given: Any) -> Problems:
     wear: Any = scene.wear
     each = given.values() if isinstance(given, dict) else ()
     if any(isinstance(coefficient, CalibratedCoefficient) for coefficient in each):
-        yield "wear.coefficient", "'calibrated' is one coefficient for all members, not one of several"
+        yield (
+            "wear.coefficient",
+            "'calibrated' is one coefficient for all members, not one of several",
+        )
     if not isinstance(given, CalibratedCoefficient):
         return
     flanks = scene.gears.descriptor.flanks
     if given.flank not in flanks:
-        yield "wear.coefficient.flank", f"no flank of this gear set; there are {', '.join(flanks)}"
+        yield (
+            "wear.coefficient.flank",
+            f"no flank of this gear set; there are {', '.join(flanks)}",
+        )
     if not wear.law.proportional:
         law = f"wear.law = {wear.law.chosen!r}"
-        told = f"needs a rate proportional to it, and {law} says of none: give the coefficient's value"
+        told = (
+            f"needs a rate proportional to it, and {law} says of none: give the "
+            "coefficient's value"
+        )
         yield "wear.coefficient", f"'calibrated' {told}"
 
 
 def _limits(scene: sections.Sections, wear: Any) -> Problems:
     if wear.until is not None and wear.coefficient is None:
-        told = 'required with until, such as {model = "constant", value = "9.65e-19 m^2/N"}'
+        told = (
+            'required with until, such as {model = "constant", value = "9.65e-19 '
+            'm^2/N"}'
+        )
         yield "wear.coefficient", told
-    if wear.snapshots is not None and wear.until is None and scene.operation.stage is None:
-        yield "wear.snapshots", "snapshots need 'until': without it there is one wear state"
+    if (
+        wear.snapshots is not None
+        and wear.until is None
+        and scene.operation.stage is None
+    ):
+        yield (
+            "wear.snapshots",
+            "snapshots need 'until': without it there is one wear state",
+        )
 
 
 def _initial(scene: sections.Sections, initial: Any) -> Problems:
-    wear, flanks = scene.wear, scene.gears.descriptor.flanks
-    lawless = "'worn' is by this wear law and needs 'wear.coefficient'; or give 'quadratic' or 'uniform'"
+    wear = scene.wear
+    flanks = scene.gears.descriptor.flanks
+    lawless = (
+        "'worn' is by this wear law and needs 'wear.coefficient'; or give 'quadratic' "
+        "or 'uniform'"
+    )
     for flank in gears.ALL_FLANKS:
         given = getattr(initial, flank)
         if given is not None and flank not in flanks:
-            yield f"wear.initial.{flank}", f"no flank of this gear set; there are {', '.join(flanks)}"
-        elif given is not None and given.by_law and wear is not None and wear.coefficient is None:
+            yield (
+                f"wear.initial.{flank}",
+                f"no flank of this gear set; there are {', '.join(flanks)}",
+            )
+        elif (
+            given is not None
+            and given.by_law
+            and wear is not None
+            and wear.coefficient is None
+        ):
             yield f"wear.initial.{flank}.shape", lawless
 
 
 def _needs(scene: sections.Sections, wear: Any) -> Problems:
     """What law, coefficients and films must know of oil and flanks stands in the scene."""
     each = scene.coefficients.values()
-    films = [coefficient.film_model for coefficient in each if coefficient.film_model is not None]
-    named = [("film = true", film) for film in films] + [(repr(own.chosen), own) for own in (*each, wear.law)]
+    films = [
+        coefficient.film_model
+        for coefficient in each
+        if coefficient.film_model is not None
+    ]
+    named = [("film = true", film) for film in films] + [
+        (repr(own.chosen), own) for own in (*each, wear.law)
+    ]
     asking = dict.fromkeys((name, variant.needs) for name, variant in named if each)
-    gears, dry = scene.gears.gears(), [] if scene.lubricant else ["lubricant"]
-    smooth = [f"gears.{name}.roughness_ra" for name, gear in gears.items() if gear.roughness_ra is None]
-    metals = {name: gear.material or scene.gears.material for name, gear in gears.items()}
-    soft = [f"gears.{name}.material" for name, metal in metals.items() if metal.hardness is None]
-    cold = ["lubricant"] if getattr(scene.lubricant, "temperature", None) is None else []
+    gears = scene.gears.gears()
+    dry = [] if scene.lubricant else ["lubricant"]
+    smooth = [
+        f"gears.{name}.roughness_ra"
+        for name, gear in gears.items()
+        if gear.roughness_ra is None
+    ]
+    metals = {
+        name: gear.material or scene.gears.material for name, gear in gears.items()
+    }
+    soft = [
+        f"gears.{name}.material"
+        for name, metal in metals.items()
+        if metal.hardness is None
+    ]
+    cold = (
+        ["lubricant"] if getattr(scene.lubricant, "temperature", None) is None else []
+    )
     oil = "in wear.coefficient needs [lubricant]"
     rough = "in wear.coefficient needs both roughnesses, such as '0.3 um'"
     for needed, missing, reason in (
@@ -220,7 +354,11 @@ def _needs(scene: sections.Sections, wear: Any) -> Problems:
 def _rating(scene: sections.Sections, rating: Any) -> Problems:
     """A rating is of one pair."""
     if not scene.gears.descriptor.is_pair:
-        yield "rating", "is of a pair, and this is a planetary set: leave it out, or rate each mesh as a pair"
+        yield (
+            "rating",
+            "is of a pair, and this is a planetary set: leave it out, or rate each "
+            "mesh as a pair",
+        )
         return
     given = [key for key in rating.of_pitting if getattr(rating, key) is not None]
     wanted = [f"rating.{key}" for key in rating.of_pitting if key not in given]
@@ -229,7 +367,10 @@ def _rating(scene: sections.Sections, rating: Any) -> Problems:
     if rating.equivalent_misalignment is None and scene.mesh.misalignment is None:
         wanted.append("mesh.misalignment (0 where gears are aligned)")
     if given and wanted:
-        yield f"rating.{given[0]}", f"the safety against pitting also takes {', '.join(wanted)}"
+        yield (
+            f"rating.{given[0]}",
+            f"the safety against pitting also takes {', '.join(wanted)}",
+        )
 
 
 def _face(scene: sections.Sections, given: Any) -> Problems:
@@ -245,11 +386,19 @@ def _face(scene: sections.Sections, given: Any) -> Problems:
         yield from _mesh_of_a_face(own, path, keys[0])
     yield from _in_motion(scene, keys[0])
     if scene.errors is not None:
-        yield "errors", f"are not known over the face ({keys[0]}): leave [errors] out, {without}"
+        yield (
+            "errors",
+            f"are not known over the face ({keys[0]}): leave [errors] out, {without}",
+        )
     if scene.start is not None:
         yield "start", "takes wear over by profile alone: give wear.initial instead"
-    if scene.wear is not None and isinstance(scene.wear.coefficient, CalibratedCoefficient):
-        yield "wear.coefficient", "'calibrated' knows no face: give the coefficient's value"
+    if scene.wear is not None and isinstance(
+        scene.wear.coefficient, CalibratedCoefficient
+    ):
+        yield (
+            "wear.coefficient",
+            "'calibrated' knows no face: give the coefficient's value",
+        )
 
 
 def _measured(scene: sections.Sections, keys: tuple[str, ...]) -> Problems:
@@ -261,9 +410,16 @@ def _measured(scene: sections.Sections, keys: tuple[str, ...]) -> Problems:
         path = f"wear.initial.{flank}"
         if not keys:
             told = "was measured over the face (face_position), and this scene has none"
-            yield f"{path}.file", f"{told}: give mesh.face_points, such as 41, or a file of one profile"
+            yield (
+                f"{path}.file",
+                f"{told}: give mesh.face_points, such as 41, or a file of one profile",
+            )
         if initial.sides == "both":
-            yield f"{path}.sides", "'both' thins every slice alike, and a face is worn unevenly: give 'drive'"
+            yield (
+                f"{path}.sides",
+                "'both' thins every slice alike, and a face is worn unevenly: give "
+                "'drive'",
+            )
 
 
 def _in_motion(scene: sections.Sections, key: str) -> Problems:
@@ -273,67 +429,126 @@ def _in_motion(scene: sections.Sections, key: str) -> Problems:
     if scene.dynamics.friction is not None:
         yield "dynamics.friction", f"is not known over the face ({key}): leave it out"
     if scene.dynamics.response is not None:
-        yield "dynamics.response", f"is not followed over the face ({key}): sweep operation.speed instead"
+        yield (
+            "dynamics.response",
+            f"is not followed over the face ({key}): sweep operation.speed instead",
+        )
     if not all(mesh.excitation.by_pairs for mesh in scene.meshes.values()):
-        yield "mesh.excitation", f"of flanks with a width ({key}) is their own: give 'pairs', or leave it out"
-    if scene.wear is not None and (scene.wear.load.needs_slope or scene.wear.wohler_slope is not None):
+        yield (
+            "mesh.excitation",
+            f"of flanks with a width ({key}) is their own: give 'pairs', or leave it "
+            "out",
+        )
+    if scene.wear is not None and (
+        scene.wear.load.needs_slope or scene.wear.wohler_slope is not None
+    ):
         told = f"counts forces of whole pairs, which a face ({key}) has not"
-        yield "wear.wohler_slope", f"{told}: give wear.load = 'instant' or 'static', and leave it out"
+        yield (
+            "wear.wohler_slope",
+            f"{told}: give wear.load = 'instant' or 'static', and leave it out",
+        )
 
 
 def _hands(scene: sections.Sections, members: dict[str, gears.Toothed]) -> Problems:
     """Hands belong to a helix, and those of gears in mesh must fit."""
     if scene.gears.helix_angle is None:
         for name in (name for name, gear in members.items() if gear.hand is not None):
-            yield f"gears.{name}.hand", "is that of a helix: give gears.helix_angle, or leave it out"
+            yield (
+                f"gears.{name}.hand",
+                "is that of a helix: give gears.helix_angle, or leave it out",
+            )
         return
     for (first, one), (second, two) in pairwise(scene.hands().items()):
         if (one == two) != (second == "ring"):
             wanted = "the same hand" if second == "ring" else "opposite hands"
-            told = f"{two!r} does not mesh with {first}'s {one!r}: these gears have {wanted}"
+            told = (
+                f"{two!r} does not mesh with {first}'s {one!r}: these gears have "
+                f"{wanted}"
+            )
             yield f"gears.{second}.hand", told
 
 
 def _one_face(given: gears.SetOptions, key: str) -> Problems:
     """The meshes of a set are told over one face."""
-    own = {name: gear.face_width or given.face_width for name, gear in given.gears().items()}
+    own = {
+        name: gear.face_width or given.face_width
+        for name, gear in given.gears().items()
+    }
     meshes = {min(own[first], own[second]) for first, second in pairwise(own)}
     if len(meshes) > 1:
         faces = " and ".join(f"{1e3 * width:.4g}" for width in sorted(meshes))
-        told = f"gives the meshes of this set faces of {faces} mm, and flanks with a width ({key})"
+        told = (
+            f"gives the meshes of this set faces of {faces} mm, and flanks with a "
+            f"width ({key})"
+        )
         narrowest = min(own, key=lambda name: own[name])
-        yield f"gears.{narrowest}.face_width", f"{told} are told over one: give the planets the narrowest"
+        yield (
+            f"gears.{narrowest}.face_width",
+            f"{told} are told over one: give the planets the narrowest",
+        )
 
 
 def _mesh_of_a_face(own: mesh.OneMesh, path: str, key: str) -> Problems:
-    coupling, stiffness, contact = own.coupling, own.stiffness, own.contact
+    coupling = own.coupling
+    stiffness = own.stiffness
+    contact = own.contact
     if own.face_load_factor != 1.0:
-        told = f"is of scenes without a face, and {key} gives this one a face, of which it is a result"
+        told = (
+            f"is of scenes without a face, and {key} gives this one a face, of which "
+            "it is a result"
+        )
         yield f"{path}.face_load_factor", f"{told}: leave one out"
     if stiffness.of_mesh:
-        yield f"{path}.stiffness.of", f"'mesh' has no pairs to share out over the face ({key}): give 'pair'"
+        yield (
+            f"{path}.stiffness.of",
+            f"'mesh' has no pairs to share out over the face ({key}): give 'pair'",
+        )
     if coupling.of_contact and isinstance(stiffness, stiffnesses.PrescribedStiffness):
         told = (
-            "must know what the contact itself yields, and a prescribed stiffness does not tell: give 'none'"
+            "must know what the contact itself yields, and a prescribed stiffness does "
+            "not tell: give 'none'"
         )
-        yield f"{path}.face_coupling", f"{coupling.chosen!r} {told}, or another mesh.stiffness"
-    if coupling.of_elements and not isinstance(stiffness, stiffnesses.FiniteElementStiffness):
+        yield (
+            f"{path}.face_coupling",
+            f"{coupling.chosen!r} {told}, or another mesh.stiffness",
+        )
+    if coupling.of_elements and not isinstance(
+        stiffness, stiffnesses.FiniteElementStiffness
+    ):
         told = "goes with mesh.stiffness = 'finite-element': give that, or 'pasternak'"
         yield f"{path}.face_coupling", f"{coupling.chosen!r} {told}"
     if not isinstance(contact, contacts.DisplacementContact) or contact.by_threshold:
-        told = f"flanks with a width ({key}) meet on the line of action: give 'displacement'"
+        told = (
+            f"flanks with a width ({key}) meet on the line of action: give "
+            "'displacement'"
+        )
         yield f"{path}.contact", told
 
 
 RULES: tuple[tuple[str, Callable[[sections.Sections, Any], Problems]], ...] = (
-    ("mesh", _meshes_of_the_set), ("errors.harmonic", _harmonics), ("errors.members", _pins),
-    ("gears", _widths), ("dynamics.friction", _friction), ("dynamics", _moving_parts),
-    ("dynamics", _asked_itself), ("dynamics.response", _response), ("dynamics", _fluctuation),
-    ("store.requested", _requested), ("mesh", _extended), ("start", _start), ("operation", _conditions),
-    ("wear.coefficient", _calibrated), ("wear.load", _asked_itself), ("wear", _limits),
-    ("wear.initial", _initial), ("wear", _needs), ("gears", _face), ("rating", _rating),
-)  # fmt: skip
-"""Rules in the order in which they are told, each with what a scene must have to be asked: it gets that."""
+    ("mesh", _meshes_of_the_set),
+    ("errors.harmonic", _harmonics),
+    ("errors.members", _pins),
+    ("gears", _widths),
+    ("dynamics.friction", _friction),
+    ("dynamics", _moving_parts),
+    ("dynamics", _asked_itself),
+    ("dynamics.response", _response),
+    ("dynamics", _fluctuation),
+    ("store.requested", _requested),
+    ("mesh", _extended),
+    ("start", _start),
+    ("operation", _conditions),
+    ("wear.coefficient", _calibrated),
+    ("wear.load", _asked_itself),
+    ("wear", _limits),
+    ("wear.initial", _initial),
+    ("wear", _needs),
+    ("gears", _face),
+    ("rating", _rating),
+)
+"""Rules in the order in which they are told, each with what a scene must have to be
+asked: it gets that."""
 
 
 def broken_rules(scene: sections.Sections) -> list[str]:
@@ -343,5 +558,7 @@ def broken_rules(scene: sections.Sections) -> list[str]:
         section = place.partition(".")[0]
         given = None if getattr(scene, section) is None else attrgetter(place)(scene)
         if given is not None:
-            problems += (f"scene.{path}: {reason}" for path, reason in rule(scene, given))
+            problems += (
+                f"scene.{path}: {reason}" for path, reason in rule(scene, given)
+            )
     return problems

@@ -1,6 +1,7 @@
 """A scene: all sections of one run, typed, frozen and in SI.
 
-The run that a calibrated wear coefficient rests on: one life of the same gears, new, in one condition.
+The run that a calibrated wear coefficient rests on: one life of the same gears, new, in
+one condition.
 """
 
 import json
@@ -16,19 +17,26 @@ from pydantic import PrivateAttr, ValidationError, ValidationInfo
 from wearlab import options, plugins, slots, tables
 from wearlab.scene import gears, identity, merge, problems, rules, sections
 from wearlab.scene.mesh import OWN_MESHES, ErrorsSection, MeshSection, OneMesh
-from wearlab.scene.wear import InitialWears, SnapshotOptions, StartWear, Until, WearSection
+from wearlab.scene.wear import (
+    InitialWears,
+    SnapshotOptions,
+    StartWear,
+    Until,
+    WearSection,
+)
 from wearlab.wear import coefficients
 from wearlab.wear.coefficients import CalibrationLife
 
 RESOLVED = ("operation", "lubricant")
-"""Sections that put what follows from their options beside these: they are always read anew."""
+"""Sections that put what follows from their options beside these: they are always read
+anew."""
 
 
 class Scene(sections.Sections):
     """The sections of a campaign file that one run depends on, checked against each other.
 
-    Made by `from_mapping`, `from_canonical` or `replace`. Values are SI: angles in rad, speeds in rad/s.
-    Two scenes are equal when they have the same canonical form.
+    Made by `from_mapping`, `from_canonical` or `replace`. Values are SI: angles in rad,
+    speeds in rad/s. Two scenes are equal when they have the same canonical form.
     """
 
     _mapping: dict[str, Any] = PrivateAttr(default_factory=dict)
@@ -41,18 +49,34 @@ class Scene(sections.Sections):
     @classmethod
     def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         """Say which load wears, and complete what a mesh says of itself by what all meshes have."""
-        whole, wear, meshes = dict(given), given.get("wear"), given.get("mesh")
+        whole = dict(given)
+        wear = given.get("wear")
+        meshes = given.get("mesh")
         if isinstance(wear, dict):
-            whole["wear"] = {"load": "static" if given.get("dynamics") is None else "instant", **wear}
+            whole["wear"] = {
+                "load": "static" if given.get("dynamics") is None else "instant",
+                **wear,
+            }
         if isinstance(meshes, dict):
-            own = {key: meshes[key] for key in OWN_MESHES if isinstance(meshes.get(key), dict)}
-            general = {key: value for key, value in meshes.items() if key not in OWN_MESHES}
-            each = {key: merge.merge(general, table, ("mesh", key)) for key, table in own.items()}
+            own = {
+                key: meshes[key]
+                for key in OWN_MESHES
+                if isinstance(meshes.get(key), dict)
+            }
+            general = {
+                key: value for key, value in meshes.items() if key not in OWN_MESHES
+            }
+            each = {
+                key: merge.merge(general, table, ("mesh", key))
+                for key, table in own.items()
+            }
             whole["mesh"] = {**meshes, **each}
         return whole
 
     @classmethod
-    def from_mapping(cls, mapping: Mapping[str, Any], base_directory: str | Path | None = None) -> "Scene":
+    def from_mapping(
+        cls, mapping: Mapping[str, Any], base_directory: str | Path | None = None
+    ) -> "Scene":
         """Return the scene of a table as a campaign file writes it.
 
         Parameters
@@ -65,10 +89,14 @@ class Scene(sections.Sections):
         SceneError
             With every problem, one line each.
         """
-        return cls._read(dict(mapping), None if base_directory is None else Path(base_directory), {})
+        return cls._read(
+            dict(mapping), None if base_directory is None else Path(base_directory), {}
+        )
 
     @classmethod
-    def _read(cls, raw: dict[str, Any], base: Path | None, known: Mapping[str, Any]) -> "Scene":
+    def _read(
+        cls, raw: dict[str, Any], base: Path | None, known: Mapping[str, Any]
+    ) -> "Scene":
         """Return the scene of a table of which some sections have been read before."""
         try:
             context = {"base_directory": base, "kind": gears.kind_of(raw)}
@@ -78,8 +106,12 @@ class Scene(sections.Sections):
         if broken := rules.broken_rules(scene):
             raise problems.SceneError(broken)
         scene._mapping, scene._base = raw, base
-        given = ((name, part) for name, part in scene if name in raw and name not in RESOLVED)
-        scene._parts = {name: part for name, part in given if isinstance(part, options.Part)}
+        given = (
+            (name, part) for name, part in scene if name in raw and name not in RESOLVED
+        )
+        scene._parts = {
+            name: part for name, part in given if isinstance(part, options.Part)
+        }
         return scene
 
     @property
@@ -90,7 +122,9 @@ class Scene(sections.Sections):
         if not isinstance(duty, Mapping):
             return None
         try:
-            return tables.read_table(Path(duty["file"]) if self._base is None else self._base / duty["file"])
+            return tables.read_table(
+                Path(duty["file"]) if self._base is None else self._base / duty["file"]
+            )
         except tables.TableError:  # moved or changed since
             return None
 
@@ -100,13 +134,17 @@ class Scene(sections.Sections):
         return cls.from_mapping(identity.stored(json.loads(text)))
 
     def replace(self, key: str | Mapping[str, Any], value: Any = None) -> "Scene":
-        """Return a scene in which some options differ; other models and alternatives make way.
+        """Return a scene in which some options differ.
+
+        Other models and alternatives make way.
 
         Parameters
         ----------
-        key : dotted key, such as ``"operation.torque"``; or several with their values, changed together: what
-            lies between, such as gears of which only one has its new teeth, need not be a valid scene
-        value : as a campaign file writes it; ``None`` takes the option back to its default
+        key : dotted key, such as ``"operation.torque"``; or several with their values,
+            changed together: what lies between, such as gears of which only one has its
+            new teeth, need not be a valid scene
+        value : as a campaign file writes it; ``None`` takes the option back to its
+            default
 
         Raises
         ------
@@ -133,9 +171,15 @@ class Scene(sections.Sections):
                 changed = merge.without(changed, name)
             except merge.DropError as error:
                 raise problems.SceneError(f"scene.{name}: {error}") from None
-        same = {name for name in self._parts if changed.get(name) is self._mapping[name]}
-        # another kind of gears or of motion may mean something else of all other sections
-        alike = all(changed.get(name) is self._mapping.get(name) for name in ("gears", "dynamics"))
+        same = {
+            name for name in self._parts if changed.get(name) is self._mapping[name]
+        }
+        # another kind of gears or of motion may mean something else of all other
+        # sections
+        alike = all(
+            changed.get(name) is self._mapping.get(name)
+            for name in ("gears", "dynamics")
+        )
         known = {name: self._parts[name] for name in same if alike}
         scene = type(self)._read(changed, self._base, known)
         scene._texts = dict(self._texts)
@@ -180,7 +224,11 @@ class Scene(sections.Sections):
         """Return gears with their teeth, torque and speed as written, how it moves and whether it wears."""
         teeth = " × ".join(str(gear.teeth) for gear in self.gears.gears().values())
         operation = self._mapping.get("operation", {})
-        driven = [str(operation[key]) for key in ("torque", "power", "speed") if key in operation]
+        driven = [
+            str(operation[key])
+            for key in ("torque", "power", "speed")
+            if key in operation
+        ]
         motion = "quasi-static" if self.dynamics is None else self.dynamics.chosen
         wear = "no wear" if self.wear is None else f"{self.wear.load.chosen} wear"
         told = ", ".join([f"{self.gears.kind} {teeth}", *driven, motion, wear])
@@ -190,8 +238,13 @@ class Scene(sections.Sections):
 
     def _repr_html_(self) -> str:
         """Return all that its file says, section by section, below the scene in one line."""
-        said = [(escape(key), escape(str(value))) for key, value in merge.leaves(self._mapping)]
-        rows = "".join(f"<tr><td>{key}</td><td>{value}</td></tr>" for key, value in said)
+        said = [
+            (escape(key), escape(str(value)))
+            for key, value in merge.leaves(self._mapping)
+        ]
+        rows = "".join(
+            f"<tr><td>{key}</td><td>{value}</td></tr>" for key, value in said
+        )
         return f"<p><b>{escape(repr(self)[1:-1])}</b></p><table>{rows}</table>"
 
     def __eq__(self, other: object) -> bool:
@@ -208,12 +261,20 @@ class Scene(sections.Sections):
         PluginError
             When only what they declare is known here.
         """
-        origins = dict.fromkeys(part.origin for part in parts_within(self) if part.origin is not None)
+        origins = dict.fromkeys(
+            part.origin for part in parts_within(self) if part.origin is not None
+        )
         if unrun := [origin.file for origin in origins if not origin.runs]:
             known = f"{unrun[0]} was not run, only its options are known"
             raise plugins.PluginError(f"{known}: add {plugins.CONSENT}")
-        sources = dict.fromkeys([*(origin.sha256 for origin in origins), *self.store.results.values()])
-        if other := [name for name, sha256 in self.store.results.items() if sha256 not in plugins.LOADED]:
+        sources = dict.fromkeys(
+            [*(origin.sha256 for origin in origins), *self.store.results.values()]
+        )
+        if other := [
+            name
+            for name, sha256 in self.store.results.items()
+            if sha256 not in plugins.LOADED
+        ]:
             told = f"the plug-in of {other[0]!r} was not run, or is another one now"
             raise plugins.PluginError(f"{told}: add {plugins.CONSENT}")
         return tuple(plugins.LOADED[sha256] for sha256 in sources)
@@ -239,15 +300,31 @@ def parts_within(value: Any) -> Iterator[slots.Variant]:
     if isinstance(value, slots.Variant):
         yield value
     if isinstance(value, options.Part):
-        yield from (part for name in type(value).model_fields for part in parts_within(getattr(value, name)))
+        yield from (
+            part
+            for name in type(value).model_fields
+            for part in parts_within(getattr(value, name))
+        )
     elif isinstance(value, dict):
         yield from (part for inner in value.values() for part in parts_within(inner))
 
 
 def _renew() -> None:
     """Let the sections choose among the variants that are known now."""
-    parts: list[Any] = [variant for slot in slots.Slot.all.values() for variant in slot.variants.values()]
-    parts += [OneMesh, MeshSection, ErrorsSection, InitialWears, WearSection, sections.Sections, Scene]
+    parts: list[Any] = [
+        variant
+        for slot in slots.Slot.all.values()
+        for variant in slot.variants.values()
+    ]
+    parts += [
+        OneMesh,
+        MeshSection,
+        ErrorsSection,
+        InitialWears,
+        WearSection,
+        sections.Sections,
+        Scene,
+    ]
     for part in parts:
         part.model_rebuild(force=True)
     sections.forget()
@@ -265,32 +342,43 @@ def calibrated_coefficient(scene: Any) -> coefficients.CalibratedCoefficient | N
 def calibrating(scene: Scene) -> Scene | None:
     """Return the scene whose life is the one given, but for the scale of the wear coefficient.
 
-    New flanks, the one condition, the one limit; None where nothing is calibrated. A realisation of errors is
-    left out: one sample of many does not tell the coefficient. What alters no wear is left out, so that
-    scenes share one calibration.
+    New flanks, the one condition, the one limit; None where nothing is calibrated. A
+    realisation of errors is left out: one sample of many does not tell the coefficient.
+    What alters no wear is left out, so that scenes share one calibration.
     """
     given = calibrated_coefficient(scene)
     if given is None:
         return None
-    wear, dynamics = scene.wear, scene.dynamics
+    wear = scene.wear
+    dynamics = scene.dynamics
     assert wear is not None
     constant = coefficients.ConstantCoefficient(
-        model="constant", value=options.Stored(coefficients.UNCALIBRATED), film=given.film
+        model="constant",
+        value=options.Stored(coefficients.UNCALIBRATED),
+        film=given.film,
     )
     worn = {
         "coefficient": constant,
         "until": Until.model_construct(depth=given.depth, flank=given.flank),
         "initial": None,
-        "snapshots": SnapshotOptions.model_construct(depth=(given.depth,), flank=given.flank),
+        "snapshots": SnapshotOptions.model_construct(
+            depth=(given.depth,), flank=given.flank
+        ),
         "wohler_slope": wear.wohler_slope if wear.load.needs_slope else None,
     }
     changed = {
         "wear": wear.model_copy(update=worn),
-        "dynamics": None if dynamics is None else dynamics.model_copy(update={"response": None}),
+        "dynamics": None
+        if dynamics is None
+        else dynamics.model_copy(update={"response": None}),
         "errors": None if scene.prescribed.slow.realised else scene.errors,
-        "lubricant": scene.lubricant if given.film or scene.mesh.damping_law.needs_oil else None,
+        "lubricant": scene.lubricant
+        if given.film or scene.mesh.damping_law.needs_oil
+        else None,
         "operation": scene.operation.alone(given.torque, given.speed),
         "start": None,
         "store": sections.StoreSection(),
     }
-    return Scene.from_canonical(identity.canonical(scene.model_copy(update=changed).model_dump()))
+    return Scene.from_canonical(
+        identity.canonical(scene.model_copy(update=changed).model_dump())
+    )

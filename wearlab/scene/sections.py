@@ -1,6 +1,7 @@
 """The sections of a scene, and what of them stands at a path of the file.
 
-``[numerics]``: one tolerance, and what may override what follows from it; ``[store]``: what is kept.
+``[numerics]``: one tolerance, and what may override what follows from it; ``[store]``:
+what is kept.
 
 ``[rating]``: what ISO 6336 says of the pair, beside what is computed.
 """
@@ -30,21 +31,30 @@ class Rating(options.Part):
     Nothing else asks for it.
     """
 
-    of_pitting: ClassVar[tuple[str, ...]] = ("allowable_contact_stress", "viscosity_40", "hours")
+    of_pitting: ClassVar[tuple[str, ...]] = (
+        "allowable_contact_stress",
+        "viscosity_40",
+        "hours",
+    )
     """What S_H takes, besides roughnesses and a misalignment."""
 
     body_factor: Annotated[options.Number, options.POSITIVE, Le(1.0)] = 1.0
     """C_R, 1 for solid bodies. Source: ISO 6336-1"""
-    equivalent_misalignment: Annotated[options.Depth, options.NOT_NEGATIVE] | None = None
-    """F_βx before running-in, which the face load factor is for [mesh.misalignment, else no face load
-    factor]. Source: ISO 6336-1"""
+    equivalent_misalignment: Annotated[options.Depth, options.NOT_NEGATIVE] | None = (
+        None
+    )
+    """F_βx before running-in, which the face load factor is for [mesh.misalignment,
+    else no face load factor]. Source: ISO 6336-1"""
     running_in: Annotated[options.Number, options.NOT_NEGATIVE, Le(1.0)] = 0.15
-    """share of it that runs in, y_β/F_βx; 0.15 of case-hardened gears. Source: ISO 6336-1"""
+    """share of it that runs in, y_β/F_βx; 0.15 of case-hardened gears. Source: ISO
+    6336-1"""
     application_factor: Annotated[options.Number, options.POSITIVE] = 1.0
     """K_A K_v on the load of the face load factor. Source: ISO 6336-1"""
-    allowable_contact_stress: Annotated[options.Pressure, options.POSITIVE] | None = None
-    """σ_Hlim of both gears, such as '1500 MPa', for the safety against pitting [no safety against pitting].
-    Source: ISO 6336-2"""
+    allowable_contact_stress: Annotated[options.Pressure, options.POSITIVE] | None = (
+        None
+    )
+    """σ_Hlim of both gears, such as '1500 MPa', for the safety against pitting [no
+    safety against pitting]. Source: ISO 6336-2"""
     viscosity_40: Annotated[options.KinematicViscosity, options.POSITIVE] | None = None
     """kinematic viscosity of the oil at 40 °C, for it. Source: ISO 6336-2"""
     hours: Annotated[options.Hours, options.POSITIVE] | None = None
@@ -70,8 +80,9 @@ class Numerics(options.Part):
     cycle_tolerance: Annotated[options.Number, options.POSITIVE, Lt(1.0)] | None = None
     """relative error of the steps over cycles [from the tolerance]"""
     most_right_hand_sides: Annotated[options.Number, Ge(1.0)] | None = None
-    """right-hand sides after which a life ends where it is, to be gone on from; more than derived allow a
-    longer search for other attractors, too [from the tolerance and the coordinates: minutes of work]"""
+    """right-hand sides after which a life ends where it is, to be gone on from; more
+    than derived allow a longer search for other attractors, too [from the tolerance and
+    the coordinates: minutes of work]"""
 
 
 ALL = "all"
@@ -81,21 +92,26 @@ ALL = "all"
 def _known(names: tuple[str, ...]) -> tuple[str, ...]:
     known = (*schema.VARIABLES, ALL)
     if unknown := [name for name in names if name not in known]:
-        raise ValueError(f"{unknown[0]!r} is no variable of a dataset{nearest.meant(unknown[0], known)}")
+        raise ValueError(
+            f"{unknown[0]!r} is no variable of a "
+            f"dataset{nearest.meant(unknown[0], known)}"
+        )
     return tuple(sorted(set(names)))
 
 
 class StoreSection(options.Part):
     """What is kept of a run."""
 
-    variables: Annotated[tuple[str, ...], MinLen(1), AfterValidator(_known)] | None = None
-    """variables to store; 'all' is all that the present parts make, to which those made on request
-    (mesh_acceleration, its spectrum and statistics, mesh_deflection_orders) are added by name [all that the
-    present parts make]. Source: wearlab"""
+    variables: Annotated[tuple[str, ...], MinLen(1), AfterValidator(_known)] | None = (
+        None
+    )
+    """variables to store; 'all' is all that the present parts make, to which those made
+    on request (mesh_acceleration, its spectrum and statistics, mesh_deflection_orders)
+    are added by name [all that the present parts make]. Source: wearlab"""
 
     results: dict[str, str] = options.option({})
-    """results of plug-ins that are stored, each with the hash of its source [those of the plug-ins that the
-    file names]. Source: wearlab"""
+    """results of plug-ins that are stored, each with the hash of its source [those of
+    the plug-ins that the file names]. Source: wearlab"""
 
     def keeps(self, name: str) -> bool:
         """Whether a variable that was made is stored."""
@@ -140,14 +156,19 @@ class Sections(options.Part):
     @property
     def meshes(self) -> dict[str, OneMesh]:
         """What holds for each kind of mesh, by the path of the table that says it."""
-        return {f"mesh.{table}".rstrip("."): self.mesh.of(table) for table in self.gears.descriptor.sections}
+        return {
+            f"mesh.{table}".rstrip("."): self.mesh.of(table)
+            for table in self.gears.descriptor.sections
+        }
 
     @property
     def coefficients(self) -> dict[str, Any]:
         """The wear coefficient of every member with teeth, none where nothing wears."""
         if self.wear is None or self.wear.coefficient is None:
             return {}
-        return {member: self.wear.coefficient_of(member) for member in self.gears.toothed}
+        return {
+            member: self.wear.coefficient_of(member) for member in self.gears.toothed
+        }
 
     @property
     def prescribed(self) -> ErrorsSection:
@@ -162,10 +183,16 @@ class Sections(options.Part):
     def face_keys(self) -> tuple[str, ...]:
         """The keys by which the flanks have a width, () where they have none."""
         keys = [] if self.gears.helix_angle is None else ["gears.helix_angle"]
-        places: list[Any] = [(f"gears.{name}", gear, LEAD_KEYS) for name, gear in self.gears.gears().items()]
+        places: list[Any] = [
+            (f"gears.{name}", gear, LEAD_KEYS)
+            for name, gear in self.gears.gears().items()
+        ]
         places += [(path, mesh, KEYS_OF_A_FACE) for path, mesh in self.meshes.items()]
         keys += [
-            f"{path}.{key}" for path, part, own in places for key in own if getattr(part, key) is not None
+            f"{path}.{key}"
+            for path, part, own in places
+            for key in own
+            if getattr(part, key) is not None
         ]
         return tuple(keys)
 
@@ -176,32 +203,44 @@ class Sections(options.Part):
         """
         gears = self.gears.gears()
         chain = list(gears)  # each meshes with the one before it
-        turns = accumulate((1 if name == "ring" else -1 for name in chain[1:]), mul, initial=1)
+        turns = accumulate(
+            (1 if name == "ring" else -1 for name in chain[1:]), mul, initial=1
+        )
         alike = dict(zip(chain, turns, strict=True))
         first = str(self.operation.input) if self.gears.descriptor.is_pair else chain[0]
         told = [name for name in (first, *chain) if gears[name].hand is not None]
         known, hand = (told[0], gears[told[0]].hand) if told else (first, "right")
         other = {"left": "right", "right": "left"}[str(hand)]
-        derived = {name: str(hand) if alike[name] == alike[known] else other for name in chain}
+        derived = {
+            name: str(hand) if alike[name] == alike[known] else other for name in chain
+        }
         return {name: gears[name].hand or derived[name] for name in chain}
 
     def identifying(self) -> dict[str, Any]:
         """Return the sections, with the coupling along a face where it goes without saying.
 
-        The coupling of solid teeth was another once: a run of then is none of now. Nor is one of helical
-        teeth that are not solid, of the time when these did not bend as oblique ones.
+        The coupling of solid teeth was another once: a run of then is none of now. Nor
+        is one of helical teeth that are not solid, of the time when these did not bend
+        as oblique ones.
         """
         own = super().identifying()
         if not self.face_keys:
             return own
-        solid = {path: mesh for path, mesh in self.meshes.items() if mesh.coupling.of_elements}
+        solid = {
+            path: mesh
+            for path, mesh in self.meshes.items()
+            if mesh.coupling.of_elements
+        }
         each = {
-            path: mesh.model_copy(update={"face_coupling": mesh.coupling}) for path, mesh in solid.items()
+            path: mesh.model_copy(update={"face_coupling": mesh.coupling})
+            for path, mesh in solid.items()
         }
         general = each.pop("mesh", self.mesh)
         told = {path.removeprefix("mesh."): mesh for path, mesh in each.items()}
         own["mesh"] = general.model_copy(update=told)
-        oblique = bool(self.gears.helix_angle) and any(mesh.by_sections for mesh in self.meshes.values())
+        oblique = bool(self.gears.helix_angle) and any(
+            mesh.by_sections for mesh in self.meshes.values()
+        )
         return own | ({"oblique": True} if oblique else {})
 
 
@@ -211,16 +250,25 @@ MEMBERS = ALL_TOOTHED
 
 def parts_in(annotation: Any) -> tuple[type[options.Part], ...]:
     """Return every kind of part that an annotation allows, however deeply it is nested."""
-    if isinstance(annotation, type) and issubclass(annotation, slots.Variant) and annotation.is_slot():
+    if (
+        isinstance(annotation, type)
+        and issubclass(annotation, slots.Variant)
+        and annotation.is_slot()
+    ):
         return tuple(annotation.slot.variants.values())
     if isinstance(annotation, type) and issubclass(annotation, options.Part):
         return (annotation,)
-    return tuple(part for argument in get_args(annotation) for part in parts_in(argument))
+    return tuple(
+        part for argument in get_args(annotation) for part in parts_in(argument)
+    )
 
 
 @cache
 def parts_at(path: Path) -> tuple[type[options.Part], ...]:
-    """Return the parts that may stand at a path; none where a plain value or nothing stands."""
+    """Return the parts that may stand at a path.
+
+    None where a plain value or nothing stands.
+    """
     if not path:
         return (Sections,)
     parts: list[type[options.Part]] = []
@@ -235,13 +283,23 @@ def parts_at(path: Path) -> tuple[type[options.Part], ...]:
 @cache
 def field_at(path: Path) -> FieldInfo | None:
     """Return the first field declared for a path, None when no part has such a key."""
-    return next((p.model_fields[path[-1]] for p in parts_at(path[:-1]) if path[-1] in p.model_fields), None)
+    return next(
+        (
+            p.model_fields[path[-1]]
+            for p in parts_at(path[:-1])
+            if path[-1] in p.model_fields
+        ),
+        None,
+    )
 
 
 @cache
 def chooser_at(path: Path) -> str | None:
     """Return the key that chooses among the parts at a path, None where there is no choice."""
-    return next((part.chooser for part in parts_at(path) if part.chooser in part.model_fields), None)
+    return next(
+        (part.chooser for part in parts_at(path) if part.chooser in part.model_fields),
+        None,
+    )
 
 
 def choice_of(path: Path, table: dict[str, Any]) -> str | None:
@@ -264,7 +322,12 @@ def nearest_place(key: str) -> Path | None:
     """Return the path nearest to the root of a scene at which a key stands, None if it stands nowhere."""
     level: list[Path] = [()]
     while level:
-        below = [(*path, name) for path in level for part in parts_at(path) for name in part.model_fields]
+        below = [
+            (*path, name)
+            for path in level
+            for part in parts_at(path)
+            for name in part.model_fields
+        ]
         nearest = next((path for path in below if path[-1] == key), None)
         if nearest is not None:
             return nearest

@@ -1,4 +1,7 @@
-"""``[wear]``: law, coefficient, initial wear and end of a life; ``[start]``: the run that it goes on from."""
+"""``[wear]``: law, coefficient, initial wear and end of a life.
+
+``[start]``: the run that it goes on from.
+"""
 
 import re
 from typing import Annotated, Any, NamedTuple
@@ -20,7 +23,9 @@ def _per_member(value: Any, info: pydantic.ValidationInfo) -> Any:
     if not isinstance(value, dict):
         return value
     members = gears.set_in(info.context).toothed
-    if strangers := [repr(name) for name in NAMES if name in value and name not in members]:
+    if strangers := [
+        repr(name) for name in NAMES if name in value and name not in members
+    ]:
         known = f"no member with teeth of this gear set; there are {', '.join(members)}"
         raise ValueError(f"{', '.join(strangers)}: {known}")
     if value.keys().isdisjoint(members):
@@ -32,7 +37,9 @@ def _per_member(value: Any, info: pydantic.ValidationInfo) -> Any:
 def _over(general: dict[str, Any], own: Any) -> Any:
     """Return a member's options over the general ones; another model starts afresh."""
     own = {"model": own} if isinstance(own, str) else own
-    if not isinstance(own, dict) or own.get("model", general.get("model")) != general.get("model"):
+    if not isinstance(own, dict) or own.get(
+        "model", general.get("model")
+    ) != general.get("model"):
         return own
     return {**general, **own}
 
@@ -41,12 +48,18 @@ def _one_if_equal(each: Any) -> Any:
     """Return one coefficient where both members have the same."""
     if not isinstance(each, dict):
         return each
-    different = {identity.canonical(coefficient.model_dump()) for coefficient in each.values()}
+    different = {
+        identity.canonical(coefficient.model_dump()) for coefficient in each.values()
+    }
     return next(iter(each.values())) if len(different) == 1 else each
 
 
 def _one_or_each(value: Any) -> str:
-    return "each" if isinstance(value, dict) and not value.keys().isdisjoint(gears.ALL_TOOTHED) else "one"
+    return (
+        "each"
+        if isinstance(value, dict) and not value.keys().isdisjoint(gears.ALL_TOOTHED)
+        else "one"
+    )
 
 
 Coefficient = Annotated[
@@ -64,15 +77,23 @@ PositiveDepth = Annotated[options.Depth, options.POSITIVE]
 
 def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
     """Sort values; those that identity does not tell apart are one."""
-    return tuple({units.rounded(value): value for value in sorted(values, reverse=True)}.values())[::-1]
+    return tuple(
+        {units.rounded(value): value for value in sorted(values, reverse=True)}.values()
+    )[::-1]
 
 
 OF_FLANK: Any = {
-    flank: (initials.InitialModel | None, options.option(None, f"initial wear of {flank}"))
+    flank: (
+        initials.InitialModel | None,
+        options.option(None, f"initial wear of {flank}"),
+    )
     for flank in gears.ALL_FLANKS
 }
 InitialWears = pydantic.create_model(
-    "InitialWears", __base__=options.Part, __doc__="Initial wear of each flank.", **OF_FLANK
+    "InitialWears",
+    __base__=options.Part,
+    __doc__="Initial wear of each flank.",
+    **OF_FLANK,
 )  # some flanks have names that Python could not spell
 
 
@@ -81,7 +102,9 @@ def _of_the_set(flank: Any, info: pydantic.ValidationInfo) -> Any:
     flanks = gears.set_in(info.context).flanks
     if flank is None or flank in flanks:
         return flank
-    raise ValueError(f"{flank!r} is no flank of this gear set; there are {', '.join(flanks)}")
+    raise ValueError(
+        f"{flank!r} is no flank of this gear set; there are {', '.join(flanks)}"
+    )
 
 
 Flank = Annotated[str, pydantic.BeforeValidator(_of_the_set)]
@@ -103,7 +126,9 @@ class Until(options.Part):
 
     def _check(self) -> None:
         if self.cycles is self.mesh_cycles is self.hours is self.depth is None:
-            raise ValueError("give at least one of 'cycles', 'mesh_cycles', 'hours', 'depth'")
+            raise ValueError(
+                "give at least one of 'cycles', 'mesh_cycles', 'hours', 'depth'"
+            )
         if self.flank is not None and self.depth is None:
             raise ValueError("'flank' belongs to a 'depth', and there is none")
 
@@ -113,11 +138,22 @@ class SnapshotOptions(options.Part):
 
     alternatives = ((("cycles",), ("mesh_cycles",), ("depth", "flank")),)
 
-    cycles: Annotated[tuple[Positive, ...], MinLen(1), pydantic.AfterValidator(_ascending)] | None = None
+    cycles: (
+        Annotated[tuple[Positive, ...], MinLen(1), pydantic.AfterValidator(_ascending)]
+        | None
+    ) = None
     """at these revolutions of the pinion [not by cycles]"""
-    mesh_cycles: Annotated[tuple[Positive, ...], MinLen(1), pydantic.AfterValidator(_ascending)] | None = None
+    mesh_cycles: (
+        Annotated[tuple[Positive, ...], MinLen(1), pydantic.AfterValidator(_ascending)]
+        | None
+    ) = None
     """at these mesh cycles [not by mesh cycles]"""
-    depth: Annotated[tuple[PositiveDepth, ...], MinLen(1), pydantic.AfterValidator(_ascending)] | None = None
+    depth: (
+        Annotated[
+            tuple[PositiveDepth, ...], MinLen(1), pydantic.AfterValidator(_ascending)
+        ]
+        | None
+    ) = None
     """when the wear reaches these depths [not by depth]"""
     flank: Flank | None = None
     """the flank whose largest depth counts [whichever is deepest]"""
@@ -137,22 +173,25 @@ class WearSection(options.Part):
     law: laws.LawModel = laws.ArchardLaw()
     """how much is worn away in a cycle. Source: Archard 1953"""
     load: loads.LoadModel = options.option(None)
-    """force that wears: when the point is in contact, L16's Miner torque, or static [instant with dynamics,
-    static without]. Source: L16 Eq. 25"""
+    """force that wears: when the point is in contact, L16's Miner torque, or static
+    [instant with dynamics, static without]. Source: L16 Eq. 25"""
     wohler_slope: Positive | None = None
-    """Wöhler slope of the equivalent load; not printed in L16 [no equivalent_load]. Source: L16 Eq. 25"""
+    """Wöhler slope of the equivalent load; not printed in L16 [no equivalent_load].
+    Source: L16 Eq. 25"""
     pressure: pressures.PressureModel = pressures.MeanPressure()
     """Hertz pressure in the law; peak is 4/π times. Source: Archard 1953"""
     projection: projections.ProjectionModel = projections.NormalProjection()
     """direction of the depth: along the normal, or W23's h/cos α. Source: W23 Eq. 33"""
     contact_patch: patches.PatchModel = patches.ElasticPatch()
-    """over the width of contact wear is: taken point by point; spread; spread and felt; spread, felt and
-    levelled by the pressure that redistributes inside. Source: Johnson 1985"""
+    """over the width of contact wear is: taken point by point; spread; spread and felt;
+    spread, felt and levelled by the pressure that redistributes inside. Source: Johnson
+    1985"""
     average_over_contact_width: options.Switch | None = None
-    """another word: true for contact_patch = one-way, false for none [as contact_patch says]. Source: Archard
-    1953"""
+    """another word: true for contact_patch = one-way, false for none [as contact_patch
+    says]. Source: Archard 1953"""
     initial: Annotated[
-        InitialWears | None, pydantic.BeforeValidator(lambda given: None if given == {} else given)
+        InitialWears | None,
+        pydantic.BeforeValidator(lambda given: None if given == {} else given),
     ] = None
     """wear before the first cycle [new flanks]"""
     until: Until | None = None
@@ -163,12 +202,18 @@ class WearSection(options.Part):
     """how the wear is stepped over cycles. Source: wearlab"""
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: pydantic.ValidationInfo) -> dict[str, Any]:
+    def _complete(
+        cls, given: dict[str, Any], info: pydantic.ValidationInfo
+    ) -> dict[str, Any]:
         """Read the other word for a contact patch as what it means."""
         averaged = given.get("average_over_contact_width")
         if "contact_patch" in given or not isinstance(averaged, bool):
             return given
-        rest = {key: value for key, value in given.items() if key != "average_over_contact_width"}
+        rest = {
+            key: value
+            for key, value in given.items()
+            if key != "average_over_contact_width"
+        }
         return {**rest, "contact_patch": "one-way" if averaged else "none"}
 
     def coefficient_of(self, flank: str) -> Any:
@@ -190,11 +235,13 @@ class StartWear(NamedTuple):
     Parameters
     ----------
     cycle : of the parent, at which it was taken
-    error : of its interpolation between stored states, estimated [m]; 0 at a stored state
+    error : of its interpolation between stored states, estimated [m]; 0 at a stored
+        state
     side : flank → side of the tooth that the parent loaded
     position : flank → (n,) path coordinate of the nodes [m]
     depth : flank → (n,) wear depth there [m]
-    estimate : error of the parent's wear depth at that cycle, as the parent estimates it [m]; NaN: unknown
+    estimate : error of the parent's wear depth at that cycle, as the parent estimates
+        it [m]; NaN: unknown
     """
 
     cycle: float
@@ -208,36 +255,48 @@ class StartWear(NamedTuple):
 def _identity(text: str) -> str:
     if not ID.fullmatch(text):
         raise ValueError(
-            f"{text!r} is no full id of a run, 20 hexadecimal digits as `wearlab ls --json` shows it; or "
+            f"{text!r} is no full id of a run, 20 hexadecimal digits as `wearlab ls "
+            "--json` shows it; or "
             "give 'campaign' and 'select'"
         )
     return text
 
 
 class Start(options.Part):
-    """Another run's wear at one of its cycles; ``cycle`` counts from 0 again, ``parent_cycle`` is kept.
+    """Another run's wear at one of its cycles.
+
+    ``cycle`` counts from 0 again, ``parent_cycle`` is kept.
 
     A campaign file may name the run by ``campaign`` and ``select`` instead of ``run``.
     """
 
-    alternatives = ((("run",), ("campaign", "select")), (("cycle",), ("life_fraction",)))
+    alternatives = (
+        (("run",), ("campaign", "select")),
+        (("cycle",), ("life_fraction",)),
+    )
 
     run: Annotated[str, pydantic.AfterValidator(_identity)] | None = None
-    """identity of the run to continue [named by campaign and select]. Source: wearlab"""
+    """identity of the run to continue [named by campaign and select]. Source:
+    wearlab"""
     campaign: str | None = options.option(None, identity=False)
     """campaign file whose run is continued [named by run]. Source: wearlab"""
     select: dict[str, Any] | None = options.option(None, identity=False)
-    """axis = value or case = label, of the run in that campaign [its only run]. Source: wearlab"""
+    """axis = value or case = label, of the run in that campaign [its only run]. Source:
+    wearlab"""
     cycle: Annotated[options.Number, options.NOT_NEGATIVE] | None = None
     """cycle of that run at which this one begins [its last state]. Source: wearlab"""
-    life_fraction: Annotated[options.Number, options.NOT_NEGATIVE, Le(1.0)] | None = None
+    life_fraction: Annotated[options.Number, options.NOT_NEGATIVE, Le(1.0)] | None = (
+        None
+    )
     """the same as a fraction of that run's life [its last state]. Source: wearlab"""
     replace: tuple[str, ...] = ()
     """members that get new flanks. Source: wearlab"""
 
     def _check(self) -> None:
         if self.run is None:
-            raise ValueError("give 'run', or 'campaign' and 'select', of the run to continue")
+            raise ValueError(
+                "give 'run', or 'campaign' and 'select', of the run to continue"
+            )
 
 
 def is_replaced(flank: str, replaced: tuple[str, ...]) -> bool:

@@ -1,7 +1,8 @@
 """One table: every variable of a dataset, its dimensions, unit, display unit and meaning, and what makes it.
 
-Nothing else in wearlab spells a unit or a long name; labelling, figures, tables and exports read them here.
-The table is `variables.toml`; a group of it is what one part of a scene makes.
+Nothing else in wearlab spells a unit or a long name; labelling, figures, tables and
+exports read them here. The table is `variables.toml`; a group of it is what one part of
+a scene makes.
 """
 
 import tomllib
@@ -16,29 +17,52 @@ from wearlab.units import UnitError, convert
 from wearlab.variable import Result, VariableGroup
 from wearlab.variable import Variable as Variable
 
-TABLE = tomllib.loads((Path(__file__).parent / "variables.toml").read_text(encoding="utf-8"))
+TABLE = tomllib.loads(
+    (Path(__file__).parent / "variables.toml").read_text(encoding="utf-8")
+)
 DIMENSIONS: dict[str, str] = TABLE["dimensions"]
 """What each dimension counts."""
 GROUPS = tuple(
     VariableGroup(
         group["name"],
         group["needs"],
-        {name: Variable(tuple(dims.split()), *words) for name, (dims, *words) in group["variables"].items()},
+        {
+            name: Variable(tuple(dims.split()), *words)
+            for name, (dims, *words) in group["variables"].items()
+        },
     )
     for group in TABLE["group"]
 )
 VARIABLES: dict[str, Variable] = {
-    **{name: variable for group in GROUPS for name, variable in group.variables.items()},
+    **{
+        name: variable for group in GROUPS for name, variable in group.variables.items()
+    },
     **{name: result.variable for name, result in RESULTS.items()},
 }
 ON_AXES: dict[str, str] = TABLE["on_axes"]
 """What axes of figures say of variables whose long name is long."""
 OVER_FACE = frozenset(TABLE["over_face"])
-"""Variables with one more dimension, ``face`` before ``profile``, where flanks have a width."""
-QUALITY = ("error_estimate", "estimate_quality", "residual", "verdict", "validity", "model_error")
-CONTENTS = {"qualityInformation": QUALITY, "auxiliaryInformation": ("run_time", "count", "steps_cycle")}
+"""Variables with one more dimension, ``face`` before ``profile``, where flanks have a
+width."""
+QUALITY = (
+    "error_estimate",
+    "estimate_quality",
+    "residual",
+    "verdict",
+    "validity",
+    "model_error",
+)
+CONTENTS = {
+    "qualityInformation": QUALITY,
+    "auxiliaryInformation": ("run_time", "count", "steps_cycle"),
+}
 """Beginnings of names of what is no result of the model."""
-ON_REQUEST = tuple(name for group in TABLE["group"] if "on_request" in group for name in group["variables"])
+ON_REQUEST = tuple(
+    name
+    for group in TABLE["group"]
+    if "on_request" in group
+    for name in group["variables"]
+)
 """Variables that are computed only when ``[store] variables`` names them."""
 
 
@@ -68,7 +92,10 @@ def _content(name: str) -> str:
     """Return what a variable is for catalogues, as ACDD 1.3 names it after ISO 19115-1."""
     if any(group.name == "coordinates" and name in group.variables for group in GROUPS):
         return "coordinate"
-    return next((content for content, begins in CONTENTS.items() if name.startswith(begins)), "modelResult")
+    return next(
+        (content for content, begins in CONTENTS.items() if name.startswith(begins)),
+        "modelResult",
+    )
 
 
 class _Results(Sort):
@@ -78,7 +105,8 @@ class _Results(Sort):
         """Return which dimension, unit or need of a result nobody knows."""
         if value.name in VARIABLES and value.name not in self.known:
             return "wearlab has a variable of this name: give yours another"
-        variable, dims = value.variable, list(DIMENSIONS)
+        variable = value.variable
+        dims = list(DIMENSIONS)
         for said, known in ((variable.dims, dims), (value.needs, list(VARIABLES))):
             for name in said:
                 if name not in known:
@@ -87,7 +115,10 @@ class _Results(Sort):
         try:
             convert(1.0, variable.units, variable.display_units)
         except UnitError as error:
-            return f"units = {variable.units!r}, display_units = {variable.display_units!r}: {error}"
+            return (
+                f"units = {variable.units!r}, display_units = "
+                f"{variable.display_units!r}: {error}"
+            )
         return "" if variable.long_name else "its long_name is empty: say what it is"
 
     def add(self, value: Result) -> None:
@@ -102,13 +133,19 @@ class _Results(Sort):
 
     def declared(self, value: Result) -> dict[str, Any]:
         """Return name, needs and the variable's declaration."""
-        return {"name": value.name, "needs": list(value.needs), "variable": value.variable._asdict()}
+        return {
+            "name": value.name,
+            "needs": list(value.needs),
+            "variable": value.variable._asdict(),
+        }
 
     def stand_in(self, record: Mapping[str, Any]) -> Result:
         """Return a result of which the declaration is known, and not how it is found."""
         said = dict(record["variable"])
         variable = Variable(**{**said, "dims": tuple(map(str, said["dims"]))})
-        return Result(str(record["name"]), variable, _unknown, tuple(map(str, record["needs"])))
+        return Result(
+            str(record["name"]), variable, _unknown, tuple(map(str, record["needs"]))
+        )
 
 
 def _unknown(run: object) -> Any:

@@ -1,14 +1,15 @@
 """Gear materials by the names of the shop, and the hardness numbers that their flanks are known by.
 
-Elastic constants and densities are those of the standards or handbooks named; a hardness is the middle of
-what the heat treatment usually gives, and is assumed until the scene says it. Plastics soften with
-temperature: theirs hold dry at 23 °C.
+Elastic constants and densities are those of the standards or handbooks named; a
+hardness is the middle of what the heat treatment usually gives, and is assumed until
+the scene says it. Plastics soften with temperature: theirs hold dry at 23 °C.
 
-A Vickers number is a force in kgf over the area of the indentation in mm²: ``H = 9.80665 MPa · HV``. Rockwell
-numbers are read from ASTM E140-12b, Table 1 (non-austenitic steels; the same steels as ISO 18265:2013,
-Table A.1, which differs by up to 2 HRC); Brinell numbers (tungsten carbide ball) by ``HBW = 0.95 HV``, which
-ISO 18265 Table A.1 follows within 0.5 %. Conversions are valid within the tables' ranges only, and no better
-than some 5 %.
+A Vickers number is a force in kgf over the area of the indentation in mm²: ``H =
+9.80665 MPa · HV``. Rockwell numbers are read from ASTM E140-12b, Table 1
+(non-austenitic steels; the same steels as ISO 18265:2013, Table A.1, which differs by
+up to 2 HRC); Brinell numbers (tungsten carbide ball) by ``HBW = 0.95 HV``, which ISO
+18265 Table A.1 follows within 0.5 %. Conversions are valid within the tables' ranges
+only, and no better than some 5 %.
 """
 
 from typing import Any, NamedTuple
@@ -19,8 +20,50 @@ HRC_RANGE = (20.0, 68.0)
 HBW_RANGE = (76.0, 618.0)
 # ASTM E140-12b, Table 1: Vickers numbers of 20, 21 ... 68 HRC
 VICKERS_OF_HRC = (
-    *(238, 243, 248, 254, 260, 266, 272, 279, 286, 294, 302, 310, 318, 327, 336, 345, 354, 363, 372, 382),
-    *(392, 402, 412, 423, 434, 446, 458, 471, 484, 498, 513, 528, 544, 560, 577, 595, 613, 633, 653, 674),
+    *(
+        238,
+        243,
+        248,
+        254,
+        260,
+        266,
+        272,
+        279,
+        286,
+        294,
+        302,
+        310,
+        318,
+        327,
+        336,
+        345,
+        354,
+        363,
+        372,
+        382,
+    ),
+    *(
+        392,
+        402,
+        412,
+        423,
+        434,
+        446,
+        458,
+        471,
+        484,
+        498,
+        513,
+        528,
+        544,
+        560,
+        577,
+        595,
+        613,
+        633,
+        653,
+        674,
+    ),
     *(697, 720, 746, 772, 800, 832, 865, 900, 940),
 )
 
@@ -56,12 +99,18 @@ def vickers_of_brinell(number: float) -> float:
 def _within(number: float, limits: tuple[float, float], scale: str, table: str) -> None:
     if not limits[0] <= number <= limits[1]:
         raise HardnessError(
-            f"{number:g} {scale} is outside {limits[0]:g} to {limits[1]:g} {scale}, the range of {table}; "
+            f"{number:g} {scale} is outside {limits[0]:g} to {limits[1]:g} {scale}, "
+            f"the range of {table}; "
             "give HV, or a pressure such as '7 GPa'"
         )
 
 
-SCALES: Any = {"HV": float, "HRC": vickers_of_rockwell, "HB": vickers_of_brinell, "HBW": vickers_of_brinell}
+SCALES: Any = {
+    "HV": float,
+    "HRC": vickers_of_rockwell,
+    "HB": vickers_of_brinell,
+    "HBW": vickers_of_brinell,
+}
 
 
 def pressure_of(number: float, scale: str) -> float:
@@ -85,7 +134,8 @@ class NamedMaterial(NamedTuple):
     Parameters
     ----------
     youngs_modulus, poisson_ratio, density : [Pa], [1], [kg/m³]
-    hardness : usual hardness of the flank [Pa], None where a hardness number says nothing
+    hardness : usual hardness of the flank [Pa], None where a hardness number says
+        nothing
     treatment : what the hardness belongs to, in words
     source : where the constants come from
     """
@@ -106,27 +156,51 @@ def _steel(treatment: str, hardness: float | None) -> NamedMaterial:
     return NamedMaterial(206e9, 0.3, 7830.0, hardness, treatment, STEEL)
 
 
-def _iron(modulus: float, poisson_ratio: float, density: float, brinell: float, source: str) -> NamedMaterial:
+def _iron(
+    modulus: float, poisson_ratio: float, density: float, brinell: float, source: str
+) -> NamedMaterial:
     hardness = pressure_of(brinell, "HB")
-    return NamedMaterial(modulus, poisson_ratio, density, hardness, f"{brinell:g} HB, as cast", source)
+    return NamedMaterial(
+        modulus, poisson_ratio, density, hardness, f"{brinell:g} HB, as cast", source
+    )
 
 
 MATERIALS: dict[str, NamedMaterial] = {
     "steel": NamedMaterial(206e9, 0.3, 7830.0, None, "", "L16 Table 1"),
-    **{name: _steel(*CASE) for name in ("16MnCr5", "20MnCr5", "18CrNiMo7-6", "17CrNiMo6", "18CrMo4")},
+    **{
+        name: _steel(*CASE)
+        for name in ("16MnCr5", "20MnCr5", "18CrNiMo7-6", "17CrNiMo6", "18CrMo4")
+    },
     "42CrMo4": _steel("300 HV, quenched and tempered", pressure_of(300.0, "HV")),
     "34CrNiMo6": _steel("310 HV, quenched and tempered", pressure_of(310.0, "HV")),
     "31CrMoV9": _steel("700 HV, nitrided", pressure_of(700.0, "HV")),
     "C45": _steel("200 HB, normalised", pressure_of(200.0, "HB")),
-    "EN-GJL-250": _iron(110e9, 0.26, 7200.0, 210.0, "EN 1561:2011, Annex (103-118 GPa)"),
+    "EN-GJL-250": _iron(
+        110e9, 0.26, 7200.0, 210.0, "EN 1561:2011, Annex (103-118 GPa)"
+    ),
     "EN-GJS-400-15": _iron(169e9, 0.275, 7100.0, 155.0, "EN 1563:2018, Annex"),
     "EN-GJS-700-2": _iron(176e9, 0.275, 7200.0, 260.0, "EN 1563:2018, Annex"),
-    "POM": NamedMaterial(2.8e9, 0.35, 1410.0, None, "dry, 23 °C", "VDI 2736-1:2016, POM-C"),
-    "PA66": NamedMaterial(3.0e9, 0.38, 1140.0, None, "dry, 23 °C", "VDI 2736-1:2016, PA 66"),
+    "POM": NamedMaterial(
+        2.8e9, 0.35, 1410.0, None, "dry, 23 °C", "VDI 2736-1:2016, POM-C"
+    ),
+    "PA66": NamedMaterial(
+        3.0e9, 0.38, 1140.0, None, "dry, 23 °C", "VDI 2736-1:2016, PA 66"
+    ),
 }
 ALIASES = {
-    **{"cast iron": "EN-GJL-250", "GG25": "EN-GJL-250", "GGG40": "EN-GJS-400-15", "GGG70": "EN-GJS-700-2"},
-    **{"POM-C": "POM", "PA 66": "PA66", "1.6587": "18CrNiMo7-6", "1.7131": "16MnCr5", "1.7147": "20MnCr5"},
+    **{
+        "cast iron": "EN-GJL-250",
+        "GG25": "EN-GJL-250",
+        "GGG40": "EN-GJS-400-15",
+        "GGG70": "EN-GJS-700-2",
+    },
+    **{
+        "POM-C": "POM",
+        "PA 66": "PA66",
+        "1.6587": "18CrNiMo7-6",
+        "1.7131": "16MnCr5",
+        "1.7147": "20MnCr5",
+    },
     **{"1.7225": "42CrMo4", "1.0503": "C45"},
 }
 

@@ -1,14 +1,35 @@
 """What an oil's grade or datasheet says of it at a temperature: viscosity, density, pressure-viscosity.
 
-ISO 3448 names a grade by its kinematic viscosity at 40 °C; the viscosity index (ISO 2909, ASTM D2270) gives
-that at 100 °C; ASTM D341 joins the two.
+ISO 3448 names a grade by its kinematic viscosity at 40 °C; the viscosity index (ISO
+2909, ASTM D2270) gives that at 100 °C; ASTM D341 joins the two.
 """
 
 import math
 from typing import NamedTuple
 
 KELVIN = 273.15
-GRADES = (2, 3, 5, 7, 10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 1500, 2200, 3200)
+GRADES = (
+    2,
+    3,
+    5,
+    7,
+    10,
+    15,
+    22,
+    32,
+    46,
+    68,
+    100,
+    150,
+    220,
+    320,
+    460,
+    680,
+    1000,
+    1500,
+    2200,
+    3200,
+)
 """ISO 3448: kinematic viscosity at 40 °C [mm²/s], within ±10 %."""
 USUAL_INDEX = 95.0
 """Viscosity index of a mineral oil that states none (ISO 3448, Annex)."""
@@ -53,7 +74,10 @@ class Oil(NamedTuple):
 
 
 def of_grade(
-    grade: int, index: float = USUAL_INDEX, density: float | None = None, base: str = "mineral"
+    grade: int,
+    index: float = USUAL_INDEX,
+    density: float | None = None,
+    base: str = "mineral",
 ) -> Oil:
     """Return the oil of an ISO VG grade at the middle of its range.
 
@@ -72,10 +96,15 @@ def of_grade(
     return of_datasheet(CENTISTOKES * grade, CENTISTOKES * at_100, density, base)
 
 
-def of_datasheet(at_40: float, at_100: float, density: float | None = None, base: str = "mineral") -> Oil:
-    """Return the oil of a datasheet's two viscosities [m²/s]; the density is estimated where none is given.
+def of_datasheet(
+    at_40: float, at_100: float, density: float | None = None, base: str = "mineral"
+) -> Oil:
+    """Return the oil of a datasheet's two viscosities [m²/s].
 
-    ``ρ₁₅ = 43.37 log₁₀ ν₄₀ + 805.5`` with ν₄₀ in mm²/s: ISO/TR 15144-1:2014, mineral oils.
+    The density is estimated where none is given.
+
+    ``ρ₁₅ = 43.37 log₁₀ ν₄₀ + 805.5`` with ν₄₀ in mm²/s: ISO/TR 15144-1:2014, mineral
+    oils.
     """
     if density is None:
         density = 43.37 * math.log10(at_40 / CENTISTOKES) + 805.5
@@ -87,7 +116,10 @@ def viscosity_index(at_40: float, at_100: float) -> float:
     low, high = _reference(at_100)
     if at_40 >= high:
         return 100.0 * (low - at_40) / (low - high)
-    return 100.0 + (10.0 ** (math.log10(high / at_40) / math.log10(at_100)) - 1.0) / 0.00715
+    return (
+        100.0
+        + (10.0 ** (math.log10(high / at_40) / math.log10(at_100)) - 1.0) / 0.00715
+    )
 
 
 def _reference(at_100: float) -> tuple[float, float]:
@@ -105,10 +137,14 @@ def viscosity_at_100(at_40: float, index: float) -> float:
     """
     low, high = 2.0, at_40
     if not viscosity_index(at_40, low) < index < viscosity_index(at_40, high):
-        raise ValueError(f"no oil of {at_40:g} mm²/s at 40 °C has a viscosity index of {index:g}")
+        raise ValueError(
+            f"no oil of {at_40:g} mm²/s at 40 °C has a viscosity index of {index:g}"
+        )
     for _ in range(80):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if viscosity_index(at_40, middle) < index else (low, middle)
+        low, high = (
+            (middle, high) if viscosity_index(at_40, middle) < index else (low, middle)
+        )
     return 0.5 * (low + high)
 
 
@@ -121,9 +157,12 @@ def kinematic_viscosity(oil: Oil, temperature: float) -> float:
 
     Source: ASTM D341, ν in mm²/s from 2 upwards.
     """
-    each = (viscosity / CENTISTOKES for viscosity in (oil.viscosity_40, oil.viscosity_100))
+    each = (
+        viscosity / CENTISTOKES for viscosity in (oil.viscosity_40, oil.viscosity_100)
+    )
     first, second = (math.log10(math.log10(viscosity + 0.7)) for viscosity in each)
-    cold, hot = math.log10(40.0 + KELVIN), math.log10(100.0 + KELVIN)
+    cold = math.log10(40.0 + KELVIN)
+    hot = math.log10(100.0 + KELVIN)
     slope = (first - second) / (hot - cold)
     value = first - slope * (math.log10(temperature) - cold)
     return CENTISTOKES * (10.0 ** (10.0**value) - 0.7)

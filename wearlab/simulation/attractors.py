@@ -19,7 +19,8 @@ from wearlab.scene import build
 from wearlab.simulation import label, living, vibration
 
 ALIKE = 1e-3
-"""Relative difference of least and largest forces below which two attractors of a period are one."""
+"""Relative difference of least and largest forces below which two attractors of a
+period are one."""
 
 
 class Searched(NamedTuple):
@@ -35,44 +36,66 @@ class Searched(NamedTuple):
     rivals: tuple[Response, ...] = ()
 
 
-def other_attractors(parts: build.Parts, states: Sequence[coupled.WearState]) -> list[Searched]:
+def other_attractors(
+    parts: build.Parts, states: Sequence[coupled.WearState]
+) -> list[Searched]:
     """Look for other attractors of each state, where released flanks do not return to the response stored.
 
-    The methods of the papers integrate from one start alone, and so do errors that turn with their members;
-    among the angles of averaged errors nothing is looked for, nor in sets of several meshes, where an
-    integration of hundreds of periods costs more than a whole life. The bound on the work is shared by the
-    states; what one leaves over is the next ones'. States of a life are alike: each tries other releases than
-    those before it, and what one has found is looked for in the next, and then in the one before. The first
-    state in which a release finds one tries all its others, too: the first that is found need not be the
-    worst.
+    The methods of the papers integrate from one start alone, and so do errors that turn
+    with their members; among the angles of averaged errors nothing is looked for, nor
+    in sets of several meshes, where an integration of hundreds of periods costs more
+    than a whole life. The bound on the work is shared by the states; what one leaves
+    over is the next ones'. States of a life are alike: each tries other releases than
+    those before it, and what one has found is looked for in the next, and then in the
+    one before. The first state in which a release finds one tries all its others, too:
+    the first that is found need not be the worst.
     """
-    moves, account = parts.vibration, parts.coupling.account
+    moves = parts.vibration
+    account = parts.coupling.account
     if moves is None or not isinstance(moves.method, periodic.Periodic):
         return []
     if moves.hunting > 1 or moves.slow is not None or len(parts.meshes) > 1:
         return []
-    most = living.most_searched(moves.system, parts.scene.numerics.most_right_hand_sides)
+    most = living.most_searched(
+        moves.system, parts.scene.numerics.most_right_hand_sides
+    )
     with account.timed("dynamics"):
-        searches = _searches([state.responses[0] for state in states], moves.method, most)
+        searches = _searches(
+            [state.responses[0] for state in states], moves.method, most
+        )
     account.counts["period_maps"] += sum(one.search.periods for one in searches)
     return searches
 
 
-def _searches(responses: Sequence[Response], method: periodic.Periodic, left: int) -> list[Searched]:
+def _searches(
+    responses: Sequence[Response], method: periodic.Periodic, left: int
+) -> list[Searched]:
     """Search one state after another with ``left`` integration steps, then back."""
-    found, first = list[Searched](), 0
+    found = list[Searched]()
+    first = 0
     for number, response in enumerate(responses):
-        hunt = _Beside(response, method, max(left // (len(responses) - number), 0), coexisting.Search())
+        hunt = _Beside(
+            response,
+            method,
+            max(left // (len(responses) - number), 0),
+            coexisting.Search(),
+        )
         known = found[-1].rivals if found else ()
-        hunt.forwards(known, coexisting.FURTHER if first else coexisting.RELEASES, first)
+        hunt.forwards(
+            known, coexisting.FURTHER if first else coexisting.RELEASES, first
+        )
         found.append(hunt.result())
-        left, first = left - hunt.steps, first + hunt.search.starts
+        left = left - hunt.steps
+        first = first + hunt.search.starts
     for number in reversed(range(len(found) - 1)):
         known = found[number + 1].rivals
         if known and not found[number].rivals:
-            hunt = _Beside(responses[number], method, max(left, 0), found[number].search)
+            hunt = _Beside(
+                responses[number], method, max(left, 0), found[number].search
+            )
             hunt.follow(known)
-            found[number], left = hunt.result(), left - hunt.steps
+            found[number] = hunt.result()
+            left = left - hunt.steps
     return found
 
 
@@ -91,8 +114,17 @@ class _Beside:
         """Follow what a neighbour has, or release flanks until there are no more releases or steps."""
         self._look(coexisting.Tries(releases, first, next(iter(known), None)))
         self.follow(known[1:])
-        while self.rivals and not known and self.search.starts < releases and not self.search.cut_off:
-            self._look(coexisting.Tries(releases - self.search.starts, first + self.search.starts))
+        while (
+            self.rivals
+            and not known
+            and self.search.starts < releases
+            and not self.search.cut_off
+        ):
+            self._look(
+                coexisting.Tries(
+                    releases - self.search.starts, first + self.search.starts
+                )
+            )
 
     def follow(self, known: Sequence[Response]) -> None:
         """Look for what each attractor of a neighbour becomes."""
@@ -100,25 +132,36 @@ class _Beside:
             self._look(coexisting.Tries(0, 0, near))
 
     def _look(self, tries: coexisting.Tries) -> None:
-        again = coexisting.coexisting(self.response, self.method, max(self.most - self.steps, 0), tries)
+        again = coexisting.coexisting(
+            self.response, self.method, max(self.most - self.steps, 0), tries
+        )
         self.steps += int(again.spent * len(self.response.tables.width))
-        starts, periods = self.search.starts + again.starts, self.search.periods + again.periods
+        starts = self.search.starts + again.starts
+        periods = self.search.periods + again.periods
         self.search = coexisting.Search(None, starts, periods, again.cut_off)
-        if again.rival is not None and not any(_alike(again.rival, other) for other in self.rivals):
+        if again.rival is not None and not any(
+            _alike(again.rival, other) for other in self.rivals
+        ):
             self.rivals.append(again.rival)
 
     def result(self) -> Searched:
         """Return what was found, the worst first."""
         if len(self.rivals) > 1:
             self.rivals.sort(key=lambda other: -float(extremes(other).largest.max()))
-        return Searched(self.search._replace(rival=next(iter(self.rivals), None)), tuple(self.rivals))
+        return Searched(
+            self.search._replace(rival=next(iter(self.rivals), None)),
+            tuple(self.rivals),
+        )
 
 
 def _alike(one: Response, other: Response) -> bool:
     """Whether two motions are one attractor: both aperiodic, or of one period and with the same forces."""
     if one.period != other.period or one.period == 0:
         return one.period == other.period
-    first, second = (np.concatenate([own.least, own.largest]) for own in (extremes(one), extremes(other)))
+    first, second = (
+        np.concatenate([own.least, own.largest])
+        for own in (extremes(one), extremes(other))
+    )
     return bool(np.abs(first - second).max() <= ALIKE * np.abs(first).max())
 
 
@@ -137,8 +180,15 @@ def attractor_values(found: Sequence[Searched]) -> label.Values:
     rows = [[_described(other) for other in one.rivals] for one in found]
     width = max(len(own) for row in rows for own in row)
     each = label.padded([np.reshape(row, (-1, width)) for row in rows])
-    least, largest = (force.transpose(0, 2, 1) for force in np.split(each[..., 2:], 2, axis=-1))
-    told = {"period": each[..., 0], "multiplier": each[..., 1], "force_min": least, "force_max": largest}
+    least, largest = (
+        force.transpose(0, 2, 1) for force in np.split(each[..., 2:], 2, axis=-1)
+    )
+    told = {
+        "period": each[..., 0],
+        "multiplier": each[..., 1],
+        "force_min": least,
+        "force_max": largest,
+    }
     worst = {f"coexisting_{name}": own[..., 0] for name, own in told.items()}
     return values | worst | {f"rival_{name}": own for name, own in told.items()}
 
@@ -154,32 +204,43 @@ def _described(other: Response) -> Array:
     """Return period, largest multiplier, and the smallest and largest force of every mesh."""
     described = extremes(other)
     largest = float(abs(other.multipliers[0])) if len(other.multipliers) else np.nan
-    return np.concatenate([[float(other.period), largest], described.least, described.largest])
+    return np.concatenate(
+        [[float(other.period), largest], described.least, described.largest]
+    )
 
 
 SAMPLES = 64
 """Samples of a mesh period."""
 LINES = 24
-"""Order lines between two mesh orders: all subharmonics down to 1/24 that divide it fall on lines."""
+"""Order lines between two mesh orders: all subharmonics down to 1/24 that divide it
+fall on lines."""
 ORDERS = 5
 ORDER = {"up": slice(None), "down": slice(None, None, -1)}
 
 
-def at_speed(parts: build.Parts, state: coupled.WearState, speed: float) -> coupled.Vibration:
+def at_speed(
+    parts: build.Parts, state: coupled.WearState, speed: float
+) -> coupled.Vibration:
     """Return the dynamics at a speed [rad/s], with steps by the rule for that speed."""
     assert parts.scene.operation.speed is not None
     period = parts.gears.period * parts.scene.operation.speed / speed
-    stiffest = np.array([state.kind[mesh.kind].static.tangent.max() for mesh in parts.meshes])
-    grid = build.vibration.steps_grid(parts.scene, parts.on_clock, parts.moving.system, stiffest, period)
+    stiffest = np.array(
+        [state.kind[mesh.kind].static.tangent.max() for mesh in parts.meshes]
+    )
+    grid = build.vibration.steps_grid(
+        parts.scene, parts.on_clock, parts.moving.system, stiffest, period
+    )
     return parts.with_steps(grid, 1, period)
 
 
 def over_speed_values(parts: build.Parts, state: coupled.WearState) -> label.Values:
     """Follow the response of one wear state over speed and return what is read off it.
 
-    The first speed starts from the steady response there, each further direction where the last has ended.
+    The first speed starts from the steady response there, each further direction where
+    the last has ended.
     """
-    account, method = parts.coupling.account, parts.moving.method
+    account = parts.coupling.account
+    method = parts.moving.method
 
     def mesh_at(speed: float) -> tuple[Any, stages.StageTables, float]:
         """Return system, tables and duration of a mesh period at a speed [rad/s]."""
@@ -188,9 +249,15 @@ def over_speed_values(parts: build.Parts, state: coupled.WearState) -> label.Val
 
     assert isinstance(method, periodic.Periodic)
     given: Any = parts.scene.dynamics and parts.scene.dynamics.response
-    speeds = np.linspace(getattr(given.speed, "from"), given.speed.to, given.speed.points)
-    way, branches = continuation.Continuation(given.transient, given.strobe, method), []
-    values: label.Values = {"response_speed": speeds, "direction": list(given.directions)}
+    speeds = np.linspace(
+        getattr(given.speed, "from"), given.speed.to, given.speed.points
+    )
+    way = continuation.Continuation(given.transient, given.strobe, method)
+    branches = []
+    values: label.Values = {
+        "response_speed": speeds,
+        "direction": list(given.directions),
+    }
     values["order"] = np.arange(1, ORDERS * LINES + 1) / LINES
     with account.timed("dynamics"):
         start = method.solve(*mesh_at(float(speeds[ORDER[given.directions[0]]][0]))).end
@@ -199,47 +266,73 @@ def over_speed_values(parts: build.Parts, state: coupled.WearState) -> label.Val
             start = branches[-1][-1].response.end
         jumps = [way.jumps(mesh_at, points) for points in branches]
         ordered = [sorted(points, key=lambda point: point.speed) for points in branches]
-        rows = [[_read_off(parts, state, point) for point in points] for points in ordered]
+        rows = [
+            [_read_off(parts, state, point) for point in points] for points in ordered
+        ]
     account.add(point.response for points in branches for point in points)
     for name in rows[0][0]:  # (direction, speed, …), of the mesh but for two
         each = np.array([[row[name] for row in line] for line in rows], float)
-        values[f"response_{name}"] = each if name in ("orbit_period", "multiplier") else each[None]
+        values[f"response_{name}"] = (
+            each if name in ("orbit_period", "multiplier") else each[None]
+        )
     if any(jumps):  # with their brackets
         each = label.padded([np.reshape(place, (-1, 4)) for place in jumps])
-        values |= {"response_jump_speed": each[..., :2], "response_jump_extent": each[..., 2:]}
+        values |= {
+            "response_jump_speed": each[..., :2],
+            "response_jump_extent": each[..., 2:],
+        }
         values["edge"] = ["before", "after"]
     return values
 
 
-def _read_off(parts: build.Parts, state: coupled.WearState, point: continuation.Point) -> label.Values:
-    moves, response = at_speed(parts, state, point.speed), point.response
+def _read_off(
+    parts: build.Parts, state: coupled.WearState, point: continuation.Point
+) -> label.Values:
+    moves = at_speed(parts, state, point.speed)
+    response = point.response
     phases = np.arange(SAMPLES) / SAMPLES
-    where, when = parts.look(0, phases), moves.look(phases)
-    motion = force.Deflections(*(values[:, 0] for values in moves.motions(response, when)))
+    where = parts.look(0, phases)
+    when = moves.look(phases)
+    motion = force.Deflections(
+        *(values[:, 0] for values in moves.motions(response, when))
+    )
     position, _ = moves.coordinates(response, when)
     dashpot = dashpot_of(moves.system, 0)
-    elastic = force.flank_forces(state.flanks[0], where, motion, dashpot, moves.period).elastic
+    elastic = force.flank_forces(
+        state.flanks[0], where, motion, dashpot, moves.period
+    ).elastic
     transmission = vibration.transmission_error(moves, position)[:, 0]
-    static, extreme, tables = parts.kinds[0].analysis.load, extremes(response), response.tables
+    static = parts.kinds[0].analysis.load
+    extreme = extremes(response)
+    tables = response.tables
     # at phase 0
-    moved, moving = (each @ moves.system.direction[0] for each in np.split(point.strobe, 2, axis=1))
+    moved, moving = (
+        each @ moves.system.direction[0] for each in np.split(point.strobe, 2, axis=1)
+    )
     return {
         "dynamic_factor": extreme.largest[0] / static if static > 0.0 else np.nan,
-        "force_peak_to_peak": extreme.largest[0] - extreme.least[0], "force_rms": elastic.std(),
-        "dte_peak_to_peak": np.ptp(transmission), "dte_rms": transmission.std(),
-        "separation_fraction": extreme.separated[0], "orbit_period": response.period,
-        "multiplier": abs(response.multipliers[0]) if len(response.multipliers) else np.nan,
-        "dte_orders": order_amplitudes(transmission), "force_orders": order_amplitudes(elastic),
+        "force_peak_to_peak": extreme.largest[0] - extreme.least[0],
+        "force_rms": elastic.std(),
+        "dte_peak_to_peak": np.ptp(transmission),
+        "dte_rms": transmission.std(),
+        "separation_fraction": extreme.separated[0],
+        "orbit_period": response.period,
+        "multiplier": abs(response.multipliers[0])
+        if len(response.multipliers)
+        else np.nan,
+        "dte_orders": order_amplitudes(transmission),
+        "force_orders": order_amplitudes(elastic),
         "poincare_deflection": moved - tables.error[0, 0, 0],
         "poincare_rate": moving - tables.error_rate[0, 0, 0] / response.mesh_period,
-    }  # fmt: skip
+    }
 
 
 def order_amplitudes(values: Array) -> Array:
     """Return amplitudes on the lines 1/24, 2/24 … 5 of the mesh order, (120,).
 
-    A response of m periods has exact lines at multiples of 1/m; each is written to the nearest of ours. An
-    aperiodic one is cut into pieces of 24 periods, whose powers are averaged.
+    A response of m periods has exact lines at multiples of 1/m; each is written to the
+    nearest of ours. An aperiodic one is cut into pieces of 24 periods, whose powers are
+    averaged.
 
     Parameters
     ----------
@@ -249,8 +342,11 @@ def order_amplitudes(values: Array) -> Array:
     pieces = [values.ravel()]
     if periods > LINES:
         count = periods // LINES
-        pieces, periods = list(values[: count * LINES].reshape(count, -1)), LINES
-    power = np.mean([np.abs(np.fft.rfft(piece) * 2.0 / len(piece)) ** 2 for piece in pieces], axis=0)
+        pieces = list(values[: count * LINES].reshape(count, -1))
+        periods = LINES
+    power = np.mean(
+        [np.abs(np.fft.rfft(piece) * 2.0 / len(piece)) ** 2 for piece in pieces], axis=0
+    )
     amplitude = np.zeros(ORDERS * LINES + 1)
     most = min(len(power) - 1, ORDERS * periods, periods * phases // 2)
     for line in range(1, most + 1):

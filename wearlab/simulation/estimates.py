@@ -1,10 +1,12 @@
 """Estimates of the numerical error: of the steps over cycles, of the integrator, of the nodes on the flanks.
 
-A few states of the life are evaluated once more with half the steps and half the nodes. What the wear rate
-changes by is carried along the cycles, and added to what the steps over cycles report of themselves.
+A few states of the life are evaluated once more with half the steps and half the nodes.
+What the wear rate changes by is carried along the cycles, and added to what the steps
+over cycles report of themselves.
 
-Over the face the first and the last state are evaluated once more with half the nodes and half the slices;
-what the wear rate changes by there, relative to the fastest, counts for all that was worn.
+Over the face the first and the last state are evaluated once more with half the nodes
+and half the slices; what the wear rate changes by there, relative to the fastest,
+counts for all that was worn.
 """
 
 from collections.abc import Callable
@@ -22,19 +24,23 @@ from wearlab.scene import build
 from wearlab.simulation import living, twins, vibration, wear_off
 
 DEPTH_SHARE, LIFE_SHARE = 1.5, 1.0
-"""Weights of the rougher twin's change of rate, set on the seeds 129943 and 830195 of drawn scenes."""
+"""Weights of the rougher twin's change of rate, set on the seeds 129943 and 830195 of
+drawn scenes."""
 CHANCE = 0.3
-"""Weight of the mean error over the flanks that end a life: it may be small at one place by chance. Set on
-the seeds 9037708 and 1576760, as the next."""
+"""Weight of the mean error over the flanks that end a life: it may be small at one
+place by chance. Set on the seeds 9037708 and 1576760, as the next."""
 TOLERATED = 0.45
 """Share of the tolerance over steps by which a largest force may always be off."""
 BETWEEN_SHARE = 1.5
-"""Weight of what every second node does not tell of the wear between them, set on the same."""
+"""Weight of what every second node does not tell of the wear between them, set on the
+same."""
 HARD = 5.0
-"""Largest mesh force over the static one from which teeth strike as no tolerance foresees [1]: of six scenes
-of seed 9037708 above it four had an error beyond its estimate, of 65 below it one."""
+"""Largest mesh force over the static one from which teeth strike as no tolerance
+foresees [1]: of six scenes of seed 9037708 above it four had an error beyond its
+estimate, of 65 below it one."""
 LARGE = 0.5
-"""Estimated error of the mesh force over the largest force from which small changes tell little of it."""
+"""Estimated error of the mesh force over the largest force from which small changes
+tell little of it."""
 
 UNWORN = SimpleNamespace(end_reason="", jumps=(), wave_growth=0.0, hurried=False)
 """The life of what does not wear."""
@@ -48,7 +54,8 @@ class Estimates(NamedTuple):
     wear_depth : (n_updates,) [m], None when nothing wears on
     force : of every condition of operation, (n_updates,) each; None without dynamics
     life : [1], None without a depth limit that was reached
-    doubts : why they may be wrong by more than usual, () when nothing speaks against them
+    doubts : why they may be wrong by more than usual, () when nothing speaks against
+        them
     """
 
     wear_depth: Array | None
@@ -63,7 +70,8 @@ class Looked(NamedTuple):
     Parameters
     ----------
     stage, lived : what runs, and its history
-    worn : the error of the wear at the samples; None where a state has no twin in one of the conditions
+    worn : the error of the wear at the samples; None where a state has no twin in one
+        of the conditions
     """
 
     stage: living.Stage
@@ -79,26 +87,32 @@ class Looked(NamedTuple):
     def driven(self) -> list[tuple[wear_off.WornFurther, Array]]:
         """The states at which a wear law drives the error of the wear, and its change of the rate there."""
         states = (state for state in self.worn if state is not None)
-        return [(state, state.twin.rate) for state in states if state.twin.rate is not None]
+        return [
+            (state, state.twin.rate) for state in states if state.twin.rate is not None
+        ]
 
 
-def estimated(stage: living.Stage, lived: history.History, inherited: float = 0.0) -> Estimates:
+def estimated(
+    stage: living.Stage, lived: history.History, inherited: float = 0.0
+) -> Estimates:
     """Estimate the errors of a life at its kept states.
 
     Parameters
     ----------
     stage : what runs, in all its conditions
     lived : its history
-    inherited : error of the wear that the run starts from [m]; counts for the mesh force here
+    inherited : error of the wear that the run starts from [m]; counts for the mesh
+        force here
 
     Notes
     -----
-    Wear depth: what the steps over cycles accumulate, and the integral of the change of rate over cycles; not
-    more than the fastest rate ever seen would have worn.
-    Forces: their own change, and that by wear as far off as the depth may be, see `force_errors`.
-    A state whose rougher twin responds otherwise counts as its neighbours do. Without any twin, less rough
-    ones serve; without those there is no estimate, except of wear by averages over aperiodic responses.
-    Where forces would be off by more than `LARGE` of the largest, finer twins are asked.
+    Wear depth: what the steps over cycles accumulate, and the integral of the change of
+    rate over cycles; not more than the fastest rate ever seen would have worn. Forces:
+    their own change, and that by wear as far off as the depth may be, see
+    `force_errors`. A state whose rougher twin responds otherwise counts as its
+    neighbours do. Without any twin, less rough ones serve; without those there is no
+    estimate, except of wear by averages over aperiodic responses. Where forces would be
+    off by more than `LARGE` of the largest, finer twins are asked.
     """
     with stage.first.coupling.account.timed("estimates"):
         looked = _looked(stage, lived, twins.twins_of, inherited)
@@ -106,11 +120,14 @@ def estimated(stage: living.Stage, lived: history.History, inherited: float = 0.
         if _loudest(lived, force) > LARGE:
             closer = _looked(stage, lived, twins.finer_twins_of, inherited)
             if closer.missing <= looked.missing:
-                looked, force = closer, _forces(closer)
+                looked = closer
+                force = _forces(closer)
     return Estimates(_depth(looked), force, _life(looked), _doubts(looked, force))
 
 
-def _looked(stage: living.Stage, lived: history.History, of: Callable[..., Any], before: float) -> Looked:
+def _looked(
+    stage: living.Stage, lived: history.History, of: Callable[..., Any], before: float
+) -> Looked:
     """Return what twins, as the function ``of`` makes them of a condition, say of the errors."""
     each = [of(parts, lived.in_block(block)) for block, parts in enumerate(stage.parts)]
     joint = [twins.together(own, stage.weight) for own in zip(*each, strict=True)]
@@ -125,38 +142,63 @@ def not_estimated(lived: history.History) -> Estimates:
     return Estimates(unknown, None, life, ("its errors could not be estimated",))
 
 
-def _doubts(looked: Looked, force: tuple[twins.ForceErrors, ...] | None) -> tuple[str, ...]:
+def _doubts(
+    looked: Looked, force: tuple[twins.ForceErrors, ...] | None
+) -> tuple[str, ...]:
     """Return what speaks against the estimates of a life."""
-    stage, lived, loudest = looked.stage, looked.lived, _loudest(looked.lived, force)
+    stage = looked.stage
+    lived = looked.lived
+    loudest = _loudest(looked.lived, force)
     states = *lived.samples.state, *lived.state
     conditions = list(zip(*(state.conditions for state in states), strict=True))
-    responses = [response for each in conditions for state in each for response in state.responses]
+    responses = [
+        response
+        for each in conditions
+        for state in each
+        for response in state.responses
+    ]
     missing = sum(state is None for state in looked.worn)
     life: Any = lived.life or UNWORN
     hardest = 0.0
     for parts, each in zip(stage.parts, conditions, strict=True):
         static = np.array([parts.gears.kinds[mesh.kind].load for mesh in parts.meshes])
-        largest = [extremes(response).largest for state in each for response in state.responses]
-        hardest = max([hardest, *(_most(vibration.over(own, static)) for own in largest)])
-    alone = all(one.verdict.unique and one.verdict.attracting is not False for one in responses)
+        largest = [
+            extremes(response).largest for state in each for response in state.responses
+        ]
+        hardest = max(
+            [hardest, *(_most(vibration.over(own, static)) for own in largest)]
+        )
+    alone = all(
+        one.verdict.unique and one.verdict.attracting is not False for one in responses
+    )
     said = {
-        "the work of the life is used up before its end": life.end_reason in limits.ENDS_OF_WORK,
-        "a response does not repeat": any(response.period == 0 for response in responses),
+        "the work of the life is used up before its end": life.end_reason
+        in limits.ENDS_OF_WORK,
+        "a response does not repeat": any(
+            response.period == 0 for response in responses
+        ),
         "an orbit is not alone or hardly attracts": not alone,
-        f"{missing} of {len(looked.worn)} states respond otherwise with half the steps and nodes": missing,
+        f"{missing} of {len(looked.worn)} states respond otherwise with half the "
+        "steps and nodes": missing,
         f"the wear rate jumps at {len(life.jumps)} places": life.jumps,
         "waves of wear grow from any error": life.wave_growth > 0.0,
         f"the force may be off by {loudest:.0%} of the largest": loudest > LARGE,
         f"teeth strike with {hardest:.0f} times their static force": hardest > HARD,
-        "steps over cycles are as long as the work allowed pays for, not as their errors ask": life.hurried,
+        "steps over cycles are as long as the work allowed pays for, not as their "
+        "errors ask": life.hurried,
     }
     return tuple(words for words, holds in said.items() if holds)
 
 
-def _loudest(lived: history.History, force: tuple[twins.ForceErrors, ...] | None) -> float:
+def _loudest(
+    lived: history.History, force: tuple[twins.ForceErrors, ...] | None
+) -> float:
     """Return the largest estimated error of a mesh force over the largest force, of all conditions [1]."""
     ratios = [
-        vibration.over(errors.mesh, np.array([_largest(state) for state in lived.in_block(block).state]))
+        vibration.over(
+            errors.mesh,
+            np.array([_largest(state) for state in lived.in_block(block).state]),
+        )
         for block, errors in enumerate(force or ())
     ]
     return _most(np.ravel(ratios))
@@ -180,75 +222,118 @@ def _stepping(lived: history.History, cycle: Array) -> Array:
 
 
 def _depth(looked: Looked) -> Array | None:
-    """Return the errors of the depth of all kept states, (n_updates,) [m]; None when nothing wears on."""
-    lived, known = looked.lived, looked.driven
+    """Return the errors of the depth of all kept states, (n_updates,) [m].
+
+    None when nothing wears on.
+    """
+    lived = looked.lived
+    known = looked.driven
     if lived.life is None:
         return None
-    total, cycles = _stepping(lived, lived.cycle), [state.twin.cycle for state, _ in known]
+    total = _stepping(lived, lived.cycle)
+    cycles = [state.twin.cycle for state, _ in known]
     if not known and any(map(twins.is_periodic, lived.samples.state)):
         return np.full(len(total), np.nan)
     if known:
         between = np.array([state.twin.between for state, _ in known])
-        between -= between[0] if cycles[0] <= lived.cycle[0] else 0.0  # the initial wear is no error
-        total = total + BETWEEN_SHARE * np.interp(lived.cycle, cycles, np.maximum(0.0, between))
-        carried = np.interp(lived.cycle, cycles, [float(np.abs(state.error).max()) for state, _ in known])
+        between -= (
+            between[0] if cycles[0] <= lived.cycle[0] else 0.0
+        )  # the initial wear is no error
+        total = total + BETWEEN_SHARE * np.interp(
+            lived.cycle, cycles, np.maximum(0.0, between)
+        )
+        carried = np.interp(
+            lived.cycle,
+            cycles,
+            [float(np.abs(state.error).max()) for state, _ in known],
+        )
         if len(known) == 1:  # one state speaks for all of the life
             carried = float(np.abs(known[0][1]).max()) * lived.cycle
         total = total + DEPTH_SHARE * carried
-    fastest = float(lived.life.rate.max(initial=0.0))  # that any place has shown: no depth is further off
+    fastest = float(
+        lived.life.rate.max(initial=0.0)
+    )  # that any place has shown: no depth is further off
     return np.minimum(total, fastest * lived.cycle)
 
 
 def _forces(looked: Looked) -> tuple[twins.ForceErrors, ...] | None:
-    """Return the errors of the forces of all kept states in every condition; None without dynamics."""
+    """Return the errors of the forces of all kept states in every condition.
+
+    None without dynamics.
+    """
     if looked.stage.first.vibration is None:
         return None
     found = []
     for block, parts in enumerate(looked.stage.parts):
-        lived, known = looked.lived.in_block(block), []
+        lived = looked.lived.in_block(block)
+        known = []
         for state, further in zip(lived.samples.state, looked.worn, strict=True):
             worse = None if further is None else further.worse[block]
             if further is not None and worse is not None:
-                twin, least = further.twin, TOLERATED * parts.scene.numerics.tolerance * _largest(state)
+                twin = further.twin
+                least = TOLERATED * parts.scene.numerics.tolerance * _largest(state)
                 off = twins.force_errors(parts, state, twin.conditions[block], worse)
                 if np.isfinite(off.mesh):
-                    known.append((twin.cycle, off.mesh, max(off.largest, least), off.bearing))
+                    known.append(
+                        (twin.cycle, off.mesh, max(off.largest, least), off.bearing)
+                    )
         periodic = np.array([twins.is_periodic(state) for state in lived.state])
         cycle, *each = np.array(known).T if known else np.full((4, 1), np.nan)
-        errors = (np.where(periodic, np.interp(lived.cycle, cycle, error), np.nan) for error in each)
+        errors = (
+            np.where(periodic, np.interp(lived.cycle, cycle, error), np.nan)
+            for error in each
+        )
         found.append(twins.ForceErrors(*errors))
     return tuple(found)
 
 
 def _life(looked: Looked) -> float | None:
     """Return the error of the deepest depth over the rate of wear there, at the end of the life [1]."""
-    stage, lived, life = looked.stage, looked.lived, looked.lived.life
+    stage = looked.stage
+    lived = looked.lived
+    life = looked.lived.life
     if life is None or not life.worn_out:
         return None
-    counts = build.wear.build_limits(stage.first.scene, stage.first.gears, stage.coupling).flank
+    counts = build.wear.build_limits(
+        stage.first.scene, stage.first.gears, stage.coupling
+    ).flank
     repeats = twins.is_periodic(lived.samples.state[-1])
     rate = life.rate[-1] if repeats else wear_off.late_rate(life.cycle, life.depth)
     own = life.depth[-1], rate, twins.flank_of_nodes(stage.first)
     fastest, between, flanks, nodes = wear_off.end_of(*own, counts)
-    if fastest <= 0.0:  # where the deepest place wears no more, no rate says what its error is worth
+    if (
+        fastest <= 0.0
+    ):  # where the deepest place wears no more, no rate says what its error is worth
         return float("nan") if lived.cycle[-1] > 0.0 else 0.0
     steps = float(np.abs(life.depth_error[nodes]).max()) + life.scatter
-    known, deepest = looked.driven, 0.0
+    known = looked.driven
+    deepest = 0.0
     if known:  # where the flanks that end the life are worn most
         last, drive = known[-1]
         off = np.abs(last.error if len(known) > 1 else drive * lived.cycle[-1])
         there = np.isin(twins.flank_of_nodes(last.twin.parts), flanks)
-        deep = there & (last.twin.wear >= wear_off.DEEPEST * last.twin.wear[there].max())
-        deepest = LIFE_SHARE * float(off[deep].max()) + CHANCE * float(off[there].mean())
+        deep = there & (
+            last.twin.wear >= wear_off.DEEPEST * last.twin.wear[there].max()
+        )
+        deepest = LIFE_SHARE * float(off[deep].max()) + CHANCE * float(
+            off[there].mean()
+        )
     elif any(map(twins.is_periodic, lived.samples.state)):
         deepest = np.nan
-    return min(steps + between + deepest, float(life.rate.max(initial=0.0) * lived.cycle[-1])) / fastest
+    return (
+        min(
+            steps + between + deepest,
+            float(life.rate.max(initial=0.0) * lived.cycle[-1]),
+        )
+        / fastest
+    )
 
 
 WEIGHT, OF_ENDS = 0.5, 1.5
-"""Of the rougher twin's change of rate: a third is what halving a grid of second order leaves. At the ends of
-the face of spur gears, and of slices apart, an outermost slice has the gap of its middle: that is of first
-order at most, and leaves all of it or more (tests/validation/face_life_estimates.py)."""
+"""Of the rougher twin's change of rate: a third is what halving a grid of second order
+leaves. At the ends of the face of spur gears, and of slices apart, an outermost slice
+has the gap of its middle: that is of first order at most, and leaves all of it or more
+(tests/validation/face_life_estimates.py)."""
 
 
 BUSY = 0.5
@@ -257,16 +342,21 @@ BUSY = 0.5
 
 def rougher_over_face(parts: build.Parts) -> build.Parts:
     """Return the physics of a scene on half the nodes and half the slices."""
-    scene, mesh = parts.scene, parts.scene.mesh
+    scene = parts.scene
+    mesh = parts.scene.mesh
     for kind in parts.gears.kinds:
         fewer = {"face_points": max(3, build.mesh.slices_of(scene, kind) // 2)}
         own = scene.mesh.of(kind.section).model_copy(update=fewer)
         mesh = mesh.model_copy(update={kind.section: own} if kind.section else fewer)
-    numerics = scene.numerics.model_copy(update={"profile_points": build.mesh.profile_points(scene) // 2})
+    numerics = scene.numerics.model_copy(
+        update={"profile_points": build.mesh.profile_points(scene) // 2}
+    )
     return build.build(scene.model_copy(update={"mesh": mesh, "numerics": numerics}))
 
 
-def estimated_over_face(stage: living.Stage, lived: history.History, inherited: float = 0.0) -> Estimates:
+def estimated_over_face(
+    stage: living.Stage, lived: history.History, inherited: float = 0.0
+) -> Estimates:
     """Estimate the errors of a life at its kept states.
 
     Parameters
@@ -277,22 +367,40 @@ def estimated_over_face(stage: living.Stage, lived: history.History, inherited: 
     """
     if lived.life is None:
         return Estimates(None, None, None)
-    first, flat = stage.first, stage.first.coupling.flat
+    first = stage.first
+    flat = stage.first.coupling.flat
     with first.coupling.account.timed("estimates"):
         rougher_parts = [rougher_over_face(parts) for parts in stage.parts]
-        together, grids = living.taking_turns(rougher_parts, stage.weight), _grids(rougher_parts[0])
-        ends, rough = [lived.state[0], lived.state[-1]], list[coupled.WearState]()
+        together = living.taking_turns(rougher_parts, stage.weight)
+        grids = _grids(rougher_parts[0])
+        ends = [lived.state[0], lived.state[-1]]
+        rough = list[coupled.WearState]()
         for state in ends:  # at the slices and nodes of the rougher twin
             each = zip(state.wear, _grids(first), grids, strict=True)
             rough.append(together.evaluate(tuple(moved(*own) for own in each)))
-        apart = [_apart(state, twin, _grids(first), grids) for state, twin in zip(ends, rough, strict=True)]
+        apart = [
+            _apart(state, twin, _grids(first), grids)
+            for state, twin in zip(ends, rough, strict=True)
+        ]
         assert first.face is not None
         contacts = [kind.contact for kind in first.face.kinds]
-        sliced = any(contact.solid is None and contact.shear_length == 0.0 for contact in contacts)
-        share = (OF_ENDS if sliced or not contacts[0].helix.angle else WEIGHT) * max(apart)
-    force, pairs = None, zip(ends, rough, strict=True)
-    if ends[0].responses:  # mesh forces at any phase are off by no more, nor are bearings, which carry less
-        most = [[extremes(state.responses[0]).largest for state in pair] for pair in pairs]
+        sliced = any(
+            contact.solid is None and contact.shear_length == 0.0
+            for contact in contacts
+        )
+        share = (OF_ENDS if sliced or not contacts[0].helix.angle else WEIGHT) * max(
+            apart
+        )
+    force = None
+    pairs = zip(ends, rough, strict=True)
+    if ends[
+        0
+        # mesh forces at any phase are off by no more, nor are bearings, which carry
+        # less
+    ].responses:
+        most = [
+            [extremes(state.responses[0]).largest for state in pair] for pair in pairs
+        ]
         off = max(float(np.abs(fine - twin).max()) for fine, twin in most)
         force = (twins.ForceErrors(*np.full((3, len(lived.state)), off)),)
     start = flat(lived.state[0].wear)
@@ -300,7 +408,9 @@ def estimated_over_face(stage: living.Stage, lived: history.History, inherited: 
     life = None
     if lived.life.worn_out:
         life = lived.life.error_estimate_life + share * float(lived.life.cycle[-1])
-    return Estimates(inherited + _stepping(lived, lived.cycle) + share * worn, force, life)
+    return Estimates(
+        inherited + _stepping(lived, lived.cycle) + share * worn, force, life
+    )
 
 
 def _grids(parts: build.Parts) -> list[FaceGrid]:
@@ -309,13 +419,22 @@ def _grids(parts: build.Parts) -> list[FaceGrid]:
 
 
 def _apart(
-    fine: coupled.WearState, rough: coupled.WearState, grids: list[FaceGrid], theirs: list[FaceGrid]
+    fine: coupled.WearState,
+    rough: coupled.WearState,
+    grids: list[FaceGrid],
+    theirs: list[FaceGrid],
 ) -> float:
     """Return by how much the rate of the rougher twin differs where wear is fastest, over the fastest [1]."""
     fastest = max(float(rate.max()) for rate in fine.rate)
     off = [0.0]
     for own, other, grid, its in zip(fine.rate, rough.rate, grids, theirs, strict=True):
-        off.append(float(np.abs(moved(other, its, grid) - own)[own >= BUSY * fastest].max(initial=0.0)))
+        off.append(
+            float(
+                np.abs(moved(other, its, grid) - own)[own >= BUSY * fastest].max(
+                    initial=0.0
+                )
+            )
+        )
     return max(off) / fastest if fastest > 0.0 else 0.0
 
 
@@ -327,8 +446,12 @@ def moved(values: Array, own: FaceGrid, wanted: FaceGrid) -> Array:
     values : (2, n_face, n) on the grid ``own``
     own, wanted : grids of one pair
     """
-    axes, places = ((grid.position, _apart_at_steps(grid)) for grid in (own, wanted))
-    at = [np.clip(place, axis[0], axis[-1]) for axis, place in zip(axes, places, strict=True)]
+    axes = (own.position, _apart_at_steps(own))
+    places = (wanted.position, _apart_at_steps(wanted))
+    at = [
+        np.clip(place, axis[0], axis[-1])
+        for axis, place in zip(axes, places, strict=True)
+    ]
     linear = RegularGridInterpolator(axes, np.moveaxis(values, 0, -1))
     return np.moveaxis(linear(tuple(np.meshgrid(*at, indexing="ij"))), -1, 0)
 

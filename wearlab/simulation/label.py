@@ -1,6 +1,9 @@
-"""Physics arrays become variables of a dataset, by the one table of variables; what fails is said.
+"""Physics arrays become variables of a dataset, by the one table of variables.
 
-Attributes of a dataset: what it is of, and where it comes from (scene, code, packages, machine, time).
+What fails is said.
+
+Attributes of a dataset: what it is of, and where it comes from (scene, code, packages,
+machine, time).
 """
 
 import platform
@@ -30,7 +33,13 @@ Values = dict[str, Any]
 """Variable → its values, in the order of dimensions of the table of variables."""
 
 
-def diagnosed(name: str, failures: list[str] | None, instead: Any, find: Callable[..., Any], *of: Any) -> Any:
+def diagnosed(
+    name: str,
+    failures: list[str] | None,
+    instead: Any,
+    find: Callable[..., Any],
+    *of: Any,
+) -> Any:
     """Return what is found of a run that has ended, or what stands for it where the search fails.
 
     Any error counts: hours of life are not lost for a number that describes them.
@@ -58,7 +67,8 @@ CONVENTIONS = "CF-1.11, ACDD-1.3"
 class Labelled(NamedTuple):
     """Variables with dimensions, unit and name, and which of them are coordinates.
 
-    Parts of a dataset: a dataset itself takes twenty times as long to make, and is made once.
+    Parts of a dataset: a dataset itself takes twenty times as long to make, and is made
+    once.
     """
 
     variables: Mapping[str, xr.Variable]
@@ -75,16 +85,23 @@ def labelled(values: Mapping[str, Any], coordinates: Mapping[str, Any]) -> Label
     """
     variables = {}
     for name, value in {**values, **coordinates}.items():
-        array, known = np.asarray(value), name in schema.VARIABLES
-        dims = schema.VARIABLES[name].dims if known or name not in coordinates else (name,)
+        array = np.asarray(value)
+        known = name in schema.VARIABLES
+        dims = (
+            schema.VARIABLES[name].dims if known or name not in coordinates else (name,)
+        )
         more = array.ndim == len(dims) + 1
         if name in coordinates:  # what all flanks share lies along the profile alone
             dims = dims[-array.ndim :] if array.ndim else (name,)
-        elif more and name in schema.OVER_FACE:  # flanks with a width have one more, before the profile
+        elif (
+            more and name in schema.OVER_FACE
+        ):  # flanks with a width have one more, before the profile
             dims = (*dims[:-1], "face", dims[-1])
         elif more:  # and what slow errors move, after the updates
             dims = (dims[0], "error_angle", *dims[1:])
-        said = schema.attributes(name) if known else {"long_name": name.replace("_", " ")}
+        said = (
+            schema.attributes(name) if known else {"long_name": name.replace("_", " ")}
+        )
         if not known and array.dtype.kind in "iuf":
             said["units"] = "1"
         variables[name] = xr.Variable(dims, array, said)
@@ -98,17 +115,25 @@ def parts_of(dataset: xr.Dataset) -> Labelled:
 
 def joined(*parts: Labelled) -> xr.Dataset:
     """Return the dataset of variables that have the same coordinates along the dimensions that they share."""
-    variables = {name: variable for part in parts for name, variable in part.variables.items()}
+    variables = {
+        name: variable for part in parts for name, variable in part.variables.items()
+    }
     coordinates = frozenset[str]().union(*(part.coordinates for part in parts))
-    return xr.Dataset(variables).set_coords([name for name in variables if name in coordinates])
+    return xr.Dataset(variables).set_coords(
+        [name for name in variables if name in coordinates]
+    )
 
 
-def padded(arrays: Sequence[np.ndarray], axis: int = 0, fill: float = np.nan) -> np.ndarray:
+def padded(
+    arrays: Sequence[np.ndarray], axis: int = 0, fill: float = np.nan
+) -> np.ndarray:
     """Stack arrays along a new axis, ``fill`` where one is shorter than another."""
     shapes = np.array([array.shape for array in arrays])
     beyond = shapes.max(axis=0) - shapes
     longer = [
-        np.pad(array, [(0, n) for n in more], constant_values=fill) if any(more) else array
+        np.pad(array, [(0, n) for n in more], constant_values=fill)
+        if any(more)
+        else array
         for array, more in zip(arrays, beyond, strict=True)
     ]
     return np.stack(longer, axis)
@@ -119,20 +144,27 @@ def of_states(rows: Sequence[Sequence[Any]]) -> np.ndarray:
 
     Shorter responses are padded with NaN.
     """
-    each, angles = padded([np.asarray(value) for row in rows for value in row]), len(rows[0])
+    each = padded([np.asarray(value) for row in rows for value in row])
+    angles = len(rows[0])
     return each if angles == 1 else each.reshape(len(rows), angles, *each.shape[1:])
 
 
-def with_results(run: xr.Dataset, failures: list[str] | None = None, added: Iterable[str] = ()) -> xr.Dataset:
+def with_results(
+    run: xr.Dataset, failures: list[str] | None = None, added: Iterable[str] = ()
+) -> xr.Dataset:
     """Return the dataset with what `wearlab.results` finds from its variables, labelled as declared.
 
     Parameters
     ----------
     run : the dataset
-    failures : gets a line for each result that fails, which is missing then; None: its error is raised
+    failures : gets a line for each result that fails, which is missing then; None: its
+        error is raised
     added : names of the results of plug-ins that the run has besides
     """
-    for result in (*results.RESULTS.values(), *(results.OF_PLUGINS[name] for name in added)):
+    for result in (
+        *results.RESULTS.values(),
+        *(results.OF_PLUGINS[name] for name in added),
+    ):
         if all(name in run for name in result.needs):
             found = diagnosed(result.name, failures, None, _variable, result, run)
             run = run if found is None else run.assign({result.name: found})
@@ -140,28 +172,43 @@ def with_results(run: xr.Dataset, failures: list[str] | None = None, added: Iter
 
 
 BESIDE = ("duty", "stage", "error_angle", "face")
-"""Dimensions that a result may have besides those declared: conditions, errors, the width of flanks."""
+"""Dimensions that a result may have besides those declared: conditions, errors, the
+width of flanks."""
 
 
 def _variable(result: Result, run: xr.Dataset) -> xr.Variable:
-    """Return a result as declared; what conditions or errors move has their dimension after the first."""
-    dims, values = result.variable.dims, result.of(run)
+    """Return a result as declared.
+
+    What conditions or errors move has their dimension after the first.
+    """
+    dims = result.variable.dims
+    values = result.of(run)
     beside = [dim for dim in values.dims if dim not in dims]
     if not set(dims) <= set(values.dims) or not set(beside) <= set(BESIDE):
-        found, declared = (", ".join(map(str, names)) for names in (values.dims, dims))
+        found = ", ".join(map(str, values.dims))
+        declared = ", ".join(map(str, dims))
         raise ValueError(f"its dimensions are ({found}), declared are ({declared})")
-    if any(values.sizes[dim] != run.sizes.get(dim, values.sizes[dim]) for dim in values.dims):
+    if any(
+        values.sizes[dim] != run.sizes.get(dim, values.sizes[dim])
+        for dim in values.dims
+    ):
         raise ValueError(f"its sizes are {dict(values.sizes)}, not those of the run")
     if values.dtype.kind not in "biuf":
         raise ValueError(f"its values are no numbers, but {values.dtype}")
     order = (*dims[:1], *beside, *dims[1:])
-    return xr.Variable(order, np.asarray(values.transpose(*order).values), schema.attributes(result.name))
+    return xr.Variable(
+        order,
+        np.asarray(values.transpose(*order).values),
+        schema.attributes(result.name),
+    )
 
 
 PACKAGES = ("numpy", "scipy", "numba", "xarray", "netCDF4")
 
 
-def provenance(scene: Scene, begun: float, calibration: CalibrationLife | None = None) -> dict[str, str]:
+def provenance(
+    scene: Scene, begun: float, calibration: CalibrationLife | None = None
+) -> dict[str, str]:
     """Return the attributes that tell how a run was made.
 
     Parameters
@@ -171,27 +218,38 @@ def provenance(scene: Scene, begun: float, calibration: CalibrationLife | None =
     calibration : the life that calibrated its wear coefficient, None where none did
     """
     return {
-        "scene": scene.canonical(), "id": scene.id, **_lineage(scene, calibration),
-        "model_version": str(identity.MODEL_VERSION), "source": f"wearlab {__version__}",
-        "wearlab_version": __version__, "source_hash": sources.used_hash(scene.dynamics is not None),
-        **_circumstances(), "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),
-    }  # fmt: skip
+        "scene": scene.canonical(),
+        "id": scene.id,
+        **_lineage(scene, calibration),
+        "model_version": str(identity.MODEL_VERSION),
+        "source": f"wearlab {__version__}",
+        "wearlab_version": __version__,
+        "source_hash": sources.used_hash(scene.dynamics is not None),
+        **_circumstances(),
+        "date_created": datetime.fromtimestamp(begun, UTC).isoformat(
+            timespec="seconds"
+        ),
+    }
 
 
 @cache
 def _circumstances() -> dict[str, str]:
     """Return commit of the checkout this code runs from, whether it was changed since, packages and machine.
 
-    An installed copy has no commit: there the hash of its sources tells the code. It takes milliseconds.
+    An installed copy has no commit: there the hash of its sources tells the code. It
+    takes milliseconds.
     """
     top = Path(__file__).resolve().parents[2]
     commit = _git(top, "rev-parse", "HEAD") if (top / ".git").exists() else ""
-    changed = commit and _git(top, "status", "--porcelain", "--", "wearlab", "pyproject.toml")
+    changed = commit and _git(
+        top, "status", "--porcelain", "--", "wearlab", "pyproject.toml"
+    )
     return {
         "commit": commit or "unknown",
         "dirty": ("true" if changed else "false") if commit else "unknown",
         "packages": ", ".join(f"{name} {version(name)}" for name in PACKAGES),
-        "machine": f"{platform.machine()} {platform.system()} Python {platform.python_version()}",
+        "machine": f"{platform.machine()} {platform.system()} Python "
+        f"{platform.python_version()}",
     }
 
 
@@ -199,9 +257,15 @@ def _lineage(scene: Scene, calibration: CalibrationLife | None) -> dict[str, str
     """Return the runs that calibrate and precede this one, from which cycle, and what is known of it."""
     told = {"parents": ""}
     if calibration is not None:
-        told |= {"calibration": calibration.run, "calibration_life": repr(calibration.cycles)}
+        told |= {
+            "calibration": calibration.run,
+            "calibration_life": repr(calibration.cycles),
+        }
     if scene.start is not None:
-        told |= {"parents": scene.start.run or "", "replaced_members": ", ".join(scene.start.replace)}
+        told |= {
+            "parents": scene.start.run or "",
+            "replaced_members": ", ".join(scene.start.replace),
+        }
     if scene.start is not None and scene.start_wear is not None:
         told["parent_cycle"] = repr(scene.start_wear.cycle)
         told["parent_interpolation_error"] = f"{scene.start_wear.error:.3g} m"
@@ -211,13 +275,20 @@ def _lineage(scene: Scene, calibration: CalibrationLife | None) -> dict[str, str
 
 def _git(top: Path, *words: str) -> str:
     try:
-        done = subprocess.run(["git", "-C", str(top), *words], capture_output=True, text=True, timeout=10)
+        done = subprocess.run(
+            ["git", "-C", str(top), *words], capture_output=True, text=True, timeout=10
+        )
     except (OSError, subprocess.TimeoutExpired):
         return ""
     return done.stdout.strip() if done.returncode == 0 else ""
 
 
-SUBJECTS = dict(dynamics="gear dynamics", wear="tooth wear", errors="gear errors", lubricant="lubricant film")
+SUBJECTS = dict(
+    dynamics="gear dynamics",
+    wear="tooth wear",
+    errors="gear errors",
+    lubricant="lubricant film",
+)
 ALWAYS = ("gears", "mesh stiffness", "static transmission error")
 
 
@@ -231,7 +302,11 @@ def discovery(scene: Scene, begun: float) -> dict[str, str]:
     """
     gears: Any = scene.gears
     kind = str(getattr(gears, "kind", "gear set")).replace("-", " ")
-    present = [subject for name, subject in SUBJECTS.items() if getattr(scene, name, None) is not None]
+    present = [
+        subject
+        for name, subject in SUBJECTS.items()
+        if getattr(scene, name, None) is not None
+    ]
     about = ", ".join(["contact and mesh stiffness", *present])
     when = datetime.fromtimestamp(begun, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     return {
@@ -241,7 +316,8 @@ def discovery(scene: Scene, begun: float) -> dict[str, str]:
         "keywords": ", ".join([kind, *ALWAYS, *present]),
         "processing_level": "model output: computed, not measured",
         "product_version": f"model version {identity.MODEL_VERSION}",
-        "comment": "The variables 'validity' and 'model_error' say what was assumed and how far the models "
+        "comment": "The variables 'validity' and 'model_error' say what was assumed "
+        "and how far the models "
         "are known to be off.",
         "history": f"{when} wearlab {__version__}: computed from its scene",
     }

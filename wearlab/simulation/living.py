@@ -1,7 +1,8 @@
 """The conditions a scene runs in, and its life through them: initial wear, then stage after stage to the end.
 
-The initial wear is a scene's own or that of another run. Conditions are one or several, and so are their
-datasets, which become one. What a run may do is bounded by the cost of its right-hand sides, not by seconds.
+The initial wear is a scene's own or that of another run. Conditions are one or several,
+and so are their datasets, which become one. What a run may do is bounded by the cost of
+its right-hand sides, not by seconds.
 """
 
 from collections.abc import Callable, Sequence
@@ -62,12 +63,20 @@ def stages_of(scene: Scene) -> tuple[Stage, ...]:
         return scene.model_copy(update={"operation": condition})
 
     if operation.stages:
-        return tuple(stage_of([alone(stage)], [1.0], stage.cycles) for stage in operation.stages)
+        return tuple(
+            stage_of([alone(stage)], [1.0], stage.cycles) for stage in operation.stages
+        )
     conditions = [alone(block) for block in operation.blocks]
-    return (stage_of(conditions or [scene], [block.share for block in operation.blocks] or [1.0]),)
+    return (
+        stage_of(
+            conditions or [scene], [block.share for block in operation.blocks] or [1.0]
+        ),
+    )
 
 
-def stage_of(scenes: Sequence[Scene], share: Sequence[float], cycles: float | None = None) -> Stage:
+def stage_of(
+    scenes: Sequence[Scene], share: Sequence[float], cycles: float | None = None
+) -> Stage:
     """Return conditions that take turns, of the cycles ``w_b = u_b ω_b / Σ u_b ω_b``.
 
     Parameters
@@ -77,7 +86,8 @@ def stage_of(scenes: Sequence[Scene], share: Sequence[float], cycles: float | No
     cycles : how long they last, None: to the limits of the scene
     """
     parts = tuple(map(build.build, scenes))
-    time, speed = np.asarray(share, float) / np.sum(share), np.array([part.gears.speed for part in parts])
+    time = np.asarray(share, float) / np.sum(share)
+    speed = np.array([part.gears.speed for part in parts])
     weight = time * speed / (time @ speed) if len(parts) > 1 else np.ones(1)
     mean_speed = float(coupling.mixture(time, list(speed)))
     return Stage(parts, weight, mean_speed, taking_turns(parts, weight), cycles)
@@ -86,7 +96,11 @@ def stage_of(scenes: Sequence[Scene], share: Sequence[float], cycles: float | No
 def taking_turns(parts: Sequence[build.Parts], weight: Array) -> coupled.Coupled:
     """Return conditions that take turns as one coupling."""
     first, *others = (part.coupling for part in parts)
-    return coupling.DutyCoupling(first.kinds, (first, *others), weight) if others else first
+    return (
+        coupling.DutyCoupling(first.kinds, (first, *others), weight)
+        if others
+        else first
+    )
 
 
 OF_THE_FLANKS = "contact_ratio mesh_phase_offset slow_error error_weight specific_sliding mode_kind".split()
@@ -102,42 +116,68 @@ def along_duty(blocks: Sequence[xr.Dataset]) -> xr.Dataset:
 
 def in_order(stages: Sequence[xr.Dataset]) -> xr.Dataset:
     """Return the datasets of stages in order: states along ``update``, all else along ``stage``."""
-    along = [[name for name, var in one.data_vars.items() if "update" in var.dims] for one in stages]
+    along = [
+        [name for name, var in one.data_vars.items() if "update" in var.dims]
+        for one in stages
+    ]
     states = [one[names] for one, names in zip(stages, along, strict=True)]
     others = [one.drop_vars(names) for one, names in zip(stages, along, strict=True)]
-    return _as_before(_concat(states, "update").merge(_concat(others, "stage"), join="outer"), "stage")
+    return _as_before(
+        _concat(states, "update").merge(_concat(others, "stage"), join="outer"), "stage"
+    )
 
 
 def _concat(each: Sequence[xr.Dataset], along: str) -> xr.Dataset:
-    """Return datasets as one, NaN where one has less than another; no labels but numbers where it may."""
+    """Return datasets as one, NaN where one has less than another.
+
+    No labels but numbers where it may.
+    """
     numbered = []
     for dataset in each:
-        numbers = {dim: np.arange(dataset.sizes[dim]) for dim in PADDED if dim in dataset.dims}
+        numbers = {
+            dim: np.arange(dataset.sizes[dim]) for dim in PADDED if dim in dataset.dims
+        }
         numbered.append(dataset.drop_vars(list(dataset.coords)).assign_coords(numbers))
-    return xr.concat(numbered, along, join="outer", coords="minimal", combine_attrs="override")
+    return xr.concat(
+        numbered, along, join="outer", coords="minimal", combine_attrs="override"
+    )
 
 
 def _as_before(joined: xr.Dataset, new: str) -> xr.Dataset:
-    """Return the joined variables in their usual order of dimensions; what no condition alters without it."""
+    """Return the joined variables in their usual order of dimensions.
+
+    What no condition alters without it.
+    """
     restored = {}
     for name, var in joined.drop_vars(PADDED, errors="ignore").data_vars.items():
         if new in var.dims:
             fixed = name in OF_THE_FLANKS
-            var = var.isel({new: 0}) if fixed else var.transpose("update", new, ..., missing_dims="ignore")
+            var = (
+                var.isel({new: 0})
+                if fixed
+                else var.transpose("update", new, ..., missing_dims="ignore")
+            )
         restored[name] = var
     return xr.Dataset(restored)
 
 
 def condition_coordinates(scene: Scene, lived: history.History) -> dict[str, Any]:
     """Return the coordinates that tell the conditions of operation, none where there is but one."""
-    blocks, stages = scene.operation.blocks, scene.operation.stages[: len(lived.stages)]
+    blocks = scene.operation.blocks
+    stages = scene.operation.stages[: len(lived.stages)]
     told: dict[str, Any] = {}
     for along, each in (("duty", blocks), ("stage", stages)):
         if each:
-            told |= {f"{along}_{what}": [getattr(one, what) for one in each] for what in ("torque", "speed")}
+            told |= {
+                f"{along}_{what}": [getattr(one, what) for one in each]
+                for what in ("torque", "speed")
+            }
     if blocks:
         share = np.array([block.share for block in blocks])
-        told |= {"duty": np.arange(1, len(blocks) + 1), "duty_share": share / share.sum()}
+        told |= {
+            "duty": np.arange(1, len(blocks) + 1),
+            "duty_share": share / share.sum(),
+        }
     if stages:
         labels = labels_of(scene.operation.stages)[: len(stages)]
         kept = [len(lived.kept(k).cycle) for k in range(len(labels))]
@@ -150,28 +190,36 @@ BEYOND = 1e-6  # of the path: nodes at its ends may differ by so much
 
 
 def continued_wear(scene: Scene, parts: build.Parts) -> coupled.Wear:
-    """Return the wear that a run starts from, of every kind of mesh [m]; replaced flanks are new.
+    """Return the wear that a run starts from, of every kind of mesh [m].
 
-    Depths are taken over by position on the path, linear between the parent's nodes; where the parent's path
-    did not reach, its flank is not worn.
+    Replaced flanks are new.
+
+    Depths are taken over by position on the path, linear between the parent's nodes;
+    where the parent's path did not reach, its flank is not worn.
 
     Raises
     ------
-    Refused : the parent's wear was not handed over, or the parent has other flanks or wore the other side
+    Refused : the parent's wear was not handed over, or the parent has other flanks or
+        wore the other side
     """
     assert scene.start is not None
-    given, run = scene.start_wear, scene.start.run
+    given = scene.start_wear
+    run = scene.start.run
     if given is None:
         raise label.Refused(
-            f"this scene continues run {run}: run it with the store that holds that one, "
-            "or hand over the wear: scene.with_start_wear(start_wear(parent, scene.start))"
+            f"this scene continues run {run}: run it with the store that holds that "
+            "one, "
+            "or hand over the wear: scene.with_start_wear(start_wear(parent, "
+            "scene.start))"
         )
     wear = parts.coupling.unworn()
     for name in parts.gears.flanks:
         if is_replaced(name, scene.start.replace):
             continue
         if name not in given.depth:
-            raise label.Refused(f"run {run} has no flank {name!r}: it has {', '.join(given.depth)}")
+            raise label.Refused(
+                f"run {run} has no flank {name!r}: it has {', '.join(given.depth)}"
+            )
         if given.side.get(name) not in ("", None, scene.operation.drive_flank):
             raise label.Refused(
                 f"run {run} wore the {given.side[name]} flanks, this one loads the "
@@ -179,7 +227,9 @@ def continued_wear(scene: Scene, parts: build.Parts) -> coupled.Wear:
             )
         kind, gear = parts.gears.flank(name)
         position = parts.kinds[kind].analysis.grid.position
-        wear[kind][gear] = moved(np.array(given.position[name]), np.array(given.depth[name]), position)
+        wear[kind][gear] = moved(
+            np.array(given.position[name]), np.array(given.depth[name]), position
+        )
     return wear
 
 
@@ -200,8 +250,12 @@ def moved(own: Array, depth: Array, wanted: Array) -> Array:
     if own.shape == wanted.shape and np.allclose(own, wanted, rtol=0.0, atol=1e-12):
         return depth.copy()
     span = float(own.max() - own.min())
-    inside = (wanted >= own.min() - BEYOND * span) & (wanted <= own.max() + BEYOND * span)
-    return np.where(inside, np.interp(_set_apart(wanted, span), _set_apart(own, span), depth), 0.0)
+    inside = (wanted >= own.min() - BEYOND * span) & (
+        wanted <= own.max() + BEYOND * span
+    )
+    return np.where(
+        inside, np.interp(_set_apart(wanted, span), _set_apart(own, span), depth), 0.0
+    )
 
 
 def _set_apart(position: Array, span: float) -> Array:
@@ -214,32 +268,39 @@ def _set_apart(position: Array, span: float) -> Array:
 
 
 STATES_OF_A_FACE = 12
-"""Wear states that are kept of a pair with a face where nobody asked, of a set with two kinds of mesh half as
-many: each takes half a megabyte a kind."""
+"""Wear states that are kept of a pair with a face where nobody asked, of a set with two
+kinds of mesh half as many: each takes half a megabyte a kind."""
 MOST_EVALUATIONS = 5_000
-"""Bound on the rates of one life at a tolerance of 1e-3; an ordinary life takes about a hundred."""
+"""Bound on the rates of one life at a tolerance of 1e-3; an ordinary life takes about a
+hundred."""
 MOST_WORK = 2e9
-"""Bound on the work of an integration over cycles, units of about 15 ns. Kept states, estimates and the
-search for other attractors come on top."""
+"""Bound on the work of an integration over cycles, units of about 15 ns. Kept states,
+estimates and the search for other attractors come on top."""
 KEPT_SHARE = 0.1
-"""Work on kept states that nobody asked for, over the former; what is read off them takes as long again."""
+"""Work on kept states that nobody asked for, over the former; what is read off them
+takes as long again."""
 SEARCH_SHARE = 0.4
-"""Work of all searches for other attractors in one condition of operation, over the former."""
+"""Work of all searches for other attractors in one condition of operation, over the
+former."""
 USUAL = 1e-4
 """Tolerance below which an integration may do more, as it has to."""
 IN_REGISTERS = 12.0
-"""Units of a right-hand side of a system in registers, of one coordinate or four: 0.04 µs where flanks hardly
-part; 0.26 µs where they chatter, for it is such lives that reach the bound."""
+"""Units of a right-hand side of a system in registers, of one coordinate or four: 0.04
+µs where flanks hardly part; 0.26 µs where they chatter, for it is such lives that reach
+the bound."""
 OF_A_LARGE_STEP, LARGE = 180.0, 0.1
-"""The same for a system too large for registers, and its units for the square, which goes by whole vectors:
-11 µs a step of a planetary set of 6 coordinates, 13 µs of 18, where flanks chatter 18 to 27 µs."""
+"""The same for a system too large for registers, and its units for the square, which
+goes by whole vectors: 11 µs a step of a planetary set of 6 coordinates, 13 µs of 18,
+where flanks chatter 18 to 27 µs."""
 FRICTIONAL = 1.5
-"""What tooth friction multiplies a right-hand side by: two more channels a mesh, 1.3 to 1.7 times as long."""
+"""What tooth friction multiplies a right-hand side by: two more channels a mesh, 1.3 to
+1.7 times as long."""
 
 
 MANY_PERIODS, OUT_OF_CACHE = 100, 10.0
-"""Mesh periods of hunting teeth from which tables no longer stay in the processor's cache, and by what work
-is dearer then: 0.67 µs a right-hand side over 1,633 periods, and the forces that wear take as long again."""
+"""Mesh periods of hunting teeth from which tables no longer stay in the processor's
+cache, and by what work is dearer then: 0.67 µs a right-hand side over 1,633 periods,
+and the forces that wear take as long again."""
 
 
 def most_work(scene: Scene, parts: build.Parts) -> float:
@@ -248,37 +309,56 @@ def most_work(scene: Scene, parts: build.Parts) -> float:
         return float(scene.numerics.most_right_hand_sides)
     if parts.vibration is None:
         return np.inf
-    work = units(parts.vibration.system) * (OUT_OF_CACHE if parts.vibration.hunting > MANY_PERIODS else 1.0)
+    work = units(parts.vibration.system) * (
+        OUT_OF_CACHE if parts.vibration.hunting > MANY_PERIODS else 1.0
+    )
     return MOST_WORK / work * max(1.0, (USUAL / scene.numerics.tolerance) ** 0.5)
 
 
 def most_searched(system: System, asked: float | None = None) -> int:
     """Return the integration steps of all searches for other attractors in one condition of operation.
 
-    Who asks for more right-hand sides of a life than it may have by itself has more of these, too.
+    Who asks for more right-hand sides of a life than it may have by itself has more of
+    these, too.
     """
-    return int(SEARCH_SHARE * max(MOST_WORK / units(system), asked or 0.0) / RHS_PER_STEP)
+    return int(
+        SEARCH_SHARE * max(MOST_WORK / units(system), asked or 0.0) / RHS_PER_STEP
+    )
 
 
 def units(system: System) -> float:
     """Return the work of a right-hand side."""
-    work = IN_REGISTERS if is_small(system) else LARGE * len(system.load) ** 2 + OF_A_LARGE_STEP
+    work = (
+        IN_REGISTERS
+        if is_small(system)
+        else LARGE * len(system.load) ** 2 + OF_A_LARGE_STEP
+    )
     return work if system.friction_constant is None else FRICTIONAL * work
 
 
-def integration(scene: Scene, parts: build.Parts, until: limits.Limits) -> Callable[..., integrate.Life]:
+def integration(
+    scene: Scene, parts: build.Parts, until: limits.Limits
+) -> Callable[..., integrate.Life]:
     """Return how the wear of a scene is integrated, up to its limits and its work."""
     assert scene.wear is not None
     tolerance = scene.numerics.cycle_tolerance or scene.numerics.tolerance
-    given: dict[str, Any] = {"limits": until, "method": scene.wear.step.build(), "tolerance": tolerance}
-    given["most_evaluations"] = int(MOST_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5))
+    given: dict[str, Any] = {
+        "limits": until,
+        "method": scene.wear.step.build(),
+        "tolerance": tolerance,
+    }
+    given["most_evaluations"] = int(
+        MOST_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5)
+    )
     return partial(integrate.integrate, most_work=most_work(scene, parts), **given)
 
 
 def life_at_rate(
     scene: Scene, parts: build.Parts, rate: history.SetRate, wear: coupled.Wear
 ) -> integrate.Life | None:
-    """Integrate a wear rate of a scene in one condition to its end, no state kept; None: nothing wears on.
+    """Integrate a wear rate of a scene in one condition to its end, no state kept.
+
+    None: nothing wears on.
 
     Parameters
     ----------
@@ -308,9 +388,14 @@ def live_through(scene: Scene, stages: Sequence[Stage]) -> history.History:
     histories: list[history.History] = []
     cycles, seconds, reason = 0.0, 0.0, ""
     for stage in stages:
-        gears, before = stage.first.gears, (cycles, seconds)
-        until = build.wear.build_limits(scene, gears, stage.coupling, stage.speed, before)
-        goes_on = stage.cycles is not None and (until.cycles is None or until.cycles > stage.cycles)
+        gears = stage.first.gears
+        before = (cycles, seconds)
+        until = build.wear.build_limits(
+            scene, gears, stage.coupling, stage.speed, before
+        )
+        goes_on = stage.cycles is not None and (
+            until.cycles is None or until.cycles > stage.cycles
+        )
         until = until._replace(cycles=stage.cycles) if goes_on else until
         try:
             lived = _integrated(stage, wear, until, cycles)
@@ -321,8 +406,11 @@ def live_through(scene: Scene, stages: Sequence[Stage]) -> history.History:
             break
         histories.append(lived)
         assert lived.life is not None
-        wear, passed = stage.coupling.split(lived.life.depth[-1]), float(lived.life.cycle[-1])
-        cycles, seconds, reason = cycles + passed, seconds + _seconds(stage, passed), lived.life.end_reason
+        wear = stage.coupling.split(lived.life.depth[-1])
+        passed = float(lived.life.cycle[-1])
+        cycles = cycles + passed
+        seconds = seconds + _seconds(stage, passed)
+        reason = lived.life.end_reason
         if not goes_on or reason != limits.ALL_CYCLES:
             break
     return _joined(histories, stages, reason)
@@ -333,56 +421,98 @@ def _seconds(stage: Stage, cycles: Any) -> Any:
     return cycles * 2 * np.pi / (stage.speed or np.nan)
 
 
-def _integrated(stage: Stage, wear: coupled.Wear, until: limits.Limits, before: float) -> history.History:
-    """Return the life of one stage; states that were passed in those before are no longer asked for."""
-    parts, scene = stage.first, stage.first.scene
+def _integrated(
+    stage: Stage, wear: coupled.Wear, until: limits.Limits, before: float
+) -> history.History:
+    """Return the life of one stage.
+
+    States that were passed in those before are no longer asked for.
+    """
+    parts = stage.first
+    scene = stage.first.scene
     asked = build.wear.build_snapshots(scene, parts.gears, stage.coupling)
     left = tuple(cycle - before for cycle in asked.cycles if cycle > before)
     kept: dict[str, Any] = {"snapshots": asked._replace(cycles=left, only=asked.asked)}
     kept["kept_work"] = KEPT_SHARE * most_work(scene, parts)
-    kept["most_kept"] = None if parts.face is None else STATES_OF_A_FACE // len(parts.kinds)
-    return history.history(stage.coupling, wear, integration(scene, parts, until), **kept)
+    kept["most_kept"] = (
+        None if parts.face is None else STATES_OF_A_FACE // len(parts.kinds)
+    )
+    return history.history(
+        stage.coupling, wear, integration(scene, parts, until), **kept
+    )
 
 
-def _joined(each: list[history.History], stages: Sequence[Stage], reason: str) -> history.History:
-    """Return histories one after another; a later stage's first state is the end of the stage before."""
+def _joined(
+    each: list[history.History], stages: Sequence[Stage], reason: str
+) -> history.History:
+    """Return histories one after another.
+
+    A later stage's first state is the end of the stage before.
+    """
     lives = [lived.life for lived in each if lived.life is not None]
-    whole, cycle, clock, error = each[0]._replace(stages=tuple(each)), 0.0, 0.0, 0.0
-    cycles, seconds, later = list[Array](), list[Array](), list[integrate.Life]()
+    whole = each[0]._replace(stages=tuple(each))
+    cycle = 0.0
+    clock = 0.0
+    error = 0.0
+    cycles = list[Array]()
+    seconds = list[Array]()
+    later = list[integrate.Life]()
     for number, (stage, life) in enumerate(zip(stages, lives, strict=False)):
         kept = whole.kept(number).cycle
         cycles.append(cycle + kept)
         seconds.append(clock + _seconds(stage, kept))
-        moved = {name: getattr(life, name) + cycle for name in ("cycle", "snapshot_cycle")}
-        moved["jumps"] = tuple(jump._replace(cycle=jump.cycle + cycle) for jump in life.jumps)
+        moved = {
+            name: getattr(life, name) + cycle for name in ("cycle", "snapshot_cycle")
+        }
+        moved["jumps"] = tuple(
+            jump._replace(cycle=jump.cycle + cycle) for jump in life.jumps
+        )
         moved["accumulated_error"] = life.accumulated_error + error
         moved["depth_error"] = life.depth_error + np.copysign(error, life.depth_error)
         later.append(life._replace(**moved))
-        cycle, error = cycle + float(life.cycle[-1]), error + float(life.accumulated_error[-1])
+        cycle = cycle + float(life.cycle[-1])
+        error = error + float(life.accumulated_error[-1])
         clock += _seconds(stage, float(life.cycle[-1]))
 
     def of_all(name: str) -> list[Any]:
         return [getattr(life, name) for life in later]
 
-    joined: dict[str, Any] = {"end_reason": reason, "jumps": tuple(chain(*of_all("jumps")))}
+    joined: dict[str, Any] = {
+        "end_reason": reason,
+        "jumps": tuple(chain(*of_all("jumps"))),
+    }
     for name in ("cycle", "depth", "rate", "accumulated_error"):
         begin, *others = of_all(name)  # a later one begins with the end of those before
         joined[name] = np.concatenate([begin, *(rows[1:] for rows in others)])
-    joined |= {name: np.concatenate(of_all(name)) for name in ("snapshot_cycle", "snapshot_depth")}
-    joined |= {name: max(of_all(name)) for name in ("saw_tooth", "wave_growth", "hurried")}
-    joined |= {name: sum(of_all(name)) for name in ("count_rate_evaluations", "count_rejected")}
-    states = tuple(state for number in range(len(lives)) for state in whole.kept(number).state)
-    whole = whole._replace(cycle=np.concatenate(cycles), state=states, life=later[-1]._replace(**joined))
+    joined |= {
+        name: np.concatenate(of_all(name))
+        for name in ("snapshot_cycle", "snapshot_depth")
+    }
+    joined |= {
+        name: max(of_all(name)) for name in ("saw_tooth", "wave_growth", "hurried")
+    }
+    joined |= {
+        name: sum(of_all(name)) for name in ("count_rate_evaluations", "count_rejected")
+    }
+    states = tuple(
+        state for number in range(len(lives)) for state in whole.kept(number).state
+    )
+    whole = whole._replace(
+        cycle=np.concatenate(cycles), state=states, life=later[-1]._replace(**joined)
+    )
     return whole._replace(sampled=None, seconds=np.concatenate(seconds))
 
 
-def initial_wear(scene: Scene, parts: build.Parts, together: coupled.Coupled | None = None) -> coupled.Wear:
+def initial_wear(
+    scene: Scene, parts: build.Parts, together: coupled.Coupled | None = None
+) -> coupled.Wear:
     """Return the wear before the first cycle, of every kind of mesh, (2, n) each [m].
 
     Parameters
     ----------
     scene, parts : the scene and its physics
-    together : by which flanks are worn that are to be worn by this law, that of ``parts`` where left out
+    together : by which flanks are worn that are to be worn by this law, that of
+        ``parts`` where left out
     """
     if scene.start is not None:
         return continued_wear(scene, parts)
@@ -393,7 +523,8 @@ def initial_wear(scene: Scene, parts: build.Parts, together: coupled.Coupled | N
         if flank is None:
             continue
         kind, gear = parts.gears.flank(name)
-        pair, position = parts.kinds[kind].pair, parts.kinds[kind].analysis.grid.position
+        pair = parts.kinds[kind].pair
+        position = parts.kinds[kind].analysis.grid.position
         if flank.by_law:
             by_law[name] = parts.coupling.entries(kind, gear), flank.depth
         elif parts.face is None:
@@ -404,8 +535,12 @@ def initial_wear(scene: Scene, parts: build.Parts, together: coupled.Coupled | N
             wear[kind][gear] = flank.over_face(pair, gear, position, sliced)
     if not by_law:
         return wear
-    rate, flat = history.SetRate(together or parts.coupling), parts.coupling.flat(wear)
-    bounds = {"tolerance": scene.numerics.tolerance, "most_work": most_work(scene, parts)}
+    rate = history.SetRate(together or parts.coupling)
+    flat = parts.coupling.flat(wear)
+    bounds = {
+        "tolerance": scene.numerics.tolerance,
+        "most_work": most_work(scene, parts),
+    }
     try:
         return parts.coupling.split(history.worn(rate, flat, by_law, **bounds))
     except ValueError as error:

@@ -18,23 +18,39 @@ def rated(scene: Scene, parts: Parts) -> dict[str, Any]:
     """
     if scene.rating is None:
         return {}
-    asked, pair, turned = scene.rating, parts.kinds[0].pair, parts.gears.helix
-    module, cosine = scene.gears.module, math.cos(turned.angle)
+    asked = scene.rating
+    pair = parts.kinds[0].pair
+    turned = parts.gears.helix
+    module = scene.gears.module
+    cosine = math.cos(turned.angle)
     gears = sorted(pair.gears, key=lambda gear: gear.teeth)
     first, second = (  # a ring has endless teeth there
-        iso.Tooth(math.inf if gear.internal else gear.teeth, gear.profile_shift / cosine) for gear in gears
+        iso.Tooth(
+            math.inf if gear.internal else gear.teeth, gear.profile_shift / cosine
+        )
+        for gear in gears
     )
     dedendum = sum(gear.dedendum for gear in gears) / (2.0 * module)
     rack = iso.Rack(scene.gears.pressure_angle, dedendum, turned.angle)
     modulus = 2.0 / sum(1.0 / gear.material.youngs_modulus for gear in gears)
-    single = iso.single_stiffness(first, second, rack, body_factor=asked.body_factor, modulus=modulus)
+    single = iso.single_stiffness(
+        first, second, rack, body_factor=asked.body_factor, modulus=modulus
+    )
     mesh = iso.mesh_stiffness(single, pair.contact_ratio)
-    values: dict[str, Any] = {"iso_theoretical_stiffness": [iso.theoretical_stiffness(first, second, rack)]}
-    values |= {"iso_single_stiffness": [single], "iso_mesh_stiffness_alpha": [mesh.alpha]}
+    values: dict[str, Any] = {
+        "iso_theoretical_stiffness": [iso.theoretical_stiffness(first, second, rack)]
+    }
+    values |= {
+        "iso_single_stiffness": [single],
+        "iso_mesh_stiffness_alpha": [mesh.alpha],
+    }
     values["iso_mesh_stiffness_beta"] = [mesh.beta]
-    misaligned, of_mesh = asked.equivalent_misalignment, scene.mesh.misalignment
+    misaligned = asked.equivalent_misalignment
+    of_mesh = scene.mesh.misalignment
     if misaligned is None and of_mesh is not None:
-        misaligned = abs(of_mesh.over_face(pair.working_pressure_angle, scene.operation.torque))
+        misaligned = abs(
+            of_mesh.over_face(pair.working_pressure_angle, scene.operation.torque)
+        )
     load = specific_load(parts) * asked.application_factor
     if misaligned is None or load == 0.0:
         return values
@@ -45,29 +61,46 @@ def rated(scene: Scene, parts: Parts) -> dict[str, Any]:
     return {**values, **_pitting(asked, scene, parts, flank)}
 
 
-def _pitting(asked: sections.Rating, scene: Scene, parts: Parts, face_load_factor: float) -> dict[str, Any]:
+def _pitting(
+    asked: sections.Rating, scene: Scene, parts: Parts, face_load_factor: float
+) -> dict[str, Any]:
     """Return contact stresses and, where a limit is given, the safety against pitting of each flank."""
-    kind, turned, pair = parts.gears.kinds[0], parts.gears.helix, parts.gears.kinds[0].pair
+    kind = parts.gears.kinds[0]
+    turned = parts.gears.helix
+    pair = parts.gears.kinds[0].pair
     if pair.contact_ratio >= MOST_CONTACT_RATIO:
         return {}
     overlap = helix.overlap_ratio(pair.face_width, turned.angle, scene.gears.module)
-    nominal = iso.nominal_stress(pair, turned, overlap, specific_load(parts) * pair.face_width)
+    nominal = iso.nominal_stress(
+        pair, turned, overlap, specific_load(parts) * pair.face_width
+    )
     load = asked.application_factor * face_load_factor * asked.transverse_load_factor
-    stress = [factor * nominal * math.sqrt(load) for factor in iso.single_contact_factors(pair, overlap)]
+    stress = [
+        factor * nominal * math.sqrt(load)
+        for factor in iso.single_contact_factors(pair, overlap)
+    ]
     order = [gear for _, gear in parts.gears.flank_places]
     values: dict[str, Any] = {"iso_nominal_contact_stress": [nominal]}
     values["iso_contact_stress"] = [stress[gear] for gear in order]
-    limit, viscosity, hours = asked.allowable_contact_stress, asked.viscosity_40, asked.hours
+    limit = asked.allowable_contact_stress
+    viscosity = asked.viscosity_40
+    hours = asked.hours
     if limit is None or viscosity is None or hours is None:
         return values
-    mean = sum(getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears) / 2.0
-    speed, curvature = kind.speed * pair.driving.reference_radius, float(pair.equivalent_curvature(0.0))
+    mean = (
+        sum(getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears) / 2.0
+    )
+    speed = kind.speed * pair.driving.reference_radius
+    curvature = float(pair.equivalent_curvature(0.0))
     # R_z is six times R_a, as ISO 6336-2 converts them
     film = iso.film_factors(limit, viscosity, speed, 6.0 * mean, curvature)
     turns = 3600.0 * hours * kind.speed / (2.0 * math.pi)
     lives = [iso.life_factor(cycles) for cycles in (turns, turns * pair.ratio)]
     held = [limit * life * math.prod(film) for life in lives]
-    return {**values, "iso_pitting_safety": [held[gear] / stress[gear] for gear in order]}
+    return {
+        **values,
+        "iso_pitting_safety": [held[gear] / stress[gear] for gear in order],
+    }
 
 
 def specific_load(parts: Parts) -> float:
@@ -81,18 +114,29 @@ def rating_flags(scene: Scene, parts: Parts) -> list[str]:
     """Return where the rating leaves its range, and where its equations come from."""
     if scene.rating is None:
         return []
-    told = ["rating: equations of ISO 6336-1 second-hand, checked against printed values of others"]
+    told = [
+        "rating: equations of ISO 6336-1 second-hand, checked against printed values "
+        "of others"
+    ]
     load = specific_load(parts) * scene.rating.application_factor
     if load < iso.VALID_LOAD:
-        told.append(f"rating: single stiffness of loads from 100 N/mm on, and this is {1e-3 * load:.3g} N/mm")
+        told.append(
+            "rating: single stiffness of loads from 100 N/mm on, and this is "
+            f"{1e-3 * load:.3g} N/mm"
+        )
     pair = parts.kinds[0].pair
     if any(gear.internal for gear in pair.gears):
         told.append("rating: a ring is taken as a rack")
     if pair.contact_ratio >= MOST_CONTACT_RATIO:
-        told.append("rating: no contact stress, since two pairs and more touch always (ε_α of 2 and more)")
+        told.append(
+            "rating: no contact stress, since two pairs and more touch always (ε_α of "
+            "2 and more)"
+        )
     elif scene.rating.allowable_contact_stress is not None:
         told.append(
-            "rating: safety against pitting by ISO 6336-2:2006, second-hand, checked against printed values; "
-            "of hardened steel, no pitting allowed, Z_W = Z_X = 1, R_z = 6 R_a, K_A K_v = application_factor"
+            "rating: safety against pitting by ISO 6336-2:2006, second-hand, checked "
+            "against printed values; "
+            "of hardened steel, no pitting allowed, Z_W = Z_X = 1, R_z = 6 R_a, K_A "
+            "K_v = application_factor"
         )
     return told

@@ -31,28 +31,44 @@ POINT_TOLERANCE = 1e-12
 
 
 def coordinates(parts: build.Parts) -> label.Values:
-    """Return the labels of the dimensions, and where nodes and slices lie; slices are those of every mesh."""
+    """Return the labels of the dimensions, and where nodes and slices lie.
+
+    Slices are those of every mesh.
+    """
     slots = max(mesh_kind.analysis.grid.slots for mesh_kind in parts.kinds)
-    slices = () if parts.face is None else (("face_position", parts.face.kinds[0].contact.grid.position),)
+    slices = (
+        ()
+        if parts.face is None
+        else (("face_position", parts.face.kinds[0].contact.grid.position),)
+    )
     return dict(slices) | {
-        "flank": list(parts.gears.flanks), "member": list(parts.gears.members),
-        "mesh": list(parts.gears.mesh_names), "phase": parts.phase, "pair": np.arange(1, slots + 1),
-        "harmonic": np.arange(1, parts.harmonics + 1), "path_position": nodal(parts, lambda pair, gear, s: s),
-        "diameter": 2.0 * nodal(parts, GearPair.radius), "roll_angle": nodal(parts, GearPair.roll_angle),
+        "flank": list(parts.gears.flanks),
+        "member": list(parts.gears.members),
+        "mesh": list(parts.gears.mesh_names),
+        "phase": parts.phase,
+        "pair": np.arange(1, slots + 1),
+        "harmonic": np.arange(1, parts.harmonics + 1),
+        "path_position": nodal(parts, lambda pair, gear, s: s),
+        "diameter": 2.0 * nodal(parts, GearPair.radius),
+        "roll_angle": nodal(parts, GearPair.roll_angle),
         "distance_to_pitch_circle": nodal(parts, _beyond_pitch),
         "characteristic_point": characteristic_points(parts),
         "flank_side": [parts.scene.operation.drive_flank] * len(parts.gears.flanks),
-    }  # fmt: skip
+    }
 
 
 def nodal(parts: build.Parts, of: Callable[[GearPair, int, Array], Array]) -> Array:
     """Return what a pair, one of its gears and path positions tell, flank after flank, (n_flanks, n)."""
     each = [(parts.kinds[kind], gear) for kind, gear in parts.gears.flank_places]
-    return label.padded([of(own.pair, gear, own.analysis.grid.position) for own, gear in each])
+    return label.padded(
+        [of(own.pair, gear, own.analysis.grid.position) for own, gear in each]
+    )
 
 
 def _beyond_pitch(pair: GearPair, gear: int, position: Array) -> Array:
-    return pair.radius(gear, position) - pair.gears[gear].base_radius / np.cos(pair.working_pressure_angle)
+    return pair.radius(gear, position) - pair.gears[gear].base_radius / np.cos(
+        pair.working_pressure_angle
+    )
 
 
 def by_flank(parts: build.Parts, of_kind: Sequence[Array], along: int = 1) -> Array:
@@ -61,58 +77,91 @@ def by_flank(parts: build.Parts, of_kind: Sequence[Array], along: int = 1) -> Ar
     With ``along`` = 2 they are (…, 2, n_face, n), and (…, n_flanks, n_face, n) then.
     """
     axis = -1 - along
-    return label.padded([np.take(of_kind[kind], gear, axis) for kind, gear in parts.gears.flank_places], axis)
+    return label.padded(
+        [np.take(of_kind[kind], gear, axis) for kind, gear in parts.gears.flank_places],
+        axis,
+    )
 
 
 def characteristic_points(parts: build.Parts) -> np.ndarray:
     """Return the letter of each node that is one of the points A–E, else an empty string.
 
-    One row (n,) for the two flanks of a pair; one for each flank where meshes of several kinds differ.
+    One row (n,) for the two flanks of a pair; one for each flank where meshes of
+    several kinds differ.
     """
     longest = max(len(kind.analysis.grid.position) for kind in parts.kinds)
     points = np.full((len(parts.kinds), longest), "", "U1")
     for letters, own in zip(points, parts.kinds, strict=True):
         for letter, where in own.pair.path._asdict().items():
-            letters[np.flatnonzero(np.abs(own.analysis.grid.position - where) < POINT_TOLERANCE)] = letter
-    return points[0] if len(points) == 1 else points[[kind for kind, _ in parts.gears.flank_places]]
+            letters[
+                np.flatnonzero(
+                    np.abs(own.analysis.grid.position - where) < POINT_TOLERANCE
+                )
+            ] = letter
+    return (
+        points[0]
+        if len(points) == 1
+        else points[[kind for kind, _ in parts.gears.flank_places]]
+    )
 
 
 def mesh_values(parts: build.Parts, states: States) -> label.Values:
     """Return what the quasi-static contact says at the stored phases, over the face where flanks have one."""
     of_mesh, fill = (_of_pairs, 0.0) if parts.face is None else (_of_lines, np.nan)
     each = [of_mesh(parts, mesh, states) for mesh in range(len(parts.meshes))]
-    values: label.Values = {name: label.padded([own[name] for own in each], 1, fill) for name in each[0]}
+    values: label.Values = {
+        name: label.padded([own[name] for own in each], 1, fill) for name in each[0]
+    }
     kinds = [parts.gears.kinds[mesh.kind] for mesh in parts.meshes]
     values["mesh_frequency"] = [parts.gears.mesh_frequency] * len(kinds)
     values["contact_ratio"] = [kind.pair.contact_ratio for kind in kinds]
     values["mesh_phase_offset"] = parts.gears.mesh_lags
     values["static_mesh_force"] = [kind.load for kind in kinds]
-    return values | (_of_shares(parts, states) if parts.face is None else _of_face(parts, parts.face, states))
+    return values | (
+        _of_shares(parts, states)
+        if parts.face is None
+        else _of_face(parts, parts.face, states)
+    )
 
 
 def _of_shares(parts: build.Parts, states: States) -> label.Values:
     """Return how well shares add up, and once-per-revolution errors over equally weighted member angles."""
-    off, rows = np.zeros((len(states), len(parts.kinds))), parts.gears.slow_errors(parts.meshes)
+    off = np.zeros((len(states), len(parts.kinds)))
+    rows = parts.gears.slow_errors(parts.meshes)
     for number, state in enumerate(states):
         for k, kind in enumerate(state.kind):
-            if parts.gears.kinds[k].load > 0.0:  # without load there is nothing to share
-                off[number, k] = np.abs(force.load_share(kind.static).sum(axis=1) - 1.0).max()
+            if (
+                parts.gears.kinds[k].load > 0.0
+            ):  # without load there is nothing to share
+                off[number, k] = np.abs(
+                    force.load_share(kind.static).sum(axis=1) - 1.0
+                ).max()
     values: label.Values = {"residual_load_share": off.max(axis=1)}
     if rows is not None:
-        values |= {"slow_error": rows.T, "error_weight": np.full(len(rows), 1.0 / len(rows))}
+        values |= {
+            "slow_error": rows.T,
+            "error_weight": np.full(len(rows), 1.0 / len(rows)),
+        }
     return values
 
 
 def _of_pairs(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]:
     """Return the contact analysis of one mesh, every array with the updates first."""
     own = parts.meshes[mesh]
-    kind, where = parts.kinds[own.kind], parts.look(mesh, parts.phase)
-    grid, load = kind.analysis.grid, kind.analysis.load
-    solved = [kind.analysis.quasistatic(state.kind[own.kind].flanks.nodes, where) for state in states]
+    kind = parts.kinds[own.kind]
+    where = parts.look(mesh, parts.phase)
+    grid = kind.analysis.grid
+    load = kind.analysis.load
+    solved = [
+        kind.analysis.quasistatic(state.kind[own.kind].flanks.nodes, where)
+        for state in states
+    ]
     error = own.error.value(where.phase) + parts.constant_error[mesh]
     values = {
         "mesh_stiffness": [one.tangent for one in solved],
-        "secant_stiffness": [load / (s.deflection - s.unloaded) if load else s.tangent for s in solved],
+        "secant_stiffness": [
+            load / (s.deflection - s.unloaded) if load else s.tangent for s in solved
+        ],
         "static_transmission_error": [one.deflection + error for one in solved],
         "unloaded_transmission_error": [one.unloaded + error for one in solved],
         "pair_stiffness": [grid.into_slots(one.stiffness.T, 0.0) for one in solved],
@@ -121,13 +170,20 @@ def _of_pairs(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]
     phase, weight = grid.phase_nodes
     nodal = [state.kind[own.kind].static for state in states]
     error = own.error.value(phase) + parts.constant_error[mesh]
-    stiffness, deflection = [one.tangent for one in nodal], [one.deflection + error for one in nodal]
-    series = _over_period(stiffness, deflection, phase + own.lag, weight, parts.harmonics)
+    stiffness = [one.tangent for one in nodal]
+    deflection = [one.deflection + error for one in nodal]
+    series = _over_period(
+        stiffness, deflection, phase + own.lag, weight, parts.harmonics
+    )
     return {name: np.stack(each) for name, each in values.items()} | series
 
 
 def _over_period(
-    stiffness: Sequence[Array], error: Sequence[Array], clock: Array, weight: Array, count: int
+    stiffness: Sequence[Array],
+    error: Sequence[Array],
+    clock: Array,
+    weight: Array,
+    count: int,
 ) -> dict[str, Array]:
     """Return mean, RMS, harmonics and extremes of stiffness and transmission error, (n_updates, …).
 
@@ -137,34 +193,60 @@ def _over_period(
     clock, weight : (n,) these phases, and weights of a mean over them
     count : of harmonics
     """
-    values = {"ste_peak_to_peak": np.ptp(error, axis=1), "ste_max": np.max(error, axis=1)}
+    values = {
+        "ste_peak_to_peak": np.ptp(error, axis=1),
+        "ste_max": np.max(error, axis=1),
+    }
     for name, each in (("stiffness", stiffness), ("ste", error)):
         found = [harmonics.harmonics(clock, weight, own, count) for own in each]
-        told = {"mean": "mean", "rms": "rms", "amplitude": "harmonics", "phase": "harmonics_phase"}
-        values |= {f"{name}_{told[of]}": np.array([getattr(own, of) for own in found]) for of in told}
+        told = {
+            "mean": "mean",
+            "rms": "rms",
+            "amplitude": "harmonics",
+            "phase": "harmonics_phase",
+        }
+        values |= {
+            f"{name}_{told[of]}": np.array([getattr(own, of) for own in found])
+            for of in told
+        }
     return values
 
 
-OVER_PHASES = ("mesh_stiffness", "static_transmission_error", "unloaded_transmission_error")
+OVER_PHASES = (
+    "mesh_stiffness",
+    "static_transmission_error",
+    "unloaded_transmission_error",
+)
 
 
-def states_of(states: Sequence[coupled.WearState], kind: int) -> list[coupling.FaceState]:
+def states_of(
+    states: Sequence[coupled.WearState], kind: int
+) -> list[coupling.FaceState]:
     """Return the states of one kind of mesh whose flanks have a width."""
     return [cast("coupling.FaceState", state.kind[kind]) for state in states]
 
 
-def _of_face(parts: build.Parts, face: coupling.FaceCoupling, states: States) -> label.Values:
+def _of_face(
+    parts: build.Parts, face: coupling.FaceCoupling, states: States
+) -> label.Values:
     """Return how the lines of contact lie, and how well their loads add up."""
     contacts = [face.kinds[mesh.kind].contact for mesh in parts.meshes]
-    values: label.Values = {"base_helix_angle": [one.helix.sense * one.helix.base_angle for one in contacts]}
-    of_each = [(one.grid.face_width, one.helix.angle, normal_module(parts, one)) for one in contacts]
+    values: label.Values = {
+        "base_helix_angle": [one.helix.sense * one.helix.base_angle for one in contacts]
+    }
+    of_each = [
+        (one.grid.face_width, one.helix.angle, normal_module(parts, one))
+        for one in contacts
+    ]
     values["overlap_ratio"] = [overlap_ratio(*own) for own in of_each]
     if not all(kind.load > 0.0 for kind in parts.gears.kinds):
         return values
     off = np.zeros((len(face.kinds), len(states)))
     for number, kind in enumerate(face.kinds):
         for at, own in enumerate(states_of(states, number)):
-            off[number, at] = np.abs(kind.contact.residuals(own.loads, kind.contact.analysis.load)).max()
+            off[number, at] = np.abs(
+                kind.contact.residuals(own.loads, kind.contact.analysis.load)
+            ).max()
     return values | {"residual_line_load": off.max(axis=0)}
 
 
@@ -176,20 +258,36 @@ def normal_module(parts: build.Parts, over_face: FaceContact) -> float:
 def _of_lines(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]:
     """Return the contact of one mesh whose flanks have a width, every array with the updates first."""
     assert parts.face is not None
-    number, lag = parts.meshes[mesh].kind, parts.meshes[mesh].lag
-    kind, own = parts.face.kinds[number], states_of(states, number)
-    grid, load, stored = kind.contact.grid, kind.contact.analysis.load, (parts.phase - lag) % 1.0
-    deflection, tangent = [one.loads.deflection for one in own], [one.loads.tangent for one in own]
-    values = _over_period(tangent, deflection, grid.phase + lag, grid.weight, parts.harmonics)
+    number = parts.meshes[mesh].kind
+    lag = parts.meshes[mesh].lag
+    kind = parts.face.kinds[number]
+    own = states_of(states, number)
+    grid = kind.contact.grid
+    load = kind.contact.analysis.load
+    stored = (parts.phase - lag) % 1.0
+    deflection = [one.loads.deflection for one in own]
+    tangent = [one.loads.tangent for one in own]
+    values = _over_period(
+        tangent, deflection, grid.phase + lag, grid.weight, parts.harmonics
+    )
     unloaded = [one.loads.unloaded for one in own]
     for name, each in zip(OVER_PHASES, (tangent, deflection, unloaded), strict=True):
         values[name] = np.stack([grid.at_phases(one, stored) for one in each])
-    part = np.where(grid.node >= 0, grid.filled[grid.node], 0.0)  # of the width of a slice
-    means = [grid.weight @ (one.loads.load * part).sum(axis=1) for one in own]  # over the mesh period
-    values |= {"line_load": np.stack([one.line_load for one in own]), "mean_line_load": np.stack(means)}
+    part = np.where(
+        grid.node >= 0, grid.filled[grid.node], 0.0
+    )  # of the width of a slice
+    means = [
+        grid.weight @ (one.loads.load * part).sum(axis=1) for one in own
+    ]  # over the mesh period
+    values |= {
+        "line_load": np.stack([one.line_load for one in own]),
+        "mean_line_load": np.stack(means),
+    }
     if load > 0.0:
         window = normal_module(parts, kind.contact)
-        values["face_load_factor"] = np.array([face_load_factor(grid.width, mean, window) for mean in means])
+        values["face_load_factor"] = np.array(
+            [face_load_factor(grid.width, mean, window) for mean in means]
+        )
         peak = [one.loads.load.max() * grid.face_width / load for one in own]
         values["peak_line_load_factor"] = np.array(peak)
     return values
@@ -213,23 +311,39 @@ def face_load_factor(width: Array, mean: Array, window: float) -> float:
     total = float(edges[-1])
     window = min(window, total)
     begin = np.clip(np.concatenate([edges, edges - window]), 0.0, total - window)
-    within = np.interp(begin + window, edges, carried) - np.interp(begin, edges, carried)
+    within = np.interp(begin + window, edges, carried) - np.interp(
+        begin, edges, carried
+    )
     return float(within.max() / window / (carried[-1] / total))
 
 
-def exact_values(parts: build.Parts, states: States, failures: list[str]) -> label.Values:
+def exact_values(
+    parts: build.Parts, states: States, failures: list[str]
+) -> label.Values:
     """Return the mesh relationship at the stored phases, nothing where no mesh has exact contact.
 
-    All variables of its group in the table of variables; NaN for members not in a mesh, and for what fails.
+    All variables of its group in the table of variables; NaN for members not in a mesh,
+    and for what fails.
     """
     if all(_meeting(kind.analysis) is None for kind in parts.kinds):
         return {}
-    sizes = {"update": len(states), "member": len(parts.gears.members), "mesh": len(parts.meshes)}
+    sizes = {
+        "update": len(states),
+        "member": len(parts.gears.members),
+        "mesh": len(parts.meshes),
+    }
     sizes["pair"] = max(kind.analysis.grid.slots for kind in parts.kinds)
     sizes |= {"phase": len(parts.phase), "end": 2}
-    (own,) = (group.variables for group in schema.GROUPS if "engaged" in group.variables)
-    values: label.Values = {name: np.full([sizes[dim] for dim in own[name].dims], np.nan) for name in own}
-    values |= {"engaged": np.zeros(values["engaged"].shape, np.int8), "end": ["engages", "leaves"]}
+    (own,) = (
+        group.variables for group in schema.GROUPS if "engaged" in group.variables
+    )
+    values: label.Values = {
+        name: np.full([sizes[dim] for dim in own[name].dims], np.nan) for name in own
+    }
+    values |= {
+        "engaged": np.zeros(values["engaged"].shape, np.int8),
+        "end": ["engages", "leaves"],
+    }
     for index, mesh in enumerate(parts.meshes):
         if _meeting(parts.kinds[mesh.kind].analysis) is None:
             continue
@@ -245,12 +359,20 @@ def _meeting(analysis: contact.ContactAnalysis) -> gaps.MeetingGaps | None:
     return analysis.gaps if isinstance(analysis.gaps, gaps.MeetingGaps) else None
 
 
-def _fill(parts: build.Parts, values: label.Values, place: tuple[int, int], state: coupled.KindState) -> None:
+def _fill(
+    parts: build.Parts,
+    values: label.Values,
+    place: tuple[int, int],
+    state: coupled.KindState,
+) -> None:
     """Fill in what one mesh does in one state: ``place`` is (update, mesh)."""
     update, mesh = place
     kind = parts.meshes[mesh].kind
-    pair, analysis = parts.kinds[kind].pair, parts.kinds[kind].analysis
-    grid, where, meeting = analysis.grid, parts.look(mesh, parts.phase), _meeting(analysis)
+    pair = parts.kinds[kind].pair
+    analysis = parts.kinds[kind].analysis
+    grid = analysis.grid
+    where = parts.look(mesh, parts.phase)
+    meeting = _meeting(analysis)
     assert meeting is not None
     found = relation.mesh_relation(meeting, state.wear, where.phase, grid.pair_numbers)
     contact = parts.scene.mesh.of(parts.gears.kinds[kind].section).contact
@@ -258,25 +380,35 @@ def _fill(parts: build.Parts, values: label.Values, place: tuple[int, int], stat
         engaged = found.engaged_by_threshold(pair, contact.threshold)
         single = relation.single_share(meeting.flanks, state.wear, contact.threshold)
     else:
-        engaged = np.asarray(analysis.quasistatic(state.flanks.nodes, where).force.T > 0.0)
+        engaged = np.asarray(
+            analysis.quasistatic(state.flanks.nodes, where).force.T > 0.0
+        )
         single = float(np.mean(engaged.sum(axis=0) == 1))
     lag = (found.gap - found.unloaded_error) / pair.driven.base_radius
     of_mesh: label.Values = {"engaged": grid.into_slots(engaged.astype(float), 0.0)}
     of_mesh["single_contact_share"] = single
-    of_mesh["rotation_lag"] = grid.into_slots(np.where(np.isfinite(lag), lag, np.nan), np.nan)
-    of_mesh["unloaded_transmission_angle"] = found.unloaded_error / pair.driven.base_radius
+    of_mesh["rotation_lag"] = grid.into_slots(
+        np.where(np.isfinite(lag), lag, np.nan), np.nan
+    )
+    of_mesh["unloaded_transmission_angle"] = (
+        found.unloaded_error / pair.driven.base_radius
+    )
     if (
-        deepest := float(state.wear.max())
-    ) > 0.0:  # how far the first-order form is off, and the depth beyond which it is by 5 %
+        (deepest := float(state.wear.max())) > 0.0
+    ):  # how far the first-order form is off, and the depth beyond which it is by 5 %
         depth = relation.depth_of_disagreement(meeting.flanks, state.wear / deepest)
-        of_mesh["first_order_excess"] = relation.first_order_excess(meeting.flanks, state.wear)
+        of_mesh["first_order_excess"] = relation.first_order_excess(
+            meeting.flanks, state.wear
+        )
         of_mesh["first_order_depth"] = depth if np.isfinite(depth) else np.nan
     for name, value in of_mesh.items():
         values[name][(update, mesh, *map(slice, np.shape(value)))] = value
     touched_alone, turned_alone = relation.lone_ranges(meeting.flanks, state.wear)
     turned = np.where(np.isnan(found.contact_angle), np.nan, found.rotation_angle)
     of_gears: label.Values = {
-        "contact_angle": [grid.into_slots(angles, np.nan) for angles in found.contact_angle],
+        "contact_angle": [
+            grid.into_slots(angles, np.nan) for angles in found.contact_angle
+        ],
         "rotation_angle": [grid.into_slots(angles, np.nan) for angles in turned],
         "meshing_range": relation.meshing_range(found.rotation_angle, engaged),
         "contact_range": relation.meshing_range(found.contact_angle, engaged),
@@ -287,16 +419,21 @@ def _fill(parts: build.Parts, values: label.Values, place: tuple[int, int], stat
     for gear, body in enumerate(pair.gears):
         member = parts.gears.members.index(body.name)
         for name, each in of_gears.items():
-            values[name][(update, member, mesh, *map(slice, np.shape(each[gear])))] = each[gear]
+            values[name][(update, member, mesh, *map(slice, np.shape(each[gear])))] = (
+                each[gear]
+            )
 
 
 def path_values(parts: build.Parts, states: States) -> label.Values:
     """Return forces, pressures, sliding and film where the flanks touch."""
-    kinds, along, factor = parts.kinds, 1 if parts.face is None else 2, parts.pressure_factor
+    kinds = parts.kinds
+    along = 1 if parts.face is None else 2
+    factor = parts.pressure_factor
     forces = [
         np.stack([state.kind[kind].mean_tooth_force for state in states])
         if parts.face is None  # over the face as if all of it carried as much
-        else np.stack([one.line_load for one in states_of(states, kind)]) * own.path.face_width
+        else np.stack([one.line_load for one in states_of(states, kind)])
+        * own.path.face_width
         for kind, own in enumerate(kinds)
     ]
 
@@ -306,11 +443,19 @@ def path_values(parts: build.Parts, states: States) -> label.Values:
         return by_flank(parts, [np.stack([own, own], axis=1) for own in each], along)
 
     steady = np.ones((len(states), 1, 1))
-    values: label.Values = {} if parts.face is not None else {"tooth_force": on_both(lambda kind, load: load)}
-    values["contact_pressure"] = on_both(lambda kind, load: factor * path.mean_pressure(load, kind.path))
+    values: label.Values = (
+        {}
+        if parts.face is not None
+        else {"tooth_force": on_both(lambda kind, load: load)}
+    )
+    values["contact_pressure"] = on_both(
+        lambda kind, load: factor * path.mean_pressure(load, kind.path)
+    )
     sliding = [path.sliding_velocity(kind.path) for kind in kinds]
     values["sliding_velocity"] = steady * by_flank(parts, sliding)
-    values["specific_sliding"] = steady * by_flank(parts, [kind.path.specific_sliding for kind in kinds])
+    values["specific_sliding"] = steady * by_flank(
+        parts, [kind.path.specific_sliding for kind in kinds]
+    )
     if all(kind.film is not None for kind in kinds):
         values["film_thickness"] = on_both(lambda kind, load: thickness(kind, load)[0])
         values["lambda_ratio"] = on_both(lambda kind, load: thickness(kind, load)[1])
@@ -341,21 +486,30 @@ def _depths(kind: int, states: States) -> Array:
 
 def wear_values(parts: build.Parts, lived: history.History) -> label.Values:
     """Return depths, rates, worn mass and the counts of cycles and operating time (n_updates,) [s]."""
-    states, kinds, along = lived.state, range(len(parts.kinds)), 1 if parts.face is None else 2
+    states = lived.state
+    kinds = range(len(parts.kinds))
+    along = 1 if parts.face is None else 2
     gears = parts.gears
     depths = [_depths(kind, states) for kind in kinds]
     deviation = [-(depths[kind] + on_purpose(parts, kind)) for kind in kinds]
     values: label.Values = {"wear_depth": by_flank(parts, depths, along)}
     values["flank_deviation"] = by_flank(parts, deviation, along)
-    values["worn_mass"] = by_member(parts, [worn_mass(parts, kind, depths[kind]) for kind in kinds])
+    values["worn_mass"] = by_member(
+        parts, [worn_mass(parts, kind, depths[kind]) for kind in kinds]
+    )
     values["mesh_cycles"] = lived.cycle * gears.reference_teeth
     passes = [gears.kinds[kind].passes[gear] for kind, gear in gears.flank_places]
     values["load_cycles"] = lived.cycle[:, None] * passes
     if lived.seconds is not None and np.isfinite(lived.seconds).all():
         values["operating_hours"] = lived.seconds
     if parts.face is None:
-        each = [(parts.kinds[k], gear, depths[k][:, gear]) for k, gear in gears.flank_places]
-        slopes = [wear_slope(own.pair, gear, own.analysis.grid, depth) for own, gear, depth in each]
+        each = [
+            (parts.kinds[k], gear, depths[k][:, gear]) for k, gear in gears.flank_places
+        ]
+        slopes = [
+            wear_slope(own.pair, gear, own.analysis.grid, depth)
+            for own, gear, depth in each
+        ]
         values["wear_slope"] = label.padded(slopes, -2)
     if all(state.wears for state in states):
         rates = [np.stack([state.rate[kind] for state in states]) for kind in kinds]
@@ -381,12 +535,17 @@ def worn_mass(parts: build.Parts, kind: int, depth: Array) -> Array:
     depth : (n_updates, 2, …, n) along the normal [m]
     """
     own = parts.kinds[kind]
-    density, teeth = zip(*((gear.material.density, gear.teeth) for gear in own.pair.gears), strict=True)
+    density, teeth = zip(
+        *((gear.material.density, gear.teeth) for gear in own.pair.gears), strict=True
+    )
     if parts.face is None:
         return path.worn_mass(depth, own.path, density=density, teeth=teeth)
     over_face = parts.face.kinds[kind].contact
-    slices, width = np.moveaxis(depth, 2, 1), over_face.grid.width[:, None] / over_face.helix.cosine
-    return path.worn_mass(slices, own.path, density=density, teeth=teeth, face_width=width).sum(axis=1)
+    slices = np.moveaxis(depth, 2, 1)
+    width = over_face.grid.width[:, None] / over_face.helix.cosine
+    return path.worn_mass(
+        slices, own.path, density=density, teeth=teeth, face_width=width
+    ).sum(axis=1)
 
 
 def preset_depth(scene: Scene, parts: build.Parts, states: States) -> label.Values:
@@ -394,7 +553,8 @@ def preset_depth(scene: Scene, parts: build.Parts, states: States) -> label.Valu
 
     NaN where none was; nothing where nobody asked by depth.
     """
-    coupling, gears = parts.coupling, parts.gears
+    coupling = parts.coupling
+    gears = parts.gears
     snapshots = build.wear.build_snapshots(scene, gears, coupling)
     limit = build.wear.build_limits(scene, gears, coupling)
     if not snapshots.depths:
@@ -408,7 +568,14 @@ def preset_depth(scene: Scene, parts: build.Parts, states: States) -> label.Valu
             if abs(float(wear[flank].max()) - depth) <= LANDED * depth:
                 counting = np.full(len(wear), -1.0)
                 counting[flank] = wear[flank]
-                row[np.argmax([counting[coupling.entries(*own)].max() for own in gears.flank_places])] = depth
+                row[
+                    np.argmax(
+                        [
+                            counting[coupling.entries(*own)].max()
+                            for own in gears.flank_places
+                        ]
+                    )
+                ] = depth
     return {"preset_depth": depths}
 
 

@@ -1,7 +1,9 @@
-"""What a run says of itself: verdict, validity, errors, time and work; and how far its models are off.
+"""What a run says of itself: verdict, validity, errors, time and work.
 
-Model errors are measurements, not estimates for this very scene; `docs/model_error.md` says how each was
-made.
+And how far its models are off.
+
+Model errors are measurements, not estimates for this very scene; `docs/model_error.md`
+says how each was made.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,22 +20,29 @@ from wearlab.wear.coefficients import CoefficientModel
 
 TRUSTED = "as usual"
 BEYOND = 1e-3
-"""Distance beyond 1 at which motions leave: the margin of attraction, on the other side of 1."""
+"""Distance beyond 1 at which motions leave: the margin of attraction, on the other side
+of 1."""
 INSTEAD = (
-    'go on from this run with [start], let the static force wear (wear.load = "static"), or ask for '
+    "go on from this run with [start], let the static force wear (wear.load = "
+    '"static"), or ask for '
     "less with numerics.tolerance"
 )
 ENDS_OF_WORK = {
-    "evaluation limit": f"the life ends unfinished, after as many wear rates as a life may take: {INSTEAD}",
-    "work limit": "the life ends unfinished, after as many right-hand sides as a life may take: raise "
+    "evaluation limit": "the life ends unfinished, after as many wear rates as a "
+    f"life may take: {INSTEAD}",
+    "work limit": "the life ends unfinished, after as many right-hand sides as a life "
+    "may take: raise "
     f"numerics.most_right_hand_sides, {INSTEAD}",
 }
 
 
 def trust_values(
-    stages: Sequence[living.Stage], lived: history.History, errors: Sequence[estimates.Estimates],
-    searches: Sequence[Search], inherited: float,
-) -> dict[str, Any]:  # fmt: skip
+    stages: Sequence[living.Stage],
+    lived: history.History,
+    errors: Sequence[estimates.Estimates],
+    searches: Sequence[Search],
+    inherited: float,
+) -> dict[str, Any]:
     """Return verdict, validity, error estimates, run times and counts.
 
     Parameters
@@ -51,8 +60,10 @@ def trust_values(
             flags += [*parts.validity, *scene_validity(parts, own.in_block(block))]
     if cut := sum(search.cut_off for search in searches):
         flags.append(
-            f"the search for coexisting attractors was cut off in {cut} of {len(searches)} states by its "
-            "bound on the work: ask for fewer snapshots, or look in single states by wear.initial"
+            f"the search for coexisting attractors was cut off in {cut} of "
+            f"{len(searches)} states by its "
+            "bound on the work: ask for fewer snapshots, or look in single states by "
+            "wear.initial"
         )
     doubts = dict.fromkeys(doubt for own in errors for doubt in own.doubts)
     values: dict[str, Any] = {"verdict": verdict(lived, searches)}
@@ -61,27 +72,42 @@ def trust_values(
     if (life := lived.life) is not None:
         depth, of_life = accumulated(errors, lived, inherited)
         values |= {"error_estimate_wear_depth": depth, "steps_cycle": life.cycle[1:]}
-        values |= {"count_wear_steps": life.count_steps, "count_rejected_steps": life.count_rejected}
+        values |= {
+            "count_wear_steps": life.count_steps,
+            "count_rejected_steps": life.count_rejected,
+        }
         if of_life is not None:
             values["error_estimate_life"] = of_life
     accounts = [parts.coupling.account for parts in each]
-    values |= {f"run_time_{stage}": sum(a.seconds[stage] for a in accounts) for stage in accounts[0].seconds}
-    return values | {f"count_{what}": sum(a.counts[what] for a in accounts) for what in accounts[0].counts}
+    values |= {
+        f"run_time_{stage}": sum(a.seconds[stage] for a in accounts)
+        for stage in accounts[0].seconds
+    }
+    return values | {
+        f"count_{what}": sum(a.counts[what] for a in accounts)
+        for what in accounts[0].counts
+    }
 
 
 def accumulated(
-    errors: Sequence[estimates.Estimates], whole: history.History, inherited: float = 0.0
+    errors: Sequence[estimates.Estimates],
+    whole: history.History,
+    inherited: float = 0.0,
 ) -> tuple[Array, float | None]:
     """Return the errors of wear depth (n_updates,) [m] and life [1] over all stages: errors add up.
 
-    What the run inherits from the one it goes on from [m] is added like an earlier stage.
+    What the run inherits from the one it goes on from [m] is added like an earlier
+    stage.
     """
-    before, depths = inherited, []
+    before = inherited
+    depths = []
     for number, estimate in enumerate(errors):
         assert estimate.wear_depth is not None
         depths.append(before + estimate.wear_depth[1 if number else 0 :])
-        last, before = before, before + float(estimate.wear_depth[-1])
-    of_life, life = errors[-1].life, whole.life
+        last = before
+        before = before + float(estimate.wear_depth[-1])
+    of_life = errors[-1].life
+    life = whole.life
     fastest = 0.0 if life is None else float(life.rate[-1].max(initial=0.0))
     if of_life is not None and fastest > 0.0:
         of_life += last / fastest
@@ -89,38 +115,68 @@ def accumulated(
 
 
 def verdict(lived: history.History, searches: Sequence[Search] = ()) -> str:
-    """Return in one word what the run amounts to; what deviates most from an ordinary run wins.
+    """Return in one word what the run amounts to.
+
+    What deviates most from an ordinary run wins.
 
     Parameters
     ----------
     lived : the states
     searches : what the searches for other attractors of the states came to
     """
-    if lived.life is not None and lived.life.end_reason not in (limits.ALL_CYCLES, limits.WORN_OUT):
+    if lived.life is not None and lived.life.end_reason not in (
+        limits.ALL_CYCLES,
+        limits.WORN_OUT,
+    ):
         return "stopped"
     responses = [response for state in lived.state for response in state.responses]
-    for word, good in (("not converged", "converged"), ("aperiodic", "periodic"), ("non-unique", "unique")):
+    for word, good in (
+        ("not converged", "converged"),
+        ("aperiodic", "periodic"),
+        ("non-unique", "unique"),
+    ):
         if not all(getattr(response.verdict, good) for response in responses):
             return word
-    largest = [abs(orbit.multipliers[0]) for orbit in responses if orbit.verdict.attracting is False]
+    largest = [
+        abs(orbit.multipliers[0])
+        for orbit in responses
+        if orbit.verdict.attracting is False
+    ]
     if largest:
-        return "unstable" if max(largest) > 1.0 + BEYOND else "not attracting within the margin"
-    return "coexisting" if any(search.rival is not None for search in searches) else "completed"
+        return (
+            "unstable"
+            if max(largest) > 1.0 + BEYOND
+            else "not attracting within the margin"
+        )
+    return (
+        "coexisting"
+        if any(search.rival is not None for search in searches)
+        else "completed"
+    )
 
 
 def scene_validity(parts: build.Parts, lived: history.History) -> tuple[str, ...]:
     """Return limits of validity that show only once the scene has run."""
     flags: list[str] = []
     for kind, mesh_kind in enumerate(parts.kinds if parts.face is None else ()):
-        state = max(lived.state, key=lambda state: float(state.kind[kind].static.deflection.max()))
-        worst, nodes = state.kind[kind].static.deflection, state.kind[kind].flanks.nodes
-        pair, analysis = mesh_kind.pair, mesh_kind.analysis
-        flags += build.contact.reached_limits(pair, analysis, state.wear[kind], nodes.gap, worst)
+        state = max(
+            lived.state,
+            key=lambda state: float(state.kind[kind].static.deflection.max()),
+        )
+        worst = state.kind[kind].static.deflection
+        nodes = state.kind[kind].flanks.nodes
+        pair = mesh_kind.pair
+        analysis = mesh_kind.analysis
+        flags += build.contact.reached_limits(
+            pair, analysis, state.wear[kind], nodes.gap, worst
+        )
         flags += build.contact.cut_short(pair, analysis, nodes)
     if parts.face is None:
         flags += vibration.uncarried(parts, lived.state)
     if parts.vibration is not None and len(parts.meshes) > 1:
-        flags.append("coexisting attractors of a set of several meshes are not looked for")
+        flags.append(
+            "coexisting attractors of a set of several meshes are not looked for"
+        )
     if lived.life is None:
         return tuple(flags)
     if lived.life.saw_tooth:
@@ -130,7 +186,8 @@ def scene_validity(parts: build.Parts, lived: history.History) -> tuple[str, ...
     if lived.life.wave_growth > 0.0:
         fold = float(lived.life.rate[0].max()) / lived.life.wave_growth
         flags.append(
-            f"the flanks corrugate: waves of wear grow e-fold every {1e6 * fold:.3g} um of wear, so that "
+            f"the flanks corrugate: waves of wear grow e-fold every {1e6 * fold:.3g} "
+            "um of wear, so that "
             "where they end is not foreseeable; only what they do on the average is"
         )
     return tuple(flags)
@@ -138,25 +195,36 @@ def scene_validity(parts: build.Parts, lived: history.History) -> tuple[str, ...
 
 TABLE = "tests/validation/defaults_table.py"
 SHARE_OFF, ERROR_OFF, FORCE_OFF = 0.027, 0.007, 0.08
-"""Largest model errors of the defaults from elements: of the share of a pair, of the mean static transmission
-error, of the largest vibrating mesh force [1]."""
+"""Largest model errors of the defaults from elements: of the share of a pair, of the
+mean static transmission error, of the largest vibrating mesh force [1]."""
 EXTENDED = (
-    f"onset of contact: pairs carry within {100 * SHARE_OFF:.2g} % of the load of what elements alone give "
-    f"them, the mean transmission error is within {100 * ERROR_OFF:.2g} %, the largest vibrating mesh force "
+    f"onset of contact: pairs carry within {100 * SHARE_OFF:.2g} % of the load of "
+    "what elements alone give "
+    f"them, the mean transmission error is within {100 * ERROR_OFF:.2g} %, the "
+    "largest vibrating mesh force "
     f"within {100 * FORCE_OFF:.2g} % ({TABLE}, fresh_pairs.py)"
 )
 JUMP = (
-    "onset of contact: a jump at A, which overstates forces and wear at A of vibrating pairs 1.2 to 2.8 "
+    "onset of contact: a jump at A, which overstates forces and wear at A of "
+    "vibrating pairs 1.2 to 2.8 "
     "times (campaigns/extended_contact.toml, two meshes)"
 )
-SERIES = "excitation: a truncated series; forces and lives move by tens of per cent with its harmonics"
+SERIES = (
+    "excitation: a truncated series; forces and lives move by tens of per cent with "
+    "its harmonics"
+)
 EVERYWHERE = (
-    "load: even across the face, every tooth alike, isothermal; misalignment raises wear where the face "
+    "load: even across the face, every tooth alike, isothermal; misalignment raises "
+    "wear where the face "
     "carries most, in proportion (mesh.face_load_factor)"
 )
 
-OVER_FACE = "load over the face: every tooth alike, isothermal; bodies of the gears even along it"
-"""What is known of the load of flanks with a width, before what their coupling leaves out."""
+OVER_FACE = (
+    "load over the face: every tooth alike, isothermal; bodies of the gears even along "
+    "it"
+)
+"""What is known of the load of flanks with a width, before what their coupling leaves
+out."""
 
 
 def model_errors(scene: Scene, parts: build.Parts) -> str:
@@ -178,14 +246,20 @@ def _lines(scene: Scene, parts: build.Parts) -> Iterator[str]:
         if mesh.contact.model_error and scene.wear is not None:
             yield f"gaps: {mesh.contact.model_error}"
     if scene.wear is not None and scene.wear.coefficient is not None:
-        told = getattr(scene.wear.coefficient, "model_error", CoefficientModel.model_error)
+        told = getattr(
+            scene.wear.coefficient, "model_error", CoefficientModel.model_error
+        )
         yield f"wear coefficient: {told}"
     if parts.face is None:
         yield EVERYWHERE
     else:
         for section, kind in zip(sections, parts.face.kinds, strict=True):
-            told, solid = scene.mesh.of(section).coupling.model_error, kind.contact.solid
+            told = scene.mesh.of(section).coupling.model_error
+            solid = kind.contact.solid
             if solid is not None:
                 softer = 100.0 * (solid.even / kind.contact.section.body - 1.0)
-                told += f"; at even load {softer.min():+.1f} to {softer.max():+.1f} % against plane elements"
+                told += (
+                    f"; at even load {softer.min():+.1f} to {softer.max():+.1f} % "
+                    "against plane elements"
+                )
             yield f"{OVER_FACE}: {told}"

@@ -1,13 +1,16 @@
 """The rougher twins of wear states: each state evaluated once more with half the steps and half the nodes.
 
-Where these are so far off that their difference says little of the error, finer twins serve, of twice the
-steps and nodes: wear that loads depend on steeply is not carried to every second node without loss.
+Where these are so far off that their difference says little of the error, finer twins
+serve, of twice the steps and nodes: wear that loads depend on steeply is not carried to
+every second node without loss.
 
-Errors of mesh and bearing forces: what half the steps and nodes, and errors of the wear, change of them.
+Errors of mesh and bearing forces: what half the steps and nodes, and errors of the
+wear, change of them.
 
-A rougher twin shows the one; the twin worn by as much more as the depth may be off shows the other. Both are
-taken at every instant, and a largest force can be off by no more than the error where it may lie, or by what
-reading it off the steps of the twin changes of it.
+A rougher twin shows the one; the twin worn by as much more as the depth may be off
+shows the other. Both are taken at every instant, and a largest force can be off by no
+more than the error where it may lie, or by what reading it off the steps of the twin
+changes of it.
 """
 
 from collections.abc import Sequence
@@ -26,13 +29,16 @@ from wearlab.simulation import vibration as vibrating
 
 COARSENED = 0.5
 LESS_COARSENED = 0.75
-"""Share of the nodes and steps that a twin keeps, and where those respond otherwise all along."""
+"""Share of the nodes and steps that a twin keeps, and where those respond otherwise all
+along."""
 SCALED = (COARSENED**-2 - 1.0) / (LESS_COARSENED**-2 - 1.0)
-"""What the change against the latter is worth as one against the former, at second order."""
+"""What the change against the latter is worth as one against the former, at second
+order."""
 REFINED = 2.0
 """Steps and nodes of a finer twin over those of the state."""
 OF_FINER = 1.0 / (1.0 - REFINED**-2)
-"""What the change against a finer twin is worth: the error itself at second order, without extrapolation."""
+"""What the change against a finer twin is worth: the error itself at second order,
+without extrapolation."""
 
 
 class Rougher(NamedTuple):
@@ -42,11 +48,14 @@ class Rougher(NamedTuple):
     ----------
     cycle : of the state [1]
     wear : (n_rough,) its wear depth at the rougher nodes of all flanks [m]
-    rate : (n_rough,) change of the wear rate times the weight, None without a wear law [m]
+    rate : (n_rough,) change of the wear rate times the weight, None without a wear law
+        [m]
     parts, state : the rougher physics and what the state is there
     weight : what its changes are worth as ones of half the steps and nodes [1]
-    between : what its nodes alone do not tell of the wear between them, at most, times the weight [m]
-    shares, conditions : of the cycles [1], and the twins in all conditions of operation, of which this is one
+    between : what its nodes alone do not tell of the wear between them, at most, times
+        the weight [m]
+    shares, conditions : of the cycles [1], and the twins in all conditions of
+        operation, of which this is one
     """
 
     cycle: float
@@ -66,9 +75,13 @@ Twins = list[Rougher | None]
 
 def rough_parts(parts: build.Parts, share: float = COARSENED) -> build.Parts | None:
     """Return the scene's physics with a share of the steps and of the nodes, None when that cannot be."""
-    changed: dict[str, int] = {"profile_points": max(9, int(share * build.mesh.profile_points(parts.scene)))}
+    changed: dict[str, int] = {
+        "profile_points": max(9, int(share * build.mesh.profile_points(parts.scene)))
+    }
     if parts.vibration is not None:
-        changed["steps_per_period"] = max(4, int(share * len(parts.vibration.sampling.grid.width)))
+        changed["steps_per_period"] = max(
+            4, int(share * len(parts.vibration.sampling.grid.width))
+        )
     numerics = parts.scene.numerics.model_copy(update=changed)
     try:
         return build.build(parts.scene.model_copy(update={"numerics": numerics}))
@@ -76,7 +89,9 @@ def rough_parts(parts: build.Parts, share: float = COARSENED) -> build.Parts | N
         return None
 
 
-def carried(fine: profile.ProfileGrid, values: Array, rough: profile.ProfileGrid) -> Array:
+def carried(
+    fine: profile.ProfileGrid, values: Array, rough: profile.ProfileGrid
+) -> Array:
     """Return values (k, n) at the nodes of a grid on those of another that has the same breaks, (k, n')."""
     phases, _ = rough.phase_nodes
     segment = np.repeat(np.arange(len(rough.intervals)), rough.intervals + 1)
@@ -84,34 +99,50 @@ def carried(fine: profile.ProfileGrid, values: Array, rough: profile.ProfileGrid
     pairs = rough.pairs_at_phase_nodes
     present = pairs >= 0
     depths = np.empty((len(values), len(rough.contact_position)))
-    depths[:, pairs[present]] = profile.interpolate(fine, where, fine.beyond(values), 0.0)[:, present]
+    depths[:, pairs[present]] = profile.interpolate(
+        fine, where, fine.beyond(values), 0.0
+    )[:, present]
     return depths[:, rough.on_flank]
 
 
-def alike(parts: build.Parts, wear: Wear, start: Responses, other: WearState) -> WearState | None:
+def alike(
+    parts: build.Parts, wear: Wear, start: Responses, other: WearState
+) -> WearState | None:
     """Return a wear state, None where it does not respond with the periods of another."""
     try:
         found = parts.coupling.evaluate(wear, start)
     except (limits.StopWear, GearError):  # or its steps are too rough for any motion
         return None
-    periods = [[response.period for response in each] for each in (found.responses, other.responses)]
+    periods = [
+        [response.period for response in each]
+        for each in (found.responses, other.responses)
+    ]
     return found if periods[0] == periods[1] else None
 
 
 def _permanent_contact(responses: Responses) -> bool:
     """Whether one pass was exact: no flank parted."""
-    return all(response.period == 1 and response.counts.newton_iterations == 1 for response in responses)
+    return all(
+        response.period == 1 and response.counts.newton_iterations == 1
+        for response in responses
+    )
 
 
 def _carried(parts: build.Parts, values: Wear, rough: build.Parts) -> Wear:
     each = zip(parts.kinds, values, rough.kinds, strict=True)
-    return tuple(carried(fine.analysis.grid, value, other.analysis.grid) for fine, value, other in each)
+    return tuple(
+        carried(fine.analysis.grid, value, other.analysis.grid)
+        for fine, value, other in each
+    )
 
 
 def between_nodes(parts: build.Parts, wear: Wear, rough: build.Parts) -> float:
     """Return by how much wear is missed when it is carried to rougher nodes and back [m]."""
     back = _carried(rough, _carried(parts, wear, rough), parts)
-    return max(float(np.abs(carried - own).max()) for carried, own in zip(back, wear, strict=True))
+    return max(
+        float(np.abs(carried - own).max())
+        for carried, own in zip(back, wear, strict=True)
+    )
 
 
 def flank_of_nodes(parts: build.Parts) -> Index:
@@ -133,34 +164,52 @@ def finer_twins_of(parts: build.Parts, lived: history.History) -> Twins:
     return _of_share(parts, lived.samples, REFINED, OF_FINER)
 
 
-def _of_share(parts: build.Parts, own: history.History, share: float, weight: float = 1.0) -> Twins:
+def _of_share(
+    parts: build.Parts, own: history.History, share: float, weight: float = 1.0
+) -> Twins:
     """Return the twins of states with a share of the steps and nodes, None where one responds otherwise.
 
-    While no flank parts the orbit is the only one, and is soonest found from the twin before on the same
-    steps; any other from its own state, whose branch it has to be on.
+    While no flank parts the orbit is the only one, and is soonest found from the twin
+    before on the same steps; any other from its own state, whose branch it has to be
+    on.
     """
-    rough, twins, near = rough_parts(parts, share), Twins(), None
+    rough = rough_parts(parts, share)
+    twins = Twins()
+    near = None
     for cycle, state in zip(own.cycle, own.state, strict=True):
         twins.append(None)
         if rough is None or not is_periodic(state):
             continue
-        start, flat = state.responses, rough.coupling.flat
+        start = state.responses
+        flat = rough.coupling.flat
         if near is not None and _permanent_contact(start) and _permanent_contact(near):
             start = near
-        wear = tuple(np.maximum(0.0, depth) for depth in _carried(parts, state.wear, rough))
+        wear = tuple(
+            np.maximum(0.0, depth) for depth in _carried(parts, state.wear, rough)
+        )
         again = alike(rough, wear, start, state)
         if again is not None:
-            near, rate = again.responses, None
+            near = again.responses
+            rate = None
             if state.wears and again.wears:
-                rate = weight * (flat(again.rate) - flat(_carried(parts, state.rate, rough)))
+                rate = weight * (
+                    flat(again.rate) - flat(_carried(parts, state.rate, rough))
+                )
             missed = weight * between_nodes(parts, state.wear, rough)
-            twins[-1] = Rougher(float(cycle), flat(again.wear), rate, rough, again, weight, missed)
+            twins[-1] = Rougher(
+                float(cycle), flat(again.wear), rate, rough, again, weight, missed
+            )
     return twins
 
 
 def is_periodic(state: WearState) -> bool:
-    """Return whether a state responds periodically in every condition; without dynamics it does."""
-    return all(response.period > 0 for response in state.responses) and all(map(is_periodic, state.block))
+    """Return whether a state responds periodically in every condition.
+
+    Without dynamics it does.
+    """
+    return all(response.period > 0 for response in state.responses) and all(
+        map(is_periodic, state.block)
+    )
 
 
 def together(twins: Sequence[Rougher | None], shares: Array) -> Rougher | None:
@@ -169,16 +218,23 @@ def together(twins: Sequence[Rougher | None], shares: Array) -> Rougher | None:
     if len(known) < len(twins):
         return None
     rates = [twin.rate for twin in known if twin.rate is not None]
-    rate = np.asarray(sum(map(np.multiply, shares, rates))) if len(rates) == len(known) else None
+    rate = (
+        np.asarray(sum(map(np.multiply, shares, rates)))
+        if len(rates) == len(known)
+        else None
+    )
     return known[0]._replace(rate=rate, shares=shares, conditions=known)
 
 
 FORCE_SHARE = 2.0
-"""Weight of the change by half the steps and nodes, set on seed 1 of `tests/validation/estimates.py`."""
+"""Weight of the change by half the steps and nodes, set on seed 1 of
+`tests/validation/estimates.py`."""
 INSTANT_SHARE = 1.75
-"""Weight of the largest error at any instant, set on seed 129943 of `tests/validation/estimates.py`."""
+"""Weight of the largest error at any instant, set on seed 129943 of
+`tests/validation/estimates.py`."""
 LARGEST_SHARE = 0.4
-"""Weight of the error where the largest force may lie: errors are largest beside jumps, not there."""
+"""Weight of the error where the largest force may lie: errors are largest beside jumps,
+not there."""
 NEAR = 0.2
 """How far below the largest, over the range of a force, counts as near it at least."""
 NODES = 3
@@ -192,7 +248,8 @@ class ForceErrors(NamedTuple):
     ----------
     mesh : of the elastic mesh force at any instant, the largest over the meshes
     largest : of the largest mesh force, the largest over the meshes
-    bearing : of the force of a bearing along one axis, the largest of all; NaN without bearings
+    bearing : of the force of a bearing along one axis, the largest of all; NaN without
+        bearings
     """
 
     mesh: Any
@@ -200,27 +257,52 @@ class ForceErrors(NamedTuple):
     bearing: Any
 
 
-def force_errors(parts: build.Parts, state: WearState, twin: Rougher, worse: WearState) -> ForceErrors:
+def force_errors(
+    parts: build.Parts, state: WearState, twin: Rougher, worse: WearState
+) -> ForceErrors:
     """Return the errors of the forces of a state, the largest over its responses.
 
     Parameters
     ----------
     parts, state : the physics and the state
-    twin, worse : its rougher twin, and what that is worn by as much further as the depth may be off
+    twin, worse : its rougher twin, and what that is worn by as much further as the
+        depth may be off
     """
-    weight, meshes, found = FORCE_SHARE * twin.weight, len(parts.meshes), list[tuple[float, ...]]()
-    when = clock.Instants(*mesh_forces.within_steps(parts.moving.sampling.grid, NODES)[:2])
-    physics, states = (parts, twin.parts, twin.parts), (state, twin.state, worse)
+    weight = FORCE_SHARE * twin.weight
+    meshes = len(parts.meshes)
+    found = list[tuple[float, ...]]()
+    when = clock.Instants(
+        *mesh_forces.within_steps(parts.moving.sampling.grid, NODES)[:2]
+    )
+    physics = (parts, twin.parts, twin.parts)
+    states = (state, twin.state, worse)
     for at in range(len(state.responses)):
-        own, again, further = (forces_of(of, one, at, when) for of, one in zip(physics, states, strict=True))
-        turns = len(own) if parts.moving.hunting == 1 else 1  # hunting teeth say where it begins
-        off = [np.abs(np.roll(again, turn, axis=0) - own)[:, :meshes].max() for turn in range(turns)]
+        own, again, further = (
+            forces_of(of, one, at, when)
+            for of, one in zip(physics, states, strict=True)
+        )
+        turns = (
+            len(own) if parts.moving.hunting == 1 else 1
+        )  # hunting teeth say where it begins
+        off = [
+            np.abs(np.roll(again, turn, axis=0) - own)[:, :meshes].max()
+            for turn in range(turns)
+        ]
         turn = int(np.argmin(off))
-        again, further = np.roll(again, turn, axis=0), np.roll(further, turn, axis=0)
+        again = np.roll(again, turn, axis=0)
+        further = np.roll(further, turn, axis=0)
         error = weight * np.abs(again - own) + np.abs(further - again)
-        read, twice = (mesh_forces.extremes(one.responses[at]).largest for one in states[:2])
-        largest = [error_of_largest(own[:, mesh].ravel(), error[:, mesh].ravel()) for mesh in range(meshes)]
-        each = INSTANT_SHARE * error[:, :meshes].max(), max(*largest, weight * np.abs(read - twice).max())
+        read, twice = (
+            mesh_forces.extremes(one.responses[at]).largest for one in states[:2]
+        )
+        largest = [
+            error_of_largest(own[:, mesh].ravel(), error[:, mesh].ravel())
+            for mesh in range(meshes)
+        ]
+        each = (
+            INSTANT_SHARE * error[:, :meshes].max(),
+            max(*largest, weight * np.abs(read - twice).max()),
+        )
         bearing = error[:, meshes:].max() if vibrating.has_bearings(parts) else np.nan
         found.append((*each, INSTANT_SHARE * bearing))
     return ForceErrors(*np.max(found, axis=0))
@@ -229,30 +311,42 @@ def force_errors(parts: build.Parts, state: WearState, twin: Rougher, worse: Wea
 def error_of_largest(values: Array, error: Array) -> float:
     """Return by how much the largest of values that are off by ``error`` may be off, both (n,).
 
-    The true largest lies where ``f ≥ max f − 2 E``, E the largest error there: found by narrowing, though not
-    below `NEAR`, for an error may be small at one instant by chance.
+    The true largest lies where ``f ≥ max f − 2 E``, E the largest error there: found by
+    narrowing, though not below `NEAR`, for an error may be small at one instant by
+    chance.
     """
-    there, largest = np.ones(len(values), bool), float(error.max())
+    there = np.ones(len(values), bool)
+    largest = float(error.max())
     below = values.max() - values
     while True:
         narrower = there & (below <= max(2.0 * largest, NEAR * float(below.max())))
         if narrower.sum() == there.sum():
             return LARGEST_SHARE * largest
-        there, largest = narrower, float(error[narrower].max())
+        there = narrower
+        largest = float(error[narrower].max())
 
 
-def forces_of(parts: build.Parts, state: WearState, at: int, when: clock.Instants) -> Array:
+def forces_of(
+    parts: build.Parts, state: WearState, at: int, when: clock.Instants
+) -> Array:
     """Return the forces of meshes, and of bearings after them, (n_periods, n_forces, n_instants) [N].
 
-    Of its response at an error angle, at the same instants of every mesh period, which lie in steps of equal
-    length: both sides of every jump.
+    Of its response at an error angle, at the same instants of every mesh period, which
+    lie in steps of equal length: both sides of every jump.
     """
-    kinds, response, each = state.flanks, state.responses[at], []
-    motions, inside = parts.moving.motions(response, when), when.phase.reshape(-1, NODES)
+    kinds = state.flanks
+    response = state.responses[at]
+    each = []
+    motions = parts.moving.motions(response, when)
+    inside = when.phase.reshape(-1, NODES)
     for number, own in enumerate(parts.meshes):
-        where = clock.look_within(kinds[own.kind].analysis.grid, [own.lag], inside, inside.mean(axis=1))
+        where = clock.look_within(
+            kinds[own.kind].analysis.grid, [own.lag], inside, inside.mean(axis=1)
+        )
         each.append(parts.forces(kinds, number, where, motions).elastic)
     if not vibrating.has_bearings(parts):
         return np.stack(each, axis=1)
-    bearing = vibrating.bearing_values(parts, *parts.moving.coordinates(response, when), np.stack(each))
+    bearing = vibrating.bearing_values(
+        parts, *parts.moving.coordinates(response, when), np.stack(each)
+    )
     return np.stack([*each, *bearing.reshape(-1, *bearing.shape[2:])], axis=1)

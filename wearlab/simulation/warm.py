@@ -1,4 +1,7 @@
-"""Compile once, before workers start, what a set of scenes will call; several workers share that."""
+"""Compile once, before workers start, what a set of scenes will call.
+
+Several workers share that.
+"""
 
 import gc
 from collections.abc import Callable, Iterable
@@ -20,16 +23,19 @@ Job = tuple[Callable[[Scene], None], Scene]
 def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
     """Evaluate one wear state of every kind of scene, so that its kernels are compiled and cached on disk.
 
-    Of several workers each does its share of the jobs, the longest last: on disk is what others have compiled
-    by then.
+    Of several workers each does its share of the jobs, the longest last: on disk is
+    what others have compiled by then.
 
     Parameters
     ----------
     scenes : scenes to come; those that need the same kernels are evaluated once
-    turn, workers : this worker's place among those that share the work, and their number
+    turn, workers : this worker's place among those that share the work, and their
+        number
     """
     kinds = kinds_of(scenes)
-    jobs: list[Job] = [(_evaluate, scene) for scene in kinds] if workers == 1 else jobs_of(kinds)
+    jobs: list[Job] = (
+        [(_evaluate, scene) for scene in kinds] if workers == 1 else jobs_of(kinds)
+    )
     for job in reversed(jobs[turn::workers]):
         do(job)
 
@@ -37,16 +43,22 @@ def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
 def jobs_of(kinds: Iterable[Scene]) -> list[Job]:
     """Return what compiles all that kinds of scenes call, in parts, those that take longest first.
 
-    What locates changes of contact is compiled beside the map of a period, which finds it on disk.
+    What locates changes of contact is compiled beside the map of a period, which finds
+    it on disk.
     """
     ordered = sorted(kinds, key=lambda scene: -len(scene.meshes))
     moving = [scene for scene in ordered if scene.dynamics]
-    jobs: list[Job] = [(job, scene) for scene in moving for job in (_evaluate, _change_contact)]
+    jobs: list[Job] = [
+        (job, scene) for scene in moving for job in (_evaluate, _change_contact)
+    ]
     return jobs + [(_evaluate, scene) for scene in ordered if not scene.dynamics]
 
 
 def do(job: Job) -> None:
-    """Do a job of `jobs_of`; no garbage is collected while it compiles, which saves an eighth of its time."""
+    """Do a job of `jobs_of`.
+
+    No garbage is collected while it compiles, which saves an eighth of its time.
+    """
     evaluate, scene = job
     collects = gc.isenabled()
     gc.disable()
@@ -77,18 +89,29 @@ def _change_contact(scene: Scene) -> None:
     tables = moves.tables(coupling.flanks(coupling.unworn()))
     steps = integrate.OnTables(kernel.kernel_of(moves.system, tables, moves.period))
     states = np.zeros_like(steps.states(1))
-    width, size = np.uint64(states.shape[2]), np.uint64(states[0].size)
+    width = np.uint64(states.shape[2])
+    size = np.uint64(states[0].size)
     places = states.reshape(-1), np.uint64(0), size
     contact_change.step_with_changes(steps.kernel, 0, np.uint64(1), width, *places)
 
 
 def _kernels(scene: Scene) -> tuple[object, ...]:
     """Return what decides which kernels a scene calls."""
-    meshes, moves, wear = list(scene.meshes.values()), scene.dynamics, scene.wear
+    meshes = list(scene.meshes.values())
+    moves = scene.dynamics
+    wear = scene.wear
     forces = meshes[0].excitation.by_pairs, not scene.operation.fluctuation
     dynamics = moves and (moves.chosen, moves.method, moves.friction is None, *forces)
-    law = wear and (wear.contact_patch.chosen, _choices(wear.coefficient), _choices(wear.law))
-    return dynamics, tuple((mesh.stiffness.chosen, mesh.contact.chosen) for mesh in meshes), law
+    law = wear and (
+        wear.contact_patch.chosen,
+        _choices(wear.coefficient),
+        _choices(wear.law),
+    )
+    return (
+        dynamics,
+        tuple((mesh.stiffness.chosen, mesh.contact.chosen) for mesh in meshes),
+        law,
+    )
 
 
 def _choices(given: object) -> object:

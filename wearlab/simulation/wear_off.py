@@ -1,10 +1,11 @@
 """The error of the wear along a life, and states worn by as much further, for what that does to the forces.
 
-``e' = Δr + (r(h + e) − r(h))``: what half the steps and nodes change of the rate drives the error, and the
-rate levels it, as flanks that are worn too little carry more: over tens of micrometres the drive alone adds
-up to twenty times what is left of it. One look at the rate of a state worn by its error tells how fast,
-``g = e·Δr(e)/e·e``. A step between two states takes the drive as it is; where it would be levelled many times
-over within the step and is no longer small, an implicit step, see `levelled`.
+``e' = Δr + (r(h + e) − r(h))``: what half the steps and nodes change of the rate drives
+the error, and the rate levels it, as flanks that are worn too little carry more: over
+tens of micrometres the drive alone adds up to twenty times what is left of it. One look
+at the rate of a state worn by its error tells how fast, ``g = e·Δr(e)/e·e``. A step
+between two states takes the drive as it is; where it would be levelled many times over
+within the step and is no longer small, an implicit step, see `levelled`.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,7 +21,8 @@ from wearlab.simulation.twins import Rougher, alike
 DEEPEST = 0.95
 """Share of the largest depth from which a node counts as one that may end the life."""
 BETWEEN = 1.5
-"""Weight of what the nodes miss of the deepest place: a parabola is right but for the third difference."""
+"""Weight of what the nodes miss of the deepest place: a parabola is right but for the
+third difference."""
 
 
 End = tuple[float, float, Index, Index]
@@ -54,7 +56,8 @@ def end_of(depth: Array, rate: Array, flank: Index, counts: limits.Flanks) -> En
 def late_rate(cycle: Array, depth: Array) -> Array:
     """Return the mean wear rate since the deepest place had nine tenths of its depth, (n,) [m per cycle].
 
-    One rate of a motion that does not repeat says little of what an error is worth in cycles.
+    One rate of a motion that does not repeat says little of what an error is worth in
+    cycles.
 
     Parameters
     ----------
@@ -63,23 +66,30 @@ def late_rate(cycle: Array, depth: Array) -> Array:
     deepest = depth.max(axis=1)
     since = max(0, int(np.searchsorted(deepest, 0.9 * deepest[-1])) - 1)
     way = cycle[-1] - cycle[since]
-    return np.asarray((depth[-1] - depth[since]) / way if way > 0.0 else np.zeros_like(depth[-1]))
+    return np.asarray(
+        (depth[-1] - depth[since]) / way if way > 0.0 else np.zeros_like(depth[-1])
+    )
 
 
 def above_nodes(depth: Array) -> float:
     """Return by how much a profile rises above its highest node [m].
 
-    ``y(t) = y₀ + b t + c t²`` has its vertex ``−b²/4c`` higher, if it has one within an interval. Through
-    that node and the next two on one side, because a node may be a corner; next to an end its neighbours.
+    ``y(t) = y₀ + b t + c t²`` has its vertex ``−b²/4c`` higher, if it has one within an
+    interval. Through that node and the next two on one side, because a node may be a
+    corner; next to an end its neighbours.
 
     Parameters
     ----------
     depth : (n,) at evenly spaced nodes [m]
     """
     top = int(np.argmax(depth))
-    after, before = depth[top : top + 3], depth[max(0, top - 2) : top + 1][::-1]
+    after = depth[top : top + 3]
+    before = depth[max(0, top - 2) : top + 1][::-1]
     rises = [
-        _vertex(0.5 * (4.0 * second - 3.0 * first - third), 0.5 * (first + third - 2.0 * second))
+        _vertex(
+            0.5 * (4.0 * second - 3.0 * first - third),
+            0.5 * (first + third - 2.0 * second),
+        )
         for first, second, third in (side for side in (after, before) if len(side) == 3)
     ]
     if 2 in (len(after), len(before)):
@@ -93,22 +103,27 @@ def _vertex(b: float, c: float) -> float:
 
 
 MOST_ANSWERS, CLOSE = 10, 0.05
-"""Most rates that one step asks for, and the residual over the drive at which it asks for no more."""
+"""Most rates that one step asks for, and the residual over the drive at which it asks
+for no more."""
 
 
-def levelled(drive: Array, step: float, answer: Callable[[Array], Array | None]) -> Array:
+def levelled(
+    drive: Array, step: float, answer: Callable[[Array], Array | None]
+) -> Array:
     """Return the error at the end of an implicit step, ``(1 − ΔN ∂r/∂h) e = drive``, by a Krylov method.
 
-    The derivative is taken over as much as the drive: gaps close and open within it. The drive itself comes
-    back where the rate does not tell, or levels nothing.
+    The derivative is taken over as much as the drive: gaps close and open within it.
+    The drive itself comes back where the rate does not tell, or levels nothing.
 
     Parameters
     ----------
     drive : (n,) error when nothing levels it [m]
     step : ΔN [1]
-    answer : what an error (n,) [m] changes of the rate (n,) [m per cycle], None where it cannot be told
+    answer : what an error (n,) [m] changes of the rate (n,) [m per cycle], None where
+        it cannot be told
     """
-    size, told = float(np.abs(drive).max(initial=0.0)), True
+    size = float(np.abs(drive).max(initial=0.0))
+    told = True
 
     def product(v: Array) -> Array:
         nonlocal told
@@ -129,7 +144,8 @@ def levelled(drive: Array, step: float, answer: Callable[[Array], Array | None])
 WORN_FORCE_SHARE = 1.2
 """Weight of the error of the wear in what wear changes of the forces, set on seed 1."""
 WORTH, LEVELS = 0.01, 5.0
-"""Error by the drive alone, over the depth, and exponent −g ΔN from which an implicit step is taken."""
+"""Error by the drive alone, over the depth, and exponent −g ΔN from which an implicit
+step is taken."""
 
 
 class WornFurther(NamedTuple):
@@ -139,7 +155,8 @@ class WornFurther(NamedTuple):
     ----------
     twin : the rougher twin of the state, in all conditions together
     error : (n_rough,) error of the wear with its sign [m]
-    worse : the twin worn by as much further, in every condition; None where it responds otherwise
+    worse : the twin worn by as much further, in every condition; None where it responds
+        otherwise
     """
 
     twin: Rougher
@@ -147,15 +164,19 @@ class WornFurther(NamedTuple):
     worse: tuple[coupled.WearState | None, ...]
 
 
-def errors_of_wear(joint: Sequence[Rougher | None], stepping: Array) -> list[WornFurther | None]:
+def errors_of_wear(
+    joint: Sequence[Rougher | None], stepping: Array
+) -> list[WornFurther | None]:
     """Return the error of the wear from state to state, None where a state has no twin.
 
     Parameters
     ----------
     joint : rougher twins of the states, in all conditions together
-    stepping : error of the depth at the states by the steps over cycles and by what was before [m]
+    stepping : error of the depth at the states by the steps over cycles and by what was
+        before [m]
     """
-    found, before = list[WornFurther | None](), None
+    found = list[WornFurther | None]()
+    before = None
     for twin, steps in zip(joint, stepping, strict=True):
         found.append(None if twin is None else _next(twin, float(steps), before))
         before = found[-1] or before
@@ -164,10 +185,15 @@ def errors_of_wear(joint: Sequence[Rougher | None], stepping: Array) -> list[Wor
 
 def _next(twin: Rougher, stepping: float, before: WornFurther | None) -> WornFurther:
     """Return the error at the next state that has twins."""
-    cycle, start, last = 0.0, np.zeros_like(twin.wear), None
+    cycle = 0.0
+    start = np.zeros_like(twin.wear)
+    last = None
     if before is not None:
-        cycle, start, last = before.twin.cycle, before.error, before.twin.rate
-    step, error = twin.cycle - cycle, start
+        cycle = before.twin.cycle
+        start = before.error
+        last = before.twin.rate
+    step = twin.cycle - cycle
+    error = start
     if twin.rate is not None:  # when nothing levels it since the state before
         error = start + step * (twin.rate if last is None else 0.5 * (twin.rate + last))
     off = _further(twin, error, stepping)
@@ -179,9 +205,13 @@ def _next(twin: Rougher, stepping: float, before: WornFurther | None) -> WornFur
     return WornFurther(twin, error, worse)
 
 
-def _is_levelled(joint: Rougher, step: float, error: Array, off: Array, answer: Array | None) -> bool:
+def _is_levelled(
+    joint: Rougher, step: float, error: Array, off: Array, answer: Array | None
+) -> bool:
     """Whether the rate levels the error many times over within the step, and it is worth asking how."""
-    if answer is None or float(np.abs(error).max()) <= WORTH * float(joint.wear.max(initial=0.0)):
+    if answer is None or float(np.abs(error).max()) <= WORTH * float(
+        joint.wear.max(initial=0.0)
+    ):
         return False
     return bool(-float(off @ answer) * step >= LEVELS * float(off @ off) > 0.0)
 
@@ -210,6 +240,11 @@ def _worn_by(joint: Rougher, off: Array) -> tuple[coupled.WearState | None, ...]
         return (None,) * len(joint.conditions)
     if not off.any():
         return tuple(twin.state for twin in joint.conditions)
-    worn = [twin.parts.coupling.split(np.maximum(0.0, twin.wear + off)) for twin in joint.conditions]
+    worn = [
+        twin.parts.coupling.split(np.maximum(0.0, twin.wear + off))
+        for twin in joint.conditions
+    ]
     each = zip(joint.conditions, worn, strict=True)
-    return tuple(alike(twin.parts, wear, twin.state.responses, twin.state) for twin, wear in each)
+    return tuple(
+        alike(twin.parts, wear, twin.state.responses, twin.state) for twin, wear in each
+    )

@@ -21,23 +21,29 @@ PROGRESS = {"cycle": "cycle", "wear_depth": "max_wear_depth", "life_fraction": "
 
 
 def align(
-    grid: xr.Dataset, on: On = "cycle", at: ArrayLike | None = None, *, variables: Sequence[str] | None = None
+    grid: xr.Dataset,
+    on: On = "cycle",
+    at: ArrayLike | None = None,
+    *,
+    variables: Sequence[str] | None = None,
 ) -> xr.Dataset:
     """Return a grid whose wear states are replaced by common values along every run's life.
 
-    Between two states a value is taken as a straight line over ``on``; before the first and after the last
-    state of a run it is NaN.
+    Between two states a value is taken as a straight line over ``on``; before the first
+    and after the last state of a run it is NaN.
 
     Parameters
     ----------
     grid : as `Store.open` gives it, or one run
-    on : ``cycle``; ``wear_depth``, the largest of all flanks [m]; ``life_fraction``, cycle over life [1]
+    on : ``cycle``; ``wear_depth``, the largest of all flanks [m]; ``life_fraction``,
+        cycle over life [1]
     at : (n,) increasing values [65 from the least to the largest that any run reaches]
     variables : what to keep [every number along ``update``]
 
     Returns
     -------
-    The dataset with the dimension ``on`` in the place of ``update``; lazy where the grid is.
+    The dataset with the dimension ``on`` in the place of ``update``; lazy where the
+    grid is.
 
     Raises
     ------
@@ -48,11 +54,17 @@ def align(
     if values.ndim != 1 or not values.size or (np.diff(values) <= 0.0).any():
         raise StoreError(f"align: {on} must be given as increasing numbers")
     along = [str(n) for n, v in grid.variables.items() if UPDATE in v.dims]
-    kept = [n for n in along if n not in (UPDATE, on) and (variables is None or n in variables)]
+    kept = [
+        n
+        for n in along
+        if n not in (UPDATE, on) and (variables is None or n in variables)
+    ]
     numbers = [name for name in kept if grid[name].dtype.kind in "fiu"]
     aligned = {name: _aligned(grid[name], progress, values, on) for name in numbers}
     others = grid.drop_vars(along)
-    return others.assign(aligned).assign_coords({on: xr.Variable((on,), values, progress.attrs)})
+    return others.assign(aligned).assign_coords(
+        {on: xr.Variable((on,), values, progress.attrs)}
+    )
 
 
 def _progress(grid: xr.Dataset, on: str) -> xr.DataArray:
@@ -66,29 +78,51 @@ def _progress(grid: xr.Dataset, on: str) -> xr.DataArray:
     if on == "wear_depth":
         depth = grid["max_wear_depth"].load()
         units = {"units": "m", "long_name": "largest wear depth"}
-        return depth.max([dim for dim in depth.dims if dim == "flank"]).assign_attrs(units)
+        return depth.max([dim for dim in depth.dims if dim == "flank"]).assign_attrs(
+            units
+        )
     share = (grid["cycle"] / grid["life"]).load()
     if not np.isfinite(share.values).any():
-        raise StoreError("align: no run reaches its depth limit, so there is no life to take a share of")
+        raise StoreError(
+            "align: no run reaches its depth limit, so there is no life to take a "
+            "share of"
+        )
     return share.assign_attrs(units="1", long_name="share of the life")
 
 
 def _values(progress: xr.DataArray, on: str) -> Array:
     finite = progress.values[np.isfinite(progress.values)]
     if not finite.size or finite.min() == finite.max():
-        raise StoreError(f"align: the runs have one value of {on} only; give at = [...]")
+        raise StoreError(
+            f"align: the runs have one value of {on} only; give at = [...]"
+        )
     return np.linspace(finite.min(), finite.max(), STEPS)
 
 
-def _aligned(variable: xr.DataArray, progress: xr.DataArray, values: Array, on: str) -> xr.DataArray:
-    # a dim in several pieces is one of the grid, whether progress differs along it or not
+def _aligned(
+    variable: xr.DataArray, progress: xr.DataArray, values: Array, on: str
+) -> xr.DataArray:
+    # a dim in several pieces is one of the grid, whether progress differs along it or
+    # not
     whole = [dim for dim in variable.dims if len(variable.chunksizes.get(dim, ())) < 2]
     own = [dim for dim in whole if dim not in progress.dims]
-    how: dict[str, Any] = {"vectorize": True, "dask": "parallelized", "keep_attrs": "override"}
-    how |= {"input_core_dims": [[UPDATE], [*own, UPDATE]], "output_core_dims": [[*own, on]]}
-    how |= {"output_dtypes": [float], "dask_gufunc_kwargs": {"output_sizes": {on: len(values)}}}
+    how: dict[str, Any] = {
+        "vectorize": True,
+        "dask": "parallelized",
+        "keep_attrs": "override",
+    }
+    how |= {
+        "input_core_dims": [[UPDATE], [*own, UPDATE]],
+        "output_core_dims": [[*own, on]],
+    }
+    how |= {
+        "output_dtypes": [float],
+        "dask_gufunc_kwargs": {"output_sizes": {on: len(values)}},
+    }
     numbers = variable.astype(float)
-    aligned: xr.DataArray = xr.apply_ufunc(_interpolated, progress, numbers, kwargs={"at": values}, **how)
+    aligned: xr.DataArray = xr.apply_ufunc(
+        _interpolated, progress, numbers, kwargs={"at": values}, **how
+    )
     extra = [dim for dim in aligned.dims if dim not in variable.dims and dim != on]
     order = [*extra, *(on if dim == UPDATE else dim for dim in variable.dims)]
     return aligned.transpose(*order).assign_attrs(variable.attrs)
@@ -101,7 +135,9 @@ def _interpolated(x: NDArray[Any], y: NDArray[Any], at: Array) -> Array:
     if not known.size:
         return np.full(y.shape[:-1] + at.shape, np.nan)
     lines = y.reshape(-1, len(x))[:, known]
-    values = [np.interp(at, x[known], line, left=np.nan, right=np.nan) for line in lines]
+    values = [
+        np.interp(at, x[known], line, left=np.nan, right=np.nan) for line in lines
+    ]
     return np.reshape(values, y.shape[:-1] + at.shape)
 
 
@@ -111,16 +147,18 @@ ERROR = "error_estimate_wear_depth"
 def start_wear(parent: "xr.Dataset", start: "Start") -> StartWear:
     """Return the wear of a run at the cycle where another one starts.
 
-    Between stored states the depth is the cubic through both depths with both wear rates (Hermite); its error
-    is estimated by its distance from the parabolas that leave out one of the rates. Without stored rates it
-    is linear, and the error is that of a depth which only grows.
+    Between stored states the depth is the cubic through both depths with both wear
+    rates (Hermite); its error is estimated by its distance from the parabolas that
+    leave out one of the rates. Without stored rates it is linear, and the error is that
+    of a depth which only grows.
 
     Parameters
     ----------
     parent : the run
     start : cycle or fraction of the life; the last state when neither is given
 
-    The error that the parent estimates of its own wear is handed on; NaN where it has no estimate.
+    The error that the parent estimates of its own wear is handed on; NaN where it has
+    no estimate.
 
     Raises
     ------
@@ -131,15 +169,32 @@ def start_wear(parent: "xr.Dataset", start: "Start") -> StartWear:
         raise StoreError(f"{name} holds no wear_depth to start from")
     cycle = _cycle(parent, start, name)
     depth, error = _at(parent, cycle)
-    depths = parent["wear_depth"].isel(update=0).transpose("flank", "profile").copy(data=depth)
-    sides = parent["flank_side"].values if "flank_side" in parent else [""] * depths.sizes["flank"]
+    depths = (
+        parent["wear_depth"]
+        .isel(update=0)
+        .transpose("flank", "profile")
+        .copy(data=depth)
+    )
+    sides = (
+        parent["flank_side"].values
+        if "flank_side" in parent
+        else [""] * depths.sizes["flank"]
+    )
     flanks = [str(flank) for flank in depths["flank"].values]
     position = parent["path_position"].transpose("flank", "profile").values
-    held = [np.isfinite(position[i]) & np.isfinite(depth[i]) for i in range(len(flanks))]
+    held = [
+        np.isfinite(position[i]) & np.isfinite(depth[i]) for i in range(len(flanks))
+    ]
     sided = {flank: str(side) for flank, side in zip(flanks, sides, strict=True)}
-    along = {flank: tuple(position[i][held[i]].tolist()) for i, flank in enumerate(flanks)}
+    along = {
+        flank: tuple(position[i][held[i]].tolist()) for i, flank in enumerate(flanks)
+    }
     worn = {flank: tuple(depth[i][held[i]].tolist()) for i, flank in enumerate(flanks)}
-    known = np.interp(cycle, parent["cycle"].values, parent[ERROR].values) if ERROR in parent else np.nan
+    known = (
+        np.interp(cycle, parent["cycle"].values, parent[ERROR].values)
+        if ERROR in parent
+        else np.nan
+    )
     return StartWear(cycle, error, sided, along, worn, float(known))
 
 
@@ -149,9 +204,14 @@ def _cycle(parent: "xr.Dataset", start: "Start", name: str) -> float:
     if start.life_fraction is not None:
         wanted = start.life_fraction * float(parent.get("life", np.nan))
         if not np.isfinite(wanted):
-            raise StoreError(f"{name} did not reach the end of its life: start from a 'cycle' instead")
+            raise StoreError(
+                f"{name} did not reach the end of its life: start from a 'cycle' "
+                "instead"
+            )
     if wanted > last * (1.0 + 1e-9):
-        raise StoreError(f"{name} ends at cycle {last:.6g}: it has no wear at cycle {wanted:.6g}")
+        raise StoreError(
+            f"{name} ends at cycle {last:.6g}: it has no wear at cycle {wanted:.6g}"
+        )
     return min(wanted, last)
 
 
@@ -163,14 +223,19 @@ def _at(parent: "xr.Dataset", cycle: float) -> tuple[Array, float]:
     above = int(np.searchsorted(cycles, cycle))
     if above < len(cycles) and cycles[above] == cycle:
         return depth[above], 0.0
-    low, high = above - 1, above
+    low = above - 1
+    high = above
     width = cycles[high] - cycles[low]
     if "wear_rate" not in parent:
         share = (cycle - cycles[low]) / width
         grown = depth[high] - depth[low]
-        return depth[low] + share * grown, float(max(share, 1.0 - share) * np.nanmax(np.abs(grown)))
+        return depth[low] + share * grown, float(
+            max(share, 1.0 - share) * np.nanmax(np.abs(grown))
+        )
     rate = np.asarray(parent["wear_rate"].transpose(*order).values, float)
-    return hermite((cycle - cycles[low]) / width, *depth[[low, high]], *(width * rate[[low, high]]))
+    return hermite(
+        (cycle - cycles[low]) / width, *depth[[low, high]], *(width * rate[[low, high]])
+    )
 
 
 def hermite(t: float, h0: Any, h1: Any, r0: Any, r1: Any) -> tuple[Array, float]:

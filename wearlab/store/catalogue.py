@@ -1,6 +1,7 @@
 """The index of a store: which runs exist, in which state, and which campaigns they belong to.
 
-Only the process that calls ``run`` writes here, workers never do; it can be rebuilt from the run files.
+Only the process that calls ``run`` writes here, workers never do; it can be rebuilt
+from the run files.
 """
 
 import hashlib
@@ -21,7 +22,10 @@ from wearlab.store import description, files
 from wearlab.store.database import VERSION, marks, understood
 from wearlab.store.outcome import CALIBRATION, Comparison, Outcome, State
 
-OF_RUNS = "id, state, owner, size, sha256, started, seconds, source_hash, wearlab_version, layout"
+OF_RUNS = (
+    "id, state, owner, size, sha256, started, seconds, source_hash, wearlab_version, "
+    "layout"
+)
 OF_DOCUMENTS = "reason, warnings, sizes, digests, summary, scene"
 FACTS_OF = """SELECT k.name, k.source, k.kind, f.value FROM keys AS k JOIN facts AS f ON f.key = k.number
 WHERE f.run = (SELECT number FROM runs WHERE id = ?)"""
@@ -32,9 +36,12 @@ LEFT JOIN expectations USING (campaign, number)"""
 
 @dataclass(frozen=True)
 class Entry:
-    """One run as the catalogue knows it; ``layout`` is the key of its table of variables.
+    """One run as the catalogue knows it.
 
-    Where many are asked for, the texts that are not wanted stand there as if the run had none.
+    ``layout`` is the key of its table of variables.
+
+    Where many are asked for, the texts that are not wanted stand there as if the run
+    had none.
     """
 
     id: str
@@ -71,8 +78,16 @@ class Entry:
 
     def without_data(self) -> Outcome:
         """Return the outcome of a case that failed or was refused, to be recorded elsewhere."""
-        told = (self.id, self.state, self.started or "", self.seconds or 0.0, self.scene or "{}")
-        code: dict[str, Any] = {n: getattr(self, n) or "" for n in ("source_hash", "wearlab_version")}
+        told = (
+            self.id,
+            self.state,
+            self.started or "",
+            self.seconds or 0.0,
+            self.scene or "{}",
+        )
+        code: dict[str, Any] = {
+            n: getattr(self, n) or "" for n in ("source_hash", "wearlab_version")
+        }
         return Outcome(*told, reason=self.reason, warnings=self.warnings, **code)
 
 
@@ -80,8 +95,9 @@ class Entry:
 class Member:
     """One case of a recorded campaign: the campaign's title and file, its label, and what sets it apart.
 
-    ``comparison`` is how it compares with what the campaign expects of it, once it has run; ``reference`` and
-    ``metadata`` (author, orcid, institution, licence) are the campaign's.
+    ``comparison`` is how it compares with what the campaign expects of it, once it has
+    run; ``reference`` and ``metadata`` (author, orcid, institution, licence) are the
+    campaign's.
     """
 
     campaign: str
@@ -94,7 +110,8 @@ class Member:
     comparison: Comparison | None = None
 
 
-ENTRY, MEMBER = TypeAdapter(Entry), TypeAdapter(Member)
+ENTRY = TypeAdapter(Entry)
+MEMBER = TypeAdapter(Member)
 Free = Callable[[Entry], bool]
 
 
@@ -122,32 +139,53 @@ class Catalogue(rows.Database):
             return version
         said = f"written by an older wearlab (catalogue version {version})"
         if self.address is not None:
-            remedy = "'wearlab ls' there, or on a copy of it here, makes it one of today"
+            remedy = (
+                "'wearlab ls' there, or on a copy of it here, makes it one of today"
+            )
             raise files.StoreError(f"{self.address}: {said}; {remedy}")
-        remedy = "made anew from the run files; what failed or was refused is computed again"
+        remedy = (
+            "made anew from the run files; what failed or was refused is computed again"
+        )
         logging.getLogger("wearlab").warning("%s: %s: %s", self.path, said, remedy)
         with self._transaction():
             if connection.execute("PRAGMA user_version").fetchone()[0] == VERSION:
                 return VERSION  # another process has done it
             if version < 3:
                 connection.execute("ALTER TABLE campaigns ADD COLUMN metadata TEXT")
-            for table in ("runs", "layouts", "keys", "facts", "documents", "dictionaries"):
+            for table in (
+                "runs",
+                "layouts",
+                "keys",
+                "facts",
+                "documents",
+                "dictionaries",
+            ):
                 connection.execute(f"DROP TABLE IF EXISTS {table}")
             rows.run_all(connection, rows.TABLES)
-            for outcome in description.outcomes_of(files.RunFiles(self.path.parent / "runs"), []):
+            for outcome in description.outcomes_of(
+                files.RunFiles(self.path.parent / "runs"), []
+            ):
                 self._record(connection, outcome)
         return VERSION
 
-    def entries(self, ids: Iterable[str] | None = None, texts: str = OF_DOCUMENTS) -> dict[str, Entry]:
-        """Return the known runs among ``ids``, in that order; all, by their start, when it is None.
+    def entries(
+        self, ids: Iterable[str] | None = None, texts: str = OF_DOCUMENTS
+    ) -> dict[str, Entry]:
+        """Return the known runs among ``ids``, in that order.
+
+        All, by their start, when it is None.
 
         Parameters
         ----------
         ids : of runs
         texts : which are read; a few are little even for many runs
         """
-        told = ", ".join(name if name in texts else "NULL" for name in OF_DOCUMENTS.split(", "))
-        question = f"SELECT {OF_RUNS}, {told} FROM runs LEFT JOIN documents USING (number)"
+        told = ", ".join(
+            name if name in texts else "NULL" for name in OF_DOCUMENTS.split(", ")
+        )
+        question = (
+            f"SELECT {OF_RUNS}, {told} FROM runs LEFT JOIN documents USING (number)"
+        )
         ids = None if ids is None else list(dict.fromkeys(ids))
         some = self.read_many(f"{question} WHERE id IN", ids or ())
         found = self.read(f"{question} ORDER BY started, id") if ids is None else some
@@ -155,7 +193,11 @@ class Catalogue(rows.Database):
         for row in found:
             what = f"the catalogue's entry of run {str(row[0])[:40]!r}"
             known[row[0]] = understood(what, ENTRY.validate_python, ArgsKwargs(row))
-        return known if ids is None else {run_id: known[run_id] for run_id in ids if run_id in known}
+        return (
+            known
+            if ids is None
+            else {run_id: known[run_id] for run_id in ids if run_id in known}
+        )
 
     def facts(self, run_id: str) -> dict[str, tuple[str, str, Any]]:
         """Return source, kind and value of every fact of a run by its key, histories marked by their name."""
@@ -169,17 +211,23 @@ class Catalogue(rows.Database):
     def layouts(self, keys: Iterable[str]) -> dict[str, dict[str, Any]]:
         """Return the tables of variables with these keys."""
         wanted = sorted(set(keys))
-        known = dict(self.read_many("SELECT key, layout FROM layouts WHERE key IN", wanted))
+        known = dict(
+            self.read_many("SELECT key, layout FROM layouts WHERE key IN", wanted)
+        )
         what = "a table of variables in the catalogue"
         return {key: understood(what, rows.layout, known.get(key)) for key in wanted}
 
     def record(
-        self, outcomes: Iterable[Outcome], ids: Sequence[str] = (), owner: str = "", free: Free | None = None
+        self,
+        outcomes: Iterable[Outcome],
+        ids: Sequence[str] = (),
+        owner: str = "",
+        free: Free | None = None,
     ) -> dict[str, str | None]:
         """Write what became of runs and mark others as running here, in one transaction.
 
-        A transaction costs as much as many runs: what is finished and what is begun next share one, and no
-        other process can come between.
+        A transaction costs as much as many runs: what is finished and what is begun
+        next share one, and no other process can come between.
 
         Parameters
         ----------
@@ -190,13 +238,18 @@ class Catalogue(rows.Database):
 
         Returns
         -------
-        The ids taken, each with the owner it was taken over from (None when it was new).
+        The ids taken, each with the owner it was taken over from (None when it was
+        new).
         """
         with self._transaction() as connection:
             for outcome in outcomes:
                 self._record(connection, outcome)
             known = self.entries(ids, "warnings")
-            free_ids = [i for i in ids if i not in known or (free is not None and free(known[i]))]
+            free_ids = [
+                i
+                for i in ids
+                if i not in known or (free is not None and free(known[i]))
+            ]
             begun = [(run_id, "running", owner, now()) for run_id in free_ids]
             connection.executemany(_renewing("id, state, owner, started"), begun)
         return {i: known[i].owner if i in known else None for i in free_ids}
@@ -204,37 +257,64 @@ class Catalogue(rows.Database):
     def _record(self, connection: sqlite3.Connection, outcome: Outcome) -> None:
         key = None if outcome.layout is None else key_of(outcome.layout)
         if key:
-            connection.execute("INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout))
+            connection.execute(
+                "INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout)
+            )
         size = None if outcome.image is None else len(outcome.image)
         told = {**vars(outcome), "owner": None, "size": size, "layout": key}
         row = [told[name] for name in OF_RUNS.split(", ")]
-        ((number,),) = connection.execute(f"{_renewing(OF_RUNS)} RETURNING number", row).fetchall()
-        texts = map(json.dumps, (outcome.warnings, outcome.sizes, outcome.digests, outcome.summary))
+        ((number,),) = connection.execute(
+            f"{_renewing(OF_RUNS)} RETURNING number", row
+        ).fetchall()
+        texts = map(
+            json.dumps,
+            (outcome.warnings, outcome.sizes, outcome.digests, outcome.summary),
+        )
         document = (number, outcome.reason, *texts, outcome.scene)
-        connection.execute(f"INSERT OR REPLACE INTO documents VALUES ({marks(7)})", document)
+        connection.execute(
+            f"INSERT OR REPLACE INTO documents VALUES ({marks(7)})", document
+        )
         facts = description.facts_of(outcome.scene, outcome.summary, outcome.histories)
         description.write_facts(connection, number, facts)
 
     def release(self, owner: str) -> list[str]:
-        """Forget the runs that ``owner`` had begun and not finished; return their ids."""
+        """Forget the runs that ``owner`` had begun and not finished.
+
+        Return their ids.
+        """
         with self._transaction() as connection:
             return self._delete(connection, "state = 'running' AND owner = ?", owner)
 
     def forget(self, ids: Iterable[str]) -> int:
         """Forget these runs; return how many were known. Campaigns stay."""
         with self._transaction() as connection:
-            return sum(len(self._delete(connection, "id = ?", run_id)) for run_id in ids)
+            return sum(
+                len(self._delete(connection, "id = ?", run_id)) for run_id in ids
+            )
 
-    def _delete(self, connection: sqlite3.Connection, condition: str, *values: str) -> list[str]:
-        runs = connection.execute(f"SELECT number, id FROM runs WHERE {condition}", values).fetchall()
-        for told in (description.FACTS, "runs WHERE number = ?", "documents WHERE number = ?"):
-            connection.executemany(f"DELETE FROM {told}", [(number,) for number, _ in runs])
+    def _delete(
+        self, connection: sqlite3.Connection, condition: str, *values: str
+    ) -> list[str]:
+        runs = connection.execute(
+            f"SELECT number, id FROM runs WHERE {condition}", values
+        ).fetchall()
+        for told in (
+            description.FACTS,
+            "runs WHERE number = ?",
+            "documents WHERE number = ?",
+        ):
+            connection.executemany(
+                f"DELETE FROM {told}", [(number,) for number, _ in runs]
+            )
         return [run_id for _, run_id in runs]
 
-    def make_anew(self, outcomes: Iterable[Outcome], alive: Callable[[str], bool]) -> None:
+    def make_anew(
+        self, outcomes: Iterable[Outcome], alive: Callable[[str], bool]
+    ) -> None:
         """Record the runs of all files, with what can be asked of them, in the place of what is known.
 
-        Other processes come between any two runs: what they have recorded meanwhile, or compute, stays.
+        Other processes come between any two runs: what they have recorded meanwhile, or
+        compute, stays.
 
         Parameters
         ----------
@@ -254,16 +334,25 @@ class Catalogue(rows.Database):
         for outcome in outcomes:
             adopted.add(outcome.id)
             with self._transaction() as connection:
-                row = connection.execute(f"{question} WHERE id = ?", (outcome.id,)).fetchone()
+                row = connection.execute(
+                    f"{question} WHERE id = ?", (outcome.id,)
+                ).fetchone()
                 if row is None or is_left(row):
-                    connection.execute("DELETE FROM layouts WHERE key = ?", (key_of(outcome.layout or ""),))
+                    connection.execute(
+                        "DELETE FROM layouts WHERE key = ?",
+                        (key_of(outcome.layout or ""),),
+                    )
                     self._record(connection, outcome)
         with self._transaction() as connection:
             for row in connection.execute(question).fetchall():
                 if row[0] not in adopted and is_left(row):
                     self._delete(connection, "id IS ?", row[0])
-            connection.execute("DELETE FROM documents WHERE number NOT IN (SELECT number FROM runs)")
-            connection.execute("DELETE FROM layouts WHERE key NOT IN (SELECT layout FROM runs)")
+            connection.execute(
+                "DELETE FROM documents WHERE number NOT IN (SELECT number FROM runs)"
+            )
+            connection.execute(
+                "DELETE FROM layouts WHERE key NOT IN (SELECT layout FROM runs)"
+            )
 
     def record_campaign(
         self,
@@ -274,56 +363,120 @@ class Catalogue(rows.Database):
         metadata: Mapping[str, str] | None = None,
         record: Mapping[str, Any] | None = None,
     ) -> str:
-        """Write a campaign's cases as (run id, label, position), return its key; the same twice is one.
+        """Write a campaign's cases as (run id, label, position), return its key.
 
-        A ``record`` holds its axes and figures, so that these can be drawn where its file is not.
+        The same twice is one.
+
+        A ``record`` holds its axes and figures, so that these can be drawn where its
+        file is not.
         """
-        told = [(run_id, label, json.dumps(dict(position))) for run_id, label, position in members]
+        told = [
+            (run_id, label, json.dumps(dict(position)))
+            for run_id, label, position in members
+        ]
         key = key_of(json.dumps([title, path, told]))
         with self._transaction() as connection:
-            ((latest,),) = connection.execute("SELECT max(recorded) FROM campaigns").fetchall()
-            row = (key, title, reference, path, now(latest), json.dumps(dict(metadata or {})))
-            connection.execute("INSERT OR REPLACE INTO campaigns VALUES (?, ?, ?, ?, ?, ?)", row)
+            ((latest,),) = connection.execute(
+                "SELECT max(recorded) FROM campaigns"
+            ).fetchall()
+            row = (
+                key,
+                title,
+                reference,
+                path,
+                now(latest),
+                json.dumps(dict(metadata or {})),
+            )
+            connection.execute(
+                "INSERT OR REPLACE INTO campaigns VALUES (?, ?, ?, ?, ?, ?)", row
+            )
             numbered = [(key, number, *one) for number, one in enumerate(told)]
-            connection.executemany("INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)", numbered)
+            connection.executemany(
+                "INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)", numbered
+            )
             if record is not None:
-                connection.execute("INSERT OR REPLACE INTO records VALUES (?, ?)", (key, json.dumps(record)))
+                connection.execute(
+                    "INSERT OR REPLACE INTO records VALUES (?, ?)",
+                    (key, json.dumps(record)),
+                )
         return key
 
     def record_of(self, key: str) -> dict[str, Any]:
         """Return what was recorded of a campaign's axes and figures, {} where nothing was."""
         told = self.read("SELECT record FROM records WHERE campaign = ?", [key])
-        return understood("a campaign in the catalogue", rows.table, told[0][0]) if told else {}
+        return (
+            understood("a campaign in the catalogue", rows.table, told[0][0])
+            if told
+            else {}
+        )
 
     def adopt_campaigns(self, other: "Catalogue") -> int:
-        """Copy the campaigns of another catalogue that we do not know; return how many came."""
+        """Copy the campaigns of another catalogue that we do not know.
+
+        Return how many came.
+        """
         ours = {key for (key,) in self.read("SELECT key FROM campaigns")}
-        theirs = other.read("SELECT key, title, reference, path, recorded, metadata FROM campaigns")
+        theirs = other.read(
+            "SELECT key, title, reference, path, recorded, metadata FROM campaigns"
+        )
         new = [row for row in theirs if row[0] not in ours]
         keys = [row[0] for row in new]
-        question = "SELECT campaign, number, run, label, position FROM members WHERE campaign IN"
-        records = [(key, json.dumps(record)) for key in keys if (record := other.record_of(key))]
-        copied = {"campaigns": new, "members": list(other.read_many(question, keys)), "records": records}
+        question = (
+            "SELECT campaign, number, run, label, position FROM members WHERE campaign "
+            "IN"
+        )
+        records = [
+            (key, json.dumps(record))
+            for key in keys
+            if (record := other.record_of(key))
+        ]
+        copied = {
+            "campaigns": new,
+            "members": list(other.read_many(question, keys)),
+            "records": records,
+        }
         with self._transaction() as connection:
             for table, some in copied.items():
                 for row in some:
-                    connection.execute(f"INSERT OR IGNORE INTO {table} VALUES ({marks(len(row))})", row)
+                    connection.execute(
+                        f"INSERT OR IGNORE INTO {table} VALUES ({marks(len(row))})", row
+                    )
         return len(new)
 
-    def record_comparisons(self, campaign: str, comparisons: Sequence[Comparison | None]) -> None:
+    def record_comparisons(
+        self, campaign: str, comparisons: Sequence[Comparison | None]
+    ) -> None:
         """Write how a campaign's cases, in their order, compare with what it expects of them."""
-        told = [(campaign, number, *each) for number, each in enumerate(comparisons) if each is not None]
+        told = [
+            (campaign, number, *each)
+            for number, each in enumerate(comparisons)
+            if each is not None
+        ]
         with self._transaction() as connection:
-            connection.execute("DELETE FROM expectations WHERE campaign = ?", (campaign,))
-            connection.executemany("INSERT INTO expectations VALUES (?, ?, ?, ?, ?, ?)", told)
+            connection.execute(
+                "DELETE FROM expectations WHERE campaign = ?", (campaign,)
+            )
+            connection.executemany(
+                "INSERT INTO expectations VALUES (?, ?, ?, ?, ?, ?)", told
+            )
 
     def members(self, runs: Sequence[str] | None = None) -> list[Member]:
         """Return the cases of campaigns with these runs (all when None), the campaign recorded last first."""
-        found = self.read(MEMBERS) if runs is None else self.read_many(f"{MEMBERS} WHERE run IN", runs)
+        found = (
+            self.read(MEMBERS)
+            if runs is None
+            else self.read_many(f"{MEMBERS} WHERE run IN", runs)
+        )
         ordered = sorted(found, key=lambda row: row[12:])
         ordered.sort(key=lambda row: str(row[11]), reverse=True)
-        told = (ArgsKwargs((*row[:7], None if row[10] is None else row[7:11])) for row in ordered)
-        return [understood("a campaign in the catalogue", MEMBER.validate_python, one) for one in told]
+        told = (
+            ArgsKwargs((*row[:7], None if row[10] is None else row[7:11]))
+            for row in ordered
+        )
+        return [
+            understood("a campaign in the catalogue", MEMBER.validate_python, one)
+            for one in told
+        ]
 
 
 def key_of(text: str) -> str:
@@ -335,7 +488,10 @@ def _renewing(columns: str) -> str:
     """Return the statement that writes these columns of a run, the id first, whether it is known or not."""
     told = [f"{name} = excluded.{name}" for name in columns.split(", ")]
     places = f"({columns}) VALUES ({marks(len(told))})"
-    return f"INSERT INTO runs {places} ON CONFLICT (id) DO UPDATE SET {', '.join(told[1:])}"
+    return (
+        f"INSERT INTO runs {places} ON CONFLICT (id) DO UPDATE SET "
+        f"{', '.join(told[1:])}"
+    )
 
 
 def now(latest: str | None = None) -> str:
@@ -343,4 +499,6 @@ def now(latest: str | None = None) -> str:
     present = datetime.now(UTC).isoformat(timespec="milliseconds")
     if latest is None or present > latest:
         return present
-    return (datetime.fromisoformat(latest) + timedelta(milliseconds=1)).isoformat(timespec="milliseconds")
+    return (datetime.fromisoformat(latest) + timedelta(milliseconds=1)).isoformat(
+        timespec="milliseconds"
+    )

@@ -1,10 +1,12 @@
 """The SQLite file of a store: its tables, transactions of several processes, and what rows may hold.
 
-With a rollback journal: two processes on one store wait for each other for a moment and never corrupt it,
-on a shared home directory too (a write-ahead log is faster, but wrong as soon as two machines write).
+With a rollback journal: two processes on one store wait for each other for a moment and
+never corrupt it, on a shared home directory too (a write-ahead log is faster, but wrong
+as soon as two machines write).
 
-``runs`` is narrow, so that looking through it is quick; the texts of a run stand in ``documents``, each as it
-is. ``facts`` holds every value that can be asked for, those of one key side by side.
+``runs`` is narrow, so that looking through it is quick; the texts of a run stand in
+``documents``, each as it is. ``facts`` holds every value that can be asked for, those
+of one key side by side.
 """
 
 import os
@@ -16,7 +18,14 @@ from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, NotRequired, TypeVar
 
-from pydantic import AfterValidator, BeforeValidator, Json, NonNegativeInt, TypeAdapter, ValidationError
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Json,
+    NonNegativeInt,
+    TypeAdapter,
+    ValidationError,
+)
 from typing_extensions import TypedDict
 
 from wearlab.store.files import StoreError, written
@@ -53,7 +62,10 @@ LACKING = {f"no such table: {name}" for name in ("records", "remarks", "updates"
 
 Read = TypeVar("Read")
 Value = TypeVar("Value")
-BROKEN = (sqlite3.Error, UnicodeDecodeError)  # a damaged file may make its own complaint unreadable
+BROKEN = (
+    sqlite3.Error,
+    UnicodeDecodeError,
+)  # a damaged file may make its own complaint unreadable
 PATIENCE = 60.0  # s to wait for another process's transaction
 ANEW = "'wearlab reindex' makes it anew from the run files"
 CHUNK = 500  # ids per question, below SQLite's limit of variables
@@ -115,7 +127,9 @@ class Database:
                 return []
             raise self._unusable(error) from error
 
-    def read_many(self, question: str, values: Iterable[str]) -> Iterator[tuple[Any, ...]]:
+    def read_many(
+        self, question: str, values: Iterable[str]
+    ) -> Iterator[tuple[Any, ...]]:
         """Yield the rows that answer a question ending in ``IN``, for any number of values."""
         for some in batched(values, CHUNK):
             yield from self.read(f"{question} ({marks(len(some))})", some)
@@ -123,7 +137,9 @@ class Database:
     @contextmanager
     def _transaction(self, *, create: bool = False) -> Iterator[sqlite3.Connection]:
         if self.address is not None:
-            raise StoreError(f"{self.address}: is only read from here; its own machine writes it")
+            raise StoreError(
+                f"{self.address}: is only read from here; its own machine writes it"
+            )
         connection = self._open(create=create)
         try:
             connection.execute("BEGIN IMMEDIATE")
@@ -135,17 +151,25 @@ class Database:
 
     def _open(self, *, create: bool = False) -> sqlite3.Connection:
         if self._connection is None:
-            if create:  # as open to others as the umask says: SQLite would let nobody else write it
+            # as open to others as the umask says: SQLite would let nobody else write it
+            if create:
                 with suppress(OSError):  # SQLite then says what is wrong
                     os.close(os.open(self.path, os.O_CREAT | os.O_RDWR, 0o666))
             elif not self.exists():
                 said = f"{self.path}: is missing; {ANEW}"
                 lost = (self.path.parent / "runs").is_dir()
-                raise StoreError(said if lost else f"{self.path.parent}: there is no store here")
+                raise StoreError(
+                    said if lost else f"{self.path.parent}: there is no store here"
+                )
             uri = f"{self.path.absolute().as_uri()}?mode={'rwc' if create else 'rw'}"
-            shared: dict[str, Any] = {"isolation_level": None, "check_same_thread": False}
+            shared: dict[str, Any] = {
+                "isolation_level": None,
+                "check_same_thread": False,
+            }
             try:
-                self._connection = sqlite3.connect(uri, uri=True, timeout=PATIENCE, **shared)
+                self._connection = sqlite3.connect(
+                    uri, uri=True, timeout=PATIENCE, **shared
+                )
                 self._finalizer = weakref.finalize(self, self._connection.close)
                 self._prepare(self._connection, create)
             except BaseException as error:
@@ -159,15 +183,23 @@ class Database:
         """Return the version of the tables, 0 of none."""
         connection.execute("PRAGMA trusted_schema = OFF")
         version = connection.execute("PRAGMA user_version").fetchone()[0]
-        kinds = [kind for (kind,) in connection.execute("SELECT type FROM sqlite_master")]
-        additions = kinds.count("view") + kinds.count("trigger")  # wearlab makes tables only
-        connection.execute("PRAGMA journal_mode = PERSIST")  # the cheapest of the rollback journals
+        kinds = [
+            kind for (kind,) in connection.execute("SELECT type FROM sqlite_master")
+        ]
+        additions = kinds.count("view") + kinds.count(
+            "trigger"
+        )  # wearlab makes tables only
+        connection.execute(
+            "PRAGMA journal_mode = PERSIST"
+        )  # the cheapest of the rollback journals
         connection.execute(f"PRAGMA cache_size = {PAGES}")
         if additions:
             said = f"holds {additions} views or triggers, which no wearlab makes"
             raise Damaged(f"{self.path}: {said}; {ANEW}")
         if version > VERSION:
-            raise StoreError(f"{self.path}: written by a newer wearlab (catalogue version {version})")
+            raise StoreError(
+                f"{self.path}: written by a newer wearlab (catalogue version {version})"
+            )
         if version == 0 and (not create or "table" in kinds):
             remedy = "'wearlab reindex' sets it aside and makes one from the run files"
             raise Damaged(f"{self.path}: not a catalogue of wearlab; {remedy}")
@@ -196,10 +228,16 @@ class Database:
     def _unusable(self, error: Exception) -> StoreError:
         name = getattr(error, "sqlite_errorname", "")
         said = f"{self.path}: the catalogue cannot be used ({error})"
-        if name.startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")) or isinstance(error, UnicodeDecodeError):
+        if name.startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")) or isinstance(
+            error, UnicodeDecodeError
+        ):
             return Damaged(f"{said}; {ANEW}")
         busy = name.startswith("SQLITE_BUSY")
-        return StoreError(f"{said}: another process holds it; try again when it has ended" if busy else said)
+        return StoreError(
+            f"{said}: another process holds it; try again when it has ended"
+            if busy
+            else said
+        )
 
 
 def run_all(connection: sqlite3.Connection, statements: str) -> None:
@@ -222,15 +260,20 @@ def understood(what: str, read: Callable[..., Read], *values: Any) -> Read:
         if isinstance(error, ValidationError):
             first = error.errors(include_url=False)[0]
             reason = f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
-        said = f"{what} cannot be understood ({reason[:100]}); 'wearlab reindex' mends it"
+        said = (
+            f"{what} cannot be understood ({reason[:100]}); 'wearlab reindex' mends it"
+        )
         raise StoreError(said) from error
 
 
-# What rows may hold, which anybody may have written: tables and lists stand there as JSON, or not at all.
+# What rows may hold, which anybody may have written: tables and lists stand there as
+# JSON, or not at all.
 Table = Annotated[Json[dict[str, Value]], BeforeValidator(lambda text: text or "{}")]
 Texts = Annotated[Json[tuple[str, ...]], BeforeValidator(lambda text: text or "[]")]
 Lengths = Table[NonNegativeInt]
-Place = Table[str | int | float | bool | None]  # of a case along each axis of its campaign
+Place = Table[
+    str | int | float | bool | None
+]  # of a case along each axis of its campaign
 
 
 class VariableLayout(TypedDict):

@@ -1,7 +1,7 @@
 """What the catalogue keeps of a run: lengths, variables, scalar results, every value that can be asked for.
 
-A grid opens and a question is answered without opening files. All of it follows from the file of the run and
-its scene, so that `wearlab verify` can compare both.
+A grid opens and a question is answered without opening files. All of it follows from
+the file of the run and its scene, so that `wearlab verify` can compare both.
 """
 
 import hashlib
@@ -26,7 +26,8 @@ CODE = ("commit", "model_version")
 LONGEST = 200  # characters of a text that can be asked for
 Fact = tuple[str, str, Any]  # source, name, value
 NEW_KEY = "INSERT INTO keys VALUES (NULL, ?, ?, ?, ?, ?, ?) RETURNING number"
-FACTS = "facts WHERE run = ? AND key IN (SELECT number FROM keys)"  # those of a run, found by their key
+# those of a run, found by their key
+FACTS = "facts WHERE run = ? AND key IN (SELECT number FROM keys)"
 
 
 def describe(dataset: "xr.Dataset") -> dict[str, Any]:
@@ -37,30 +38,50 @@ def describe(dataset: "xr.Dataset") -> dict[str, Any]:
     By name, as an outcome has it
 
     sizes : length of each dimension
-    layout : JSON: per variable its dims, dtype, attributes, whether it is a coordinate; labels of dimensions
+    layout : JSON: per variable its dims, dtype, attributes, whether it is a coordinate;
+        labels of dimensions
     digests : hash of the values of each coordinate
-    summary : scalar results; the largest of each result at a wear state; of some along the phase the
-        smallest, largest and mean; the code that made it
-    histories : each result at the wear states, smallest and largest where there are several; float64
+    summary : scalar results; the largest of each result at a wear state; of some along
+        the phase the smallest, largest and mean; the code that made it
+    histories : each result at the wear states, smallest and largest where there are
+        several; float64
     """
     variables: dict[str, dict[str, Any]] = {}
     for name, variable in dataset.variables.items():
         dtype = "str" if variable.dtype.kind in "OUS" else variable.dtype.str
         attributes = {str(key): plain(value) for key, value in variable.attrs.items()}
-        variables[str(name)] = {"dims": list(variable.dims), "dtype": dtype, "attrs": attributes}
+        variables[str(name)] = {
+            "dims": list(variable.dims),
+            "dtype": dtype,
+            "attrs": attributes,
+        }
         variables[str(name)]["coordinate"] = name in dataset.coords
-    labels = {str(dim): dataset[dim].values.tolist() for dim in dataset.dims if dim in dataset.coords}
+    labels = {
+        str(dim): dataset[dim].values.tolist()
+        for dim in dataset.dims
+        if dim in dataset.coords
+    }
     summary, histories = _results(dataset)
     sizes = {str(dim): n for dim, n in dataset.sizes.items()}
     layout = json.dumps({"variables": variables, "labels": labels}, sort_keys=True)
     digests = {str(name): _digest(values) for name, values in dataset.coords.items()}
-    return {"sizes": sizes, "layout": layout, "digests": digests, "summary": summary, "histories": histories}
+    return {
+        "sizes": sizes,
+        "layout": layout,
+        "digests": digests,
+        "summary": summary,
+        "histories": histories,
+    }
 
 
 def _digest(values: "xr.DataArray") -> str:
     data = values.values
-    content = repr(data.tolist()).encode() if data.dtype.kind in "OUS" else data.tobytes()
-    return hashlib.sha256(repr((values.dims, values.shape)).encode() + content).hexdigest()[:16]
+    content = (
+        repr(data.tolist()).encode() if data.dtype.kind in "OUS" else data.tobytes()
+    )
+    return hashlib.sha256(
+        repr((values.dims, values.shape)).encode() + content
+    ).hexdigest()[:16]
 
 
 def _results(dataset: "xr.Dataset") -> tuple[dict[str, Any], dict[str, bytes]]:
@@ -81,8 +102,11 @@ def _results(dataset: "xr.Dataset") -> tuple[dict[str, Any], dict[str, bytes]]:
         elif {LIFE, "flank", "mesh", "member"}.issuperset(variable.dims):
             values = np.asarray(variable.values, float)
             summary[str(name)] = plain(_largest(values, np.fmax))
-            if variable.dims[0] == LIFE:  # the lowest, then the highest, where there are several at a state
-                inner, ends = tuple(range(1, values.ndim)), (np.fmin, np.fmax)[: values.ndim]
+            if (
+                variable.dims[0] == LIFE
+            ):  # the lowest, then the highest, where there are several at a state
+                inner = tuple(range(1, values.ndim))
+                ends = (np.fmin, np.fmax)[: values.ndim]
                 both: list[Any] = [choose.reduce(values, axis=inner) for choose in ends]
                 histories[str(name)] = np.concatenate(both).tobytes()
         elif name in ALONG_PHASE:
@@ -108,8 +132,12 @@ def plain(value: Any) -> Any:
     return value if isinstance(value, str | int | float | bool | None) else str(value)
 
 
-def write_facts(connection: sqlite3.Connection, run: int, facts: Iterator[Fact]) -> None:
-    """Write the facts of one run, in the place of all that it had; a key has the kind of its first value.
+def write_facts(
+    connection: sqlite3.Connection, run: int, facts: Iterator[Fact]
+) -> None:
+    """Write the facts of one run, in the place of all that it had.
+
+    A key has the kind of its first value.
 
     Parameters
     ----------
@@ -117,7 +145,10 @@ def write_facts(connection: sqlite3.Connection, run: int, facts: Iterator[Fact])
     run, facts : the number of the run, and what can be asked of it
     """
     connection.execute(f"DELETE FROM {FACTS}", (run,))
-    known = {name: told for name, *told in connection.execute("SELECT name, number, kind FROM keys")}
+    known = {
+        name: told
+        for name, *told in connection.execute("SELECT name, number, kind FROM keys")
+    }
     rows = {}
     for source, name, value in facts:
         if name not in known:
@@ -133,7 +164,13 @@ def write_facts(connection: sqlite3.Connection, run: int, facts: Iterator[Fact])
 
 def kind_of(value: Any) -> str:
     """Return the kind of a fact: history, text or number."""
-    return "history" if isinstance(value, bytes) else "text" if isinstance(value, str) else "number"
+    return (
+        "history"
+        if isinstance(value, bytes)
+        else "text"
+        if isinstance(value, str)
+        else "number"
+    )
 
 
 def stored(value: Any, kind: str) -> Any:
@@ -141,22 +178,30 @@ def stored(value: Any, kind: str) -> Any:
     return value if kind_of(value) == kind else str(value)
 
 
-def facts_of(scene: str, summary: Mapping[str, Any], histories: Mapping[str, bytes]) -> Iterator[Fact]:
+def facts_of(
+    scene: str, summary: Mapping[str, Any], histories: Mapping[str, bytes]
+) -> Iterator[Fact]:
     """Yield every fact of a run: values of its scene, scalar results, and values along its life.
 
     Parameters
     ----------
     scene : canonical JSON
     summary : results by name
-    histories : per variable its values at all wear states, the lower ones first where there are two of each
+    histories : per variable its values at all wear states, the lower ones first where
+        there are two of each
     """
     given = dict(keys.flat(json.loads(scene or "{}")))
     told = [("scene", *pair) for pair in given.items()]
     told += [("result", *pair) for pair in summary.items() if pair[0] not in given]
     for source, name, value in told:
-        if isinstance(value, int | float) or (isinstance(value, str) and len(value) <= LONGEST):
+        if isinstance(value, int | float) or (
+            isinstance(value, str) and len(value) <= LONGEST
+        ):
             yield source, name, int(value) if isinstance(value, bool) else value
-    yield from (("history", name + evaluate.HISTORY, values) for name, values in histories.items())
+    yield from (
+        ("history", name + evaluate.HISTORY, values)
+        for name, values in histories.items()
+    )
 
 
 MOST_LABELS = 1_000_000  # of one dimension: the catalogue keeps them as text
@@ -171,7 +216,8 @@ def outcome_of(path: Path) -> outcome.Outcome:
 
     Raises
     ------
-    StoreError : the file cannot be read, does not hold what was sealed, or is another run's
+    StoreError : the file cannot be read, does not hold what was sealed, or is another
+        run's
     """
     from wearlab.store import netcdf, reading
 
@@ -179,19 +225,31 @@ def outcome_of(path: Path) -> outcome.Outcome:
     with files.readable(f"{path}:", "is no run of wearlab"):
         for dim, size in dataset.sizes.items():
             if dim in dataset.coords and size > MOST_LABELS:
-                said = f"the dimension {str(dim)[:40]} has {size} labels, more than any run"
+                said = (
+                    f"the dimension {str(dim)[:40]} has {size} labels, more than any "
+                    "run"
+                )
                 raise files.StoreError(f"{path}: {said}")
         if netcdf.is_intact(dataset) is False:
             raise files.StoreError(f"{path}: its content is not what was sealed in it")
         if (name := str(dataset.attrs.get("id", path.stem))) != path.stem:
             raise ForeignRun(f"{path}: holds run {name}, which is not its name")
-        begun, seconds = str(dataset.attrs.get("date_created", "")), float(dataset.get("run_time_total", 0.0))
-        told = {"scene": str(dataset.attrs.get("scene", "{}")), **recorded(dataset, path.read_bytes())}
+        begun = str(dataset.attrs.get("date_created", ""))
+        seconds = float(dataset.get("run_time_total", 0.0))
+        told = {
+            "scene": str(dataset.attrs.get("scene", "{}")),
+            **recorded(dataset, path.read_bytes()),
+        }
         return outcome.Outcome(path.stem, "done", begun, seconds, **told)
 
 
-def outcomes_of(runs: files.RunFiles, problems: list[files.Problem]) -> Iterator[outcome.Outcome]:
-    """Yield the outcomes of all runs that have a file; those whose file is none become problems."""
+def outcomes_of(
+    runs: files.RunFiles, problems: list[files.Problem]
+) -> Iterator[outcome.Outcome]:
+    """Yield the outcomes of all runs that have a file.
+
+    Those whose file is none become problems.
+    """
     for path in runs.held():
         try:
             yield outcome_of(path)
@@ -203,4 +261,9 @@ def recorded(dataset: "xr.Dataset", image: bytes) -> dict[str, Any]:
     """Return what an outcome has of a run's dataset and its file."""
     known = ("source_hash", "wearlab_version")
     code = {name: str(dataset.attrs[name]) for name in known if name in dataset.attrs}
-    return {"image": image, "sha256": hashlib.sha256(image).hexdigest(), **describe(dataset), **code}
+    return {
+        "image": image,
+        "sha256": hashlib.sha256(image).hexdigest(),
+        **describe(dataset),
+        **code,
+    }

@@ -2,7 +2,8 @@
 
 A crate is one zip with data, campaign file, figures and citation.
 
-Memory holds one run at a time. Grid points without a run are NaN (texts: empty), as in the grid itself.
+Memory holds one run at a time. Grid points without a run are NaN (texts: empty), as in
+the grid itself.
 """
 
 import json
@@ -32,15 +33,21 @@ if TYPE_CHECKING:
 ACDD = {name: name for name in ("institution", "project", "acknowledgement")}
 ACDD |= {"author": "creator_name", "orcid": "creator_url", "email": "creator_email"}
 ACDD |= {"licence": "license", "publisher": "publisher_name"}
-"""What of [metadata] a file's attribute is, by the Attribute Convention for Data Discovery 1.3."""
+"""What of [metadata] a file's attribute is, by the Attribute Convention for Data
+Discovery 1.3."""
 ASSUMED = "The variables 'validity' and 'model_error' say what was assumed"
 COMMENT = f"{ASSUMED} and how far the models are known to be off."
-COMPUTED = {"processing_level": "model output: computed, not measured", "comment": COMMENT}
+COMPUTED = {
+    "processing_level": "model output: computed, not measured",
+    "comment": COMMENT,
+}
 Tell = Callable[[str], None]
 KEYWORDS = "gears, gear dynamics, tooth wear, mesh stiffness, transmission error"
 
 
-def export(campaign: "Campaign", store: "Store", out: Path, tell: Tell = lambda run_id: None) -> Path:
+def export(
+    campaign: "Campaign", store: "Store", out: Path, tell: Tell = lambda run_id: None
+) -> Path:
     """Write a campaign as one netCDF file, or as a Zarr folder where the name ends in ``.zarr``.
 
     Parameters
@@ -57,7 +64,10 @@ def export(campaign: "Campaign", store: "Store", out: Path, tell: Tell = lambda 
     entries = store.entries(case.id for case in campaign.cases)
     grid = store.open(campaign)
     # with the scene of each run, so that its file needs no store
-    scenes = [(entries[i].scene if i in entries else "") or "" for i in grid["run_id"].values.ravel()]
+    scenes = [
+        (entries[i].scene if i in entries else "") or ""
+        for i in grid["run_id"].values.ravel()
+    ]
     texts = np.reshape(np.array(scenes, object), grid["run_id"].shape)
     about = {"long_name": "the whole scene of the run, as JSON in SI units"}
     grid = grid.assign(scene=(grid["run_id"].dims, texts, about))
@@ -72,34 +82,57 @@ def export(campaign: "Campaign", store: "Store", out: Path, tell: Tell = lambda 
 
 
 def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
-    """Return CF and ACDD attributes; the same store gives the same ones, whenever it is exported."""
+    """Return CF and ACDD attributes.
+
+    The same store gives the same ones, whenever it is exported.
+    """
     from wearlab.campaign.inheritance import fingerprint, source_text
 
     entries = store.entries(case.id for case in campaign.cases)
     text = source_text(campaign.path)
     dates = sorted(entry.started for entry in entries.values() if entry.started)
-    code = sorted({(e.wearlab_version or "", e.source_hash or "") for e in entries.values()} - {("", "")})
+    code = sorted(
+        {(e.wearlab_version or "", e.source_hash or "") for e in entries.values()}
+        - {("", "")}
+    )
     attributes = {"Conventions": "CF-1.11, ACDD-1.3", "title": campaign.title}
-    attributes["summary"] = f"{len(entries)} runs of coupled gear wear and dynamics, by sweep axes and case"
-    attributes |= {"keywords": KEYWORDS, "id": fingerprint("\n".join([text, *sorted(entries)])), **COMPUTED}
+    attributes["summary"] = (
+        f"{len(entries)} runs of coupled gear wear and dynamics, by sweep axes and case"
+    )
+    attributes |= {
+        "keywords": KEYWORDS,
+        "id": fingerprint("\n".join([text, *sorted(entries)])),
+        **COMPUTED,
+    }
     attributes["history"] = f"{dates[-1]} runs computed" if dates else ""
     attributes["references"] = campaign.reference or ""
-    attributes["source"] = "; ".join(f"wearlab {version}, sources {source}" for version, source in code)
+    attributes["source"] = "; ".join(
+        f"wearlab {version}, sources {source}" for version, source in code
+    )
     attributes["date_created"] = dates[-1] if dates else ""
     attributes |= {"campaign": text, "campaign_hash": fingerprint(text)}
     attributes["missing"] = "; ".join(store.open(campaign).attrs["missing"])
-    attributes["calibration"] = "; ".join(sorted({entry.calibration for entry in entries.values()} - {""}))
-    told = remarks.remarks_on(store.catalogue, [remarks.subject_of(campaign.title), *entries])
+    attributes["calibration"] = "; ".join(
+        sorted({entry.calibration for entry in entries.values()} - {""})
+    )
+    told = remarks.remarks_on(
+        store.catalogue, [remarks.subject_of(campaign.title), *entries]
+    )
     for what in ("tag", "note"):
         own = [r for r in told if r.what == what]
-        some = [{"of": r.campaign or r.subject, what: r.text, "by": r.who, "when": r.when} for r in own]
+        some = [
+            {"of": r.campaign or r.subject, what: r.text, "by": r.who, "when": r.when}
+            for r in own
+        ]
         attributes[f"{what}s"] = json.dumps(some, ensure_ascii=False) if some else ""
     attributes |= credited(getattr(campaign, "metadata", None) or {})
     return {key: value for key, value in attributes.items() if value}
 
 
 def credited(metadata: Mapping[str, str]) -> dict[str, str]:
-    """Return whom a file's attributes name, of a campaign's [metadata]; an ORCID as its address.
+    """Return whom a file's attributes name, of a campaign's [metadata].
+
+    An ORCID as its address.
 
     >>> credited({"author": "Ada", "orcid": "0000-0002-1825-0097"})
     {'creator_name': 'Ada', 'creator_url': 'https://orcid.org/0000-0002-1825-0097'}
@@ -110,18 +143,35 @@ def credited(metadata: Mapping[str, str]) -> dict[str, str]:
     return told
 
 
-def _netcdf(grid: xr.Dataset, entries: "Mapping[str, catalogue.Entry]", part: Path, tell: Tell) -> None:
-    """Write the grid through xarray, a chunk of a variable holding one run; read in this thread alone."""
+def _netcdf(
+    grid: xr.Dataset, entries: "Mapping[str, catalogue.Entry]", part: Path, tell: Tell
+) -> None:
+    """Write the grid through xarray, a chunk of a variable holding one run.
+
+    Read in this thread alone.
+    """
     for variable in grid.variables.values():
-        told = {key: value for key, value in variable.attrs.items() if value is not None}
+        told = {
+            key: value for key, value in variable.attrs.items() if value is not None
+        }
         plain = (str, int, float)
-        variable.attrs = {k: v if isinstance(v, plain) else json.dumps(v) for k, v in told.items()}
-    done = [i for i in dict.fromkeys(grid["run_id"].values.ravel()) if i in entries and entries[i].sha256]
+        variable.attrs = {
+            k: v if isinstance(v, plain) else json.dumps(v) for k, v in told.items()
+        }
+    done = [
+        i
+        for i in dict.fromkeys(grid["run_id"].values.ravel())
+        if i in entries and entries[i].sha256
+    ]
     xr.Dataset(attrs=grid.attrs).to_netcdf(part, format="NETCDF4", engine="netcdf4")
     with dask.config.set(scheduler="synchronous"):
-        for number, (name, variable) in enumerate(grid.variables.items()):  # one graph for all would be large
+        for number, (name, variable) in enumerate(
+            grid.variables.items()
+        ):  # one graph for all would be large
             encoding = {name: _encoding(grid, name)}
-            xr.Dataset({name: variable}).to_netcdf(part, mode="a", engine="netcdf4", encoding=encoding)
+            xr.Dataset({name: variable}).to_netcdf(
+                part, mode="a", engine="netcdf4", encoding=encoding
+            )
             share = [len(done) * n // len(grid.variables) for n in (number, number + 1)]
             for run in done[slice(*share)]:
                 tell(run)
@@ -135,9 +185,16 @@ def _encoding(grid: xr.Dataset, name: Any) -> dict[str, Any]:
     if variable.dtype.kind in "OUS" or not variable.ndim:
         return own
     along = grid["run_id"].dims
-    chunks = tuple(1 if d in along else max(1, n) for d, n in zip(variable.dims, variable.shape, strict=True))
+    chunks = tuple(
+        1 if d in along else max(1, n)
+        for d, n in zip(variable.dims, variable.shape, strict=True)
+    )
     by_run = any(dim in along for dim in variable.dims)
-    return own | {"zlib": True, "complevel": 1, **({"chunksizes": chunks} if by_run else {})}
+    return own | {
+        "zlib": True,
+        "complevel": 1,
+        **({"chunksizes": chunks} if by_run else {}),
+    }
 
 
 def _zarr(grid: xr.Dataset, part: Path) -> None:
@@ -148,7 +205,10 @@ def _zarr(grid: xr.Dataset, part: Path) -> None:
     StoreError : zarr is not installed
     """
     if find_spec("zarr") is None:
-        raise StoreError("Zarr needs the package zarr: pip install 'wearlab[zarr]'; or name the file .nc")
+        raise StoreError(
+            "Zarr needs the package zarr: pip install 'wearlab[zarr]'; or name the "
+            "file .nc"
+        )
     for name in [n for n, v in grid.variables.items() if v.dtype.kind == "O"]:
         grid[name] = grid[name].compute(scheduler="synchronous").astype(str)
     with dask.config.set(scheduler="synchronous"):
@@ -158,14 +218,25 @@ def _zarr(grid: xr.Dataset, part: Path) -> None:
 CONTEXT = "https://w3id.org/ro/crate/1.1/context"
 SPECIFICATION = "https://w3id.org/ro/crate/1.1"
 DESCRIPTOR = "ro-crate-metadata.json"
-FIRST = (1980, 1, 1, 0, 0, 0)  # the time of every entry: the same store gives the same bytes
+FIRST = (
+    1980,
+    1,
+    1,
+    0,
+    0,
+    0,
+)  # the time of every entry: the same store gives the same bytes
 NO_LICENCE = "no licence is given: all rights are reserved by the authors"
 SOFTWARE = f"#wearlab-{__version__}"
 Entity = dict[str, Any]
 
 
 def export_crate(
-    campaign: "Campaign", store: "Store", out: Path, figures: Sequence[Path] = (), tell: Tell = lambda _: None
+    campaign: "Campaign",
+    store: "Store",
+    out: Path,
+    figures: Sequence[Path] = (),
+    tell: Tell = lambda _: None,
 ) -> Path:
     """Write a campaign with its data, its file, figures and citation as a crate.
 
@@ -187,15 +258,28 @@ def export_crate(
         parts["runs.nc"] = (data, "all runs of the campaign, by its sweeps and cases")
         parts["CITATION.txt"] = (_citation(said).encode(), "how to cite it")
         if said.get("campaign"):
-            parts["campaign.toml"] = (said["campaign"].encode(), "the campaign file, and all that it extends")
+            parts["campaign.toml"] = (
+                said["campaign"].encode(),
+                "the campaign file, and all that it extends",
+            )
         for figure in figures:
-            parts[f"figures/{figure.name}"] = (figure, f"figure {figure.stem.replace('_', ' ')}")
+            parts[f"figures/{figure.name}"] = (
+                figure,
+                f"figure {figure.stem.replace('_', ' ')}",
+            )
         metadata = _metadata(said, {name: told for name, (_, told) in parts.items()})
-        written = {DESCRIPTOR: metadata.encode()} | {name: content for name, (content, _) in parts.items()}
-        with files.replaced(out) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as crate:
+        written = {DESCRIPTOR: metadata.encode()} | {
+            name: content for name, (content, _) in parts.items()
+        }
+        with (
+            files.replaced(out) as part,
+            zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as crate,
+        ):
             for name, content in written.items():
                 image = content.read_bytes() if isinstance(content, Path) else content
-                crate.writestr(zipfile.ZipInfo(name, FIRST), image, zipfile.ZIP_DEFLATED)
+                crate.writestr(
+                    zipfile.ZipInfo(name, FIRST), image, zipfile.ZIP_DEFLATED
+                )
     return out
 
 
@@ -209,12 +293,25 @@ def _citation(said: Mapping[str, str]) -> str:
 
 def _metadata(said: Mapping[str, str], parts: Mapping[str, str]) -> str:
     """Return the crate's JSON-LD."""
-    people = [_person(name, said) for name in said.get("creator_name", "").split(";") if name.strip()]
+    people = [
+        _person(name, said)
+        for name in said.get("creator_name", "").split(";")
+        if name.strip()
+    ]
     licence = said.get("license", "")
-    date, address = said.get("date_created", "")[:10] or "1980-01-01", "://" in licence
-    root = _entity("./", "Dataset", said["title"], description=said["summary"], datePublished=date)
-    root |= {"license": {"@id": licence} if address else licence or NO_LICENCE, "keywords": said["keywords"]}
-    root |= {"hasPart": [{"@id": name} for name in parts], "mentions": {"@id": "#computation"}}
+    date = said.get("date_created", "")[:10] or "1980-01-01"
+    address = "://" in licence
+    root = _entity(
+        "./", "Dataset", said["title"], description=said["summary"], datePublished=date
+    )
+    root |= {
+        "license": {"@id": licence} if address else licence or NO_LICENCE,
+        "keywords": said["keywords"],
+    }
+    root |= {
+        "hasPart": [{"@id": name} for name in parts],
+        "mentions": {"@id": "#computation"},
+    }
     if people:
         root["author"] = [{"@id": person["@id"]} for person in people]
     if "references" in said:
@@ -224,12 +321,20 @@ def _metadata(said: Mapping[str, str], parts: Mapping[str, str]) -> str:
     about = {"about": {"@id": "./"}, "conformsTo": {"@id": SPECIFICATION}}
     told = {"version": __version__, "description": provenance.SUBJECT}
     graph = [{"@id": DESCRIPTOR, "@type": "CreativeWork", **about}, root]
-    graph += [_entity(name, "File", told, encodingFormat=_format(name)) for name, told in parts.items()]
-    graph += [*people, *([_entity(licence, "CreativeWork", licence)] if address else [])]
+    graph += [
+        _entity(name, "File", told, encodingFormat=_format(name))
+        for name, told in parts.items()
+    ]
+    graph += [
+        *people,
+        *([_entity(licence, "CreativeWork", licence)] if address else []),
+    ]
     source = said.get("source", f"wearlab {__version__}")
     graph.append(_entity("#computation", "CreateAction", source, **made))
     graph.append(_entity(SOFTWARE, "SoftwareApplication", "wearlab", **told))
-    return json.dumps({"@context": CONTEXT, "@graph": graph}, indent=1, ensure_ascii=False)
+    return json.dumps(
+        {"@context": CONTEXT, "@graph": graph}, indent=1, ensure_ascii=False
+    )
 
 
 def _entity(name: str, kind: str, told: str, **more: Any) -> Entity:
@@ -241,9 +346,13 @@ def _person(name: str, said: Mapping[str, str]) -> Entity:
     name = name.strip()
     address = said.get("creator_url", "") if ";" not in said["creator_name"] else ""
     own = {"affiliation": said["institution"]} if "institution" in said else {}
-    return _entity(address if "://" in address else f"#{quote(name)}", "Person", name, **own)
+    return _entity(
+        address if "://" in address else f"#{quote(name)}", "Person", name, **own
+    )
 
 
 def _format(name: str) -> str:
-    known = {".nc": "application/x-netcdf", ".toml": "application/toml"}.get(Path(name).suffix)
+    known = {".nc": "application/x-netcdf", ".toml": "application/toml"}.get(
+        Path(name).suffix
+    )
     return known or mimetypes.guess_type(name)[0] or "application/octet-stream"

@@ -1,10 +1,11 @@
 """Features for statistics and learning: one row for each wear state of each run, one column for each number.
 
-Whatever differs between the runs' scenes comes first, by its key; then what results tell. A variable along
-flanks, meshes, members, harmonics, orders or modes gives one column for each label, named by dots:
-``ste_harmonics.pinion-gear.1``. A signal along the phase gives its indicators: mean, RMS and range of its
-fluctuation, crest factor, kurtosis and amplitudes at mesh orders, at the stored phases. Only the variables
-that become columns are read, each file once.
+Whatever differs between the runs' scenes comes first, by its key; then what results
+tell. A variable along flanks, meshes, members, harmonics, orders or modes gives one
+column for each label, named by dots: ``ste_harmonics.pinion-gear.1``. A signal along
+the phase gives its indicators: mean, RMS and range of its fluctuation, crest factor,
+kurtosis and amplitudes at mesh orders, at the stored phases. Only the variables that
+become columns are read, each file once.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -33,18 +34,19 @@ UNITLESS = ("crest_factor", "kurtosis")
 def indicators(signal: Array) -> dict[str, Array]:
     """Return indicators of periodic signals and their amplitudes at the first mesh orders.
 
-    mean x̄; rms √⟨(x−x̄)²⟩; peak_to_peak max x − min x; crest_factor max|x−x̄|/rms; kurtosis ⟨(x−x̄)⁴⟩/rms⁴;
-    order_k 2|X_k|, X the discrete Fourier transform of the mean mesh period.
+    mean x̄; rms √⟨(x−x̄)²⟩; peak_to_peak max x − min x; crest_factor max|x−x̄|/rms;
+    kurtosis ⟨(x−x̄)⁴⟩/rms⁴; order_k 2|X_k|, X the discrete Fourier transform of the
+    mean mesh period.
 
     Parameters
     ----------
-    signal : x at equally spaced phases of whole mesh periods, (..., periods, phases); a period that is not
-        finite throughout only pads and is left out
+    signal : x at equally spaced phases of whole mesh periods, (..., periods, phases); a
+        period that is not finite throughout only pads and is left out
 
     Returns
     -------
-    One number a signal (...), in the unit of the signal, crest factor and kurtosis without; NaN of no period,
-    and of the shape of what does not move.
+    One number a signal (...), in the unit of the signal, crest factor and kurtosis
+    without; NaN of no period, and of the shape of what does not move.
     """
     held = np.isfinite(signal).all(axis=-1, keepdims=True)
     reached = held.sum(axis=(-2, -1))
@@ -58,25 +60,44 @@ def indicators(signal: Array) -> dict[str, Array]:
     highest = np.max(signal, axis=(-2, -1), where=held, initial=-np.inf)
     lowest = np.min(signal, axis=(-2, -1), where=held, initial=np.inf)
     one_period = kept.sum(axis=-2) / periods[..., None]
-    amplitudes = 2.0 * np.abs(np.fft.rfft(one_period)[..., 1 : ORDERS + 1]) / signal.shape[-1]
+    amplitudes = (
+        2.0 * np.abs(np.fft.rfft(one_period)[..., 1 : ORDERS + 1]) / signal.shape[-1]
+    )
     told = {"mean": mean, "rms": rms}
     told["peak_to_peak"] = np.where(np.isfinite(periods), highest - lowest, np.nan)
     told["crest_factor"] = np.abs(moving).max(axis=(-2, -1), initial=0.0) / shaped
     told["kurtosis"] = (moving**4).sum(axis=(-2, -1)) / count / shaped**4
-    return told | {f"order_{k}": amplitudes[..., k - 1] for k in range(1, amplitudes.shape[-1] + 1)}
+    return told | {
+        f"order_{k}": amplitudes[..., k - 1] for k in range(1, amplitudes.shape[-1] + 1)
+    }
 
 
 STATE = "update"
-NAMED = frozenset("flank member mesh harmonic order mode axis duty stage multiplier part".split())
+NAMED = frozenset(
+    "flank member mesh harmonic order mode axis duty stage multiplier part".split()
+)
 """Dimensions whose labels become part of a column's name."""
 ALONG = ("mesh_period", "phase")
-LEFT_OUT = ("run_time", "count", "residual", "error_weight", "secant_stiffness", "excitation")
-HARMONICS = ("mesh_stiffness", "static_transmission_error", "dynamic_transmission_error")
-"""Signals whose RMS and amplitudes at mesh orders the dataset has already, jumps between phases included."""
+LEFT_OUT = (
+    "run_time",
+    "count",
+    "residual",
+    "error_weight",
+    "secant_stiffness",
+    "excitation",
+)
+HARMONICS = (
+    "mesh_stiffness",
+    "static_transmission_error",
+    "dynamic_transmission_error",
+)
+"""Signals whose RMS and amplitudes at mesh orders the dataset has already, jumps
+between phases included."""
 
 
 ALWAYS = ("operation.torque", "operation.speed")
-RUN, NUMBER = Column("run"), Column("state")
+RUN = Column("run")
+NUMBER = Column("state")
 TIMES = (Column("cycle", "1", "1"), Column("operating_hours", "s", "h"))
 Values = dict[Column, list[Any]]
 
@@ -86,28 +107,55 @@ class _Alike:
 
     Parameters
     ----------
-    layout, sizes : their variables with labels along dimensions, and lengths of dimensions
+    layout, sizes : their variables with labels along dimensions, and lengths of
+        dimensions
     wanted : names [every number]
     """
 
-    def __init__(self, layout: dict[str, Any], sizes: dict[str, int], wanted: Sequence[str] | None) -> None:
-        self.variables, self.labels, self.states = layout["variables"], layout["labels"], sizes.get(STATE, 1)
-        self.names = [name for name, told in self.variables.items() if _has_columns(name, told, wanted)]
+    def __init__(
+        self,
+        layout: dict[str, Any],
+        sizes: dict[str, int],
+        wanted: Sequence[str] | None,
+    ) -> None:
+        self.variables = layout["variables"]
+        self.labels = layout["labels"]
+        self.states = sizes.get(STATE, 1)
+        self.names = [
+            name
+            for name, told in self.variables.items()
+            if _has_columns(name, told, wanted)
+        ]
 
-    def rows(self, run: "catalogue.Entry", path: str, given: Mapping[Column, Any]) -> Values:
+    def rows(
+        self, run: "catalogue.Entry", path: str, given: Mapping[Column, Any]
+    ) -> Values:
         """Return the values of each column of one run, one a wear state, None for what is not finite."""
-        times = [time for time in TIMES if self.variables.get(time.name, {}).get("dims") == [STATE]]
-        stored = reading.read_variables(path, [*(time.name for time in times), *self.names], run.sha256)
+        times = [
+            time
+            for time in TIMES
+            if self.variables.get(time.name, {}).get("dims") == [STATE]
+        ]
+        stored = reading.read_variables(
+            path, [*(time.name for time in times), *self.names], run.sha256
+        )
         block: Values = {RUN: [run.id] * self.states, NUMBER: list(range(self.states))}
         block |= {time: _plain(stored[time.name]) for time in times}
         block |= {column: [value] * self.states for column, value in given.items()}
         for name in self.names:
-            block |= {column: _plain(values) for column, values in self.columns(name, stored[name]).items()}
+            block |= {
+                column: _plain(values)
+                for column, values in self.columns(name, stored[name]).items()
+            }
         return block
 
     def columns(self, name: str, stored: NDArray[Any]) -> dict[Column, Array]:
-        """Return each column's numbers, one a wear state; what knows no wear states is the same at each."""
-        dims, attributes = self.variables[name]["dims"], self.variables[name]["attrs"]
+        """Return each column's numbers, one a wear state.
+
+        What knows no wear states is the same at each.
+        """
+        dims = self.variables[name]["dims"]
+        attributes = self.variables[name]["attrs"]
         lengths = dict(zip(dims, stored.shape, strict=True))
         own = [dim for dim in dims if dim in NAMED]
         order = [dims.index(dim) for dim in (STATE, *own, *ALONG) if dim in dims]
@@ -116,7 +164,9 @@ class _Alike:
         values = np.asarray(stored, float).transpose(order).reshape(shape)
         told = indicators(values) if signal else {"": values[..., 0, 0]}
         known = ("rms", "order_") if name in HARMONICS else ()
-        places = product(*(self.labels.get(dim) or range(1, lengths[dim] + 1) for dim in own))
+        places = product(
+            *(self.labels.get(dim) or range(1, lengths[dim] + 1) for dim in own)
+        )
         units = [str(attributes.get(key, "")) for key in ("units", "display_units")]
         made = {}
         for (place, labels), (what, column) in product(enumerate(places), told.items()):
@@ -127,13 +177,26 @@ class _Alike:
         return made
 
 
-def _has_columns(name: str, told: Mapping[str, Any], wanted: Sequence[str] | None) -> bool:
+def _has_columns(
+    name: str, told: Mapping[str, Any], wanted: Sequence[str] | None
+) -> bool:
     asked = not name.startswith(LEFT_OUT) if wanted is None else name in wanted
-    number = np.dtype(told["dtype"]).kind in "fiu" and set(told["dims"]) <= {STATE, *NAMED, *ALONG}
-    return asked and number and not told.get("coordinate") and declared_key(name) is not None
+    number = np.dtype(told["dtype"]).kind in "fiu" and set(told["dims"]) <= {
+        STATE,
+        *NAMED,
+        *ALONG,
+    }
+    return (
+        asked
+        and number
+        and not told.get("coordinate")
+        and declared_key(name) is not None
+    )
 
 
-def features(store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str] | None = None) -> Table:
+def features(
+    store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str] | None = None
+) -> Table:
     """Return the features of the runs that meet a condition.
 
     Parameters
@@ -144,8 +207,8 @@ def features(store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str
 
     Returns
     -------
-    Table with the columns run, state (number of the wear state), cycle, operating_hours, the values of the
-    scenes that differ, then the features.
+    Table with the columns run, state (number of the wear state), cycle,
+    operating_hours, the values of the scenes that differ, then the features.
 
     Raises
     ------
@@ -153,18 +216,40 @@ def features(store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str
     StoreError : there is no store, no such run, or no run has a variable
     """
     ids = store.query(where, columns=())["id"]
-    done = {key: entry for key, entry in store.entries(ids).items() if entry.state == "done"}
+    done = {
+        key: entry for key, entry in store.entries(ids).items() if entry.state == "done"
+    }
     if not done:
-        raise StoreError(f"features: no run {'that is done meets the condition' if where else 'is done'}")
+        raise StoreError(
+            "features: no run "
+            f"{'that is done meets the condition' if where else 'is done'}"
+        )
     inputs = _differing(done)
     layouts = store.catalogue.layouts(run.layout for run in done.values() if run.layout)
-    alike = {run.form: _Alike(layouts[run.layout or ""], run.sizes, variables) for run in done.values()}
-    blocks = [alike[e.form].rows(e, str(store.files.path(e.id)), inputs[e.id]) for e in done.values()]
-    columns = tuple(dict.fromkeys((RUN, NUMBER, *TIMES, *(column for block in blocks for column in block))))
-    _refuse_unknown(variables, columns, {name for layout in layouts.values() for name in layout["variables"]})
+    alike = {
+        run.form: _Alike(layouts[run.layout or ""], run.sizes, variables)
+        for run in done.values()
+    }
+    blocks = [
+        alike[e.form].rows(e, str(store.files.path(e.id)), inputs[e.id])
+        for e in done.values()
+    ]
+    columns = tuple(
+        dict.fromkeys(
+            (RUN, NUMBER, *TIMES, *(column for block in blocks for column in block))
+        )
+    )
+    _refuse_unknown(
+        variables,
+        columns,
+        {name for layout in layouts.values() for name in layout["variables"]},
+    )
     records: list[tuple[Any, ...]] = []
     for block in blocks:
-        records += zip(*(block.get(column, [None] * len(block[RUN])) for column in columns), strict=True)
+        records += zip(
+            *(block.get(column, [None] * len(block[RUN])) for column in columns),
+            strict=True,
+        )
     return Table(columns, records)
 
 
@@ -173,24 +258,40 @@ def _plain(values: NDArray[Any]) -> list[float | None]:
     return list(np.where(np.isfinite(values), values, np.array(None)))
 
 
-def _refuse_unknown(variables: Sequence[str] | None, columns: Iterable[Column], known: set[str]) -> None:
+def _refuse_unknown(
+    variables: Sequence[str] | None, columns: Iterable[Column], known: set[str]
+) -> None:
     for name in variables or ():
         if declared_key(name) is None:
             near = get_close_matches(name, sorted(known), 1)
-            meant = f"did you mean {near[0]!r}?" if near else "'wearlab variables' lists them"
+            meant = (
+                f"did you mean {near[0]!r}?"
+                if near
+                else "'wearlab variables' lists them"
+            )
             raise StoreError(f"features: {name!r}: there is no such variable; {meant}")
         if not any(column.name.startswith(name) for column in columns):
-            raise StoreError(f"features: {name!r}: no run here has it as numbers at its wear states")
+            raise StoreError(
+                f"features: {name!r}: no run here has it as numbers at its wear states"
+            )
 
 
-def _differing(entries: Mapping[str, "catalogue.Entry"]) -> dict[str, dict[Column, Any]]:
+def _differing(
+    entries: Mapping[str, "catalogue.Entry"],
+) -> dict[str, dict[Column, Any]]:
     """Return torque, speed and every value of the scenes that is not the same in all of them."""
     scenes = {run_id: entry.values for run_id, entry in entries.items()}
     columns = {}
     for key in differing_keys(list(scenes.values()), ALWAYS):
-        known = scene_key(key, any(isinstance(scene.get(key), str) for scene in scenes.values()))
+        known = scene_key(
+            key, any(isinstance(scene.get(key), str) for scene in scenes.values())
+        )
         columns[key] = Column(key, known.unit, known.display_unit, given=True)
     return {
-        run_id: {column: scene[key] for key, column in columns.items() if scene.get(key) is not None}
+        run_id: {
+            column: scene[key]
+            for key, column in columns.items()
+            if scene.get(key) is not None
+        }
         for run_id, scene in scenes.items()
     }

@@ -15,12 +15,16 @@ from pathlib import Path
 from typing import NamedTuple
 
 HARMLESS = 64_000_000  # bytes that any file may claim
-DENSEST = 2_000  # bytes of values in one byte of a file: no more than a thousand can be deflated into it
+# bytes of values in one byte of a file: no more than a thousand can be deflated into it
+DENSEST = 2_000
 LARGEST = 4_000_000_000  # bytes that a file may claim beyond twenty times its own
 
 
 class StoreError(Exception):
-    """The store cannot be read, written or understood; the message names the path and the remedy."""
+    """The store cannot be read, written or understood.
+
+    The message names the path and the remedy.
+    """
 
 
 class Problem(NamedTuple):
@@ -48,7 +52,9 @@ def refuse_links(path: str | Path) -> None:
     folder = os.path.dirname(path)
     for place in (path, folder, os.path.dirname(folder)):
         if os.path.islink(place):
-            raise StoreError(f"{place}: is a link; a store reads and writes its own files only")
+            raise StoreError(
+                f"{place}: is a link; a store reads and writes its own files only"
+            )
 
 
 def refuse_oversized(path: str | Path, claimed: int, size: int | None = None) -> None:
@@ -69,7 +75,10 @@ def refuse_oversized(path: str | Path, claimed: int, size: int | None = None) ->
         with suppress(OSError):
             size = os.stat(path).st_size
     if claimed > max(HARMLESS, min(DENSEST * size, LARGEST), 20 * size):
-        raise StoreError(f"{path}: claims {claimed:.3g} bytes of values in a file of {size} bytes; not read")
+        raise StoreError(
+            f"{path}: claims {claimed:.3g} bytes of values in a file of {size} bytes; "
+            "not read"
+        )
 
 
 @contextmanager
@@ -85,7 +94,9 @@ def readable(what: str, said: str = "cannot be read") -> Iterator[None]:
     except StoreError:
         raise
     except Exception as error:  # whatever HDF5 and xarray make of a stranger's file
-        raise StoreError(f"{what} {said} ({str(error)[:300]}); try 'wearlab verify'") from error
+        raise StoreError(
+            f"{what} {said} ({str(error)[:300]}); try 'wearlab verify'"
+        ) from error
 
 
 @contextmanager
@@ -104,13 +115,17 @@ def written(path: Path, said: str = "cannot be written") -> Iterator[None]:
 
 @contextmanager
 def replaced(path: Path) -> Iterator[Path]:
-    """Give a temporary name beside a file or folder; what is made there takes its place, or nothing does.
+    """Give a temporary name beside a file or folder.
+
+    What is made there takes its place, or nothing does.
 
     Raises
     ------
     StoreError : the disk refuses
     """
-    part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")  # that nobody else uses
+    part = path.with_name(
+        f".{path.name}.{secrets.token_hex(4)}.part"
+    )  # that nobody else uses
     try:
         with written(path):
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -147,7 +162,9 @@ class Image(NamedTuple):
 
 
 class RunFiles:
-    """The folder ``runs/ab/<id>.nc`` of a store; plain bytes, never opened through HDF5 here.
+    """The folder ``runs/ab/<id>.nc`` of a store.
+
+    Plain bytes, never opened through HDF5 here.
 
     Parameters
     ----------
@@ -156,20 +173,25 @@ class RunFiles:
     spread : part of an identity that is the name of its folder
     """
 
-    def __init__(self, folder: Path, ending: str = ".nc", spread: slice = slice(2)) -> None:
+    def __init__(
+        self, folder: Path, ending: str = ".nc", spread: slice = slice(2)
+    ) -> None:
         self.folder, self.ending, self.spread = folder, ending, spread
 
     def path(self, run_id: str) -> Path:
         """Return where the run's file is, or will be; never outside the folder."""
         if not NAME.fullmatch(run_id):
-            raise StoreError(f"{run_id[:64]!r} is no identity of a run: letters and digits only")
+            raise StoreError(
+                f"{run_id[:64]!r} is no identity of a run: letters and digits only"
+            )
         return self.folder / run_id[self.spread] / f"{run_id}{self.ending}"
 
     def write(self, images: Sequence[Image], writer: str) -> None:
         """Put finished images in place, each of them whole or not at all.
 
-        Many at once cost little more than one: they go to the disk together, by several threads, which a
-        file system joins into one commit; then they are read back, renamed, and their folders synchronised.
+        Many at once cost little more than one: they go to the disk together, by several
+        threads, which a file system joins into one commit; then they are read back,
+        renamed, and their folders synchronised.
 
         Parameters
         ----------
@@ -189,12 +211,15 @@ class RunFiles:
             _synchronise(parts)
             for part, image in parts.items():
                 if hash_of(part) != image.sha256:
-                    raise StoreError(f"{part}: what was read back differs from what was written")
+                    raise StoreError(
+                        f"{part}: what was read back differs from what was written"
+                    )
             for part, image in parts.items():
                 os.replace(part, self.path(image.id))
             _synchronise({part.parent for part in parts})
         except OSError as error:
-            where, why = error.filename or self.folder, error.strerror or error
+            where = error.filename or self.folder
+            why = error.strerror or error
             raise StoreError(f"{where}: cannot be written ({why})") from error
         finally:
             with suppress(OSError):
@@ -212,8 +237,16 @@ class RunFiles:
     def stray(self, path: Path) -> Problem | None:
         """Return what is wrong with a file in this folder: half-written, or not one of ours."""
         if path.suffix == ".part":
-            return Problem(path, "unfinished", "left by a process that died while writing; can be deleted")
-        return None if self.holds(path) else Problem(path, "foreign", "not a file of this store")
+            return Problem(
+                path,
+                "unfinished",
+                "left by a process that died while writing; can be deleted",
+            )
+        return (
+            None
+            if self.holds(path)
+            else Problem(path, "foreign", "not a file of this store")
+        )
 
     def part(self, run_id: str, writer: str) -> Path:
         """Return the temporary name under which ``writer`` writes this run."""
@@ -266,7 +299,10 @@ def damage(path: Path, size: int | None, sha256: str | None) -> Problem | None:
     try:
         refuse_links(path)
         if (found := path.stat().st_size) != size:
-            wrong = "truncated" if found < (size or 0) else "altered", f"{found} bytes instead of {size}"
+            wrong = (
+                "truncated" if found < (size or 0) else "altered",
+                f"{found} bytes instead of {size}",
+            )
         elif hash_of(path) != sha256:
             wrong = "altered", "its bytes are not those that were written"
     except FileNotFoundError:

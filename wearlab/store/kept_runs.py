@@ -23,12 +23,13 @@ CONDITION = " =<>("  # signs that are in every condition and in no id
 class KeptRuns:
     """A folder of runs: found, read, claimed and written one by one.
 
-    Nothing is written before the first run is: naming a folder that does not exist makes nothing.
+    Nothing is written before the first run is: naming a folder that does not exist
+    makes nothing.
 
     Parameters
     ----------
-    path : the folder; or an address that fsspec knows, ``https://…``, ``s3://…``, of a store that is written
-        elsewhere: it is read from a copy, as it is now
+    path : the folder; or an address that fsspec knows, ``https://…``, ``s3://…``, of a
+        store that is written elsewhere: it is read from a copy, as it is now
 
     Raises
     ------
@@ -36,11 +37,16 @@ class KeptRuns:
     """
 
     def __init__(self, path: str | PathLike[str]) -> None:
-        from wearlab.store import catalogue, remote  # pydantic, which no help needs, takes a moment
+        from wearlab.store import (
+            catalogue,
+            remote,
+        )  # pydantic, which no help needs, takes a moment
 
         self.address = remote.address_of(path)
         self.path = Path(path) if self.address is None else remote.copy_of(self.address)
-        self.catalogue = catalogue.Catalogue(self.path / "catalogue.sqlite", self.address)
+        self.catalogue = catalogue.Catalogue(
+            self.path / "catalogue.sqlite", self.address
+        )
         self.files = RunFiles(self.path / "runs")
         self.checkpoints = Checkpoints(self.path / "checkpoints")
         self._presences = self.path / "runners"
@@ -52,10 +58,16 @@ class KeptRuns:
         """Let go of the catalogue; it opens again when needed."""
         self.catalogue.close()
 
-    # -- reading ------------------------------------------------------------------------------------------
+    # -- reading
+    # ------------------------------------------------------------------------------------------
 
     def query(
-        self, where: str = "", *, columns: Names = None, sort: str | None = None, limit: int | None = None
+        self,
+        where: str = "",
+        *,
+        columns: Names = None,
+        sort: str | None = None,
+        limit: int | None = None,
     ) -> "table.Table":
         """Return the runs that meet a condition, such as ``"torque > 100 N*m and life < 2e7"``.
 
@@ -73,7 +85,11 @@ class KeptRuns:
         """
         from wearlab.store import search
 
-        return search.CatalogueSearch(self.catalogue).page(where, columns, sort, limit).table
+        return (
+            search.CatalogueSearch(self.catalogue)
+            .page(where, columns, sort, limit)
+            .table
+        )
 
     def names(self) -> list[str]:
         """Return everything that a condition of `query` may ask for here."""
@@ -110,13 +126,21 @@ class KeptRuns:
 
         condition = any(sign in CONDITION for sign in prefix)
         try:
-            found = self.query(prefix, columns=())["id"] if condition else self.catalogue.matching(prefix)
+            found = (
+                self.query(prefix, columns=())["id"]
+                if condition
+                else self.catalogue.matching(prefix)
+            )
         except QueryError as error:
             raise StoreError(f"run: {error}") from error
         if not prefix or len(found) != 1:
             some = ", ".join(match[:12] for match in found[:4])
-            many = f"{len(found)} runs {'meet this' if condition else 'begin so'}: {some}"
-            raise StoreError(f"run {prefix!r}: {many if prefix and found else 'no such run'}")
+            many = (
+                f"{len(found)} runs {'meet this' if condition else 'begin so'}: {some}"
+            )
+            raise StoreError(
+                f"run {prefix!r}: {many if prefix and found else 'no such run'}"
+            )
         return self.entries(found)[found[0]]
 
     def entries(self, ids: Iterable[str] | None = None) -> "dict[str, catalogue.Entry]":
@@ -137,11 +161,24 @@ class KeptRuns:
 
     def is_lost(self, entry: "catalogue.Entry") -> bool:
         """Say whether a finished run's file has gone or changed its length."""
-        return self.address is None and entry.state == "done" and self.files.size(entry.id) != entry.size
+        return (
+            self.address is None
+            and entry.state == "done"
+            and self.files.size(entry.id) != entry.size
+        )
 
     def state_of(self, entry: "catalogue.Entry") -> str:
-        """Return the state of a run; "interrupted" if its process died, "lost" if its file went."""
-        return "interrupted" if self.is_stale(entry) else "lost" if self.is_lost(entry) else entry.state
+        """Return the state of a run.
+
+        "interrupted" if its process died, "lost" if its file went.
+        """
+        return (
+            "interrupted"
+            if self.is_stale(entry)
+            else "lost"
+            if self.is_lost(entry)
+            else entry.state
+        )
 
     def file_of(self, run_id: str) -> Path:
         """Return the file of a run, copied here first where the store is elsewhere."""
@@ -152,7 +189,8 @@ class KeptRuns:
             remote.fetch(path)
         return path
 
-    # -- writing ------------------------------------------------------------------------------------------
+    # -- writing
+    # ------------------------------------------------------------------------------------------
 
     def create(self) -> None:
         """Make the store's folder and catalogue where they are not."""
@@ -174,9 +212,15 @@ class KeptRuns:
         return self.save((), owner, ids, free)
 
     def save(
-        self, outcomes: "Outcomes", owner: str, ids: Sequence[str] = (), free: "Free" = lambda entry: False
+        self,
+        outcomes: "Outcomes",
+        owner: str,
+        ids: Sequence[str] = (),
+        free: "Free" = lambda entry: False,
     ) -> list[str]:
-        """Write finished runs, each file in full, then the catalogue; take others in the same transaction.
+        """Write finished runs, each file in full, then the catalogue.
+
+        Take others in the same transaction.
 
         Parameters
         ----------
@@ -191,12 +235,18 @@ class KeptRuns:
         ------
         StoreError : the disk or the catalogue refuses; nothing half-written remains
         """
-        images = [Image(o.id, o.image, o.sha256) for o in outcomes if o.image and o.sha256]
+        images = [
+            Image(o.id, o.image, o.sha256) for o in outcomes if o.image and o.sha256
+        ]
         self.files.write(images, owner)
         try:
-            taken = self.catalogue.record(outcomes, ids, owner, lambda h: self.is_stale(h) or free(h))
+            taken = self.catalogue.record(
+                outcomes, ids, owner, lambda h: self.is_stale(h) or free(h)
+            )
         except StoreError:
-            with suppress(StoreError):  # new files that the catalogue has no room for; those made again stay
+            with suppress(
+                StoreError
+            ):  # new files that the catalogue has no room for; those made again stay
                 for head in self.heads(outcome.id for outcome in outcomes).values():
                     if head.state == "running" and head.size is None:
                         self.files.path(head.id).unlink(missing_ok=True)
@@ -207,10 +257,13 @@ class KeptRuns:
         return list(taken)
 
     def give_back(self, owner: str, more: Iterable[str] = ()) -> None:
-        """Forget the runs that a process began and has not finished; those with a file in place are kept.
+        """Forget the runs that a process began and has not finished.
 
-        The file of a run to be computed again stays until a new one replaces it; and an interruption may come
-        just after a file was written: nothing that was done is lost, and no file is left that nobody knows.
+        Those with a file in place are kept.
+
+        The file of a run to be computed again stays until a new one replaces it; and an
+        interruption may come just after a file was written: nothing that was done is
+        lost, and no file is left that nobody knows.
 
         Parameters
         ----------
@@ -224,4 +277,6 @@ class KeptRuns:
         for run_id in wanted:
             if run_id not in known and self.files.path(run_id).is_file():
                 with suppress(StoreError):
-                    self.catalogue.record([description.outcome_of(self.files.path(run_id))])
+                    self.catalogue.record(
+                        [description.outcome_of(self.files.path(run_id))]
+                    )

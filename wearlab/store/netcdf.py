@@ -1,10 +1,13 @@
-"""A run as the bytes of a netCDF-4 file: written, its content sealed; refused where no run looks so.
+"""A run as the bytes of a netCDF-4 file: written, its content sealed.
 
-What a file says can so be checked without any catalogue. xarray defines and encodes it, by its conventions.
+Refused where no run looks so.
 
-xarray alone takes three times as long: it writes each variable before it defines the next, and HDF5 then
-brings its whole header up to date each time. Here everything is defined first, in memory: no temporary folder
-is needed, which may be full.
+What a file says can so be checked without any catalogue. xarray defines and encodes it,
+by its conventions.
+
+xarray alone takes three times as long: it writes each variable before it defines the
+next, and HDF5 then brings its whole header up to date each time. Here everything is
+defined first, in memory: no temporary folder is needed, which may be full.
 """
 
 import hashlib
@@ -28,12 +31,28 @@ if TYPE_CHECKING:
     import xarray as xr
 
 BEGUN = 1_024  # bytes of a file in memory, which grows
-TINY = 4_096  # bytes below which a variable has no checksum of its own: HDF5 needs 2 kB to keep a chunk
-SMALL = 65_536  # bytes up to which a variable is not deflated: that takes longer than to write what it saves
+# bytes below which a variable has no checksum of its own: HDF5 needs 2 kB to keep a
+# chunk
+TINY = 4_096
+# bytes up to which a variable is not deflated: that takes longer than to write what it
+# saves
+SMALL = 65_536
 ONE_CHUNK = 4_194_304  # bytes up to which a variable is one chunk
 SEAL = "content_sha256"
-PASSING = ("run_time_", "date_", "history")  # another time each time the same run is computed
-CIRCUMSTANCES = ("machine", "packages", "commit", "dirty", "source_hash", "wearlab_version", "source")
+PASSING = (
+    "run_time_",
+    "date_",
+    "history",
+)  # another time each time the same run is computed
+CIRCUMSTANCES = (
+    "machine",
+    "packages",
+    "commit",
+    "dirty",
+    "source_hash",
+    "wearlab_version",
+    "source",
+)
 
 
 def to_image(dataset: "xr.Dataset") -> tuple[bytes, str]:
@@ -74,8 +93,12 @@ def _write(group: "netCDF4.Dataset", dataset: "xr.Dataset") -> None:
     from xarray.backends import NetCDF4DataStore
 
     later: list[tuple[Any, Any]] = []  # what xarray would write at once
-    writer = SimpleNamespace(add=lambda source, target, region=None: later.append((target, source)))
-    encoding = {name: _storage(variable.values) for name, variable in dataset.variables.items()}
+    writer = SimpleNamespace(
+        add=lambda source, target, region=None: later.append((target, source))
+    )
+    encoding = {
+        name: _storage(variable.values) for name, variable in dataset.variables.items()
+    }
     for name in dataset.coords:  # CF lets none have a filling
         encoding[name]["_FillValue"] = None
     dataset.dump_to_store(NetCDF4DataStore(group), writer=writer, encoding=encoding)
@@ -106,21 +129,33 @@ def is_intact(dataset: "xr.Dataset") -> bool | None:
 def content_hash(dataset: "xr.Dataset", besides: tuple[str, ...] = ()) -> str:
     """Return the SHA-256 over every variable's name, dims, values and attributes, and the global attributes.
 
-    Numbers are hashed as little-endian bytes of their stored type, texts as JSON: the hash does not depend on
-    compression or on the version of the file format. Run times and dates are left out: the same run computed
-    twice by the same code bears the same seal. Left out too are attributes whose names begin as ``besides``.
+    Numbers are hashed as little-endian bytes of their stored type, texts as JSON: the
+    hash does not depend on compression or on the version of the file format. Run times
+    and dates are left out: the same run computed twice by the same code bears the same
+    seal. Left out too are attributes whose names begin as ``besides``.
     """
     digest = hashlib.sha256()
-    for name in sorted(name for name in map(str, dataset.variables) if not name.startswith(PASSING)):
-        variable, values = dataset.variables[name], np.asarray(dataset.variables[name].values)
-        digest.update(_json([name, list(variable.dims), list(variable.shape), variable.attrs]))
+    for name in sorted(
+        name for name in map(str, dataset.variables) if not name.startswith(PASSING)
+    ):
+        variable = dataset.variables[name]
+        values = np.asarray(dataset.variables[name].values)
+        digest.update(
+            _json([name, list(variable.dims), list(variable.shape), variable.attrs])
+        )
         if values.dtype.kind in "OUS":
             digest.update(_json(values.tolist()))
         else:
             stored = values.astype(values.dtype.newbyteorder("<"), copy=False)
-            digest.update(values.dtype.kind.encode() + bytes(np.ascontiguousarray(stored).data))
+            digest.update(
+                values.dtype.kind.encode() + bytes(np.ascontiguousarray(stored).data)
+            )
     left_out = (SEAL, *PASSING, *besides)
-    kept = {str(name): value for name, value in dataset.attrs.items() if not str(name).startswith(left_out)}
+    kept = {
+        str(name): value
+        for name, value in dataset.attrs.items()
+        if not str(name).startswith(left_out)
+    }
     digest.update(_json(kept))
     return digest.hexdigest()
 
@@ -132,9 +167,13 @@ def results_hash(dataset: "xr.Dataset") -> str:
 
 def _json(value: Any) -> bytes:
     def plain(inner: Any) -> Any:
-        return inner.tolist() if isinstance(inner, np.ndarray | np.generic) else str(inner)
+        return (
+            inner.tolist() if isinstance(inner, np.ndarray | np.generic) else str(inner)
+        )
 
-    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"), sort_keys=True, default=plain)
+    text = json.dumps(
+        value, ensure_ascii=False, separators=(",", ":"), sort_keys=True, default=plain
+    )
     return text.encode()
 
 
@@ -143,8 +182,15 @@ MOST_ATTRIBUTES = 500  # of one variable or group
 MOST_DIMS = 32  # of a variable, as HDF5 has it
 DIMENSIONS = b"DIMENSION_LIST"  # lists a variable's dimensions
 DEEPEST = 8  # groups within groups
-FILTERS = (h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE, h5z.FILTER_FLETCHER32)  # each once, in any order
-FLOATS = {4: (31, 23, 8, 0, 23), 8: (63, 52, 11, 0, 52)}  # sign, exponent, its bits, mantissa, its bits
+FILTERS = (
+    h5z.FILTER_SHUFFLE,
+    h5z.FILTER_DEFLATE,
+    h5z.FILTER_FLETCHER32,
+)  # each once, in any order
+FLOATS = {
+    4: (31, 23, 8, 0, 23),
+    8: (63, 52, 11, 0, 52),
+}  # sign, exponent, its bits, mantissa, its bits
 
 
 def refuse_untrusted(path: Path, image: bytes) -> None:
@@ -157,8 +203,8 @@ def refuse_untrusted(path: Path, image: bytes) -> None:
 
     Raises
     ------
-    StoreError : it has links, values in other files, groups within themselves, types of its own, or texts and
-        chunks that are far larger when read
+    StoreError : it has links, values in other files, groups within themselves, types of
+        its own, or texts and chunks that are far larger when read
     """
     with readable(f"{path}:"), h5py.File(io.BytesIO(image), "r") as file:
         _Walk(path, len(image), file.id).group(h5g.open(file.id, b"/"), "", 0)
@@ -177,7 +223,9 @@ class _Walk:
         self.path, self.size = path, size
         self.seen: dict[Any, str] = {}
         self.left = max(HARMLESS, 20 * size)  # bytes that texts may still take
-        self.reference = 8 + file.get_create_plist().get_sizes()[0]  # bytes: a length, an address, a number
+        self.reference = (
+            8 + file.get_create_plist().get_sizes()[0]
+        )  # bytes: a length, an address, a number
 
     def refuse(self, where: str, reason: str) -> None:
         raise StoreError(f"{self.path}: {where[:80] or '/'} {reason}; not read")
@@ -205,13 +253,16 @@ class _Walk:
                 self.refuse(inside, "is a type and no variable")
 
     def variable(self, dataset: Any, where: str) -> None:
-        made, kind = dataset.get_create_plist(), dataset.get_type()
+        made = dataset.get_create_plist()
+        kind = dataset.get_type()
         if leads_elsewhere(made):
             self.refuse(where, "has its values in other files")
         if not _is_plain(kind):
             self.refuse(where, "holds neither numbers, as a run has them, nor texts")
         if made.get_layout() == h5d.CHUNKED:
-            refuse_oversized(self.path, math.prod(made.get_chunk()) * kind.get_size(), self.size)
+            refuse_oversized(
+                self.path, math.prod(made.get_chunk()) * kind.get_size(), self.size
+            )
             used = [made.get_filter(number)[0] for number in range(made.get_nfilters())]
             if len(used) > len(set(used)) or not set(used) <= set(FILTERS):
                 self.refuse(where, "is stored by other filters than a run")
@@ -230,8 +281,11 @@ class _Walk:
             if usual or about.data_size % self.reference:
                 continue
             attribute = h5a.open(entry, name)
-            kind, many = attribute.get_type(), math.prod(attribute.shape)
-            is_long = kind.get_class() == h5t.VLEN or _is_text(kind)  # its values stand elsewhere in the file
+            kind = attribute.get_type()
+            many = math.prod(attribute.shape)
+            is_long = kind.get_class() == h5t.VLEN or _is_text(
+                kind
+            )  # its values stand elsewhere in the file
             if is_long and many > 1 and many * self.size > HARMLESS:
                 self.refuse(where, "has lists that may be far larger than the file")
             if _is_text(kind):
@@ -241,8 +295,10 @@ class _Walk:
 
     def texts(self, entry: Any, where: str) -> None:
         """Read texts of any length a few at a time, until they take more than they may."""
-        space, shape = entry.get_space(), entry.shape
-        count, some = math.prod(shape), max(1, HARMLESS // self.size)
+        space = entry.get_space()
+        shape = entry.shape
+        count = math.prod(shape)
+        some = max(1, HARMLESS // self.size)
         for at in range(0, count, some):
             places = np.arange(at, min(at + some, count))
             if shape:
@@ -264,10 +320,14 @@ def leads_elsewhere(made: Any) -> bool:
 
 def _is_plain(kind: Any) -> bool:
     """Say whether a type is of texts, or of numbers that netCDF knows: of others it dies."""
-    form, size = kind.get_class(), kind.get_size()
+    form = kind.get_class()
+    size = kind.get_size()
     if form == h5t.INTEGER:
         return bool(size in (1, 2, 4, 8) and kind.get_precision() == 8 * size)
-    return bool(form == h5t.STRING or (form == h5t.FLOAT and FLOATS.get(size) == kind.get_fields()))
+    return bool(
+        form == h5t.STRING
+        or (form == h5t.FLOAT and FLOATS.get(size) == kind.get_fields())
+    )
 
 
 def _is_text(kind: Any) -> bool:

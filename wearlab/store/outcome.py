@@ -10,7 +10,8 @@ if TYPE_CHECKING:
     from wearlab.campaign import Campaign, Case
 
 State = Literal["running", "done", "failed", "refused", "interrupted"]
-"""Of a run; a catalogue calls interrupted runs running, and a store knows whether their process is."""
+"""Of a run; a catalogue calls interrupted runs running, and a store knows whether their
+process is."""
 
 
 def last_line(reason: str | None) -> str:
@@ -46,10 +47,12 @@ class Outcome:
     seconds : wall time of simulation and serialisation [s]
     scene : the scene as canonical JSON
     image, sha256 : the finished netCDF file and its hash, when done
-    sizes, layout : lengths of the dimensions; variables with dims, dtypes and attributes as JSON
+    sizes, layout : lengths of the dimensions; variables with dims, dtypes and
+        attributes as JSON
     digests : hash of each coordinate's values, to see which coordinates runs share
     summary : scalar results (life, max wear, error estimates …)
-    histories : values along the life by variable, and the cycles they belong to; float64
+    histories : values along the life by variable, and the cycles they belong to;
+        float64
     reason : traceback of a failure, reason of a refusal
     warnings : distinct warnings raised on the way
     source_hash, wearlab_version : the code that ran
@@ -76,7 +79,10 @@ class Outcome:
 def place(campaign: "Campaign", case: "Case") -> dict[str, str]:
     """Return the case's value on every axis it stands on, with the unit that the file wrote."""
     axes = {axis.name: axis for axis in campaign.axes}
-    return {name: value_text(axes[name].values[i], axes[name].units) for name, i in case.position.items()}
+    return {
+        name: value_text(axes[name].values[i], axes[name].units)
+        for name, i in case.position.items()
+    }
 
 
 def value_text(value: object, units: str | None) -> str:
@@ -86,7 +92,8 @@ def value_text(value: object, units: str | None) -> str:
 
 
 CALIBRATION, CALIBRATION_LIFE = "calibration", "calibration_life"
-"""Attributes of a run: the id of the run by which its wear coefficient was calibrated, and its life."""
+"""Attributes of a run: the id of the run by which its wear coefficient was calibrated,
+and its life."""
 
 
 class Headline(NamedTuple):
@@ -113,7 +120,11 @@ class Headline(NamedTuple):
     @property
     def with_error(self) -> str:
         """The text with its estimated numerical error, where there is one."""
-        return f"{self.text} ({self.margin} of the {self.of})" if self.margin else self.text
+        return (
+            f"{self.text} ({self.margin} of the {self.of})"
+            if self.margin
+            else self.text
+        )
 
 
 class _Kind(NamedTuple):
@@ -126,10 +137,28 @@ class _Kind(NamedTuple):
     hours: str = ""
 
 
-LIFE = _Kind("life", 1.0, "cycles of life", "cycles", "life", "error_estimate_life", "service_life")
-WEAR = _Kind("max_wear_depth", 1e6, "µm worn", "µm", "wear", "error_estimate_wear_depth", "operating_hours")
+LIFE = _Kind(
+    "life",
+    1.0,
+    "cycles of life",
+    "cycles",
+    "life",
+    "error_estimate_life",
+    "service_life",
+)
+WEAR = _Kind(
+    "max_wear_depth",
+    1e6,
+    "µm worn",
+    "µm",
+    "wear",
+    "error_estimate_wear_depth",
+    "operating_hours",
+)
 ERROR = "error_estimate_mesh_force_max"
-FORCE = _Kind("mesh_force_max", 1.0, "N largest mesh force", "N in mesh", "force", ERROR)
+FORCE = _Kind(
+    "mesh_force_max", 1.0, "N largest mesh force", "N in mesh", "force", ERROR
+)
 STE = _Kind("ste_peak_to_peak", 1e6, "µm range of STE", "µm STE", "STE", "")
 
 WORST = "N largest mesh force of the worst other attractor found"
@@ -152,7 +181,10 @@ def unasked_end(summary: Mapping[str, Any]) -> str:
     if not reason or reason in AS_ASKED:
         return ""
     if reason == NO_WEAR:
-        return "no wear: nothing wears off these flanks; look at the coefficient, its film and its factor"
+        return (
+            "no wear: nothing wears off these flanks; look at the coefficient, its "
+            "film and its factor"
+        )
     return f"the life ended before its limit: {reason}"
 
 
@@ -161,10 +193,15 @@ def headlines(summary: Mapping[str, Any]) -> list[Headline]:
 
     Parameters
     ----------
-    summary : results by name, SI, as the catalogue has them; a run whose last ``cycle`` is 0 wears nothing
+    summary : results by name, SI, as the catalogue has them; a run whose last ``cycle``
+        is 0 wears nothing
     """
     kinds = (FORCE, STE, WEAR) if summary.get("cycle") == 0.0 else (LIFE, WEAR)
-    told = [_headline(kind, summary) for kind in (*kinds, RIVAL) if summary.get(kind.name) is not None]
+    told = [
+        _headline(kind, summary)
+        for kind in (*kinds, RIVAL)
+        if summary.get(kind.name) is not None
+    ]
     end = unasked_end(summary)
     if not end:
         return told
@@ -174,12 +211,19 @@ def headlines(summary: Mapping[str, Any]) -> list[Headline]:
 
 
 def _headline(kind: _Kind, summary: Mapping[str, Any]) -> Headline:
-    value, error = summary[kind.name], summary.get(kind.error)
+    value = summary[kind.name]
+    error = summary.get(kind.error)
     number = f"{value * kind.scale:.4g}"
     relative = error / value if error is not None and value else None
     hours = hours_text(summary.get(kind.hours))
-    tail = f"{' = ' if kind.hours == 'service_life' else ' after '}{hours}" if hours else ""
-    return Headline(f"{number} {kind.text}{tail}", f"{number} {kind.short}{tail}", kind.of, relative)
+    tail = (
+        f"{' = ' if kind.hours == 'service_life' else ' after '}{hours}"
+        if hours
+        else ""
+    )
+    return Headline(
+        f"{number} {kind.text}{tail}", f"{number} {kind.short}{tail}", kind.of, relative
+    )
 
 
 def seconds_text(seconds: float | None) -> str:
@@ -194,7 +238,10 @@ def seconds_text(seconds: float | None) -> str:
 
 
 def hours_text(seconds: float | None) -> str:
-    """Return an operating time in hours, three digits of it; nothing where there is none."""
+    """Return an operating time in hours, three digits of it.
+
+    Nothing where there is none.
+    """
     if not seconds:
         return ""
     hours = float(f"{seconds / HOUR:.3g}")

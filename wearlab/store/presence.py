@@ -1,7 +1,8 @@
 """What a process under way leaves in a store: the lock that shows it is alive, and checkpoints of its runs.
 
-The lock is an exclusive transaction on an empty SQLite file of its own: it works alike on every platform,
-is not inherited by children, and cannot be confused by a process id that was given out again.
+The lock is an exclusive transaction on an empty SQLite file of its own: it works alike
+on every platform, is not inherited by children, and cannot be confused by a process id
+that was given out again.
 """
 
 import hashlib
@@ -36,12 +37,18 @@ class Presence:
         self._file = folder / f"{self.token}.lock"
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            with suppress(OSError):  # clear away the locks of processes that are no more
+            with suppress(
+                OSError
+            ):  # clear away the locks of processes that are no more
                 for file in list(folder.glob("*.lock"))[:MOST_TIDIED]:
                     alive(folder, file.stem)
             os.close(os.open(self._file, os.O_CREAT | os.O_RDWR, 0o644))
-            os.chmod(self._file, 0o644)  # whatever the umask: who cannot look at it never knows that we died
-            self._connection = sqlite3.connect(self._file, isolation_level=None, check_same_thread=False)
+            os.chmod(
+                self._file, 0o644
+            )  # whatever the umask: who cannot look at it never knows that we died
+            self._connection = sqlite3.connect(
+                self._file, isolation_level=None, check_same_thread=False
+            )
             self._connection.execute("BEGIN EXCLUSIVE")
         except (OSError, sqlite3.Error) as error:
             raise StoreError(f"{folder}: cannot be written ({error})") from error
@@ -56,21 +63,28 @@ class Presence:
 
 
 def alive(folder: Path, token: str) -> bool:
-    """Say whether the process that took ``token`` still holds it; what a dead one left is cleared away.
+    """Say whether the process that took ``token`` still holds it.
 
-    A lock of another user that cannot be looked at counts as held: nothing of theirs is taken.
+    What a dead one left is cleared away.
+
+    A lock of another user that cannot be looked at counts as held: nothing of theirs is
+    taken.
     """
     file = folder / f"{token}.lock"
     if not WRITER.fullmatch(token) or file.is_symlink():
         return False  # a name that no process of ours took
     try:
-        connection = sqlite3.connect(f"{file.absolute().as_uri()}?mode=rw", uri=True, timeout=0)
+        connection = sqlite3.connect(
+            f"{file.absolute().as_uri()}?mode=rw", uri=True, timeout=0
+        )
     except sqlite3.OperationalError:
         return file.exists()
     try:
         connection.execute("BEGIN IMMEDIATE")
     except sqlite3.OperationalError as error:
-        if "readonly" in str(error):  # of a lock that may only be read, whether somebody holds it
+        if "readonly" in str(
+            error
+        ):  # of a lock that may only be read, whether somebody holds it
             with suppress(sqlite3.OperationalError):
                 connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
                 return False
@@ -98,9 +112,12 @@ class ReachedCycle(NamedTuple):
 
 
 class Checkpoints:
-    """The folder ``checkpoints/<id>.life`` of a store; plain bytes that only a process that runs understands.
+    """The folder ``checkpoints/<id>.life`` of a store.
 
-    A checkpoint of other code, or a damaged one, is as good as none: the run begins anew.
+    Plain bytes that only a process that runs understands.
+
+    A checkpoint of other code, or a damaged one, is as good as none: the run begins
+    anew.
 
     Parameters
     ----------
@@ -110,8 +127,12 @@ class Checkpoints:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def write(self, run_id: str, image: bytes, code: str, reached: ReachedCycle | None = None) -> None:
-        """Keep an image of a run, whole or not at all; what cannot be written is left out.
+    def write(
+        self, run_id: str, image: bytes, code: str, reached: ReachedCycle | None = None
+    ) -> None:
+        """Keep an image of a run, whole or not at all.
+
+        What cannot be written is left out.
 
         Parameters
         ----------
@@ -137,7 +158,10 @@ class Checkpoints:
 
     def reached(self, run_id: str) -> ReachedCycle | None:
         """Return how far a run under way was when it was last kept, None where nothing tells it."""
-        with suppress(OSError, ValueError, IndexError), self._path(run_id).open("rb") as file:
+        with (
+            suppress(OSError, ValueError, IndexError),
+            self._path(run_id).open("rb") as file,
+        ):
             told = file.readline(LONGEST_HEAD).split()
             return ReachedCycle(float(told[2]), float(told[3]))
         return None
@@ -146,12 +170,17 @@ class Checkpoints:
         """Remove the images of runs that are finished."""
         for run_id in run_ids if self.folder.is_dir() else ():
             with suppress(OSError):
-                for path in (self._path(run_id), *self.folder.glob(f"*{run_id}.*.part")):
+                for path in (
+                    self._path(run_id),
+                    *self.folder.glob(f"*{run_id}.*.part"),
+                ):
                     path.unlink(missing_ok=True)
         with suppress(OSError):
             self.folder.rmdir()  # when nothing is left
 
     def _path(self, run_id: str) -> Path:
         if not NAME.fullmatch(run_id):
-            raise ValueError(f"{run_id!r} is no identity of a run: letters and digits only")
+            raise ValueError(
+                f"{run_id!r} is no identity of a run: letters and digits only"
+            )
         return self.folder / f"{run_id}.life"

@@ -1,4 +1,7 @@
-"""Where a run comes from: which it goes on from, which calibrated it, which rest on it; and its citation."""
+"""Where a run comes from: which it goes on from, which calibrated it, which rest on it.
+
+And its citation.
+"""
 
 import json
 import re
@@ -20,7 +23,8 @@ class Ancestor(NamedTuple):
     Parameters
     ----------
     run : its id
-    name : campaign, label and place that it has in this store, "" where no campaign here has it
+    name : campaign, label and place that it has in this store, "" where no campaign
+        here has it
     at : where the other one begins, in words
     replaced : members that got new flanks there
     state : of that run in this store, "not in this store" when it is not there
@@ -49,8 +53,13 @@ def lineage(store: "KeptRuns", entry: "catalogue.Entry") -> list[Ancestor]:
     """
     current: catalogue.Entry | None = entry
     steps: list[Ancestor] = []
-    while current is not None and (start := start_of(current.scene)) and len(steps) < LONGEST:
-        parent, at = str(start["run"]), _at(start, current.summary)
+    while (
+        current is not None
+        and (start := start_of(current.scene))
+        and len(steps) < LONGEST
+    ):
+        parent = str(start["run"])
+        at = _at(start, current.summary)
         current = store.entries([parent]).get(parent)
         state = current.state if current is not None else "not in this store"
         new = tuple(map(str, start.get("replace") or ()))
@@ -62,7 +71,10 @@ def children(store: "KeptRuns", run_id: str, by: str = "start.run") -> list[str]
     """Return the ids of the runs that go on from a run, or that another key says were made by it."""
     if by not in store.names():
         return []
-    return [row["id"] for row in store.query(f"{by} = '{run_id}'", columns=(), sort="started")]
+    return [
+        row["id"]
+        for row in store.query(f"{by} = '{run_id}'", columns=(), sort="started")
+    ]
 
 
 def rests_on(store: "KeptRuns", entry: "catalogue.Entry") -> set[str]:
@@ -87,7 +99,9 @@ def start_of(scene: str | None) -> dict[str, Any]:
         start = json.loads(scene or "{}").get("start")
     except (ValueError, AttributeError, RecursionError):
         return {}
-    return start if isinstance(start, dict) and isinstance(start.get("run"), str) else {}
+    return (
+        start if isinstance(start, dict) and isinstance(start.get("run"), str) else {}
+    )
 
 
 def _at(start: dict[str, Any], summary: dict[str, Any]) -> str:
@@ -103,9 +117,17 @@ WHO = ("author", "orcid", "institution", "licence")
 BASE = "base"
 SUBJECT = "experiments and datasets of coupled gear wear and dynamics"
 SENTENCES = {"lineage": " It goes on from {}."}
-SENTENCES |= {"calibration": " Its wear coefficient was calibrated by run {}.", "reference": " After {}."}
+SENTENCES |= {
+    "calibration": " Its wear coefficient was calibrated by run {}.",
+    "reference": " After {}.",
+}
 SENTENCES["licence"] = " Licence: {}."
-NOTED = dict(reference="after", lineage="goes on from", calibration="calibrated by run", licence="licence")
+NOTED = dict(
+    reference="after",
+    lineage="goes on from",
+    calibration="calibrated by run",
+    licence="licence",
+)
 FILE = (netcdf.SEAL, "wearlab_version", "source_hash")
 CODE = ("commit", "dirty", "model_version", "packages", "parents")
 
@@ -138,15 +160,27 @@ def _of_run(store: "KeptRuns", prefix: str) -> dict[str, str]:
     members = store.catalogue.members([entry.id])
     # the campaign that names its authors speaks for its runs, or one that is a file
     some = members[::-1] or [catalogue.Member("", None, "", "", {})]
-    member = max(some, key=lambda each: ("author" in each.metadata, each.path is not None))
+    member = max(
+        some, key=lambda each: ("author" in each.metadata, each.path is not None)
+    )
     label = [] if member.label == BASE else [member.label]
     places = [f"{name} {value}" for name, value in member.position.items()]
     others = dict.fromkeys(m.campaign for m in members if m.campaign != member.campaign)
-    facts = {"id": entry.id, "campaign": member.campaign, "case": ", ".join(label + places)}
+    facts = {
+        "id": entry.id,
+        "campaign": member.campaign,
+        "case": ", ".join(label + places),
+    }
     facts |= {"also_in": "; ".join(others), "reference": member.reference}
     facts["date"] = (entry.started or str(attributes.get("date_created", "")))[:10]
-    facts |= {"sha256": entry.sha256 or "", **_among({**attributes, **vars(entry)}, FILE)}
-    facts |= {"lineage": "; ".join(map(str, lineage(store, entry))), "calibration": entry.calibration}
+    facts |= {
+        "sha256": entry.sha256 or "",
+        **_among({**attributes, **vars(entry)}, FILE),
+    }
+    facts |= {
+        "lineage": "; ".join(map(str, lineage(store, entry))),
+        "calibration": entry.calibration,
+    }
     return facts | _among(attributes, CODE) | _among(member.metadata, WHO)
 
 
@@ -155,9 +189,21 @@ def _of_update(store: "KeptRuns", update: "updates.KeptUpdate") -> dict[str, str
     from wearlab.store import updates
 
     attributes = getattr(updates.read_update(store, update.id), "attrs", {})
-    facts = {"kind": "Update", "id": update.id, "campaign": update.title, "case": "; ".join(update.summary)}
-    facts |= {"reference": str(attributes.get("references", "")), "date": update.recorded[:10]}
-    facts |= {"sha256": update.sha256, **_among(attributes, FILE), "made_from": " ".join(update.runs)}
+    facts = {
+        "kind": "Update",
+        "id": update.id,
+        "campaign": update.title,
+        "case": "; ".join(update.summary),
+    }
+    facts |= {
+        "reference": str(attributes.get("references", "")),
+        "date": update.recorded[:10],
+    }
+    facts |= {
+        "sha256": update.sha256,
+        **_among(attributes, FILE),
+        "made_from": " ".join(update.runs),
+    }
     return facts | _among(attributes, WHO)
 
 
@@ -171,12 +217,20 @@ def _title(facts: dict[str, str]) -> str:
 
 
 def _authors(facts: dict[str, str]) -> list[str]:
-    return [author.strip() for author in facts.get("author", "").split(";") if author.strip()]
+    return [
+        author.strip()
+        for author in facts.get("author", "").split(";")
+        if author.strip()
+    ]
 
 
 def head_of(who: str, date: str, title: str) -> str:
-    """Return the begin of a citation: author, year, title; without an author the title is first."""
-    year, title = [f"({date[:4]})"] if date else [], f"{title} [data set]"
+    """Return the begin of a citation: author, year, title.
+
+    Without an author the title is first.
+    """
+    year = [f"({date[:4]})"] if date else []
+    title = f"{title} [data set]"
     return ". ".join([who, *year, title] if who else [title, *year])
 
 
@@ -186,30 +240,63 @@ def citation(facts: dict[str, str]) -> str:
     names = ", ".join(_authors(facts))
     who = f"{names}{orcid}" if names else facts.get("institution", "")
     head = head_of(who, facts.get("date", ""), _title(facts))
-    told = "".join(text.format(facts[key]) for key, text in SENTENCES.items() if key in facts)
-    code = f"wearlab {facts.get('wearlab_version', '?')}, sources {facts.get('source_hash', '?')}"
-    commit = f", commit {facts['commit']}" if facts.get("commit", "unknown") != "unknown" else ""
+    told = "".join(
+        text.format(facts[key]) for key, text in SENTENCES.items() if key in facts
+    )
+    code = (
+        f"wearlab {facts.get('wearlab_version', '?')}, sources "
+        f"{facts.get('source_hash', '?')}"
+    )
+    commit = (
+        f", commit {facts['commit']}"
+        if facts.get("commit", "unknown") != "unknown"
+        else ""
+    )
     changed = " with changes" if facts.get("dirty") == "true" else ""
     what = f"{facts.get('kind', 'Run')} {facts['id']}"
-    file = f"SHA-256 of the file {facts.get('sha256', '?')}, of its content {facts.get(netcdf.SEAL, '?')}"
-    return f"{head}. {what}, computed by {code}.{told}\nprovenance: {code}{commit}{changed}; {file}"
+    file = (
+        f"SHA-256 of the file {facts.get('sha256', '?')}, of its content "
+        f"{facts.get(netcdf.SEAL, '?')}"
+    )
+    return (
+        f"{head}. {what}, computed by {code}.{told}\nprovenance: "
+        f"{code}{commit}{changed}; {file}"
+    )
 
 
 def bibtex(facts: dict[str, str]) -> str:
     """Return a BibTeX entry, special characters escaped."""
     version = facts.get("wearlab_version", "")
-    noted = "".join(f", {words} {facts[key]}" for key, words in NOTED.items() if key in facts)
-    fields = {"author": " and ".join(_authors(facts)), "title": f"{_title(facts)} [data set]"}
-    fields |= {"year": facts.get("date", "")[:4], "institution": facts.get("institution", "")}
+    noted = "".join(
+        f", {words} {facts[key]}" for key, words in NOTED.items() if key in facts
+    )
+    fields = {
+        "author": " and ".join(_authors(facts)),
+        "title": f"{_title(facts)} [data set]",
+    }
+    fields |= {
+        "year": facts.get("date", "")[:4],
+        "institution": facts.get("institution", ""),
+    }
     fields["version"] = f"wearlab {version}, sources {facts.get('source_hash', '')}"
     kind = facts.get("kind", "Run").lower()
     fields["note"] = f"{kind} {facts['id']}, SHA-256 {facts.get('sha256', '')}{noted}"
-    plain = {key: " ".join(value.replace("\\", "").split()) for key, value in fields.items() if value}
+    plain = {
+        key: " ".join(value.replace("\\", "").split())
+        for key, value in fields.items()
+        if value
+    }
     escaped = {key: SPECIAL.sub(r"\\\1", text) for key, text in plain.items()}
-    software = {"author": "{The wearlab developers}", "title": f"wearlab: {SUBJECT}", "version": version}
+    software = {
+        "author": "{The wearlab developers}",
+        "title": f"wearlab: {SUBJECT}",
+        "version": version,
+    }
     own = _entry(f"misc{{wearlab-{facts['id'][:10]}", escaped)
     return f"{own}\n\n{_entry('software{wearlab', software)}"
 
 
 def _entry(head: str, fields: dict[str, str]) -> str:
-    return "\n".join([f"@{head},", *(f"  {key} = {{{text}}}," for key, text in fields.items()), "}"])
+    return "\n".join(
+        [f"@{head},", *(f"  {key} = {{{text}}}," for key, text in fields.items()), "}"]
+    )

@@ -1,9 +1,10 @@
 """Runs read from their files, checked before they are believed: their hash, their structure, their size.
 
-A whole run is read by netCDF4, which crashes when two threads enter it: that goes through xarray's own locks.
-One variable is read by h5py, which does not list a whole file to find it: 0.3 ms instead of 6. Closing a file
-closes whatever another thread has open in the same file, so one thread reads at a time. HDF5 is asked itself,
-without the objects that h5py makes of every answer: a quarter of the time.
+A whole run is read by netCDF4, which crashes when two threads enter it: that goes
+through xarray's own locks. One variable is read by h5py, which does not list a whole
+file to find it: 0.3 ms instead of 6. Closing a file closes whatever another thread has
+open in the same file, so one thread reads at a time. HDF5 is asked itself, without the
+objects that h5py makes of every answer: a quarter of the time.
 """
 
 import hashlib
@@ -33,7 +34,9 @@ _sound: dict[str, Stamp] = {}
 
 
 def checked_bytes(path: str | Path, sha256: str | None) -> bytes:
-    """Return all bytes of a run's file, compared with its hash; without a hash as they are.
+    """Return all bytes of a run's file, compared with its hash.
+
+    Without a hash as they are.
 
     Raises
     ------
@@ -41,13 +44,21 @@ def checked_bytes(path: str | Path, sha256: str | None) -> bytes:
     """
     refuse_links(path)
     status, document = _read(path)
-    if sha256 not in (None, hashlib.sha256(document).hexdigest()) and remote.fetch(Path(path)):
+    if sha256 not in (None, hashlib.sha256(document).hexdigest()) and remote.fetch(
+        Path(path)
+    ):
         status, document = _read(path)  # it was computed again where it comes from
     if sha256 is not None:
         if hashlib.sha256(document).hexdigest() != sha256:
             _sound.pop(str(path), None)
-            said = f"is not what was written: its bytes do not have the recorded hash {sha256[:12]}…"
-            remedy = "'wearlab verify' names all such files, 'wearlab run' computes anew what is removed"
+            said = (
+                "is not what was written: its bytes do not have the recorded hash "
+                f"{sha256[:12]}…"
+            )
+            remedy = (
+                "'wearlab verify' names all such files, 'wearlab run' computes anew "
+                "what is removed"
+            )
             raise StoreError(f"{path}: {said}; {remedy}")
         _sound[str(path)] = _mark(status, sha256)
     return document
@@ -61,7 +72,9 @@ def _read(path: str | Path) -> tuple[os.stat_result, bytes]:
             return os.fstat(file.fileno()), file.read()
     except OSError as error:
         reason = error.strerror or error
-        raise StoreError(f"{path}: cannot be read ({reason}); try 'wearlab verify'") from error
+        raise StoreError(
+            f"{path}: cannot be read ({reason}); try 'wearlab verify'"
+        ) from error
 
 
 def checked_source(path: str, sha256: str | None) -> str | io.BytesIO:
@@ -79,7 +92,13 @@ def checked_source(path: str, sha256: str | None) -> str | io.BytesIO:
 
 
 def _mark(status: os.stat_result, sha256: str) -> Stamp:
-    return (status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino, sha256)
+    return (
+        status.st_size,
+        status.st_mtime_ns,
+        status.st_ctime_ns,
+        status.st_ino,
+        sha256,
+    )
 
 
 _one_door = threading.RLock()
@@ -95,7 +114,8 @@ def read_run(path: Path, sha256: str | None = None) -> xr.Dataset:
 
     Raises
     ------
-    StoreError : the file is absent, altered, damaged, a link, or claims more than it can hold
+    StoreError : the file is absent, altered, damaged, a link, or claims more than it
+        can hold
     """
     image = checked_bytes(path, sha256)
     with readable(f"{path}:"), _one_door:
@@ -104,7 +124,10 @@ def read_run(path: Path, sha256: str | None = None) -> xr.Dataset:
             opened = NetCDF4DataStore.open(image)
         with closing(opened):
             kept = opened.ds.variables.values()  # of texts, 16 bytes refer to each
-            claimed = (math.prod(v.shape) * (16 if v.dtype is str else v.dtype.itemsize) for v in kept)
+            claimed = (
+                math.prod(v.shape) * (16 if v.dtype is str else v.dtype.itemsize)
+                for v in kept
+            )
             refuse_oversized(path, sum(claimed), len(image))
             dataset = xr.open_dataset(opened).load()
     dataset.encoding["source"] = str(path)
@@ -121,12 +144,15 @@ def read_variable(path: str, name: str, sha256: str | None = None) -> NDArray[An
 
     Raises
     ------
-    StoreError : the file is gone, altered or damaged, or has no such variable of numbers or texts
+    StoreError : the file is gone, altered or damaged, or has no such variable of
+        numbers or texts
     """
     return read_variables(path, (name,), sha256)[name]
 
 
-def read_variables(path: str, names: Iterable[str], sha256: str | None = None) -> dict[str, NDArray[Any]]:
+def read_variables(
+    path: str, names: Iterable[str], sha256: str | None = None
+) -> dict[str, NDArray[Any]]:
     """Read some variables of a run, its file opened once, safely from any thread.
 
     Parameters
@@ -136,7 +162,8 @@ def read_variables(path: str, names: Iterable[str], sha256: str | None = None) -
 
     Raises
     ------
-    StoreError : the file is gone, altered or damaged, or has no such variable of numbers or texts
+    StoreError : the file is gone, altered or damaged, or has no such variable of
+        numbers or texts
     """
     source = checked_source(path, sha256)
     with readable(f"{path}:"), _one_door, h5py.File(source, "r", locking=False) as file:
@@ -146,14 +173,18 @@ def read_variables(path: str, names: Iterable[str], sha256: str | None = None) -
 def _values(file: h5py.File, path: str, name: str) -> NDArray[Any]:
     """Return a variable's values; whatever HDF5 opens for it is closed with the file.
 
-    HDF5 is asked itself, without the objects that h5py makes of every answer: a third of the time.
+    HDF5 is asked itself, without the objects that h5py makes of every answer: a third
+    of the time.
     """
     with readable(f"{path}: {name}"):
-        key, hard = name.encode(), False
+        key = name.encode()
+        hard = False
         with suppress(KeyError):
             hard = file.id.links.get_info(key).type == h5py.h5l.TYPE_HARD
         dataset = h5py.h5o.open(file.id, key) if hard else None
-        if not isinstance(dataset, h5py.h5d.DatasetID) or netcdf.leads_elsewhere(dataset.get_create_plist()):
+        if not isinstance(dataset, h5py.h5d.DatasetID) or netcdf.leads_elsewhere(
+            dataset.get_create_plist()
+        ):
             raise StoreError(f"{path}: {name} is no variable of this file")
         dtype = dataset.dtype
         refuse_oversized(path, math.prod(dataset.shape) * dtype.itemsize)
@@ -198,7 +229,9 @@ class RunFile(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class LazyVariable:
-    """An array over grid and run dims; indexing it by slices reads the points that the slices hold.
+    """An array over grid and run dims.
+
+    Indexing it by slices reads the points that the slices hold.
 
     Parameters
     ----------
@@ -235,10 +268,22 @@ class LazyVariable:
         result = np.full(numbers.shape + self.padded, self.fill, self.dtype)
         for point in np.ndindex(numbers.shape):
             number = int(numbers[point])
-            if number >= 0 and (places := self.places.get(self.files[number].group)) is not None:
-                values = read_variable(self.files[number].path, self.name, self.files[number].sha256)
+            if (
+                number >= 0
+                and (places := self.places.get(self.files[number].group)) is not None
+            ):
+                values = read_variable(
+                    self.files[number].path, self.name, self.files[number].sha256
+                )
                 along = zip(values.shape, places, strict=True)
-                where = np.ix_(*(np.arange(n) if place is None else np.asarray(place) for n, place in along))
+                where = np.ix_(
+                    *(
+                        np.arange(n) if place is None else np.asarray(place)
+                        for n, place in along
+                    )
+                )
                 # a 0-d array of texts would stand in an object array as an array
                 result[(*point, *where)] = values[()]
-        return np.asarray(result[(slice(None),) * numbers.ndim + index[self.numbers.ndim :]])
+        return np.asarray(
+            result[(slice(None),) * numbers.ndim + index[self.numbers.ndim :]]
+        )

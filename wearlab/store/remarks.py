@@ -1,7 +1,8 @@
 """Tags and notes on runs and campaigns: one remark, its line in a file beside the runs, and the index.
 
-``remarks/ab/<subject>.jsonl`` has one line of JSON a remark, with a hash of its own. A tag is taken off by
-another line, so that the files of two stores are joined by putting their lines together.
+``remarks/ab/<subject>.jsonl`` has one line of JSON a remark, with a hash of its own. A
+tag is taken off by another line, so that the files of two stores are joined by putting
+their lines together.
 """
 
 import getpass
@@ -51,7 +52,9 @@ class Remark(NamedTuple):
     def line(self) -> str:
         """The line that tells it, with its hash."""
         told = {key: value for key, value in self._asdict().items() if value}
-        return json.dumps(told | {"seal": _seal(told)}, ensure_ascii=False, sort_keys=True)
+        return json.dumps(
+            told | {"seal": _seal(told)}, ensure_ascii=False, sort_keys=True
+        )
 
 
 def _seal(told: Mapping[str, Any]) -> str:
@@ -90,20 +93,30 @@ def read_line(line: str, subject: str) -> Remark:
     return Remark(**values)
 
 
-def remarks_on(catalogue: Catalogue, subjects: Iterable[str] | None = None) -> list[Remark]:
+def remarks_on(
+    catalogue: Catalogue, subjects: Iterable[str] | None = None
+) -> list[Remark]:
     """Return the tags that stand and the notes on some runs or campaigns, all when None, the latest last."""
     if not catalogue.exists():
         return []
     told = f"SELECT {COLUMNS} FROM remarks WHERE stands AND what != 'untag'"
     of_some = f"{told} AND subject IN"
-    rows = catalogue.read(told) if subjects is None else catalogue.read_many(of_some, subjects)
+    rows = (
+        catalogue.read(told)
+        if subjects is None
+        else catalogue.read_many(of_some, subjects)
+    )
     texts = [Remark(*(str(value or "") for value in row)) for row in rows]
     return sorted(texts, key=lambda remark: (remark.when, remark.text))
 
 
-def texts_of(catalogue: Catalogue, run_ids: Iterable[str], what: str) -> dict[str, tuple[str, ...]]:
+def texts_of(
+    catalogue: Catalogue, run_ids: Iterable[str], what: str
+) -> dict[str, tuple[str, ...]]:
     """Return the tags, or the notes, of runs: their own, and those of the campaigns that they belong to."""
-    rows = catalogue.read_many(f"{OF_RUNS} WHERE stands AND what = '{what}' AND run IN", run_ids)
+    rows = catalogue.read_many(
+        f"{OF_RUNS} WHERE stands AND what = '{what}' AND run IN", run_ids
+    )
     told: dict[str, dict[str, None]] = {}
     for run_id, text, _ in sorted(rows, key=lambda row: (str(row[2]), str(row[1]))):
         told.setdefault(run_id, {})[str(text)] = None
@@ -115,7 +128,9 @@ def files_of(catalogue: Catalogue) -> RunFiles:
     return RunFiles(catalogue.path.parent / "remarks", ".jsonl", slice(-2, None))
 
 
-def add(catalogue: Catalogue, subject: str, what: str, text: str, campaign: str = "") -> None:
+def add(
+    catalogue: Catalogue, subject: str, what: str, text: str, campaign: str = ""
+) -> None:
     """Write a tag, take one off, or write a note.
 
     Parameters
@@ -130,20 +145,30 @@ def add(catalogue: Catalogue, subject: str, what: str, text: str, campaign: str 
     StoreError : the text does not do, or the store is only read from here
     """
     if catalogue.address is not None:
-        raise StoreError(f"{catalogue.address}: is only read from here; its own machine writes it")
+        raise StoreError(
+            f"{catalogue.address}: is only read from here; its own machine writes it"
+        )
     # without what no reader sees
-    seen = (c for c in text if c in "\n\t" or unicodedata.category(c) not in ("Cc", "Cf", "Cs"))
+    seen = (
+        c
+        for c in text
+        if c in "\n\t" or unicodedata.category(c) not in ("Cc", "Cf", "Cs")
+    )
     kept = "".join(seen).strip()
     if not kept:
         raise StoreError(f"{what}: write a word or a sentence")
     if len(kept) > LONGEST[what]:
-        raise StoreError(f"{what}: {len(kept)} characters are more than {LONGEST[what]}")
+        raise StoreError(
+            f"{what}: {len(kept)} characters are more than {LONGEST[what]}"
+        )
     if what != "note" and ("\n" in kept or "\t" in kept):
         raise StoreError(f"{what}: a tag is one line; write a note")
     who = ""
     with suppress(OSError, KeyError, ImportError):
         who = getpass.getuser()
-    _append(catalogue, subject, [Remark(subject, what, kept, who, now(), campaign).line])
+    _append(
+        catalogue, subject, [Remark(subject, what, kept, who, now(), campaign).line]
+    )
 
 
 def _append(catalogue: Catalogue, subject: str, lines: Iterable[str]) -> None:
@@ -155,7 +180,11 @@ def _append(catalogue: Catalogue, subject: str, lines: Iterable[str]) -> None:
         with path.open("a+b", buffering=0) as file:
             file.seek(max(0, file.seek(0, os.SEEK_END) - 1))
             torn = file.read(1) not in (b"", b"\n")
-            file.write((("\n" if torn else "") + "".join(f"{line}\n" for line in lines)).encode())
+            file.write(
+                (
+                    ("\n" if torn else "") + "".join(f"{line}\n" for line in lines)
+                ).encode()
+            )
             os.fsync(file.fileno())
     _index(catalogue, subject)
 
@@ -176,26 +205,38 @@ def _read(path: Path) -> tuple[dict[str, Remark], list[Problem]]:
             if line:
                 found[line] = read_line(line, path.stem)
         except (ValueError, TypeError, RecursionError) as error:
-            problems.append(Problem(path, "altered", f"line {number} is left out: {error}"))
+            problems.append(
+                Problem(path, "altered", f"line {number} is left out: {error}")
+            )
     return found, problems
 
 
 def _index(catalogue: Catalogue, subject: str) -> list[Problem]:
-    """Let the catalogue say of a run or campaign what its file says; return what is wrong with the file."""
+    """Let the catalogue say of a run or campaign what its file says.
+
+    Return what is wrong with the file.
+    """
     found, problems = _read(files_of(catalogue).path(subject))
     ordered = sorted(found.items(), key=lambda both: both[1].when)
     latest = {remark.text: line for line, remark in ordered if remark.what != "note"}
-    rows = [(*r, line, r.what == "note" or latest[r.text] == line) for line, r in found.items()]
+    rows = [
+        (*r, line, r.what == "note" or latest[r.text] == line)
+        for line, r in found.items()
+    ]
     with catalogue._transaction() as connection:
         connection.execute("DELETE FROM remarks WHERE subject = ?", (subject,))
-        connection.executemany(f"INSERT INTO remarks ({COLUMNS}, line, stands) VALUES ({marks(8)})", rows)
+        connection.executemany(
+            f"INSERT INTO remarks ({COLUMNS}, line, stands) VALUES ({marks(8)})", rows
+        )
     return problems
 
 
 def _indexed(catalogue: Catalogue) -> dict[str, list[str]]:
     """Return the lines that the catalogue has, by subject, the latest last."""
     lines: dict[str, list[str]] = {}
-    for subject, line in catalogue.read("SELECT subject, line FROM remarks ORDER BY recorded"):
+    for subject, line in catalogue.read(
+        "SELECT subject, line FROM remarks ORDER BY recorded"
+    ):
         lines.setdefault(str(subject), []).append(str(line))
     return lines
 
@@ -211,7 +252,8 @@ def adopt(catalogue: Catalogue, other: Catalogue) -> tuple[int, dict[str, str]]:
         return 0, {}
     theirs = _indexed(other)
     known = catalogue.entries(theirs, "")
-    count, damaged = 0, {}
+    count = 0
+    damaged = {}
     for subject, lines in theirs.items():
         try:
             read = [read_line(line, subject) for line in lines]
@@ -230,7 +272,8 @@ def adopt(catalogue: Catalogue, other: Catalogue) -> tuple[int, dict[str, str]]:
 
 def verify(catalogue: Catalogue) -> Iterator[Problem]:
     """Yield everything wrong with the remarks of a store."""
-    files, indexed = files_of(catalogue), _indexed(catalogue)
+    files = files_of(catalogue)
+    indexed = _indexed(catalogue)
     for path in files:
         if problem := files.stray(path):
             yield problem
@@ -241,11 +284,19 @@ def verify(catalogue: Catalogue) -> Iterator[Problem]:
             said = "the catalogue has other remarks than this file; 'wearlab reindex'"
             yield Problem(path, "unknown", said)
     for subject in indexed:
-        yield Problem(files.path(subject), "missing", "the catalogue has remarks, but there is no file")
+        yield Problem(
+            files.path(subject),
+            "missing",
+            "the catalogue has remarks, but there is no file",
+        )
 
 
 def reindex(catalogue: Catalogue) -> list[Problem]:
     """Record the remarks of all files anew; return the lines that were left out."""
     with catalogue._transaction() as connection:
         connection.execute("DROP TABLE IF EXISTS remarks")
-    return [problem for path in files_of(catalogue).held() for problem in _index(catalogue, path.stem)]
+    return [
+        problem
+        for path in files_of(catalogue).held()
+        for problem in _index(catalogue, path.stem)
+    ]

@@ -1,8 +1,9 @@
 """A store that another machine writes, read from a copy: over HTTP, S3, or whatever fsspec knows.
 
-The catalogue is copied whole when the store is opened, and never while a transaction is under way there; a
-run's file is copied when it is first asked for, and compared with its hash as any other. Nothing is written
-there. No more is taken than the catalogue's head, or the catalogue, says that there is.
+The catalogue is copied whole when the store is opened, and never while a transaction is
+under way there; a run's file is copied when it is first asked for, and compared with
+its hash as any other. Nothing is written there. No more is taken than the catalogue's
+head, or the catalogue, says that there is.
 """
 
 import hashlib
@@ -19,7 +20,10 @@ from wearlab.store.database import Database
 from wearlab.store.files import StoreError, replaced, write_whole
 
 ADDRESS = re.compile(r"([a-z][a-z0-9+.-]+):/+([^/].*)")
-ATTEMPTS, PAUSE = 20, 0.25  # looks at a catalogue that is being written, and seconds between two
+ATTEMPTS, PAUSE = (
+    20,
+    0.25,
+)  # looks at a catalogue that is being written, and seconds between two
 ORIGIN = "origin"
 HEAD = 100  # bytes
 PIECE = 1_000_000  # bytes that are taken at once
@@ -28,7 +32,10 @@ UNKNOWN = 64_000_000  # bytes of a run of which the catalogue does not know the 
 
 
 def address_of(path: str | os.PathLike[str]) -> str | None:
-    """Return the address that a path is, None where it is a folder; a slash lost on the way is put back."""
+    """Return the address that a path is, None where it is a folder.
+
+    A slash lost on the way is put back.
+    """
     text = os.fspath(path)
     address = ADDRESS.fullmatch(text)
     if address is None or os.path.exists(text):
@@ -47,10 +54,13 @@ def copy_of(address: str) -> Path:
 
     Raises
     ------
-    StoreError : there is no store, it cannot be reached, or its catalogue is never at rest
+    StoreError : there is no store, it cannot be reached, or its catalogue is never at
+        rest
     """
     folder = copies() / hashlib.sha256(address.encode()).hexdigest()[:16]
-    said = f"{address}: its catalogue is being written all the time, or damaged; try again"
+    said = (
+        f"{address}: its catalogue is being written all the time, or damaged; try again"
+    )
     for _ in range(ATTEMPTS):
         before = (_, idle, size) = _state(address)
         if idle:
@@ -79,7 +89,9 @@ def fetch(path: Path) -> bool:
     if folder.parent != copies() or not (folder / ORIGIN).is_file():
         return False
     catalogue = Database(folder / "catalogue.sqlite")
-    known = catalogue.read("SELECT size FROM runs WHERE id = ? AND size > 0", (path.stem,))
+    known = catalogue.read(
+        "SELECT size FROM runs WHERE id = ? AND size > 0", (path.stem,)
+    )
     catalogue.close()
     address = f"{(folder / ORIGIN).read_text()}/runs/{path.parent.name}/{path.name}"
     with replaced(path) as part:
@@ -94,8 +106,13 @@ def _copy(address: str, part: Path, most: int) -> None:
     ------
     StoreError : there is none, it cannot be reached, or is larger
     """
-    said, left = f"is larger than the {most} bytes that the catalogue says; not read", most
-    with _reached(address) as (files, name), _opened(files, name) as source, part.open("wb") as copy:
+    said = f"is larger than the {most} bytes that the catalogue says; not read"
+    left = most
+    with (
+        _reached(address) as (files, name),
+        _opened(files, name) as source,
+        part.open("wb") as copy,
+    ):
         while piece := source.read(PIECE):
             left -= len(piece)
             if left < 0:
@@ -105,7 +122,10 @@ def _copy(address: str, part: Path, most: int) -> None:
 
 @contextmanager
 def _reached(address: str, file: str = "") -> Iterator[tuple[Any, str]]:
-    """Give a file system and the name of a file there; say what could not be read elsewhere, and why."""
+    """Give a file system and the name of a file there.
+
+    Say what could not be read elsewhere, and why.
+    """
     try:
         import fsspec
 
@@ -113,11 +133,17 @@ def _reached(address: str, file: str = "") -> Iterator[tuple[Any, str]]:
     except (StoreError, KeyboardInterrupt):
         raise
     except FileNotFoundError as error:
-        raise StoreError(f"{address}: no such file: there is no store here, or the run has gone") from error
+        raise StoreError(
+            f"{address}: no such file: there is no store here, or the run has gone"
+        ) from error
     except ImportError as error:
-        raise StoreError(f"{address}: {error}; pip install 'wearlab[remote]'") from error
+        raise StoreError(
+            f"{address}: {error}; pip install 'wearlab[remote]'"
+        ) from error
     except Exception as error:  # every protocol has errors of its own
-        reason = str(error).partition("\n")[0][:300] or type(error).__name__  # some repeat the whole answer
+        reason = (
+            str(error).partition("\n")[0][:300] or type(error).__name__
+        )  # some repeat the whole answer
         raise StoreError(f"{address}: cannot be read ({reason})") from error
 
 
@@ -129,7 +155,9 @@ def _head(files: Any, name: str) -> bytes:
 
 def _opened(files: Any, name: str) -> Any:
     """Return a file that is read from its begin, without ranges."""
-    return files.open(name, "rb", **({"block_size": 0} if "http" in files.protocol else {}))
+    return files.open(
+        name, "rb", **({"block_size": 0} if "http" in files.protocol else {})
+    )
 
 
 def _state(address: str) -> tuple[bytes, bool, int]:
@@ -142,10 +170,21 @@ def _state(address: str) -> tuple[bytes, bool, int]:
     size : of the file, by its head [bytes]
     """
     with _reached(address, "/catalogue.sqlite") as (files, root):
-        told, begun = _head(files, root), False
-        with suppress(FileNotFoundError):  # a journal that goes while it is looked at holds no change
-            begun = files.exists(f"{root}-journal") and any(_head(files, f"{root}-journal")[:8])
+        told = _head(files, root)
+        begun = False
+        with suppress(
+            FileNotFoundError
+        ):  # a journal that goes while it is looked at holds no change
+            begun = files.exists(f"{root}-journal") and any(
+                _head(files, f"{root}-journal")[:8]
+            )
     if not told.startswith(MAGIC) or len(told) < HEAD:
-        raise StoreError(f"{address}: its catalogue.sqlite is no catalogue of wearlab; not read")
+        raise StoreError(
+            f"{address}: its catalogue.sqlite is no catalogue of wearlab; not read"
+        )
     page = int.from_bytes(told[16:18], "big")
-    return told, not begun, (65_536 if page == 1 else page) * int.from_bytes(told[28:32], "big")
+    return (
+        told,
+        not begun,
+        (65_536 if page == 1 else page) * int.from_bytes(told[28:32], "big"),
+    )

@@ -1,7 +1,8 @@
 """What a question found: rows of values under named columns; and tables for notebooks.
 
-What a campaign file gives (torques, speeds) stands in the units in which files write it, results in SI, as in
-`Store.open`; ``si=True`` gives SI throughout. What people read (`displayed`, CSV) has display units.
+What a campaign file gives (torques, speeds) stands in the units in which files write
+it, results in SI, as in `Store.open`; ``si=True`` gives SI throughout. What people read
+(`displayed`, CSV) has display units.
 """
 
 import csv
@@ -21,14 +22,23 @@ MOST_ROWS = 60
 def table_html(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     """Return an HTML table; of many rows the first ones, and how many there are."""
     head = "".join(f"<th>{escape(heading)}</th>" for heading in heads)
-    cells = ("".join(f"<td>{escape(_text(cell))}</td>" for cell in row) for row in rows[:MOST_ROWS])
+    cells = (
+        "".join(f"<td>{escape(_text(cell))}</td>" for cell in row)
+        for row in rows[:MOST_ROWS]
+    )
     body = "".join(f"<tr>{row}</tr>" for row in cells)
     more = f"<p>{MOST_ROWS} of {len(rows)} rows</p>" if len(rows) > MOST_ROWS else ""
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"
 
 
 def _text(value: Any) -> str:
-    return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+    return (
+        ""
+        if value is None
+        else f"{value:.6g}"
+        if isinstance(value, float)
+        else str(value)
+    )
 
 
 DIGITS = 12
@@ -52,7 +62,11 @@ class Column(NamedTuple):
 
     def unit_of(self, si: bool) -> str:
         """Return the unit of the column in a table that leaves wearlab."""
-        return self.display_unit if self.given and self.display_unit and not si else self.unit
+        return (
+            self.display_unit
+            if self.given and self.display_unit and not si
+            else self.unit
+        )
 
 
 @dataclass(frozen=True)
@@ -79,7 +93,10 @@ class Table:
         return self.to_dict()[name]
 
     def __repr__(self) -> str:
-        return f"<Table: {len(self)} runs × {', '.join(column.name for column in self.columns)}>"
+        return (
+            f"<Table: {len(self)} runs × "
+            f"{', '.join(column.name for column in self.columns)}>"
+        )
 
     def _repr_html_(self) -> str:
 
@@ -92,17 +109,29 @@ class Table:
         ----------
         si : values of scenes in SI units instead of those in which files write them
         """
-        values = zip(*self.records, strict=True) if self.records else ((),) * len(self.columns)
+        values = (
+            zip(*self.records, strict=True)
+            if self.records
+            else ((),) * len(self.columns)
+        )
         told = zip(self.columns, values, strict=True)
-        return {column.name: _converted(list(some), column.unit, column.unit_of(si)) for column, some in told}
+        return {
+            column.name: _converted(list(some), column.unit, column.unit_of(si))
+            for column, some in told
+        }
 
     def to_rows(self, *, si: bool = False) -> list[dict[str, Any]]:
         """Return every row by the names of the columns, ``si`` as of `to_dict`."""
         values = self.to_dict(si=si)
-        return [dict(zip(values, row, strict=True)) for row in zip(*values.values(), strict=True)]
+        return [
+            dict(zip(values, row, strict=True))
+            for row in zip(*values.values(), strict=True)
+        ]
 
     def to_pandas(self, *, si: bool = False) -> "pd.DataFrame":
-        """Return the table as a data frame, one row a run; ``attrs["units"]`` has the unit of each column.
+        """Return the table as a data frame, one row a run.
+
+        ``attrs["units"]`` has the unit of each column.
 
         Parameters
         ----------
@@ -110,16 +139,25 @@ class Table:
         """
         import pandas as pd
 
-        frame = pd.DataFrame(self.to_dict(si=si), columns=[column.name for column in self.columns])
-        frame.attrs["units"] = {column.name: column.unit_of(si) for column in self.columns if column.unit}
+        frame = pd.DataFrame(
+            self.to_dict(si=si), columns=[column.name for column in self.columns]
+        )
+        frame.attrs["units"] = {
+            column.name: column.unit_of(si) for column in self.columns if column.unit
+        }
         return frame
 
     def displayed(self, *, si: bool = False) -> tuple[list[str], list[tuple[Any, ...]]]:
         """Return heads with units, and the rows in the units that people read, or in SI."""
-        heads, scaled = [], []
-        for column, values in zip(self.columns, self.to_dict(si=True).values(), strict=True):
+        heads = []
+        scaled = []
+        for column, values in zip(
+            self.columns, self.to_dict(si=True).values(), strict=True
+        ):
             unit = ("" if si else column.display_unit) or column.unit
-            heads.append(f"{column.name} [{unit}]" if unit not in ("", "1") else column.name)
+            heads.append(
+                f"{column.name} [{unit}]" if unit not in ("", "1") else column.name
+            )
             scaled.append(_converted(values, column.unit, unit))
         return heads, list(zip(*scaled, strict=True))
 
@@ -129,11 +167,16 @@ class Table:
         writer = csv.writer(text, lineterminator="\n")
         heads, rows = self.displayed(si=si)
         writer.writerow(heads)
-        writer.writerows(tuple("" if value is None else guarded(value) for value in row) for row in rows)
+        writer.writerows(
+            tuple("" if value is None else guarded(value) for value in row)
+            for row in rows
+        )
         return text.getvalue()
 
     def to_xarray(self, *, si: bool = False) -> "xr.Dataset":
-        """Return the table as a dataset over its rows, ``run`` by run; missing numbers are NaN.
+        """Return the table as a dataset over its rows, ``run`` by run.
+
+        Missing numbers are NaN.
 
         Where each run has one row, the ids label them.
 
@@ -145,18 +188,31 @@ class Table:
         import xarray as xr
 
         variables = {}
-        for column, values in zip(self.columns, self.to_dict(si=si).values(), strict=True):
-            lacking, kind = ("", str) if any(isinstance(value, str) for value in values) else (np.nan, float)
-            data = np.array([lacking if value is None else kind(value) for value in values], kind)
+        for column, values in zip(
+            self.columns, self.to_dict(si=si).values(), strict=True
+        ):
+            lacking, kind = (
+                ("", str)
+                if any(isinstance(value, str) for value in values)
+                else (np.nan, float)
+            )
+            data = np.array(
+                [lacking if value is None else kind(value) for value in values], kind
+            )
             unit = column.unit_of(si)
             variables[column.name] = ("run", data, {"units": unit} if unit else {})
         if "id" in variables:
             return xr.Dataset(variables).rename_vars(id="run").set_coords("run")
-        return xr.Dataset({name: ("row", *variable[1:]) for name, variable in variables.items()})
+        return xr.Dataset(
+            {name: ("row", *variable[1:]) for name, variable in variables.items()}
+        )
 
 
 def _converted(values: list[Any], unit: str, wanted: str) -> list[Any]:
-    """Return values in another unit, with the digits that scenes keep; what is missing stays missing."""
+    """Return values in another unit, with the digits that scenes keep.
+
+    What is missing stays missing.
+    """
     if not unit or not wanted or wanted == unit:
         return values
     import numpy as np
@@ -165,8 +221,12 @@ def _converted(values: list[Any], unit: str, wanted: str) -> list[Any]:
 
     numbers = np.array([np.nan if value is None else value for value in values], float)
     changed: list[float] = convert(numbers, unit, wanted).tolist()
-    short = (float(f"{new:.{DIGITS}g}") for new in changed)  # 1100 rpm, not 1100.0000000035739
-    return [None if old is None else new for old, new in zip(values, short, strict=True)]
+    short = (
+        float(f"{new:.{DIGITS}g}") for new in changed
+    )  # 1100 rpm, not 1100.0000000035739
+    return [
+        None if old is None else new for old, new in zip(values, short, strict=True)
+    ]
 
 
 def guarded(value: Any) -> Any:

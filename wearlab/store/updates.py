@@ -1,7 +1,8 @@
 """Updates of campaigns by measurements: one immutable file each, beside the runs and kept as they are.
 
-``updates/ab/<id>.nc`` is a netCDF-4 file with groups, written whole or not at all, recorded in the catalogue
-with its hash, and sealed inside, so that it can be checked without any catalogue.
+``updates/ab/<id>.nc`` is a netCDF-4 file with groups, written whole or not at all,
+recorded in the catalogue with its hash, and sealed inside, so that it can be checked
+without any catalogue.
 """
 
 import hashlib
@@ -64,7 +65,8 @@ def keep_update(store: kept_runs.KeptRuns, tree: "xr.DataTree") -> Path:
     Parameters
     ----------
     store : where it is kept
-    tree : the update, sealed; its attributes tell its identity, title and runs, and what a list shows of it
+    tree : the update, sealed; its attributes tell its identity, title and runs, and
+        what a list shows of it
 
     Raises
     ------
@@ -80,15 +82,27 @@ def keep_update(store: kept_runs.KeptRuns, tree: "xr.DataTree") -> Path:
 def _update_of(tree: "xr.DataTree", image: bytes, recorded: str) -> KeptUpdate:
     """Return what the catalogue has of an update, by its tree and the bytes of its file."""
     told = ("id", "title", SUBJECT, "runs", "summary")
-    update_id, title, subject, runs, summary = (str(tree.attrs.get(name, "")) for name in told)
+    update_id, title, subject, runs, summary = (
+        str(tree.attrs.get(name, "")) for name in told
+    )
     file = (len(image), hashlib.sha256(image).hexdigest())
     made_from = tuple(runs.split())
-    return KeptUpdate(update_id, title, subject, *file, recorded, made_from, json.loads(summary or "{}"))
+    return KeptUpdate(
+        update_id,
+        title,
+        subject,
+        *file,
+        recorded,
+        made_from,
+        json.loads(summary or "{}"),
+    )
 
 
 def _keep(store: kept_runs.KeptRuns, update: KeptUpdate, image: bytes) -> None:
     with store.presence() as presence:
-        update_files(store).write([files.Image(update.id, image, update.sha256)], presence.token)
+        update_files(store).write(
+            [files.Image(update.id, image, update.sha256)], presence.token
+        )
     _record(store, update)
 
 
@@ -97,7 +111,9 @@ def _record(store: kept_runs.KeptRuns, update: KeptUpdate) -> None:
     with store.catalogue._transaction() as connection:
         if (SUBJECT,) not in connection.execute(NAMES).fetchall():
             connection.execute(f"ALTER TABLE updates ADD COLUMN {SUBJECT} TEXT")
-        connection.execute(f"INSERT OR REPLACE INTO updates ({COLUMNS}) VALUES ({marks(8)})", row)
+        connection.execute(
+            f"INSERT OR REPLACE INTO updates ({COLUMNS}) VALUES ({marks(8)})", row
+        )
 
 
 def kept_updates(store: kept_runs.KeptRuns) -> dict[str, KeptUpdate]:
@@ -105,23 +121,37 @@ def kept_updates(store: kept_runs.KeptRuns) -> dict[str, KeptUpdate]:
     if not store.catalogue.exists():
         return {}
     is_told = (SUBJECT,) in store.catalogue.read(NAMES)
-    told = COLUMNS if is_told else COLUMNS.replace(SUBJECT, "''")  # of stores before it was
+    told = (
+        COLUMNS if is_told else COLUMNS.replace(SUBJECT, "''")
+    )  # of stores before it was
     rows = store.catalogue.read(f"SELECT {told} FROM updates ORDER BY recorded")
-    return {row[0]: understood("an update in the catalogue", _of_row, *row) for row in rows}
+    return {
+        row[0]: understood("an update in the catalogue", _of_row, *row) for row in rows
+    }
 
 
 def _of_row(*row: Any) -> KeptUpdate:
-    return KeptUpdate._make((*row[:6], tuple(json.loads(row[6])), dict(json.loads(row[7]))))
+    return KeptUpdate._make(
+        (*row[:6], tuple(json.loads(row[6])), dict(json.loads(row[7])))
+    )
 
 
 def updates_of(store: kept_runs.KeptRuns, subject: str) -> list[KeptUpdate]:
     """Return the updates that are of something, by its identity, the latest first."""
-    return [update for update in reversed(kept_updates(store).values()) if update.subject == subject]
+    return [
+        update
+        for update in reversed(kept_updates(store).values())
+        if update.subject == subject
+    ]
 
 
 def find_update(store: kept_runs.KeptRuns, prefix: str) -> KeptUpdate | None:
     """Return the update whose id begins so, None without one or with several."""
-    matching = [update for update in kept_updates(store).values() if prefix and update.id.startswith(prefix)]
+    matching = [
+        update
+        for update in kept_updates(store).values()
+        if prefix and update.id.startswith(prefix)
+    ]
     return matching[0] if len(matching) == 1 else None
 
 
@@ -138,7 +168,10 @@ def read_update(store: kept_runs.KeptRuns, update_id: str) -> "xr.DataTree | Non
         return None
     files.refuse_links(path)
     if files.hash_of(path) != known.sha256:
-        raise StoreError(f"{path}: its bytes are not those that were written; remove it and update again")
+        raise StoreError(
+            f"{path}: its bytes are not those that were written; remove it and update "
+            "again"
+        )
     return read_tree(path)
 
 
@@ -168,7 +201,9 @@ def _sealed(path: Path, update_id: str) -> "xr.DataTree":
     return tree
 
 
-def adopt_update(store: kept_runs.KeptRuns, other: kept_runs.KeptRuns, update: KeptUpdate) -> None:
+def adopt_update(
+    store: kept_runs.KeptRuns, other: kept_runs.KeptRuns, update: KeptUpdate
+) -> None:
     """Take in another store's update, as it lies there.
 
     Raises
@@ -186,13 +221,21 @@ def adopt_update(store: kept_runs.KeptRuns, other: kept_runs.KeptRuns, update: K
 
 def verify_updates(store: kept_runs.KeptRuns) -> Iterator[Problem]:
     """Yield everything wrong with the updates of a store."""
-    folder, known = update_files(store), kept_updates(store)
-    yield from filter(None, (files.damage(folder.path(u.id), u.size, u.sha256) for u in known.values()))
+    folder = update_files(store)
+    known = kept_updates(store)
+    yield from filter(
+        None,
+        (files.damage(folder.path(u.id), u.size, u.sha256) for u in known.values()),
+    )
     for path in folder:
         if problem := folder.stray(path):
             yield problem
         elif path.stem not in known:
-            yield Problem(path, "unknown", "an update that the catalogue does not know; 'wearlab reindex'")
+            yield Problem(
+                path,
+                "unknown",
+                "an update that the catalogue does not know; 'wearlab reindex'",
+            )
 
 
 def reindex_updates(store: kept_runs.KeptRuns) -> list[Problem]:
@@ -201,7 +244,11 @@ def reindex_updates(store: kept_runs.KeptRuns) -> list[Problem]:
     for path in update_files(store).held():
         try:
             tree = _sealed(path, path.stem)
-            update = _update_of(tree, path.read_bytes(), str(tree.attrs.get("date_created", catalogue.now())))
+            update = _update_of(
+                tree,
+                path.read_bytes(),
+                str(tree.attrs.get("date_created", catalogue.now())),
+            )
         except (StoreError, ValueError) as error:
             problems.append(Problem(path, "altered", str(error)))
         else:

@@ -12,7 +12,16 @@ from typing import Any, NamedTuple
 from wearlab.files import read_regular
 from wearlab.plugins import FOLDER
 from wearlab.query import evaluate, keys
-from wearlab.store import catalogue, database, description, files, netcdf, provenance, remarks, updates
+from wearlab.store import (
+    catalogue,
+    database,
+    description,
+    files,
+    netcdf,
+    provenance,
+    remarks,
+    updates,
+)
 from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.outcome import CALIBRATION_LIFE, Outcome
 
@@ -24,9 +33,10 @@ SAME = 1e-9  # of two lives of one scene on two machines
 def verify(store: KeptRuns) -> Iterator[files.Problem]:
     """Yield all that is wrong with a store: damaged files, entries unlike their files, then foreign files.
 
-    A file has its recorded size and hash, and what the catalogue says of a run follows from its file. Files
-    that the catalogue does not know are checked against the seal they carry. What a run that was begun left
-    behind is accounted for: the next ``run`` replaces it.
+    A file has its recorded size and hash, and what the catalogue says of a run follows
+    from its file. Files that the catalogue does not know are checked against the seal
+    they carry. What a run that was begun left behind is accounted for: the next ``run``
+    replaces it.
 
     Raises
     ------
@@ -39,16 +49,26 @@ def verify(store: KeptRuns) -> Iterator[files.Problem]:
         yield files.Problem(store.catalogue.path, "foreign", said)
     done = {store.files.path(e.id): e for e in entries.values() if e.state == "done"}
     for path, entry in done.items():
-        if problem := files.damage(path, entry.size, entry.sha256) or check_entry(store, path, entry):
+        if problem := files.damage(path, entry.size, entry.sha256) or check_entry(
+            store, path, entry
+        ):
             yield problem
     yield from _other_units(store)
     yield from _uncalibrated(done, entries)
     begun = [e for e in entries.values() if e.state == "running"]
-    parts = {store.files.part(e.id, e.owner or "") for e in begun if files.WRITER.fullmatch(e.owner or "")}
+    parts = {
+        store.files.part(e.id, e.owner or "")
+        for e in begun
+        if files.WRITER.fullmatch(e.owner or "")
+    }
     unrecorded = {store.files.path(e.id) for e in begun}
-    for path in [path for path in store.files if path not in done and path not in parts]:
+    for path in [
+        path for path in store.files if path not in done and path not in parts
+    ]:
         if (problem := store.files.stray(path)) is None:
-            said = "a run that the catalogue does not know; 'wearlab reindex' takes it in"
+            said = (
+                "a run that the catalogue does not know; 'wearlab reindex' takes it in"
+            )
             problem = files.Problem(path, "unknown", said)
             try:
                 description.outcome_of(path)
@@ -61,13 +81,23 @@ def verify(store: KeptRuns) -> Iterator[files.Problem]:
     yield from remarks.verify(store.catalogue)
 
 
-def _uncalibrated(done: dict[Path, Entry], entries: dict[str, Entry]) -> Iterator[files.Problem]:
+def _uncalibrated(
+    done: dict[Path, Entry], entries: dict[str, Entry]
+) -> Iterator[files.Problem]:
     """Yield the runs whose wear coefficient was calibrated by a life that has become another."""
     for path, entry in done.items():
         by = entries.get(entry.calibration)
-        used, lived = entry.summary.get(CALIBRATION_LIFE), None if by is None else by.summary.get("cycle")
-        if used is not None and lived is not None and not math.isclose(used, lived, rel_tol=SAME):
-            said = f"was calibrated by run {entry.calibration}, whose life has become another: run it again"
+        used = entry.summary.get(CALIBRATION_LIFE)
+        lived = None if by is None else by.summary.get("cycle")
+        if (
+            used is not None
+            and lived is not None
+            and not math.isclose(used, lived, rel_tol=SAME)
+        ):
+            said = (
+                f"was calibrated by run {entry.calibration}, whose life has become "
+                "another: run it again"
+            )
             yield files.Problem(path, "altered", said)
 
 
@@ -77,35 +107,67 @@ def check_entry(store: KeptRuns, path: Path, entry: Entry) -> files.Problem | No
     Parameters
     ----------
     store : with the catalogue
-    path, entry : the file, which is what was written, and the run as the catalogue has it
+    path, entry : the file, which is what was written, and the run as the catalogue has
+        it
     """
     try:
         outcome = description.outcome_of(path)
     except files.StoreError as error:
         return _unlike(path, error)
-    wrong = [name for name in OF_FILE if getattr(outcome, name) not in ("", getattr(entry, name))]
-    layouts = store.catalogue.read("SELECT layout FROM layouts WHERE key = ?", [entry.layout])
+    wrong = [
+        name
+        for name in OF_FILE
+        if getattr(outcome, name) not in ("", getattr(entry, name))
+    ]
+    layouts = store.catalogue.read(
+        "SELECT layout FROM layouts WHERE key = ?", [entry.layout]
+    )
     if layouts != [(outcome.layout,)]:
         wrong.append("variables")
     told = store.catalogue.facts(entry.id)
-    for source, name, value in description.facts_of(outcome.scene, outcome.summary, outcome.histories):
-        known_source, kind, known = told.pop(name, (source, description.kind_of(value), None))
+    for source, name, value in description.facts_of(
+        outcome.scene, outcome.summary, outcome.histories
+    ):
+        known_source, kind, known = told.pop(
+            name, (source, description.kind_of(value), None)
+        )
         expected = description.stored(value, kind)
-        if known_source != source or type(known) is not type(expected) or known != expected:
-            wrong.append(name if known is None else f"{name} = {_shown(known)}, not {_shown(value)}")
+        if (
+            known_source != source
+            or type(known) is not type(expected)
+            or known != expected
+        ):
+            wrong.append(
+                name
+                if known is None
+                else f"{name} = {_shown(known)}, not {_shown(value)}"
+            )
     wrong += told
-    some = "; ".join(wrong[:3]) + (f" and {len(wrong) - 3} more" if len(wrong) > 3 else "")
-    said = f"the catalogue says otherwise than its file ({some}); 'wearlab reindex' mends it"
+    some = "; ".join(wrong[:3]) + (
+        f" and {len(wrong) - 3} more" if len(wrong) > 3 else ""
+    )
+    said = (
+        f"the catalogue says otherwise than its file ({some}); 'wearlab reindex' mends "
+        "it"
+    )
     return files.Problem(path, "altered", said) if wrong else None
 
 
 def _other_units(store: KeptRuns) -> Iterator[files.Problem]:
     """Yield the keys of the catalogue that have other units than scenes and results are kept in."""
-    question, what = "SELECT name, source, kind, unit, quantity FROM keys", "a key in the catalogue"
+    question, what = (
+        "SELECT name, source, kind, unit, quantity FROM keys",
+        "a key in the catalogue",
+    )
     for name, source, kind, *told in store.catalogue.read(question):
-        key = database.understood(what, keys.key_of, name.removesuffix(evaluate.HISTORY), source, kind)
+        key = database.understood(
+            what, keys.key_of, name.removesuffix(evaluate.HISTORY), source, kind
+        )
         if key.unit and told != [key.unit, key.quantity]:
-            said = f"has {name} in {told[0]!r}, not in {key.unit!r}; 'wearlab reindex' mends it"
+            said = (
+                f"has {name} in {told[0]!r}, not in {key.unit!r}; 'wearlab reindex' "
+                "mends it"
+            )
             yield files.Problem(store.catalogue.path, "altered", said)
 
 
@@ -120,18 +182,23 @@ def _unlike(path: Path, error: files.StoreError, said: str = "") -> files.Proble
 
 
 def reindex(store: KeptRuns) -> list[files.Problem]:
-    """Make the catalogue's runs anew from the run files; return the files that were left out, and why.
+    """Make the catalogue's runs anew from the run files.
 
-    A damaged catalogue is set aside under another name first. A file that does not hold what was sealed in
-    it, or that is another run's, is left out. Runs that a living process computes stay its own. Failed and
-    refused cases are in no file: they are forgotten and computed again by the next ``run``.
+    Return the files that were left out, and why.
+
+    A damaged catalogue is set aside under another name first. A file that does not hold
+    what was sealed in it, or that is another run's, is left out. Runs that a living
+    process computes stay its own. Failed and refused cases are in no file: they are
+    forgotten and computed again by the next ``run``.
     """
     if store.catalogue.exists() and not store.catalogue.is_sound():
         store.catalogue.set_aside()
     store.create()
     problems: list[files.Problem] = []
 
-    store.catalogue.make_anew(description.outcomes_of(store.files, problems), store.is_alive)
+    store.catalogue.make_anew(
+        description.outcomes_of(store.files, problems), store.is_alive
+    )
     return problems + updates.reindex_updates(store) + remarks.reindex(store.catalogue)
 
 
@@ -149,7 +216,8 @@ class Merged:
     repaired : are ours again: our files were damaged
     conflicting : are ours with other results; ours stay
     damaged : id → why it was left there
-    campaigns, updates, remarks : how many campaigns, updates, and lines of tags and notes came along
+    campaigns, updates, remarks : how many campaigns, updates, and lines of tags and
+        notes came along
     """
 
     copied: list[str] = field(default_factory=list)
@@ -162,10 +230,13 @@ class Merged:
     remarks: int = 0
 
 
-def merge(store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda run_id: None) -> Merged:
+def merge(
+    store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda run_id: None
+) -> Merged:
     """Copy another store's runs, failures and campaigns into this one.
 
-    A file is read whole, compared with its catalogue's hash and its own seal, then written here.
+    A file is read whole, compared with its catalogue's hash and its own seal, then
+    written here.
 
     Parameters
     ----------
@@ -187,9 +258,14 @@ def merge(store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda
                 try:
                     word, outcome = _judged(store, other, entry)
                 except files.StoreError as error:
-                    made.damaged[entry.id[:64]], word, outcome = str(error), "", None
-                # a file that appears is never one that nobody knows, wherever this is interrupted
-                if outcome and store.claim([entry.id], presence.token, lambda head: head.state != "running"):
+                    made.damaged[entry.id[:64]] = str(error)
+                    word = ""
+                    outcome = None
+                # a file that appears is never one that nobody knows, wherever this is
+                # interrupted
+                if outcome and store.claim(
+                    [entry.id], presence.token, lambda head: head.state != "running"
+                ):
                     store.save([outcome], presence.token)
                     outcome = None
                 if word and outcome is None:
@@ -213,8 +289,12 @@ def merge(store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda
     return made
 
 
-def _judged(store: KeptRuns, other: KeptRuns, entry: Entry) -> tuple[str, Outcome | None]:
-    """Return what becomes of a run of the other store, "" of one that stays there; and what is to be saved.
+def _judged(
+    store: KeptRuns, other: KeptRuns, entry: Entry
+) -> tuple[str, Outcome | None]:
+    """Return what becomes of a run of the other store, "" of one that stays there.
+
+    And what is to be saved.
 
     Raises
     ------
@@ -233,18 +313,26 @@ def _judged(store: KeptRuns, other: KeptRuns, entry: Entry) -> tuple[str, Outcom
         return "copied", description.outcome_of(path)
     if files.damage(store.file_of(entry.id), ours.size, ours.sha256):
         return "repaired", description.outcome_of(path)
-    same = netcdf.results_hash(store.run(entry.id)) == netcdf.results_hash(other.run(entry.id))
+    same = netcdf.results_hash(store.run(entry.id)) == netcdf.results_hash(
+        other.run(entry.id)
+    )
     return "same" if same else "conflicting", None
 
 
 def _plugins(store: KeptRuns, other: KeptRuns) -> None:
-    """Copy what plug-ins declare; one whose source is not what its name says stays there."""
+    """Copy what plug-ins declare.
+
+    One whose source is not what its name says stays there.
+    """
     for file in sorted((other.path / FOLDER).glob("*.json")):
         mine = store.path / FOLDER / file.name
         with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
             content = read_regular(file, LARGEST)
             source = str(json.loads(content)["source"])
-            if not mine.exists() and hashlib.sha256(source.encode()).hexdigest() == file.stem:
+            if (
+                not mine.exists()
+                and hashlib.sha256(source.encode()).hexdigest() == file.stem
+            ):
                 files.write_whole(mine, content)
 
 
@@ -260,9 +348,9 @@ class Prunable(NamedTuple):
 def prunable(store: KeptRuns, kept: Iterable[str] = ()) -> list[Prunable]:
     """Return the runs that no campaign refers to.
 
-    A campaign file refers to what it asked for when it was last run; what earlier versions of the same file
-    asked for besides, it has let go. Runs that a kept run continues or was calibrated by are kept, and those
-    being computed.
+    A campaign file refers to what it asked for when it was last run; what earlier
+    versions of the same file asked for besides, it has let go. Runs that a kept run
+    continues or was calibrated by are kept, and those being computed.
 
     Parameters
     ----------
@@ -271,35 +359,58 @@ def prunable(store: KeptRuns, kept: Iterable[str] = ()) -> list[Prunable]:
 
     Raises
     ------
-    StoreError : there is no store, or it knows no campaign at all, as after its catalogue was lost
+    StoreError : there is no store, or it knows no campaign at all, as after its
+        catalogue was lost
     """
     entries = store.entries()
     kept = set(kept)
-    if entries and not kept and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
+    if (
+        entries
+        and not kept
+        and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1")
+    ):
         said = "as after a reindex without the old one, so that every run would go"
-        remedy = "'wearlab run FILE' records one anew, and --keep FILE names what is wanted"
-        raise files.StoreError(f"{store.path}: its catalogue knows no campaign, {said}: {remedy}")
+        remedy = (
+            "'wearlab run FILE' records one anew, and --keep FILE names what is wanted"
+        )
+        raise files.StoreError(
+            f"{store.path}: its catalogue knows no campaign, {said}: {remedy}"
+        )
     wanted = referred(store) | kept
     for run_id in [asked for asked in wanted if asked in entries]:
         wanted |= provenance.rests_on(store, entries[run_id])
     known = {member.run for member in store.catalogue.members()}
-    left = [e for e in entries.values() if e.id not in wanted and (e.state != "running" or store.is_stale(e))]
+    left = [
+        e
+        for e in entries.values()
+        if e.id not in wanted and (e.state != "running" or store.is_stale(e))
+    ]
     why = ("no campaign asked for it", "an earlier version of a campaign asked for it")
-    return [Prunable(e.id, e.state, store.files.size(e.id) or 0, why[e.id in known]) for e in left]
+    return [
+        Prunable(e.id, e.state, store.files.size(e.id) or 0, why[e.id in known])
+        for e in left
+    ]
 
 
 def referred(store: KeptRuns) -> set[str]:
     """Return the ids that the latest version of every campaign file asked for."""
-    campaigns = store.catalogue.read("SELECT key, title, path FROM campaigns ORDER BY recorded")
+    campaigns = store.catalogue.read(
+        "SELECT key, title, path FROM campaigns ORDER BY recorded"
+    )
     latest = {path or f"\0{title}": key for key, title, path in campaigns}
-    rows = store.catalogue.read_many("SELECT run FROM members WHERE campaign IN", sorted(latest.values()))
+    rows = store.catalogue.read_many(
+        "SELECT run FROM members WHERE campaign IN", sorted(latest.values())
+    )
     return {row[0] for row in rows}
 
 
 def prune(store: KeptRuns, runs: Iterable[Prunable]) -> int:
-    """Remove runs: out of the catalogue first, then their files; return the bytes freed.
+    """Remove runs: out of the catalogue first, then their files.
 
-    Whatever interrupts it leaves files that ``verify`` names, never entries without data.
+    Return the bytes freed.
+
+    Whatever interrupts it leaves files that ``verify`` names, never entries without
+    data.
     """
     freed = 0
     for some in database.batched(runs, database.CHUNK):

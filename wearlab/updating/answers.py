@@ -18,14 +18,23 @@ from wearlab.updating.run_curves import RunHistory, Runs
 
 ACCUMULATING = "accumulating"
 MOST_WIDENED = 60  # runs that contradicting sources are widened in
-TENSION = 3.0  # standard deviations of ln k between two files that contradict each other
+TENSION = (
+    3.0  # standard deviations of ln k between two files that contradict each other
+)
 MOST_ONE_BY_ONE = 200_000  # values whose errors cannot be condensed
-FEWEST, CARRIED = 100.0, 0.5  # effective runs, and their share of all, below which the answer leans on few
+FEWEST, CARRIED = (
+    100.0,
+    0.5,
+)  # effective runs, and their share of all, below which the answer leans on few
 HARDLY = 0.01  # prior predictive probability below which the prior excludes the data
 FALSE_ALARM = 0.001  # probability of a note on sound values, of a file
 ENDS = (0.05, 0.5, 0.95)
-WITHIN = 30  # cycles that a point of the grid is spread over when their interval is told
-Larger = tuple[str, float]  # an error, and how many times its prior's median it came out at
+WITHIN = (
+    30  # cycles that a point of the grid is spread over when their interval is told
+)
+Larger = tuple[
+    str, float
+]  # an error, and how many times its prior's median it came out at
 WORN = ("worn_mass", "max_wear_depth", "wear_depth", "tooth_thickness")
 
 
@@ -40,7 +49,8 @@ class Finding:
     draws, prior_draws : from both
     checks : of every inspection
     courses : of each block, the probability of a course of its inspections as far off
-    sources : for each block that was measured, the answer without it; none where there is one block
+    sources : for each block that was measured, the answer without it; none where there
+        is one block
     notes : what a reader must know
     stats : numbers about the update itself
     """
@@ -63,7 +73,9 @@ class Finding:
 
 
 def blocks_of(study: Subject, runs: Runs) -> tuple[Block, ...]:
-    """Return the observations of a study with their errors; the runs' own error where it counts.
+    """Return the observations of a study with their errors.
+
+    The runs' own error where it counts.
 
     Raises
     ------
@@ -71,13 +83,25 @@ def blocks_of(study: Subject, runs: Runs) -> tuple[Block, ...]:
     """
     blocks = []
     for n, seen in enumerate(study.seen):
-        block = likelihood.block_of(seen, accumulating=study.spec.discrepancy == ACCUMULATING)
+        block = likelihood.block_of(
+            seen, accumulating=study.spec.discrepancy == ACCUMULATING
+        )
         counts = likelihood.numerical_share(block, runs[0]) > likelihood.MATTERS
-        block = replace(block, numerical=runs[0].numerical_of(seen.data.quantity) if counts else 0.0)
+        block = replace(
+            block, numerical=runs[0].numerical_of(seen.data.quantity) if counts else 0.0
+        )
         blocks.append(block)
-        if len(seen) > MOST_ONE_BY_ONE and (study.spec.fleet or likelihood.one_by_one(block, runs[0], n)):
-            said = f"{len(seen):,} values that share an error, or have each its own besides another, are "
-            said += f"compared one by one, at most {MOST_ONE_BY_ONE:,}: take the mean of each inspection, "
+        if len(seen) > MOST_ONE_BY_ONE and (
+            study.spec.fleet or likelihood.one_by_one(block, runs[0], n)
+        ):
+            said = (
+                f"{len(seen):,} values that share an error, or have each its own "
+                "besides another, are "
+            )
+            said += (
+                f"compared one by one, at most {MOST_ONE_BY_ONE:,}: take the mean of "
+                "each inspection, "
+            )
             raise UpdateError(f"{seen.data.place}: {said}or thin them out")
     return tuple(blocks)
 
@@ -85,7 +109,11 @@ def blocks_of(study: Subject, runs: Runs) -> tuple[Block, ...]:
 def answered(study: Subject, runs: Runs, blocks: Blocks) -> Answer:
     """Return what is known after the observations that count in these blocks."""
     now = float(max(likelihood.cycles_of(blocks, runs[0]), default=runs[0].start))
-    drift = (n for n, b in enumerate(blocks) if b.drift is not None and b.measures(study.limit))
+    drift = (
+        n
+        for n, b in enumerate(blocks)
+        if b.drift is not None and b.measures(study.limit)
+    )
     post = grids.Posterior(runs, blocks, study.prior)
     answer = Answer(post, now, next(drift, None))
     told = likelihood.told(blocks)
@@ -94,12 +122,21 @@ def answered(study: Subject, runs: Runs, blocks: Blocks) -> Answer:
     each = [post.by(unseen(blocks, but=[n])) for n in told]
     apart, *pair = contradiction(each)
     answer = replace(answer, contradiction=apart, at_odds=tuple(told[n] for n in pair))
-    return replace(answer, posterior=post.widened(each)) if apart > TENSION and _widens(answer) else answer
+    return (
+        replace(answer, posterior=post.widened(each))
+        if apart > TENSION and _widens(answer)
+        else answer
+    )
 
 
 def unseen(blocks: Blocks, but: Collection[int] = ()) -> tuple[Block, ...]:
-    """Return blocks of which nothing counts, but of those with such numbers; of none: the prior."""
-    return tuple(b if n in but else replace(b, rows=b.rows[:0]) for n, b in enumerate(blocks))
+    """Return blocks of which nothing counts, but of those with such numbers.
+
+    Of none: the prior.
+    """
+    return tuple(
+        b if n in but else replace(b, rows=b.rows[:0]) for n, b in enumerate(blocks)
+    )
 
 
 def outcome(study: Subject, runs: Runs, known: Answer | None = None) -> Finding:
@@ -117,26 +154,50 @@ def outcome(study: Subject, runs: Runs, known: Answer | None = None) -> Finding:
     before = answered(study, runs, unseen(blocks))
     prior_draws = sampling.drawn(before, study.spec.draws, rng)
     each, courses = sampling.checks(draws)
-    told, sources = likelihood.told(blocks), {}
+    told = likelihood.told(blocks)
+    sources = {}
     for n in told if len(told) > 1 else ():
-        sources[n] = replace(answered(study, runs, unseen(blocks, but={*told} - {n})), now=answer.now)
-    stats = _stats(study, answer) | {"prior_predictive_p": _prior_p(before, prior_draws, blocks, rng)}
-    notes = tuple(_notes(study, answer, stats, tuple(_larger_errors(blocks, draws, prior_draws))))
-    return Finding(study, answer, draws, before, prior_draws, each, courses, sources, notes, stats)
+        sources[n] = replace(
+            answered(study, runs, unseen(blocks, but={*told} - {n})), now=answer.now
+        )
+    stats = _stats(study, answer) | {
+        "prior_predictive_p": _prior_p(before, prior_draws, blocks, rng)
+    }
+    notes = tuple(
+        _notes(study, answer, stats, tuple(_larger_errors(blocks, draws, prior_draws)))
+    )
+    return Finding(
+        study, answer, draws, before, prior_draws, each, courses, sources, notes, stats
+    )
 
 
 def _stats(study: Subject, answer: Answer) -> dict[str, float]:
-    post, blocks, run = answer.posterior, answer.posterior.blocks, answer.posterior.histories[0]
+    post = answer.posterior
+    blocks = answer.posterior.blocks
+    run = answer.posterior.histories[0]
     off = [run.numerical_of(block.data.quantity) for block in blocks if len(block.seen)]
     share = [likelihood.numerical_share(block, run) for block in blocks]
     stats = {"log_evidence": post.evidence, "effective_runs": post.effective_runs}
-    stats |= {"runs": float(len({run.id for run in post.histories})), "beyond_the_runs": answer.beyond}
+    stats |= {
+        "runs": float(len({run.id for run in post.histories})),
+        "beyond_the_runs": answer.beyond,
+    }
     stats |= {"end_passed": answer.passed, "numerical_error": max(off, default=0.0)}
-    stats |= {"numerical_share": max(share, default=0.0), "contradiction": answer.contradiction}
+    stats |= {
+        "numerical_share": max(share, default=0.0),
+        "contradiction": answer.contradiction,
+    }
     stats |= facts_of(post)
     if any(block.data.error.drift is not None for block in blocks):
-        gain = post.evidence - post.by([block.drifting(block.drift is None) for block in blocks]).evidence
-        stats["log_evidence_of_drift"] = gain if study.spec.discrepancy == ACCUMULATING else -gain
+        gain = (
+            post.evidence
+            - post.by(
+                [block.drifting(block.drift is None) for block in blocks]
+            ).evidence
+        )
+        stats["log_evidence_of_drift"] = (
+            gain if study.spec.discrepancy == ACCUMULATING else -gain
+        )
     return stats
 
 
@@ -146,23 +207,40 @@ def facts_of(post: grids.Posterior) -> dict[str, float]:
     if not changed.any():
         return {}
     relative = post.relative
-    at, ratio, width = np.array([run.change for run in post.histories if run.change is not None]).T
-    found = {"log_evidence_of_change": float(logsumexp(relative[changed]) - logsumexp(relative[~changed]))}
+    at, ratio, width = np.array(
+        [run.change for run in post.histories if run.change is not None]
+    ).T
+    found = {
+        "log_evidence_of_change": float(
+            logsumexp(relative[changed]) - logsumexp(relative[~changed])
+        )
+    }
     inside = at + np.outer((np.arange(WITHIN) + 0.5) / WITHIN - 0.5, width)
     for name, values in (("change_cycle", inside), ("change_ratio", ratio)):
         weight = np.broadcast_to(post.weight[changed], values.shape).ravel()
         ends = grids.weighted_quantiles(values.ravel(), weight, ENDS).tolist()
-        found |= {f"{name}_{p}": value for p, value in zip((5, 50, 95), ends, strict=True)}
+        found |= {
+            f"{name}_{p}": value for p, value in zip((5, 50, 95), ends, strict=True)
+        }
     return found
 
 
-def _prior_p(before: Answer, draws: sampling.Draws, blocks: Blocks, rng: Random) -> float:
+def _prior_p(
+    before: Answer, draws: sampling.Draws, blocks: Blocks, rng: Random
+) -> float:
     """Return how probable values as far out as each block's last were before: the least, two-sided."""
-    least, run = 1.0, before.posterior.histories[0]
-    for number in (n for n in likelihood.told(blocks) if not blocks[n].seen.censored.any()):
-        block, cycle = blocks[number], run.asked[number].cycle[blocks[number].rows]
+    least = 1.0
+    run = before.posterior.histories[0]
+    for number in (
+        n for n in likelihood.told(blocks) if not blocks[n].seen.censored.any()
+    ):
+        block = blocks[number]
+        cycle = run.asked[number].cycle[blocks[number].rows]
         latest = block.rows[np.flatnonzero(cycle == cycle.max())[-1:]]
-        alone = [replace(b, rows=latest if n == number else b.rows[:0]) for n, b in enumerate(blocks)]
+        alone = [
+            replace(b, rows=latest if n == number else b.rows[:0])
+            for n, b in enumerate(blocks)
+        ]
         prior = replace(draws, posterior=before.posterior.but(blocks=alone))
         made = sampling.replicated(prior, number, rng, known=False)[0]
         below = (np.sum(made <= block.seen.value[latest]) + 0.5) / (len(draws) + 1.0)
@@ -174,9 +252,15 @@ def contradiction(each: Sequence[grids.Posterior]) -> tuple[float, int, int]:
     """Return by how many standard deviations of ln k the two sources most at odds differ, and which."""
     means = [float(np.sum(post.mass * post.log_factor)) for post in each]
     both = zip(each, means, strict=True)
-    sds = [float(np.sqrt(np.sum(post.mass * (post.log_factor - mean) ** 2))) for post, mean in both]
+    sds = [
+        float(np.sqrt(np.sum(post.mass * (post.log_factor - mean) ** 2)))
+        for post, mean in both
+    ]
     pairs = combinations(range(len(each)), 2)
-    return max((abs(means[i] - means[j]) / max(np.hypot(sds[i], sds[j]), 1e-12), i, j) for i, j in pairs)
+    return max(
+        (abs(means[i] - means[j]) / max(np.hypot(sds[i], sds[j]), 1e-12), i, j)
+        for i, j in pairs
+    )
 
 
 def _widens(answer: Answer) -> bool:
@@ -184,25 +268,46 @@ def _widens(answer: Answer) -> bool:
     return answer.drifting is None and len(answer.posterior.histories) <= MOST_WIDENED
 
 
-def _notes(study: Subject, answer: Answer, stats: dict[str, float], larger: Sequence[Larger]) -> list[str]:
+def _notes(
+    study: Subject, answer: Answer, stats: dict[str, float], larger: Sequence[Larger]
+) -> list[str]:
     """Return what a reader must know, most important first."""
-    blocks, runs = answer.posterior.blocks, answer.posterior.histories
+    blocks = answer.posterior.blocks
+    runs = answer.posterior.histories
     silent = study.spec.discrepancy == ACCUMULATING and answer.drifting is None
     few = stats["effective_runs"] < min(FEWEST, max(CARRIED * len(runs), 20.0))
-    values = {"study": study, "posterior": answer.posterior, "stats": stats, "larger": larger}
+    values = {
+        "study": study,
+        "posterior": answer.posterior,
+        "stats": stats,
+        "larger": larger,
+    }
     values |= {"hardly": HARDLY, "tension": TENSION, "matters": likelihood.MATTERS}
-    values |= {"nothing": not likelihood.told(blocks), "few": stats["runs"] > 1.0 and few}
-    values |= {"at_odds": [blocks[n].data for n in answer.at_odds], "widened": _widens(answer)}
-    values["oddities"] = [one for n, block in enumerate(blocks) for one in oddities(n, block, runs[0])]
-    values["hours"] = study.record and study.record.excess(study.calendar and study.calendar.a_year)
+    values |= {
+        "nothing": not likelihood.told(blocks),
+        "few": stats["runs"] > 1.0 and few,
+    }
+    values |= {
+        "at_odds": [blocks[n].data for n in answer.at_odds],
+        "widened": _widens(answer),
+    }
+    values["oddities"] = [
+        one for n, block in enumerate(blocks) for one in oddities(n, block, runs[0])
+    ]
+    values["hours"] = study.record and study.record.excess(
+        study.calendar and study.calendar.a_year
+    )
     values["no_drift"] = study.limit.quantity if silent else ""
     return layout.rendered("notes.txt", values)
 
 
-def _larger_errors(blocks: Blocks, draws: sampling.Draws, before: sampling.Draws) -> Iterator[Larger]:
+def _larger_errors(
+    blocks: Blocks, draws: sampling.Draws, before: sampling.Draws
+) -> Iterator[Larger]:
     """Yield which unknown errors came out far from what was thought, and how many times that."""
     for n, side, spread, _ in likelihood.unknown(blocks):
-        prior, after = ((each.sd, each.drift)[side][n] for each in (before, draws))
+        prior = (before.sd, before.drift)[side][n]
+        after = (draws.sd, draws.drift)[side][n]
         middle = float(np.median(after))
         if not np.quantile(prior, HARDLY) <= middle <= np.quantile(prior, 1.0 - HARDLY):
             yield spread.name.replace("_", " "), middle / float(np.median(prior))
@@ -210,19 +315,33 @@ def _larger_errors(blocks: Blocks, draws: sampling.Draws, before: sampling.Draws
 
 def oddities(number: int, block: Block, run: RunHistory) -> Iterator[dict[str, Any]]:
     """Yield what is odd about the values of a block: none, copies, below nothing, falling."""
-    seen, data, error = block.seen, block.data, block.data.error
+    seen = block.seen
+    data = block.data
+    error = block.data.error
     if not len(seen):
         yield {"what": "empty", "data": data}
         return
-    value, asked = np.where(seen.censored, 0.0, seen.value), run.asked[number]
-    whole = np.column_stack([asked.cycle, asked.column, np.where(seen.censored, -seen.below, value)])
+    value = np.where(seen.censored, 0.0, seen.value)
+    asked = run.asked[number]
+    whole = np.column_stack(
+        [asked.cycle, asked.column, np.where(seen.censored, -seen.below, value)]
+    )
     order = np.lexsort(whole.T)
     again = np.sort(order[1:][np.all(whole[order[1:]] == whole[order[:-1]], axis=1)])
     if len(again):
-        yield {"what": "copied", "data": data, "line": seen.row[again[0]], "count": len(again)}
-    parts = np.broadcast_arrays(block.sd.known, seen.sd, error.offset_sd, error.relative * value)
+        yield {
+            "what": "copied",
+            "data": data,
+            "line": seen.row[again[0]],
+            "count": len(again),
+        }
+    parts = np.broadcast_arrays(
+        block.sd.known, seen.sd, error.offset_sd, error.relative * value
+    )
     own = np.linalg.norm(parts, axis=0)
-    far = norm.isf(FALSE_ALARM / len(seen))  # standard errors beyond which one of so many values is odd
+    far = norm.isf(
+        FALSE_ALARM / len(seen)
+    )  # standard errors beyond which one of so many values is odd
     negative = np.flatnonzero(value < -far * own)
     if data.quantity not in WORN:
         return
@@ -230,6 +349,8 @@ def oddities(number: int, block: Block, run: RunHistory) -> Iterator[dict[str, A
         yield {"what": "negative", "data": data, "line": seen.row[negative[0]]}
     if seen.place_kind is None and data.since is None and not seen.censored.any():
         order = np.argsort(asked.cycle, kind="stable")
-        falls = np.flatnonzero(np.diff(value[order]) < -far * np.hypot(own[order][1:], own[order][:-1]))
+        falls = np.flatnonzero(
+            np.diff(value[order]) < -far * np.hypot(own[order][1:], own[order][:-1])
+        )
         if len(falls):
             yield {"what": "falls", "data": data, "line": seen.row[order[falls[0] + 1]]}

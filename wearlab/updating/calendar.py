@@ -13,16 +13,21 @@ from wearlab.units import HOUR
 Dates = NDArray[np.datetime64]
 DAYS_A_YEAR = 365.2425
 HOURS_A_YEAR = 24.0 * DAYS_A_YEAR
-DAY, EPOCH = np.timedelta64(1, "D"), np.datetime64("1970-01-01", "s")
+DAY = np.timedelta64(1, "D")
+EPOCH = np.datetime64("1970-01-01", "s")
 LAST_DAY = 2.9e6  # days from 1970 to the year 9900
 NEVER = "never"
-ROUNDING = 5e-5  # of a day, by which hours of a date, or a date to the second, may have been rounded down
+# of a day, by which hours of a date, or a date to the second, may have been rounded
+# down
+ROUNDING = 5e-5
 
 
 def straight(x: Any, knots: Array, values: Array, rate: float) -> Array:
     """Return values at x, straight between knots that do not fall, at a rate beyond both ends."""
     beyond = x - np.clip(x, knots[0], knots[-1])
-    return np.asarray(np.interp(x, knots, values) + np.where(beyond != 0.0, rate * beyond, 0.0))
+    return np.asarray(
+        np.interp(x, knots, values) + np.where(beyond != 0.0, rate * beyond, 0.0)
+    )
 
 
 def day_number(dates: Any) -> Array:
@@ -32,7 +37,11 @@ def day_number(dates: Any) -> Array:
 
 def day_text(day: float) -> str:
     """Return a day since 1970 as ISO 8601 has it, "never" after the year 9900."""
-    return str(np.datetime64(int(np.floor(day + ROUNDING)), "D")) if abs(day) < LAST_DAY else NEVER
+    return (
+        str(np.datetime64(int(np.floor(day + ROUNDING)), "D"))
+        if abs(day) < LAST_DAY
+        else NEVER
+    )
 
 
 class Calendar(NamedTuple):
@@ -54,11 +63,16 @@ class Calendar(NamedTuple):
     @classmethod
     def of(cls, days: Days) -> "Calendar":
         """Return the calendar of one day as a file gives it."""
-        return cls(np.atleast_1d(day_number(days.date)), np.array([days.hours], float), days.hours_per_year)
+        return cls(
+            np.atleast_1d(day_number(days.date)),
+            np.array([days.hours], float),
+            days.hours_per_year,
+        )
 
     def joined(self, others: "Sequence[Calendar]") -> "Calendar":
         """Return the calendar of all days that some know; it goes on as this one."""
-        day, time = (np.concatenate([getattr(one, n) for one in (self, *others)]) for n in ("day", "time"))
+        day = np.concatenate([one.day for one in (self, *others)])
+        time = np.concatenate([one.time for one in (self, *others)])
         order = np.lexsort((day, time))
         return Calendar(day[order], time[order], self.a_year)
 
@@ -68,9 +82,13 @@ class Calendar(NamedTuple):
 
     def hours(self, dates: Any) -> Array:
         """Return the operating hours at dates."""
-        return straight(day_number(dates), self.day, self.time, self.a_year / DAYS_A_YEAR)
+        return straight(
+            day_number(dates), self.day, self.time, self.a_year / DAYS_A_YEAR
+        )
 
-    def in_cycles(self, start: float, now: float, seconds_per_cycle: float) -> "Calendar":
+    def in_cycles(
+        self, start: float, now: float, seconds_per_cycle: float
+    ) -> "Calendar":
         """Return the calendar over cycles of a run from its start, with a last inspection at one of them."""
         each = HOUR / seconds_per_cycle
         cycles = np.where(np.isnan(self.time), now, start + self.time * each)

@@ -11,7 +11,14 @@ import xarray as xr
 from wearlab.campaign import Axis, Campaign, Case
 from wearlab.campaign.distributions import Distribution, SampleTable, draw
 from wearlab.campaign.update import FACTOR
-from wearlab.campaign.update_options import THICKNESS, Days, Fleet, Limit, UnitBlock, UpdateSpec
+from wearlab.campaign.update_options import (
+    THICKNESS,
+    Days,
+    Fleet,
+    Limit,
+    UnitBlock,
+    UpdateSpec,
+)
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
 from wearlab.scene.build import contact, sets
@@ -24,7 +31,11 @@ from wearlab.updating.measurements import Observed, OperatingRecord, UpdateError
 
 DRAW = "draw"
 DEPTHS = ("max_wear_depth", "wear_depth", THICKNESS)
-ERRORS = {"life", "error_estimate_life", "error_estimate_wear_depth"}  # told by the first run
+ERRORS = {
+    "life",
+    "error_estimate_life",
+    "error_estimate_wear_depth",
+}  # told by the first run
 ALWAYS = ("verdict", "end_reason", *ERRORS)
 
 
@@ -41,7 +52,8 @@ class Subject:
     seen : the observations that belong to this case
     record : what really ran until now
     calendar : which day it was after how many operating hours
-    drawn : values of the unknowns that cost runs, by key, as a campaign file would write them
+    drawn : values of the unknowns that cost runs, by key, as a campaign file would
+        write them
     longer : times its own limits at which the runs end
     renewals : which gears were replaced when, in words
     """
@@ -59,7 +71,10 @@ class Subject:
 
     @property
     def prior(self) -> Distribution | None:
-        """What is known of the factor on the wear coefficient before; None: it is what the runs have."""
+        """What is known of the factor on the wear coefficient before.
+
+        None: it is what the runs have.
+        """
         return self.spec.unknown.get(FACTOR)
 
     @property
@@ -82,20 +97,34 @@ class Subject:
         if not self.drawn:
             yield base
             return
-        lean = base.replace("store.variables", sorted(needed(self.seen, self.limit)))  # draws are many
-        assert lean.id  # what its sections say is then known to all that differ from it in one
+        lean = base.replace(
+            "store.variables", sorted(needed(self.seen, self.limit))
+        )  # draws are many
+        assert (
+            lean.id
+        )  # what its sections say is then known to all that differ from it in one
         for point in zip(*self.drawn.values(), strict=True):
             yield lean.replace(dict(zip(self.drawn, point, strict=True)))
 
     @property
     def conditions(self) -> dict[str, Scene]:
         """A scene of each condition of what really ran, under what it is called."""
-        return {} if self.record is None else self.record.scenes(_lengthened(self.scene, self.longer))
+        return (
+            {}
+            if self.record is None
+            else self.record.scenes(_lengthened(self.scene, self.longer))
+        )
 
     def campaign(self, title: str, scenes: Sequence[Scene]) -> Campaign:
         """Return scenes as a campaign with the axis ``draw``."""
         cases = tuple(Case("base", scene, {DRAW: i}) for i, scene in enumerate(scenes))
-        return Campaign(f"{title}: {self.label}", None, {}, cases, (Axis(DRAW, tuple(range(len(cases)))),))
+        return Campaign(
+            f"{title}: {self.label}",
+            None,
+            {},
+            cases,
+            (Axis(DRAW, tuple(range(len(cases)))),),
+        )
 
 
 Subjects = Sequence[Subject]
@@ -111,20 +140,31 @@ def studies(campaign: Campaign) -> tuple[Subject, ...]:
     """
     spec = campaign.update
     if spec is None:
-        raise UpdateError("update: the campaign has no [update] section: nothing was measured")
+        raise UpdateError(
+            "update: the campaign has no [update] section: nothing was measured"
+        )
     if spec.fleet is not None:
         return _units(campaign.cases[0].scene, spec, spec.fleet)
-    (seen, record, calendar), made = _measured(spec, None, spec.calendar), []
+    (seen, record, calendar) = _measured(spec, None, spec.calendar)
+    made = []
     for case in campaign.cases:
-        own = tuple(one for one in seen if not one.data.cases or case.label in one.data.cases)
-        label = ", ".join([case.label, *(f"{k}={v}" for k, v in place(campaign, case).items())])
-        limit = _limit(case.scene, spec, "" if len(campaign.cases) == 1 else f"case {label!r}: ")
+        own = tuple(
+            one for one in seen if not one.data.cases or case.label in one.data.cases
+        )
+        label = ", ".join(
+            [case.label, *(f"{k}={v}" for k, v in place(campaign, case).items())]
+        )
+        limit = _limit(
+            case.scene, spec, "" if len(campaign.cases) == 1 else f"case {label!r}: "
+        )
         refuse_too_deep(case.scene, own, limit)
         study = Subject(label, case.scene, spec, limit, own, record, calendar)
         if study.costly:
             if record is not None:
                 key = next(iter(study.costly))
-                raise UpdateError(f"update.record: goes with the unknown {FACTOR} alone, not {key}")
+                raise UpdateError(
+                    f"update.record: goes with the unknown {FACTOR} alone, not {key}"
+                )
             table = SampleTable(method="sobol", n=spec.draws, seed=spec.seed)
             study = replace(study, drawn=draw(table, study.costly, "update.unknown"))
         made.append(study)
@@ -142,11 +182,21 @@ def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> Non
         gears = sets.build_set(scene)
     except GearError:
         return  # the run says so
-    deep = [("update.limit.depth: {} mm", limit.value, limit.where, "look at its unit, or give less")]
+    deep = [
+        (
+            "update.limit.depth: {} mm",
+            limit.value,
+            limit.where,
+            "look at its unit, or give less",
+        )
+    ]
     for block in (each for each in seen if each.data.quantity in DEPTHS and len(each)):
-        i, own = int(np.argmax(np.nan_to_num(block.value))), block.data
+        i = int(np.argmax(np.nan_to_num(block.value)))
+        own = block.data
         said = f"{own.file}: line {block.row[i]}: {own.quantity} of {{}} mm"
-        deep.append((said, block.value[i], own.where, f"look at its unit, {own.place}.units"))
+        deep.append(
+            (said, block.value[i], own.where, f"look at its unit, {own.place}.units")
+        )
     for said, value, where, remedy in deep[limit.quantity != "max_wear_depth" :]:
         if value >= (most := contact.thickest(gears, where)):
             thick = f"is deeper than a tooth is thick, {1e3 * most:.4g} mm"
@@ -156,9 +206,14 @@ def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> Non
 def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
     """Return what is asked of a fleet, unit by unit: those that the files name, and those named besides."""
     if FACTOR not in spec.unknown:
-        raise UpdateError(f"update.unknown.{FACTOR}: required of a fleet: what is known of its median before")
+        raise UpdateError(
+            f"update.unknown.{FACTOR}: required of a fleet: what is known of its "
+            "median before"
+        )
     own = {unit.name: unit for unit in fleet.units}
-    names = dict.fromkeys([*(name for data in spec.data for name in measurements.units_of(data)), *own])
+    names = dict.fromkeys(
+        [*(name for data in spec.data for name in measurements.units_of(data)), *own]
+    )
     made = []
     for name in names:
         unit = own.get(name, UnitBlock(name=name))
@@ -172,28 +227,54 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
 
 def _measured(spec: UpdateSpec, unit: str | None, days: Days | None) -> Known:
     """Return the observations, the record and the calendar of an [update], or of one unit."""
-    given, a_year = (None, None) if days is None else (Calendar.of(days), days.hours_per_year)
-    record = None if spec.record is None else measurements.read_record(spec.record, unit, a_year)
+    given, a_year = (
+        (None, None) if days is None else (Calendar.of(days), days.hours_per_year)
+    )
+    record = (
+        None
+        if spec.record is None
+        else measurements.read_record(spec.record, unit, a_year)
+    )
     if own := record and record.calendar(a_year):
         # of what follows it nothing is told without hours of a year
-        counted: Calendar | None = own._replace(a_year=np.nan if a_year is None else a_year)
+        counted: Calendar | None = own._replace(
+            a_year=np.nan if a_year is None else a_year
+        )
     else:
-        tables = [*filter(None, (measurements.calendar_of(data, unit, days) for data in spec.data))]
+        tables = [
+            *filter(
+                None, (measurements.calendar_of(data, unit, days) for data in spec.data)
+            )
+        ]
         own = tables[0].joined(tables[1:]) if tables else given
         counted = own if days is None or days.hours is None else given
-    return tuple(measurements.read_observations(data, counted, unit) for data in spec.data), record, own
+    return (
+        tuple(
+            measurements.read_observations(data, counted, unit) for data in spec.data
+        ),
+        record,
+        own,
+    )
 
 
 def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
-    """Return what ends the life of a scene; refuse one from which no coefficient can be inferred."""
+    """Return what ends the life of a scene.
+
+    Refuse one from which no coefficient can be inferred.
+    """
     if scene.wear is None or (until := scene.wear.until) is None:
-        raise UpdateError(f"{about}wear.until: required: a run that wears is what k is inferred from")
+        raise UpdateError(
+            f"{about}wear.until: required: a run that wears is what k is inferred from"
+        )
     try:
         run_curves.refuse_stages(scene)
     except UpdateError as error:
         raise UpdateError(f"{about}{error}") from None
     if FACTOR in spec.unknown and isinstance(scene.wear.coefficient, dict):
-        said = 'the members have coefficients of their own: name one, such as "wear.coefficient.sun.factor"; '
+        said = (
+            "the members have coefficients of their own: name one, such as "
+            '"wear.coefficient.sun.factor"; '
+        )
         said += "it costs runs, as the other flanks go on as they are"
         raise UpdateError(f"{about}update.unknown.{FACTOR}: {said}")
     if spec.limit is None and until.depth is None:
@@ -203,17 +284,28 @@ def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
 
 
 def _lengthened(scene: Scene, times: float) -> Scene:
-    """Return a scene whose limits are farther off; snapshots go on as they do, and some in between."""
+    """Return a scene whose limits are farther off.
+
+    Snapshots go on as they do, and some in between.
+    """
     if times == 1.0 or scene.wear is None or scene.wear.until is None:
         return scene
-    until, snapshots = scene.wear.until, scene.wear.snapshots
-    ends = until.model_dump(include={"cycles", "mesh_cycles", "hours"}, exclude_none=True)
-    longer: dict[str, Any] = {f"wear.until.{key}": end * times for key, end in ends.items()}
+    until = scene.wear.until
+    snapshots = scene.wear.snapshots
+    ends = until.model_dump(
+        include={"cycles", "mesh_cycles", "hours"}, exclude_none=True
+    )
+    longer: dict[str, Any] = {
+        f"wear.until.{key}": end * times for key, end in ends.items()
+    }
     if until.depth is not None:
         longer["wear.until.depth"] = f"{until.depth * times!r} m"
     if snapshots is not None and snapshots.depth is not None:
         last = snapshots.depth[-1]
-        depths = [*snapshots.depth, *np.arange(last, last * times, 0.1 * last)[1:].tolist()]
+        depths = [
+            *snapshots.depth,
+            *np.arange(last, last * times, 0.1 * last)[1:].tolist(),
+        ]
         longer["wear.snapshots.depth"] = [f"{depth!r} m" for depth in depths]
     return scene.replace(longer)
 
@@ -221,16 +313,28 @@ def _lengthened(scene: Scene, times: float) -> Scene:
 def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
     """Return the variables that an update reads."""
     quantities = {limit.quantity, *(inspections.data.quantity for inspections in seen)}
-    rates = {"wear_depth", "wear_rate"} if quantities & {*DEPTHS} else set()  # a depth goes with its rate
-    return (quantities - {THICKNESS}) | {"max_wear_depth", "effective_wear_coefficient", *ALWAYS} | rates
+    rates = (
+        {"wear_depth", "wear_rate"} if quantities & {*DEPTHS} else set()
+    )  # a depth goes with its rate
+    return (
+        (quantities - {THICKNESS})
+        | {"max_wear_depth", "effective_wear_coefficient", *ALWAYS}
+        | rates
+    )
 
 
 def wanted_of(study: Subject) -> set[str]:
     """Return the variables that the histories of a study are made of."""
     wanted = needed(study.seen, study.limit) | {"cycle", "operating_hours"}
-    wanted |= {each for block in study.seen for each in (block.place_kind, block.clock) if each}
+    wanted |= {
+        each for block in study.seen for each in (block.place_kind, block.clock) if each
+    }
     wanted |= {"roll_angle" for block in study.seen if block.data.quantity == THICKNESS}
-    wanted |= {"wear_depth", "wear_rate", "path_position", "worn_mass"} if study.spec.replaced else set()
+    wanted |= (
+        {"wear_depth", "wear_rate", "path_position", "worn_mass"}
+        if study.spec.replaced
+        else set()
+    )
     return wanted - {"verdict", "end_reason"}  # those are for people
 
 
@@ -241,17 +345,24 @@ def histories(study: Subject, store: Store) -> run_curves.Runs:
     ------
     UpdateError : none of them is there
     """
-    wanted, ids = wanted_of(study), [scene.id for scene in study.scenes]
+    wanted = wanted_of(study)
+    ids = [scene.id for scene in study.scenes]
     runs = run_curves.read_runs(store, dict.fromkeys(ids), wanted - ERRORS, ERRORS)
     if len(ids) == 1 and not runs:
         entry = store.heads(ids).get(ids[0])
-        told = "is not there" if entry is None else f"{entry.state} {last_line(store.find(ids[0]).reason)}"
+        told = (
+            "is not there"
+            if entry is None
+            else f"{entry.state} {last_line(store.find(ids[0]).reason)}"
+        )
         raise UpdateError(f"{study.label}: its run {told}".strip())
     read = []
     for i, (run_id, scene) in enumerate(zip(ids, study.scenes, strict=True)):
         try:
             if run_id in runs:
-                own = run_curves.history_of(runs[run_id], scene, study.seen, study.limit)
+                own = run_curves.history_of(
+                    runs[run_id], scene, study.seen, study.limit
+                )
                 read.append(replace(own, draw=i))
         except UpdateError:
             if i == 0:
@@ -261,7 +372,9 @@ def histories(study: Subject, store: Store) -> run_curves.Runs:
     return read
 
 
-def stored(study: Subject, scenes: Mapping[str, Scene], store: Store) -> list[xr.Dataset]:
+def stored(
+    study: Subject, scenes: Mapping[str, Scene], store: Store
+) -> list[xr.Dataset]:
     """Return what is stored of scenes, each under what it is called.
 
     Raises
@@ -272,7 +385,9 @@ def stored(study: Subject, scenes: Mapping[str, Scene], store: Store) -> list[xr
     found = run_curves.read_runs(store, ids, wanted_of(study))
     for name, scene in scenes.items():
         if scene.id not in found:
-            raise UpdateError(f"{study.label}: {name}: {last_line(store.find(scene.id).reason)}")
+            raise UpdateError(
+                f"{study.label}: {name}: {last_line(store.find(scene.id).reason)}"
+            )
     return [found[scene.id] for scene in scenes.values()]
 
 

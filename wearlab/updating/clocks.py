@@ -2,15 +2,17 @@
 
 A load record is a clock of equal wear, made from a run of each condition.
 
-A coefficient that changes once: none has half of the probability before. Else k was a ratio r of what it is
-now until a cycle, ln r ~ N(0, 1): in each gap between two inspections alike, evenly within it; of running-in
-r is above 1, and the logarithm of the cycle is even. Cycles and ratios stand on a grid, each point a clock on
-the one stored run.
+A coefficient that changes once: none has half of the probability before. Else k was a
+ratio r of what it is now until a cycle, ln r ~ N(0, 1): in each gap between two
+inspections alike, evenly within it; of running-in r is above 1, and the logarithm of
+the cycle is even. Cycles and ratios stand on a grid, each point a clock on the one
+stored run.
 
-Gears that were replaced, while their mates went on as worn as they were: a new gear's wear counts from its
-day on, h(f (N − N₁)), by a run that begins with the wear of its mates at N₁. That is the one at the median of
-k: one run has one wear to begin with. The mates' own wear goes on from one run to the next, joined at f̂ N₁,
-so that it stays a function of f N.
+Gears that were replaced, while their mates went on as worn as they were: a new gear's
+wear counts from its day on, h(f (N − N₁)), by a run that begins with the wear of its
+mates at N₁. That is the one at the median of k: one run has one wear to begin with. The
+mates' own wear goes on from one run to the next, joined at f̂ N₁, so that it stays a
+function of f N.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -26,65 +28,104 @@ from wearlab.updating import answers, grids, likelihood, run_curves
 from wearlab.updating.cases import OperatingRecord, Subject, UpdateError
 from wearlab.updating.run_curves import Clock, RunHistory, Runs
 
-RATIOS, IN_GAP, TIMES = 15, 3, 20  # points over ln r, cycles in a gap, cycles of running-in
+RATIOS, IN_GAP, TIMES = (
+    15,
+    3,
+    20,
+)  # points over ln r, cycles in a gap, cycles of running-in
 GOLDEN = 0.6180339887
 WIDE = 4.0  # standard deviations of ln r that are looked at first
 EARLIEST = 1e-3  # of the cycles inspected at which running-in may be over
-ROUNDS, DEPTH = 6, 12.0  # of narrowing ln r; of ln of the weight below its top that counts
+ROUNDS, DEPTH = (
+    6,
+    12.0,
+)  # of narrowing ln r; of ln of the weight below its top that counts
 ENDS = np.array([0.05, 0.5, 0.95])
 SWEEPS = 25  # through bins, whose order is not known
 CLOCKS = ("cycle", "operating_hours", "mesh_cycles")
-DIGITS = 2  # of the factor at which the mates' wear is taken: it says how much, and hardly how
+# of the factor at which the mates' wear is taken: it says how much, and hardly how
+DIGITS = 2
 FAR = 1e6  # times a run's length that a clock reaches
 
 Judge = Callable[[Runs], grids.Posterior]
 
 
-def clock_of(record: OperatingRecord, own: RunHistory, runs: Runs, factor: float, block: int | None) -> Clock:
+def clock_of(
+    record: OperatingRecord,
+    own: RunHistory,
+    runs: Runs,
+    factor: float,
+    block: int | None,
+) -> Clock:
     """Return the clock of equal wear of what ran, from a run of the scene and one of each condition.
 
-    Wear is what ends the life, or what a block tells: at equal depth a harder load has worn less mass.
+    Wear is what ends the life, or what a block tells: at equal depth a harder load has
+    worn less mass.
 
-    Under a condition wear goes on as its own run does from the same wear. That depends on the wear that
-    was reached, and so on the factor; hardly, where the conditions wear alike in shape.
+    Under a condition wear goes on as its own run does from the same wear. That depends
+    on the wear that was reached, and so on the factor; hardly, where the conditions
+    wear alike in shape.
     """
-    which, passed = record.conditions()[1], np.diff(record.time)
+    which = record.conditions()[1]
+    passed = np.diff(record.time)
     if record.mixed:  # all of them, one after another, many times
         each = np.bincount(which + 1, passed, len(runs) + 1)
         which = np.tile(np.arange(-1, len(runs), dtype=np.intp), SWEEPS)
         passed = np.tile(each / SWEEPS, SWEEPS)
     begins = np.append(0, np.flatnonzero(np.diff(which)) + 1)
-    which, passed = which[begins], np.add.reduceat(passed, begins)
-    wear, *worn_by = (run.limit if block is None else run.asked[block].curve for run in (own, *runs))
+    which = which[begins]
+    passed = np.add.reduceat(passed, begins)
+    wear, *worn_by = (
+        run.limit if block is None else run.asked[block].curve for run in (own, *runs)
+    )
     equal = [0.0]
     for condition, seconds in zip(which, passed, strict=True):
         reached = equal[-1]
         if condition >= 0:
-            run, curve = runs[condition], worn_by[condition]
-            after = float(curve.first_above(wear.at(own.start + np.array(reached * factor / own.factor))))
+            run = runs[condition]
+            curve = worn_by[condition]
+            after = float(
+                curve.first_above(
+                    wear.at(own.start + np.array(reached * factor / own.factor))
+                )
+            )
             after += seconds / run.seconds_per_cycle * factor / run.factor
             there = wear.first_above(curve.at(np.array(after)))
             reached = max(float(there - own.start) * own.factor / factor, reached)
         equal.append(reached)
     at = np.append(0.0, np.cumsum(passed)) / own.seconds_per_cycle
     ahead = max(float(at[-1]), 1.0)
-    return Clock(own.start + np.append(at, at[-1] + ahead), own.start + np.append(equal, equal[-1] + ahead))
+    return Clock(
+        own.start + np.append(at, at[-1] + ahead),
+        own.start + np.append(equal, equal[-1] + ahead),
+    )
 
 
 def clocked_run(study: Subject, own: RunHistory, conditions: Runs) -> RunHistory:
     """Return a run with the clock of its record, at the factor that the measurements tell with it."""
     assert study.record is not None
     factors = np.ones(3)
-    weighed = [n for n, seen in enumerate(study.seen) if seen.data.quantity == "worn_mass" and len(seen)]
+    weighed = [
+        n
+        for n, seen in enumerate(study.seen)
+        if seen.data.quantity == "worn_mass" and len(seen)
+    ]
     for _ in range(3 if any(len(seen) for seen in study.seen) else 1):
-        clocks = [clock_of(study.record, own, conditions, float(factor), None) for factor in factors]
+        clocks = [
+            clock_of(study.record, own, conditions, float(factor), None)
+            for factor in factors
+        ]
         ends = [clock.equal[-2] - own.start for clock in clocks]
         off = float(abs(ends[2] - ends[0]) / max(ends[1], 1e-300))
         asked = list(own.asked)
         for n in weighed:
-            asked[n] = asked[n]._replace(clock=clock_of(study.record, own, conditions, float(factors[1]), n))
+            asked[n] = asked[n]._replace(
+                clock=clock_of(study.record, own, conditions, float(factors[1]), n)
+            )
         clocked = replace(own, clock=clocks[1]._replace(off=off), asked=tuple(asked))
-        factors = answers.answered(study, (clocked,), answers.blocks_of(study, (clocked,))).factor(ENDS)
+        factors = answers.answered(
+            study, (clocked,), answers.blocks_of(study, (clocked,))
+        ).factor(ENDS)
     return clocked
 
 
@@ -95,10 +136,17 @@ def stepped(run: RunHistory, at: float, ratio: float, width: float = 0.0) -> Run
     """
     ends = np.array([run.start, run.end])
     own = Clock(ends, ends) if run.clock is None else run.clock
-    knots = np.unique(np.append(own.cycle, [at, max(at, float(own.cycle[-1])) + run.end]))
-    equal, until = run.equal(knots), float(run.equal(np.array(at)))
+    knots = np.unique(
+        np.append(own.cycle, [at, max(at, float(own.cycle[-1])) + run.end])
+    )
+    equal = run.equal(knots)
+    until = float(run.equal(np.array(at)))
     passed = ratio * np.minimum(equal, until) + np.maximum(equal - until, 0.0)
-    return replace(run, clock=Clock(knots, run.start + passed, own.off), change=(at, 1.0 / ratio, width))
+    return replace(
+        run,
+        clock=Clock(knots, run.start + passed, own.off),
+        change=(at, 1.0 / ratio, width),
+    )
 
 
 def changing(run: RunHistory, kind: str, judge: Judge) -> Runs:
@@ -114,25 +162,42 @@ def changing(run: RunHistory, kind: str, judge: Judge) -> Runs:
     ------
     UpdateError : there are fewer than two inspections
     """
-    cycles = np.unique(np.concatenate([[run.start], *(asked.cycle for asked in run.asked)]))
+    cycles = np.unique(
+        np.concatenate([[run.start], *(asked.cycle for asked in run.asked)])
+    )
     if len(cycles) < 3:
-        raise UpdateError("update.change: at least two inspections are needed to see k change")
+        raise UpdateError(
+            "update.change: at least two inspections are needed to see k change"
+        )
     early = kind == "running-in"
     if early:
-        at = run.start + (cycles[-1] - run.start) * np.geomspace(EARLIEST, 1.0, TIMES + 2)[1:-1]
+        at = (
+            run.start
+            + (cycles[-1] - run.start) * np.geomspace(EARLIEST, 1.0, TIMES + 2)[1:-1]
+        )
         width = 2.0 * np.sinh(-0.5 * np.log(EARLIEST) / (TIMES + 1)) * (at - run.start)
     else:
         width = np.repeat(np.diff(cycles) / IN_GAP, IN_GAP)
-        at = (cycles[:-1, None] + np.diff(cycles)[:, None] * (np.arange(IN_GAP) + 0.5) / IN_GAP).ravel()
-    n, least = len(at), 0.0 if early else -WIDE
-    low, high, moved = np.full(n, least), np.full(n, WIDE), np.arange(n)
+        at = (
+            cycles[:-1, None]
+            + np.diff(cycles)[:, None] * (np.arange(IN_GAP) + 0.5) / IN_GAP
+        ).ravel()
+    n = len(at)
+    least = 0.0 if early else -WIDE
+    low = np.full(n, least)
+    high = np.full(n, WIDE)
+    moved = np.arange(n)
     grid, evidence = np.empty((2, n, RATIOS))
     # so that no ratio is preferred
     inside = np.full(n, 0.5) if early else (0.5 + GOLDEN * np.arange(n)) % 1.0
     for _ in range(ROUNDS):  # each cycle has the ratios that go with it
         step = (high - low) / RATIOS
-        grid[moved] = (low[:, None] + step[:, None] * (np.arange(RATIOS) + inside[:, None]))[moved]
-        some = tuple(stepped(run, float(at[t]), float(np.exp(r))) for t in moved for r in grid[t])
+        grid[moved] = (
+            low[:, None] + step[:, None] * (np.arange(RATIOS) + inside[:, None])
+        )[moved]
+        some = tuple(
+            stepped(run, float(at[t]), float(np.exp(r))) for t in moved for r in grid[t]
+        )
         evidence[moved] = judge(some).log_evidence.reshape(-1, RATIOS)
         logs = evidence - 0.5 * grid**2
         held = logs > logs.max(axis=1, keepdims=True) - DEPTH
@@ -145,9 +210,18 @@ def changing(run: RunHistory, kind: str, judge: Judge) -> Runs:
     scale = (2.0 if early else 1.0) / np.sqrt(2.0 * np.pi) / n
     before = np.log(0.5 * scale * step[:, None]) - 0.5 * grid**2
     kept = np.argwhere(before + evidence > (before + evidence).max() - DEPTH)
-    runs = (run, *(stepped(run, float(at[t]), float(np.exp(grid[t, r])), float(width[t])) for t, r in kept))
+    runs = (
+        run,
+        *(
+            stepped(run, float(at[t]), float(np.exp(grid[t, r])), float(width[t]))
+            for t, r in kept
+        ),
+    )
     often = -np.append(np.log(0.5), before[tuple(kept.T)]) - np.log(len(runs))
-    return [replace(one, often=ratio) for one, ratio in zip(runs, often.tolist(), strict=True)]
+    return [
+        replace(one, often=ratio)
+        for one, ratio in zip(runs, often.tolist(), strict=True)
+    ]
 
 
 class Era(NamedTuple):
@@ -157,7 +231,9 @@ class Era(NamedTuple):
     run: xr.Dataset
 
 
-def renewed(study: Subject, compute: Callable[[Scene], xr.Dataset]) -> tuple[Subject, RunHistory]:
+def renewed(
+    study: Subject, compute: Callable[[Scene], xr.Dataset]
+) -> tuple[Subject, RunHistory]:
     """Return a study whose measurements are parted by the gears they are of, and its history.
 
     Parameters
@@ -167,9 +243,11 @@ def renewed(study: Subject, compute: Callable[[Scene], xr.Dataset]) -> tuple[Sub
 
     Raises
     ------
-    UpdateError : a gear is not there, or a measurement or limit does not say of which gear it is
+    UpdateError : a gear is not there, or a measurement or limit does not say of which
+        gear it is
     """
-    scene, first = study.first, compute(study.first)
+    scene = study.first
+    first = compute(study.first)
     flanks = first["flank"].astype(str).values.tolist()
     gears = list(dict.fromkeys(map(run_curves.gear, flanks)))
     eras = {gear: [Era(float(first["cycle"].values[0]), first)] for gear in gears}
@@ -177,15 +255,24 @@ def renewed(study: Subject, compute: Callable[[Scene], xr.Dataset]) -> tuple[Sub
     told = []
     for number, (members, at) in enumerate(_events(study, first, gears)):
         known, history = _history(study, scene, eras)
-        before = likelihood.held(answers.blocks_of(known, (history,)), history, np.less_equal, at)
+        before = likelihood.held(
+            answers.blocks_of(known, (history,)), history, np.less_equal, at
+        )
         answer = answers.answered(known, (history,), before)
         factor = float(f"{answer.factor(np.array([0.5]))[0]:.{DIGITS}g}")
-        own = {gear: (at - each[-1].begin) * factor / history.factor for gear, each in eras.items()}
+        own = {
+            gear: (at - each[-1].begin) * factor / history.factor
+            for gear, each in eras.items()
+        }
         worn: dict[str, Any] = {}
         for flank, gear in zip(flanks, map(run_curves.gear, flanks), strict=True):
             new = gear in members
-            worn[f"wear.initial.{flank}"] = None if new else _profile(eras[gear][-1].run, flank, own[gear])
-        then = compute(scene.replace({key: one for key, one in worn.items() if one or number}))
+            worn[f"wear.initial.{flank}"] = (
+                None if new else _profile(eras[gear][-1].run, flank, own[gear])
+            )
+        then = compute(
+            scene.replace({key: one for key, one in worn.items() if one or number})
+        )
         for gear, each in eras.items():
             if gear in members:
                 each.append(Era(at, then))
@@ -198,25 +285,43 @@ def renewed(study: Subject, compute: Callable[[Scene], xr.Dataset]) -> tuple[Sub
 
 def _gear_of(where: str | None, gears: list[str], place: str) -> str:
     if where is None:
-        raise UpdateError(f"{place}: with update.replaced, say of which gear it is: {', '.join(gears)}")
+        raise UpdateError(
+            f"{place}: with update.replaced, say of which gear it is: "
+            f"{', '.join(gears)}"
+        )
     return run_curves.gear(where)
 
 
-def _events(study: Subject, first: xr.Dataset, gears: list[str]) -> list[tuple[Sequence[str], float]]:
+def _events(
+    study: Subject, first: xr.Dataset, gears: list[str]
+) -> list[tuple[Sequence[str], float]]:
     """Return which gears were replaced when, in order: their names, cycle."""
     found = []
     for number, event in enumerate(study.spec.replaced):
         place = f"update.replaced[{number}]"
         for gear in event.members:
             if gear not in gears:
-                raise UpdateError(f"{place}.members: {gear!r} is not one of {', '.join(gears)}")
-        at, hours = event.cycle, event.hours
+                raise UpdateError(
+                    f"{place}.members: {gear!r} is not one of {', '.join(gears)}"
+                )
+        at = event.cycle
+        hours = event.hours
         if at is None:
             if hours is None:
-                hours = np.nan if study.calendar is None else float(study.calendar.hours(event.date))
-                said = "needs update.calendar = { date, hours, hours_per_year }; or give hours"
+                hours = (
+                    np.nan
+                    if study.calendar is None
+                    else float(study.calendar.hours(event.date))
+                )
+                said = (
+                    "needs update.calendar = { date, hours, hours_per_year }; or give "
+                    "hours"
+                )
                 if hours < 0.0:
-                    said = f"{event.date} is before the first operating hour, by update.calendar"
+                    said = (
+                        f"{event.date} is before the first operating hour, by "
+                        "update.calendar"
+                    )
                 if not hours >= 0.0:
                     raise UpdateError(f"{place}.date: {said}")
             each = run_curves.per_cycle(first, "operating_hours")
@@ -225,9 +330,16 @@ def _events(study: Subject, first: xr.Dataset, gears: list[str]) -> list[tuple[S
     return sorted(found, key=lambda one: one[1])
 
 
-def _history(study: Subject, scene: Scene, eras: Mapping[str, list[Era]]) -> tuple[Subject, RunHistory]:
-    """Return the study with its measurements parted, and its history; what is in service comes first."""
-    gears, parts, asked = list(eras), [], []
+def _history(
+    study: Subject, scene: Scene, eras: Mapping[str, list[Era]]
+) -> tuple[Subject, RunHistory]:
+    """Return the study with its measurements parted, and its history.
+
+    What is in service comes first.
+    """
+    gears = list(eras)
+    parts = []
+    asked = []
     last = eras[_gear_of(study.limit.where, gears, "update.limit")][-1]
     own = run_curves.history_of(last.run, scene, (), study.limit)
     for seen in study.seen:
@@ -238,11 +350,19 @@ def _history(study: Subject, scene: Scene, eras: Mapping[str, list[Era]]) -> tup
             rows = np.flatnonzero(which == k)
             if len(rows) or k == len(mine) - 1:
                 names = ("time", "value", "sd", "below", "place", "row")
-                parts.append(replace(seen, **{name: getattr(seen, name)[rows] for name in names}))
+                parts.append(
+                    replace(seen, **{name: getattr(seen, name)[rows] for name in names})
+                )
                 ended = own.limit if run is last.run else None
-                one = run_curves.asked_of(run_curves.distinct(run), parts[-1], study.limit, ended)
-                asked.append(one._replace(clock=_clock(begin, own.start, own.end), begin=begin))
-    history = replace(own, asked=tuple(asked), clock=_clock(last.begin, own.start, own.end))
+                one = run_curves.asked_of(
+                    run_curves.distinct(run), parts[-1], study.limit, ended
+                )
+                asked.append(
+                    one._replace(clock=_clock(begin, own.start, own.end), begin=begin)
+                )
+    history = replace(
+        own, asked=tuple(asked), clock=_clock(last.begin, own.start, own.end)
+    )
     return replace(study, seen=tuple(parts)), history
 
 
@@ -257,12 +377,18 @@ def _profile(run: xr.Dataset, flank: str, own: float) -> dict[str, Any]:
     """Return the wear of a flank at a cycle of a run, as a scene writes it."""
     mine = run_curves.distinct(run).sel(flank=flank).sortby("path_position")
     names = ("cycle", "wear_depth", "wear_rate", "path_position")
-    cycle, depth, rate, position = (np.asarray(mine[name].values, float) for name in names)
+    cycle, depth, rate, position = (
+        np.asarray(mine[name].values, float) for name in names
+    )
     held = np.flatnonzero(np.isfinite(position))
-    worn = np.maximum(run_curves.RunCurve(cycle, depth, rate).at(np.full(len(held), own), held), 0.0)
+    worn = np.maximum(
+        run_curves.RunCurve(cycle, depth, rate).at(np.full(len(held), own), held), 0.0
+    )
     if not worn.any():
         return {}
-    x, y = (tuple(map(options.Stored, each.tolist())) for each in (position[held], worn))
+    x, y = (
+        tuple(map(options.Stored, each.tolist())) for each in (position[held], worn)
+    )
     named = {"shape": "measured", "x": "path_position", "y": "depth"}
     return {**named, "abscissa": x, "ordinate": y, "continuation": "hold"}
 
@@ -270,7 +396,11 @@ def _profile(run: xr.Dataset, flank: str, own: float) -> dict[str, Any]:
 def _joined(run: xr.Dataset, own: float, then: xr.Dataset) -> xr.Dataset:
     """Return a run until one of its cycles, and from there on another."""
     held = run.isel(update=run["cycle"].values < own * (1.0 - 1e-9))
-    shifts = {name: own * run_curves.per_cycle(run, name) for name in CLOCKS if name in run and name in then}
+    shifts = {
+        name: own * run_curves.per_cycle(run, name)
+        for name in CLOCKS
+        if name in run and name in then
+    }
     later = then.assign({name: then[name] + shift for name, shift in shifts.items()})
     how: Any = {"data_vars": "minimal", "coords": "minimal", "compat": "override"}
     return xr.concat([held, later], "update", **how)

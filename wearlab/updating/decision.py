@@ -1,17 +1,21 @@
 """What to do next: when to look again, when to change, at which cost.
 
-A virtual measurement is made of some draws in turn, all draws are weighted by how well they explain it, and
-the interval of the remaining life that follows is averaged: the width to be expected, before looking.
+A virtual measurement is made of some draws in turn, all draws are weighted by how well
+they explain it, and the interval of the remaining life that follows is averaged: the
+width to be expected, before looking.
 
-A cycle goes from new to a change, planned (cost P) at t or forced (cost F) when the limit is reached at T,
+A cycle goes from new to a change, planned (cost P) at t or forced (cost F) when the
+limit is reached at T,
 
     rate(t) = (P Pr(T > t) + F Pr(T ≤ t)) / (age + E min(T, t)).
 
-A look at τ costs I and tells a measurement; t is then chosen after it. Of policies whose length is chance the
-best has the least E(cost) − g E(length) at that g where it is 0 (Dinkelbach). Over a stated horizon H the
-expected cost until then is least; V(h) is that of a new one with h hours to go,
+A look at τ costs I and tells a measurement; t is then chosen after it. Of policies
+whose length is chance the best has the least E(cost) − g E(length) at that g where it
+is 0 (Dinkelbach). Over a stated horizon H the expected cost until then is least; V(h)
+is that of a new one with h hours to go,
 
-    V(h) = min_a ∫_0^a (F + V(h − x)) dG(x) + (1 − G(a)) (P + V(h − a)),   a = h without a change.
+    V(h) = min_a ∫_0^a (F + V(h − x)) dG(x) + (1 − G(a)) (P + V(h − a)),   a = h without
+    a change.
 """
 
 from collections.abc import Iterator
@@ -32,22 +36,28 @@ from wearlab.updating.sampling import Draws
 
 LOOKS = 9
 INSTRUMENTS = (0.3, 1.0, 3.0)  # times the error of the block
-TRUTHS, MOST = 100, 4000  # draws that virtual measurements are made of; that are weighted
+TRUTHS, MOST = (
+    100,
+    4000,
+)  # draws that virtual measurements are made of; that are weighted
 ENDS = (0.05, 0.95)
 PLACES = 400  # times at which a change is considered
 LAST = 0.999  # quantile of the life up to which it is
 DEARER = (0.5, 1.0, 2.0)  # times the cost of a failure, for the sensitivity
 STEPS = 300  # of a horizon
-Seen = tuple[Array, Array, Array]  # what would be measured, the life as it then is, and a value's error
+Seen = tuple[
+    Array, Array, Array
+]  # what would be measured, the life as it then is, and a value's error
 
 
 def virtual_inspection(outcome: answers.Finding, rng: Random) -> xr.Dataset | None:
     """Return the expected width of the remaining life's 90 % interval over the time of one more inspection.
 
-    The inspection is one of the first block that has no places on the flank. None where there is no such
-    block, or where no life is left to look at.
+    The inspection is one of the first block that has no places on the flank. None where
+    there is no such block, or where no life is left to look at.
     """
-    answer, number = outcome.answer, virtual_block(outcome)
+    answer = outcome.answer
+    number = virtual_block(outcome)
     early, end = answer.life(np.array([0.05, 0.5]))
     if number is None or not np.isfinite(end) or not answer.now < end:
         return None
@@ -58,8 +68,13 @@ def virtual_inspection(outcome: answers.Finding, rng: Random) -> xr.Dataset | No
     if not present > 0.0:
         return None
     expected = np.empty((len(INSTRUMENTS), len(looks)))
-    for k, (value, life, sd) in enumerate(states_at(answer.drifting, draws, number, looks, rng)):
-        expected[:, k] = [expected_width(value, life - looks[k], n * sd, rng) / present for n in INSTRUMENTS]
+    for k, (value, life, sd) in enumerate(
+        states_at(answer.drifting, draws, number, looks, rng)
+    ):
+        expected[:, k] = [
+            expected_width(value, life - looks[k], n * sd, rng) / present
+            for n in INSTRUMENTS
+        ]
     safe = looks <= max(early, looks[0])
     best = looks[safe][np.argmin(expected[1][safe])]
     found = {"expected_width": expected, "present_width": present, "recommended": best}
@@ -70,7 +85,8 @@ def before_change(ahead: xr.Dataset, change: float) -> xr.Dataset:
     """Return one more inspection as it is advised where a change is planned: before it, or none (NaN)."""
     if not change <= float(ahead["recommended"]):
         return ahead
-    looks, widths = ahead["look"].values, ahead["expected_width"].sel(instrument=1.0).values
+    looks = ahead["look"].values
+    widths = ahead["expected_width"].sel(instrument=1.0).values
     sooner = looks < change
     best = looks[sooner][np.argmin(widths[sooner])] if sooner.any() else np.nan
     return ahead.assign(recommended=ahead["recommended"].copy(data=best))
@@ -79,28 +95,48 @@ def before_change(ahead: xr.Dataset, change: float) -> xr.Dataset:
 def virtual_block(outcome: answers.Finding) -> int | None:
     """Return the first block that has no places on the flank: what one would measure again.
 
-    None where sources contradict each other: the next value would not tell which of them is right.
+    None where sources contradict each other: the next value would not tell which of
+    them is right.
     """
     if outcome.answer.contradiction > answers.TENSION:
         return None
     blocks = outcome.posterior.blocks
-    return next((n for n, b in enumerate(blocks) if b.seen.place_kind is None and not b.data.since), None)
+    return next(
+        (
+            n
+            for n, b in enumerate(blocks)
+            if b.seen.place_kind is None and not b.data.since
+        ),
+        None,
+    )
 
 
-def states_at(drifting: int | None, draws: Draws, number: int, looks: Array, rng: Random) -> Iterator[Seen]:
+def states_at(
+    drifting: int | None, draws: Draws, number: int, looks: Array, rng: Random
+) -> Iterator[Seen]:
     """Yield for some draws the quantity at later cycles, the life as it then is, and a value's error."""
-    n, block, drift = len(draws), draws.posterior.blocks[number], draws.drift[number]
-    own = float(np.median(block.seen.sd)) if len(block.seen) else 0.0  # of its column, as until now
-    gain, runs = sampling.gains(draws, number, rng), draws.by_run()
-    rate, w = drift**2 / likelihood.PER, np.zeros(n)
+    n = len(draws)
+    block = draws.posterior.blocks[number]
+    drift = draws.drift[number]
+    own = (
+        float(np.median(block.seen.sd)) if len(block.seen) else 0.0
+    )  # of its column, as until now
+    gain = sampling.gains(draws, number, rng)
+    runs = draws.by_run()
+    rate = drift**2 / likelihood.PER
+    w = np.zeros(n)
     last = draws.seen(number) if drift.any() else None
     for look in map(float, looks):
-        mean, life = np.empty(n), draws.life.copy()
+        mean = np.empty(n)
+        life = draws.life.copy()
         if last is not None:
             w = last.drawn(look, rate, rng)
         for run, mine in runs:
-            factor, asked = draws.factor[mine], run.asked[number]
-            mean[mine] = asked.curve.at(run.own_cycle(np.array(look), factor, asked.clock))
+            factor = draws.factor[mine]
+            asked = run.asked[number]
+            mean[mine] = asked.curve.at(
+                run.own_cycle(np.array(look), factor, asked.clock)
+            )
             if drifting == number:
                 life[mine] = lives.ended(run, factor, w[mine], look, rate[mine], rng)
         square = draws.sd[number] ** 2 + own**2 + (block.relative * gain * mean) ** 2
@@ -117,69 +153,118 @@ def expected_width(value: Array, rest: Array, sd: Array, rng: Random) -> float:
     rng : of its errors
     """
     order = np.argsort(rest)
-    value, rest, sd = value[order], np.maximum(rest[order], 0.0), sd[order]
+    value = value[order]
+    rest = np.maximum(rest[order], 0.0)
+    sd = sd[order]
     weight = virtual_weights(value, sd, rng)
     total = np.cumsum(weight, axis=1)
-    below = (total - 0.5 * weight) / total[:, -1:]  # a value stands in the middle of its weight
+    below = (total - 0.5 * weight) / total[
+        :, -1:
+    ]  # a value stands in the middle of its weight
     return float(np.mean([np.ptp(np.interp(ENDS, row, rest)) for row in below]))
 
 
 def virtual_weights(value: Array, sd: Array, rng: Random) -> NDArray[np.float32]:
     """Return how well all draws explain virtual measurements of some of them, which are in order.
 
-    In single precision, (measurements, draws): a weight need not be known to more than its sum is by chance.
+    In single precision, (measurements, draws): a weight need not be known to more than
+    its sum is by chance.
     """
     truths = ((np.arange(TRUTHS) + rng.random()) / TRUTHS * len(value)).astype(int)
     error = rng.permutation(ndtri((np.arange(TRUTHS) + 0.5) / TRUTHS))
-    seen, middle = value[truths] + sd[truths] * error, value.mean()
-    share, own = (1.0 / sd).astype(np.float32), ((value - middle) / sd).astype(np.float32)
+    seen = value[truths] + sd[truths] * error
+    middle = value.mean()
+    share = (1.0 / sd).astype(np.float32)
+    own = ((value - middle) / sd).astype(np.float32)
     off = np.multiply.outer((seen - middle).astype(np.float32), share) - own
     # a truth explains its own value: no row is nothing
     return np.exp(np.float32(-0.5) * off * off) * (share * np.float32(sd.min()))
 
 
-def decided(outcome: answers.Finding, costs: Decision, rng: Random) -> xr.Dataset | None:
+def decided(
+    outcome: answers.Finding, costs: Decision, rng: Random
+) -> xr.Dataset | None:
     """Return the cost per hour of changes and looks, None where no end is to be expected."""
-    answer, run = outcome.answer, outcome.posterior.histories[0]
-    found, number = changes(answer, run, costs), virtual_block(outcome)
+    answer = outcome.answer
+    run = outcome.posterior.histories[0]
+    found = changes(answer, run, costs)
+    number = virtual_block(outcome)
     if found is None or costs.inspection is None or number is None:
         return found
-    hour, draws = run.seconds_per_cycle / HOUR, outcome.draws
+    hour = run.seconds_per_cycle / HOUR
+    draws = outcome.draws
     age = hour * (answer.now - run.start)
-    looks = np.linspace(answer.now, float(answer.life(np.array([0.5]))[0]), LOOKS + 1)[1:]
-    states, rates = states_at(answer.drifting, draws, number, looks, rng), []
+    looks = np.linspace(answer.now, float(answer.life(np.array([0.5]))[0]), LOOKS + 1)[
+        1:
+    ]
+    states = states_at(answer.drifting, draws, number, looks, rng)
+    rates = []
     for look, seen in zip(looks.tolist(), states, strict=True):
         rest = hour * (np.where(draws.life <= look, draws.life, seen[1]) - answer.now)
-        rates.append(with_a_look(rest, seen, hour * (look - answer.now), age, costs, rng))
-    best = looks[int(np.argmin(rates))] if min(rates) < float(found["best_rate"]) else np.nan
-    return found.merge(layout.dataset("decision", {"rate_with_look": rates, "best_look": best}, look=looks))
+        rates.append(
+            with_a_look(rest, seen, hour * (look - answer.now), age, costs, rng)
+        )
+    best = (
+        looks[int(np.argmin(rates))]
+        if min(rates) < float(found["best_rate"])
+        else np.nan
+    )
+    return found.merge(
+        layout.dataset(
+            "decision", {"rate_with_look": rates, "best_look": best}, look=looks
+        )
+    )
 
 
-def changes(known: lives.Lives, run: RunHistory, costs: Decision, places: int = PLACES) -> xr.Dataset | None:
-    """Return the cost per hour of planned changes, the best, and its sensitivity; None without an end."""
-    hour, now = run.seconds_per_cycle / HOUR, known.now
+def changes(
+    known: lives.Lives, run: RunHistory, costs: Decision, places: int = PLACES
+) -> xr.Dataset | None:
+    """Return the cost per hour of planned changes, the best, and its sensitivity.
+
+    None without an end.
+    """
+    hour = run.seconds_per_cycle / HOUR
+    now = known.now
     end, middle = known.life(np.array([LAST, 0.5]))
     end = end if np.isfinite(end) else 4.0 * middle
     if not (np.isfinite(end) and end > now and np.isfinite(hour)):
         return None
     cycles: Array = np.linspace(now, end, places + 1)
-    below, age = known.life_below(cycles), hour * (now - run.start)
-    hours = np.maximum(age + cumulative_trapezoid(1.0 - below, hour * (cycles - now), initial=0.0), 1e-9)
-    rates = np.stack([(costs.planned * (1.0 - below) + d * costs.failure * below) / hours for d in DEARER])
+    below = known.life_below(cycles)
+    age = hour * (now - run.start)
+    hours = np.maximum(
+        age + cumulative_trapezoid(1.0 - below, hour * (cycles - now), initial=0.0),
+        1e-9,
+    )
+    rates = np.stack(
+        [
+            (costs.planned * (1.0 - below) + d * costs.failure * below) / hours
+            for d in DEARER
+        ]
+    )
     best = rates.argmin(axis=1)
-    found = {"cost_rate": rates[1], "best_change": cycles[best[1]], "best_rate": rates[1, best[1]]}
+    found = {
+        "cost_rate": rates[1],
+        "best_change": cycles[best[1]],
+        "best_rate": rates[1, best[1]],
+    }
     found |= {"rate_to_failure": rates[1, -1], "best_change_if": cycles[best]}
     if costs.horizon_hours is not None:
         steps: Array = costs.horizon_hours / hour * np.linspace(0.0, 1.0, STEPS + 1)
-        ahead, new = now + steps, known.life_below(run.start + steps)
+        ahead = now + steps
+        new = known.life_below(run.start + steps)
         below = known.life_below(ahead)
         at, found["horizon_cost"] = over_horizon(below, new - new[0], costs)
         found["horizon_change"] = ahead[at] if at < STEPS else np.nan
-        found["horizon_to_failure"] = over_horizon(below, new - new[0], costs, planned=False)[1]
+        found["horizon_to_failure"] = over_horizon(
+            below, new - new[0], costs, planned=False
+        )[1]
     return layout.dataset("decision", found, change=cycles, failure_times=list(DEARER))
 
 
-def over_horizon(below: Array, new: Array, costs: Decision, *, planned: bool = True) -> tuple[int, float]:
+def over_horizon(
+    below: Array, new: Array, costs: Decision, *, planned: bool = True
+) -> tuple[int, float]:
     """Return the step of the planned change with the least expected cost until the horizon, and that cost.
 
     Parameters
@@ -209,7 +294,9 @@ def _costs_of_ages(below: Array, value: Array, costs: Decision) -> Array:
     return own
 
 
-def with_a_look(rest: Array, seen: Seen, look: float, age: float, costs: Decision, rng: Random) -> float:
+def with_a_look(
+    rest: Array, seen: Seen, look: float, age: float, costs: Decision, rng: Random
+) -> float:
     """Return the least cost per hour with a look, after which the change is chosen.
 
     Parameters
@@ -220,8 +307,10 @@ def with_a_look(rest: Array, seen: Seen, look: float, age: float, costs: Decisio
     costs : of changes, failures and looks
     rng : of the errors
     """
-    early, inspection = rest <= look, costs.inspection or 0.0
-    failed, lost = float(early.mean()), float(np.minimum(rest, look).mean())
+    early = rest <= look
+    inspection = costs.inspection or 0.0
+    failed = float(early.mean())
+    lost = float(np.minimum(rest, look).mean())
     if early.all():
         return costs.failure / (age + lost)
     order = np.argsort((rest - look)[~early])
@@ -235,7 +324,11 @@ def with_a_look(rest: Array, seen: Seen, look: float, age: float, costs: Decisio
 
     def excess(rate: float) -> float:
         after = float(np.min(cost - rate * length, axis=1).mean())
-        return costs.failure * failed + (1.0 - failed) * (inspection + after) - rate * (age + lost)
+        return (
+            costs.failure * failed
+            + (1.0 - failed) * (inspection + after)
+            - rate * (age + lost)
+        )
 
     most = (costs.failure + inspection + costs.planned) / max(age + lost, 1e-9)
     return float(brentq(excess, 0.0, most, xtol=1e-12 * most))

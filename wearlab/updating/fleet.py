@@ -10,7 +10,16 @@ import xarray as xr
 from scipy.special import ndtr
 
 from wearlab.arrays import Array, Random
-from wearlab.updating import answers, decision, layout, likelihood, lives, population, run_curves, sampling
+from wearlab.updating import (
+    answers,
+    decision,
+    layout,
+    likelihood,
+    lives,
+    population,
+    run_curves,
+    sampling,
+)
 from wearlab.updating.cases import Subjects
 from wearlab.updating.grids import along, equally
 from wearlab.updating.population import FleetMember, Law, Population
@@ -30,7 +39,8 @@ class UnitState:
     unit : with what had been measured by then
     shared : what units share, lanes (n, 1)
     factor : (n,) on the wear coefficient, at the reference time
-    block : what is asked, at first what was measured last; None of a unit without any block
+    block : what is asked, at first what was measured last; None of a unit without any
+        block
     strayed, variance : (n,) mean and variance of W after the last inspection
     since : (n,) equal wear time of that
     """
@@ -48,13 +58,21 @@ class UnitState:
         return np.broadcast_to(equal, self.factor.shape)
 
     def wear(self, cycle: float, block: int | None = None) -> tuple[Array, Array]:
-        """Return mean and variance of what a block measures at a cycle, (n,); of what ends the life."""
-        run, none = self.unit.run, (np.zeros(0, np.intp), np.zeros(0))
+        """Return mean and variance of what a block measures at a cycle, (n,).
+
+        Of what ends the life.
+        """
+        run = self.unit.run
+        none = (np.zeros(0, np.intp), np.zeros(0))
         own = run_curves.Asked(run.limit, *none) if block is None else run.asked[block]
-        mean = self.shared.mean(run, own, self.factor[:, None], np.array([cycle]))[:, 0, 0]
+        mean = self.shared.mean(run, own, self.factor[:, None], np.array([cycle]))[
+            :, 0, 0
+        ]
         worn = self.shared.worn(run, own.curve, self.factor)
         left = np.maximum(self._equal(cycle) - self.since, 0.0)
-        return mean + worn * self.strayed, worn**2 * (self.variance + self.shared.rate[:, 0] * left)
+        return mean + worn * self.strayed, worn**2 * (
+            self.variance + self.shared.rate[:, 0] * left
+        )
 
     def measured(self, cycle: float, count: int = 1) -> tuple[Array, Array]:
         """Return mean and standard deviation of the mean of some values of the block, (n,) [SI]."""
@@ -62,19 +80,25 @@ class UnitState:
         if self.block is not None:
             block = self.unit.blocks[self.block]
             column = float(np.median(block.seen.sd)) if len(block.seen) else 0.0
-            own = self.shared.sd[self.block][:, 0] ** 2 + column**2 + (block.relative * mean) ** 2
+            own = (
+                self.shared.sd[self.block][:, 0] ** 2
+                + column**2
+                + (block.relative * mean) ** 2
+            )
             variance = variance + own / count + block.data.error.offset_sd**2
         return mean, np.sqrt(variance)
 
     def value(self, cycle: float, p: Array) -> Array:
         """Return quantiles of a value measured at a cycle [SI]."""
         mean, sd = self.measured(cycle)
-        low, high = float(np.min(mean - 9.0 * sd)), float(np.max(mean + 9.0 * sd))
+        low = float(np.min(mean - 9.0 * sd))
+        high = float(np.max(mean + 9.0 * sd))
         return run_curves.risen(lambda x: _below(x, mean, sd), p, low, high, 1e-6)
 
     def crps(self, cycle: float, value: float, rng: Random) -> float:
         """Return the continuous ranked probability score of a value: E|x − y| − ½ E|x − x′|."""
-        (mean, sd), n = self.measured(cycle), len(self.factor)
+        (mean, sd) = self.measured(cycle)
+        n = len(self.factor)
         x = np.sort(mean + sd * rng.standard_normal(n))
         apart = 2.0 * float((2.0 * np.arange(n) - n + 1.0) @ x) / n**2
         return float(np.mean(np.abs(x - value)) - 0.5 * apart)
@@ -82,7 +106,8 @@ class UnitState:
     @cached_property
     def lives(self) -> lives.Passage:
         """The lives, of all states together."""
-        run, (nodes, heights) = self.unit.run, STATES
+        run = self.unit.run
+        (nodes, heights) = STATES
         worn = self.shared.worn(run, run.limit, self.factor)  # what W is told in
         w = (worn * (self.strayed + nodes[:, None] * np.sqrt(self.variance))).ravel()
         weight = np.repeat(heights, len(self.factor))
@@ -91,55 +116,95 @@ class UnitState:
         own = run.start + since * factor
         mean = np.maximum((run.limit.first_above(run.level - w) - own) / factor, 1e-300)
         lanes = (weight, run.level - w - run.limit.at(own), mean, rate)
-        return lives.Passage(self.unit.now, lanes, lambda at: np.tile(self._equal(at), len(nodes)) - since)
+        return lives.Passage(
+            self.unit.now,
+            lanes,
+            lambda at: np.tile(self._equal(at), len(nodes)) - since,
+        )
 
 
 def _below(value: Array, mean: Array, sd: Array) -> Array:
-    return np.asarray(ndtr((value[:, None] - mean) / np.maximum(sd, 1e-300)).mean(axis=1))
+    return np.asarray(
+        ndtr((value[:, None] - mean) / np.maximum(sd, 1e-300)).mean(axis=1)
+    )
 
 
 States = list[UnitState]
 
 
-def states_of(law: Law, unit: FleetMember, theta: Array, log_factor: Array, cycles: Array) -> States:
+def states_of(
+    law: Law, unit: FleetMember, theta: Array, log_factor: Array, cycles: Array
+) -> States:
     """Return equally probable states of a unit after what had been measured by cycles.
 
     Parameters
     ----------
     law : what is unknown of all units together
     unit : with its measurements
-    theta, log_factor : (cycles, n, parameters), (cycles, n) draws of what units share and of ln f
+    theta, log_factor : (cycles, n, parameters), (cycles, n) draws of what units share
+        and of ln f
     cycles : (cycles,) up to which measurements count
     """
-    n, whole, none = log_factor.shape[1], unit.whole, np.zeros(log_factor.shape[1])
-    lanes, states, seen = law.shared(theta.reshape(-1, theta.shape[-1])), [], []
+    n = log_factor.shape[1]
+    whole = unit.whole
+    none = np.zeros(log_factor.shape[1])
+    lanes = law.shared(theta.reshape(-1, theta.shape[-1]))
+    states = []
+    seen = []
     if unit.inspections:
-        seen = population.seen_by(unit, lanes, log_factor.reshape(-1, 1), steps=True).steps
-    for k, (cycle, count) in enumerate(zip(cycles, unit.inspected(cycles), strict=True)):
-        before, shared, state = unit.inspections[:count], law.shared(theta[k]), (none, none, none)
-        block = next((number for number, _ in reversed(before) if number in whole), next(iter(whole), None))
+        seen = population.seen_by(
+            unit, lanes, log_factor.reshape(-1, 1), steps=True
+        ).steps
+    for k, (cycle, count) in enumerate(
+        zip(cycles, unit.inspected(cycles), strict=True)
+    ):
+        before = unit.inspections[:count]
+        shared = law.shared(theta[k])
+        state = (none, none, none)
+        block = next(
+            (number for number, _ in reversed(before) if number in whole),
+            next(iter(whole), None),
+        )
         if before:
-            mine, step = slice(k * n, (k + 1) * n), seen[count - 1]
+            mine = slice(k * n, (k + 1) * n)
+            step = seen[count - 1]
             since = shared.equal(unit.run.equal(np.array(before[-1][1].cycle)))[:, 0]
-            state = step.mean[mine, 0], step.variance[mine, 0], np.broadcast_to(since, (n,))
-        states.append(UnitState(unit.up_to(cycle), shared, np.exp(log_factor[k]), block, *state))
+            state = (
+                step.mean[mine, 0],
+                step.variance[mine, 0],
+                np.broadcast_to(since, (n,)),
+            )
+        states.append(
+            UnitState(unit.up_to(cycle), shared, np.exp(log_factor[k]), block, *state)
+        )
     return states
 
 
 def joint(found: Population, n: int, rng: Random) -> tuple[Array, Array]:
     """Return draws of what units share, (n, parameters), and of ln f of each unit with it, (units, n)."""
     theta, near = found.parameters(n, rng)
-    return theta, np.stack([population.factors(unit, found.law, near, rng) for unit in found.units])
+    return theta, np.stack(
+        [population.factors(unit, found.law, near, rng) for unit in found.units]
+    )
 
 
 def states_now(found: Population, theta: Array, log_factor: Array) -> States:
-    """Return the states of all units after all measurements, of some of such draws; they lie in order."""
-    some, last = np.linspace(0, len(theta) - 1, min(len(theta), DRAWS)).astype(int), np.array([np.inf])
+    """Return the states of all units after all measurements, of some of such draws.
+
+    They lie in order.
+    """
+    some = np.linspace(0, len(theta) - 1, min(len(theta), DRAWS)).astype(int)
+    last = np.array([np.inf])
     both = zip(found.units, log_factor, strict=True)
-    return [states_of(found.law, unit, theta[None, some], own[None, some], last)[0] for unit, own in both]
+    return [
+        states_of(found.law, unit, theta[None, some], own[None, some], last)[0]
+        for unit, own in both
+    ]
 
 
-def after(found: Population, number: int, until: Array, rng: Random, asked: int | None = None) -> States:
+def after(
+    found: Population, number: int, until: Array, rng: Random, asked: int | None = None
+) -> States:
     """Return `FEW` states of a unit after its inspections up to cycles, all of the other units being known.
 
     With a block that is asked they are those before its inspections at these cycles.
@@ -153,7 +218,10 @@ def after(found: Population, number: int, until: Array, rng: Random, asked: int 
     u, mass, marginal = population.masses(unit, found.law, points, until)
     likely = np.exp(marginal - marginal.max(axis=1, keepdims=True))[:, which.ravel()]
     picks = [rng.choice(FEW, FEW, p=own / own.sum()) for own in likely]
-    each = [along(u, own, which.ravel()[pick], rng) for own, pick in zip(mass, picks, strict=True)]
+    each = [
+        along(u, own, which.ravel()[pick], rng)
+        for own, pick in zip(mass, picks, strict=True)
+    ]
     return states_of(found.law, unit, theta[np.array(picks)], np.array(each), until)
 
 
@@ -162,7 +230,9 @@ FEWEST = 3  # other units from which one is compared with them
 IN_SI = ("value", "crps", "foreseen", "by_the_rate", "by_a_line")
 
 
-def fleet_groups(studies: Subjects, runs: run_curves.Runs, *, replay: bool) -> dict[str, xr.Dataset]:
+def fleet_groups(
+    studies: Subjects, runs: run_curves.Runs, *, replay: bool
+) -> dict[str, xr.Dataset]:
     """Return the groups of a fleet's tree.
 
     Parameters
@@ -170,53 +240,91 @@ def fleet_groups(studies: Subjects, runs: run_curves.Runs, *, replay: bool) -> d
     studies, runs : what was asked, and the run, of every unit
     replay : also how well every inspection was foreseen
     """
-    spec, prior, both = studies[0].spec, studies[0].prior, zip(studies, runs, strict=True)
+    spec = studies[0].spec
+    prior = studies[0].prior
+    both = zip(studies, runs, strict=True)
     assert spec.fleet is not None and prior is not None
-    units = [FleetMember(one.label, run, answers.blocks_of(one, [run])) for one, run in both]
-    found = population.population(units, population.law_of(spec.fleet, prior, units), spec.seed)
+    units = [
+        FleetMember(one.label, run, answers.blocks_of(one, [run])) for one, run in both
+    ]
+    found = population.population(
+        units, population.law_of(spec.fleet, prior, units), spec.seed
+    )
     rng = np.random.default_rng([spec.seed, 1])
-    blanks, (theta, each) = _blanks(found, rng), joint(found, spec.draws, rng)
+    blanks = _blanks(found, rng)
+    (theta, each) = joint(found, spec.draws, rng)
     rows = _observed(found, blanks, rng)
-    stats: dict[str, Any] = {"log_evidence": found.evidence, "points": float(len(found.theta))}
-    stats |= {"notes": " | ".join(_notes(studies, found)), **(_scores(rows) if replay else {})}
+    stats: dict[str, Any] = {
+        "log_evidence": found.evidence,
+        "points": float(len(found.theta)),
+    }
+    stats |= {
+        "notes": " | ".join(_notes(studies, found)),
+        **(_scores(rows) if replay else {}),
+    }
     now = _predictions(studies, found, states_now(found, theta, each), blanks)
-    groups = {"posterior": _posterior(found, theta, each, rng), "predictions": now, "observed_data": rows}
+    groups = {
+        "posterior": _posterior(found, theta, each, rng),
+        "predictions": now,
+        "observed_data": rows,
+    }
     groups["sample_stats"] = layout.dataset("statistics", stats)
     if rows and rows["flagged"].values.any():
         sound = _without(found, rows.isel(observation=rows["flagged"].values))
         rest = population.population(sound, found.law, 0)
         states = states_now(rest, *joint(rest, DRAWS, rng))
-        groups["predictions_without"] = _predictions(studies, rest, states, _blanks(rest, rng))
+        groups["predictions_without"] = _predictions(
+            studies, rest, states, _blanks(rest, rng)
+        )
     return groups
 
 
 def _blanks(found: Population, rng: Random) -> States:
     """Return the states of units by what is known of the others alone."""
-    return [after(found, number, np.array([-np.inf]), rng)[0] for number in range(len(found.units))]
+    return [
+        after(found, number, np.array([-np.inf]), rng)[0]
+        for number in range(len(found.units))
+    ]
 
 
 def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
     """Return the units without the inspections that are flagged."""
-    out = set(zip(*(flagged[name].values for name in ("unit_name", "block", "cycle")), strict=True))
+    out = set(
+        zip(
+            *(flagged[name].values for name in ("unit_name", "block", "cycle")),
+            strict=True,
+        )
+    )
 
     def kept(unit: FleetMember, n: int, block: likelihood.Block) -> likelihood.Block:
         cycle = unit.run.asked[n].cycle[block.rows]
-        return replace(block, rows=block.rows[[(unit.name, n, at) not in out for at in cycle.tolist()]])
+        return replace(
+            block,
+            rows=block.rows[[(unit.name, n, at) not in out for at in cycle.tolist()]],
+        )
 
-    each = [(unit, [kept(unit, n, one) for n, one in enumerate(unit.blocks)]) for unit in found.units]
+    each = [
+        (unit, [kept(unit, n, one) for n, one in enumerate(unit.blocks)])
+        for unit in found.units
+    ]
     return [replace(unit, blocks=tuple(blocks)) for unit, blocks in each]
 
 
 def _posterior(found: Population, theta: Array, each: Array, rng: Random) -> xr.Dataset:
     """Return equally probable draws of what the units share, and of each unit's factor."""
-    n, shown = len(theta), {}
+    n = len(theta)
+    shown = {}
     for (name, *_), value in zip(found.law.parameters, np.exp(theta.T), strict=True):
         shown[name] = value
         if (number := name.removeprefix("sd_")).isdigit():
             data = found.units[0].blocks[int(number)].data
-            shown[f"sd_{data.label}"] = layout.variable("sample", "sd", shown.pop(name), units=data.si)
+            shown[f"sd_{data.label}"] = layout.variable(
+                "sample", "sd", shown.pop(name), units=data.si
+            )
     shown["factor"] = np.exp(each.T)
-    shown["factor_of_another"] = np.exp(theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(n))
+    shown["factor_of_another"] = np.exp(
+        theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(n)
+    )
     return layout.sample(shown, n, "fleet", unit=_names(found))
 
 
@@ -224,48 +332,80 @@ def _names(found: Population) -> np.ndarray:
     return np.array([unit.name for unit in found.units], dtype=object)
 
 
-def _predictions(studies: Subjects, found: Population, states: States, blanks: States) -> xr.Dataset:
+def _predictions(
+    studies: Subjects, found: Population, states: States, blanks: States
+) -> xr.Dataset:
     """Return each unit's life, remaining life, day, wear now, and whether it is like the others."""
     middle = np.array([float(np.median(state.factor)) for state in states])
-    pace, rows, costs = middle / np.exp(np.median(np.log(middle))), [], studies[0].spec.decision
+    pace = middle / np.exp(np.median(np.log(middle)))
+    rows = []
+    costs = studies[0].spec.decision
     calendars = any(study.calendar is not None for study in studies)
     for k, (study, state) in enumerate(zip(studies, states, strict=True)):
-        run, now = state.unit.run, state.unit.now
+        run = state.unit.run
+        now = state.unit.now
         days = layout.calendar_of(study, run, now)
         row = layout.lives(state.lives, np.quantile(state.factor, layout.P), run, days)
         worn = float(np.mean(state.wear(now)[0])) / run.level
         row |= {"end_passed": state.lives.below(now), "pace": pace[k], "worn": worn}
         row["p_like_the_others"] = _like_the_others(found, k, blanks[k])
         if calendars:
-            row["hours_per_year"] = np.nan if study.calendar is None else study.calendar.a_year
-            row.setdefault("end_of_life_quantile", np.array([""] * len(layout.P), dtype=object))
+            row["hours_per_year"] = (
+                np.nan if study.calendar is None else study.calendar.a_year
+            )
+            row.setdefault(
+                "end_of_life_quantile", np.array([""] * len(layout.P), dtype=object)
+            )
         rows.append(layout.dataset("predictions", row, quantile=layout.P))
-        advice = None if costs is None else decision.changes(state.lives, run, costs, PLACES)
+        advice = (
+            None if costs is None else decision.changes(state.lives, run, costs, PLACES)
+        )
         if advice is not None:
             advice = layout.dated(advice, days)
             single = [name for name, one in advice.data_vars.items() if not one.dims]
             rows[-1] = rows[-1].merge(advice[single])
     # of a unit whose limit has been passed nothing is advised
     both = layout.joined(rows, "unit")
-    texts = {name: one.fillna("") for name, one in both.data_vars.items() if one.dtype == object}
+    texts = {
+        name: one.fillna("")
+        for name, one in both.data_vars.items()
+        if one.dtype == object
+    }
     both = both.assign({**texts, "limit": layout.limit_of(studies[0].limit)})
-    return both.assign_coords(unit=layout.variable("coordinates", "unit", _names(found)))
+    return both.assign_coords(
+        unit=layout.variable("coordinates", "unit", _names(found))
+    )
 
 
 def _like_the_others(found: Population, number: int, blank: UnitState) -> float:
-    """Return the probability of a last value as far off, by what the other units tell; NaN without any."""
+    """Return the probability of a last value as far off, by what the other units tell.
+
+    NaN without any.
+    """
     unit = found.units[number]
     others = sum(len(each.cycles) > 0 for each in found.units) - (len(unit.cycles) > 0)
-    told = [] if others < FEWEST or blank.block is None else _inspections(unit, blank.block)
-    return _two_sided(blank, *told[-1]) if told and np.isfinite(told[-1][1]) else float("nan")
+    told = (
+        []
+        if others < FEWEST or blank.block is None
+        else _inspections(unit, blank.block)
+    )
+    return (
+        _two_sided(blank, *told[-1])
+        if told and np.isfinite(told[-1][1])
+        else float("nan")
+    )
 
 
 def _inspections(unit: FleetMember, number: int) -> list[tuple[float, float, int]]:
     """Return cycle, mean value and number of values of each inspection of a block."""
     block = unit.blocks[number]
-    cycle, value = unit.run.asked[number].cycle[block.rows], block.seen.value[block.rows]
+    cycle = unit.run.asked[number].cycle[block.rows]
+    value = block.seen.value[block.rows]
     times, count = np.unique(cycle, return_counts=True)
-    return [(float(t), float(value[cycle == t].mean()), int(n)) for t, n in zip(times, count, strict=True)]
+    return [
+        (float(t), float(value[cycle == t].mean()), int(n))
+        for t, n in zip(times, count, strict=True)
+    ]
 
 
 def _two_sided(state: UnitState, cycle: float, value: float, count: int) -> float:
@@ -277,49 +417,89 @@ def _two_sided(state: UnitState, cycle: float, value: float, count: int) -> floa
 def _observed(found: Population, blanks: list[UnitState], rng: Random) -> xr.Dataset:
     """Return every inspection that is foreseen: its value, what those before and the other units tell.
 
-    Two simple rules stand beside it: the others' median rate between inspections, a line through the origin.
+    Two simple rules stand beside it: the others' median rate between inspections, a
+    line through the origin.
     """
     rows: list[dict[str, Any]] = []
     for number, (unit, blank) in enumerate(zip(found.units, blanks, strict=True)):
         for n in (n for n in unit.whole if len(unit.blocks[n].rows)):
             values = _inspections(unit, n)
-            # at the very first inspection of a unit the others alone tell what to expect
+            # at the very first inspection of a unit the others alone tell what to
+            # expect
             new = int(not len(replace(unit, asked=n).up_to(values[0][0]).cycles))
             later = [at for at, *_ in values[new:]]
-            states = [blank] * new + (after(found, number, np.array(later), rng, n) if later else [])
+            states = [blank] * new + (
+                after(found, number, np.array(later), rng, n) if later else []
+            )
             for known, (cycle, value, count) in zip(states, values, strict=True):
-                state, off = replace(known, block=n), (np.nan, np.nan)
-                row: dict[str, Any] = {"unit_name": unit.name, "block": n, "cycle": cycle, "value": value}
+                state = replace(known, block=n)
+                off = (np.nan, np.nan)
+                row: dict[str, Any] = {
+                    "unit_name": unit.name,
+                    "block": n,
+                    "cycle": cycle,
+                    "value": value,
+                }
                 other = len(known.unit.cycles) and known.block not in (None, n)
-                row |= {"what": _named(unit, n), "against": _named(unit, known.block) if other else ""}
+                row |= {
+                    "what": _named(unit, n),
+                    "against": _named(unit, known.block) if other else "",
+                }
                 row["foreseen"] = state.value(cycle, layout.P)
                 if np.isfinite(value):
-                    off = _two_sided(state, cycle, value, count), state.crps(cycle, value, rng)
-                rows.append(row | {"check_p": off[0], "crps": off[1], "higher": value > row["foreseen"][2]})
+                    off = (
+                        _two_sided(state, cycle, value, count),
+                        state.crps(cycle, value, rng),
+                    )
+                rows.append(
+                    row
+                    | {
+                        "check_p": off[0],
+                        "crps": off[1],
+                        "higher": value > row["foreseen"][2],
+                    }
+                )
     if not rows:
         return xr.Dataset()
     told = layout.stacked(rows)
-    at, seen, block, names = (told[key] for key in ("cycle", "value", "block", "unit_name"))
+    at = told["cycle"]
+    seen = told["value"]
+    block = told["block"]
+    names = told["unit_name"]
     first = np.append(True, (names[1:] != names[:-1]) | (block[1:] != block[:-1]))
-    before, worn = (np.where(first, 0.0, np.roll(each, 1)) for each in (at, seen))
-    with np.errstate(divide="ignore", invalid="ignore"):  # from one inspection to the next
+    before = np.where(first, 0.0, np.roll(at, 1))
+    worn = np.where(first, 0.0, np.roll(seen, 1))
+    with np.errstate(
+        divide="ignore", invalid="ignore"
+    ):  # from one inspection to the next
         pace = (seen - worn) / (at - before)
         line = np.where(before > 0.0, worn / before, np.nan)
     rate = np.full(len(rows), np.nan)
     for k, name in enumerate(names):
         others = pace[(names != name) & (block == block[k]) & np.isfinite(pace)]
         rate[k] = np.median(others) if len(others) else np.nan
-    told |= {"first": first, "flagged": told["check_p"] < sampling.ALARM / len(rows), "by_a_line": line * at}
+    told |= {
+        "first": first,
+        "flagged": told["check_p"] < sampling.ALARM / len(rows),
+        "by_a_line": line * at,
+    }
     told["by_the_rate"] = np.where(first, np.nan, worn + rate * (at - before))
     si = {"units": found.units[0].blocks[int(np.bincount(block).argmax())].data.si}
-    labelled = {n: layout.variable("fleet", n, v, **(si if n in IN_SI else {})) for n, v in told.items()}
+    labelled = {
+        n: layout.variable("fleet", n, v, **(si if n in IN_SI else {}))
+        for n, v in told.items()
+    }
     return layout.dataset("fleet", labelled, quantile=layout.P)
 
 
 def _named(unit: FleetMember, number: int | None) -> str:
-    """Return how messages call what a block measures; nothing where the unit was not measured otherwise."""
+    """Return how messages call what a block measures.
+
+    Nothing where the unit was not measured otherwise.
+    """
     assert number is not None
-    data, several = unit.blocks[number].data, sum(len(block.seen) > 0 for block in unit.blocks) > 1
+    data = unit.blocks[number].data
+    several = sum(len(block.seen) > 0 for block in unit.blocks) > 1
     return f"{data.label.replace('_', ' ')} ({data.file.name})" if several else ""
 
 
@@ -329,13 +509,24 @@ def _scores(rows: xr.Dataset) -> dict[str, float]:
         return {}
     # averages over several blocks would mix quantities
     same = rows["block"].values == np.bincount(rows["block"].values).argmax()
-    held = rows.isel(observation=same & ~rows["first"].values & np.isfinite(rows["value"].values))
-    q, value = held["foreseen"].values.T, held["value"].values
+    held = rows.isel(
+        observation=same & ~rows["first"].values & np.isfinite(rows["value"].values)
+    )
+    q = held["foreseen"].values.T
+    value = held["value"].values
     if not len(value):
         return {}
-    off = {"mean_error": q[2], "error_of_rate": held["by_the_rate"], "error_of_line": held["by_a_line"]}
-    mean = {"crps": held["crps"]} | {name: np.abs(np.asarray(each) - value) for name, each in off.items()}
-    found = {f"replay_{name}": float(np.nanmean(values)) for name, values in mean.items()}
+    off = {
+        "mean_error": q[2],
+        "error_of_rate": held["by_the_rate"],
+        "error_of_line": held["by_a_line"],
+    }
+    mean = {"crps": held["crps"]} | {
+        name: np.abs(np.asarray(each) - value) for name, each in off.items()
+    }
+    found = {
+        f"replay_{name}": float(np.nanmean(values)) for name, values in mean.items()
+    }
     return {"replay_count": float(len(value)), **found, **held_by(q, value)}
 
 
@@ -344,9 +535,20 @@ def _notes(studies: Subjects, found: Population) -> list[str]:
     units = []
     for one, unit in zip(studies, found.units, strict=True):
         hours = one.record and one.record.excess(one.calendar and one.calendar.a_year)
-        odd = [answers.oddities(n, block, unit.run) for n, block in enumerate(unit.blocks) if len(block.rows)]
+        odd = [
+            answers.oddities(n, block, unit.run)
+            for n, block in enumerate(unit.blocks)
+            if len(block.rows)
+        ]
         ends = unit.run.limit_cycle > unit.run.end * (1.0 + 1e-12)
-        units.append({"name": unit.name, "hours": hours, "oddities": [*chain(*odd)], "ends": ends})
+        units.append(
+            {
+                "name": unit.name,
+                "hours": hours,
+                "oddities": [*chain(*odd)],
+                "ends": ends,
+            }
+        )
     nothing = not any(len(unit.cycles) for unit in found.units)
     told = {"units": units, "nothing": nothing, "resolved": found.resolved}
     return layout.rendered("fleet_notes.txt", told)

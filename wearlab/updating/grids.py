@@ -1,13 +1,16 @@
 """What is known after the measurements: a grid over (ln k, ln sd, ln drift), within each stored run.
 
-Given k, blocks of observations are independent, so that each integrates its own errors out,
+Given k, blocks of observations are independent, so that each integrates its own errors
+out,
 
-    L_b(k) = ∫ p(y_b | k, sd, drift) p(sd) p(drift) d sd d drift,   p(k | y) ∝ p(k) Π_b L_b(k).
+    L_b(k) = ∫ p(y_b | k, sd, drift) p(sd) p(drift) d sd d drift,   p(k | y) ∝ p(k) Π_b
+    L_b(k).
 
-Each run has a grid of its own over ln k, u = c + w sinh s with s evenly spaced: as fine as the width w about
-the largest density c, and wide in the tails. The likelihood is evaluated at its nodes and interpolated in its
-log to a grid eight times as fine, where the prior is added; nodes are doubled until every other one is
-foretold by the rest. Unknown errors have even grids in their logs, where the posterior is.
+Each run has a grid of its own over ln k, u = c + w sinh s with s evenly spaced: as fine
+as the width w about the largest density c, and wide in the tails. The likelihood is
+evaluated at its nodes and interpolated in its log to a grid eight times as fine, where
+the prior is added; nodes are doubled until every other one is foretold by the rest.
+Unknown errors have even grids in their logs, where the posterior is.
 """
 
 import math
@@ -23,24 +26,40 @@ from wearlab.arrays import Array, Flags, Index, Random
 from wearlab.campaign.distributions import SMALLEST, Distribution
 from wearlab.updating import likelihood
 from wearlab.updating.kalman import Filtered
-from wearlab.updating.likelihood import Block, Blocks, Lanes, Spread, log_density, log_likelihood
+from wearlab.updating.likelihood import (
+    Block,
+    Blocks,
+    Lanes,
+    Spread,
+    log_density,
+    log_likelihood,
+)
 from wearlab.updating.run_curves import Runs, risen
 
-COARSE, COARSE_SPREAD, CENTRED = 101, 21, 41  # points while ranges are narrowed, and the top is found
+COARSE, COARSE_SPREAD, CENTRED = (
+    101,
+    21,
+    41,
+)  # points while ranges are narrowed, and the top is found
 AT_ONCE = 2_000_000  # values of all lanes that are worked on at once
 NODES, SPREADS = 97, 33  # of the factor to begin with, of an error
 MOST_NODES = {False: 6145, True: 769}  # by whether errors are unknown besides
 FINER = 8
 DEPTH = 28.0  # of the log density below its top that grids reach down to
 SCALE = 0.5  # of what sources that contradict each other may be off by, in ln k
-FORETOLD = 2e-6  # of the largest density, by which every other node may be off from what the rest foretell
+# of the largest density, by which every other node may be off from what the rest
+# foretell
+FORETOLD = 2e-6
 ROUNDS = 60
 
 Grids = tuple[Array, Array]
 
 
 class Range(NamedTuple):
-    """Where ln of an unknown is looked for, and what its prior allows at all; each (runs,)."""
+    """Where ln of an unknown is looked for, and what its prior allows at all.
+
+    Each (runs,).
+    """
 
     low: Array
     high: Array
@@ -49,9 +68,14 @@ class Range(NamedTuple):
 
 
 def range_of(prior: Distribution, runs: int, scale: float = 1.0) -> Range:
-    """Return the range of ln value of a prior, by run; a normal law allows more than it starts with."""
+    """Return the range of ln value of a prior, by run.
+
+    A normal law allows more than it starts with.
+    """
     with np.errstate(divide="ignore"):
-        low, high = np.log(scale * np.array([prior.at(SMALLEST), prior.at(1.0 - SMALLEST)])).tolist()
+        low, high = np.log(
+            scale * np.array([prior.at(SMALLEST), prior.at(1.0 - SMALLEST)])
+        ).tolist()
         ends = np.log(scale * np.array([max(prior.low, 0.0), prior.high])).tolist()
     if not np.isfinite(low):  # a normal law of what is positive
         low = math.log(scale * prior.at(0.5)) - 40.0
@@ -72,11 +96,13 @@ class Posterior:
     ----------
     histories : the runs
     nodes : (runs, n) ln factor where the likelihood is known
-    spreads : for each block the grids over ln of its errors, (sd, drift), each (runs, n); (runs, 1) of known
+    spreads : for each block the grids over ln of its errors, (sd, drift), each (runs,
+        n); (runs, 1) of known
     centre, width : (runs,) of the map ln factor = c + w sinh s
     place : (runs, n) values of s, evenly spaced; one where the factor is known
     log_factor : (runs, n) ln factor there
-    density, below : (runs, n) probability per unit of s, and up to there, of each run by itself
+    density, below : (runs, n) probability per unit of s, and up to there, of each run
+        by itself
     log_evidence : (runs,) log of p(y | run)
     weight : (runs,) posterior probability of each run
     mass : (runs, n) probability of each point of the grids; all together 1
@@ -84,18 +110,29 @@ class Posterior:
     """
 
     def __init__(self, runs: Runs, blocks: Blocks, prior: Distribution | None):
-        self.histories, self.blocks, self.prior = tuple(runs), tuple(blocks), prior
-        self._all, self.resolved = np.arange(len(self.histories)), True
+        self.histories = tuple(runs)
+        self.blocks = tuple(blocks)
+        self.prior = prior
+        self._all = np.arange(len(self.histories))
+        self.resolved = True
         each = likelihood.unknown(self.blocks)
-        self._axes = {(n, side): range_of(prior, len(self._all), own.scale) for n, side, own, prior in each}
-        self.centre, self.width = np.log([run.factor for run in self.histories]), np.ones(len(self._all))
+        self._axes = {
+            (n, side): range_of(prior, len(self._all), own.scale)
+            for n, side, own, prior in each
+        }
+        self.centre, self.width = (
+            np.log([run.factor for run in self.histories]),
+            np.ones(len(self._all)),
+        )
         if prior is not None:
             self._factor = range_of(prior, len(self._all))
         self._narrow()
         self.spreads = self._spreads(SPREADS)
         if prior is None:
             self.nodes = self.centre[:, None]
-            self._norm(np.zeros_like(self.nodes), self._log_likelihood(self.nodes, self._all))
+            self._norm(
+                np.zeros_like(self.nodes), self._log_likelihood(self.nodes, self._all)
+            )
         else:
             self._norm(*self._resolve(prior))
 
@@ -129,40 +166,68 @@ class Posterior:
         if self.prior is None:
             return (log_factor > self.centre[:, None]).astype(float)
         s = np.arcsinh((log_factor - self.centre[:, None]) / self.width[:, None])
-        step, n = self.place[:, 1:2] - self.place[:, :1], self.place.shape[1]
+        step = self.place[:, 1:2] - self.place[:, :1]
+        n = self.place.shape[1]
         t = np.clip((s - self.place[:, :1]) / step, 0.0, n - 1.0)
         i = np.minimum(t.astype(np.intp), n - 2)
-        t, runs = t - i, self._all[:, None]
-        (y0, d0), (y1, d1) = ((self.below[runs, j], self.density[runs, j] * step) for j in (i, i + 1))
-        return np.asarray(np.polyval([d0 + d1 - 2.0 * (y1 - y0), 3.0 * (y1 - y0) - 2.0 * d0 - d1, d0, y0], t))
+        t = t - i
+        runs = self._all[:, None]
+        (y0, d0), (y1, d1) = (
+            (self.below[runs, j], self.density[runs, j] * step) for j in (i, i + 1)
+        )
+        return np.asarray(
+            np.polyval(
+                [d0 + d1 - 2.0 * (y1 - y0), 3.0 * (y1 - y0) - 2.0 * d0 - d1, d0, y0], t
+            )
+        )
 
     def factor(self, p: Array) -> Array:
         """Return quantiles of the factor."""
-        low, high = self.log_factor[:, 0].min() - 1e-9, self.log_factor[:, -1].max() + 1e-9
+        low = self.log_factor[:, 0].min() - 1e-9
+        high = self.log_factor[:, -1].max() + 1e-9
 
         def smaller(u: Array) -> Array:
-            return self.weight @ self.smaller(np.broadcast_to(u, (len(self.weight), len(u))))
+            return self.weight @ self.smaller(
+                np.broadcast_to(u, (len(self.weight), len(u)))
+            )
 
         return np.exp(risen(smaller, np.asarray(p, float), low, high))
 
     def conditional(self, i: int, number: int) -> tuple[Array, Filtered]:
         """Return log p(y_b, ln sd, ln drift | factor) of a run's block at its nodes, and what is filtered."""
         sd, drift = (grid[[i]] for grid in self.spreads[number])
-        runs, nodes = self.histories[i : i + 1], self.nodes[[i]]
+        runs = self.histories[i : i + 1]
+        nodes = self.nodes[[i]]
         found, seen = conditional(runs, self.blocks[number], number, nodes, (sd, drift))
-        mean, variance = (np.broadcast_to(part, found.shape)[0] for part in (seen.mean, seen.variance))
+        mean = np.broadcast_to(seen.mean, found.shape)[0]
+        variance = np.broadcast_to(seen.variance, found.shape)[0]
         return found[0], Filtered(found[0], mean, variance, seen.cycle)
 
     def _norm(self, place: Array, logs: Array) -> None:
-        """Set densities, evidences and weights by logs at places; one place where the factor is known."""
-        n, top = logs.shape[1], logs.max(axis=1, keepdims=True)
-        self.place, self.log_factor, density = place, self._at(place), np.exp(logs - top)
-        below, total = density, np.ones((len(logs), 1))
+        """Set densities, evidences and weights by logs at places.
+
+        One place where the factor is known.
+        """
+        n = logs.shape[1]
+        top = logs.max(axis=1, keepdims=True)
+        self.place, self.log_factor, density = (
+            place,
+            self._at(place),
+            np.exp(logs - top),
+        )
+        below = density
+        total = np.ones((len(logs), 1))
         if n > 1:
             step = (place[:, -1:] - place[:, :1]) / (n - 1)
-            below = CubicSpline(np.arange(n), density, axis=1).antiderivative()(np.arange(n)) * step
+            below = (
+                CubicSpline(np.arange(n), density, axis=1).antiderivative()(
+                    np.arange(n)
+                )
+                * step
+            )
             total = below[:, -1:]
-        self.density, self.below = density / total, below / total
+        self.density = density / total
+        self.below = below / total
         self.log_evidence = (top + np.log(total))[:, 0]
         self.weight = np.exp(self.relative - logsumexp(self.relative))
         mass = self.density * even_weights(n)
@@ -170,7 +235,9 @@ class Posterior:
 
     def _even(self, n: int, some: Any = slice(None)) -> Array:
         """Return n even values of s over the range of the factor, (some, n)."""
-        low, high = (np.arcsinh((end - self.centre) / self.width) for end in self._factor[:2])
+        low, high = (
+            np.arcsinh((end - self.centre) / self.width) for end in self._factor[:2]
+        )
         return np.linspace(low[some], high[some], n, axis=1)
 
     def _at(self, s: Array, some: Any = slice(None)) -> Array:
@@ -184,32 +251,50 @@ class Posterior:
             if (axis := self._axes.get((number, side))) is not None:
                 return np.linspace(axis.low, axis.high, n, axis=1)
             with np.errstate(divide="ignore"):  # an error that is 0
-                return np.full((len(self._all), 1), np.log(0.0 if spread is None else spread.known))
+                return np.full(
+                    (len(self._all), 1), np.log(0.0 if spread is None else spread.known)
+                )
 
-        return tuple((grid(k, 0, block.sd), grid(k, 1, block.drift)) for k, block in enumerate(self.blocks))
+        return tuple(
+            (grid(k, 0, block.sd), grid(k, 1, block.drift))
+            for k, block in enumerate(self.blocks)
+        )
 
     def _tables(self, points: Array, some: Index) -> dict[int, Array]:
         """Return the conditional of each block at points (some, n), as many runs at once as memory allows."""
         tables = {}
         for number in likelihood.told(self.blocks):
-            block, (sd, drift), parts = self.blocks[number], (grid[some] for grid in self.spreads[number]), []
+            block = self.blocks[number]
+            (sd, drift) = (grid[some] for grid in self.spreads[number])
+            parts = []
             size = points.shape[1] * len(block.rows) * sd.shape[1] * drift.shape[1]
-            for mine in np.array_split(np.arange(len(some)), min(len(some), 1 + len(some) * size // AT_ONCE)):
+            for mine in np.array_split(
+                np.arange(len(some)), min(len(some), 1 + len(some) * size // AT_ONCE)
+            ):
                 runs = [self.histories[i] for i in some[mine]]
-                parts.append(conditional(runs, block, number, points[mine], (sd[mine], drift[mine]))[0])
+                parts.append(
+                    conditional(
+                        runs, block, number, points[mine], (sd[mine], drift[mine])
+                    )[0]
+                )
             tables[number] = np.concatenate(parts)
         return tables
 
     def _log_likelihood(self, points: Array, some: Index) -> Array:
         total = np.zeros(points.shape)
         for table in self._tables(points, some).values():
-            total += table[:, :, 0, 0] if table[0, 0].size == 1 else logsumexp(table, axis=(2, 3))
+            total += (
+                table[:, :, 0, 0]
+                if table[0, 0].size == 1
+                else logsumexp(table, axis=(2, 3))
+            )
         return total
 
     def _narrow(self) -> None:
         """Narrow all ranges to where the posterior is, or widen them where a prior goes on.
 
-        How small an error may be is seen only where the factor is right: its range comes first.
+        How small an error may be is seen only where the factor is right: its range
+        comes first.
         """
         self.spreads = self._spreads(COARSE_SPREAD)
         for _ in range(1 + (len(self._axes) > 0)):
@@ -225,25 +310,32 @@ class Posterior:
 
     def _factor_moved(self, some: Index) -> Flags:
         """Fit the range of the factor once; say of which runs it moved."""
-        points = np.linspace(self._factor.low[some], self._factor.high[some], COARSE, axis=1)
+        points = np.linspace(
+            self._factor.low[some], self._factor.high[some], COARSE, axis=1
+        )
         return _narrowed(self._factor, some, points, self._log_density(points, some))
 
     def _errors_moved(self, some: Index) -> Flags:
         """Fit the ranges of unknown errors once; say of which runs any moved."""
-        points, own = self.centre[some, None], np.zeros((len(some), 1))
+        points = self.centre[some, None]
+        own = np.zeros((len(some), 1))
         if self.prior is not None:
             s = self._even(COARSE, some)
             points = self._at(s, some)
             own = log_density(self.prior, points) + np.log(np.cosh(s))
         tables = self._tables(points, some)
-        alone = {number: logsumexp(table, axis=(2, 3)) for number, table in tables.items()}
+        alone = {
+            number: logsumexp(table, axis=(2, 3)) for number, table in tables.items()
+        }
         together = own + sum(alone.values(), np.zeros(points.shape))
         moved = np.zeros(len(some), bool)
         for (number, side), axis in self._axes.items():
             if number in tables:
                 grid = self.spreads[number][side]
                 table = tables[number] + (together - alone[number])[:, :, None, None]
-                margin = logsumexp(table, axis=(1, 3 - side)) - np.log(even_weights(grid.shape[1]))
+                margin = logsumexp(table, axis=(1, 3 - side)) - np.log(
+                    even_weights(grid.shape[1])
+                )
                 moved |= _narrowed(axis, some, grid[some], margin)
         self.spreads = self._spreads(COARSE_SPREAD)
         return moved
@@ -251,7 +343,8 @@ class Posterior:
     def _resolve(self, prior: Distribution) -> tuple[Array, Array]:
         """Return s on a fine grid, and the log of prior times likelihood per unit of s, (runs, n).
 
-        Nodes are doubled until every other one is foretold by the rest; where it is, those between are.
+        Nodes are doubled until every other one is foretold by the rest; where it is,
+        those between are.
         """
         self.nodes = self._at(self._even(NODES))
         values = self._log_likelihood(self.nodes, self._all)
@@ -259,48 +352,70 @@ class Posterior:
             n = values.shape[1]
             logs = values + log_density(prior, self.nodes)
             top = np.where(np.isfinite(logs), logs, -np.inf).max(axis=1, keepdims=True)
-            largest = np.where(np.isfinite(logs), values, -1e300).max(axis=1, keepdims=True)
+            largest = np.where(np.isfinite(logs), values, -1e300).max(
+                axis=1, keepdims=True
+            )
             safe = np.maximum(values, largest - 1e6)
-            foretold = CubicSpline(np.arange(0, n, 2), safe[:, ::2], axis=1)(np.arange(1, n, 2))
+            foretold = CubicSpline(np.arange(0, n, 2), safe[:, ::2], axis=1)(
+                np.arange(1, n, 2)
+            )
             off = np.abs(np.expm1(np.minimum(foretold - safe[:, 1::2], 50.0)))
-            rough = np.flatnonzero(~np.all(off * np.exp(logs[:, 1::2] - top) < FORETOLD, axis=1))
+            rough = np.flatnonzero(
+                ~np.all(off * np.exp(logs[:, 1::2] - top) < FORETOLD, axis=1)
+            )
             self.resolved = not len(rough)
             if self.resolved or 2 * n - 1 > MOST_NODES[bool(self._axes)]:
                 break
-            self.nodes, coarse = self._at(self._even(2 * n - 1)), values
+            self.nodes = self._at(self._even(2 * n - 1))
+            coarse = values
             values = _between(coarse, 0.5 * np.arange(2 * n - 1))
             values[:, ::2] = coarse
             values[rough, 1::2] = self._log_likelihood(self.nodes[rough, 1::2], rough)
         s = self._even(FINER * (n - 1) + 1)
-        logs = _between(values, np.linspace(0.0, n - 1.0, s.shape[1])) + log_density(prior, self._at(s))
+        logs = _between(values, np.linspace(0.0, n - 1.0, s.shape[1])) + log_density(
+            prior, self._at(s)
+        )
         return s, logs + np.log(self.width[:, None] * np.cosh(s))
 
     def widened(self, alone: "Sequence[Posterior]") -> "Posterior":
         """Return what is known where each source has a scale of its own: it sees ln k + δ, δ ~ N(0, τ²).
 
-        p(u | y) ∝ p(u) ∫ p(τ) Π_b ∫ L_b(x) N(x; u, τ²) dx dτ, τ half-normal with a standard deviation of
-        `SCALE`: the random effects of a meta-analysis.
+        p(u | y) ∝ p(u) ∫ p(τ) Π_b ∫ L_b(x) N(x; u, τ²) dx dτ, τ half-normal with a
+        standard deviation of `SCALE`: the random effects of a meta-analysis.
 
         Parameters
         ----------
         alone : of each source alone; this is of all together, as if each were right
         """
         assert self.prior is not None
-        n, runs = self.place.shape[1], len(self._all)
+        n = self.place.shape[1]
+        runs = len(self._all)
         tau = np.geomspace(0.01, 4.0, 25) * SCALE
         log_tau = -0.5 * (tau / SCALE) ** 2 + np.log(tau)
         s = np.broadcast_to(np.linspace(-6.0, 6.0, n), (runs, n))
-        found, logs = self.but(centre=self.centre.copy(), width=np.empty(runs)), np.empty((runs, n))
+        found = self.but(centre=self.centre.copy(), width=np.empty(runs))
+        logs = np.empty((runs, n))
         for i in range(runs):
-            means = [float(np.sum(one.mass[i] * one.log_factor[i]) / one.mass[i].sum()) for one in alone]
-            found.centre[i], found.width[i] = np.mean(means), max(np.ptp(means), 1e-6) / 4.0
+            means = [
+                float(np.sum(one.mass[i] * one.log_factor[i]) / one.mass[i].sum())
+                for one in alone
+            ]
+            found.centre[i] = np.mean(means)
+            found.width[i] = max(np.ptp(means), 1e-6) / 4.0
             u = found.centre[i] + found.width[i] * np.sinh(s[i])
             together = log_tau + np.zeros((n, 1))
             for one in alone:
-                x, density = one.log_factor[i][::4], one.density[i][::4] * even_weights(n)[::4]
-                own = np.log(np.maximum(density, 1e-290)) - log_density(self.prior, x) + one.log_evidence[i]
+                x = one.log_factor[i][::4]
+                density = one.density[i][::4] * even_weights(n)[::4]
+                own = (
+                    np.log(np.maximum(density, 1e-290))
+                    - log_density(self.prior, x)
+                    + one.log_evidence[i]
+                )
                 away = (u[:, None] - x) ** 2
-                seen = [logsumexp(own - 0.5 * away / t**2, axis=1) - np.log(t) for t in tau]
+                seen = [
+                    logsumexp(own - 0.5 * away / t**2, axis=1) - np.log(t) for t in tau
+                ]
                 together = together + np.stack(seen, axis=1)
             logs[i] = logsumexp(together, axis=1) + log_density(self.prior, u)
             logs[i] += np.log(found.width[i] * np.cosh(s[i]))
@@ -329,7 +444,9 @@ def even_weights(n: int) -> Array:
 def equally(probability: Array, n: int, rng: Random) -> Index:
     """Return the places of ``n`` equally probable draws from probabilities, (n,), in their order."""
     below = np.cumsum(probability)
-    return np.minimum(np.searchsorted(below, (np.arange(n) + rng.random()) / n), len(below) - 1)
+    return np.minimum(
+        np.searchsorted(below, (np.arange(n) + rng.random()) / n), len(below) - 1
+    )
 
 
 def along(u: Array, mass: Array, rows: Index, rng: Random) -> Array:
@@ -342,7 +459,9 @@ def along(u: Array, mass: Array, rows: Index, rng: Random) -> Array:
     return np.asarray(u[i] + share * (u[i + 1] - u[i]))
 
 
-def conditional(runs: Runs, block: Block, number: int, u: Array, grids: Grids) -> tuple[Array, Filtered]:
+def conditional(
+    runs: Runs, block: Block, number: int, u: Array, grids: Grids
+) -> tuple[Array, Filtered]:
     """Return log p(y_b, ln sd, ln drift | factor) weighted by the grids, (runs, factors, sds, drifts).
 
     Parameters
@@ -352,21 +471,35 @@ def conditional(runs: Runs, block: Block, number: int, u: Array, grids: Grids) -
     grids : (runs, n) over ln of the errors
     """
     sd, drift = map(np.exp, grids)
-    lanes = Lanes(np.exp(u)[:, :, None, None], sd[:, None, :, None], drift[:, None, None, :])
-    seen = log_likelihood(block, [(run, [i]) for i, run in enumerate(runs)], number, lanes)
-    priors = [_log_prior(s, grid) for s, grid in zip((block.sd, block.drift), grids, strict=True)]
-    return seen.log_likelihood + priors[0][:, None, :, None] + priors[1][:, None, None, :], seen
+    lanes = Lanes(
+        np.exp(u)[:, :, None, None], sd[:, None, :, None], drift[:, None, None, :]
+    )
+    seen = log_likelihood(
+        block, [(run, [i]) for i, run in enumerate(runs)], number, lanes
+    )
+    priors = [
+        _log_prior(s, grid)
+        for s, grid in zip((block.sd, block.drift), grids, strict=True)
+    ]
+    return seen.log_likelihood + priors[0][:, None, :, None] + priors[1][
+        :, None, None, :
+    ], seen
 
 
 def _log_prior(spread: Spread | None, grid: Array) -> Array:
-    """Return the logs of an error's prior times the weights of its grid, (runs, n); 0 of a known one."""
+    """Return the logs of an error's prior times the weights of its grid, (runs, n).
+
+    0 of a known one.
+    """
     if spread is None or spread.prior is None:
         return np.zeros((1, 1))
     weights = even_weights(grid.shape[1]) * (grid[:, 1:2] - grid[:, :1])
     return log_density(spread.prior, grid, spread.scale) + np.log(weights)
 
 
-def peak(logs_at: Callable[[Array, Index], Array], low: Array, high: Array) -> tuple[Array, Array]:
+def peak(
+    logs_at: Callable[[Array, Index], Array], low: Array, high: Array
+) -> tuple[Array, Array]:
     """Return where densities are largest within ranges, (rows,), and their standard deviations there.
 
     Parameters
@@ -377,12 +510,17 @@ def peak(logs_at: Callable[[Array, Index], Array], low: Array, high: Array) -> t
     low, high, found = low.copy(), high.copy(), np.empty((2, len(low)))
 
     def moved(some: Index) -> Flags:
-        points, rows = np.linspace(low[some], high[some], CENTRED, axis=1), np.arange(len(some))
+        points = np.linspace(low[some], high[some], CENTRED, axis=1)
+        rows = np.arange(len(some))
         logs = logs_at(points, some)
         best = np.argmax(logs, axis=1)
         near = logs > logs[rows, best][:, None] - 0.5
-        first, last = near.argmax(axis=1), CENTRED - 1 - near[:, ::-1].argmax(axis=1)
-        found[:, some] = points[rows, best], 0.5 * (points[rows, last] - points[rows, first])
+        first = near.argmax(axis=1)
+        last = CENTRED - 1 - near[:, ::-1].argmax(axis=1)
+        found[:, some] = (
+            points[rows, best],
+            0.5 * (points[rows, last] - points[rows, first]),
+        )
         low[some] = points[rows, np.maximum(best - 2, 0)]
         high[some] = points[rows, np.minimum(best + 2, CENTRED - 1)]
         return np.asarray(near.sum(axis=1) <= 4)
@@ -407,12 +545,20 @@ def _between(values: Array, at: Array) -> Array:
 
 
 def _narrowed(axis: Range, some: Index, points: Array, logs: Array) -> Flags:
-    """Fit ranges of some runs to all within `DEPTH` of the top of logs, (some, points); say which moved."""
-    rows, end, (low, high, least, most) = np.arange(len(some)), logs.shape[1] - 1, (e[some] for e in axis)
-    held, top = logs > logs.max(axis=1, keepdims=True) - DEPTH, np.argmax(logs, axis=1)
-    first, last = held.argmax(axis=1), end - held[:, ::-1].argmax(axis=1)
+    """Fit ranges of some runs to all within `DEPTH` of the top of logs, (some, points).
+
+    Say which moved.
+    """
+    rows = np.arange(len(some))
+    end = logs.shape[1] - 1
+    (low, high, least, most) = (e[some] for e in axis)
+    held = logs > logs.max(axis=1, keepdims=True) - DEPTH
+    top = np.argmax(logs, axis=1)
+    first = held.argmax(axis=1)
+    last = end - held[:, ::-1].argmax(axis=1)
     width = (high - low) * np.where((top == 0) | (top == end), 4.0, 1.0)
-    left, right = points[rows, np.maximum(first - 1, 0)], points[rows, np.minimum(last + 1, end)]
+    left = points[rows, np.maximum(first - 1, 0)]
+    right = points[rows, np.minimum(last + 1, end)]
     down = (first == 0) & (left > least + 1e-9)
     up = (last == end) & (right < most - 1e-9)
     axis.low[some] = np.where(down, np.maximum(least, left - width), left)

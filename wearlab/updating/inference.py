@@ -1,9 +1,10 @@
 """``wearlab update``: from stored runs and measurements to an answer that is kept as runs are.
 
-Unknowns that cost runs are drawn from their priors, and the runs are weighted by their evidence, with k and
-the errors integrated out. Where few of them carry the weight, as many more are drawn from a normal law fitted
-to them, in scores of the prior (z, standard normal before), and all are weighted as if drawn from the mixture
-(balance heuristic, Veach & Guibas 1995), so that none of the first is lost.
+Unknowns that cost runs are drawn from their priors, and the runs are weighted by their
+evidence, with k and the errors integrated out. Where few of them carry the weight, as
+many more are drawn from a normal law fitted to them, in scores of the prior (z,
+standard normal before), and all are weighted as if drawn from the mixture (balance
+heuristic, Veach & Guibas 1995), so that none of the first is lost.
 """
 
 import hashlib
@@ -23,14 +24,25 @@ from wearlab.arrays import Array
 from wearlab.campaign import Campaign, distributions
 from wearlab.scene import Scene, SceneError
 from wearlab.store import Store, netcdf, updates
-from wearlab.updating import answers, cases, clocks, fleet, grids, measurements, run_curves, tree
+from wearlab.updating import (
+    answers,
+    cases,
+    clocks,
+    fleet,
+    grids,
+    measurements,
+    run_curves,
+    tree,
+)
 
 FORMAT = 2  # of what is kept
-ENOUGH = 1e-3  # posterior probability beyond the stored runs that they are not made longer for
+# posterior probability beyond the stored runs that they are not made longer for
+ENOUGH = 1e-3
 MOST_LONGER = 8.0  # times its own limits that a run is made to last
 WIDER = 1.5  # times the posterior's own spread that more runs are drawn from
 FEWEST = 100.0  # effective runs below which more are drawn
-REST, ENDS = "remaining_useful_life_quantile", np.array([0.05, 0.5, 0.95])
+REST = "remaining_useful_life_quantile"
+ENDS = np.array([0.05, 0.5, 0.95])
 
 
 def update(
@@ -44,7 +56,8 @@ def update(
 ) -> xr.DataTree:
     """Return what a campaign's measurements say of its wear coefficient and remaining life.
 
-    Missing runs are computed first; an update that was made before of the same runs and data is read.
+    Missing runs are computed first; an update that was made before of the same runs and
+    data is read.
 
     Parameters
     ----------
@@ -57,8 +70,8 @@ def update(
 
     Returns
     -------
-    DataTree with the groups prior, posterior, posterior_predictive, predictions, log_likelihood,
-    observed_data, sample_stats; see docs/update.md.
+    DataTree with the groups prior, posterior, posterior_predictive, predictions,
+    log_likelihood, observed_data, sample_stats; see docs/update.md.
 
     Raises
     ------
@@ -73,21 +86,43 @@ def update(
     runner = Runner(campaign.title, store, progress, workers)
     if wanted[0].spec.fleet is not None:
         if check:
-            said = "twins are made of one unit; of a fleet, --replay scores what it foresaw"
+            said = (
+                "twins are made of one unit; of a fleet, --replay scores what it "
+                "foresaw"
+            )
             raise measurements.UpdateError(f"--check: {said}")
         runs = [own[0] for own in runner.run(wanted)]
-        made = tree.tree_of_groups(campaign, wanted, fleet.fleet_groups(wanted, runs, replay=replay))
+        made = tree.tree_of_groups(
+            campaign, wanted, fleet.fleet_groups(wanted, runs, replay=replay)
+        )
         each = made["predictions"].to_dataset()
-        told = list(zip(each["unit"].values, each["now"].values, each[REST].values[:, ::2], strict=True))
+        told = list(
+            zip(
+                each["unit"].values,
+                each["now"].values,
+                each[REST].values[:, ::2],
+                strict=True,
+            )
+        )
     else:
         outcomes = [updated(study, runner) for study in wanted]
         made = tree.tree_of(campaign, outcomes, replay=replay, check=check)
         runs = [run for outcome in outcomes for run in outcome.posterior.histories]
-        told = [(o.study.label, o.answer.now, o.answer.remaining(ENDS)) for o in outcomes]
+        told = [
+            (o.study.label, o.answer.now, o.answer.remaining(ENDS)) for o in outcomes
+        ]
     keys = ("now", "remaining_5", "remaining_50", "remaining_95")
-    summary = {str(n): dict(zip(keys, map(float, (now, *q)), strict=True)) for n, now, q in told}
+    summary = {
+        str(n): dict(zip(keys, map(float, (now, *q)), strict=True))
+        for n, now, q in told
+    }
     ids = list(dict.fromkeys(run.id for run in runs))
-    made.attrs |= {"id": name, "subject": about, "runs": " ".join(ids), "summary": json.dumps(summary)}
+    made.attrs |= {
+        "id": name,
+        "subject": about,
+        "runs": " ".join(ids),
+        "summary": json.dumps(summary),
+    }
     made.attrs[netcdf.SEAL] = updates.seal_of(made)
     updates.keep_update(store, made)
     return made
@@ -112,27 +147,44 @@ class Runner(NamedTuple):
     def run(self, wanted: cases.Subjects) -> list[run_curves.Runs]:
         """Return the histories of each study; what is missing is run together."""
         conditions = [study.conditions for study in wanted]
-        asked = [*(study.scenes for study in wanted), *(scenes.values() for scenes in conditions)]
+        asked = [
+            *(study.scenes for study in wanted),
+            *(scenes.values() for scenes in conditions),
+        ]
         self._compute(wanted, [scene for scenes in asked for scene in scenes])
         found = []
         for study, scenes in zip(wanted, conditions, strict=True):
             runs = cases.histories(study, self.store)
             if scenes:
-                read = zip(cases.stored(study, scenes, self.store), scenes.values(), strict=True)
-                each = [run_curves.history_of(run, scene, study.seen, study.limit) for run, scene in read]
+                read = zip(
+                    cases.stored(study, scenes, self.store),
+                    scenes.values(),
+                    strict=True,
+                )
+                each = [
+                    run_curves.history_of(run, scene, study.seen, study.limit)
+                    for run, scene in read
+                ]
                 runs = [clocks.clocked_run(study, runs[0], each)]
             found.append(runs)
         return found
 
     def stored(self, study: cases.Subject, worn: Scene) -> xr.Dataset:
-        """Return what is stored of a scene with worn mates; where it is missing, it is run."""
+        """Return what is stored of a scene with worn mates.
+
+        Where it is missing, it is run.
+        """
         self._compute([study], [worn])
-        return cases.stored(study, {"update.replaced: its run with worn mates": worn}, self.store)[0]
+        return cases.stored(
+            study, {"update.replaced: its run with worn mates": worn}, self.store
+        )[0]
 
     def _compute(self, wanted: cases.Subjects, scenes: Sequence[Scene]) -> None:
         from wearlab import runner
 
-        campaign = wanted[0].campaign(self.title, list({scene.id: scene for scene in scenes}.values()))
+        campaign = wanted[0].campaign(
+            self.title, list({scene.id: scene for scene in scenes}.values())
+        )
         campaign = campaign if len(wanted) == 1 else replace(campaign, title=self.title)
         runner.run(campaign, self.store, progress=self.progress, workers=self.workers)
 
@@ -156,41 +208,71 @@ def updated(study: cases.Subject, runner: Runner) -> answers.Finding:
             break
         study, runs = longer, after
     if study.spec.change != "none":
-        judge = partial(grids.Posterior, blocks=answers.blocks_of(study, runs), prior=study.prior)
-        return answers.outcome(study, clocks.changing(runs[0], study.spec.change, judge))
+        judge = partial(
+            grids.Posterior, blocks=answers.blocks_of(study, runs), prior=study.prior
+        )
+        return answers.outcome(
+            study, clocks.changing(runs[0], study.spec.change, judge)
+        )
     if len(runs) > 1 and answer.posterior.effective_runs < min(FEWEST, 0.5 * len(runs)):
         return _again(study, answer.posterior, runner)
     return answers.outcome(study, runs, answer)
 
 
-def _again(study: cases.Subject, post: grids.Posterior, runner: Runner) -> answers.Finding:
+def _again(
+    study: cases.Subject, post: grids.Posterior, runner: Runner
+) -> answers.Finding:
     """Return what a study comes to with a second round of draws, whose runs say how often they were drawn."""
     from scipy.stats import multivariate_normal, norm, qmc
 
-    first, z = len(next(iter(study.drawn.values()))), scores_of(study, post.histories)
-    mean, spread = post.weight @ z, np.atleast_2d(np.cov(z.T, aweights=post.weight, bias=True))
+    first = len(next(iter(study.drawn.values())))
+    z = scores_of(study, post.histories)
+    mean = post.weight @ z
+    spread = np.atleast_2d(np.cov(z.T, aweights=post.weight, bias=True))
     covariance = WIDER**2 * (spread + 1e-4 * np.eye(len(mean)))
     size = 1 << max(first - 1, 0).bit_length()
     inside = qmc.Sobol(len(mean), rng=study.spec.seed + 1).random(size)[:first]
-    more = mean + ndtri(np.clip(inside, 1e-9, 1.0 - 1e-9)) @ np.linalg.cholesky(covariance).T
+    more = (
+        mean
+        + ndtri(np.clip(inside, 1e-9, 1.0 - 1e-9)) @ np.linalg.cholesky(covariance).T
+    )
     values = {
-        key: (*old, *(distributions.written(float(x), prior.unit) for x in prior.at(ndtr(column))))
-        for (key, old), prior, column in zip(study.drawn.items(), study.costly.values(), more.T, strict=True)
+        key: (
+            *old,
+            *(
+                distributions.written(float(x), prior.unit)
+                for x in prior.at(ndtr(column))
+            ),
+        )
+        for (key, old), prior, column in zip(
+            study.drawn.items(), study.costly.values(), more.T, strict=True
+        )
     }
     both = replace(study, drawn=values)
     (runs,) = runner.run([both])
     # how often two equal rounds have draws there, over the prior
     z = scores_of(both, runs)
-    log_ratio = multivariate_normal(mean, covariance).logpdf(z) - norm.logpdf(z).sum(axis=1)
+    log_ratio = multivariate_normal(mean, covariance).logpdf(z) - norm.logpdf(z).sum(
+        axis=1
+    )
     often = np.logaddexp(0.0, log_ratio) - np.log(2.0)
-    drawn = [replace(run, often=ratio) for run, ratio in zip(runs, often.tolist(), strict=True)]
+    drawn = [
+        replace(run, often=ratio)
+        for run, ratio in zip(runs, often.tolist(), strict=True)
+    ]
     return answers.outcome(both, drawn)
 
 
 def scores_of(study: cases.Subject, runs: run_curves.Runs) -> Array:
     """Return the standard scores of the draws that runs are of, (runs, keys), 0 at the prior's median."""
-    values = (np.array([cases.plain(study.drawn[key][run.draw]) for run in runs]) for key in study.costly)
-    columns = [prior.below(own) for prior, own in zip(study.costly.values(), values, strict=True)]
+    values = (
+        np.array([cases.plain(study.drawn[key][run.draw]) for run in runs])
+        for key in study.costly
+    )
+    columns = [
+        prior.below(own)
+        for prior, own in zip(study.costly.values(), values, strict=True)
+    ]
     return np.asarray(ndtri(np.clip(np.array(columns).T, 1e-12, 1.0 - 1e-12)))
 
 
@@ -202,7 +284,8 @@ def identity(about: str, *, replay: bool, check: int) -> str:
 def subject(wanted: cases.Subjects) -> str:
     """Return the identity of what an update is of: its runs, the files' contents, its words.
 
-    A campaign's title is none of it: what is kept belongs to whatever asks the same, and to nothing else.
+    A campaign's title is none of it: what is kept belongs to whatever asks the same,
+    and to nothing else.
     """
     parts: list[Any] = []
     for study in wanted:
@@ -211,7 +294,10 @@ def subject(wanted: cases.Subjects) -> str:
         parts += [repr(study.record and study.record.fingerprint)]
         parts += [np.asarray(part).tolist() for part in study.calendar or ()]
         for seen in study.seen:
-            parts += [repr(seen.data.model_copy(update={"file": Path(), "case": None})), seen.fingerprint]
+            parts += [
+                repr(seen.data.model_copy(update={"file": Path(), "case": None})),
+                seen.fingerprint,
+            ]
     return _hash(parts)
 
 
@@ -226,15 +312,23 @@ def subject_of(campaign: Campaign) -> str:
 
 
 def _hash(parts: list[Any]) -> str:
-    return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()[:20]
+    return hashlib.sha256(
+        json.dumps(parts, sort_keys=True, default=str).encode()
+    ).hexdigest()[:20]
 
 
 @cache
 def code() -> str:
     """Return the hash of the sources of this room."""
-    return sources.hash_of(sorted(file for file in Path(__file__).parent.iterdir() if file.is_file()))
+    return sources.hash_of(
+        sorted(file for file in Path(__file__).parent.iterdir() if file.is_file())
+    )
 
 
-def kept(wanted: cases.Subjects, store: Store, *, replay: bool, check: int) -> xr.DataTree | None:
+def kept(
+    wanted: cases.Subjects, store: Store, *, replay: bool, check: int
+) -> xr.DataTree | None:
     """Return the update when it was made before, None otherwise."""
-    return updates.read_update(store, identity(subject(wanted), replay=replay, check=check))
+    return updates.read_update(
+        store, identity(subject(wanted), replay=replay, check=check)
+    )

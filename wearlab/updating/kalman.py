@@ -1,12 +1,14 @@
 """How probable measurements are when their errors are shared or accumulate: a scalar Kalman filter.
 
-The wear strays from the model's by a Wiener process W whose variance grows by ``rate`` a cycle; an inspection
-sees it with one offset of its own and one independent error a value, y = m + a W + offset + error; a is the
-scale of what is measured, by which quantities of one unit stray together. The values of one inspection are
-replaced by their weighted mean, which is sufficient for W. Values below a limit of detection come after the
-others: given what an inspection's values share, u, they are independent, so that p(y) = p(those seen)
-E[Π Φ((limit − m − u)/σ)], one integral over u for each inspection. Afterwards u is replaced by the normal law
-of equal mean and variance, which is exact without a drift.
+The wear strays from the model's by a Wiener process W whose variance grows by ``rate``
+a cycle; an inspection sees it with one offset of its own and one independent error a
+value, y = m + a W + offset + error; a is the scale of what is measured, by which
+quantities of one unit stray together. The values of one inspection are replaced by
+their weighted mean, which is sufficient for W. Values below a limit of detection come
+after the others: given what an inspection's values share, u, they are independent, so
+that p(y) = p(those seen) E[Π Φ((limit − m − u)/σ)], one integral over u for each
+inspection. Afterwards u is replaced by the normal law of equal mean and variance, which
+is exact without a drift.
 """
 
 from collections.abc import Sequence
@@ -24,7 +26,11 @@ from wearlab.campaign.update_options import ErrorModel
 LOG_TWO_PI = float(np.log(2.0 * np.pi))
 REACH = 7.0  # standard deviations of u that are integrated over
 SCORINGS, GAIN_NODES = 12, 20  # steps to the top of a gain's law, and points over it
-PANELS, POINTS, FINEST = 14, 6, 280  # of the integral over u; the last for u that is spread far wider
+PANELS, POINTS, FINEST = (
+    14,
+    6,
+    280,
+)  # of the integral over u; the last for u that is spread far wider
 
 
 class Inspection(NamedTuple):
@@ -45,7 +51,9 @@ class Inspection(NamedTuple):
 
 
 Inspections = Sequence[Inspection]
-Compared = tuple[Array, Array, Array]  # measured minus model, variance of errors, limit minus model
+Compared = tuple[
+    Array, Array, Array
+]  # measured minus model, variance of errors, limit minus model
 Sums = tuple[Array | None, Array, Array, Array]  # Σ r²/v, Σ a r/v, Σ a²/v, Σ ln 2πv
 
 
@@ -56,7 +64,8 @@ class Innovation:
     Parameters
     ----------
     count : of its values, without those below a limit of detection
-    surprise : difference of its mean from what was expected, over the standard deviation expected
+    surprise : difference of its mean from what was expected, over the standard
+        deviation expected
     chi_square : sum of all squared standard differences of its values
     log_likelihood : of its values, given those before
     mean, variance : of W after it
@@ -72,7 +81,9 @@ class Innovation:
 
 @dataclass
 class Filtered:
-    """What the filter knows after the last inspection; every array has the shape of the lanes.
+    """What the filter knows after the last inspection.
+
+    Every array has the shape of the lanes.
 
     Parameters
     ----------
@@ -95,50 +106,78 @@ class Filtered:
 
 
 def filtered(
-    seen: Compared, times: Inspections, known: Filtered, rate: Any, loading: Any = None, steps: bool = False
+    seen: Compared,
+    times: Inspections,
+    known: Filtered,
+    rate: Any,
+    loading: Any = None,
+    steps: bool = False,
 ) -> Filtered:
     """Return the likelihood of residuals and what is known of W.
 
     Parameters
     ----------
-    seen : (…, n) measured minus model, leading dimensions being lanes; (…, n) or (…, 1) variance of the
-        independent errors, lanes being broadcast; (…, n) limit minus model of values of which only a limit is
-        known, NaN of those that were seen
+    seen : (…, n) measured minus model, leading dimensions being lanes; (…, n) or (…, 1)
+        variance of the independent errors, lanes being broadcast; (…, n) limit minus
+        model of values of which only a limit is known, NaN of those that were seen
     times : inspections in order of time
     known : of W before
     rate : variance of W per cycle
     loading : (…, n) by which W and the offset count in a value [1]
     steps : whether each inspection's innovation is kept
     """
-    (residual, variance, room), a = seen, np.ones(1) if loading is None else loading
-    lanes = np.broadcast_shapes(*(part.shape[:-1] for part in (residual, variance, a)), np.shape(rate))
+    (residual, variance, room) = seen
+    a = np.ones(1) if loading is None else loading
+    lanes = np.broadcast_shapes(
+        *(part.shape[:-1] for part in (residual, variance, a)), np.shape(rate)
+    )
     limited = hidden(room)
     # each grows to the lanes that it depends on
-    total, mean, spread, last = known.log_likelihood, known.mean, known.variance, known.cycle
+    total = known.log_likelihood
+    mean = known.mean
+    spread = known.variance
+    last = known.cycle
     kept: list[Innovation] = []
     for cycle, values, offset_variance, scale in times:
-        before, before_spread = scale * mean, scale**2 * (spread + rate * (cycle - last))
-        last, shared, shared_spread = cycle, before, before_spread + offset_variance  # of W and the offset
-        whole, (off, chi, gained) = shared_spread, np.zeros((3, 1))[:, 0]
-        under, told = values[limited[values]], values[~limited[values]]
+        before = scale * mean
+        before_spread = scale**2 * (spread + rate * (cycle - last))
+        # of W and the offset
+        last = cycle
+        shared = before
+        shared_spread = before_spread + offset_variance
+        whole = shared_spread
+        (off, chi, gained) = np.zeros((3, 1))[:, 0]
+        under = values[limited[values]]
+        told = values[~limited[values]]
         if len(told):
             sums = _sums(residual, variance, told, loading)
-            off, chi, gained, shared, shared_spread = learned(shared, shared_spread, sums)
+            off, chi, gained, shared, shared_spread = learned(
+                shared, shared_spread, sums
+            )
         if len(under):
             wide = [np.broadcast_to(part, lanes) for part in (shared, shared_spread)]
-            log_below, shared, shared_spread = below(room, variance, under, wide[0], np.sqrt(wide[1]))
+            log_below, shared, shared_spread = below(
+                room, variance, under, wide[0], np.sqrt(wide[1])
+            )
             gained = gained + log_below
             if not len(told):
                 first = variance[..., 0 if variance.shape[-1] == 1 else under[0]]
                 off = (shared - before) / np.sqrt(wide[1] + first)
-        gain = before_spread / np.maximum(whole, 1e-300)  # 0 where nothing is unknown before
+        gain = before_spread / np.maximum(
+            whole, 1e-300
+        )  # 0 where nothing is unknown before
         total = total + gained
         mean = (before + gain * (shared - before)) / scale
         spread = (before_spread * (1.0 - gain) + gain**2 * shared_spread) / scale**2
         if steps:
-            own = (np.broadcast_to(np.asarray(e, float), lanes) for e in (off, chi, gained, mean, spread))
+            own = (
+                np.broadcast_to(np.asarray(e, float), lanes)
+                for e in (off, chi, gained, mean, spread)
+            )
             kept.append(Innovation(len(told), *own))
-    total, mean, spread = (np.broadcast_to(part, lanes) for part in (total, mean, spread))
+    total = np.broadcast_to(total, lanes)
+    mean = np.broadcast_to(mean, lanes)
+    spread = np.broadcast_to(spread, lanes)
     return Filtered(total, mean, spread, last, kept)
 
 
@@ -147,12 +186,16 @@ def hidden(room: Array) -> Flags:
     return np.asarray(~np.isnan(room[(0,) * (room.ndim - 1)]))
 
 
-def _sums(residual: Array, variance: Array, values: Index, loading: Array | None) -> Sums:
+def _sums(
+    residual: Array, variance: Array, values: Index, loading: Array | None
+) -> Sums:
     """Return Σ r²/v, Σ a r/v, Σ a²/v and Σ ln 2πv of some values with their loadings a.
 
-    Of one value there is no first: it is what follows from the other two, without what rounding leaves.
+    Of one value there is no first: it is what follows from the other two, without what
+    rounding leaves.
     """
-    r, n = residual[..., values], len(values)
+    r = residual[..., values]
+    n = len(values)
     v = variance if variance.shape[-1] == 1 else variance[..., values]
     a = np.ones(1) if loading is None else loading[..., values]
 
@@ -160,16 +203,24 @@ def _sums(residual: Array, variance: Array, values: Index, loading: Array | None
         return np.asarray(each.sum(axis=-1) * (n / each.shape[-1]))
 
     if n == 1 and loading is None:
-        return None, r[..., 0] / v[..., 0], 1.0 / v[..., 0], np.log(v[..., 0]) + LOG_TWO_PI
+        return (
+            None,
+            r[..., 0] / v[..., 0],
+            1.0 / v[..., 0],
+            np.log(v[..., 0]) + LOG_TWO_PI,
+        )
     square = None if n == 1 else whole(r * r / v)
     return square, whole(a * r / v), whole(a * a / v), whole(np.log(v) + LOG_TWO_PI)
 
 
-def learned(mean: Any, spread: Any, sums: Sums) -> tuple[Array, Array, Array, Array, Array]:
+def learned(
+    mean: Any, spread: Any, sums: Sums
+) -> tuple[Array, Array, Array, Array, Array]:
     """Return what values tell of a state: surprise, chi², their log likelihood, its mean and variance after.
 
-    With x the state that fits best, chi² = Σ r²/v − (Σ a r/v)²/Σ a²/v + (x − mean)²/(spread + 1/Σ a²/v), in
-    which nothing large cancels where the model is far off.
+    With x the state that fits best, chi² = Σ r²/v − (Σ a r/v)²/Σ a²/v + (x −
+    mean)²/(spread + 1/Σ a²/v), in which nothing large cancels where the model is far
+    off.
 
     Parameters
     ----------
@@ -178,70 +229,109 @@ def learned(mean: Any, spread: Any, sums: Sums) -> tuple[Array, Array, Array, Ar
     """
     square, cross, precision, logs = sums
     least = np.maximum(precision, 1e-300)
-    fits, expected, scale = cross / least, spread + 1.0 / least, 1.0 + spread * precision
+    fits = cross / least
+    expected = spread + 1.0 / least
+    scale = 1.0 + spread * precision
     off = fits - mean
     chi = off * off / expected
     chi = chi if square is None else chi + (square - cross * fits)
     likelihood = -0.5 * (chi + (logs + np.log(scale)))
-    return off / np.sqrt(expected), chi, likelihood, mean + spread / expected * off, spread / scale
+    return (
+        off / np.sqrt(expected),
+        chi,
+        likelihood,
+        mean + spread / expected * off,
+        spread / scale,
+    )
 
 
-def with_gain(value: Array, model: Array, variance: Array, times: Inspections, error: ErrorModel) -> Filtered:
+def with_gain(
+    value: Array, model: Array, variance: Array, times: Inspections, error: ErrorModel
+) -> Filtered:
     """Return the likelihood of values whose model has an unknown gain, N(1, s²), and the gain's law.
 
-    It is a state that does not move, by which the model counts in each value. Of errors in parts of what is
-    measured the variance grows with the gain: its law is then integrated over, up to each inspection.
+    It is a state that does not move, by which the model counts in each value. Of errors
+    in parts of what is measured the variance grows with the gain: its law is then
+    integrated over, up to each inspection.
 
     Parameters
     ----------
     value, model : (…, n) measured, and the model
-    variance : (…, n) or (…, 1) of the independent errors, without those in parts of the value
+    variance : (…, n) or (…, 1) of the independent errors, without those in parts of the
+        value
     times : inspections in order of time
     error : with s, and the standard error in parts of gain times model
     """
-    known, room = Filtered(0.0, 1.0, error.gain_sd**2), np.full_like(value, np.nan)
+    known = Filtered(0.0, 1.0, error.gain_sd**2)
+    room = np.full_like(value, np.nan)
     if not error.relative or not times:
         return filtered((value, variance, room), times, known, 0.0, model, steps=True)
     v = np.broadcast_to(variance, np.broadcast_shapes(variance.shape, model.shape))
-    until = [np.concatenate([one.values for one in times[: n + 1]]) for n in range(len(times))]
+    until = [
+        np.concatenate([one.values for one in times[: n + 1]])
+        for n in range(len(times))
+    ]
     laws = [_over_gain(value[..., n], model[..., n], v[..., n], error) for n in until]
     v = v + (error.relative * laws[-1][1][..., None] * model) ** 2
     seen = filtered((value, v, room), times, known, 0.0, model, steps=True)
     before = np.zeros(())
     for n, (logs, mean, spread) in enumerate(laws):
-        seen.steps[n] = replace(seen.steps[n], log_likelihood=logs - before, mean=mean, variance=spread)
+        seen.steps[n] = replace(
+            seen.steps[n], log_likelihood=logs - before, mean=mean, variance=spread
+        )
         before = logs
     return Filtered(*laws[-1], seen.cycle, seen.steps)
 
 
-def _over_gain(y: Array, model: Array, own: Array, error: ErrorModel) -> tuple[Array, Array, Array]:
+def _over_gain(
+    y: Array, model: Array, own: Array, error: ErrorModel
+) -> tuple[Array, Array, Array]:
     """Return ln ∫ Π N(y; γ m, v) N(γ; 1, s²) dγ with v = own + (r γ m)², and mean and variance of γ.
 
     By Gauss and Hermite's rule about the top, which Fisher's scoring finds.
     """
-    gain, gain_sd, relative = np.ones(model.shape[:-1]), error.gain_sd, error.relative
+    gain = np.ones(model.shape[:-1])
+    gain_sd = error.gain_sd
+    relative = error.relative
     for _ in range(SCORINGS):
-        m, part = gain[..., None] * model, (relative * model) ** 2
-        v, r = own + gain[..., None] ** 2 * part, y - m
+        m = gain[..., None] * model
+        part = (relative * model) ** 2
+        v = own + gain[..., None] ** 2 * part
+        r = y - m
         rise = gain[..., None] * part / v  # half of the slope of ln v
-        slope = np.sum(model * r / v + (r * r / v - 1.0) * rise, axis=-1) - (gain - 1.0) / gain_sd**2
+        slope = (
+            np.sum(model * r / v + (r * r / v - 1.0) * rise, axis=-1)
+            - (gain - 1.0) / gain_sd**2
+        )
         information = np.sum(model**2 / v + 2.0 * rise**2, axis=-1) + 1.0 / gain_sd**2
         gain = gain + slope / information
     nodes, weights = hermite_e.hermegauss(GAIN_NODES)
-    width, logs = information**-0.5, []
+    width = information**-0.5
+    logs = []
     gains = [gain + width * node for node in nodes]
     for each, node, weight in zip(gains, nodes, weights, strict=True):
         m = each[..., None] * model
         v = own + (relative * m) ** 2
-        off = np.sum((y - m) ** 2 / v + np.log(v) + LOG_TWO_PI, axis=-1) + ((each - 1.0) / gain_sd) ** 2
-        logs.append(0.5 * (node**2 - off) - np.log(gain_sd) - 0.5 * LOG_TWO_PI + np.log(weight))
+        off = (
+            np.sum((y - m) ** 2 / v + np.log(v) + LOG_TWO_PI, axis=-1)
+            + ((each - 1.0) / gain_sd) ** 2
+        )
+        logs.append(
+            0.5 * (node**2 - off) - np.log(gain_sd) - 0.5 * LOG_TWO_PI + np.log(weight)
+        )
     total = logsumexp(logs, axis=0)
     mass = np.exp(np.array(logs) - total)
     mean = np.sum(mass * gains, axis=0)
-    return total + np.log(width), mean, np.sum(mass * (np.array(gains) - mean) ** 2, axis=0)
+    return (
+        total + np.log(width),
+        mean,
+        np.sum(mass * (np.array(gains) - mean) ** 2, axis=0),
+    )
 
 
-def below(room: Array, variance: Array, values: Index, mean: Array, spread: Array) -> tuple[Array, ...]:
+def below(
+    room: Array, variance: Array, values: Index, mean: Array, spread: Array
+) -> tuple[Array, ...]:
     """Return log probability that all these values are below, and mean and variance of u given that.
 
     Parameters
@@ -251,7 +341,10 @@ def below(room: Array, variance: Array, values: Index, mean: Array, spread: Arra
     values : which of the n are meant
     mean, spread : (…) mean and standard deviation of u before
     """
-    own = [np.sqrt(variance[..., 0 if variance.shape[-1] == 1 else value]) for value in values]
+    own = [
+        np.sqrt(variance[..., 0 if variance.shape[-1] == 1 else value])
+        for value in values
+    ]
     if len(values) == 1:  # in closed form
         both = np.hypot(own[0], spread)
         a = (room[..., values[0]] - mean) / both
@@ -281,15 +374,19 @@ def _normal_rule(panels: int) -> tuple[Array, Array]:
     return z, np.log(weight / weight.sum())
 
 
-def smoothed_paths(steps: list[Innovation], times: Inspections, rate: Array, rng: Random) -> Array:
+def smoothed_paths(
+    steps: list[Innovation], times: Inspections, rate: Array, rng: Random
+) -> Array:
     """Return draws of W at the inspections given all of them, (inspections, …): drawn backwards."""
     paths = np.empty((len(steps), *np.shape(steps[-1].mean)))
     for t in reversed(range(len(steps))):
-        mean, variance = steps[t].mean, steps[t].variance
+        mean = steps[t].mean
+        variance = steps[t].variance
         if t + 1 < len(steps):
             ahead = rate * (times[t + 1].cycle - times[t].cycle)
             with np.errstate(divide="ignore", invalid="ignore"):
                 gain = np.where(variance > 0.0, variance / (variance + ahead), 0.0)
-            mean, variance = mean + gain * (paths[t + 1] - mean), np.maximum(variance * (1.0 - gain), 0.0)
+            mean = mean + gain * (paths[t + 1] - mean)
+            variance = np.maximum(variance * (1.0 - gain), 0.0)
         paths[t] = mean + np.sqrt(variance) * rng.standard_normal(mean.shape)
     return paths

@@ -19,11 +19,17 @@ from wearlab.updating.run_curves import RunHistory
 MERGED: Any = {"compat": "override", "combine_attrs": "override"}
 P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
 TINY = 1e-15  # probability below which none is told
-TABLE = tomllib.loads((Path(__file__).parent / "variables.toml").read_text(encoding="utf-8"))
+TABLE = tomllib.loads(
+    (Path(__file__).parent / "variables.toml").read_text(encoding="utf-8")
+)
 
 
-def variable(group: str, name: str, values: Any, of: str = "", over: str = "", **attrs: Any) -> xr.Variable:
-    """Return a labelled variable; one of draws gets its single chain, texts have no unit.
+def variable(
+    group: str, name: str, values: Any, of: str = "", over: str = "", **attrs: Any
+) -> xr.Variable:
+    """Return a labelled variable.
+
+    One of draws gets its single chain, texts have no unit.
 
     Parameters
     ----------
@@ -33,7 +39,8 @@ def variable(group: str, name: str, values: Any, of: str = "", over: str = "", *
     over : a dimension before those declared
     attrs : attributes besides, or instead of those declared
     """
-    (dims, units, about), data = TABLE[group][name], np.asarray(values)
+    (dims, units, about) = TABLE[group][name]
+    data = np.asarray(values)
     named = f"{over} {dims}".replace("*", of).split()
     data = data[None] if named[:2] == ["chain", "draw"] else data
     text = data.dtype.kind in "OU"
@@ -41,41 +48,72 @@ def variable(group: str, name: str, values: Any, of: str = "", over: str = "", *
     return xr.Variable(named, data.astype(object) if text else data, own)
 
 
-def dataset(group: str, values: Mapping[str, Any], of: str = "", over: str = "", **coords: Any) -> xr.Dataset:
+def dataset(
+    group: str, values: Mapping[str, Any], of: str = "", over: str = "", **coords: Any
+) -> xr.Dataset:
     """Return the variables of a group, those that are labelled already as they are, with coordinates."""
-    own = {n: v if isinstance(v, xr.Variable) else variable(group, n, v, of, over) for n, v in values.items()}
+    own = {
+        n: v if isinstance(v, xr.Variable) else variable(group, n, v, of, over)
+        for n, v in values.items()
+    }
     found = {name.replace("*", of): one for name, one in own.items()}
-    return xr.Dataset(found, {name: variable("coordinates", name, at) for name, at in coords.items()})
+    return xr.Dataset(
+        found, {name: variable("coordinates", name, at) for name, at in coords.items()}
+    )
 
 
-def sample(values: Mapping[str, Any], count: int, group: str = "sample", **coords: Any) -> xr.Dataset:
+def sample(
+    values: Mapping[str, Any], count: int, group: str = "sample", **coords: Any
+) -> xr.Dataset:
     """Return variables of equally probable draws."""
     return dataset(group, values, chain=[0], draw=np.arange(count), **coords)
 
 
 def joined(each: Sequence[xr.Dataset], along: str) -> xr.Dataset:
     """Return datasets along a new dimension, with what any of them has."""
-    return xr.concat(each, along, data_vars="all", coords="minimal", join="outer", **MERGED)
+    return xr.concat(
+        each, along, data_vars="all", coords="minimal", join="outer", **MERGED
+    )
 
 
 def stacked(rows: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:
-    """Return each value of rows as one array along a new first dimension; of those that all rows have."""
-    names = [name for name in rows[0] if all(name in row for row in rows)] if rows else []
+    """Return each value of rows as one array along a new first dimension.
+
+    Of those that all rows have.
+    """
+    names = (
+        [name for name in rows[0] if all(name in row for row in rows)] if rows else []
+    )
     return {name: np.stack([np.asarray(row[name]) for row in rows]) for name in names}
 
 
-def lives(known: Lives, factor: arrays.Array, run: RunHistory, calendar: Calendar | None) -> dict[str, Any]:
+def lives(
+    known: Lives, factor: arrays.Array, run: RunHistory, calendar: Calendar | None
+) -> dict[str, Any]:
     """Return quantiles of life, remaining life and factor, and the day by cycles, of one unit."""
     life = known.life(P)
     rest = np.maximum(life - known.now, 0.0)
-    found: dict[str, Any] = {"life_quantile": life, "remaining_useful_life_quantile": rest}
-    found |= {"factor_quantile": factor, "now": known.now, "seconds_per_cycle": run.seconds_per_cycle}
-    return found if calendar is None else found | {"end_of_life_quantile": calendar.texts(known.now + rest)}
+    found: dict[str, Any] = {
+        "life_quantile": life,
+        "remaining_useful_life_quantile": rest,
+    }
+    found |= {
+        "factor_quantile": factor,
+        "now": known.now,
+        "seconds_per_cycle": run.seconds_per_cycle,
+    }
+    return (
+        found
+        if calendar is None
+        else found | {"end_of_life_quantile": calendar.texts(known.now + rest)}
+    )
 
 
 def calendar_of(study: Subject, run: RunHistory, now: float) -> Calendar | None:
     """Return the calendar of a unit in cycles of its run."""
-    return study.calendar and study.calendar.in_cycles(run.start, now, run.seconds_per_cycle)
+    return study.calendar and study.calendar.in_cycles(
+        run.start, now, run.seconds_per_cycle
+    )
 
 
 def places_of(calendar: Calendar, start: float) -> dict[str, Any]:
@@ -95,11 +133,19 @@ def limit_of(limit: Limit) -> xr.Variable:
 
 def dated(found: xr.Dataset, calendar: Calendar | None) -> xr.Dataset:
     """Return advice with the days of what it advises."""
-    for name in ("recommended", "best_change", "best_change_if", "best_look", "horizon_change"):
+    for name in (
+        "recommended",
+        "best_change",
+        "best_change_if",
+        "best_look",
+        "horizon_change",
+    ):
         if calendar is not None and name in found and np.isfinite(found[name]).all():
             on = calendar.texts(np.atleast_1d(found[name].values))
             about = {"long_name": f"day of: {found[name].attrs['long_name']}"}
-            found[f"{name}_day"] = xr.Variable(found[name].dims, on.reshape(found[name].shape), about)
+            found[f"{name}_day"] = xr.Variable(
+                found[name].dims, on.reshape(found[name].shape), about
+            )
     return found
 
 
@@ -108,14 +154,20 @@ def _templates() -> Any:
     from jinja2 import Environment, FileSystemLoader
 
     here = FileSystemLoader(Path(__file__).parent)
-    found = Environment(loader=here, trim_blocks=True, lstrip_blocks=True, autoescape=False)
+    found = Environment(
+        loader=here, trim_blocks=True, lstrip_blocks=True, autoescape=False
+    )
     found.filters |= {
         "g": digits,
-        "p": lambda value, count: f"p = {digits(value, count)}" if value > TINY else f"p < {TINY:g}",
+        "p": lambda value, count: (
+            f"p = {digits(value, count)}" if value > TINY else f"p < {TINY:g}"
+        ),
         "n": lambda value: f"{value:,.0f}",
         "finite": lambda value: isinstance(value, float) and np.isfinite(value),
         "spread": _spread,
-        "time": lambda seconds: (hours_text(seconds) or "0 h") if np.isfinite(seconds) else NEVER,
+        "time": lambda seconds: (
+            (hours_text(seconds) or "0 h") if np.isfinite(seconds) else NEVER
+        ),
     }
     return found
 
@@ -132,5 +184,10 @@ def digits(value: float, count: int = 4) -> str:
 
 def _spread(five: arrays.Array, unit: str = "") -> str:
     """Return a median with its 50 and 90 % interval, from five quantiles."""
-    low, quarter, middle, three, high = (each if isinstance(each, str) else f"{each:.4g}" for each in five)
-    return f"{middle}{f' {unit}' if unit else ''} (50 %: {quarter} to {three}; 90 %: {low} to {high})"
+    low, quarter, middle, three, high = (
+        each if isinstance(each, str) else f"{each:.4g}" for each in five
+    )
+    return (
+        f"{middle}{f' {unit}' if unit else ''} (50 %: {quarter} to {three}; 90 %: "
+        f"{low} to {high})"
+    )

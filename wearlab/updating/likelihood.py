@@ -1,14 +1,17 @@
 """How probable a block of observations is, for every wear coefficient, error and drift at once.
 
-Very many values with independent errors are condensed: between two states of a run the model m is a cubic of
-the cycle, and the variance v of a value is smooth in it. What a bin of values of neighbouring cycles adds to
-the likelihood is therefore known from twelve cycles,
+Very many values with independent errors are condensed: between two states of a run the
+model m is a cubic of the cycle, and the variance v of a value is smooth in it. What a
+bin of values of neighbouring cycles adds to the likelihood is therefore known from
+twelve cycles,
 
-    Σ w (y − m)²/v + ln v = Σ_k (Y2_k − 2 d_k Y1_k + d_k² Y0_k)/v_k + N_k ln v_k,   d_k = m(t_k) − c,
+    Σ w (y − m)²/v + ln v = Σ_k (Y2_k − 2 d_k Y1_k + d_k² Y0_k)/v_k + N_k ln v_k,   d_k
+    = m(t_k) − c,
 
-with Y_n,k = Σ w (y − c)ⁿ L_k(t) over the values, L_k the Lagrange polynomials of those cycles, N_k = Σ L_k,
-and c the bin's mean: exact where v does not change in a bin, to 1e-6 where the model changes by less than a
-tenth. A bin in which it changes by more, or in which a state of the run falls, is compared value by value.
+with Y_n,k = Σ w (y − c)ⁿ L_k(t) over the values, L_k the Lagrange polynomials of those
+cycles, N_k = Σ L_k, and c the bin's mean: exact where v does not change in a bin, to
+1e-6 where the model changes by less than a tenth. A bin in which it changes by more, or
+in which a state of the run falls, is compared value by value.
 """
 
 import math
@@ -30,7 +33,9 @@ from wearlab.updating.run_curves import Asked, RunHistory
 PER = 1e6  # cycles over which ``drift`` is said
 MANY = 4000  # values from which independent ones are condensed
 PIECE, NUMBERS = 2000, 400_000  # values, and numbers, that are worked on at once
-SIZE = 128  # values of a bin, at least; of more than its square, as many as there are bins
+SIZE = (
+    128  # values of a bin, at least; of more than its square, as many as there are bins
+)
 NODES = 12  # of a bin: exact for a cubic squared times a variance that goes with it
 SMOOTH = 0.1  # relative change of the model in a bin up to which its variance is smooth
 MATTERS = 0.1  # numerical over measuring error from which it counts
@@ -46,7 +51,10 @@ class Spread(NamedTuple):
 
 
 def log_density(prior: Distribution, log_value: Array, scale: float = 1.0) -> Array:
-    """Return the log of a prior's density per unit of ln value, in so much of its unit; however far out."""
+    """Return the log of a prior's density per unit of ln value, in so much of its unit.
+
+    However far out.
+    """
     own = log_value - math.log(scale)
     return np.asarray(prior.log_density(np.exp(own)) + own)
 
@@ -80,7 +88,11 @@ class Block:
     def measures(self, limit: Limit) -> bool:
         """Whether it is of the totals of what ends a life, of the same place where one is named."""
         own = self.data
-        return own.quantity == limit.quantity and limit.where in (None, own.where) and own.since is None
+        return (
+            own.quantity == limit.quantity
+            and limit.where in (None, own.where)
+            and own.since is None
+        )
 
     @property
     def shares(self) -> bool:
@@ -94,7 +106,11 @@ class Block:
 
     def drifting(self, drifts: bool) -> "Block":
         """Return it with the drift that is given for it, or without one."""
-        return replace(block_of(self.seen, accumulating=drifts), rows=self.rows, numerical=self.numerical)
+        return replace(
+            block_of(self.seen, accumulating=drifts),
+            rows=self.rows,
+            numerical=self.numerical,
+        )
 
     def bins(self, asked: Asked, sd: float) -> tuple["Condensed", float]:
         """Return its values in bins, and the sum of the logs of their variances where a column tells them.
@@ -110,8 +126,13 @@ class Block:
         kept = self.__dict__.get("_bins")
         if kept is None or kept[0] is not asked.cycle or kept[1] != (own.any() and sd):
             variance = own**2 + sd**2 if own.any() else np.ones(len(own))
-            cycle, column, value = asked.cycle[self.rows], asked.column[self.rows], self.seen.value[self.rows]
-            made = condensed(cycle, column, value, 1.0 / variance), float(np.sum(np.log(variance)))
+            cycle = asked.cycle[self.rows]
+            column = asked.column[self.rows]
+            value = self.seen.value[self.rows]
+            made = (
+                condensed(cycle, column, value, 1.0 / variance),
+                float(np.sum(np.log(variance))),
+            )
             kept = self.__dict__["_bins"] = (asked.cycle, own.any() and sd, made)
         return kept[2]
 
@@ -134,18 +155,25 @@ def unknown(blocks: Blocks) -> Iterator[tuple[int, int, Spread, Distribution]]:
 
 def cycles_of(blocks: Blocks, run: RunHistory) -> Array:
     """Return the times of values that count in any block, rising [cycles]."""
-    return np.unique([at for n, b in enumerate(blocks) for at in run.asked[n].cycle[b.rows]])
+    return np.unique(
+        [at for n, b in enumerate(blocks) for at in run.asked[n].cycle[b.rows]]
+    )
 
 
-def held(blocks: Blocks, run: RunHistory, holds: Callable[..., Any], cycle: float) -> tuple[Block, ...]:
+def held(
+    blocks: Blocks, run: RunHistory, holds: Callable[..., Any], cycle: float
+) -> tuple[Block, ...]:
     """Return blocks of which those values count that did and whose cycles compare so with one."""
     both = zip(blocks, run.asked, strict=True)
-    return tuple(replace(b, rows=b.rows[holds(asked.cycle[b.rows], cycle)]) for b, asked in both)
+    return tuple(
+        replace(b, rows=b.rows[holds(asked.cycle[b.rows], cycle)]) for b, asked in both
+    )
 
 
 def block_of(seen: measurements.Observed, *, accumulating: bool) -> Block:
     """Return a block with all its observations."""
-    error, data = seen.data.error, seen.data
+    error = seen.data.error
+    data = seen.data
 
     def spread(name: str, given: float | Distribution) -> Spread:
         if not isinstance(given, Distribution):
@@ -153,25 +181,53 @@ def block_of(seen: measurements.Observed, *, accumulating: bool) -> Block:
         scale = 1.0 if given.unit is None else convert(1.0, given.unit, data.si)
         return Spread(f"{name}_{data.label}", given.at(0.5) * scale, given, scale)
 
-    drift = spread("drift", error.drift) if accumulating and error.drift is not None else None
-    return Block(seen, np.arange(len(seen)), spread("sd", 0.0 if error.sd is None else error.sd), drift)
+    drift = (
+        spread("drift", error.drift)
+        if accumulating and error.drift is not None
+        else None
+    )
+    return Block(
+        seen,
+        np.arange(len(seen)),
+        spread("sd", 0.0 if error.sd is None else error.sd),
+        drift,
+    )
 
 
 def numerical_share(block: Block, history: RunHistory) -> float:
     """Return the largest numerical error of the run over the smallest error of a value."""
-    error, seen = block.data.error, block.seen
-    value = np.nanmax(np.abs(np.where(seen.censored, seen.below, seen.value)), initial=0.0)
-    least = block.sd.known if block.sd.prior is None else block.sd.prior.at(0.05) * block.sd.scale
-    own = float(np.min(np.hypot(seen.sd, np.hypot(least, error.relative * value)), initial=math.inf))
-    return float(history.numerical_of(block.data.quantity) * value / own) if own > 0.0 else 0.0
+    error = block.data.error
+    seen = block.seen
+    value = np.nanmax(
+        np.abs(np.where(seen.censored, seen.below, seen.value)), initial=0.0
+    )
+    least = (
+        block.sd.known
+        if block.sd.prior is None
+        else block.sd.prior.at(0.05) * block.sd.scale
+    )
+    own = float(
+        np.min(
+            np.hypot(seen.sd, np.hypot(least, error.relative * value)), initial=math.inf
+        )
+    )
+    return (
+        float(history.numerical_of(block.data.quantity) * value / own)
+        if own > 0.0
+        else 0.0
+    )
 
 
-def inspections_of(block: Block, run: RunHistory, number: int, most: float = math.inf) -> kalman.Inspections:
+def inspections_of(
+    block: Block, run: RunHistory, number: int, most: float = math.inf
+) -> kalman.Inspections:
     """Return the times of a block's values that count, each with the places of its values among those.
 
-    Of more than ``most`` times whose values share no error, neighbouring ones are one, in their middle.
+    Of more than ``most`` times whose values share no error, neighbouring ones are one,
+    in their middle.
     """
-    cycle, offset = run.asked[number].cycle[block.rows], block.data.error.offset_sd**2
+    cycle = run.asked[number].cycle[block.rows]
+    offset = block.data.error.offset_sd**2
     times, first = np.unique(np.sort(cycle), return_index=True)
     if not len(times):
         return []
@@ -179,7 +235,10 @@ def inspections_of(block: Block, run: RunHistory, number: int, most: float = mat
     begins = np.linspace(0, len(times), count, endpoint=False).astype(np.intp)
     parts = np.split(np.argsort(cycle, kind="stable"), first[begins][1:])
     middles = np.add.reduceat(times, begins) / np.diff(begins, append=len(times))
-    return [kalman.Inspection(float(t), part, offset) for t, part in zip(middles, parts, strict=True)]
+    return [
+        kalman.Inspection(float(t), part, offset)
+        for t, part in zip(middles, parts, strict=True)
+    ]
 
 
 class Lanes(NamedTuple):
@@ -199,19 +258,29 @@ class Lanes(NamedTuple):
 
 def modelled(block: Block, run: RunHistory, number: int, factor: Array) -> Array:
     """Return what the model says of each value that counts, (…, n), for factors on the coefficient (…)."""
-    asked, f = run.asked[number], np.asarray(factor)[..., None]
-    cycle, column, since = asked.cycle[block.rows], asked.column[block.rows], block.data.since
+    asked = run.asked[number]
+    f = np.asarray(factor)[..., None]
+    cycle = asked.cycle[block.rows]
+    column = asked.column[block.rows]
+    since = block.data.since
     depth = asked.curve.at(run.own_cycle(cycle, f, asked.clock), column)
     if since is None:
         return depth
-    first = _previous(cycle, run.begin(number)) if since == PREVIOUS else np.full_like(cycle, float(since))
-    return np.asarray(depth - asked.curve.at(run.own_cycle(first, f, asked.clock), column))
+    first = (
+        _previous(cycle, run.begin(number))
+        if since == PREVIOUS
+        else np.full_like(cycle, float(since))
+    )
+    return np.asarray(
+        depth - asked.curve.at(run.own_cycle(first, f, asked.clock), column)
+    )
 
 
 def compared(block: Block, model: Array, sd: Array) -> kalman.Compared:
     """Return measured minus model, the variance of independent errors, and limits minus model.
 
-    The last is NaN of values that were seen, (n,) where all were; the first is 0 of those that were not.
+    The last is NaN of values that were seen, (n,) where all were; the first is 0 of
+    those that were not.
 
     Parameters
     ----------
@@ -219,15 +288,23 @@ def compared(block: Block, model: Array, sd: Array) -> kalman.Compared:
     model : what is said of each value that counts, (…, n)
     sd : (…) of a value
     """
-    seen, rows = block.seen, block.rows
-    own, variance = seen.sd[rows], np.asarray(sd**2)[..., None]
+    seen = block.seen
+    rows = block.rows
+    own = seen.sd[rows]
+    variance = np.asarray(sd**2)[..., None]
     variance = variance + own**2 if own.any() else variance
     relative = block.numerical if block.data.error.gain_sd else block.relative
     variance = variance + (relative * model) ** 2 if relative else variance
-    which, residual, nothing = seen.censored[rows], seen.value[rows] - model, np.full(len(rows), np.nan)
+    which = seen.censored[rows]
+    residual = seen.value[rows] - model
+    nothing = np.full(len(rows), np.nan)
     if not which.any():
         return residual, variance, nothing
-    return np.where(which, 0.0, residual), variance, np.where(which, seen.below[rows], nothing) - model
+    return (
+        np.where(which, 0.0, residual),
+        variance,
+        np.where(which, seen.below[rows], nothing) - model,
+    )
 
 
 def _previous(cycle: Array, start: float) -> Array:
@@ -236,19 +313,26 @@ def _previous(cycle: Array, start: float) -> Array:
 
 
 def log_likelihood(
-    block: Block, runs: RunHistory | OfRuns, number: int, lanes: Lanes, steps: kalman.Inspections = ()
+    block: Block,
+    runs: RunHistory | OfRuns,
+    number: int,
+    lanes: Lanes,
+    steps: kalman.Inspections = (),
 ) -> kalman.Filtered:
     """Return how probable the block is, and what is known of its drift or gain.
 
     Parameters
     ----------
     block, number : what was measured, and its place
-    runs : the run; or several, each with those lanes along their first dimension that are its own
+    runs : the run; or several, each with those lanes along their first dimension that
+        are its own
     lanes : coefficients and errors
     steps : inspections whose surprises are kept, each [none]
     """
     pairs: OfRuns = [(runs, ...)] if isinstance(runs, RunHistory) else runs
-    (factor, sd, drift), data, rows = lanes, block.data, block.rows
+    (factor, sd, drift) = lanes
+    data = block.data
+    rows = block.rows
     rate = drift**2 / PER
     shape = np.broadcast_shapes(np.shape(factor), np.shape(sd), rate.shape)
 
@@ -263,12 +347,15 @@ def log_likelihood(
 
     cycles = [run.asked[number].cycle[rows] for run, _ in pairs]
     begins = [run.begin(number) for run, _ in pairs]
-    cycle, start = of_lanes(cycles), of_lanes(begins)
+    cycle = of_lanes(cycles)
+    start = of_lanes(begins)
     last = np.maximum(cycle.max(axis=-1, initial=-np.inf), start)
     if not steps and condenses(block, pairs[0][0].asked[number], sd):
         sums = np.empty((3, *shape))
         for run, mine in pairs:
-            sums[:, mine] = _condensed(block, run, run.asked[number], factor[mine], sd[mine])
+            sums[:, mine] = _condensed(
+                block, run, run.asked[number], factor[mine], sd[mine]
+            )
         return kalman.Filtered(sums[0], sums[1], sums[2], last)
     model = np.empty((*np.shape(factor), len(rows)))
     for run, mine in pairs:
@@ -276,7 +363,8 @@ def log_likelihood(
     residual, variance, room = compared(block, model, sd)
     if data.since == PREVIOUS:
         gone = cycle - of_lanes(list(map(_previous, cycles, begins)))
-        variance, rate = variance + rate[..., None] * gone, np.zeros_like(rate)
+        variance = variance + rate[..., None] * gone
+        rate = np.zeros_like(rate)
     elif data.since is not None:
         start = float(data.since)
     if not (steps or block.shares or data.error.gain_sd):
@@ -284,18 +372,30 @@ def log_likelihood(
         return kalman.Filtered(total, np.zeros_like(total), np.zeros_like(total), last)
     if data.error.gain_sd:
         whole = [kalman.Inspection(last, np.arange(len(rows)))][: len(rows)]
-        return kalman.with_gain(block.seen.value[rows], model, variance, steps or whole, data.error)
+        return kalman.with_gain(
+            block.seen.value[rows], model, variance, steps or whole, data.error
+        )
     times = steps or inspections_of(block, pairs[0][0], number)
-    times = [one._replace(cycle=cycle[..., one.values[0]]) if len(one.values) else one for one in times]
+    times = [
+        one._replace(cycle=cycle[..., one.values[0]]) if len(one.values) else one
+        for one in times
+    ]
     known = kalman.Filtered(cycle=start)
-    return kalman.filtered((residual, variance, room), times, known, rate, steps=len(steps) > 0)
+    return kalman.filtered(
+        (residual, variance, room), times, known, rate, steps=len(steps) > 0
+    )
 
 
 def _independent(residual: Array, variance: Array, room: Array) -> Array:
-    """Return the sum of the logs of independent normal densities; of probabilities where values are below."""
-    n, hidden = residual.shape[-1], kalman.hidden(room)
+    """Return the sum of the logs of independent normal densities.
+
+    Of probabilities where values are below.
+    """
+    n = residual.shape[-1]
+    hidden = kalman.hidden(room)
     if variance.shape[-1] == 1 and not hidden.any():
-        square, v = np.einsum("...i,...i->...", residual, residual), variance[..., 0]
+        square = np.einsum("...i,...i->...", residual, residual)
+        v = variance[..., 0]
         return np.asarray(-0.5 * (square / v + n * (np.log(v) + kalman.LOG_TWO_PI)))
     total = np.zeros(np.broadcast_shapes(residual.shape[:-1], variance.shape[:-1]))
     for part in (slice(begin, begin + PIECE) for begin in range(0, n, PIECE)):
@@ -310,18 +410,30 @@ def _independent(residual: Array, variance: Array, room: Array) -> Array:
 
 def condenses(block: Block, asked: Asked, sd: Array) -> bool:
     """Whether the values are very many, and their errors differ by the model alone."""
-    seen, rows, error = block.seen, block.rows, block.data.error
+    seen = block.seen
+    rows = block.rows
+    error = block.data.error
     if len(rows) <= MANY or _size(len(rows)) * asked.curve.value.shape[-1] > len(rows):
         return False
-    alone = not block.shares and block.data.since is None and not seen.censored[rows].any()
-    if not alone or (error.gain_sd and error.relative):  # the variance goes with the gain
+    alone = (
+        not block.shares and block.data.since is None and not seen.censored[rows].any()
+    )
+    if not alone or (
+        error.gain_sd and error.relative
+    ):  # the variance goes with the gain
         return False
-    return not seen.sd[rows].any() or (not block.relative and bool((sd == sd.flat[0]).all()))
+    return not seen.sd[rows].any() or (
+        not block.relative and bool((sd == sd.flat[0]).all())
+    )
 
 
 def one_by_one(block: Block, run: RunHistory, number: int) -> bool:
     """Whether values have to be compared one by one: they share an error, or their errors differ by more."""
-    return not condenses(block, run.asked[number], np.array([1.0] if block.sd.prior is None else [1.0, 2.0]))
+    return not condenses(
+        block,
+        run.asked[number],
+        np.array([1.0] if block.sd.prior is None else [1.0, 2.0]),
+    )
 
 
 def _size(count: int) -> int:
@@ -330,7 +442,9 @@ def _size(count: int) -> int:
 
 
 class Condensed(NamedTuple):
-    """Bins of values at neighbouring cycles and one place; the last of a place is filled up at weight 0.
+    """Bins of values at neighbouring cycles and one place.
+
+    The last of a place is filled up at weight 0.
 
     Parameters
     ----------
@@ -356,54 +470,89 @@ class Condensed(NamedTuple):
 
 def condensed(cycle: Array, column: Index, value: Array, weight: Array) -> Condensed:
     """Return bins of values: when, which column of the curve, what was measured, of its square; each (n,)."""
-    order, size, counts = np.lexsort((cycle, column)), _size(len(cycle)), np.bincount(column)
+    order = np.lexsort((cycle, column))
+    size = _size(len(cycle))
+    counts = np.bincount(column)
     counts = counts[counts > 0]
-    bins, ends = -(-counts // size), np.cumsum(counts)
-    start = np.concatenate([f + size * np.arange(b) for f, b in zip(ends - counts, bins, strict=True)])
+    bins = -(-counts // size)
+    ends = np.cumsum(counts)
+    start = np.concatenate(
+        [f + size * np.arange(b) for f, b in zip(ends - counts, bins, strict=True)]
+    )
     end = np.repeat(ends, bins)[:, None]
     place = start[:, None] + np.arange(size)
     real = (place < end).astype(float)
     place = order[np.minimum(place, end - 1)]
-    cycles, values, weights = cycle[place], value[place], real * weight[place]
-    low, high = cycles[:, :1], cycles[:, -1:]
-    half, middle = np.where(high > low, 0.5 * (high - low), 1.0), 0.5 * (high + low)
+    cycles = cycle[place]
+    values = value[place]
+    weights = real * weight[place]
+    low = cycles[:, :1]
+    high = cycles[:, -1:]
+    half = np.where(high > low, 0.5 * (high - low), 1.0)
+    middle = 0.5 * (high + low)
     nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
     own = legendre.legvander((cycles - middle) / half, NODES - 1)
     lagrange = own @ np.linalg.inv(legendre.legvander(nodes, NODES - 1))
-    centre = np.einsum("bs,bs->b", real, values)[:, None] / real.sum(axis=1, keepdims=True)
+    centre = np.einsum("bs,bs->b", real, values)[:, None] / real.sum(
+        axis=1, keepdims=True
+    )
     powers = np.stack([(values - centre) ** n for n in range(3)])
     moment = np.einsum("pbs,bs,bsk->pbk", powers, weights, lagrange)
-    node, count = middle + 0.5 * (high - low) * nodes, np.einsum("bs,bsk->bk", real, lagrange)
-    return Condensed(column[place[:, :1]], cycles, values, weights, real, node, centre, moment, count)
+    node = middle + 0.5 * (high - low) * nodes
+    count = np.einsum("bs,bsk->bk", real, lagrange)
+    return Condensed(
+        column[place[:, :1]], cycles, values, weights, real, node, centre, moment, count
+    )
 
 
-def _condensed(block: Block, run: RunHistory, asked: Asked, factor: Array, sd: Array) -> Array:
+def _condensed(
+    block: Block, run: RunHistory, asked: Asked, factor: Array, sd: Array
+) -> Array:
     """Return the log likelihood of very many values, and mean and variance of what the gain is more than 1.
 
     Factors go along the first of the lanes only.
     """
     bins, constant = block.bins(asked, float(np.ravel(sd)[0]))
     sd = np.ones(1) if block.seen.sd[block.rows].any() else sd
-    shape, flat = np.broadcast_shapes(np.shape(factor), np.shape(sd)), np.ravel(factor)
+    shape = np.broadcast_shapes(np.shape(factor), np.shape(sd))
+    flat = np.ravel(factor)
     spread = np.broadcast_to(sd, shape).reshape(flat.size, -1)
-    pieces = np.array_split(np.arange(flat.size), max(flat.size * bins.node.size // NUMBERS, 1))
-    parts = [_sums(bins, run, asked, flat[some], spread[some], block) for some in pieces]
+    pieces = np.array_split(
+        np.arange(flat.size), max(flat.size * bins.node.size // NUMBERS, 1)
+    )
+    parts = [
+        _sums(bins, run, asked, flat[some], spread[some], block) for some in pieces
+    ]
     logs, chi, *more = np.concatenate(parts, axis=1).reshape(-1, *shape)
     if more:
-        return np.stack(kalman.learned(1.0, block.data.error.gain_sd**2, (chi, *more, logs + constant))[2:])
+        return np.stack(
+            kalman.learned(
+                1.0, block.data.error.gain_sd**2, (chi, *more, logs + constant)
+            )[2:]
+        )
     return np.stack([-0.5 * (chi + logs + constant), np.zeros(shape), np.zeros(shape)])
 
 
-def _sums(bins: Condensed, run: RunHistory, asked: Asked, factor: Array, sd: Array, block: Block) -> Array:
+def _sums(
+    bins: Condensed,
+    run: RunHistory,
+    asked: Asked,
+    factor: Array,
+    sd: Array,
+    block: Block,
+) -> Array:
     """Return sums of values for a few factors, (sums, factors, deviations).
 
     Σ ln 2πv and Σ (y − m)²/v; with a gain Σ ln 2πv, Σ y²/v, Σ m y/v and Σ m²/v.
     """
-    curve, f = asked.curve, factor[:, None, None]
+    curve = asked.curve
+    f = factor[:, None, None]
     model = curve.at(run.own_cycle(bins.node, f, asked.clock), bins.column)
     zeroth, once, twice = bins.moment
     if block.data.error.gain_sd:
-        square = np.broadcast_to(twice + bins.centre * (bins.centre * zeroth + 2.0 * once), model.shape)
+        square = np.broadcast_to(
+            twice + bins.centre * (bins.centre * zeroth + 2.0 * once), model.shape
+        )
         sums = [square, model * (once + bins.centre * zeroth), model * model * zeroth]
     else:
         off = model - bins.centre
@@ -412,30 +561,54 @@ def _sums(bins: Condensed, run: RunHistory, asked: Asked, factor: Array, sd: Arr
     ends = np.searchsorted(curve.cycle[1:], outer, side="right")
     smooth = ends[..., 0] == ends[..., 1]
     if block.relative:
-        least, largest = np.abs(model).min(axis=-1), np.abs(model).max(axis=-1)
+        least = np.abs(model).min(axis=-1)
+        largest = np.abs(model).max(axis=-1)
         smooth &= largest - least <= SMOOTH * least
     held = smooth[..., None]
-    total = _added([np.where(held, each, 0.0) for each in sums], held * bins.many, model, sd, block.relative)
+    total = _added(
+        [np.where(held, each, 0.0) for each in sums],
+        held * bins.many,
+        model,
+        sd,
+        block.relative,
+    )
     lane, uneven = np.nonzero(~smooth)
     pieces = max(len(lane) * bins.value.shape[1] // NUMBERS, 1)
-    for i, b in zip(np.array_split(lane, pieces), np.array_split(uneven, pieces), strict=True):
-        own = curve.at(run.own_cycle(bins.cycle[b], factor[i, None], asked.clock), bins.column[b])
-        value, weight = bins.value[b], bins.weight[b]
-        squares = (value * value, own * value, own * own) if len(sums) > 1 else ((value - own) ** 2,)
+    for i, b in zip(
+        np.array_split(lane, pieces), np.array_split(uneven, pieces), strict=True
+    ):
+        own = curve.at(
+            run.own_cycle(bins.cycle[b], factor[i, None], asked.clock), bins.column[b]
+        )
+        value = bins.value[b]
+        weight = bins.weight[b]
+        squares = (
+            (value * value, own * value, own * own)
+            if len(sums) > 1
+            else ((value - own) ** 2,)
+        )
         each = [(weight * one)[:, None] for one in squares]
         more = _added(each, bins.real[b][:, None], own[:, None], sd[i], block.relative)
         np.add.at(total, np.s_[:, i], more)  # type: ignore[arg-type]
     return total
 
 
-def _added(sums: Sequence[Array], count: Array, model: Array, sd: Array, relative: float) -> Array:
+def _added(
+    sums: Sequence[Array], count: Array, model: Array, sd: Array, relative: float
+) -> Array:
     """Return Σ count ln 2πv and sums over v, of bins and their places, (1 + sums, lanes, deviations)."""
     parts = [np.broadcast_to(count, sums[0].shape), *sums]
     if not relative:  # all have one variance
-        parts, model = [each.sum(axis=(1, 2), keepdims=True) for each in parts], np.zeros((1, 1, 1))
+        parts = [each.sum(axis=(1, 2), keepdims=True) for each in parts]
+        model = np.zeros((1, 1, 1))
     total = np.empty((len(parts), *sd.shape))
     for j, column in enumerate(sd.T):
-        variance = np.where(parts[0] != 0.0, column[:, None, None] ** 2 + (relative * model) ** 2, 1.0)
+        variance = np.where(
+            parts[0] != 0.0, column[:, None, None] ** 2 + (relative * model) ** 2, 1.0
+        )
         logs = parts[0] * np.log(2.0 * np.pi * variance)
-        total[:, :, j] = [logs.sum(axis=(1, 2)), *((each / variance).sum(axis=(1, 2)) for each in parts[1:])]
+        total[:, :, j] = [
+            logs.sum(axis=(1, 2)),
+            *((each / variance).sum(axis=(1, 2)) for each in parts[1:]),
+        ]
     return total

@@ -1,9 +1,10 @@
 """Life and remaining life after the measurements: a distribution, not a list of draws.
 
-Without a drift a life is a monotone function of k within each run, so that its distribution is that of k
-read the other way round. With one the wear goes on straying, and the life is the time at which a Wiener
-process with the model's mean course first reaches the limit: an inverse Gaussian law for each k, sd, drift
-and present state. (The mean course is taken as straight from now to the limit.)
+Without a drift a life is a monotone function of k within each run, so that its
+distribution is that of k read the other way round. With one the wear goes on straying,
+and the life is the time at which a Wiener process with the model's mean course first
+reaches the limit: an inverse Gaussian law for each k, sd, drift and present state. (The
+mean course is taken as straight from now to the limit.)
 """
 
 from collections.abc import Callable, Sequence
@@ -23,7 +24,10 @@ STATES = 5  # points over the present state
 STIFFEST = 1e8  # shape over mean from which a law is as good as a step
 LONGEST = 1e6  # times the median from which a life counts as endless
 AT_ONCE = 1e-9  # of the longest lives, below which a life ends at once
-SOME, NEAR = 600, 0.1  # states that ln of a life is guessed by, and how far it may then be off
+SOME, NEAR = (
+    600,
+    0.1,
+)  # states that ln of a life is guessed by, and how far it may then be off
 
 
 @dataclass(frozen=True)
@@ -52,19 +56,24 @@ class Answer:
     def factor_below(self, factor: float) -> float:
         """Return the probability of a smaller factor."""
         post = self.posterior
-        return float(post.weight @ post.smaller(np.full((len(post.weight), 1), np.log(factor)))[:, 0])
+        return float(
+            post.weight
+            @ post.smaller(np.full((len(post.weight), 1), np.log(factor)))[:, 0]
+        )
 
     def life(self, p: Array) -> Array:
         """Return quantiles of the life [cycles]."""
         if self.passage is not None:
             return self.passage.life(p)
-        post, p = self.posterior, np.asarray(p, float)
+        post = self.posterior
+        p = np.asarray(p, float)
         both = zip(post.histories, post.log_factor[:, [0, -1]], strict=True)
         lives = np.stack([run.life(np.exp(u)) for run, u in both])
         finite = lives[np.isfinite(lives) & (lives > 0.0)]
         if not len(finite):
             return np.full(p.shape, np.inf)
-        low, high = np.log(finite.min()) - 1e-6, np.log(finite.max()) + 1e-6
+        low = np.log(finite.min()) - 1e-6
+        high = np.log(finite.max()) + 1e-6
         found = np.exp(risen(lambda u: self.life_below(np.exp(u)), p, low, high))
         return np.where(p > self.life_below(np.exp(high))[0], np.inf, found)
 
@@ -72,12 +81,19 @@ class Answer:
         """Return the probability of a shorter life, (q,)."""
         if self.passage is not None:
             return self.passage.life_below(cycle)
-        post, runs = self.posterior, self.posterior.histories
-        passed = np.stack([run.equal(np.atleast_1d(np.asarray(cycle, float))) for run in runs])
-        spans = np.array([max(run.limit_cycle - run.start, 0.0) * run.factor for run in runs])  # at factor 1
+        post = self.posterior
+        runs = self.posterior.histories
+        passed = np.stack(
+            [run.equal(np.atleast_1d(np.asarray(cycle, float))) for run in runs]
+        )
+        spans = np.array(
+            [max(run.limit_cycle - run.start, 0.0) * run.factor for run in runs]
+        )  # at factor 1
         with np.errstate(divide="ignore", invalid="ignore"):
             needed = np.log(spans[:, None] / np.maximum(passed, 0.0))
-        return np.asarray(post.weight @ (1.0 - post.smaller(np.nan_to_num(needed, nan=-np.inf))))
+        return np.asarray(
+            post.weight @ (1.0 - post.smaller(np.nan_to_num(needed, nan=-np.inf)))
+        )
 
     def remaining(self, p: Array) -> Array:
         """Return quantiles of the remaining life [cycles], 0 where the end has passed."""
@@ -91,10 +107,15 @@ class Answer:
     @property
     def beyond(self) -> float:
         """The probability that the wear seen at the last inspection, or the limit, lies beyond the runs."""
-        post, risk = self.posterior, 0.0
-        for run, mass, u in zip(post.histories, post.mass, post.log_factor, strict=True):
+        post = self.posterior
+        risk = 0.0
+        for run, mass, u in zip(
+            post.histories, post.mass, post.log_factor, strict=True
+        ):
             later = run.own_cycle(np.array(self.now), np.exp(u)) > run.end
-            risk += float(mass[later | (run.limit_cycle > run.end * (1.0 + 1e-12))].sum())
+            risk += float(
+                mass[later | (run.limit_cycle > run.end * (1.0 + 1e-12))].sum()
+            )
         return risk
 
     @cached_property
@@ -114,27 +135,39 @@ class Passage:
     Parameters
     ----------
     now : the last inspection [cycles]
-    lanes : weight, gap to the limit, time in which the mean course closes it, variance of W in a unit of time
+    lanes : weight, gap to the limit, time in which the mean course closes it, variance
+        of W in a unit of time
     ahead : time of each lane from its last inspection to a cycle
     """
 
-    def __init__(self, now: float, lanes: Sequence[Array], ahead: Callable[[float], Array]) -> None:
+    def __init__(
+        self, now: float, lanes: Sequence[Array], ahead: Callable[[float], Array]
+    ) -> None:
         (weight, gap, mean, rate), self.now, self.ahead = lanes, now, ahead
         weight = weight / weight.sum()
         self.held = (gap > 0.0) & np.isfinite(mean)
         self.over = float(weight[gap <= 0.0].sum())
-        self.weight, gap, self.mean, rate = (each[self.held] for each in (weight, gap, mean, rate))
+        self.weight, gap, self.mean, rate = (
+            each[self.held] for each in (weight, gap, mean, rate)
+        )
         self.shape = np.minimum(gap**2 / np.maximum(rate, 1e-300), STIFFEST * self.mean)
 
     def below(self, cycle: float, thinned: int = 1) -> float:
-        """Return the probability of a shorter life; by every so manieth state only, as a first guess."""
+        """Return the probability of a shorter life.
+
+        By every so manieth state only, as a first guess.
+        """
         if cycle < self.now or not len(self.weight):
             return 0.0 if cycle < self.now else self.over
-        mean, shape, weight = (each[::thinned] for each in (self.mean, self.shape, self.weight))
+        mean = self.mean[::thinned]
+        shape = self.shape[::thinned]
+        weight = self.weight[::thinned]
         ahead = self.ahead(cycle)
         ahead = ahead[self.held][::thinned] if np.ndim(ahead) else ahead
         reached = first_passage(np.maximum(ahead, 1e-30), mean, shape)
-        return self.over + float(self.weight.sum() / weight.sum()) * float(weight @ reached)
+        return self.over + float(self.weight.sum() / weight.sum()) * float(
+            weight @ reached
+        )
 
     def life_below(self, cycle: Array | float) -> Array:
         """Return the probability of a shorter life, (q,)."""
@@ -144,11 +177,18 @@ class Passage:
         """Return quantiles: guessed by some of the states, then by all of them near there, else anywhere."""
         p = np.asarray(p, float)
         at_once = AT_ONCE * np.quantile(self.mean, 0.99) if len(self.mean) else np.nan
-        middle = np.log(np.median(self.mean[self.mean >= at_once])) if len(self.mean) else 0.0
-        low, high = middle - np.log(LONGEST), middle + np.log(LONGEST)
+        middle = (
+            np.log(np.median(self.mean[self.mean >= at_once]))
+            if len(self.mean)
+            else 0.0
+        )
+        low = middle - np.log(LONGEST)
+        high = middle + np.log(LONGEST)
 
         def below(u: Array, thinned: int = 1) -> Array:
-            return np.array([self.below(self.now + float(np.exp(each)), thinned) for each in u])
+            return np.array(
+                [self.below(self.now + float(np.exp(each)), thinned) for each in u]
+            )
 
         begun, ended = below(np.array([low, high]))
         held = (p > begun) & (p <= ended)
@@ -185,7 +225,9 @@ def first_passage(ahead: Array | float, mean: Array, shape: Array) -> Array:
     return np.asarray(np.minimum(there + back, 1.0))
 
 
-def present_state(run: RunHistory, factor: Array, mean: Array, now: float) -> tuple[Array, Array]:
+def present_state(
+    run: RunHistory, factor: Array, mean: Array, now: float
+) -> tuple[Array, Array]:
     """Return how far the limit is and in how many cycles the mean course gets there.
 
     Parameters
@@ -200,10 +242,14 @@ def present_state(run: RunHistory, factor: Array, mean: Array, now: float) -> tu
     gap [SI of the quantity] and cycles; a gap that is not positive has been closed.
     """
     gap = run.level - mean - run.limit.at(run.own_cycle(np.array(now), factor))
-    return gap, np.maximum(run.after(run.limit.first_above(run.level - mean), factor) - now, 1e-300)
+    return gap, np.maximum(
+        run.after(run.limit.first_above(run.level - mean), factor) - now, 1e-300
+    )
 
 
-def ended(run: RunHistory, factor: Array, mean: Array, now: float, rate: Array, rng: Random) -> Array:
+def ended(
+    run: RunHistory, factor: Array, mean: Array, now: float, rate: Array, rng: Random
+) -> Array:
     """Return draws of the cycle at which a Wiener process from W now on reaches the limit; ``now`` if it has.
 
     Parameters
@@ -214,24 +260,40 @@ def ended(run: RunHistory, factor: Array, mean: Array, now: float, rate: Array, 
     """
     gap, ahead = present_state(run, factor, mean, now)
     with np.errstate(over="ignore", divide="ignore"):
-        shape = np.clip(np.where(gap <= 0.0, 1.0, gap) ** 2 / np.maximum(rate, 1e-300), 1e-300, 1e300)
-    return now + np.where(gap <= 0.0, 0.0, rng.wald(np.where(np.isfinite(ahead), ahead, 1e300), shape))
+        shape = np.clip(
+            np.where(gap <= 0.0, 1.0, gap) ** 2 / np.maximum(rate, 1e-300),
+            1e-300,
+            1e300,
+        )
+    return now + np.where(
+        gap <= 0.0, 0.0, rng.wald(np.where(np.isfinite(ahead), ahead, 1e300), shape)
+    )
 
 
-def _states(post: grids.Posterior, i: int, number: int, now: float) -> tuple[Array, Array, Array, Array]:
+def _states(
+    post: grids.Posterior, i: int, number: int, now: float
+) -> tuple[Array, Array, Array, Array]:
     """Return weight, gap, mean cycles and rate of all that counts in one run."""
-    run, nodes = post.histories[i], post.nodes[i]
+    run = post.histories[i]
+    nodes = post.nodes[i]
     joint, seen = post.conditional(i, number)
     at, every = (np.linspace(0.0, 1.0, n) for n in (len(nodes), post.place.shape[1]))
     own = np.log(np.maximum(np.interp(at, every, post.density[i]), 1e-300))
     mass = np.exp(joint + (own - logsumexp(joint, axis=(1, 2)))[:, None, None])
     mass *= post.weight[i] / mass.sum()
     ordered = np.sort(mass, axis=None)
-    kept = np.nonzero(mass > ordered[np.searchsorted(np.cumsum(ordered), DROPPED * ordered.sum())])
+    kept = np.nonzero(
+        mass > ordered[np.searchsorted(np.cumsum(ordered), DROPPED * ordered.sum())]
+    )
     rate = np.exp(post.spreads[number][1][i])[kept[2]] ** 2 / likelihood.PER
     spread = np.sqrt(seen.variance[kept] + rate * (now - seen.cycle))
     z, heights = np.polynomial.hermite_e.hermegauss(STATES)
     mean = seen.mean[kept] + np.multiply.outer(z, spread)
     gap, ahead = present_state(run, np.exp(nodes)[kept[0]], mean, now)
     weight = np.multiply.outer(heights / heights.sum(), mass[kept])
-    return weight.ravel(), gap.ravel(), ahead.ravel(), np.broadcast_to(rate, mean.shape).ravel()
+    return (
+        weight.ravel(),
+        gap.ravel(),
+        ahead.ravel(),
+        np.broadcast_to(rate, mean.shape).ravel(),
+    )

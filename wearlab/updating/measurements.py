@@ -1,8 +1,8 @@
 """Files of measurements in SI: ``[[update.data]]``, what was seen, and ``[update.record]``, what really ran.
 
-Under each condition of a record wear goes on as a run of it does from the same wear. So a record is a clock:
-cycles of equal wear over operating time, said in cycles of the scene's own speed. From its end on the scene's
-own conditions go on.
+Under each condition of a record wear goes on as a run of it does from the same wear. So
+a record is a clock: cycles of equal wear over operating time, said in cycles of the
+scene's own speed. From its end on the scene's own conditions go on.
 """
 
 import hashlib
@@ -19,12 +19,21 @@ from wearlab.arrays import Array, Flags, Index
 from wearlab.campaign.update_options import WHEN, WHERE, Data, Days, RecordBlock
 from wearlab.scene import Scene, problems
 from wearlab.tables import LARGEST_FILE, ReadTable, TableError, in_unit, read_table
-from wearlab.updating.calendar import DAYS_A_YEAR, HOURS_A_YEAR, Calendar, Dates, day_number, day_text
+from wearlab.updating.calendar import (
+    DAYS_A_YEAR,
+    HOURS_A_YEAR,
+    Calendar,
+    Dates,
+    day_number,
+    day_text,
+)
 
 PLACE_UNITS = {"diameter": "m", "roll_angle": "rad", "path_position": "m"}
 CLOCKS = {"cycle": "1", "hours": "s", "mesh_cycles": "1", "date": ""}
-UNLIKE = 0.05  # of the hours by the calendar, by which those of a record may differ without a word
-MOST = 12  # conditions that are run as they are; of more, the means of TORQUES by SPEEDS classes
+# of the hours by the calendar, by which those of a record may differ without a word
+UNLIKE = 0.05
+# conditions that are run as they are; of more, the means of TORQUES by SPEEDS classes
+MOST = 12
 TORQUES, SPEEDS = 6, 2
 
 
@@ -45,30 +54,52 @@ class MeasuredColumns:
     """
 
     def __init__(self, block: Data | RecordBlock) -> None:
-        self.block, self.path = block, Path(block.file)
+        self.block = block
+        self.path = Path(block.file)
         self.names: dict[str, str] = {}
         try:
             self.table: ReadTable = read_table(self.path)
-            self.fingerprint = hashlib.sha256(files.read_regular(self.path, LARGEST_FILE)).hexdigest()
+            self.fingerprint = hashlib.sha256(
+                files.read_regular(self.path, LARGEST_FILE)
+            ).hexdigest()
         except (TableError, OSError) as error:
-            raise UpdateError(f"{block.place}.file: {self.path}: cannot be read ({error})") from None
+            raise UpdateError(
+                f"{block.place}.file: {self.path}: cannot be read ({error})"
+            ) from None
 
     def find(self, wanted: Mapping[str, str | None], unit: str | None) -> None:
-        """Find the column of each role, None where there is none; of one unit where the file has many.
+        """Find the column of each role, None where there is none.
+
+        Of one unit where the file has many.
 
         Raises
         ------
         UpdateError : a column is not there
         """
-        for role, column in ((role, column) for role, column in wanted.items() if column is not None):
+        for role, column in (
+            (role, column) for role, column in wanted.items() if column is not None
+        ):
             if (found := self.table.find(column)) is None:
                 begins = f"{column} [", f"{column} ("
-                strange = next((n for n in self.table.names if n.startswith(begins)), "")
-                unknown = f"{strange[len(column) :].strip()} in its header is no unit that is known: "
+                strange = next(
+                    (n for n in self.table.names if n.startswith(begins)), ""
+                )
+                unknown = (
+                    f"{strange[len(column) :].strip()} in its header is no unit that "
+                    "is known: "
+                )
                 own = f" as {strange!r}, and its unit in units" if strange else ""
-                there = f"there are {', '.join(self.table.names)}: {unknown if strange else ''}"
-                said = f"line {self.table.header_line}: no column {column!r} for {role}; {there}"
-                raise UpdateError(f"{self.path}: {said}name it in {self.block.place}.columns{own}")
+                there = (
+                    f"there are {', '.join(self.table.names)}: "
+                    f"{unknown if strange else ''}"
+                )
+                said = (
+                    f"line {self.table.header_line}: no column {column!r} for {role}; "
+                    f"{there}"
+                )
+                raise UpdateError(
+                    f"{self.path}: {said}name it in {self.block.place}.columns{own}"
+                )
             self.names[role] = found
         if unit is not None and "unit" in self.names:
             self.table = self.table.where(self.names["unit"], unit)
@@ -80,12 +111,23 @@ class MeasuredColumns:
     def numbers(self, role: str, unit: str, *, empty: bool = False) -> Array:
         """Return the numbers of a role in SI, NaN where a cell may be empty."""
         column = self.names[role]
-        given = {self.table.find(written): own for written, own in self.block.units.items()}
-        own = given.get(column) or self.table.units[column] or ("h" if unit == "s" else None)
+        given = {
+            self.table.find(written): own for written, own in self.block.units.items()
+        }
+        own = (
+            given.get(column)
+            or self.table.units[column]
+            or ("h" if unit == "s" else None)
+        )
         if own is None and unit not in ("1", ""):
             bare = re.fullmatch(r"[A-Za-z0-9_-]+", column)
-            said = f'units = {{ {column if bare else json.dumps(column, ensure_ascii=False)} = "…" }}'
-            raise UpdateError(f"{self.block.place}.units: column {column!r} needs its unit: {said}")
+            said = (
+                f"units = {{ "
+                f'{column if bare else json.dumps(column, ensure_ascii=False)} = "…" }}'
+            )
+            raise UpdateError(
+                f"{self.block.place}.units: column {column!r} needs its unit: {said}"
+            )
         try:
             numbers = self.table.numbers(column, empty=empty)
             return numbers if own is None else in_unit(numbers, own, unit, column)
@@ -110,9 +152,15 @@ class MeasuredColumns:
 
     def _at(self, error: TableError) -> UpdateError:
         named = str(error).startswith(self.table.file)
-        return UpdateError(f"{self.path.parent / str(error)}" if named else f"{self.block.place}.{error}")
+        return UpdateError(
+            f"{self.path.parent / str(error)}"
+            if named
+            else f"{self.block.place}.{error}"
+        )
 
-    def refuse(self, wrong: Flags, role: str, said: str, values: Array | None = None) -> None:
+    def refuse(
+        self, wrong: Flags, role: str, said: str, values: Array | None = None
+    ) -> None:
         """Refuse what cannot be, by line and column.
 
         Raises
@@ -121,7 +169,11 @@ class MeasuredColumns:
         """
         if wrong.any():
             i = int(np.argmax(wrong))
-            shown = "" if values is None else f"{self.table.cells[self.names[role]][i]} ".lstrip()
+            shown = (
+                ""
+                if values is None
+                else f"{self.table.cells[self.names[role]][i]} ".lstrip()
+            )
             place = f"{self.path}: line {self.lines[i]}, column {self.names[role]!r}"
             raise UpdateError(f"{place}: {shown}{said}")
 
@@ -164,27 +216,40 @@ class Observed:
         return np.isnan(self.value)
 
 
-def columns_of(data: Data, unit: str | None = None) -> tuple[MeasuredColumns, str, str | None]:
+def columns_of(
+    data: Data, unit: str | None = None
+) -> tuple[MeasuredColumns, str, str | None]:
     """Return the columns of a block, its clock, and by what it says where on the flank.
 
     Raises
     ------
     UpdateError : the file cannot be read, or a column is not there
     """
-    own, columns = data.columns, MeasuredColumns(data)
-    usual = {name: columns.table.meant(name, {}) for name in ("cycle", "hours", "date", data.quantity)}
+    own = data.columns
+    columns = MeasuredColumns(data)
+    usual = {
+        name: columns.table.meant(name, {})
+        for name in ("cycle", "hours", "date", data.quantity)
+    }
     when = {name: column for name in WHEN if (column := getattr(own, name)) is not None}
-    when = when or {name: column for name in WHEN if (column := usual.get(name)) is not None}
+    when = when or {
+        name: column for name in WHEN if (column := usual.get(name)) is not None
+    }
     clock = next(iter(when), "cycle")
     place = next((name for name in WHERE if getattr(own, name) is not None), None)
-    wanted = {"time": when.get(clock, clock), "value": own.value or usual[data.quantity] or data.quantity}
+    wanted = {
+        "time": when.get(clock, clock),
+        "value": own.value or usual[data.quantity] or data.quantity,
+    }
     wanted |= {"sd": own.sd, "below": own.below, "unit": own.unit}
     wanted |= {"date": when.get("date") if clock == "hours" else None}
     columns.find(wanted | {"place": getattr(own, place) if place else None}, unit)
     return columns, clock, place
 
 
-def read_observations(data: Data, calendar: Calendar | None = None, unit: str | None = None) -> Observed:
+def read_observations(
+    data: Data, calendar: Calendar | None = None, unit: str | None = None
+) -> Observed:
     """Return the observations of a block's file, in its order.
 
     Parameters
@@ -200,41 +265,78 @@ def read_observations(data: Data, calendar: Calendar | None = None, unit: str | 
     columns, clock, place_kind = columns_of(data, unit)
     for column in sorted(data.units):
         if columns.table.find(column) is None:
-            raise UpdateError(f"{data.place}.units.{column}: the file has no such column")
-    (value, below), has = columns.censored("value", data.si), columns.names
-    time = _seconds(columns, calendar) if clock == "date" else columns.numbers("time", CLOCKS[clock])
-    sd = np.nan_to_num(columns.numbers("sd", data.si, empty=True)) if "sd" in has else np.zeros(len(time))
+            raise UpdateError(
+                f"{data.place}.units.{column}: the file has no such column"
+            )
+    (value, below) = columns.censored("value", data.si)
+    has = columns.names
+    time = (
+        _seconds(columns, calendar)
+        if clock == "date"
+        else columns.numbers("time", CLOCKS[clock])
+    )
+    sd = (
+        np.nan_to_num(columns.numbers("sd", data.si, empty=True))
+        if "sd" in has
+        else np.zeros(len(time))
+    )
     if "below" in has:
-        below = np.where(np.isnan(below), columns.numbers("below", data.si, empty=True), below)
+        below = np.where(
+            np.isnan(below), columns.numbers("below", data.si, empty=True), below
+        )
     nowhere = np.full(len(time), np.nan)
-    place = nowhere if place_kind is None else columns.numbers("place", PLACE_UNITS[place_kind])
+    place = (
+        nowhere
+        if place_kind is None
+        else columns.numbers("place", PLACE_UNITS[place_kind])
+    )
     columns.refuse(time < 0.0, "time", "is before the first cycle", time)
-    said = "is empty, and no limit of detection: write the value, name its limit of detection "
+    said = (
+        "is empty, and no limit of detection: write the value, name its limit of "
+        "detection "
+    )
     said += "(columns.below, or <0.1 in the cell), or delete the row"
     columns.refuse(np.isnan(value) & np.isnan(below), "value", said)
     columns.refuse(sd < 0.0, "sd", "is no standard error", sd)
     if data.error.sd is None and not data.error.relative:
-        columns.refuse(sd <= 0.0, "sd", "is required: the block's error has no other", sd)
+        columns.refuse(
+            sd <= 0.0, "sd", "is required: the block's error has no other", sd
+        )
     if isinstance(data.since, float):
-        columns.refuse(time < data.since, "time", f"is before since = {data.since:g}", time)
+        columns.refuse(
+            time < data.since, "time", f"is before since = {data.since:g}", time
+        )
     if data.error.gain_sd:
         said = "is empty: with error.gain_sd no value may be below a limit of detection"
         columns.refuse(np.isnan(value), "value", said)
     held = (place_kind, place, columns.lines, columns.fingerprint)
-    return Observed(data, "hours" if clock == "date" else clock, time, value, sd, below, *held)
+    return Observed(
+        data, "hours" if clock == "date" else clock, time, value, sd, below, *held
+    )
 
 
 def _seconds(columns: MeasuredColumns, calendar: Calendar | None) -> Array:
     """Return the operating seconds at dates, by a record, or by the hours of a year in operation."""
     dates = columns.dates("time")
     if calendar is None or np.isnan(calendar.time[-1]):
-        said = "dates need update.calendar = { date, hours, hours_per_year }: a day, the operating hours on "
-        raise UpdateError(f"{columns.block.place}.columns.date: {said}it, and how they go on")
+        said = (
+            "dates need update.calendar = { date, hours, hours_per_year }: a day, the "
+            "operating hours on "
+        )
+        raise UpdateError(
+            f"{columns.block.place}.columns.date: {said}it, and how they go on"
+        )
     hours = calendar.hours(dates)
-    said = f"is before the first operating hour: {calendar.time[-1]:g} h on {day_text(calendar.day[-1])}, "
+    said = (
+        f"is before the first operating hour: {calendar.time[-1]:g} h on "
+        f"{day_text(calendar.day[-1])}, "
+    )
     said += f"{calendar.a_year:g} h a year, by update.calendar"
     if calendar.recorded:
-        said = "lies outside update.record: let it begin earlier, or give update.calendar for what follows"
+        said = (
+            "lies outside update.record: let it begin earlier, or give update.calendar "
+            "for what follows"
+        )
     columns.refuse(~(hours >= 0.0), "time", said, hours)
     return hours * units.HOUR
 
@@ -259,23 +361,37 @@ def calendar_of(data: Data, unit: str | None, days: Days | None) -> Calendar | N
 
     Raises
     ------
-    UpdateError : a date cannot be read, or there are more hours than the days between have
+    UpdateError : a date cannot be read, or there are more hours than the days between
+        have
     """
     columns, *_ = columns_of(data, unit)
     if "date" not in columns.names or not len(columns):
         return None
-    day, hours = day_number(columns.dates("date")), columns.numbers("time", "s") / units.HOUR
+    day = day_number(columns.dates("date"))
+    hours = columns.numbers("time", "s") / units.HOUR
     order = np.lexsort((day, hours))
-    day, hours, lines = day[order], hours[order], columns.lines[order]
+    day = day[order]
+    hours = hours[order]
+    lines = columns.lines[order]
     if (back := np.diff(day) < 0.0).any():
-        both = "line {1} has more hours than line {0}, and an earlier date: look at both"
+        both = (
+            "line {1} has more hours than line {0}, and an earlier date: look at both"
+        )
         raise UpdateError(f"{data.file}: {both.format(*lines[int(np.argmax(back)) :])}")
     if days is not None:
         return Calendar(day, hours, days.hours_per_year)
-    rate = float(np.ptp(hours) / np.ptp(day)) * DAYS_A_YEAR if np.ptp(day) > 0.0 else 0.0
+    rate = (
+        float(np.ptp(hours) / np.ptp(day)) * DAYS_A_YEAR if np.ptp(day) > 0.0 else 0.0
+    )
     if rate > 1.01 * HOURS_A_YEAR:
-        said = f"line {lines[-1]}: {'it' if unit is None else f'unit {unit!r}'} ran {rate:.0f} hours a year "
-        said += "since its first inspection, more than a year has: look at its dates and hours"
+        said = (
+            f"line {lines[-1]}: {'it' if unit is None else f'unit {unit!r}'} ran "
+            f"{rate:.0f} hours a year "
+        )
+        said += (
+            "since its first inspection, more than a year has: look at its dates and "
+            "hours"
+        )
         raise UpdateError(f"{data.file}: {said}")
     return Calendar(day, hours, rate) if rate > 0.0 else None
 
@@ -303,18 +419,25 @@ class OperatingRecord:
     share: float = 1.0
 
     def conditions(self) -> tuple[Array, Index]:
-        """Return the conditions that are run, (c, 2), and which of them each piece is; −1 without wear."""
+        """Return the conditions that are run, (c, 2), and which of them each piece is.
+
+        −1 without wear.
+        """
         which = np.full(len(self.torque), -1)
         works = np.flatnonzero((self.torque > 0.0) & (self.speed > 0.0))
         both = np.stack([self.torque, self.speed], axis=1)[works]
         distinct, index = np.unique(both, axis=0, return_inverse=True)
         if len(distinct) > MOST:
-            counts, low = np.array([TORQUES, SPEEDS]), both.min(axis=0)
+            counts = np.array([TORQUES, SPEEDS])
+            low = both.min(axis=0)
             share = (both - low) / np.maximum(np.ptp(both, axis=0), 1e-300)
             classes = np.minimum((counts * share).astype(np.intp), counts - 1)
             _, index = np.unique(classes @ [SPEEDS, 1], return_inverse=True)
             weight = (np.diff(self.time) * self.speed)[works]
-            sums = [np.bincount(index, weight * column) / np.bincount(index, weight) for column in both.T]
+            sums = [
+                np.bincount(index, weight * column) / np.bincount(index, weight)
+                for column in both.T
+            ]
             distinct = np.stack(sums, axis=1)
         which[works] = index.ravel()
         return distinct, which
@@ -322,19 +445,38 @@ class OperatingRecord:
     def scenes(self, scene: Scene) -> dict[str, Scene]:
         """Return a scene with each of its conditions, under what it is called."""
         assert scene.operation is not None
-        given, made = scene.operation.model_dump(), {}
-        gone = {f"operation.{key}": None for key in ("duty", "power") if given.get(key) is not None}
+        given = scene.operation.model_dump()
+        made = {}
+        gone = {
+            f"operation.{key}": None
+            for key in ("duty", "power")
+            if given.get(key) is not None
+        }
         for n, (torque, speed) in enumerate(self.conditions()[0].tolist(), 1):
-            own = {"operation.torque": f"{torque!r} N*m", "operation.speed": f"{speed!r} rad/s"}
-            made[f"update.record: its run {n} at {torque:g} N m"] = scene.replace({**gone, **own})
+            own = {
+                "operation.torque": f"{torque!r} N*m",
+                "operation.speed": f"{speed!r} rad/s",
+            }
+            made[f"update.record: its run {n} at {torque:g} N m"] = scene.replace(
+                {**gone, **own}
+            )
         return made
 
     def calendar(self, a_year: float | None) -> Calendar | None:
-        """Return its calendar, which goes on at so many hours a year, else at its own; None without dates."""
+        """Return its calendar, which goes on at so many hours a year, else at its own.
+
+        None without dates.
+        """
         if self.dates is None:
             return None
-        day, hours = day_number(self.dates), self.time / units.HOUR
-        return Calendar(day, hours, a_year or float(hours[-1] / np.ptp(day)) * DAYS_A_YEAR, recorded=True)
+        day = day_number(self.dates)
+        hours = self.time / units.HOUR
+        return Calendar(
+            day,
+            hours,
+            a_year or float(hours[-1] / np.ptp(day)) * DAYS_A_YEAR,
+            recorded=True,
+        )
 
     def excess(self, a_year: float | None) -> tuple[float, float] | None:
         """Return its hours, every one between its dates, and those at so many a year, where they differ."""
@@ -345,28 +487,51 @@ class OperatingRecord:
         return None if abs(hours - told) <= UNLIKE * told else (hours, told)
 
 
-def read_record(block: RecordBlock, unit: str | None, a_year: float | None) -> OperatingRecord | None:
-    """Return what ran, of one unit where the file has many; None where it has no row of it.
+def read_record(
+    block: RecordBlock, unit: str | None, a_year: float | None
+) -> OperatingRecord | None:
+    """Return what ran, of one unit where the file has many.
 
-    Between its dates are the hours of a year that it says; else, without a row of a standstill, those
-    that the calendar says; else every hour.
+    None where it has no row of it.
+
+    Between its dates are the hours of a year that it says; else, without a row of a
+    standstill, those that the calendar says; else every hour.
 
     Raises
     ------
     UpdateError : with row and column of what cannot be read
     """
-    own, columns = block.columns, MeasuredColumns(block)
-    (when,) = (name for name in ("hours", "date", "duration") if getattr(own, name) is not None)
-    columns.find({"time": getattr(own, when), **own.model_dump(include={"torque", "speed", "unit"})}, unit)
+    own = block.columns
+    columns = MeasuredColumns(block)
+    (when,) = (
+        name for name in ("hours", "date", "duration") if getattr(own, name) is not None
+    )
+    columns.find(
+        {
+            "time": getattr(own, when),
+            **own.model_dump(include={"torque", "speed", "unit"}),
+        },
+        unit,
+    )
     if not len(columns):
         return None
-    torque, speed = (columns.numbers(n, si, empty=True) for n, si in (("torque", "N m"), ("speed", "rad/s")))
+    torque, speed = (
+        columns.numbers(n, si, empty=True)
+        for n, si in (("torque", "N m"), ("speed", "rad/s"))
+    )
     dates = columns.dates("time") if when == "date" else None
-    time = columns.numbers("time", "s") if dates is None else (dates - dates[0]) / np.timedelta64(1, "s")
-    bins, share = when == "duration", 1.0
+    time = (
+        columns.numbers("time", "s")
+        if dates is None
+        else (dates - dates[0]) / np.timedelta64(1, "s")
+    )
+    bins = when == "duration"
+    share = 1.0
     last = np.arange(len(time)) == (-1 if bins else len(time) - 1)
     for name, values in (("torque", torque), ("speed", speed)):
-        columns.refuse(np.isnan(values) & ~last, name, "is empty; 0 stands for a standstill")
+        columns.refuse(
+            np.isnan(values) & ~last, name, "is empty; 0 stands for a standstill"
+        )
         columns.refuse(values < 0.0, name, f"is negative: give the size of the {name}")
     if bins:
         columns.refuse(time < 0.0, "time", "is no length of time")
@@ -374,16 +539,30 @@ def read_record(block: RecordBlock, unit: str | None, a_year: float | None) -> O
     else:
         if len(time) < 2:
             alone = f"{columns.path}: line {columns.lines[0]}"
-            raise UpdateError(f"{alone}: a row holds until the next: at least two are needed")
-        columns.refuse(np.append(False, np.diff(time) <= 0.0), "time", "is not after the row before it")
+            raise UpdateError(
+                f"{alone}: a row holds until the next: at least two are needed"
+            )
+        columns.refuse(
+            np.append(False, np.diff(time) <= 0.0),
+            "time",
+            "is not after the row before it",
+        )
         columns.refuse(time < 0.0, "time", "is before the first hour")
-        begins = f"the record begins after {time[0] / units.HOUR:g} h: begin at 0 with what ran until then"
+        begins = (
+            f"the record begins after {time[0] / units.HOUR:g} h: begin at 0 with what "
+            "ran until then"
+        )
         columns.refuse((time > 0.0) & (np.arange(len(time)) == 0), "time", begins)
-        torque, speed = torque[:-1], speed[:-1]
+        torque = torque[:-1]
+        speed = speed[:-1]
         # hours in operation: a standstill has none
         a_year = block.hours_per_year or (None if (speed == 0.0).any() else a_year)
         share = 1.0 if dates is None or a_year is None else a_year / HOURS_A_YEAR
-        ends = time if dates is None else np.append(0.0, np.cumsum(share * np.diff(time) * (speed > 0.0)))
+        ends = (
+            time
+            if dates is None
+            else np.append(0.0, np.cumsum(share * np.diff(time) * (speed > 0.0)))
+        )
     if not (np.diff(ends) * speed).any():
         raise UpdateError(f"{columns.path}: nothing ran: speed is 0 in every row")
     return OperatingRecord(ends, torque, speed, dates, bins, columns.fingerprint, share)

@@ -1,14 +1,16 @@
 """Units of one population: what each tells of the others, integrated over a lattice.
 
-The wear coefficient of unit i is f_i times that of its run, ln f_i ~ N(m, s²); m, s, and the errors θ that
-all units share are unknown. At equal wear time Λ = T (N/T)^b a unit has worn h_i(f_i Λ) + h_i(f_i T) W; W is
-a Wiener process whose standard deviation at T is ρ: wear strays by a share of itself, one for all that is
-measured of a unit, each by the clock of its own wear. Then
+The wear coefficient of unit i is f_i times that of its run, ln f_i ~ N(m, s²); m, s,
+and the errors θ that all units share are unknown. At equal wear time Λ = T (N/T)^b a
+unit has worn h_i(f_i Λ) + h_i(f_i T) W; W is a Wiener process whose standard deviation
+at T is ρ: wear strays by a share of itself, one for all that is measured of a unit,
+each by the clock of its own wear. Then
 
     p(θ, m, s | y) ∝ p(θ) p(m) p(s) Π_i Z_i,   Z_i = ∫ L_i(u; θ) N(u; m, s²) du,
 
-with L_i from the filter, exact, and its integral on a grid of the unit's own. What is left, up to five
-dimensions, is summed over a lattice in the scores of a normal law fitted to the posterior.
+with L_i from the filter, exact, and its integral on a grid of the unit's own. What is
+left, up to five dimensions, is summed over a lattice in the scores of a normal law
+fitted to the posterior.
 """
 
 from collections.abc import Sequence
@@ -36,11 +38,19 @@ DEPTH = 60.0  # of a unit's log likelihood below its top that counts
 REACH = 6.0  # standard deviations of the population that a unit's grid goes to
 RADIUS = 4.5  # of the lattice, in standard deviations
 SPACING = {1: 0.1, 2: 0.25, 3: 0.5, 4: 0.8, 5: 1.0}  # of the lattice, by its dimensions
-BETWEEN, WIDER = 2**15, 1.3  # points between the lattice's; times as wide as the fitted law they lie
-EDGE = 0.03  # probability at the lattice's edge from which it does not hold the posterior
+# points between the lattice's; times as wide as the fitted law they lie
+BETWEEN = 2**15
+WIDER = 1.3
+EDGE = (
+    0.03  # probability at the lattice's edge from which it does not hold the posterior
+)
 MOST = 5  # unknowns that all units share
 SOME = 12  # units that the law is fitted to first
-GUIDES, ROUNDS, FIT = 64, 12, 16.0  # points that the law is fitted with, rounds, effective points of each
+GUIDES, ROUNDS, FIT = (
+    64,
+    12,
+    16.0,
+)  # points that the law is fitted with, rounds, effective points of each
 
 
 class Parameter(NamedTuple):
@@ -58,7 +68,8 @@ class FleetMember:
     Parameters
     ----------
     name, run, blocks : of the unit
-    asked : block of which an inspection is foreseen: at a cycle it, and blocks after it, do not count yet
+    asked : block of which an inspection is foreseen: at a cycle it, and blocks after
+        it, do not count yet
     """
 
     name: str
@@ -73,9 +84,16 @@ class FleetMember:
 
     @cached_property
     def inspections(self) -> list[tuple[int, kalman.Inspection]]:
-        """The inspections and the block of each, in order of time; those of one time in order of blocks."""
+        """The inspections and the block of each, in order of time.
+
+        Those of one time in order of blocks.
+        """
         both = enumerate(self.blocks)
-        told = [(n, one) for n, block in both for one in likelihood.inspections_of(block, self.run, n)]
+        told = [
+            (n, one)
+            for n, block in both
+            for one in likelihood.inspections_of(block, self.run, n)
+        ]
         return sorted(told, key=lambda one: one[1].cycle)
 
     @cached_property
@@ -85,26 +103,40 @@ class FleetMember:
 
     @property
     def whole(self) -> list[int]:
-        """The blocks without places on the flank; what was measured, and what ends the life, first."""
-        found = [n for n, block in enumerate(self.blocks) if block.seen.place_kind is None]
+        """The blocks without places on the flank.
+
+        What was measured, and what ends the life, first.
+        """
+        found = [
+            n for n, block in enumerate(self.blocks) if block.seen.place_kind is None
+        ]
         curves = [asked.curve is not self.run.limit for asked in self.run.asked]
         return sorted(found, key=lambda n: (not len(self.blocks[n].seen), curves[n]))
 
     def inspected(self, cycles: Array) -> Index:
         """Return how many inspections there had been by cycles."""
-        count, at = len(self.blocks) if self.asked is None else self.asked, cycles[:, None]
-        cycle, later = np.array([(own.cycle, n >= count) for n, own in self.inspections]).reshape(-1, 2).T
+        count = len(self.blocks) if self.asked is None else self.asked
+        at = cycles[:, None]
+        cycle, later = (
+            np.array([(own.cycle, n >= count) for n, own in self.inspections])
+            .reshape(-1, 2)
+            .T
+        )
         return np.sum((cycle < at) | ((cycle == at) & (later == 0.0)), axis=1)
 
     def up_to(self, cycle: float) -> "FleetMember":
         """Return the unit with what had been measured by a cycle."""
         n = len(self.blocks) if self.asked is None else self.asked
-        by, before = (likelihood.held(self.blocks, self.run, how, cycle) for how in (np.less_equal, np.less))
+        by = likelihood.held(self.blocks, self.run, np.less_equal, cycle)
+        before = likelihood.held(self.blocks, self.run, np.less, cycle)
         return replace(self, blocks=(*by[:n], *before[n:]))
 
 
 class Shared(NamedTuple):
-    """What the units share, as lanes (p, 1): power b, straying ρ, sd of each block; and T [cycles]."""
+    """What the units share, as lanes (p, 1): power b, straying ρ, sd of each block.
+
+    And T [cycles].
+    """
 
     power: Array
     straying: Array
@@ -124,25 +156,45 @@ class Shared(NamedTuple):
     def worn(self, run: RunHistory, curve: RunCurve, factor: Array) -> Array:
         """Return what is worn of a quantity at T, of a profile in the mean."""
         own = run.start + self.reference * factor[..., None] / run.factor
-        return np.maximum(curve.at(own, np.arange(curve.value.shape[1])).mean(axis=-1), 1e-100)
+        return np.maximum(
+            curve.at(own, np.arange(curve.value.shape[1])).mean(axis=-1), 1e-100
+        )
 
-    def mean(self, run: RunHistory, asked: Asked, factor: Array, cycle: Array, column: Any = 0) -> Array:
+    def mean(
+        self,
+        run: RunHistory,
+        asked: Asked,
+        factor: Array,
+        cycle: Array,
+        column: Any = 0,
+    ) -> Array:
         """Return the mean course of what is asked at cycles, (…, n), for factors (…)."""
         equal = self.equal(run.equal(cycle, asked.clock))
-        return asked.curve.at(run.start + equal * (factor[..., None] / run.factor), column)
+        return asked.curve.at(
+            run.start + equal * (factor[..., None] / run.factor), column
+        )
 
 
-def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool = False) -> kalman.Filtered:
+def seen_by(
+    unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool = False
+) -> kalman.Filtered:
     """Return how probable a unit's measurements are, and what is known of its W, for lanes (p, nodes)."""
-    run, factor = unit.run, np.exp(log_factor)
-    begins, parts = [0], []
+    run = unit.run
+    factor = np.exp(log_factor)
+    begins = [0]
+    parts = []
     for asked, block, sd in zip(run.asked, unit.blocks, shared.sd, strict=False):
-        model = shared.mean(run, asked, factor, asked.cycle[block.rows], asked.column[block.rows])
+        model = shared.mean(
+            run, asked, factor, asked.cycle[block.rows], asked.column[block.rows]
+        )
         parts.append(likelihood.compared(block, model, sd))
         begins.append(begins[-1] + len(block.rows))
     worn = [shared.worn(run, asked.curve, factor) for asked in run.asked]
     when = ((n, own, shared.equal(run.equal(own.cycle))) for n, own in unit.inspections)
-    times = [own._replace(cycle=t, values=own.values + begins[n], scale=worn[n]) for n, own, t in when]
+    times = [
+        own._replace(cycle=t, values=own.values + begins[n], scale=worn[n])
+        for n, own, t in when
+    ]
     seen = parts[0] if len(parts) == 1 else _side_by_side(parts)
     return kalman.filtered(seen, times, kalman.Filtered(), shared.rate, steps=steps)
 
@@ -150,8 +202,13 @@ def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool
 def _side_by_side(parts: Sequence[kalman.Compared]) -> kalman.Compared:
     """Return residuals, variances and limits of several blocks as those of one."""
     shape = np.broadcast_shapes(*(each.shape[:-1] for part in parts for each in part))
-    wide = [[np.broadcast_to(each, (*shape, part[0].shape[-1])) for each in part] for part in parts]
-    residual, variance, room = (np.concatenate(each, axis=-1) for each in zip(*wide, strict=True))
+    wide = [
+        [np.broadcast_to(each, (*shape, part[0].shape[-1])) for each in part]
+        for part in parts
+    ]
+    residual, variance, room = (
+        np.concatenate(each, axis=-1) for each in zip(*wide, strict=True)
+    )
     return residual, variance, room
 
 
@@ -160,7 +217,8 @@ class Law(NamedTuple):
 
     Parameters
     ----------
-    parameters : unknown; the errors first (``sd_`` and the number of a block), then spread and median
+    parameters : unknown; the errors first (``sd_`` and the number of a block), then
+        spread and median
     reference : T, cycles at which f and straying are said
     power, straying : where they are known
     sd : of each block where it is known
@@ -174,11 +232,16 @@ class Law(NamedTuple):
 
     def shared(self, theta: Array) -> Shared:
         """Return what the units share at points (p, parameters)."""
-        names, one = [parameter.name for parameter in self.parameters], np.ones((len(theta), 1))
+        names = [parameter.name for parameter in self.parameters]
+        one = np.ones((len(theta), 1))
         columns = dict(zip(names, np.exp(theta.T)[..., None], strict=True))
-        sd = tuple(columns.get(f"sd_{n}", known * one) for n, known in enumerate(self.sd))
+        sd = tuple(
+            columns.get(f"sd_{n}", known * one) for n, known in enumerate(self.sd)
+        )
         power = columns.get(POWER, np.full((1, 1), self.power))
-        return Shared(power, columns.get(STRAYING, self.straying * one), sd, self.reference)
+        return Shared(
+            power, columns.get(STRAYING, self.straying * one), sd, self.reference
+        )
 
 
 def law_of(fleet: Fleet, prior: Distribution, units: Sequence[FleetMember]) -> Law:
@@ -188,63 +251,108 @@ def law_of(fleet: Fleet, prior: Distribution, units: Sequence[FleetMember]) -> L
     ------
     UpdateError : that is more than five numbers
     """
-    given, sds = {POWER: fleet.power, STRAYING: fleet.straying}, [block.sd for block in units[0].blocks]
-    parameters = [Parameter(n, one) for n, one in given.items() if isinstance(one, Distribution)]
+    given = {POWER: fleet.power, STRAYING: fleet.straying}
+    sds = [block.sd for block in units[0].blocks]
+    parameters = [
+        Parameter(n, one) for n, one in given.items() if isinstance(one, Distribution)
+    ]
     known = {n: one for n, one in given.items() if not isinstance(one, Distribution)}
-    parameters += [Parameter(f"sd_{n}", sd.prior, sd.scale) for n, sd in enumerate(sds) if sd.prior]
+    parameters += [
+        Parameter(f"sd_{n}", sd.prior, sd.scale) for n, sd in enumerate(sds) if sd.prior
+    ]
     parameters += [Parameter(SPREAD, fleet.spread), Parameter(MEDIAN, prior)]
     if len(parameters) > MOST:
-        said = f"{len(parameters)} numbers are unknown to all units, at most {MOST} can be: give power or "
-        raise measurements.UpdateError(f"update.population: {said}straying as a number, or an error.sd")
-    seen, run = np.concatenate([unit.run.equal(unit.cycles) for unit in units]), units[0].run
-    reference = float(np.median(seen[seen > 0.0])) if (seen > 0.0).any() else run.end - run.start
+        said = (
+            f"{len(parameters)} numbers are unknown to all units, at most {MOST} can "
+            "be: give power or "
+        )
+        raise measurements.UpdateError(
+            f"update.population: {said}straying as a number, or an error.sd"
+        )
+    seen = np.concatenate([unit.run.equal(unit.cycles) for unit in units])
+    run = units[0].run
+    reference = (
+        float(np.median(seen[seen > 0.0]))
+        if (seen > 0.0).any()
+        else run.end - run.start
+    )
     if fleet.reference is not None:
         reference = fleet.reference * HOUR / run.seconds_per_cycle
     return Law(tuple(parameters), reference, sd=tuple(sd.known for sd in sds), **known)
 
 
-def _table(unit: FleetMember, shared: Shared, ends: Array, cycles: Array | None) -> tuple[Array, Array]:
+def _table(
+    unit: FleetMember, shared: Shared, ends: Array, cycles: Array | None
+) -> tuple[Array, Array]:
     """Return ln f on a fine grid of a unit, (n,), and the log of its likelihood times the spacing, (p, n).
 
-    With cycles that likelihood is of what had been measured by each of them, (cycles, p, n).
+    With cycles that likelihood is of what had been measured by each of them, (cycles,
+    p, n).
     """
 
     def log_likelihood(lanes: Shared, u: Array, cycles: Array | None = None) -> Array:
-        shape, seen = (len(lanes.straying), u.shape[1]), seen_by(unit, lanes, u, steps=cycles is not None)
+        shape = (len(lanes.straying), u.shape[1])
+        seen = seen_by(unit, lanes, u, steps=cycles is not None)
         if cycles is None:
             return np.broadcast_to(seen.log_likelihood, shape)
         gained = [np.broadcast_to(step.log_likelihood, shape) for step in seen.steps]
-        return np.asarray(np.cumsum([np.zeros(shape), *gained], axis=0)[unit.inspected(cycles)])
+        return np.asarray(
+            np.cumsum([np.zeros(shape), *gained], axis=0)[unit.inspected(cycles)]
+        )
 
     # one lane in the middle of all: the top moves little with what the units share
-    each = (np.log(np.maximum(one, 1e-300)) for one in (shared.power, shared.straying, *shared.sd))
-    power, straying, *sd = (np.exp(np.mean(logs, axis=0, keepdims=True)) for logs in each)
+    each = (
+        np.log(np.maximum(one, 1e-300))
+        for one in (shared.power, shared.straying, *shared.sd)
+    )
+    power, straying, *sd = (
+        np.exp(np.mean(logs, axis=0, keepdims=True)) for logs in each
+    )
     middle = Shared(power, straying, tuple(sd), shared.reference)
     found = grids.peak(lambda u, _: log_likelihood(middle, u), ends[:1], ends[1:])
-    centre, width = float(found[0][0]), float(np.clip(found[1][0], 1e-4, 0.25 * (ends[1] - ends[0])))
+    centre = float(found[0][0])
+    width = float(np.clip(found[1][0], 1e-4, 0.25 * (ends[1] - ends[0])))
     first, last = np.arcsinh((ends - centre) / width).tolist()
-    coarse, fine = (np.linspace(first, last, n) for n in (NODES, FINER * (NODES - 1) + 1))
+    coarse, fine = (
+        np.linspace(first, last, n) for n in (NODES, FINER * (NODES - 1) + 1)
+    )
     logs = log_likelihood(shared, (centre + width * np.sinh(coarse))[None], cycles)
-    logs = CubicSpline(coarse, np.maximum(logs, logs.max(axis=-1, keepdims=True) - 1e5), axis=-1)(fine)
-    deep = (logs > logs.max(axis=-1, keepdims=True) - DEPTH).reshape(-1, len(fine)).any(axis=0)
-    spacing = width * np.cosh(fine) * (fine[1] - fine[0]) * grids.even_weights(len(fine))
+    logs = CubicSpline(
+        coarse, np.maximum(logs, logs.max(axis=-1, keepdims=True) - 1e5), axis=-1
+    )(fine)
+    deep = (
+        (logs > logs.max(axis=-1, keepdims=True) - DEPTH)
+        .reshape(-1, len(fine))
+        .any(axis=0)
+    )
+    spacing = (
+        width * np.cosh(fine) * (fine[1] - fine[0]) * grids.even_weights(len(fine))
+    )
     return (centre + width * np.sinh(fine))[deep], (logs + np.log(spacing))[..., deep]
 
 
-def masses(unit: FleetMember, law: Law, theta: Array, cycles: Array | None = None) -> tuple[Array, ...]:
+def masses(
+    unit: FleetMember, law: Law, theta: Array, cycles: Array | None = None
+) -> tuple[Array, ...]:
     """Return ln f of a unit, (n,), the mass there of L N(u; m, s²) over the largest, and ln of their sums.
 
-    Masses are (…, p, n) for points (p, parameters): with cycles, of what had been measured by each of them.
+    Masses are (…, p, n) for points (p, parameters): with cycles, of what had been
+    measured by each of them.
     """
-    spread, median = np.exp(theta[:, -2]), theta[:, -1]
+    spread = np.exp(theta[:, -2])
+    median = theta[:, -1]
     ends = np.array([np.min(median - REACH * spread), np.max(median + REACH * spread)])
-    _, first, which = np.unique(np.round(theta[:, :-2], 10), axis=0, return_index=True, return_inverse=True)
+    _, first, which = np.unique(
+        np.round(theta[:, :-2], 10), axis=0, return_index=True, return_inverse=True
+    )
     u, logs = _table(unit, law.shared(theta[first]), ends, cycles)
     z = (u - median[:, None]) / spread[:, None]
     logs = logs[..., which.ravel(), :]
     logs -= 0.5 * z * z + np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
     top = logs.max(axis=-1)
-    mass = np.exp(np.subtract(logs, top[..., None], out=logs), out=logs)  # large: no copies of it
+    mass = np.exp(
+        np.subtract(logs, top[..., None], out=logs), out=logs
+    )  # large: no copies of it
     return u, mass, top + np.log(mass.sum(axis=-1))
 
 
@@ -255,7 +363,8 @@ class Population:
     Parameters
     ----------
     law, units : what was asked
-    mean, root : ln of the parameters at the lattice's middle, and what its scores are multiplied by
+    mean, root : ln of the parameters at the lattice's middle, and what its scores are
+        multiplied by
     theta : (p, parameters) ln of the parameters at its points
     log_prior : (p,) of the prior times the lattice's cell
     log_marginal : (units, p) ln Z of each unit
@@ -279,34 +388,47 @@ class Population:
     def weight(self, without: int | None = None) -> Array:
         """Return the probability of each point, (p,); without a unit."""
         logs = self.log_prior + self.log_marginal.sum(axis=0)
-        return np.asarray(softmax(logs if without is None else logs - self.log_marginal[without]))
+        return np.asarray(
+            softmax(logs if without is None else logs - self.log_marginal[without])
+        )
 
     @cached_property
     def _between(self) -> tuple[Array, Array]:
         """Scores of points between the lattice's, (q, parameters), and their probabilities, (q,).
 
-        The posterior over the normal law that it was fitted with is smooth: its log is a cubic spline.
+        The posterior over the normal law that it was fitted with is smooth: its log is
+        a cubic spline.
         """
         d = self.theta.shape[1]
-        z, weight = lattice(d), self.weight()
+        z = lattice(d)
+        weight = self.weight()
         ratio = np.log(np.maximum(weight, 1e-300)) + 0.5 * np.sum(z * z, axis=1)
         reach = int(RADIUS // SPACING[d])
         cube = SPACING[d] * (np.indices((2 * reach + 1,) * d) - reach)
         table = ratio[cKDTree(z).query(np.moveaxis(cube, 0, -1))[1]]
-        points = WIDER * ndtri(np.clip(qmc.Sobol(d, rng=0).random(BETWEEN), 1e-5, 1.0 - 1e-5))
-        logs = map_coordinates(table, (points / SPACING[d] + reach).T, order=3, mode="nearest")
+        points = WIDER * ndtri(
+            np.clip(qmc.Sobol(d, rng=0).random(BETWEEN), 1e-5, 1.0 - 1e-5)
+        )
+        logs = map_coordinates(
+            table, (points / SPACING[d] + reach).T, order=3, mode="nearest"
+        )
         logs -= 0.5 * (1.0 - WIDER**-2) * np.sum(points**2, axis=1)
         return points, softmax(logs)
 
     def parameters(self, n: int, rng: Random) -> tuple[Array, Array]:
         """Return draws of ln of the parameters, (n, parameters), and these with errors on the lattice.
 
-        Each value of the errors takes a likelihood of its own: those of the lattice are few.
+        Each value of the errors takes a likelihood of its own: those of the lattice are
+        few.
         """
         points, probability = self._between
         z = points[grids.equally(probability, n, rng)]
-        spacing, errors = SPACING[z.shape[1]], z.shape[1] - 2
-        theta, near = (self.mean + each @ self.root.T for each in (z, spacing * np.round(z / spacing)))
+        spacing = SPACING[z.shape[1]]
+        errors = z.shape[1] - 2
+        theta, near = (
+            self.mean + each @ self.root.T
+            for each in (z, spacing * np.round(z / spacing))
+        )
         return theta, np.hstack([near[:, :errors], theta[:, errors:]])
 
 
@@ -322,36 +444,63 @@ def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
 
     def log_prior(theta: Array) -> Array:
         both = zip(law.parameters, theta.T, strict=True)
-        return np.asarray(sum(likelihood.log_density(p.prior, u, p.scale) for p, u in both))
+        return np.asarray(
+            sum(likelihood.log_density(p.prior, u, p.scale) for p, u in both)
+        )
 
     def log_units(theta: Array, some: Sequence[FleetMember] = units) -> Array:
         nothing = np.zeros(len(theta))
-        return np.stack([masses(unit, law, theta)[2] if len(unit.cycles) else nothing for unit in some])
+        return np.stack(
+            [
+                masses(unit, law, theta)[2] if len(unit.cycles) else nothing
+                for unit in some
+            ]
+        )
 
-    thirds = np.array([0.159, 0.5, 0.841])  # a standard deviation about the prior's median
-    low, mean, high = np.log([p.scale * np.asarray(p.prior.at(thirds)) for p in law.parameters]).T
-    root, temper, d, some = np.diag(0.5 * (high - low)), 0.0, len(mean), units[:: max(len(units) // SOME, 1)]
+    thirds = np.array(
+        [0.159, 0.5, 0.841]
+    )  # a standard deviation about the prior's median
+    low, mean, high = np.log(
+        [p.scale * np.asarray(p.prior.at(thirds)) for p in law.parameters]
+    ).T
+    root = np.diag(0.5 * (high - low))
+    temper = 0.0
+    d = len(mean)
+    some = units[:: max(len(units) // SOME, 1)]
     for n in range(ROUNDS):
         z = ndtri(np.clip(qmc.Sobol(d, rng=seed + n).random(GUIDES), 1e-6, 1.0 - 1e-6))
         theta = mean + z @ root.T
-        seen, before = log_units(theta, some).sum(axis=0), log_prior(theta) + 0.5 * np.sum(z * z, axis=1)
+        seen = log_units(theta, some).sum(axis=0)
+        before = log_prior(theta) + 0.5 * np.sum(z * z, axis=1)
         most = 1.0
-        for _ in range(30 if _surplus(1.0, before, seen) < 0.0 else 0):  # not one root: from above
+        for _ in range(
+            30 if _surplus(1.0, before, seen) < 0.0 else 0
+        ):  # not one root: from above
             middle = 0.5 * (temper + most)
-            temper, most = (middle, most) if _surplus(middle, before, seen) >= 0.0 else (temper, middle)
+            temper, most = (
+                (middle, most)
+                if _surplus(middle, before, seen) >= 0.0
+                else (temper, middle)
+            )
         temper = 1.0 if most == 1.0 else temper
         mean, root = _fitted(theta, before + temper * seen)
         if temper == 1.0 and len(some) < len(units):
-            temper, some = len(some) / len(units), units
+            temper = len(some) / len(units)
+            some = units
         elif temper == 1.0 and _surplus(1.0, before, seen) > FIT:
             break
     for _ in range(3):
         z = lattice(d)
         theta = mean + z @ root.T
-        each, cell = log_units(theta), float(np.linalg.slogdet(root)[1]) + d * np.log(SPACING[d])
-        found = Population(law, tuple(units), mean, root, theta, log_prior(theta) + cell, each, True)
+        each = log_units(theta)
+        cell = float(np.linalg.slogdet(root)[1]) + d * np.log(SPACING[d])
+        found = Population(
+            law, tuple(units), mean, root, theta, log_prior(theta) + cell, each, True
+        )
         weight = found.weight()
-        edge = float(weight[np.linalg.norm(z, axis=1) > RADIUS - 0.5 * SPACING[d]].sum())
+        edge = float(
+            weight[np.linalg.norm(z, axis=1) > RADIUS - 0.5 * SPACING[d]].sum()
+        )
         own = np.linalg.solve(root, (weight @ theta) - mean)
         mean, fitted_root = _fitted(theta, np.log(np.maximum(weight, 1e-300)))
         ratio = np.linalg.svd(np.linalg.solve(root, fitted_root), compute_uv=False)
@@ -385,7 +534,9 @@ def _fitted(theta: Array, logs: Array) -> tuple[Array, Array]:
 def factors(unit: FleetMember, law: Law, theta: Array, rng: Random) -> Array:
     """Return a draw of ln f of a unit for each of the points (n, parameters), given its measurements."""
     if not len(unit.cycles):
-        return np.asarray(theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(len(theta)))
+        return np.asarray(
+            theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(len(theta))
+        )
     points, which = np.unique(theta, axis=0, return_inverse=True)
     u, mass, _ = masses(unit, law, points)
     return grids.along(u, mass, which.ravel(), rng)

@@ -1,4 +1,7 @@
-"""An update as text, read from its tree, so that a kept one says the same; words: `case.txt`, `fleet.txt`."""
+"""An update as text, read from its tree, so that a kept one says the same.
+
+Words: `case.txt`, `fleet.txt`.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
@@ -11,22 +14,47 @@ import xarray as xr
 from wearlab.arrays import Array
 from wearlab.schema import VARIABLES
 from wearlab.units import HOUR, convert, shown_unit
-from wearlab.updating.calendar import DAYS_A_YEAR, LAST_DAY, NEVER, Calendar, day_number, day_text
+from wearlab.updating.calendar import (
+    DAYS_A_YEAR,
+    LAST_DAY,
+    NEVER,
+    Calendar,
+    day_number,
+    day_text,
+)
 from wearlab.updating.layout import P, digits, rendered
 from wearlab.updating.sampling import ALARM
 
 DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
 WITHOUT = "remaining_without_"
-BELIEVED = tuple((Path(__file__).parent / "believed.txt").read_text(encoding="utf-8").splitlines())
+BELIEVED = tuple(
+    (Path(__file__).parent / "believed.txt").read_text(encoding="utf-8").splitlines()
+)
 MOST_LISTED = 24  # inspections of a block whose checks are listed
 FIRST = 2  # units that are named as those to open first
-FAST, MUCH = 1.25, 0.6  # times the others' pace, and share of the limit, that are a reason to open a unit
+FAST, MUCH = (
+    1.25,
+    0.6,
+)  # times the others' pace, and share of the limit, that are a reason to open a unit
 PASSED = "passed"
-MAYBE, SURE = 0.05, 0.95  # probabilities from which the limit may have, and has, been passed
+MAYBE, SURE = (
+    0.05,
+    0.95,
+)  # probabilities from which the limit may have, and has, been passed
 OVER = 0.5  # probability from which the limit is said to have been passed
-HEADS: tuple[str, ...] = ("unit", "hours", "worn", "limit reached", "90 % between", "pace")
+HEADS: tuple[str, ...] = (
+    "unit",
+    "hours",
+    "worn",
+    "limit reached",
+    "90 % between",
+    "pace",
+)
 IF_WRONG = "if the readings marked ! are wrong"
-ABOUT = "worn: how much of it at the last inspection; pace: how many times as fast as the middle unit"
+ABOUT = (
+    "worn: how much of it at the last inspection; pace: how many times as fast as the "
+    "middle unit"
+)
 SHARED = ("median", "spread", "straying", "power")
 
 
@@ -37,9 +65,13 @@ def text_of(tree: xr.DataTree) -> list[str]:
     lines = [str(tree.attrs.get("title", ""))]
     for label, groups in cases_of(tree).items():
         lines += ["", f"case {label}"] if label else []
-        alone = f"  ! case {label}: " if label else "  ! "  # a warning is read alone, too
+        alone = (
+            f"  ! case {label}: " if label else "  ! "
+        )  # a warning is read alone, too
         told = [f"  {line}" for line in rendered("case.txt", _case(groups))]
-        lines += [alone + line[4:] if line.startswith("  ! ") else line for line in told]
+        lines += [
+            alone + line[4:] if line.startswith("  ! ") else line for line in told
+        ]
     if "comparison" in tree.children:
         lines += ["", *text_of_models(tree["comparison"].to_dataset())]
     return lines
@@ -49,12 +81,26 @@ def answers(tree: xr.DataTree) -> list[str]:
     """Return a sentence a case or unit: when the limit is reached, as far as the measurements tell."""
     if "unit" in tree["predictions"].dims:
         rows = _rows(tree["predictions"].to_dataset())
-        return [*opened(tree), *rendered("answers.txt", {"rows": rows, "passed": PASSED})]
+        return [
+            *opened(tree),
+            *rendered("answers.txt", {"rows": rows, "passed": PASSED}),
+        ]
     lines = []
-    for label, predictions in ((label, groups["predictions"]) for label, groups in cases_of(tree).items()):
-        rest = float(predictions["seconds_per_cycle"]) * _last(predictions["remaining_useful_life_quantile"])
-        days = _days(predictions)[::2] if "end_of_life_quantile" in predictions else None
-        values = {"label": label, "wear": _limit(predictions), "times": rest[::2], "days": days}
+    for label, predictions in (
+        (label, groups["predictions"]) for label, groups in cases_of(tree).items()
+    ):
+        rest = float(predictions["seconds_per_cycle"]) * _last(
+            predictions["remaining_useful_life_quantile"]
+        )
+        days = (
+            _days(predictions)[::2] if "end_of_life_quantile" in predictions else None
+        )
+        values = {
+            "label": label,
+            "wear": _limit(predictions),
+            "times": rest[::2],
+            "days": days,
+        }
         lines += rendered("answers.txt", values)
     return lines
 
@@ -69,7 +115,10 @@ def _limit(predictions: xr.Dataset) -> str:
 
 
 def _days(predictions: xr.Dataset) -> list[str]:
-    """Return the days on which the limit is reached; of what has passed, that it was before the last look."""
+    """Return the days on which the limit is reached.
+
+    Of what has passed, that it was before the last look.
+    """
     days = predictions["end_of_life_quantile"].values
     both = zip(days, _last(predictions["remaining_useful_life_quantile"]), strict=True)
     return [f"{'before ' if left <= 0.0 else ''}{day}" for day, left in both]
@@ -80,20 +129,32 @@ def text_of_models(found: xr.Dataset) -> list[str]:
     names = ("model", "log_evidence", "left_out_difference", "left_out_error")
     model, gain, off, error = (found[name].values for name in names)
     labels = (name.ljust(max(map(len, model))) for name in model)
-    return rendered("models.txt", {"rows": list(zip(labels, gain - gain[0], off, error, strict=True))})
+    return rendered(
+        "models.txt",
+        {"rows": list(zip(labels, gain - gain[0], off, error, strict=True))},
+    )
 
 
 def cases_of(tree: xr.DataTree) -> dict[str, dict[str, xr.Dataset]]:
     """Return the groups of each case under its label, "" where there is one case."""
-    groups, found = {name: node.to_dataset() for name, node in tree.children.items()}, {}
-    for label in groups["predictions"].coords.get("case", xr.DataArray([""], dims="case")).values:
-        each = ((name, one.sel(case=label) if "case" in one.dims else one) for name, one in groups.items())
+    groups = {name: node.to_dataset() for name, node in tree.children.items()}
+    found = {}
+    for label in (
+        groups["predictions"].coords.get("case", xr.DataArray([""], dims="case")).values
+    ):
+        each = (
+            (name, one.sel(case=label) if "case" in one.dims else one)
+            for name, one in groups.items()
+        )
         found[str(label)] = dict(each)
     return found
 
 
 def latest(values: xr.DataArray) -> xr.DataArray:
-    """Return quantiles after the last inspection of a case; others may have been inspected later."""
+    """Return quantiles after the last inspection of a case.
+
+    Others may have been inspected later.
+    """
     if "inspection" not in values.dims:
         return values
     known = np.flatnonzero(values.notnull().any("quantile").values)
@@ -106,22 +167,42 @@ def _last(values: xr.DataArray) -> Array:
 
 def _numbers(data: xr.Dataset) -> dict[str, Any]:
     """Return the single values of a group."""
-    return {str(name): one.values.item() for name, one in data.data_vars.items() if not one.dims}
+    return {
+        str(name): one.values.item()
+        for name, one in data.data_vars.items()
+        if not one.dims
+    }
 
 
 def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     """Return what the text of a case is made from."""
-    predictions, stats, sample = (groups[name] for name in ("predictions", "sample_stats", "posterior"))
-    ahead, costs = (groups.get(name, xr.Dataset()) for name in ("virtual_inspection", "decision"))
-    hours, calendar = float(predictions["seconds_per_cycle"]) / HOUR, calendar_of(predictions)
+    predictions = groups["predictions"]
+    stats = groups["sample_stats"]
+    sample = groups["posterior"]
+    ahead = groups.get("virtual_inspection", xr.Dataset())
+    costs = groups.get("decision", xr.Dataset())
+    hours = float(predictions["seconds_per_cycle"]) / HOUR
+    calendar = calendar_of(predictions)
     life, rest = (_last(predictions[f"{name}_quantile"]) for name in DERIVED[1:])
-    found: dict[str, Any] = {"life": life, "rest": rest, "now": float(predictions["now"])}
-    found |= {"hours": hours if np.isfinite(hours) else None, "alarm": ALARM, "most": MOST_LISTED}
+    found: dict[str, Any] = {
+        "life": life,
+        "rest": rest,
+        "now": float(predictions["now"]),
+    }
+    found |= {
+        "hours": hours if np.isfinite(hours) else None,
+        "alarm": ALARM,
+        "most": MOST_LISTED,
+    }
     found["at"] = partial(_at, hours=hours, calendar=calendar)
     found["foreseen"] = partial(_foreseen, calendar=calendar)
     found |= {"notes": _listed(stats), "checks": list(_checks(stats))}
     found["sources"] = _sources(stats, rest, hours)
-    found |= {"stats": _numbers(stats), "ahead": _numbers(ahead), "costs": _numbers(costs)}
+    found |= {
+        "stats": _numbers(stats),
+        "ahead": _numbers(ahead),
+        "costs": _numbers(costs),
+    }
     found["coefficient"] = np.quantile(sample["wear_coefficient"], P)
     found["unknowns"] = list(_unknowns(groups["prior"], sample, predictions))
     if "end_of_life_quantile" in predictions:
@@ -132,10 +213,15 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
         each = zip(*(predictions[name].values for name in columns), strict=True)
         found["replay"] = [row for row in each if np.isfinite(row[1]).any()]
     if np.isfinite(best := found["ahead"].get("recommended", np.nan)):
-        width = ahead["expected_width"].sel(instrument=1.0).sel(look=best, method="nearest")
+        width = (
+            ahead["expected_width"].sel(instrument=1.0).sel(look=best, method="nearest")
+        )
         found["ahead"]["width"] = float(width)
     if "best_rate" in costs:
-        found |= {n: _numbers(costs.sel(failure_times=t)) for n, t in (("cheaper", 0.5), ("dearer", 2.0))}
+        found |= {
+            n: _numbers(costs.sel(failure_times=t))
+            for n, t in (("cheaper", 0.5), ("dearer", 2.0))
+        }
     if "rate_with_look" in costs:
         found["costs"]["rate_with_look"] = float(costs["rate_with_look"].min())
     if "calibration" in groups:
@@ -153,11 +239,15 @@ def calendar_of(predictions: xr.Dataset) -> Calendar | None:
     if "calendar_date" not in predictions:
         return None
     # places are whole seconds, so that midnight may come out a second early
-    day = np.round(day_number([text for text in predictions["calendar_date"].values if text]), 4)
+    day = np.round(
+        day_number([text for text in predictions["calendar_date"].values if text]), 4
+    )
     cycle = predictions["calendar_cycle"].values[: len(day)]
     if len(cycle) < 2 or not cycle[-1] > cycle[-2]:
         return None
-    return Calendar(day, cycle, DAYS_A_YEAR * float((cycle[-1] - cycle[-2]) / (day[-1] - day[-2])))
+    return Calendar(
+        day, cycle, DAYS_A_YEAR * float((cycle[-1] - cycle[-2]) / (day[-1] - day[-2]))
+    )
 
 
 def _at(cycle: float, hours: float, calendar: Calendar | None) -> str:
@@ -179,20 +269,31 @@ def _foreseen(cycle: float, rest: Array, calendar: Calendar | None) -> str:
     return f"limit on {told[1]}, 90 %: {told[0]} to {told[2]}"
 
 
-def _unknowns(prior: xr.Dataset, sample: xr.Dataset, predictions: xr.Dataset) -> Iterator[dict[str, Any]]:
+def _unknowns(
+    prior: xr.Dataset, sample: xr.Dataset, predictions: xr.Dataset
+) -> Iterator[dict[str, Any]]:
     """Yield what is known of every unknown, after and before."""
     for name in map(str, sample.data_vars):
         if name in DERIVED or not np.isfinite(sample[name]).any():
             continue
-        unit, shown = (sample[name].attrs.get(key, "1") for key in ("units", "display_units"))
+        unit = sample[name].attrs.get("units", "1")
+        shown = sample[name].attrs.get("display_units", "1")
         scale = convert(1.0, unit, shown) if shown not in ("1", unit) else 1.0
-        after, before = (scale * np.quantile(each[name], P) for each in (sample, prior))
+        after = scale * np.quantile(sample[name], P)
+        before = scale * np.quantile(prior[name], P)
         if name == "factor":
-            after, before = (_last(predictions[f"{p}factor_quantile"]) for p in ("", "prior_"))
+            after, before = (
+                _last(predictions[f"{p}factor_quantile"]) for p in ("", "prior_")
+            )
         if not before[4] > before[0]:
             continue
-        wide, narrow = np.log([before, after]) if before[0] > 0.0 < after[0] else (before, after)
-        own = {"name": name.replace("_", " "), "unit": "" if shown == "1" else shown_unit(shown)}
+        wide, narrow = (
+            np.log([before, after]) if before[0] > 0.0 < after[0] else (before, after)
+        )
+        own = {
+            "name": name.replace("_", " "),
+            "unit": "" if shown == "1" else shown_unit(shown),
+        }
         narrowed = np.ptp(wide) / max(np.ptp(narrow), 1e-300)
         yield {**own, "after": after, "before": before, "narrowed": narrowed}
 
@@ -202,59 +303,123 @@ def _checks(stats: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float, s
     for name in map(str, stats.data_vars):
         if name.startswith("check_p_") and np.isfinite(stats[name]).any():
             block = name.removeprefix("check_p_")
-            columns = (stats[key].values for key in (f"cycle_{block}", name, f"check_{block}"))
-            yield block.replace("_", " "), [r for r in zip(*columns, strict=True) if np.isfinite(r[1])]
+            columns = (
+                stats[key].values for key in (f"cycle_{block}", name, f"check_{block}")
+            )
+            yield (
+                block.replace("_", " "),
+                [r for r in zip(*columns, strict=True) if np.isfinite(r[1])],
+            )
 
 
 def _sources(stats: xr.Dataset, rest: Array, hours: float) -> list[tuple[Any, ...]]:
     """Return the answer with all sources and without each."""
     scale = hours if np.isfinite(hours) else 1.0
-    named = [n for n in map(str, stats.data_vars) if n.startswith(WITHOUT) and np.isfinite(stats[n]).any()]
+    named = [
+        n
+        for n in map(str, stats.data_vars)
+        if n.startswith(WITHOUT) and np.isfinite(stats[n]).any()
+    ]
     shown = (f"  without {n.removeprefix(WITHOUT).replace('_', ' ')}" for n in named)
-    rows = [(name, *scale * stats[n].values) for n, name in zip(named, shown, strict=True)]
-    return [("remaining life with all sources", *scale * rest[::2]), *rows] if rows else []
+    rows = [
+        (name, *scale * stats[n].values) for n, name in zip(named, shown, strict=True)
+    ]
+    return (
+        [("remaining life with all sources", *scale * rest[::2]), *rows] if rows else []
+    )
 
 
 def _twins(data: xr.Dataset) -> dict[str, Any]:
     """Return how often intervals of twins hold the truth, and whether that is as it should."""
-    n, shares = data.sizes["twin"], []
+    n = data.sizes["twin"]
+    shares = []
     for name in (each for each in ("factor", "life") if f"{each}_rank" in data):
         held = [(w, float(data[f"{name}_coverage_{w}"])) for w in (50, 90)]
-        off = (abs(s - w / 100) > 3.0 * np.sqrt(w / 100 * (1.0 - w / 100) / n) for w, s in held)
-        shares.append((name, [(*share, wrong) for share, wrong in zip(held, off, strict=True)]))
-    return {"count": n, "shares": shares, **_numbers(data), "true_model": "true_model" in data.attrs}
+        off = (
+            abs(s - w / 100) > 3.0 * np.sqrt(w / 100 * (1.0 - w / 100) / n)
+            for w, s in held
+        )
+        shares.append(
+            (name, [(*share, wrong) for share, wrong in zip(held, off, strict=True)])
+        )
+    return {
+        "count": n,
+        "shares": shares,
+        **_numbers(data),
+        "true_model": "true_model" in data.attrs,
+    }
 
 
 def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     """Return what the text of a fleet is made from."""
-    predictions, rows = tree["predictions"].to_dataset(), tree["observed_data"].to_dataset()
-    stats, sample = tree["sample_stats"].to_dataset(), tree["posterior"].to_dataset()
-    hour = dict(zip(predictions["unit"].values, predictions["seconds_per_cycle"].values / HOUR, strict=True))
-    p, pace = predictions["p_like_the_others"].values, predictions["pace"].values
+    predictions = tree["predictions"].to_dataset()
+    rows = tree["observed_data"].to_dataset()
+    stats = tree["sample_stats"].to_dataset()
+    sample = tree["posterior"].to_dataset()
+    hour = dict(
+        zip(
+            predictions["unit"].values,
+            predictions["seconds_per_cycle"].values / HOUR,
+            strict=True,
+        )
+    )
+    p = predictions["p_like_the_others"].values
+    pace = predictions["pace"].values
     unlike = np.flatnonzero(p < ALARM / max(np.isfinite(p).sum(), 1))
     keys = ("unit_name", "cycle", "higher", "first", "check_p", "what", "against")
-    flagged = zip(*(rows[key].values[rows["flagged"].values] for key in keys if rows), strict=True)
+    flagged = zip(
+        *(rows[key].values[rows["flagged"].values] for key in keys if rows), strict=True
+    )
     shown, scale = _shown(rows["value"].attrs["units"] if rows else "1")
     (_, heads, told), *without = fleet_tables(tree)
-    found: dict[str, Any] = {"title": str(tree.attrs.get("title", "")), "notes": _listed(stats)}
+    found: dict[str, Any] = {
+        "title": str(tree.attrs.get("title", "")),
+        "notes": _listed(stats),
+    }
     each = [dict(zip(keys, row, strict=True)) for row in flagged]
-    found["flagged"] = [row | {"hours": hour[row["unit_name"]] * row["cycle"]} for row in each]
-    found["unlike"] = [{"unit": predictions["unit"].values[k], "pace": pace[k], "p": p[k]} for k in unlike]
-    found |= {"table": _table([heads, *told]), "about": fleet_about(tree), "first": _first(predictions)}
-    found |= {"shared": list(_shared(sample)), "stats": _numbers(stats), "shown": shown, "scale": scale}
+    found["flagged"] = [
+        row | {"hours": hour[row["unit_name"]] * row["cycle"]} for row in each
+    ]
+    found["unlike"] = [
+        {"unit": predictions["unit"].values[k], "pace": pace[k], "p": p[k]}
+        for k in unlike
+    ]
+    found |= {
+        "table": _table([heads, *told]),
+        "about": fleet_about(tree),
+        "first": _first(predictions),
+    }
+    found |= {
+        "shared": list(_shared(sample)),
+        "stats": _numbers(stats),
+        "shown": shown,
+        "scale": scale,
+    }
     for _, heads, rest in without:
         own = _first(tree["predictions_without"].to_dataset())
-        found["without"] = [*_table([heads, *(row for row in rest if row not in told)]), *own]
+        found["without"] = [
+            *_table([heads, *(row for row in rest if row not in told)]),
+            *own,
+        ]
     return found
 
 
-def fleet_tables(tree: xr.DataTree) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
-    """Return when each table of a fleet holds, its headings, a row a unit; nothing of one gear set."""
+def fleet_tables(
+    tree: xr.DataTree,
+) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
+    """Return when each table of a fleet holds, its headings, a row a unit.
+
+    Nothing of one gear set.
+    """
     found = []
     for name, words in (("predictions", ""), ("predictions_without", f"{IF_WRONG}:")):
         if name in tree.children and "unit" in tree[name].dims:
             predictions = tree[name].to_dataset()
-            heads = (*HEADS, "change at least cost") if "best_change" in predictions else HEADS
+            heads = (
+                (*HEADS, "change at least cost")
+                if "best_change" in predictions
+                else HEADS
+            )
             found.append((words, heads, _rows(predictions)))
     return found
 
@@ -270,28 +435,41 @@ def alerts(text: Sequence[str]) -> list[str]:
 
 
 def opened(tree: xr.DataTree) -> list[str]:
-    """Return which units of a fleet to open first; also where what contradicts the others is wrong."""
+    """Return which units of a fleet to open first.
+
+    Also where what contradicts the others is wrong.
+    """
     without = tree.get("predictions_without")
     wrong = [] if without is None else _first(without.to_dataset())
-    return [*_first(tree["predictions"].to_dataset()), *(f"{IF_WRONG}: {line}" for line in wrong)]
+    return [
+        *_first(tree["predictions"].to_dataset()),
+        *(f"{IF_WRONG}: {line}" for line in wrong),
+    ]
 
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:
     """Return rows as lines, columns one under the other."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(text.ljust(n) for text, n in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return [
+        "  ".join(text.ljust(n) for text, n in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
 
 
 def ends_of(predictions: xr.Dataset) -> tuple[np.ndarray, Array, bool]:
     """Return when each unit reaches the limit, (units, quantiles): as texts and numbers, and whether by date.
 
-    The numbers are days since 1970 where all units have a calendar, else hours from the last inspection.
+    The numbers are days since 1970 where all units have a calendar, else hours from the
+    last inspection.
     """
     hour = predictions["seconds_per_cycle"].values[:, None] / HOUR
     rest = hour * predictions["remaining_useful_life_quantile"].values
     over = (rest <= 0.0) & (predictions["now"].values[:, None] > 0.0)
-    told = [[f"{h:,.0f} h more" if np.isfinite(h) else NEVER for h in row] for row in rest]
-    texts, days = np.array(told, dtype=object), np.full(rest.shape, "")
+    told = [
+        [f"{h:,.0f} h more" if np.isfinite(h) else NEVER for h in row] for row in rest
+    ]
+    texts = np.array(told, dtype=object)
+    days = np.full(rest.shape, "")
     if "end_of_life_quantile" in predictions:
         days = predictions["end_of_life_quantile"].values.astype(str)
     dated = (days != "").all(axis=1)
@@ -305,14 +483,28 @@ def ends_of(predictions: xr.Dataset) -> tuple[np.ndarray, Array, bool]:
 
 
 def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
-    (texts, *_), rows = ends_of(predictions), list[tuple[str, ...]]()
+    (texts, *_) = ends_of(predictions)
+    rows = list[tuple[str, ...]]()
     for k in np.argsort(predictions["end_passed"].values <= MAYBE, kind="stable"):
-        own = {str(name): one.values[()] for name, one in predictions.isel(unit=k).variables.items()}
-        hours, (low, _, middle, _, high) = own["now"] * own["seconds_per_cycle"] / HOUR, texts[k]
+        own = {
+            str(name): one.values[()]
+            for name, one in predictions.isel(unit=k).variables.items()
+        }
+        hours = own["now"] * own["seconds_per_cycle"] / HOUR
+        (low, _, middle, _, high) = texts[k]
         end = PASSED if own["end_passed"] > OVER else middle
         measured = f"{100.0 * own['worn']:.0f} %" if hours > 0.0 else "not measured"
         between = low if low == high else f"{low} and {high}"
-        rows.append((str(own["unit"]), f"{hours:,.0f}", measured, end, between, f"{own['pace']:.2f}"))
+        rows.append(
+            (
+                str(own["unit"]),
+                f"{hours:,.0f}",
+                measured,
+                end,
+                between,
+                f"{own['pace']:.2f}",
+            )
+        )
         if "best_change" in own:
             left = own["best_change"] * own["seconds_per_cycle"] / HOUR - hours
             other = "now" if end == PASSED else "not known"
@@ -325,9 +517,14 @@ def _first(predictions: xr.Dataset) -> list[str]:
     """Return which units to open first, and why: those of which 1 in 20 has reached the limit soonest."""
     texts, ends, _ = ends_of(predictions)
     sure = predictions["end_passed"].values <= MAYBE
-    order = np.lexsort((ends[:, 0], np.where(sure, 0.0, -predictions["worn"].values)))[:FIRST]
+    order = np.lexsort((ends[:, 0], np.where(sure, 0.0, -predictions["worn"].values)))[
+        :FIRST
+    ]
     keys = ("unit", "worn", "pace", "p_like_the_others", "end_passed", "now")
-    units = [{name: predictions[name].values[k] for name in keys} | {"lasts": texts[k, 0]} for k in order]
+    units = [
+        {name: predictions[name].values[k] for name in keys} | {"lasts": texts[k, 0]}
+        for k in order
+    ]
     bounds = {"maybe": MAYBE, "sure": SURE, "much": MUCH, "fast": FAST, "alarm": ALARM}
     return rendered("open.txt", {"units": units, **bounds})
 
@@ -335,7 +532,9 @@ def _first(predictions: xr.Dataset) -> list[str]:
 def _shown(unit: str) -> tuple[str, float]:
     """Return the unit in which values of fleets are shown, and the factor from SI."""
     shown = {"m": "um", "kg": "g"}.get(unit, unit)
-    return ("" if shown == "1" else shown_unit(shown)), (1.0 if shown == unit else convert(1.0, unit, shown))
+    return ("" if shown == "1" else shown_unit(shown)), (
+        1.0 if shown == unit else convert(1.0, unit, shown)
+    )
 
 
 def _shared(sample: xr.Dataset) -> Iterator[tuple[str, str, Array]]:

@@ -1,8 +1,9 @@
 """What one stored run says of every wear coefficient: h(N; f k0) = h(f N; k0).
 
-Archard's law is linear in k, and under constant conditions nothing else knows how long a cycle takes in wear:
-under static and under instant loads, with a film or a regression whose k depends on the load, with loads of a
-duty mixed within each cycle. It ends where something happens at a given cycle: stages of operation.
+Archard's law is linear in k, and under constant conditions nothing else knows how long
+a cycle takes in wear: under static and under instant loads, with a film or a regression
+whose k depends on the load, with loads of a duty mixed within each cycle. It ends where
+something happens at a given cycle: stages of operation.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -24,14 +25,20 @@ from wearlab.updating.measurements import Observed, UpdateError
 
 TINY = 1e-12
 Names = Collection[str]
-BITS, CLOSE = 60, 1e-12  # halvings to round-off; of its range, by which a root may move last
+BITS, CLOSE = (
+    60,
+    1e-12,
+)  # halvings to round-off; of its range, by which a root may move last
 WHOLE = ("max_wear_depth", "worn_mass")  # quantities that are one number of a gear
 
 
-def read_runs(store: Store, ids: Names, names: Names, once: Names = ()) -> dict[str, xr.Dataset]:
+def read_runs(
+    store: Store, ids: Names, names: Names, once: Names = ()
+) -> dict[str, xr.Dataset]:
     """Return the runs among ``ids`` that have data, with those variables of ``names`` that they have.
 
-    Every file is opened once, and compared with its hash when first read; the catalogue has dims and labels.
+    Every file is opened once, and compared with its hash when first read; the catalogue
+    has dims and labels.
 
     Parameters
     ----------
@@ -43,21 +50,36 @@ def read_runs(store: Store, ids: Names, names: Names, once: Names = ()) -> dict[
     ------
     StoreError : a file is gone or was altered, or the catalogue does not describe it
     """
-    placed = {run.id: run for run in store.heads(ids).values() if run.state == "done" and run.layout}
+    placed = {
+        run.id: run
+        for run in store.heads(ids).values()
+        if run.state == "done" and run.layout
+    }
     layouts = store.catalogue.layouts(str(run.layout) for run in placed.values())
     runs: dict[str, xr.Dataset] = {}
     coords: dict[Any, xr.Coordinates] = {}
     for run_id in (each for each in ids if each in placed):
-        layout, path = layouts[str(placed[run_id].layout)], str(store.file_of(run_id))
-        known, wanted = layout["variables"], names if runs else {*names, *once}
+        layout = layouts[str(placed[run_id].layout)]
+        path = str(store.file_of(run_id))
+        known = layout["variables"]
+        wanted = names if runs else {*names, *once}
         dims = {name: known[name]["dims"] for name in wanted if name in known}
         arrays = reading.read_variables(path, dims, placed[run_id].sha256)
-        if wrong := [name for name, values in arrays.items() if values.ndim != len(dims[name])]:
-            raise StoreError(f"{path}: {wrong[0]} is not as the catalogue says; 'wearlab reindex' mends it")
+        if wrong := [
+            name for name, values in arrays.items() if values.ndim != len(dims[name])
+        ]:
+            raise StoreError(
+                f"{path}: {wrong[0]} is not as the catalogue says; 'wearlab reindex' "
+                "mends it"
+            )
         each = {name: (dims[name], values) for name, values in arrays.items()}
         has = frozenset(dim for own in dims.values() for dim in own)
-        if (shared := coords.get((placed[run_id].layout, has))) is None:  # with indices, made once
-            told = {dim: labels for dim, labels in layout["labels"].items() if dim in has}
+        if (
+            shared := coords.get((placed[run_id].layout, has))
+        ) is None:  # with indices, made once
+            told = {
+                dim: labels for dim, labels in layout["labels"].items() if dim in has
+            }
             shared = coords[placed[run_id].layout, has] = xr.Coordinates(told)
         runs[run_id] = xr.Dataset(each, shared)
     return runs
@@ -83,7 +105,11 @@ class RunCurve:
         beyond = np.maximum(cycle - self.cycle[-1], 0.0)
         if self.value.shape[1] == 1:
             return np.asarray(self._cubics(inside)[..., 0] + beyond * self.slope[-1, 0])
-        i = np.clip(np.searchsorted(self.cycle, inside, side="right") - 1, 0, len(self.cycle) - 2)
+        i = np.clip(
+            np.searchsorted(self.cycle, inside, side="right") - 1,
+            0,
+            len(self.cycle) - 2,
+        )
         found = np.polyval(self._cubics.c[:, i, column], inside - self.cycle[i])
         return np.asarray(found + beyond * self.slope[-1, column])
 
@@ -92,37 +118,62 @@ class RunCurve:
         return CubicHermiteSpline(self.cycle, self.value, self.slope)
 
     def first_above(self, level: Array) -> Array:
-        """Return the cycles at which column 0 first reaches levels; by its end slope beyond the run."""
+        """Return the cycles at which column 0 first reaches levels.
+
+        By its end slope beyond the run.
+        """
         level = np.asarray(level, float)
         highest = np.maximum.accumulate(self.value[:, 0])
         i = np.searchsorted(highest, level, side="left")
-        rate, low = self.slope[-1, 0], np.clip(i, 1, len(highest) - 1) - 1
+        rate = self.slope[-1, 0]
+        low = np.clip(i, 1, len(highest) - 1) - 1
         piece = self._cubics.c[:, low, 0]
-        within = risen(lambda x: np.polyval(piece, x), level, 0.0, np.diff(self.cycle)[low])
-        ahead = (level - self.value[-1, 0]) / rate if rate > 0.0 else np.full(level.shape, np.inf)
+        within = risen(
+            lambda x: np.polyval(piece, x), level, 0.0, np.diff(self.cycle)[low]
+        )
+        ahead = (
+            (level - self.value[-1, 0]) / rate
+            if rate > 0.0
+            else np.full(level.shape, np.inf)
+        )
         beyond = np.where(i == 0, self.cycle[0], self.cycle[-1] + ahead)
         return np.where((i > 0) & (i < len(highest)), self.cycle[low] + within, beyond)
 
 
-def risen(rising: Callable[..., Array], wanted: Array, low: Any, high: Any, close: float = CLOSE) -> Array:
-    """Return where a rising function reaches values, by Ridders' method (1979); an end where it does not.
+def risen(
+    rising: Callable[..., Array],
+    wanted: Array,
+    low: Any,
+    high: Any,
+    close: float = CLOSE,
+) -> Array:
+    """Return where a rising function reaches values, by Ridders' method (1979).
+
+    An end where it does not.
 
     ``close`` is the last move over the range; it converges faster than linearly.
     """
-    left, right = (np.broadcast_to(np.asarray(end, float), np.shape(wanted)) for end in (low, high))
-    short, over = rising(left) - wanted, rising(right) - wanted
-    found, range_ = np.full(left.shape, np.inf), right - left
+    left = np.broadcast_to(np.asarray(low, float), np.shape(wanted))
+    right = np.broadcast_to(np.asarray(high, float), np.shape(wanted))
+    short = rising(left) - wanted
+    over = rising(right) - wanted
+    found = np.full(left.shape, np.inf)
+    range_ = right - left
     for _ in range(BITS):
         middle = 0.5 * (left + right)
         off = rising(middle) - wanted
         root = np.sqrt(np.maximum(off * off - short * over, 1e-300))
-        before, found = found, np.clip(middle - (middle - left) * off / root, left, right)
+        before = found
+        found = np.clip(middle - (middle - left) * off / root, left, right)
         if np.all(np.abs(found - before) <= close * range_):
             break
         for at, y in ((middle, off), (found, rising(found) - wanted)):
-            under, above = (y < 0.0) & (at > left), (y >= 0.0) & (at < right)
-            left, short = np.where(under, at, left), np.where(under, y, short)
-            right, over = np.where(above, at, right), np.where(above, y, over)
+            under = (y < 0.0) & (at > left)
+            above = (y >= 0.0) & (at < right)
+            left = np.where(under, at, left)
+            short = np.where(under, y, short)
+            right = np.where(above, at, right)
+            over = np.where(above, y, over)
     return found
 
 
@@ -149,7 +200,9 @@ class Clock(NamedTuple):
     def __call__(self, cycle: Array) -> Array:
         """Return how many cycles at the run's own coefficient and load wear as much."""
         rate = (self.equal[-1] - self.equal[-2]) / (self.cycle[-1] - self.cycle[-2])
-        return calendar.straight(np.maximum(cycle, self.cycle[0]), self.cycle, self.equal, rate)
+        return calendar.straight(
+            np.maximum(cycle, self.cycle[0]), self.cycle, self.equal, rate
+        )
 
     def inverse(self, equal: Array) -> Array:
         """Return the real cycles."""
@@ -164,7 +217,8 @@ class RunHistory:
     ----------
     id : of the run
     factor : the factor on the wear coefficient that it was made with
-    coefficient : largest wear coefficient along the flank at its first state, at factor 1 [m²/N]
+    coefficient : largest wear coefficient along the flank at its first state, at factor
+        1 [m²/N]
     start, end : first and last stored cycle
     seconds_per_cycle : operating time of one cycle [s]
     asked : by block of observations
@@ -172,11 +226,12 @@ class RunHistory:
     level : of it at which it does [SI]
     limit_cycle : cycle of this run at which it does, ∞ never
     beside : what else is predicted over the cycles: max_wear_depth, worn_mass
-    numerical : relative error of the depth anywhere along the flanks, as the run estimates it, and that of
-        the largest depth and of masses, where the run tells the error of its life
+    numerical : relative error of the depth anywhere along the flanks, as the run
+        estimates it, and that of the largest depth and of masses, where the run tells
+        the error of its life
     clock : where coefficient or load change in time: cycles of equal wear
-    change : at which cycle the coefficient changed, the ratio of that after it to that before, and the width
-        of the cycles that this one stands for
+    change : at which cycle the coefficient changed, the ratio of that after it to that
+        before, and the width of the cycles that this one stands for
     draw : which draw it is of the unknowns that cost runs
     often : ln of how much more often it was drawn than its prior has it
     """
@@ -212,7 +267,9 @@ class RunHistory:
         clock = self.clock if clock is None else clock
         return (cycle if clock is None else clock(cycle)) - self.start
 
-    def own_cycle(self, cycle: Array, factor: Array, clock: Clock | None = None) -> Array:
+    def own_cycle(
+        self, cycle: Array, factor: Array, clock: Clock | None = None
+    ) -> Array:
         """Return the cycle of this run at which wear is as after ``cycle`` with another factor.
 
         Parameters
@@ -244,12 +301,20 @@ def refuse_stages(scene: Scene) -> None:
     UpdateError : it has stages of operation
     """
     if scene.operation is not None and scene.operation.stage:
-        said = "stages begin at given cycles, so that the wear is no function of k·N and one run does not "
-        said += "serve every k; update a campaign with operation.duty, mixed within each cycle"
+        said = (
+            "stages begin at given cycles, so that the wear is no function of k·N and "
+            "one run does not "
+        )
+        said += (
+            "serve every k; update a campaign with operation.duty, mixed within each "
+            "cycle"
+        )
         raise UpdateError(f"operation.stage: {said}")
 
 
-def history_of(run: xr.Dataset, scene: Scene, seen: Sequence[Observed], limit: Limit) -> RunHistory:
+def history_of(
+    run: xr.Dataset, scene: Scene, seen: Sequence[Observed], limit: Limit
+) -> RunHistory:
     """Return what a stored run says over the cycles.
 
     Parameters
@@ -265,12 +330,16 @@ def history_of(run: xr.Dataset, scene: Scene, seen: Sequence[Observed], limit: L
     """
     refuse_stages(scene)
     if "cycle" not in run or run["cycle"].size < 2:
-        raise UpdateError("the stored run has one wear state: wear.until is required, and k > 0")
+        raise UpdateError(
+            "the stored run has one wear state: wear.until is required, and k > 0"
+        )
     run = distinct(run)
     ended = curve_of(run, limit.quantity, limit.where, {}, "update.limit")
     factor = float(getattr(scene.wear and scene.wear.coefficient, "factor", 1.0))
     asked = tuple(asked_of(run, inspection, limit, ended) for inspection in seen)
-    start, end, limit_cycle = map(float, (*ended.cycle[[0, -1]], ended.first_above(np.array(limit.value))))
+    start, end, limit_cycle = map(
+        float, (*ended.cycle[[0, -1]], ended.first_above(np.array(limit.value)))
+    )
     known = str(scene.id), factor, _coefficient(run, limit.where) / factor
     over = start, end, per_cycle(run, "operating_hours")
     beside = _beside(run, limit, ended), _numerical(run, limit_cycle)
@@ -286,16 +355,23 @@ def distinct(run: xr.Dataset) -> xr.Dataset:
 
 def cycles_of(run: xr.Dataset, seen: Observed) -> Array:
     """Return the cycles of a run at which a block was measured."""
-    cycle, start = np.asarray(seen.time, float), float(run["cycle"].values[0])
+    cycle = np.asarray(seen.time, float)
+    start = float(run["cycle"].values[0])
     if seen.clock != "cycle":
-        cycle = start + cycle / per_cycle(run, "operating_hours" if seen.clock == "hours" else "mesh_cycles")
+        cycle = start + cycle / per_cycle(
+            run, "operating_hours" if seen.clock == "hours" else "mesh_cycles"
+        )
     if len(cycle) and cycle.min() < start:
         row = seen.row[int(np.argmin(cycle))]
-        raise UpdateError(f"{seen.data.file}: line {row}: is before the cycle at which the run starts")
+        raise UpdateError(
+            f"{seen.data.file}: line {row}: is before the cycle at which the run starts"
+        )
     return cycle
 
 
-def asked_of(run: xr.Dataset, seen: Observed, limit: Limit, ended: RunCurve | None) -> Asked:
+def asked_of(
+    run: xr.Dataset, seen: Observed, limit: Limit, ended: RunCurve | None
+) -> Asked:
     """Return what a block of observations asks of a run.
 
     Parameters
@@ -303,9 +379,13 @@ def asked_of(run: xr.Dataset, seen: Observed, limit: Limit, ended: RunCurve | No
     run, seen : the run, the block
     limit, ended : what ends the life, and its curve, where it is of this run
     """
-    data, cycle = seen.data, cycles_of(run, seen)
+    data = seen.data
+    cycle = cycles_of(run, seen)
     if seen.place_kind is None:
-        same = (data.quantity, data.where) == (limit.quantity, limit.where) and not data.select
+        same = (data.quantity, data.where) == (
+            limit.quantity,
+            limit.where,
+        ) and not data.select
         if ended is None or not same:
             ended = curve_of(run, data.quantity, data.where, data.select, data.place)
         return Asked(ended, np.zeros(len(seen), np.intp), cycle)
@@ -313,11 +393,19 @@ def asked_of(run: xr.Dataset, seen: Observed, limit: Limit, ended: RunCurve | No
     return Asked(_profile(run, seen, places), column.astype(np.intp), cycle)
 
 
-def curve_of(run: xr.Dataset, name: str, where: str | None, select: dict[str, Any], place: str) -> RunCurve:
-    """Return a scalar over the cycles; every dimension with several labels needs one."""
+def curve_of(
+    run: xr.Dataset, name: str, where: str | None, select: dict[str, Any], place: str
+) -> RunCurve:
+    """Return a scalar over the cycles.
+
+    Every dimension with several labels needs one.
+    """
     if name not in run:
-        raise UpdateError(f"{place}: the stored run has no {name}: ask for it in store.variables")
-    values, labels = run[name], dict(select)
+        raise UpdateError(
+            f"{place}: the stored run has no {name}: ask for it in store.variables"
+        )
+    values = run[name]
+    labels = dict(select)
     own = next((dim for dim in ("flank", "member") if dim in values.dims), None)
     if own is not None and where is not None:
         labels[own] = where
@@ -326,7 +414,8 @@ def curve_of(run: xr.Dataset, name: str, where: str | None, select: dict[str, An
     if unknown := [dim for dim in select if dim not in values.dims]:
         raise UpdateError(f"{place}.select.{unknown[0]}: {name} has no such dimension")
     for dim in [str(dim) for dim in values.dims if dim != "update"]:
-        known, key = values[dim].values.tolist(), dim if dim in ("flank", "member") else f"select.{dim}"
+        known = values[dim].values.tolist()
+        key = dim if dim in ("flank", "member") else f"select.{dim}"
         listed = ", ".join(map(str, known[:8]))
         if dim not in labels and len(known) > 1:
             raise UpdateError(f"{place}.{key}: required for {name}: one of {listed}")
@@ -335,9 +424,15 @@ def curve_of(run: xr.Dataset, name: str, where: str | None, select: dict[str, An
         values = values.isel({dim: known.index(labels[dim]) if dim in labels else 0})
     cycle, y = (np.asarray(each.values, float) for each in (run["cycle"], values))
     if name == "max_wear_depth" and "wear_rate" in run and "wear_depth" in run:
-        secant = np.diff(y) / np.diff(cycle)  # no cubic piece overshoots below three times the secants
-        least = np.minimum(np.append(secant, secant[-1]), np.insert(secant, 0, secant[0]))
-        slope = np.clip(_rate_at_the_deepest(run, where), 0.0, 3.0 * np.maximum(least, 0.0))
+        secant = np.diff(y) / np.diff(
+            cycle
+        )  # no cubic piece overshoots below three times the secants
+        least = np.minimum(
+            np.append(secant, secant[-1]), np.insert(secant, 0, secant[0])
+        )
+        slope = np.clip(
+            _rate_at_the_deepest(run, where), 0.0, 3.0 * np.maximum(least, 0.0)
+        )
     elif len(cycle) == 2:
         slope = np.full(2, (y[1] - y[0]) / (cycle[1] - cycle[0]))
     else:
@@ -346,7 +441,10 @@ def curve_of(run: xr.Dataset, name: str, where: str | None, select: dict[str, An
 
 
 def _rate_at_the_deepest(run: xr.Dataset, where: str | None) -> Array:
-    """Return the wear rate where the wear is deepest; of unworn flanks, where it is fastest."""
+    """Return the wear rate where the wear is deepest.
+
+    Of unworn flanks, where it is fastest.
+    """
     own = run if where is None else run.sel(flank=where)
     each = (own["wear_depth"], own["wear_rate"])
     deep, fast = (np.nan_to_num(one.values.reshape(len(one), -1)) for one in each)
@@ -355,10 +453,16 @@ def _rate_at_the_deepest(run: xr.Dataset, where: str | None) -> Array:
 
 
 def _profile(run: xr.Dataset, seen: Observed, places: Array) -> RunCurve:
-    """Return the wear at places on a flank over the cycles; of a thickness, what the arc has lost."""
-    data, flanks = seen.data, run["flank"].astype(str).values.tolist()
+    """Return the wear at places on a flank over the cycles.
+
+    Of a thickness, what the arc has lost.
+    """
+    data = seen.data
+    flanks = run["flank"].astype(str).values.tolist()
     if data.where not in flanks:
-        raise UpdateError(f"{data.place}.flank: {data.where!r} is not one of {', '.join(flanks)}")
+        raise UpdateError(
+            f"{data.place}.flank: {data.where!r} is not one of {', '.join(flanks)}"
+        )
     flank = run.isel(flank=flanks.index(data.where)).sortby(str(seen.place_kind))
     flank = flank.isel(profile=np.isfinite(flank[seen.place_kind].values))
     x = flank[seen.place_kind].values
@@ -366,11 +470,18 @@ def _profile(run: xr.Dataset, seen: Observed, places: Array) -> RunCurve:
     if outside.any():
         i = int(np.argmax(outside))
         said = f"outside the active flank, which goes from {x[0]:g} to {x[-1]:g} (SI)"
-        raise UpdateError(f"{data.file}: line {seen.row[i]}, {seen.place_kind} {seen.place[i]:g}: {said}")
+        raise UpdateError(
+            f"{data.file}: line {seen.row[i]}, {seen.place_kind} {seen.place[i]:g}: "
+            f"{said}"
+        )
     both = [flank[name].values for name in ("wear_depth", "wear_rate")]
-    if data.quantity == THICKNESS:  # along the arc: 1/cos of the pressure angle there, whose tan is the roll
+    if (
+        data.quantity == THICKNESS
+    ):  # along the arc: 1/cos of the pressure angle there, whose tan is the roll
         both = [values * np.hypot(1.0, flank["roll_angle"].values) for values in both]
-    value, slope = (np.stack([np.interp(places, x, state) for state in values]) for values in both)
+    value, slope = (
+        np.stack([np.interp(places, x, state) for state in values]) for values in both
+    )
     return RunCurve(np.asarray(run["cycle"].values, float), value, slope)
 
 
@@ -380,10 +491,14 @@ def gear(where: str) -> str:
 
 
 def per_cycle(run: xr.Dataset, clock: str) -> float:
-    """Return how much of a clock one cycle takes; conditions are constant, so any span tells."""
+    """Return how much of a clock one cycle takes.
+
+    Conditions are constant, so any span tells.
+    """
     if clock not in run:
         return np.nan
-    cycle, other = run["cycle"].values, run[clock].values
+    cycle = run["cycle"].values
+    other = run[clock].values
     return float((other[-1] - other[0]) / (cycle[-1] - cycle[0]))
 
 
@@ -392,7 +507,10 @@ def _beside(run: xr.Dataset, limit: Limit, ended: RunCurve) -> dict[str, RunCurv
     curves: dict[str, RunCurve] = {}
     member = limit.where and gear(limit.where)
     flank = limit.where if limit.quantity == "max_wear_depth" else member
-    for name, dim, where in (("max_wear_depth", "flank", flank), ("worn_mass", "member", member)):
+    for name, dim, where in (
+        ("max_wear_depth", "flank", flank),
+        ("worn_mass", "member", member),
+    ):
         if name == limit.quantity and where == limit.where:
             curves[name] = ended
         elif name in run and (where is None or where in run.get(dim, ())):
@@ -406,7 +524,9 @@ def _coefficient(run: xr.Dataset, where: str | None) -> float:
     if "effective_wear_coefficient" not in run:
         return np.nan
     values = run["effective_wear_coefficient"].isel(update=0)
-    mine = [gear(str(flank)) == (where and gear(where)) for flank in values["flank"].values]
+    mine = [
+        gear(str(flank)) == (where and gear(where)) for flank in values["flank"].values
+    ]
     return float((values.isel(flank=mine) if any(mine) else values).max())
 
 
@@ -417,8 +537,11 @@ def _numerical(run: xr.Dataset, limit_cycle: float) -> tuple[float, float]:
     """
     anywhere = 0.0
     if "error_estimate_wear_depth" in run and "max_wear_depth" in run:
-        depth, error = run["max_wear_depth"].max("flank").values, run["error_estimate_wear_depth"].values
-        before = run["cycle"].values <= max(limit_cycle, run["cycle"].values[1]) * (1.0 + 1e-9)
+        depth = run["max_wear_depth"].max("flank").values
+        error = run["error_estimate_wear_depth"].values
+        before = run["cycle"].values <= max(limit_cycle, run["cycle"].values[1]) * (
+            1.0 + 1e-9
+        )
         late = before & (depth > 0.05 * depth[before][-1])
         ratio = error[late] / depth[late]
         anywhere = float(np.nanmax(ratio)) if np.isfinite(ratio).any() else 0.0

@@ -1,6 +1,7 @@
 """Draws from the posterior, for what a grid cannot hold: paths of the wear, replicated measurements, checks.
 
-Checks say whether each inspection is like the others, and the course of all of them that of the model.
+Checks say whether each inspection is like the others, and the course of all of them
+that of the model.
 """
 
 from dataclasses import dataclass
@@ -43,18 +44,30 @@ class Draws:
 
     def __getitem__(self, some: slice | Index) -> "Draws":
         """Return some of them."""
-        sd, drift = (tuple(x[some] for x in each) for each in (self.sd, self.drift))
-        return Draws(self.posterior, self.run[some], self.factor[some], sd, drift, self.life[some])
+        sd = tuple(x[some] for x in self.sd)
+        drift = tuple(x[some] for x in self.drift)
+        return Draws(
+            self.posterior,
+            self.run[some],
+            self.factor[some],
+            sd,
+            drift,
+            self.life[some],
+        )
 
     def by_run(self) -> likelihood.OfRuns:
         """Return each run that was drawn, with its draws."""
         runs = self.posterior.histories
-        return [(runs[int(i)], np.flatnonzero(self.run == i)) for i in np.unique(self.run)]
+        return [
+            (runs[int(i)], np.flatnonzero(self.run == i)) for i in np.unique(self.run)
+        ]
 
     def inspections(self, number: int, most: float = np.inf) -> kalman.Inspections:
         """Return the inspections of a block, of more neighbouring ones together."""
         post = self.posterior
-        return likelihood.inspections_of(post.blocks[number], post.histories[0], number, most)
+        return likelihood.inspections_of(
+            post.blocks[number], post.histories[0], number, most
+        )
 
     def seen(self, number: int, steps: kalman.Inspections = ()) -> kalman.Filtered:
         """Return how probable a block is, and what is known of its drift or gain, of each draw."""
@@ -84,9 +97,15 @@ def drawn(answer: lives.Answer, n: int, rng: Random) -> Draws:
         mine = np.flatnonzero(run == i)
         u = (rng.permutation(len(mine)) + rng.random(len(mine))) / len(mine)
         log_factor[mine] = np.interp(u, post.below[i], post.log_factor[i])
-    spreads = [_errors(post, number, run, log_factor, rng) for number in range(len(post.blocks))]
-    sd, drift = (tuple(each[side] for each in spreads) for side in (0, 1))
-    found = Draws(post, run, np.exp(log_factor), sd, drift, np.empty(n))[rng.permutation(n)]
+    spreads = [
+        _errors(post, number, run, log_factor, rng)
+        for number in range(len(post.blocks))
+    ]
+    sd = tuple(each[0] for each in spreads)
+    drift = tuple(each[1] for each in spreads)
+    found = Draws(post, run, np.exp(log_factor), sd, drift, np.empty(n))[
+        rng.permutation(n)
+    ]
     if (number := answer.drifting) is not None:
         rate = found.drift[number] ** 2 / likelihood.PER
         present = found.seen(number).drawn(answer.now, rate, rng)
@@ -94,30 +113,49 @@ def drawn(answer: lives.Answer, n: int, rng: Random) -> Draws:
         own = found.factor[mine]
         found.life[mine] = history.life(own)
         if number is not None:
-            found.life[mine] = lives.ended(history, own, present[mine], answer.now, rate[mine], rng)
+            found.life[mine] = lives.ended(
+                history, own, present[mine], answer.now, rate[mine], rng
+            )
     return found
 
 
-def _errors(post: Posterior, number: int, run: Index, log_factor: Array, rng: Random) -> tuple[Array, Array]:
-    """Return draws of the unknown errors of a block given the factor; the known ones as they are."""
+def _errors(
+    post: Posterior, number: int, run: Index, log_factor: Array, rng: Random
+) -> tuple[Array, Array]:
+    """Return draws of the unknown errors of a block given the factor.
+
+    The known ones as they are.
+    """
     unknown = [side for n, side, *_ in likelihood.unknown(post.blocks) if n == number]
     sd, drift = (np.exp(grid[run, 0]) for grid in post.spreads[number])
     for i in np.unique(run) if unknown else ():
         sd_grid, drift_grid = (grid[i] for grid in post.spreads[number])
         table, _ = post.conditional(i, number)
-        table, mine = np.maximum(table, table.max() - 1e4), np.flatnonzero(run == i)
-        along = CubicSpline(post.nodes[i], table, axis=0) if len(post.nodes[i]) > 1 else None
+        table = np.maximum(table, table.max() - 1e4)
+        mine = np.flatnonzero(run == i)
+        along = (
+            CubicSpline(post.nodes[i], table, axis=0)
+            if len(post.nodes[i]) > 1
+            else None
+        )
         for some in np.array_split(mine, max(len(mine) // PIECE, 1)):
-            own = np.repeat(table, len(some), axis=0) if along is None else along(log_factor[some])
+            own = (
+                np.repeat(table, len(some), axis=0)
+                if along is None
+                else along(log_factor[some])
+            )
             weight = np.exp(own - own.max(axis=(1, 2), keepdims=True))
             place = np.zeros(len(some))
             if 0 in unknown:
                 sd[some], place = _of_logs(sd_grid, weight.sum(axis=2), rng)
             if 1 in unknown:
                 j = np.minimum(place.astype(np.intp), max(weight.shape[1] - 2, 0))
-                share, which = (place - j)[:, None], np.arange(len(some))
+                share = (place - j)[:, None]
+                which = np.arange(len(some))
                 after = np.minimum(j + 1, weight.shape[1] - 1)
-                between = (1.0 - share) * weight[which, j] + share * weight[which, after]
+                between = (1.0 - share) * weight[which, j] + share * weight[
+                    which, after
+                ]
                 drift[some], _ = _of_logs(drift_grid, between, rng)
     return sd, drift
 
@@ -142,7 +180,9 @@ def gains(draws: Draws, number: int, rng: Random, *, known: bool = True) -> Arra
     return seen.drawn(seen.cycle, 0.0, rng)
 
 
-def over_cycles(draws: Draws, name: str, cycles: Array, drifting: int | None, rng: Random) -> Array:
+def over_cycles(
+    draws: Draws, name: str, cycles: Array, drifting: int | None, rng: Random
+) -> Array:
     """Return a quantity over the cycles for every draw, (cycles, draws) [SI].
 
     Parameters
@@ -155,16 +195,26 @@ def over_cycles(draws: Draws, name: str, cycles: Array, drifting: int | None, rn
     """
     depths = np.empty((len(cycles), len(draws)))
     for history, mine in draws.by_run():
-        depths[:, mine] = history.beside[name].at(history.own_cycle(cycles[:, None], draws.factor[mine]))
+        depths[:, mine] = history.beside[name].at(
+            history.own_cycle(cycles[:, None], draws.factor[mine])
+        )
     if drifting is None:
         return depths
     start = draws.posterior.histories[0].begin(drifting)
-    looks = [kalman.Inspection(max(float(cycle), start), np.zeros(0, np.intp)) for cycle in cycles]
+    looks = [
+        kalman.Inspection(max(float(cycle), start), np.zeros(0, np.intp))
+        for cycle in cycles
+    ]
     times = sorted([*draws.inspections(drifting), *looks], key=lambda one: one.cycle)
-    return depths + draws.paths(drifting, times, rng)[[not len(one.values) for one in times]]
+    return (
+        depths
+        + draws.paths(drifting, times, rng)[[not len(one.values) for one in times]]
+    )
 
 
-def replicated(draws: Draws, number: int, rng: Random, *, known: bool = True) -> tuple[Array, Array]:
+def replicated(
+    draws: Draws, number: int, rng: Random, *, known: bool = True
+) -> tuple[Array, Array]:
     """Return measurements as they could have come out, (draws, values) [SI], and how far the wear strays.
 
     That is W at the last inspection, (draws,).
@@ -176,23 +226,34 @@ def replicated(draws: Draws, number: int, rng: Random, *, known: bool = True) ->
     rng : of errors and drift
     known : whether they are drawn given the block's own values
     """
-    block, run, n = draws.posterior.blocks[number], draws.posterior.histories[0], len(draws)
-    model, strayed = np.empty((n, len(block.rows))), np.zeros(n)
+    block = draws.posterior.blocks[number]
+    run = draws.posterior.histories[0]
+    n = len(draws)
+    model = np.empty((n, len(block.rows)))
+    strayed = np.zeros(n)
     for history, mine in draws.by_run():
         model[mine] = likelihood.modelled(block, history, number, draws.factor[mine])
     model *= gains(draws, number, rng, known=known)[:, None]
     square = draws.sd[number][:, None] ** 2 + block.seen.sd[block.rows] ** 2
-    values = model + np.sqrt(square + (block.relative * model) ** 2) * rng.standard_normal(model.shape)
+    values = model + np.sqrt(
+        square + (block.relative * model) ** 2
+    ) * rng.standard_normal(model.shape)
     offset = block.data.error.offset_sd
     drifts = len(block.rows) > 0 and bool(np.any(draws.drift[number] > 0.0))
     times = draws.inspections(number) if drifts or offset else []
     if drifts:
         if block.data.since == PREVIOUS:
-            gone = np.diff([time.cycle for time in times], prepend=run.begin(number))[:, None]
+            gone = np.diff([time.cycle for time in times], prepend=run.begin(number))[
+                :, None
+            ]
             rate = draws.drift[number] ** 2 / likelihood.PER
             paths = np.sqrt(rate * gone) * rng.standard_normal((len(times), n))
         else:
-            told = times if known else [time._replace(values=time.values[:0]) for time in times]
+            told = (
+                times
+                if known
+                else [time._replace(values=time.values[:0]) for time in times]
+            )
             paths = draws.paths(number, told, rng)
         strayed = paths[-1]
         for time, w in zip(times, paths, strict=True):
@@ -202,10 +263,15 @@ def replicated(draws: Draws, number: int, rng: Random, *, known: bool = True) ->
     return values, strayed
 
 
-ALARM = 0.02  # probability of a false alarm, of all inspections of a block together, and of their course
+# probability of a false alarm, of all inspections of a block together, and of their
+# course
+ALARM = 0.02
 DOUBTFUL = 0.05
 AT_ONCE = 2_000_000  # values of all draws that are looked at together
-MOST, FEW = 200, 24  # inspections that are told apart; draws that more of them are compared with
+MOST, FEW = (
+    200,
+    24,
+)  # inspections that are told apart; draws that more of them are compared with
 FEWEST = 5  # inspections that have a course
 
 
@@ -216,7 +282,8 @@ class Check:
     Parameters
     ----------
     block, cycle, count : which block, when, how many values above a limit of detection
-    p : probability of values at least as far from what was expected (posterior predictive)
+    p : probability of values at least as far from what was expected (posterior
+        predictive)
     surprise : difference of their mean from it, over the standard deviation expected
     """
 
@@ -233,15 +300,19 @@ class Check:
             return "as expected"
         side = "higher" if self.surprise > 0.0 else "lower"
         far = self.count > 1 and abs(self.surprise) < 2.0
-        return f"{'much ' if self.p < 0.01 else ''}{'farther off' if far else side} than expected"
+        return (
+            f"{'much ' if self.p < 0.01 else ''}{'farther off' if far else side} than "
+            "expected"
+        )
 
 
 def checks(draws: Draws) -> tuple[list[Check], dict[int, float]]:
     """Return a check of every inspection, block by block, and of each block the probability of its course.
 
-    Given a draw, the standardised innovations z of the inspections are independent and standard normal. Their
-    course is compared with that by the largest sum of z − mean(z) (Kolmogorov's law), by the correlation of
-    neighbours, and by the sum of squares; the least of the three probabilities counts three times.
+    Given a draw, the standardised innovations z of the inspections are independent and
+    standard normal. Their course is compared with that by the largest sum of z −
+    mean(z) (Kolmogorov's law), by the correlation of neighbours, and by the sum of
+    squares; the least of the three probabilities counts three times.
     """
     each: list[Check] = []
     courses: dict[int, float] = {}
@@ -254,7 +325,9 @@ def checks(draws: Draws) -> tuple[list[Check], dict[int, float]]:
                 p = min(p, shift) if count == 1 else min(1.0, 2.0 * min(p, shift))
             else:  # nothing but values below their limits
                 p = float(np.mean(hidden[t]))
-            each.append(Check(number, float(cycle), int(count), p, float(np.median(z[t]))))
+            each.append(
+                Check(number, float(cycle), int(count), p, float(np.median(z[t])))
+            )
         told = counts > 0
         if told.sum() >= FEWEST:
             courses[number] = _course(z[told], chi[told], counts[told])
@@ -263,8 +336,12 @@ def checks(draws: Draws) -> tuple[list[Check], dict[int, float]]:
 
 def _course(z: Array, chi: Array, counts: Array) -> float:
     """Return the probability of a course as far off, (inspections, draws) averaged over draws."""
-    root, after, before = np.sqrt(len(z)), z[1:], z[:-1]
-    together = kolmogorov(np.abs(np.cumsum(z - z.mean(axis=0), axis=0) / root).max(axis=0) + 0.12 / root)
+    root = np.sqrt(len(z))
+    after = z[1:]
+    before = z[:-1]
+    together = kolmogorov(
+        np.abs(np.cumsum(z - z.mean(axis=0), axis=0) / root).max(axis=0) + 0.12 / root
+    )
     squares = np.sum(after**2, axis=0) * np.sum(before**2, axis=0)
     alike = ndtr(-np.sum(after * before, axis=0) / np.sqrt(squares) * root)
     whole = gammaincc(0.5 * counts.sum(), 0.5 * chi.sum(axis=0))
@@ -273,15 +350,22 @@ def _course(z: Array, chi: Array, counts: Array) -> float:
 
 def _innovations(draws: Draws, number: int) -> tuple[Array, Array, Array, Array, Array]:
     """Return cycles, counts, z, chi square and probability of inspections, of many some together."""
-    block, times = draws.posterior.blocks[number], draws.inspections(number, MOST)
+    block = draws.posterior.blocks[number]
+    times = draws.inspections(number, MOST)
     few = draws if len(times) < MOST else draws[:FEW]
-    pieces = np.array_split(np.arange(len(few)), max(len(few) * len(block.rows) // AT_ONCE, 1))
+    pieces = np.array_split(
+        np.arange(len(few)), max(len(few) * len(block.rows) // AT_ONCE, 1)
+    )
     each = [few[some].seen(number, times).steps for some in pieces]
     groups = np.array_split(np.arange(len(times)), min(len(times), MOST))
     count = np.array([sum(each[0][t].count for t in group) for group in groups])
-    parts, told = [], ("surprise", "chi_square", "log_likelihood")
+    parts = []
+    told = ("surprise", "chi_square", "log_likelihood")
     for name in told:
-        own = [np.concatenate([getattr(steps[t], name) for steps in each]) for t in range(len(times))]
+        own = [
+            np.concatenate([getattr(steps[t], name) for steps in each])
+            for t in range(len(times))
+        ]
         parts.append(np.stack([sum(own[t] for t in group) for group in groups]))
     z, chi, logs = parts
     middle = np.array([np.mean([times[t].cycle for t in group]) for group in groups])

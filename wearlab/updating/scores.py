@@ -1,7 +1,8 @@
 """How good the answers are: after every inspection beside simple rules, and models beside each other.
 
-Models compared: cases with the same measurements, errors that accumulate or not, k that changed or not. An
-inspection left out is foretold exactly, without a sampling error: ln p(y_i | the others) = ln Z − ln Z₋ᵢ.
+Models compared: cases with the same measurements, errors that accumulate or not, k that
+changed or not. An inspection left out is foretold exactly, without a sampling error: ln
+p(y_i | the others) = ln Z − ln Z₋ᵢ.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,7 +33,9 @@ def crps(quantile: Array, truth: float) -> float:
     return float(2.0 * np.mean(((truth < q) - EVEN) * (q - truth)))
 
 
-def interval_score(low: Array, high: Array, truth: Array | float, width: float = 0.9) -> Array:
+def interval_score(
+    low: Array, high: Array, truth: Array | float, width: float = 0.9
+) -> Array:
     """Return the score of intervals: their width, and 2/α times how far the truth lies outside."""
     outside = np.maximum(low - truth, 0.0) + np.maximum(truth - high, 0.0)
     return np.asarray(high - low + 2.0 / (1.0 - width) * outside)
@@ -47,20 +50,31 @@ def scores_of(quantile: Array, truth: float) -> tuple[float, float]:
 
 def held_by(q: Array, truth: Array) -> dict[str, float]:
     """Return how many truths lie in the 50 and in the 90 % interval of quantiles (5, truths)."""
-    inside = {50: (q[1] <= truth) & (truth <= q[3]), 90: (q[0] <= truth) & (truth <= q[4])}
+    inside = {
+        50: (q[1] <= truth) & (truth <= q[3]),
+        90: (q[0] <= truth) & (truth <= q[4]),
+    }
     return {f"replay_in_{width}": float(held.sum()) for width, held in inside.items()}
 
 
-def simple_rules(study: cases.Subject, post: grids.Posterior, now: float) -> tuple[float, float]:
+def simple_rules(
+    study: cases.Subject, post: grids.Posterior, now: float
+) -> tuple[float, float]:
     """Return the remaining life by the ratio of wear to cycles, and by a line through three values."""
-    limit, run, ratio, line = study.limit, post.histories[0], np.nan, np.nan
+    limit = study.limit
+    run = post.histories[0]
+    ratio = np.nan
+    line = np.nan
     number = next((n for n, b in enumerate(post.blocks) if b.measures(limit)), None)
     if number is None:
         return ratio, line
     rows = post.blocks[number].rows
     rows = rows[np.argsort(run.asked[number].cycle[rows], kind="stable")]
-    cycle, value = run.asked[number].cycle[rows], post.blocks[number].seen.value[rows]
-    cycle, value = (each[np.isfinite(value) & (cycle <= now)] for each in (cycle, value))
+    cycle = run.asked[number].cycle[rows]
+    value = post.blocks[number].seen.value[rows]
+    cycle, value = (
+        each[np.isfinite(value) & (cycle <= now)] for each in (cycle, value)
+    )
     if len(cycle) and value[-1] > 0.0:
         begin = run.begin(number)
         ratio = begin + (cycle[-1] - begin) * limit.value / value[-1] - now
@@ -70,7 +84,9 @@ def simple_rules(study: cases.Subject, post: grids.Posterior, now: float) -> tup
     return ratio, line
 
 
-def replayed(study: cases.Subject, post: grids.Posterior, end: float = np.nan) -> xr.Dataset:
+def replayed(
+    study: cases.Subject, post: grids.Posterior, end: float = np.nan
+) -> xr.Dataset:
     """Return quantiles of factor, life and remaining life after each inspection, and its check.
 
     Parameters
@@ -84,21 +100,40 @@ def replayed(study: cases.Subject, post: grids.Posterior, end: float = np.nan) -
         cycles = cycles[np.linspace(0, len(cycles) - 1, MOST).astype(int)]
     rng = np.random.default_rng([study.spec.seed, 3])
     prior = answers.answered(study, post.histories, answers.unseen(post.blocks))
-    known, middle = sampling.drawn(prior, DRAWS, rng), float(prior.life(np.array([0.5]))[0])
+    known = sampling.drawn(prior, DRAWS, rng)
+    middle = float(prior.life(np.array([0.5]))[0])
     rows: list[dict[str, Any]] = []
     for cycle in map(float, cycles):
         until = likelihood.held(post.blocks, run, np.less_equal, cycle)
         answer = answers.answered(study, post.histories, until)
         each, _ = sampling.checks(replace(known, posterior=answer.posterior))
         last = [check.p for check in each if check.cycle == cycle]
-        known, life = sampling.drawn(answer, DRAWS, rng), answer.life(layout.P)
-        row: dict[str, Any] = {"life_quantile": life, "factor_quantile": answer.factor(layout.P)}
+        known = sampling.drawn(answer, DRAWS, rng)
+        life = answer.life(layout.P)
+        row: dict[str, Any] = {
+            "life_quantile": life,
+            "factor_quantile": answer.factor(layout.P),
+        }
         row |= {"remaining_useful_life_quantile": np.maximum(life - answer.now, 0.0)}
-        row |= {"log_evidence": answer.posterior.evidence, "check_p_forward": min(last, default=np.nan)}
+        row |= {
+            "log_evidence": answer.posterior.evidence,
+            "check_p_forward": min(last, default=np.nan),
+        }
         row |= {"crps": crps(answer.life(EVEN), end) if cycle < end else np.nan}
-        rows.append(row | dict(zip(RULES, (*simple_rules(study, post, cycle), middle - cycle), strict=True)))
+        rows.append(
+            row
+            | dict(
+                zip(
+                    RULES,
+                    (*simple_rules(study, post, cycle), middle - cycle),
+                    strict=True,
+                )
+            )
+        )
     told = layout.stacked(rows)
-    return layout.dataset("replay", told, over="inspection", inspection=cycles, quantile=layout.P)
+    return layout.dataset(
+        "replay", told, over="inspection", inspection=cycles, quantile=layout.P
+    )
 
 
 def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
@@ -107,37 +142,54 @@ def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
     Parameters
     ----------
     replay : as `replayed` returns it
-    end : cycle at which the limit was measured, NaN where it was not: then there is nothing to say
+    end : cycle at which the limit was measured, NaN where it was not: then there is
+        nothing to say
     """
     before = replay.isel(inspection=np.flatnonzero(replay["inspection"].values < end))
     if not np.isfinite(end) or not before.sizes["inspection"]:
         return xr.Dataset()
     truth = end - before["inspection"].values
-    rest = before["remaining_useful_life_quantile"].transpose("quantile", "inspection").values
+    rest = (
+        before["remaining_useful_life_quantile"]
+        .transpose("quantile", "inspection")
+        .values
+    )
     own = np.abs(rest[2] - truth) / truth
     score = {"replay_inspections": float(len(truth)), "replay_mean_error": np.mean(own)}
     score |= held_by(rest, truth)
     score["replay_crps"] = np.mean(before["crps"].values / truth)
-    score["replay_interval_score"] = np.mean(interval_score(rest[0], rest[4], truth) / truth)
+    score["replay_interval_score"] = np.mean(
+        interval_score(rest[0], rest[4], truth) / truth
+    )
     for rule in RULES:
         off = np.abs(before[rule] - truth) / truth
         score[f"replay_error_{rule}"] = float(off.mean())
-        score[f"replay_own_{rule}"] = float((own + 0.0 * off).mean())  # of those that have the rule
+        score[f"replay_own_{rule}"] = float(
+            (own + 0.0 * off).mean()
+        )  # of those that have the rule
     return layout.dataset("statistics", score)
 
 
 MOST_LEFT_OUT = 3000  # runs times inspections up to which inspections are left out
 
 
-Model = tuple[str, grids.Posterior, likelihood.Blocks]  # name, a posterior of its runs, observations
+Model = tuple[
+    str, grids.Posterior, likelihood.Blocks
+]  # name, a posterior of its runs, observations
 
 
 def models_of(outcome: answers.Finding) -> Iterator[Model]:
     """Yield the model that was asked for, and those that differ from it in one thing."""
-    post, study = outcome.posterior, outcome.study
-    accumulates, changes = study.spec.discrepancy == answers.ACCUMULATING, study.spec.change != "none"
+    post = outcome.posterior
+    study = outcome.study
+    accumulates = study.spec.discrepancy == answers.ACCUMULATING
+    changes = study.spec.change != "none"
     drifts = any(block.data.error.drift is not None for block in post.blocks)
-    errors = ["accumulating noise", "independent errors"][:: 1 if accumulates else -1] if drifts else ["", ""]
+    errors = (
+        ["accumulating noise", "independent errors"][:: 1 if accumulates else -1]
+        if drifts
+        else ["", ""]
+    )
     change = f"k changes ({study.spec.change})" if changes else ""
 
     def name(*parts: str) -> str:
@@ -145,33 +197,61 @@ def models_of(outcome: answers.Finding) -> Iterator[Model]:
 
     yield name(errors[0], change), post, post.blocks
     if drifts:
-        yield name(errors[1], change), post, [block.drifting(not accumulates) for block in post.blocks]
+        yield (
+            name(errors[1], change),
+            post,
+            [block.drifting(not accumulates) for block in post.blocks],
+        )
     if changes:
         constant = post.but(histories=(replace(post.histories[0], often=0.0),))
         yield name(errors[0], "k constant"), constant, post.blocks
 
 
 def left_out(post: grids.Posterior) -> Array:
-    """Return ln of the probability of each inspection given all others; NaN where that is much to do."""
+    """Return ln of the probability of each inspection given all others.
+
+    NaN where that is much to do.
+    """
     run = post.histories[0]
-    if len(post.histories) * sum(len(asked.cycle) for asked in run.asked) > MOST_LEFT_OUT:
+    if (
+        len(post.histories) * sum(len(asked.cycle) for asked in run.asked)
+        > MOST_LEFT_OUT
+    ):
         return np.full(1, np.nan)
     cycles = likelihood.cycles_of(post.blocks, run)
-    others = [post.by(likelihood.held(post.blocks, run, np.not_equal, cycle)) for cycle in cycles]
+    others = [
+        post.by(likelihood.held(post.blocks, run, np.not_equal, cycle))
+        for cycle in cycles
+    ]
     return post.evidence - np.array([one.evidence for one in others])
 
 
 def compared(outcomes: Sequence[answers.Finding]) -> xr.Dataset | None:
-    """Return the models beside each other, the most probable first; None of a single one."""
+    """Return the models beside each other, the most probable first.
+
+    None of a single one.
+    """
     each = [model for outcome in outcomes for model in models_of(outcome)]
     if len(each) < 2 or not likelihood.told(each[0][2]):
         return None
-    known = sorted(((post.by(blocks), name) for name, post, blocks in each), key=lambda one: -one[0].evidence)
+    known = sorted(
+        ((post.by(blocks), name) for name, post, blocks in each),
+        key=lambda one: -one[0].evidence,
+    )
     posts, names = zip(*known, strict=True)
     alone = [left_out(post) for post in posts]
-    off = [one - alone[0] if len(one) == len(alone[0]) else np.full(1, np.nan) for one in alone]
-    error = [np.sqrt(len(o)) * float(np.std(o, ddof=1)) if len(o) > 1 else np.nan for o in off]
+    off = [
+        one - alone[0] if len(one) == len(alone[0]) else np.full(1, np.nan)
+        for one in alone
+    ]
+    error = [
+        np.sqrt(len(o)) * float(np.std(o, ddof=1)) if len(o) > 1 else np.nan
+        for o in off
+    ]
     values = {"log_evidence": [post.evidence for post in posts]}
     values["log_left_out"] = [float(np.sum(one)) for one in alone]
-    values |= {"left_out_difference": [float(np.sum(one)) for one in off], "left_out_error": error}
+    values |= {
+        "left_out_difference": [float(np.sum(one)) for one in off],
+        "left_out_error": error,
+    }
     return layout.dataset("comparison", values, model=np.array(names, dtype=object))

@@ -11,7 +11,15 @@ from wearlab import schema, sources, units, version
 from wearlab.arrays import Array, Random
 from wearlab.campaign import Campaign, update_options
 from wearlab.store.export import credited
-from wearlab.updating import cases, decision, layout, likelihood, sampling, scores, twins
+from wearlab.updating import (
+    cases,
+    decision,
+    layout,
+    likelihood,
+    sampling,
+    scores,
+    twins,
+)
 from wearlab.updating.answers import Finding
 
 Groups = Mapping[str, xr.Dataset]
@@ -21,7 +29,9 @@ PLACES = 121  # cycles at which the wear is predicted
 AHEAD = 1.25  # times the 95 % quantile of the life up to which it is
 
 
-def tree_of(campaign: Campaign, outcomes: Sequence[Finding], *, replay: bool, check: int) -> xr.DataTree:
+def tree_of(
+    campaign: Campaign, outcomes: Sequence[Finding], *, replay: bool, check: int
+) -> xr.DataTree:
     """Return the tree of an update; several cases stand along the dimension ``case``.
 
     Parameters
@@ -34,56 +44,121 @@ def tree_of(campaign: Campaign, outcomes: Sequence[Finding], *, replay: bool, ch
     each = [_groups(outcome, replay, check) for outcome in outcomes]
     joined = each[0]
     if len(each) > 1:
-        labels = xr.Variable("case", [outcome.study.label for outcome in outcomes], {"long_name": "case"})
+        labels = xr.Variable(
+            "case", [outcome.study.label for outcome in outcomes], {"long_name": "case"}
+        )
         for name in dict.fromkeys(name for groups in each for name in groups):
             own = [groups.get(name, xr.Dataset()) for groups in each]
             joined[name] = layout.joined(own, "case").assign_coords(case=labels)
-    same = len({tuple(seen.fingerprint for seen in outcome.study.seen) for outcome in outcomes}) == 1
+    same = (
+        len(
+            {
+                tuple(seen.fingerprint for seen in outcome.study.seen)
+                for outcome in outcomes
+            }
+        )
+        == 1
+    )
     beside = scores.compared(outcomes if same else outcomes[:1])
     joined |= {} if beside is None else {"comparison": beside}
     tree = tree_of_groups(campaign, [outcome.study for outcome in outcomes], joined)
-    tree.attrs |= {f"notes_{n}": " | ".join(one.notes) for n, one in enumerate(outcomes) if one.notes}
+    tree.attrs |= {
+        f"notes_{n}": " | ".join(one.notes)
+        for n, one in enumerate(outcomes)
+        if one.notes
+    }
     return tree
 
 
-def tree_of_groups(campaign: Campaign, studies: cases.Subjects, groups: Groups) -> xr.DataTree:
+def tree_of_groups(
+    campaign: Campaign, studies: cases.Subjects, groups: Groups
+) -> xr.DataTree:
     """Return the tree of groups by name, with what it says of itself."""
-    spec, now = studies[0].spec, datetime.now(UTC).isoformat(timespec="seconds")
+    spec = studies[0].spec
+    now = datetime.now(UTC).isoformat(timespec="seconds")
     measured = dict.fromkeys(data.quantity.replace("_", " ") for data in spec.data)
-    same = {tuple((seen.data.label, seen.fingerprint) for seen in one.seen) for one in studies}
-    about = f"What is known of {', '.join(spec.unknown)} and of the remaining life after measurements of "
-    about += f"{', '.join(measured) or 'nothing'}: prior, posterior and predictions, in groups after ArviZ."
-    words = ["gears", "tooth wear", "remaining useful life", "Bayesian update", *measured]
-    own, code, metadata = version.__version__, sources.source_hash(), campaign.metadata or {}
-    attrs: dict[str, Any] = {"title": campaign.title, "summary": about, "keywords": ", ".join(words)}
+    same = {
+        tuple((seen.data.label, seen.fingerprint) for seen in one.seen)
+        for one in studies
+    }
+    about = (
+        f"What is known of {', '.join(spec.unknown)} and of the remaining life after "
+        "measurements of "
+    )
+    about += (
+        f"{', '.join(measured) or 'nothing'}: prior, posterior and predictions, in "
+        "groups after ArviZ."
+    )
+    words = [
+        "gears",
+        "tooth wear",
+        "remaining useful life",
+        "Bayesian update",
+        *measured,
+    ]
+    own = version.__version__
+    code = sources.source_hash()
+    metadata = campaign.metadata or {}
+    attrs: dict[str, Any] = {
+        "title": campaign.title,
+        "summary": about,
+        "keywords": ", ".join(words),
+    }
     attrs["history"] = f"{now} wearlab {own}: updated from stored runs and measurements"
     attrs["references"] = campaign.reference or ""
-    attrs |= {str(key): str(value) for key, value in metadata.items()} | credited(metadata)
+    attrs |= {str(key): str(value) for key, value in metadata.items()} | credited(
+        metadata
+    )
     attrs["processing_level"] = "posterior: model output updated with measurements"
-    attrs |= {"source": f"wearlab {own}, sources {code}", "created_at": now, "date_created": now}
-    attrs |= {"inference_library": "wearlab", "inference_library_version": own, "wearlab_version": own}
+    attrs |= {
+        "source": f"wearlab {own}, sources {code}",
+        "created_at": now,
+        "date_created": now,
+    }
+    attrs |= {
+        "inference_library": "wearlab",
+        "inference_library_version": own,
+        "wearlab_version": own,
+    }
     attrs |= {"source_hash": code, "discrepancy": spec.discrepancy, "seed": spec.seed}
-    attrs |= {"same_measurements": int(len(same) == 1), "Conventions": "CF-1.11, ACDD-1.3"}
-    told = {key: value for key, value in attrs.items() if value != ""}  # CF: no attribute is an empty text
+    attrs |= {
+        "same_measurements": int(len(same) == 1),
+        "Conventions": "CF-1.11, ACDD-1.3",
+    }
+    told = {
+        key: value for key, value in attrs.items() if value != ""
+    }  # CF: no attribute is an empty text
     return xr.DataTree.from_dict({"/": xr.Dataset(attrs=told), **groups})
 
 
 def _groups(outcome: Finding, replay: bool, check: int) -> dict[str, xr.Dataset]:
-    spec, post = outcome.study.spec, outcome.posterior
+    spec = outcome.study.spec
+    post = outcome.posterior
     rng = np.random.default_rng([spec.seed, 1])
     groups = {"posterior": _sample(outcome), "prior": _sample(outcome, before=True)}
-    groups |= {"predictions": _predictions(outcome, rng), "observed_data": _observed_data(outcome)}
+    groups |= {
+        "predictions": _predictions(outcome, rng),
+        "observed_data": _observed_data(outcome),
+    }
     groups["sample_stats"] = _statistics(outcome)
     if told := likelihood.told(post.blocks):
-        groups["posterior_predictive"] = xr.merge([_replicas(outcome, n, rng) for n in told], **layout.MERGED)
-        groups["log_likelihood"] = xr.merge([_pointwise(outcome, n) for n in told], **layout.MERGED)
+        groups["posterior_predictive"] = xr.merge(
+            [_replicas(outcome, n, rng) for n in told], **layout.MERGED
+        )
+        groups["log_likelihood"] = xr.merge(
+            [_pointwise(outcome, n) for n in told], **layout.MERGED
+        )
     days = layout.calendar_of(outcome.study, post.histories[0], outcome.answer.now)
     look = decision.virtual_inspection(outcome, rng)
-    change = None if spec.decision is None else decision.decided(outcome, spec.decision, rng)
+    change = (
+        None if spec.decision is None else decision.decided(outcome, spec.decision, rng)
+    )
     if look is not None and change is not None:
         look = decision.before_change(look, float(change["best_change"]))
     advice = {"virtual_inspection": look, "decision": change}
-    groups |= {name: layout.dated(one, days) for name, one in advice.items() if one is not None}
+    groups |= {
+        name: layout.dated(one, days) for name, one in advice.items() if one is not None
+    }
     if replay:
         end = float(groups["observed_data"]["observed_life"])
         again = scores.replayed(outcome.study, post, end)
@@ -98,19 +173,31 @@ def _groups(outcome: Finding, replay: bool, check: int) -> dict[str, xr.Dataset]
 def block_name(outcome: Finding, number: int) -> str:
     """Return what the values of a block are called: quantity and place, and its number where two share it."""
     names = [block.data.label.replace("-", "_") for block in outcome.posterior.blocks]
-    return names[number] if names.count(names[number]) == 1 else f"{names[number]}_{number + 1}"
+    return (
+        names[number]
+        if names.count(names[number]) == 1
+        else f"{names[number]}_{number + 1}"
+    )
 
 
 def _units(block: likelihood.Block) -> dict[str, str]:
     """Return the unit of a measured quantity, and the one in which it is shown."""
     name = block.data.quantity
-    shown = "um" if name == update_options.THICKNESS else schema.VARIABLES[name].display_units
+    shown = (
+        "um"
+        if name == update_options.THICKNESS
+        else schema.VARIABLES[name].display_units
+    )
     return {"units": block.data.si, "display_units": shown}
 
 
 def _sample(outcome: Finding, *, before: bool = False) -> xr.Dataset:
     """Return equally probable draws of everything unknown, and of the life, after or before."""
-    known, draws = (outcome.prior, outcome.prior_draws) if before else (outcome.answer, outcome.draws)
+    known, draws = (
+        (outcome.prior, outcome.prior_draws)
+        if before
+        else (outcome.answer, outcome.draws)
+    )
     post = known.posterior
     found: dict[str, Any] = {}
     # an unknown is called by its last word, by the whole key where two share it
@@ -120,9 +207,15 @@ def _sample(outcome: Finding, *, before: bool = False) -> xr.Dataset:
         if key == cases.FACTOR:
             found[name] = layout.variable("sample", "factor", draws.factor)
             continue
-        written, own = outcome.study.drawn[key], outcome.study.spec.unknown[key].unit
-        values = np.array([cases.plain(written[run.draw]) for run in post.histories])[draws.run]
-        unit = next((kind.unit for kind in units.KINDS.values() if own in kind.units), own or "1")
+        written = outcome.study.drawn[key]
+        own = outcome.study.spec.unknown[key].unit
+        values = np.array([cases.plain(written[run.draw]) for run in post.histories])[
+            draws.run
+        ]
+        unit = next(
+            (kind.unit for kind in units.KINDS.values() if own in kind.units),
+            own or "1",
+        )
         scale = 1.0 if own in (None, unit) else units.convert(1.0, str(own), unit)
         shown = {"units": unit, "long_name": key, "display_units": own or "1"}
         found[name] = layout.variable("sample", "unknown", scale * values, **shown)
@@ -134,7 +227,9 @@ def _sample(outcome: Finding, *, before: bool = False) -> xr.Dataset:
         for name, spread in (("sd", block.sd), ("drift", block.drift)):
             if spread is not None and spread.prior is not None:
                 values = getattr(draws, name)[number]
-                found[spread.name] = layout.variable("sample", name, values, **_units(block))
+                found[spread.name] = layout.variable(
+                    "sample", name, values, **_units(block)
+                )
         if block.data.error.gain_sd:
             gains = sampling.gains(draws, number, rng, known=not before)
             found[f"gain_{block.data.label}"] = layout.variable("sample", "gain", gains)
@@ -142,18 +237,29 @@ def _sample(outcome: Finding, *, before: bool = False) -> xr.Dataset:
 
 
 def _replicas(outcome: Finding, number: int, rng: Random) -> xr.Dataset:
-    """Return measurements of a block as they could have come out, of every draw; of fewer for very many."""
-    blocks, name = outcome.posterior.blocks, block_name(outcome, number)
+    """Return measurements of a block as they could have come out, of every draw.
+
+    Of fewer for very many.
+    """
+    blocks = outcome.posterior.blocks
+    name = block_name(outcome, number)
     most = max(len(each.rows) for each in blocks)
-    draws = outcome.draws[: max(min(len(outcome.draws), MOST_VALUES // max(most, 1)), 1)]
+    draws = outcome.draws[
+        : max(min(len(outcome.draws), MOST_VALUES // max(most, 1)), 1)
+    ]
     values, _ = sampling.replicated(draws, number, rng)
     made = layout.variable("sample", "replica", values, name, **_units(blocks[number]))
     return layout.sample({name: made}, len(draws))
 
 
 def _pointwise(outcome: Finding, number: int) -> xr.Dataset:
-    """Return the log likelihood of each inspection given those before it; their sum is that of the block."""
-    draws, name, block = outcome.draws, block_name(outcome, number), outcome.posterior.blocks[number]
+    """Return the log likelihood of each inspection given those before it.
+
+    Their sum is that of the block.
+    """
+    draws = outcome.draws
+    name = block_name(outcome, number)
+    block = outcome.posterior.blocks[number]
     asked = outcome.posterior.histories[0].asked[number]
     cycles = np.unique(asked.cycle[block.rows])
     if len(cycles) > MOST_STEPS:
@@ -161,54 +267,111 @@ def _pointwise(outcome: Finding, number: int) -> xr.Dataset:
         pieces = 1 if condensed else max(len(draws) * len(block.rows) // MOST_VALUES, 1)
         parts = [draws[some] for some in np.array_split(np.arange(len(draws)), pieces)]
         whole = np.concatenate([part.seen(number).log_likelihood for part in parts])
-        return layout.sample({name: layout.variable("sample", "log_likelihood_of_all", whole)}, len(draws))
+        return layout.sample(
+            {name: layout.variable("sample", "log_likelihood_of_all", whole)},
+            len(draws),
+        )
     steps = draws.seen(number, draws.inspections(number)).steps
     values = np.stack([step.log_likelihood for step in steps], axis=-1)
-    found = layout.sample({name: layout.variable("sample", "log_likelihood", values, name)}, len(draws))
-    return found.assign_coords({f"cycle_{name}": layout.variable("statistics", "cycle_*", cycles, name)})
+    found = layout.sample(
+        {name: layout.variable("sample", "log_likelihood", values, name)}, len(draws)
+    )
+    return found.assign_coords(
+        {f"cycle_{name}": layout.variable("statistics", "cycle_*", cycles, name)}
+    )
 
 
 def _predictions(outcome: Finding, rng: Random) -> xr.Dataset:
     """Return exact quantiles of life and remaining life, and those of draws of depth and mass over cycles."""
-    post, answer, limit = outcome.posterior, outcome.answer, outcome.study.limit
-    run, life = post.histories[0], answer.life(layout.P)
+    post = outcome.posterior
+    answer = outcome.answer
+    limit = outcome.study.limit
+    run = post.histories[0]
+    life = answer.life(layout.P)
     end = life[-1] if np.isfinite(life[-1]) else life[2]
     last = AHEAD * float(min(end, 4.0 * life[2])) if np.isfinite(end) else run.end
     cycles = np.linspace(run.start, max(last, answer.now, run.start + 1.0), PLACES)
-    days, prior = layout.calendar_of(outcome.study, run, answer.now), outcome.prior
-    found = layout.lives(answer, answer.factor(layout.P), run, days) | {"limit": layout.limit_of(limit)}
-    found |= {"prior_life_quantile": prior.life(layout.P), "prior_factor_quantile": prior.factor(layout.P)}
+    days = layout.calendar_of(outcome.study, run, answer.now)
+    prior = outcome.prior
+    found = layout.lives(answer, answer.factor(layout.P), run, days) | {
+        "limit": layout.limit_of(limit)
+    }
+    found |= {
+        "prior_life_quantile": prior.life(layout.P),
+        "prior_factor_quantile": prior.factor(layout.P),
+    }
     if days is not None:
         found |= layout.places_of(days, run.start)
-        at = "day on which the limit is reached, that of the last inspection where it was before, at "
-        at += f"{days.a_year * run.seconds_per_cycle / units.HOUR:g} operating hours a year"
+        at = (
+            "day on which the limit is reached, that of the last inspection where it "
+            "was before, at "
+        )
+        at += (
+            f"{days.a_year * run.seconds_per_cycle / units.HOUR:g} operating hours a "
+            "year"
+        )
         name = "end_of_life_quantile"
         found[name] = layout.variable("predictions", name, found[name], long_name=at)
     for name in run.beside:
-        drifting, own = answer.drifting if name == limit.quantity else None, schema.VARIABLES[name]
-        shown = {"units": own.units, "display_units": own.display_units, "long_name": own.long_name}
+        drifting = answer.drifting if name == limit.quantity else None
+        own = schema.VARIABLES[name]
+        shown = {
+            "units": own.units,
+            "display_units": own.display_units,
+            "long_name": own.long_name,
+        }
         for prefix, draws in (("", outcome.draws), ("prior_", outcome.prior_draws)):
-            values = np.quantile(sampling.over_cycles(draws, name, cycles, drifting, rng), layout.P, axis=1).T
-            found[f"{prefix}{name}_quantile"] = layout.variable("predictions", "wear", values, **shown)
+            values = np.quantile(
+                sampling.over_cycles(draws, name, cycles, drifting, rng),
+                layout.P,
+                axis=1,
+            ).T
+            found[f"{prefix}{name}_quantile"] = layout.variable(
+                "predictions", "wear", values, **shown
+            )
     return layout.dataset("predictions", found, quantile=layout.P, cycle=cycles)
 
 
 def _observed_data(outcome: Finding) -> xr.Dataset:
     """Return what was measured, with its errors as the posterior has them."""
-    parts, run = [], outcome.posterior.histories[0]
+    parts = []
+    run = outcome.posterior.histories[0]
     for number, block in enumerate(outcome.posterior.blocks):
-        name, seen, error = block_name(outcome, number), block.seen, block.data.error
+        name = block_name(outcome, number)
+        seen = block.seen
+        error = block.data.error
         median = float(np.median(outcome.draws.sd[number]))
-        own = (median, seen.sd, error.relative * np.nan_to_num(seen.value), error.offset_sd)
-        sd: Array = np.sqrt(np.sum([np.broadcast_to(part, len(seen)) ** 2 for part in own], axis=0))
-        told = {"*": seen.value, "sd_*": sd, **({"below_*": seen.below} if seen.censored.any() else {})}
+        own = (
+            median,
+            seen.sd,
+            error.relative * np.nan_to_num(seen.value),
+            error.offset_sd,
+        )
+        sd: Array = np.sqrt(
+            np.sum([np.broadcast_to(part, len(seen)) ** 2 for part in own], axis=0)
+        )
+        told = {
+            "*": seen.value,
+            "sd_*": sd,
+            **({"below_*": seen.below} if seen.censored.any() else {}),
+        }
         shown = {**_units(block), "file": block.data.file.name}
-        found = {key: layout.variable("observed", key, one, name, **shown) for key, one in told.items()}
+        found = {
+            key: layout.variable("observed", key, one, name, **shown)
+            for key, one in told.items()
+        }
         about = f"measured: {name.replace('_', ' ')}"
-        found["*"].attrs |= {"long_name": about, "accumulating": int(block.drift is not None)}
-        part = layout.dataset("observed", {**found, "cycle_*": run.asked[number].cycle}, name)
+        found["*"].attrs |= {
+            "long_name": about,
+            "accumulating": int(block.drift is not None),
+        }
+        part = layout.dataset(
+            "observed", {**found, "cycle_*": run.asked[number].cycle}, name
+        )
         if kind := seen.place_kind:
-            places = xr.Variable(f"observation_{name}", seen.place, schema.attributes(kind))
+            places = xr.Variable(
+                f"observation_{name}", seen.place, schema.attributes(kind)
+            )
             part = part.assign_coords({f"{kind}_{name}": places})
         parts.append(part.set_coords(f"cycle_{name}"))
     parts.append(layout.dataset("observed", {"observed_life": _observed_life(outcome)}))
@@ -217,10 +380,12 @@ def _observed_data(outcome: Finding) -> xr.Dataset:
 
 def _observed_life(outcome: Finding) -> float:
     """Return the cycle at which measurements of the limit's own quantity reach it, NaN where they do not."""
-    limit, run = outcome.study.limit, outcome.posterior.histories[0]
+    limit = outcome.study.limit
+    run = outcome.posterior.histories[0]
     for asked, block in zip(run.asked, outcome.posterior.blocks, strict=True):
         order = np.argsort(asked.cycle, kind="stable")
-        cycle, value = asked.cycle[order], block.seen.value[order]
+        cycle = asked.cycle[order]
+        value = block.seen.value[order]
         over = value >= limit.value * (1.0 - 1e-9)
         if over.any() and block.measures(limit) and not block.seen.censored.any():
             some = slice(max(int(np.argmax(over)) - 1, 0), int(np.argmax(over)) + 1)
@@ -237,14 +402,29 @@ def _statistics(outcome: Finding) -> xr.Dataset:
         values |= {"run_weight": outcome.posterior.weight, "run_id": ids}
     parts = [layout.dataset("statistics", values)]
     for number in range(len(outcome.posterior.blocks)):
-        own, name = [check for check in outcome.checks if check.block == number], block_name(outcome, number)
-        columns = {"check_p_*": "p", "surprise_*": "surprise", "check_*": "verdict", "cycle_*": "cycle"}
+        own = [check for check in outcome.checks if check.block == number]
+        name = block_name(outcome, number)
+        columns = {
+            "check_p_*": "p",
+            "surprise_*": "surprise",
+            "check_*": "verdict",
+            "cycle_*": "cycle",
+        }
         told: dict[str, Any] = {}
         if own:
-            told = {key: [getattr(check, part) for check in own] for key, part in columns.items()}
+            told = {
+                key: [getattr(check, part) for check in own]
+                for key, part in columns.items()
+            }
         if number in outcome.courses:
             told["course_p_*"] = outcome.courses[number]
         if number in outcome.sources:
-            told["remaining_without_*"] = outcome.sources[number].remaining(layout.P[[0, 2, 4]])
-        parts.append(layout.dataset("statistics", told, name).set_coords([f"cycle_{name}"] if own else []))
+            told["remaining_without_*"] = outcome.sources[number].remaining(
+                layout.P[[0, 2, 4]]
+            )
+        parts.append(
+            layout.dataset("statistics", told, name).set_coords(
+                [f"cycle_{name}"] if own else []
+            )
+        )
     return xr.merge(parts, **layout.MERGED)

@@ -1,12 +1,14 @@
 """Synthetic twins: measurements made up from a known truth, and how often intervals hold it.
 
-Truths are drawn from the prior, measurements from the model with its errors; each twin is updated as the real
-data are. The probability that a posterior gives to less than the truth is then uniform (Talts et al. 2018,
-arXiv:1804.06788), and an interval holds the truth as often as it says.
+Truths are drawn from the prior, measurements from the model with its errors; each twin
+is updated as the real data are. The probability that a posterior gives to less than the
+truth is then uniform (Talts et al. 2018, arXiv:1804.06788), and an interval holds the
+truth as often as it says.
 
-``python -m wearlab.updating.twins FILE KEY=VALUE… [--seed N]`` writes the data files of one twin: the
-campaign is run with the values given as the truth, and in every data file the values are replaced by what
-would have been measured there. Cycles and places stay as the files have them, which so may hold zeros.
+``python -m wearlab.updating.twins FILE KEY=VALUE… [--seed N]`` writes the data files of
+one twin: the campaign is run with the values given as the truth, and in every data file
+the values are replaced by what would have been measured there. Cycles and places stay
+as the files have them, which so may hold zeros.
 """
 
 import argparse
@@ -20,7 +22,16 @@ import xarray as xr
 
 from wearlab import arrays, tables, units
 from wearlab.campaign import Campaign, load, update_options
-from wearlab.updating import answers, grids, layout, likelihood, lives, run_curves, sampling, scores
+from wearlab.updating import (
+    answers,
+    grids,
+    layout,
+    likelihood,
+    lives,
+    run_curves,
+    sampling,
+    scores,
+)
 from wearlab.updating.cases import Observed, Subject, UpdateError, studies
 
 MADE = "# Made by: "
@@ -28,19 +39,25 @@ DIGITS = 5
 SKILLS = ("life_skill", "life_interval_skill")
 
 
-def calibrated(study: Subject, post: grids.Posterior, n: int, *, told: likelihood.Blocks = ()) -> xr.Dataset:
+def calibrated(
+    study: Subject, post: grids.Posterior, n: int, *, told: likelihood.Blocks = ()
+) -> xr.Dataset:
     """Return the ranks of the truths of synthetic twins, and how often intervals hold them.
 
     Parameters
     ----------
     study, post : the study and its posterior: runs, blocks, prior
     n : number of twins
-    told : the errors that the twins are updated with, where they are to be wrong [those they are made with]
+    told : the errors that the twins are updated with, where they are to be wrong [those
+        they are made with]
     """
-    rng, true, source = np.random.default_rng([study.spec.seed, 2]), study.spec.check, post
+    rng = np.random.default_rng([study.spec.seed, 2])
+    true = study.spec.check
+    source = post
     if true is not None:
         runs = tuple(_bent(run, true.power) for run in post.histories)
-        source, told = post.but(histories=runs, blocks=_true_blocks(post, true)), told or post.blocks
+        source = post.but(histories=runs, blocks=_true_blocks(post, true))
+        told = told or post.blocks
     before = answers.answered(study, source.histories, answers.unseen(source.blocks))
     truths = replace(sampling.drawn(before, n, rng), posterior=source)
     unmeasured = before.life(scores.EVEN)
@@ -50,32 +67,57 @@ def calibrated(study: Subject, post: grids.Posterior, n: int, *, told: likelihoo
     for t in range(n):
         made, life = twin(truths[t : t + 1], before, rng)
         both = zip(told or made, made, strict=True)
-        made = tuple(replace(own, seen=replace(real.seen, data=own.data)) for own, real in both)
+        made = tuple(
+            replace(own, seen=replace(real.seen, data=own.data)) for own, real in both
+        )
         # its own run knows too much
-        kept = [run for i, run in enumerate(post.histories) if not study.costly or i != truths.run[t]]
+        kept = [
+            run
+            for i, run in enumerate(post.histories)
+            if not study.costly or i != truths.run[t]
+        ]
         answer = answers.answered(study, kept, made)
         if study.prior is not None:
             ranks["factor"].append(answer.factor_below(float(truths.factor[t])))
         over = life <= answer.now and answer.drifting is not None
-        ranks["life"].append(float(rng.random() * answer.passed if over else answer.life_below(life)[0]))
+        ranks["life"].append(
+            float(rng.random() * answer.passed if over else answer.life_below(life)[0])
+        )
         if np.isfinite(life):
-            scored.append(tuple(scores.scores_of(q, life) for q in (answer.life(scores.EVEN), unmeasured)))
+            scored.append(
+                tuple(
+                    scores.scores_of(q, life)
+                    for q in (answer.life(scores.EVEN), unmeasured)
+                )
+            )
         if answer.now < life < np.inf:
-            middle, before_any = (float(one.life(np.array([0.5]))[0]) for one in (answer, before))
-            rules = (*scores.simple_rules(study, answer.posterior, answer.now), before_any - answer.now)
+            middle = float(answer.life(np.array([0.5]))[0])
+            before_any = float(before.life(np.array([0.5]))[0])
+            rules = (
+                *scores.simple_rules(study, answer.posterior, answer.now),
+                before_any - answer.now,
+            )
             foreseen.append((life - answer.now, middle - answer.now, *rules))
-    values: dict[str, Any] = {f"{name}_rank": each for name, each in ranks.items() if each}
+    values: dict[str, Any] = {
+        f"{name}_rank": each for name, each in ranks.items() if each
+    }
     for name, each in ranks.items():
         off = np.abs(np.array(each) - 0.5)
-        values |= {f"{name}_coverage_{w}": np.mean(off <= 0.005 * w) for w in (50, 90) if each}
+        values |= {
+            f"{name}_coverage_{w}": np.mean(off <= 0.005 * w) for w in (50, 90) if each
+        }
     if scored:
         mine, theirs = np.sum(scored, axis=0)
-        values |= dict(zip(SKILLS, 1.0 - mine / np.maximum(theirs, 1e-300), strict=True))
+        values |= dict(
+            zip(SKILLS, 1.0 - mine / np.maximum(theirs, 1e-300), strict=True)
+        )
     if foreseen:
         rest, *each_rule = np.array(foreseen).T
         for name, told_rest in zip(("", *scores.RULES), each_rule, strict=True):
             if (ok := np.isfinite(told_rest)).any():
-                values[f"life_error_{name}".rstrip("_")] = np.abs(told_rest - rest)[ok].sum() / rest[ok].sum()
+                values[f"life_error_{name}".rstrip("_")] = (
+                    np.abs(told_rest - rest)[ok].sum() / rest[ok].sum()
+                )
     found = layout.dataset("twins", values, twin=np.arange(n))
     return found if true is None else found.assign_attrs(true_model=repr(true))
 
@@ -86,20 +128,32 @@ def _bent(run: run_curves.RunHistory, power: float) -> run_curves.RunHistory:
     last = max(ends, default=run.end) - run.start
     share = np.concatenate([np.linspace(0.0, 2.0, 401), np.geomspace(2.1, 1e4, 400)])
     bent = run.start + run.equal(run.start + last * share**power)
-    return run if power == 1.0 else replace(run, clock=run_curves.Clock(run.start + last * share, bent))
+    return (
+        run
+        if power == 1.0
+        else replace(run, clock=run_curves.Clock(run.start + last * share, bent))
+    )
 
 
-def _true_blocks(post: grids.Posterior, true: update_options.TrueModel) -> tuple[likelihood.Block, ...]:
+def _true_blocks(
+    post: grids.Posterior, true: update_options.TrueModel
+) -> tuple[likelihood.Block, ...]:
     """Return the blocks with the errors that are true of twins."""
     made = []
     for block in post.blocks:
-        error = block.data.error if true.errors is None else true.errors[block.data.number - 1]
+        error = (
+            block.data.error
+            if true.errors is None
+            else true.errors[block.data.number - 1]
+        )
         seen = replace(block.seen, data=block.data.model_copy(update={"error": error}))
         made.append(replace(block, seen=seen).drifting(True))
     return post.blocks if true.errors is None else tuple(made)
 
 
-def twin(truth: sampling.Draws, before: lives.Answer, rng: arrays.Random) -> tuple[likelihood.Blocks, float]:
+def twin(
+    truth: sampling.Draws, before: lives.Answer, rng: arrays.Random
+) -> tuple[likelihood.Blocks, float]:
     """Return the blocks with made-up values of one truth, and its life.
 
     Parameters
@@ -108,14 +162,22 @@ def twin(truth: sampling.Draws, before: lives.Answer, rng: arrays.Random) -> tup
     before : the prior, for what drifts on to the limit
     rng : of errors and drift
     """
-    post, made, life = truth.posterior, [], float(truth.life[0])
+    post = truth.posterior
+    made = []
+    life = float(truth.life[0])
     run = post.histories[int(truth.run[0])]
-    last = [run.asked[n].cycle[b.rows].max(initial=run.start) for n, b in enumerate(post.blocks)]
+    last = [
+        run.asked[n].cycle[b.rows].max(initial=run.start)
+        for n, b in enumerate(post.blocks)
+    ]
     now = float(max(last))
     for number, block in enumerate(post.blocks):
         value, w = sampling.replicated(truth, number, rng, known=False)
-        values, below = block.seen.value.copy(), block.seen.below[block.rows]
-        values[block.rows] = np.where(value[0] < below, np.nan, value[0])  # a file says the limit alone
+        values = block.seen.value.copy()
+        below = block.seen.below[block.rows]
+        values[block.rows] = np.where(
+            value[0] < below, np.nan, value[0]
+        )  # a file says the limit alone
         made.append(replace(block, seen=replace(block.seen, value=values)))
         if number == before.drifting:
             rate = truth.drift[number] ** 2 / likelihood.PER
@@ -124,7 +186,9 @@ def twin(truth: sampling.Draws, before: lives.Answer, rng: arrays.Random) -> tup
     return tuple(made), life
 
 
-def twin_files(campaign: Campaign, truth: dict[str, str | float], seed: int) -> tuple[dict[Path, str], float]:
+def twin_files(
+    campaign: Campaign, truth: dict[str, str | float], seed: int
+) -> tuple[dict[Path, str], float]:
     """Return the texts of a campaign's data files as a twin's measurements would be, and the twin's life.
 
     Parameters
@@ -142,29 +206,43 @@ def twin_files(campaign: Campaign, truth: dict[str, str | float], seed: int) -> 
     wanted = studies(campaign)
     found: dict[tuple[object, ...], Observed] = {}  # those of all cases, each once
     for seen in (seen for study in wanted for seen in study.seen):
-        found.setdefault((seen.data.file, seen.data.columns.value, seen.data.label), seen)
-    scene, measured = wanted[0].scene.replace(dict(truth)), tuple(found.values())
+        found.setdefault(
+            (seen.data.file, seen.data.columns.value, seen.data.label), seen
+        )
+    scene = wanted[0].scene.replace(dict(truth))
+    measured = tuple(found.values())
     run = run_curves.history_of(simulate(scene), scene, measured, wanted[0].limit)
     for number, seen in enumerate(measured):
         if run.asked[number].cycle.max(initial=0.0) > run.end:
-            raise UpdateError(f"{seen.data.file}: goes on beyond the twin's run, {run.end:g} cycles")
+            raise UpdateError(
+                f"{seen.data.file}: goes on beyond the twin's run, {run.end:g} cycles"
+            )
     blocks = tuple(likelihood.block_of(seen, accumulating=True) for seen in measured)
-    known = [[np.full(1, 0.0 if one is None else one.known) for one in (b.sd, b.drift)] for b in blocks]
+    known = [
+        [np.full(1, 0.0 if one is None else one.known) for one in (b.sd, b.drift)]
+        for b in blocks
+    ]
     sd, drift = zip(*known, strict=True)
     post = grids.Posterior((run,), answers.unseen(blocks), None).but(blocks=blocks)
-    factor, life = np.full(1, run.factor), np.full(1, run.limit_cycle)
+    factor = np.full(1, run.factor)
+    life = np.full(1, run.limit_cycle)
     true_draw = sampling.Draws(post, np.zeros(1, np.intp), factor, sd, drift, life)
-    made, true_life = twin(true_draw, lives.Answer(post, run.start, None), np.random.default_rng(seed))
+    made, true_life = twin(
+        true_draw, lives.Answer(post, run.start, None), np.random.default_rng(seed)
+    )
     texts: dict[Path, str] = {}
     for block in made:
         file = Path(block.data.file)
-        texts[file] = _with(texts.get(file) or file.read_text(encoding="utf-8"), block.seen)
+        texts[file] = _with(
+            texts.get(file) or file.read_text(encoding="utf-8"), block.seen
+        )
     return texts, true_life
 
 
 def _with(text: str, seen: Observed) -> str:
     """Return a file's text with the values of one column replaced."""
-    data, column = seen.data, seen.data.columns.value or seen.data.quantity
+    data = seen.data
+    column = seen.data.columns.value or seen.data.quantity
     own = data.units.get(column)
     shown = seen.value if own is None else seen.value / units.convert(1.0, own, data.si)
     table = tables.read_table(Path(data.file))
@@ -172,22 +250,36 @@ def _with(text: str, seen: Observed) -> str:
     lines = text.splitlines()
     for row, number in zip(seen.row, shown, strict=True):
         cells = lines[row - 1].split(table.separator or None)
-        cells[at] = "" if np.isnan(number) else f"{number:.{DIGITS}g}".replace(".", table.decimal)
+        cells[at] = (
+            ""
+            if np.isnan(number)
+            else f"{number:.{DIGITS}g}".replace(".", table.decimal)
+        )
         lines[row - 1] = (table.separator or " ").join(cells)
     return "\n".join(lines) + "\n"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Write the data files of a twin."""
-    parser = argparse.ArgumentParser(prog="python -m wearlab.updating.twins", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m wearlab.updating.twins", description=__doc__
+    )
     parser.add_argument("file", help="campaign with an [update]")
-    parser.add_argument("truth", nargs="*", metavar="KEY=VALUE", help="what is true of the twin")
+    parser.add_argument(
+        "truth", nargs="*", metavar="KEY=VALUE", help="what is true of the twin"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the errors")
     given = parser.parse_args(arguments)
-    truth = {key: _number(value) for key, _, value in (pair.partition("=") for pair in given.truth)}
+    truth = {
+        key: _number(value)
+        for key, _, value in (pair.partition("=") for pair in given.truth)
+    }
     texts, life = twin_files(load(given.file), truth, given.seed)
     words = " ".join(f'"{word}"' if " " in word else word for word in given.truth)
-    made = f"{MADE}python -m wearlab.updating.twins {given.file} {words} --seed {given.seed}"
+    made = (
+        f"{MADE}python -m wearlab.updating.twins {given.file} {words} --seed "
+        f"{given.seed}"
+    )
     for file, text in texts.items():
         kept = [line for line in text.splitlines() if not line.startswith(MADE)]
         head = next(i for i, line in enumerate(kept) if not line.startswith("#"))

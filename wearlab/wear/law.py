@@ -1,11 +1,13 @@
 """The wear law of a scene: its choices, prepared once for a path, then evaluated at the tooth forces.
 
-Archard's law with coefficients that are powers of the load runs as a kernel; any other law or coefficient is
-a function of the flank's state (:class:`wearlab.wear.setting.FlankState`), asked at all nodes at once.
+Archard's law with coefficients that are powers of the load runs as a kernel; any other
+law or coefficient is a function of the flank's state
+(:class:`wearlab.wear.setting.FlankState`), asked at all nodes at once.
 
-One pass removes ``dh = k p ds`` over a contact of width 2a whose flanks slide ``2a |v1 − v2|/v_i``. With the
-mean Hertz pressure ``p = F/(2aB)`` the width cancels: ``Δh_i = k (F/B) |1 − v_other/v_i|``. The peak pressure
-instead multiplies by 4/π. Source: PHYSICS §7; W23 Eq. 39, 45–47; L16 Eq. 19.
+One pass removes ``dh = k p ds`` over a contact of width 2a whose flanks slide ``2a |v1
+− v2|/v_i``. With the mean Hertz pressure ``p = F/(2aB)`` the width cancels: ``Δh_i = k
+(F/B) |1 − v_other/v_i|``. The peak pressure instead multiplies by 4/π. Source: PHYSICS
+§7; W23 Eq. 39, 45–47; L16 Eq. 19.
 """
 
 from collections.abc import Callable
@@ -16,12 +18,18 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.slots import VariantError
 from wearlab.wear.films import lightest_load
-from wearlab.wear.path import WearPath, contact_half_width, mean_pressure, sliding_velocity
+from wearlab.wear.path import (
+    WearPath,
+    contact_half_width,
+    mean_pressure,
+    sliding_velocity,
+)
 from wearlab.wear.projections import NormalProjection, ProjectionModel
 from wearlab.wear.setting import FlankState, PowerOfLoad
 
 Coefficient = PowerOfLoad | Callable[[FlankState], Array]
-"""k of one flank along the path: a power of the load, or a function of the flank's state [m²/N]."""
+"""k of one flank along the path: a power of the load, or a function of the flank's
+state [m²/N]."""
 NAN = float("nan")
 
 
@@ -52,7 +60,8 @@ class WearLaw(NamedTuple):
     Parameters
     ----------
     flanks : what wears each flank, (driving, driven)
-    lambda_ratio : λ as a power of the load, None unless oil and both roughnesses are known [1]
+    lambda_ratio : λ as a power of the load, None unless oil and both roughnesses are
+        known [1]
     pressure_factor : of the pressure that wears to the mean pressure [1]
     projection : along which direction depth is counted
     """
@@ -88,8 +97,12 @@ class PreparedLaw(NamedTuple):
     @property
     def linear(self) -> bool:
         """Whether the rate is proportional to the force."""
-        plain = all(flank.film is None and flank.rate is None for flank in self.law.flanks)
-        powers = all(isinstance(flank.coefficient, PowerOfLoad) for flank in self.law.flanks)
+        plain = all(
+            flank.film is None and flank.rate is None for flank in self.law.flanks
+        )
+        powers = all(
+            isinstance(flank.coefficient, PowerOfLoad) for flank in self.law.flanks
+        )
         return plain and powers and not self.exponent.any()
 
 
@@ -103,10 +116,18 @@ def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
     unknown = PowerOfLoad(np.full(path.equivalent_radius.shape, NAN), 0.0)
     given = (flank.coefficient for flank in law.flanks)
     powers = [own if isinstance(own, PowerOfLoad) else unknown for own in given]
-    scale = np.stack([flank.factor * power.scale for flank, power in zip(law.flanks, powers, strict=True)])
-    exponent, projection = np.array([power.exponent for power in powers]), law.projection.factor(path)
+    scale = np.stack(
+        [
+            flank.factor * power.scale
+            for flank, power in zip(law.flanks, powers, strict=True)
+        ]
+    )
+    exponent = np.array([power.exponent for power in powers])
+    projection = law.projection.factor(path)
     slide = path.slide_ratio * law.pressure_factor * projection
-    return PreparedLaw(law, path, projection, slide, scale, exponent, lightest_load(path))
+    return PreparedLaw(
+        law, path, projection, slide, scale, exponent, lightest_load(path)
+    )
 
 
 def lambda_ratio(law: PreparedLaw, force: Array) -> Array | None:
@@ -117,10 +138,16 @@ def lambda_ratio(law: PreparedLaw, force: Array) -> Array | None:
     W23 Eq. 44: minimum film thickness over composite roughness.
     """
     ratio = law.law.lambda_ratio
-    return None if ratio is None else ratio.at(np.maximum(force / law.path.face_width, law.lightest))
+    return (
+        None
+        if ratio is None
+        else ratio.at(np.maximum(force / law.path.face_width, law.lightest))
+    )
 
 
-def effective_coefficient(law: PreparedLaw, force: Array, depth: Array | None = None) -> Array:
+def effective_coefficient(
+    law: PreparedLaw, force: Array, depth: Array | None = None
+) -> Array:
     """Return the wear coefficient at the nodes, film factor included, (2, n) [m²/N].
 
     Parameters
@@ -138,13 +165,19 @@ def effective_coefficient(law: PreparedLaw, force: Array, depth: Array | None = 
     for gear, flank in enumerate(law.law.flanks):
         if not isinstance(flank.coefficient, PowerOfLoad):
             coefficient = flank.coefficient(flank_state(law, gear, force, depth))
-            k[gear] = flank.factor * _checked(coefficient, flank.coefficient, "wear coefficient")
+            k[gear] = flank.factor * _checked(
+                coefficient, flank.coefficient, "wear coefficient"
+            )
         if flank.film is not None and ratio is not None:
-            k[gear] *= _checked(flank.film(ratio), flank.film, "share of wear under the film")
+            k[gear] *= _checked(
+                flank.film(ratio), flank.film, "share of wear under the film"
+            )
     return np.asarray(k)
 
 
-def flank_state(law: PreparedLaw, gear: int, force: Array, depth: Array | None = None) -> FlankState:
+def flank_state(
+    law: PreparedLaw, gear: int, force: Array, depth: Array | None = None
+) -> FlankState:
     """Return the state of one flank, all but its coefficient.
 
     Parameters
@@ -154,14 +187,23 @@ def flank_state(law: PreparedLaw, gear: int, force: Array, depth: Array | None =
     force : (n,) normal force of a tooth pair touching at the node, ≥ 0 [N]
     depth : (2, n) wear so far, none where left out [m]
     """
-    path, flank, ratio = law.path, law.law.flanks[gear], lambda_ratio(law, force)
+    path = law.path
+    flank = law.law.flanks[gear]
+    ratio = lambda_ratio(law, force)
     width = 2.0 * contact_half_width(force, path)
-    load, pressure = np.asarray(force, float) / path.face_width, mean_pressure(force, path)
-    speed, distance = np.abs(sliding_velocity(path)[gear]), width * path.slide_ratio[gear] * path.passes[gear]
+    load = np.asarray(force, float) / path.face_width
+    pressure = mean_pressure(force, path)
+    speed = np.abs(sliding_velocity(path)[gear])
+    distance = width * path.slide_ratio[gear] * path.passes[gear]
     ratio = np.full(len(width), NAN) if ratio is None else ratio
     worn = np.zeros(len(width)) if depth is None else depth[gear]
     said = speed, distance, ratio, worn, flank.hardness, flank.temperature
-    return FlankState(load, law.law.pressure_factor * pressure, *said, coefficient=np.full(len(width), NAN))
+    return FlankState(
+        load,
+        law.law.pressure_factor * pressure,
+        *said,
+        coefficient=np.full(len(width), NAN),
+    )
 
 
 def wear_rate(law: PreparedLaw, force: Array, depth: Array | None = None) -> Array:
@@ -170,7 +212,8 @@ def wear_rate(law: PreparedLaw, force: Array, depth: Array | None = None) -> Arr
     Parameters
     ----------
     law : PreparedLaw
-    force : (n,) normal force of a tooth pair touching at the node, ≥ 0 (averaged over mesh periods) [N]
+    force : (n,) normal force of a tooth pair touching at the node, ≥ 0 (averaged over
+        mesh periods) [N]
     depth : (2, n) wear so far, none where left out [m]
 
     References
@@ -183,7 +226,9 @@ def wear_rate(law: PreparedLaw, force: Array, depth: Array | None = None) -> Arr
     for gear, flank in enumerate(law.law.flanks):
         if flank.rate is not None:
             state = flank_state(law, gear, force, depth)._replace(coefficient=k[gear])
-            rate[gear] = law.projection[gear] * _checked(flank.rate(state), flank.rate, "wear rate")
+            rate[gear] = law.projection[gear] * _checked(
+                flank.rate(state), flank.rate, "wear rate"
+            )
     return rate
 
 
@@ -193,19 +238,29 @@ def _checked(values: Array, function: object, what: str) -> Array:
     worst = np.concatenate([checked[~(checked >= 0.0)], checked[np.isinf(checked)]])
     if worst.size:
         name = getattr(function, "__qualname__", str(function))
-        unsaid = "; what the scene does not say is nan: name it in needs" if np.isnan(worst[0]) else ""
-        raise VariantError(f"{name}: a {what} of {worst[0]:g}; it must be finite and not negative{unsaid}")
+        unsaid = (
+            "; what the scene does not say is nan: name it in needs"
+            if np.isnan(worst[0])
+            else ""
+        )
+        raise VariantError(
+            f"{name}: a {what} of {worst[0]:g}; it must be finite and not "
+            f"negative{unsaid}"
+        )
     return checked
 
 
-def wear_per_cycle(force: Array, coefficient: Array, slide: Array, passes: Array, face_width: float) -> Array:
+def wear_per_cycle(
+    force: Array, coefficient: Array, slide: Array, passes: Array, face_width: float
+) -> Array:
     """Return the depth that one cycle removes at every node, ``n_i k (F/B) |1 − v_other/v_i|``.
 
     Parameters
     ----------
     force : (n,) normal force of one tooth pair when it touches at the node, ≥ 0 [N]
     coefficient : (2, n) wear coefficient k [m²/N]
-    slide : (2, n) sliding per contact width, times any pressure or projection factor [1]
+    slide : (2, n) sliding per contact width, times any pressure or projection factor
+        [1]
     passes : (2,) passes of a flank per cycle [1]
     face_width : B [m]
 

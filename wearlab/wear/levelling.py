@@ -1,24 +1,26 @@
 """Pressure redistributed inside the contact patch: crests of wear lose it, what stands up wears more.
 
-A line contact of fixed load on an elastic half-plane, first order in the gap
-``g(x) = Σ g_n T_n(x/a) = h_1 + h_2`` across the patch. From ``−∂u/∂x = (2/πE*) PV∫ p(ξ)/(x − ξ) dξ`` and
-``PV∫ T_n(t)/((t − x)√(1 − t²)) dt = π U_{n−1}(x)``:
+A line contact of fixed load on an elastic half-plane, first order in the gap ``g(x) = Σ
+g_n T_n(x/a) = h_1 + h_2`` across the patch. From ``−∂u/∂x = (2/πE*) PV∫ p(ξ)/(x − ξ)
+dξ`` and ``PV∫ T_n(t)/((t − x)√(1 − t²)) dt = π U_{n−1}(x)``:
 
     ``δp(x) = −(E*/2) Σ n g_n T_n(x/a)/√(a² − x²)``
 
-which carries no load. Collected while the contact passes (``dh = k ζ ∫ δp(L − L_c) dL_c``) it is a linear
-operator D on the wear of both flanks. A wave of one flank, wave number κ, decays per depth worn at
-``(4R'/a²) Σ n J_n²(κa)``. The order n = 1 shifts the contact point; that belongs to the exact geometry of
-contact, and orders count from 2.
+which carries no load. Collected while the contact passes (``dh = k ζ ∫ δp(L − L_c)
+dL_c``) it is a linear operator D on the wear of both flanks. A wave of one flank, wave
+number κ, decays per depth worn at ``(4R'/a²) Σ n J_n²(κa)``. The order n = 1 shifts the
+contact point; that belongs to the exact geometry of contact, and orders count from 2.
 
-On nodes the coefficients are ``B_n(j, i) = ∫ φ_i T_n/√(a² − x²) dx`` about the contact at node j, φ_i the
-hats of linear interpolation between the nodes of a flank, mirrored at both ends: exact for wear that is
-linear between nodes, and constants and slopes are not levelled. What levels are the products
-``G_j(i, k) = Σ_n n B_n(j, i) B_n(j, k)`` of the few nodes that a contact feels: one square a contact.
-``D = −(E*/π) W⁻¹ Bᵀ diag(n W K) B`` conserves the worn area of each flank and, the sliding
-distance ``ζ dL`` being that of both flanks, has real eigenvalues that are not positive.
+On nodes the coefficients are ``B_n(j, i) = ∫ φ_i T_n/√(a² − x²) dx`` about the contact
+at node j, φ_i the hats of linear interpolation between the nodes of a flank, mirrored
+at both ends: exact for wear that is linear between nodes, and constants and slopes are
+not levelled. What levels are the products ``G_j(i, k) = Σ_n n B_n(j, i) B_n(j, k)`` of
+the few nodes that a contact feels: one square a contact. ``D = −(E*/π) W⁻¹ Bᵀ diag(n W
+K) B`` conserves the worn area of each flank and, the sliding distance ``ζ dL`` being
+that of both flanks, has real eigenvalues that are not positive.
 
-Source: Johnson, Contact Mechanics (1985) §2.7, and Appendix 1 for the integral; PHYSICS §8 "Corrugation".
+Source: Johnson, Contact Mechanics (1985) §2.7, and Appendix 1 for the integral; PHYSICS
+§8 "Corrugation".
 """
 
 from dataclasses import dataclass
@@ -41,7 +43,8 @@ class Squares(NamedTuple):
 
     Parameters
     ----------
-    contact, node : (n_felt,) contact and entry of the wear of both flanks, (2n,), of each row
+    contact, node : (n_felt,) contact and entry of the wear of both flanks, (2n,), of
+        each row
     product : the squares G_j one below another, (n_felt, 2n) [1]
     """
 
@@ -76,13 +79,20 @@ def squares(half_width: Array, path: WearPath) -> Squares:
     Johnson 1985, §2.7 and Appendix 1.
     """
     rows = np.atleast_2d(half_width)
-    most, each = most_orders(rows, path), list[tuple[Array, ...]]()
+    most = most_orders(rows, path)
+    each = list[tuple[Array, ...]]()
     order = np.arange(FIRST_ORDER, most + 1)[:, None]
     for number, row in enumerate(rows):
         own = [windows(row, ascending(arc)) for arc in path.arc]
-        found = np.concatenate([coefficients(window.t, most) for window in own], axis=-1)
-        entry = [window.node + len(row) * number + rows.size * flank for flank, window in enumerate(own)]
-        node, felt = np.concatenate(entry, axis=1), np.concatenate([window.felt for window in own], axis=1)
+        found = np.concatenate(
+            [coefficients(window.t, most) for window in own], axis=-1
+        )
+        entry = [
+            window.node + len(row) * number + rows.size * flank
+            for flank, window in enumerate(own)
+        ]
+        node = np.concatenate(entry, axis=1)
+        felt = np.concatenate([window.felt for window in own], axis=1)
         both = felt[:, :, None] & felt[:, None, :]
         product = (order * found).swapaxes(1, 2) @ found
         column = np.broadcast_to(node[:, None, :], both.shape)
@@ -102,26 +112,34 @@ def windows(half_width: Array, arc: Array) -> Windows:
     number = first[:, None] + np.arange((last - first).max())
     at = np.clip(number, 0, len(where) - 1)
     t = (where[at] - arc[:, None]) / half_width[:, None]
-    return Windows(t, np.concatenate([place[::-1], place, place[::-1]])[at], number < last[:, None])
+    return Windows(
+        t, np.concatenate([place[::-1], place, place[::-1]])[at], number < last[:, None]
+    )
 
 
 def most_orders(half_width: Array, path: WearPath) -> int:
     """Return the highest order that nodes resolve across the widest patch."""
     step = np.abs(np.diff(path.arc, axis=1))
-    longer = np.maximum(np.pad(step, ((0, 0), (0, 1)), "edge"), np.pad(step, ((0, 0), (1, 0)), "edge"))
-    finest = (half_width / longer[:, None]).max()  # by the longer interval beside each node
+    longer = np.maximum(
+        np.pad(step, ((0, 0), (0, 1)), "edge"), np.pad(step, ((0, 0), (1, 0)), "edge")
+    )
+    finest = (
+        half_width / longer[:, None]
+    ).max()  # by the longer interval beside each node
     return int(np.clip(np.ceil(np.pi * finest), LEAST_ORDERS, MOST_ORDERS))
 
 
 def coefficients(t: Array, most: int) -> Array:
     """Return ``∫ φ_i T_n/√(1 − t²) dt`` of nodes at ascending t (…, m), orders from 2, (…, most − 1, m).
 
-    Between nodes ``∫ T_n/√(1 − t²) dt = −sin nθ/n`` with t = cos θ, and that of t T_n half the sum of its
-    neighbours in n. Beyond ±1 there is nothing.
+    Between nodes ``∫ T_n/√(1 − t²) dt = −sin nθ/n`` with t = cos θ, and that of t T_n
+    half the sum of its neighbours in n. Beyond ±1 there is nothing.
     """
-    n, t = np.arange(FIRST_ORDER - 1, most + 2)[:, None], t[..., None, :]
+    n = np.arange(FIRST_ORDER - 1, most + 2)[:, None]
+    t = t[..., None, :]
     change = -np.diff(np.sin(n * np.arccos(np.clip(t, -1.0, 1.0))) / n)
-    plain, slope = change[..., 1:-1, :], 0.5 * (change[..., :-2, :] + change[..., 2:, :])
+    plain = change[..., 1:-1, :]
+    slope = 0.5 * (change[..., :-2, :] + change[..., 2:, :])
     length = np.diff(t)
     share = np.divide(1.0, length, out=np.zeros_like(length), where=length > 0.0)
     found = np.zeros((*plain.shape[:-1], t.shape[-1]))
@@ -140,7 +158,8 @@ class Levelling(NamedTuple):
     Parameters
     ----------
     across : G_j
-    sliding : (2, n) K times the length of the contact's cell, of each flank [m/(Pa cycle)]
+    sliding : (2, n) K times the length of the contact's cell, of each flank [m/(Pa
+        cycle)]
     collect : (2n,) ``−E*/π`` over the length of each node's cell [Pa/m]
     """
 
@@ -175,7 +194,8 @@ def levelling(half_width: Array, sliding: Array, path: WearPath) -> Levelling:
 
 def looking_ahead(levelling: Levelling, lag: float) -> SuperLU:
     """Return I − τD of full contacts, factored, for a lag τ [cycles]."""
-    (at, node, product), n = levelling.across, len(levelling.collect)
+    (at, node, product) = levelling.across
+    n = len(levelling.collect)
     factor = -lag * levelling.sliding[2 * node // n, at] * levelling.collect[node]
     rows = csr_array((factor, (node, np.arange(len(node)))), (n, len(node)))
     return splu((eye_array(n) + rows @ product).tocsc())
@@ -185,9 +205,10 @@ def looking_ahead(levelling: Levelling, lag: float) -> SuperLU:
 class Elastic(TwoWay):
     """Wear is spread and felt over the patch, and the pressure redistributes inside it.
 
-    ``h' = max{0, (I − τD)⁻¹ [S r + D h]}`` with r the pointwise rate. τ is numerical: waves that D levels
-    within 3 µm of wear are followed with that lag. Contacts that bear less than the force that makes the
-    patch level by as much less, those that never touch not at all; I − τD keeps all, on the stable side.
+    ``h' = max{0, (I − τD)⁻¹ [S r + D h]}`` with r the pointwise rate. τ is numerical:
+    waves that D levels within 3 µm of wear are followed with that lag. Contacts that
+    bear less than the force that makes the patch level by as much less, those that
+    never touch not at all; I − τD keeps all, on the stable side.
 
     Parameters
     ----------
@@ -203,13 +224,20 @@ class Elastic(TwoWay):
     def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
         """Return the wear rate of the flanks from that of contact centres, (2, n) [m per cycle]."""
         contact = np.clip(force / self.reference, 0.0, 1.0)
-        forced = self.spreading @ pointwise.ravel() + self.levelling.at(depth.ravel(), contact)
+        forced = self.spreading @ pointwise.ravel() + self.levelling.at(
+            depth.ravel(), contact
+        )
         return np.maximum(0.0, self.ahead.solve(forced)).reshape(pointwise.shape)
 
 
 @remembered
 def elastic(
-    half_width: Array, reference: Array, sliding: Array, static_rate: Array, path: WearPath, lag: float = LAG
+    half_width: Array,
+    reference: Array,
+    sliding: Array,
+    static_rate: Array,
+    path: WearPath,
+    lag: float = LAG,
 ) -> Elastic:
     """Return the patch with its pressure redistributed inside.
 
@@ -230,4 +258,6 @@ def elastic(
     level = levelling(half_width, sliding, path)
     fastest = float((spread @ static_rate.ravel()).max(initial=0.0))
     tau = lag / fastest if fastest > 0.0 else 0.0
-    return Elastic(spread, felt_matrix(spread, path), level, reference, looking_ahead(level, tau))
+    return Elastic(
+        spread, felt_matrix(spread, path), level, reference, looking_ahead(level, tau)
+    )

@@ -18,7 +18,8 @@ Zero = Literal["as-measured", "max", "pitch", "tip", "root", "line"]
 SLACK = 1e-3
 """Share of the active path by which a measured profile may miss its ends."""
 NOISE = 0.02
-"""Share of the largest depth by which a measured profile may stand above its zero; it counts as unworn."""
+"""Share of the largest depth by which a measured profile may stand above its zero; it
+counts as unworn."""
 LEAST_NOISE = 1e-7
 LEAST_POINTS = 5
 GOES_ON = "or say how it goes on: continuation = 'hold', 'slope' or 'zero'"
@@ -32,16 +33,18 @@ class MeasuredProfile(NamedTuple):
     Parameters
     ----------
     along : what the abscissa is
-    abscissa : (n,) diameter [m], roll angle [rad] or path position [m], rising or falling; a value that
-        stands twice marks a step
+    abscissa : (n,) diameter [m], roll angle [rad] or path position [m], rising or
+        falling; a value that stands twice marks a step
     depth : (n,) wear, positive where material is gone [m]
-    across : whether the depth is measured across the tooth's thickness, not along the flank normal
-    zero : what counts as unworn: the values as they are, the highest point, the pitch point, the tip or the
-        root end of the active flank, or the straight line over the path that touches the profile from
-        outside on both sides of the pitch point (which takes out a tilt, too)
+    across : whether the depth is measured across the tooth's thickness, not along the
+        flank normal
+    zero : what counts as unworn: the values as they are, the highest point, the pitch
+        point, the tip or the root end of the active flank, or the straight line over
+        the path that touches the profile from outside on both sides of the pitch point
+        (which takes out a tilt, too)
     smooth : window of a local parabola along the path, None: through every point [m]
-    continuation : beyond its ends, where they miss those of the active flank: refused, the last value, the
-        slope of the last `END_SHARE`, or unworn
+    continuation : beyond its ends, where they miss those of the active flank: refused,
+        the last value, the slope of the last `END_SHARE`, or unworn
     """
 
     along: Along
@@ -53,7 +56,9 @@ class MeasuredProfile(NamedTuple):
     continuation: Continuation = "refuse"
 
 
-def measured(profile: MeasuredProfile, pair: GearPair, gear: int, position: ArrayLike) -> Array:
+def measured(
+    profile: MeasuredProfile, pair: GearPair, gear: int, position: ArrayLike
+) -> Array:
     """Return the wear depth of a measured flank at the nodes of its active part.
 
     Parameters
@@ -69,7 +74,8 @@ def measured(profile: MeasuredProfile, pair: GearPair, gear: int, position: Arra
     Raises
     ------
     GearError
-        When the profile leaves the involute, does not cover the active flank, or stands above its zero.
+        When the profile leaves the involute, does not cover the active flank, or stands
+        above its zero.
     """
     s = np.asarray(position, float)
     depth = nodal(profile, pair, gear, s)
@@ -85,20 +91,33 @@ def nodal(profile: MeasuredProfile, pair: GearPair, gear: int, s: Array) -> Arra
     """
     where = path_position(pair, gear, profile.along, profile.abscissa)
     rising = slice(None, None, -1 if where[-1] < where[0] else 1)
-    where, depth = where[rising], np.asarray(profile.depth, float)[rising]
-    where, depth = continued(where, depth, pair.path.A, pair.path.E, profile.continuation)
+    where = where[rising]
+    depth = np.asarray(profile.depth, float)[rising]
+    where, depth = continued(
+        where, depth, pair.path.A, pair.path.E, profile.continuation
+    )
     _check_cover(where, pair, gear, profile.along)
-    if profile.across:  # by the angle between flank normal and thickness, a ring's: across the tooth space
-        depth = depth * np.cos(pair.roll_angle(gear, where) - pair.gears[gear].base_half_angle)
+    # by the angle between flank normal and thickness, a ring's: across the tooth space
+    if profile.across:
+        depth = depth * np.cos(
+            pair.roll_angle(gear, where) - pair.gears[gear].base_half_angle
+        )
     if profile.smooth is not None:
         return np.array([_local_parabola(where, depth, at, profile.smooth) for at in s])
-    ahead, behind = np.diff(s, append=s[-1]), np.diff(s, prepend=s[0])
-    own_side = s + 0.25 * np.where(behind == 0.0, ahead, np.where(ahead == 0.0, -behind, 0.0))  # of a step
+    ahead = np.diff(s, append=s[-1])
+    behind = np.diff(s, prepend=s[0])
+    own_side = s + 0.25 * np.where(
+        behind == 0.0, ahead, np.where(ahead == 0.0, -behind, 0.0)
+    )  # of a step
     return PiecewiseCurve(where, depth).value(s, own_side)
 
 
 def over_face(
-    place: Array, depth: Array, name: str, flank: helix.SlicedFlank, how: tuple[Zero, Continuation]
+    place: Array,
+    depth: Array,
+    name: str,
+    flank: helix.SlicedFlank,
+    how: tuple[Zero, Continuation],
 ) -> Array:
     """Return the wear depth of a flank that was measured over its face, at its slices, (n_face, n) [m].
 
@@ -107,7 +126,8 @@ def over_face(
     Parameters
     ----------
     place : (m,) from mid-face, ascending [m]
-    depth : (m, n) material gone there, at each node of the profile or at one for all [m]
+    depth : (m, n) material gone there, at each node of the profile or at one for all
+        [m]
     name : of the gear
     flank : the slices
     how : zero, and continuation to the ends of the face
@@ -119,23 +139,40 @@ def over_face(
     """
     zero, continuation = how
     if zero not in ("as-measured", "max"):
-        reason = "is a profile's, and this flank was measured over its face: give 'as-measured' or 'max'"
+        reason = (
+            "is a profile's, and this flank was measured over its face: give "
+            "'as-measured' or 'max'"
+        )
         raise GearError(f"{name}: zero = {zero!r} {reason}")
     ends = float(flank.position[0]), float(flank.position[-1])
     slack = SLACK * flank.width
-    if continuation == "refuse" and (place[0] > ends[0] + slack or place[-1] < ends[1] - slack):
-        covers = f"covers face positions {1e3 * place[0]:.4g} to {1e3 * place[-1]:.4g} mm"
+    if continuation == "refuse" and (
+        place[0] > ends[0] + slack or place[-1] < ends[1] - slack
+    ):
+        covers = (
+            f"covers face positions {1e3 * place[0]:.4g} to {1e3 * place[-1]:.4g} mm"
+        )
         slices = f"the slices {1e3 * ends[0]:.4g} to {1e3 * ends[1]:.4g} mm"
-        remedy = "measure all of the face, check face_position, counted from mid-face, and its unit"
-        raise GearError(f"{name}: what was measured {covers}, {slices}; {remedy}, {GOES_ON}")
+        remedy = (
+            "measure all of the face, check face_position, counted from mid-face, and "
+            "its unit"
+        )
+        raise GearError(
+            f"{name}: what was measured {covers}, {slices}; {remedy}, {GOES_ON}"
+        )
     curves = [continued(place, along, *ends, continuation) for along in depth.T]
     worn = np.stack([np.interp(flank.position, *curve) for curve in curves], axis=1)
     worn -= worn.min() if zero == "max" else 0.0
-    where = "shape at face position {:.4g} mm", 1e3 * np.repeat(flank.position, worn.shape[1])
+    where = (
+        "shape at face position {:.4g} mm",
+        1e3 * np.repeat(flank.position, worn.shape[1]),
+    )
     return _worn(worn, name, zero, where, "'max'")
 
 
-def _worn(depth: Array, name: str, zero: Zero, where: tuple[str, Array], instead: str) -> Array:
+def _worn(
+    depth: Array, name: str, zero: Zero, where: tuple[str, Array], instead: str
+) -> Array:
     """Return depths of wear, ≥ 0; what stands hardly above its zero counts as unworn.
 
     Parameters
@@ -143,27 +180,33 @@ def _worn(depth: Array, name: str, zero: Zero, where: tuple[str, Array], instead
     depth : measured, less its zero [m]
     name : of the gear
     zero : what counted as zero
-    where : what stands above it, in words that take a place, and the places of all entries of the depths
+    where : what stands above it, in words that take a place, and the places of all
+        entries of the depths
     instead : what zero might be better
     """
     lowest = int(np.argmin(depth))
     above = -float(depth.flat[lowest])
     if above > max(LEAST_NOISE, NOISE * float(depth.max())):
         standing = f"the measured flank stands {1e6 * above:.3g} µm above its unworn"
-        remedy = f"and wear adds no material; check the sign, or choose zero = {instead}"
+        remedy = (
+            f"and wear adds no material; check the sign, or choose zero = {instead}"
+        )
         place = where[0].format(where[1][lowest])
         raise GearError(f"{name}: with zero = {zero!r} {standing} {place}, {remedy}")
     return np.maximum(depth, 0.0)
 
 
-def path_position(pair: GearPair, gear: int, along: Along, abscissa: ArrayLike) -> Array:
+def path_position(
+    pair: GearPair, gear: int, along: Along, abscissa: ArrayLike
+) -> Array:
     """Return the path position at which points of a flank touch, (n,) [m].
 
     Parameters
     ----------
     pair, gear : the pair; 0 driving, 1 driven
     along : what the abscissa is
-    abscissa : (n,) diameter [m], roll angle [rad], length of roll [m] or path position [m]
+    abscissa : (n,) diameter [m], roll angle [rad], length of roll [m] or path position
+        [m]
 
     Raises
     ------
@@ -174,13 +217,16 @@ def path_position(pair: GearPair, gear: int, along: Along, abscissa: ArrayLike) 
     ----------
     ISO 21771: roll angle and length of roll of a diameter.
     """
-    x, body = np.asarray(abscissa, float), pair.gears[gear]
+    x = np.asarray(abscissa, float)
+    body = pair.gears[gear]
     curvature = x  # of a length of roll [m]
     if along == "diameter":
         square = (0.5 * x) ** 2 - body.base_radius**2
         if square.min() < 0.0:
             below = f"lies below the base circle, {2e3 * body.base_radius:.6g} mm"
-            found = f"{body.name}: a measured diameter of {1e3 * x.min():.6g} mm {below}"
+            found = (
+                f"{body.name}: a measured diameter of {1e3 * x.min():.6g} mm {below}"
+            )
             raise GearError(f"{found}; leave out points off the involute")
         curvature = np.sqrt(square)
     elif along == "roll_angle":
@@ -191,41 +237,62 @@ def path_position(pair: GearPair, gear: int, along: Along, abscissa: ArrayLike) 
     return np.asarray((curvature - at_pitch) / (further - at_pitch))
 
 
-def continued(where: Array, depth: Array, begin: float, end: float, how: Continuation) -> tuple[Array, Array]:
+def continued(
+    where: Array, depth: Array, begin: float, end: float, how: Continuation
+) -> tuple[Array, Array]:
     """Return a profile that reaches the ends of the active flank.
 
     Parameters
     ----------
     where, depth : (n,) rising path positions and depths [m]
     begin, end : of the active flank [m]
-    how : leave it as it is, hold the last value, go on with the straight line through the last `END_SHARE`,
-        or jump to zero
+    how : leave it as it is, hold the last value, go on with the straight line through
+        the last `END_SHARE`, or jump to zero
     """
-    profile, goes_on = np.stack([where, depth]), how != "refuse"
-    before = _beyond(where, depth, 0, begin, how) if goes_on and where[0] > begin else profile[:, :0]
-    after = _beyond(where, depth, -1, end, how) if goes_on and where[-1] < end else profile[:, :0]
+    profile = np.stack([where, depth])
+    goes_on = how != "refuse"
+    before = (
+        _beyond(where, depth, 0, begin, how)
+        if goes_on and where[0] > begin
+        else profile[:, :0]
+    )
+    after = (
+        _beyond(where, depth, -1, end, how)
+        if goes_on and where[-1] < end
+        else profile[:, :0]
+    )
     x, y = np.concatenate([before[:, ::-1], profile, after], axis=1)
     return x, y
 
 
-def _beyond(where: Array, depth: Array, side: int, place: float, how: Continuation) -> Array:
+def _beyond(
+    where: Array, depth: Array, side: int, place: float, how: Continuation
+) -> Array:
     """Return the points that lead from one side of a profile to a place beyond it, (2, 1 or 2) [m]."""
-    edge, level = where[side], depth[side]
+    edge = where[side]
+    level = depth[side]
     if how == "zero":
         return np.array([[edge, place], [0.0, 0.0]])
     if how == "slope":
-        near = np.abs(where - edge) <= max(END_SHARE * np.ptp(where), np.sort(np.abs(where - edge))[1])
+        near = np.abs(where - edge) <= max(
+            END_SHARE * np.ptp(where), np.sort(np.abs(where - edge))[1]
+        )
         slope, level = np.polyfit(where[near] - edge, depth[near], 1)
         level += slope * (place - edge)
     return np.array([[place], [level]])
 
 
 def _check_cover(where: Array, pair: GearPair, gear: int, along: Along) -> None:
-    begin, end = pair.path.A, pair.path.E
-    slack, name = SLACK * (end - begin), pair.gears[gear].name
+    begin = pair.path.A
+    end = pair.path.E
+    slack = SLACK * (end - begin)
+    name = pair.gears[gear].name
     if where[0] > begin + slack or where[-1] < end - slack:
         shown = where[[0, -1]], np.array([begin, end])
-        have, need = ([f"{2e3 * r:.6g}" for r in np.sort(pair.radius(gear, ends))] for ends in shown)
+        have, need = (
+            [f"{2e3 * r:.6g}" for r in np.sort(pair.radius(gear, ends))]
+            for ends in shown
+        )
         covers = f"the measured profile covers diameters {have[0]} to {have[1]} mm"
         needs = f"the active flank {need[0]} to {need[1]} mm"
         remedy = f"measure all of it, check {along} and its unit"
@@ -238,10 +305,14 @@ def _check_cover(where: Array, pair: GearPair, gear: int, along: Along) -> None:
 
 def _local_parabola(where: Array, depth: Array, s: float, window: float) -> float:
     """Return the value at s of the parabola fitted around it with tricube weights (Cleveland 1979)."""
-    half = max(0.5 * window, float(np.sort(np.abs(where - s))[LEAST_POINTS - 1]) * (1.0 + 1e-9))
+    half = max(
+        0.5 * window, float(np.sort(np.abs(where - s))[LEAST_POINTS - 1]) * (1.0 + 1e-9)
+    )
     distance = (where - s) / half
     near = np.abs(distance) < 1.0
-    t, weight = distance[near], (1.0 - np.abs(distance[near]) ** 3) ** 1.5  # square root of the weight
+    # square root of the weight
+    t = distance[near]
+    weight = (1.0 - np.abs(distance[near]) ** 3) ** 1.5
     matrix = np.stack([np.ones_like(t), t, t * t], axis=1) * weight[:, None]
     return float(np.linalg.lstsq(matrix, depth[near] * weight, rcond=None)[0][0])
 
@@ -251,23 +322,34 @@ def _zero_line(zero: Zero, gear: int, s: Array, depth: Array) -> Array | float:
     if zero == "line":
         return _outer_line(s, depth)
     root, tip = depth[[0, -1]] if gear == 0 else depth[[-1, 0]]
-    pitch, highest = np.interp(0.0, s, depth), depth.min()
-    return float({"as-measured": 0.0, "max": highest, "pitch": pitch, "tip": tip, "root": root}[zero])
+    pitch = np.interp(0.0, s, depth)
+    highest = depth.min()
+    return float(
+        {"as-measured": 0.0, "max": highest, "pitch": pitch, "tip": tip, "root": root}[
+            zero
+        ]
+    )
 
 
 def _outer_line(s: Array, depth: Array) -> Array:
     """Return the line that touches the profile from outside on both sides of the pitch point.
 
-    Where the pitch point itself stands highest, the line is the tangent there, if that stays outside.
+    Where the pitch point itself stands highest, the line is the tangent there, if that
+    stays outside.
     """
     away = 1e-9 * np.ptp(s)
-    before, after, at_pitch = s < -away, s > away, float(np.interp(0.0, s, depth))
-    left, right = ((depth[side] - at_pitch) / s[side] for side in (before, after))
+    before = s < -away
+    after = s > away
+    at_pitch = float(np.interp(0.0, s, depth))
+    left = (depth[before] - at_pitch) / s[before]
+    right = (depth[after] - at_pitch) / s[after]
     if left.max() <= right.min():
-        near, far = -s[before][-1], s[after][0]
+        near = -s[before][-1]
+        far = s[after][0]
         tangent = (left[-1] * far + right[0] * near) / (near + far)
         return np.asarray(at_pitch + np.clip(tangent, left.max(), right.min()) * s)
-    # the edge of the lower hull of the depth that crosses the pitch point: the lowest there of all chords
+    # the edge of the lower hull of the depth that crosses the pitch point: the lowest
+    # there of all chords
     slope = (depth[after] - depth[before][:, None]) / (s[after] - s[before][:, None])
     crossing = depth[before][:, None] - slope * s[before][:, None]
     i, j = np.unravel_index(np.argmin(crossing), crossing.shape)

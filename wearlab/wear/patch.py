@@ -1,30 +1,33 @@
 """The contact patch: over which width wear is spread, felt, and levelled by the pressure inside it.
 
-The pointwise law gives all wear of a contact to its centre, and lets the mesh feel the depth of one point. A
-line contact is as wide as it is both ways:
+The pointwise law gives all wear of a contact to its centre, and lets the mesh feel the
+depth of one point. A line contact is as wide as it is both ways:
 
 - **spread** S: the wear of a contact centred at ``L_c`` falls on ``L_c ± a`` as below;
-- **felt** ``P = W⁻¹ Sᵀ W`` (W: lengths of the cells): the gap that the mesh sees is the mean of the worn
-  profile over the same kernel. P keeps a constant as it is, S the worn area; because one is the adjoint of
-  the other, a static force that redistributes still only lets wear even out;
+- **felt** ``P = W⁻¹ Sᵀ W`` (W: lengths of the cells): the gap that the mesh sees is the
+  mean of the worn profile over the same kernel. P keeps a constant as it is, S the worn
+  area; because one is the adjoint of the other, a static force that redistributes still
+  only lets wear even out;
 - **levelled** D: inside the patch the crests carry more pressure than the valleys
   (:mod:`wearlab.wear.levelling`).
 
-``a`` is Hertz's half width under the static force on unworn flanks, at least a fifth of the mesh force: the
-kernels are linear and do not change over a life.
+``a`` is Hertz's half width under the static force on unworn flanks, at least a fifth of
+the mesh force: the kernels are linear and do not change over a life.
 
-**Spread.** In truth a flank point at arc L is worn while the contact's centre L_c passes from L − a to L + a,
-each moment at the sliding of that moment:
+**Spread.** In truth a flank point at arc L is worn while the contact's centre L_c
+passes from L − a to L + a, each moment at the sliding of that moment:
 
     ``Δh(L) = ∫ p(L − L_c) k |1 − v_other/v_i| dL_c = ∫ d(L_c) w(L − L_c; a) dL_c``
 
-with d the pointwise increment and w the pressure over its integral. With the mean pressure w = 1/(2a) for
+with d the pointwise increment and w the pressure over its integral. With the mean
+pressure w = 1/(2a) for
 |L − L_c| ≤ a: a running average over the Hertz width. Since ∫w dL = 1, the worn area is conserved.
 
-On nodes: the arc is cut midway between them, into cells whose lengths are the trapezoidal weights (a
-one-sided pair of nodes has a cell on either side of the step). The area of each cell is spread by w and
-collected by cell, exactly for a cell-wise constant d. So the area is conserved to round-off, d itself returns
-as a → 0, and no value turns negative. What would fall off either end of the path is reflected there.
+On nodes: the arc is cut midway between them, into cells whose lengths are the
+trapezoidal weights (a one-sided pair of nodes has a cell on either side of the step).
+The area of each cell is spread by w and collected by cell, exactly for a cell-wise
+constant d. So the area is conserved to round-off, d itself returns as a → 0, and no
+value turns negative. What would fall off either end of the path is reflected there.
 """
 
 from collections.abc import Callable
@@ -46,7 +49,8 @@ if TYPE_CHECKING:
 
 Made = TypeVar("Made")
 KEPT, MOST_NODES = 8, 400
-"""Matrices of patches that a process remembers, and the nodes beyond which it does not: some 30 MB in all."""
+"""Matrices of patches that a process remembers, and the nodes beyond which it does not:
+some 30 MB in all."""
 
 LEAST_SHARE = 0.2
 """Share of the mesh force below which the width of a patch does not shrink further."""
@@ -108,7 +112,8 @@ class Patch(Protocol):
 class OneWay:
     """Wear is spread over the contact width, but felt point by point.
 
-    Inconsistent, and kept for comparison: what is taken off beside a contact is not felt by it.
+    Inconsistent, and kept for comparison: what is taken off beside a contact is not
+    felt by it.
 
     Parameters
     ----------
@@ -166,8 +171,8 @@ class _Given:
 def remembered(make: Callable[..., Made]) -> Callable[..., Made]:
     """Let a function of half widths, other arrays and numbers, and a path return once more what it found.
 
-    Of the path only the arc and the modulus may count. What wear coefficient, speed and length of a life do
-    not touch is so made once for all runs of a process.
+    Of the path only the arc and the modulus may count. What wear coefficient, speed and
+    length of a life do not touch is so made once for all runs of a process.
     """
     kept = lru_cache(KEPT)(lambda given: make(*given.values))
 
@@ -175,8 +180,13 @@ def remembered(make: Callable[..., Made]) -> Callable[..., Made]:
     def kept_or_made(*given: Any) -> Made:
         if np.size(given[0]) > MOST_NODES:
             return make(*given)
-        each = ((x.arc, x.contact_modulus) if isinstance(x, WearPath) else (x,) for x in given)
-        key = tuple(np.asarray(part, float).tobytes() for parts in each for part in parts)
+        each = (
+            (x.arc, x.contact_modulus) if isinstance(x, WearPath) else (x,)
+            for x in given
+        )
+        key = tuple(
+            np.asarray(part, float).tobytes() for parts in each for part in parts
+        )
         return kept(_Given(key, given))
 
     return kept_or_made
@@ -184,14 +194,23 @@ def remembered(make: Callable[..., Made]) -> Callable[..., Made]:
 
 @remembered
 def spread_matrix(half_width: Array, path: WearPath) -> csr_array:
-    """Return S of both flanks, (2n, 2n) [1]; over a face of half widths (n_face, n), slice after slice."""
-    blocks = [csr_array(spreading(row, arc)) for arc in path.arc for row in np.atleast_2d(half_width)]
+    """Return S of both flanks, (2n, 2n) [1].
+
+    Over a face of half widths (n_face, n), slice after slice.
+    """
+    blocks = [
+        csr_array(spreading(row, arc))
+        for arc in path.arc
+        for row in np.atleast_2d(half_width)
+    ]
     return csr_array(block_diag(blocks, format="csr"))
 
 
 def felt_matrix(spread: csr_array, path: WearPath) -> csr_array:
     """Return ``P = W⁻¹ Sᵀ W``, (2n, 2n) [1]: row j is the mean over the patch centred at node j."""
-    length = np.tile(path.arc_weight, (1, spread.shape[0] // path.arc_weight.size)).ravel()
+    length = np.tile(
+        path.arc_weight, (1, spread.shape[0] // path.arc_weight.size)
+    ).ravel()
     return csr_array(diags_array(1.0 / length) @ spread.T @ diags_array(length))
 
 
@@ -203,18 +222,37 @@ def spreading(half_width: Array, arc: Array) -> Array:
     half_width : (n,) Hertz half width a with the contact at each node [m]
     arc : (n,) flank arc of the nodes, in either order [m]
     """
-    edges, a = cell_edges(arc), np.maximum(half_width, 1e-300)
-    low, high, width = edges[:-1], edges[1:], np.diff(edges)
+    edges = cell_edges(arc)
+    a = np.maximum(half_width, 1e-300)
+    low = edges[:-1]
+    high = edges[1:]
+    width = np.diff(edges)
     kept = np.zeros((len(arc), len(arc)))
-    for end in (None, edges[0], edges[-1]):  # the cells themselves, then their mirror images in the two ends
-        left, right = (low, high) if end is None else (2.0 * end - high, 2.0 * end - low)
+    for end in (
+        None,
+        edges[0],
+        edges[-1],
+    ):  # the cells themselves, then their mirror images in the two ends
+        left, right = (
+            (low, high) if end is None else (2.0 * end - high, 2.0 * end - low)
+        )
         edge = np.clip(edges[:, None], left - a, right + a)
-        kept += np.diff(_collected(edge - left, a) - _collected(edge - right, a), axis=0)
-    return np.divide(kept, width[:, None], out=np.zeros_like(kept), where=np.outer(width, width) > 0.0)
+        kept += np.diff(
+            _collected(edge - left, a) - _collected(edge - right, a), axis=0
+        )
+    return np.divide(
+        kept,
+        width[:, None],
+        out=np.zeros_like(kept),
+        where=np.outer(width, width) > 0.0,
+    )
 
 
 def _collected(x: Array, a: Array) -> Array:
-    """∫ of the share of a unit source at 0, spread over ±a, that lies below x; twice integrated kernel."""
+    """∫ of the share of a unit source at 0, spread over ±a, that lies below x.
+
+    Twice integrated kernel.
+    """
     return np.asarray(np.where(x < a, (np.maximum(x + a, 0.0)) ** 2 / (4.0 * a), x))
 
 

@@ -9,11 +9,14 @@ from wearlab.arrays import Array
 from wearlab.wear.path import WearPath
 
 NEEDS = ("lubricant", "roughness", "lambda_ratio", "hardness", "temperature")
-"""What a coefficient, film or law may need: `lambda_ratio` is the oil and both roughnesses."""
+"""What a coefficient, film or law may need: `lambda_ratio` is the oil and both
+roughnesses."""
 
 
 class Setting(NamedTuple):
-    """A flank, its mate and the oil between them; what the scene does not say is ``None``.
+    """A flank, its mate and the oil between them.
+
+    What the scene does not say is ``None``.
 
     Parameters
     ----------
@@ -34,19 +37,24 @@ class Setting(NamedTuple):
 
 
 class FlankState(NamedTuple):
-    """One flank in one wear state, at every node of the path; what the scene does not say is NaN.
+    """One flank in one wear state, at every node of the path.
+
+    What the scene does not say is NaN.
 
     Parameters
     ----------
     load : (n,) normal force per face width when the node is in contact [N/m]
     pressure : (n,) Hertz pressure then, mean or peak as ``wear.pressure`` says [Pa]
     sliding_speed : (n,) |v_own − v_other| [m/s]
-    sliding_distance : (n,) sliding of the node in one cycle, over the width of contact [m]
-    lambda_ratio : (n,) film thickness over roughness; NaN unless the scene has oil and both roughnesses [1]
+    sliding_distance : (n,) sliding of the node in one cycle, over the width of contact
+        [m]
+    lambda_ratio : (n,) film thickness over roughness; NaN unless the scene has oil and
+        both roughnesses [1]
     depth : (n,) wear so far [m]
     hardness : of this flank [Pa]
     temperature : of the oil [K]
-    coefficient : (n,) wear coefficient, film included; NaN while it is itself asked for [m²/N]
+    coefficient : (n,) wear coefficient, film included; NaN while it is itself asked for
+        [m²/N]
     """
 
     load: Array

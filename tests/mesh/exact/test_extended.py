@@ -37,9 +37,14 @@ def reach_of(pair, share=0.3):
 @pytest.mark.parametrize("name", ["external", "internal", "internal, ring drives"])
 def test_the_grid_reaches_beyond_and_keeps_its_flank(make, name):
     pair = make.pairs[name]
-    plain, grid = profile_grid(pair, 151), profile_grid(pair, 151, extension=reach_of(pair))
-    assert grid.contact_position[0] == pytest.approx(pair.path.A - 0.3 * pair.base_pitch)
-    assert grid.contact_position[-1] == pytest.approx(pair.path.E + 0.3 * pair.base_pitch)
+    plain = profile_grid(pair, 151)
+    grid = profile_grid(pair, 151, extension=reach_of(pair))
+    assert grid.contact_position[0] == pytest.approx(
+        pair.path.A - 0.3 * pair.base_pitch
+    )
+    assert grid.contact_position[-1] == pytest.approx(
+        pair.path.E + 0.3 * pair.base_pitch
+    )
     assert grid.position[[0, -1]] == pytest.approx([pair.path.A, pair.path.E])
     np.testing.assert_array_equal(grid.contact_position[grid.on_flank], grid.position)
     assert np.sum(grid.weight) == pytest.approx(np.sum(plain.weight))
@@ -49,7 +54,9 @@ def test_the_grid_reaches_beyond_and_keeps_its_flank(make, name):
             if node >= 0:
                 where = pair.path.A + (phase + number) * pair.base_pitch
                 assert grid.contact_position[node] == pytest.approx(where, abs=1e-12)
-    assert plain.contact_position is plain.position or len(plain.contact_position) == len(plain.position)
+    assert plain.contact_position is plain.position or len(
+        plain.contact_position
+    ) == len(plain.position)
 
 
 @pytest.mark.parametrize("gaps", [MeetingGaps, DisplacementBeyond])
@@ -60,7 +67,8 @@ def test_forces_have_no_jump_and_balance(make, gaps):
     phase = (np.arange(4000) + 0.5) / 4000
     state = found.quasistatic(nodes, lookup(found.grid, phase))
     np.testing.assert_allclose(state.force.sum(axis=1), LOAD, rtol=1e-12)
-    # pair j at phase 1 goes on as pair j + 1 at phase 0: slot p takes over from slot p + 1
+    # pair j at phase 1 goes on as pair j + 1 at phase 0: slot p takes over from slot p
+    # + 1
     steps = [np.abs(np.diff(state.force, axis=0)).max()]
     steps.append(np.abs(state.force[0, :-1] - state.force[-1, 1:]).max())
     assert max(steps) < 0.01 * LOAD
@@ -90,7 +98,8 @@ def test_exact_contact_of_unworn_flanks_changes_nothing(make):
     exact = analysis(pair, Extension(0.0, 0.0))
     plain = ContactAnalysis(exact.grid, exact.stiffness, exact.modification, LOAD)
     none = np.zeros((2, len(exact.grid.position)))
-    a, b = (one.quasistatic(one.nodes(none), one.at_nodes) for one in (exact, plain))
+    a = exact.quasistatic(exact.nodes(none), exact.at_nodes)
+    b = plain.quasistatic(plain.nodes(none), plain.at_nodes)
     np.testing.assert_allclose(a.deflection, b.deflection, rtol=1e-9)
     np.testing.assert_allclose(a.force, b.force, atol=1e-7 * LOAD)
 
@@ -99,7 +108,9 @@ def test_the_extension_is_where_the_gap_reaches_the_deflection(flanks):
     none = np.zeros((2, len(flanks.grid.position)))
     reach = extension(flanks, none, Deflections(5e-6, 20e-6))
     ends = [flanks.pair.path.A - reach.approach, flanks.pair.path.E + reach.recess]
-    np.testing.assert_allclose(minimum_gap(*flanks.worn(none), ends).gap, [5e-6, 20e-6], rtol=1e-6)
+    np.testing.assert_allclose(
+        minimum_gap(*flanks.worn(none), ends).gap, [5e-6, 20e-6], rtol=1e-6
+    )
     even = np.full_like(none, 2e-6)
     later = extension(flanks, even, Deflections(5e-6, 20e-6))
     assert 0.0 < later.approach < reach.approach and 0.0 < later.recess < reach.recess

@@ -29,7 +29,9 @@ def test_it_reaches_as_far_as_the_exact_search_says(make, name, depth, deflectio
     flanks = WornFlanks(pair, grid, np.zeros_like(wear))
     exact = extension(flanks, wear, Deflections(deflection, 0.5 * deflection))
     found = reach_beyond(pair, grid.position, wear, (deflection, 0.5 * deflection))
-    first_order = 1e-3 + 50.0 * depth  # at 20 µm a thousandth of a base pitch, as the scan itself
+    first_order = (
+        1e-3 + 50.0 * depth
+    )  # at 20 µm a thousandth of a base pitch, as the scan itself
     np.testing.assert_allclose(found, exact, atol=first_order * pair.base_pitch)
     if depth == 0.0:
         assert min(found) > 0.0

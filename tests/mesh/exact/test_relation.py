@@ -28,13 +28,16 @@ from wearlab.mesh.exact.relation import (
 from wearlab.mesh.stiffness import GivenStiffness, SectionVanished, constant
 from wearlab.scene.build.contact import cut_short
 
-_spec = importlib.util.spec_from_file_location("plane", Path(__file__).with_name("plane.py"))
+_spec = importlib.util.spec_from_file_location(
+    "plane", Path(__file__).with_name("plane.py")
+)
 plane = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(plane)
 
 
 def inside(pair, n, share=0.9):
-    middle, half = 0.5 * (pair.path.A + pair.path.E), 0.5 * share * (pair.path.E - pair.path.A)
+    middle = 0.5 * (pair.path.A + pair.path.E)
+    half = 0.5 * share * (pair.path.E - pair.path.A)
     return np.linspace(middle - half, middle + half, n)
 
 
@@ -43,7 +46,8 @@ def angle_tolerance(pair, rad=1e-12):
 
 
 def test_unworn_flanks_touch_on_the_line_of_action_and_turn_in_ratio(flanks):
-    pair, s = flanks.pair, inside(flanks.pair, 41, 1.0)
+    pair = flanks.pair
+    s = inside(flanks.pair, 41, 1.0)
     unworn = flanks.worn(np.zeros((2, len(flanks.grid.position))))
     for found in (tangency(*unworn, s), minimum_gap(*unworn, s)):
         np.testing.assert_allclose(found.gap, 0.0, atol=1e-16)
@@ -63,12 +67,18 @@ def test_unworn_flanks_touch_on_the_line_of_action_and_turn_in_ratio(flanks):
 def test_wang_2023_table_1_angles(make):
     pair = make.pairs["internal"]
     ends = [pair.path.A, pair.path.E]
-    np.testing.assert_allclose(contact_angle(pair, 0, ends), [0.1540, 0.4444], atol=6e-5)
-    np.testing.assert_allclose(contact_angle(pair, 1, ends), [0.2710, 0.3872], atol=6e-5)
+    np.testing.assert_allclose(
+        contact_angle(pair, 0, ends), [0.1540, 0.4444], atol=6e-5
+    )
+    np.testing.assert_allclose(
+        contact_angle(pair, 1, ends), [0.2710, 0.3872], atol=6e-5
+    )
 
 
 def test_uniform_wear_turns_an_involute_into_itself(flanks):
-    h = np.stack([np.full(len(flanks.grid.position), depth) for depth in (30e-6, 20e-6)])
+    h = np.stack(
+        [np.full(len(flanks.grid.position), depth) for depth in (30e-6, 20e-6)]
+    )
     s = inside(flanks.pair, 31)
     np.testing.assert_allclose(minimum_gap(*flanks.worn(h), s).gap, 50e-6, rtol=1e-9)
     found = tangency(*flanks.worn(h), s)
@@ -92,7 +102,9 @@ def test_worn_flanks_touch_where_curves_of_the_plane_do(flanks, make, depth):
     for k, phi1 in enumerate(rotation_angle(pair, 0, x)):
         guess = curves[0].angle(found.driving[k])
         expected = plane.first_touch(*curves, phi1, guess)
-        assert rotation_angle(pair, 1, found.x_driven[k]) == pytest.approx(expected, abs=1e-12)
+        assert rotation_angle(pair, 1, found.x_driven[k]) == pytest.approx(
+            expected, abs=1e-12
+        )
 
 
 @pytest.mark.parametrize("depth", [3e-6, 30e-6, 100e-6])
@@ -105,13 +117,17 @@ def test_tangency_and_smallest_gap_agree_where_flanks_are_smooth(flanks, make, d
     difference = np.abs(least.x_driven - found.x_driven[have])
     assert difference.max() < angle_tolerance(flanks.pair)
     apart = np.abs(least.driving - found.driving[have])
-    assert apart.max() < 1e-6  # a flat minimum, its place is known to the root of its value
+    assert (
+        apart.max() < 1e-6
+    )  # a flat minimum, its place is known to the root of its value
 
 
 def test_points_without_a_partner_are_lost_at_the_ends_only(make):
     flanks = make.flanks_of(make.pairs["internal"])
     lost = np.isnan(
-        tangency(*flanks.worn(make.smooth_wear(flanks, 60e-6)), inside(flanks.pair, 401, 1.0)).gap
+        tangency(
+            *flanks.worn(make.smooth_wear(flanks, 60e-6)), inside(flanks.pair, 401, 1.0)
+        ).gap
     )
     assert 0 < lost.sum() < 100
     assert not lost[120:300].any()
@@ -119,19 +135,28 @@ def test_points_without_a_partner_are_lost_at_the_ends_only(make):
 
 def by_point_clouds(flanks, depth, x, n=30001):
     """Smallest rotation gap of dense points, each smooth piece of the driven flank on its own."""
-    pair, breaks = flanks.pair, [flanks.pair.path.A, 0.001, flanks.pair.path.E]
+    pair = flanks.pair
+    breaks = [flanks.pair.path.A, 0.001, flanks.pair.path.E]
     curves = [plane.WornCurve(pair, i, depth[i]) for i in (0, 1)]
     s = np.linspace(pair.path.A, pair.path.E, n)
     points = curves[0].own(curves[0].angle(s))
     gaps = []
     for phi1, where in zip(rotation_angle(pair, 0, x), x, strict=True):
-        placed = curves[0].centre + curves[0].turned * points * np.exp(1j * curves[0].sense * phi1)
+        placed = curves[0].centre + curves[0].turned * points * np.exp(
+            1j * curves[0].sense * phi1
+        )
         seen = curves[1].turned * (placed - curves[1].centre)
         best = -np.inf
         for low, high in pairwise(breaks):
             own = curves[1].own(curves[1].angle(np.linspace(low, high, n)))
             order = np.argsort(abs(own))
-            angle = np.interp(abs(seen), abs(own)[order], np.angle(own)[order], left=np.nan, right=np.nan)
+            angle = np.interp(
+                abs(seen),
+                abs(own)[order],
+                np.angle(own)[order],
+                left=np.nan,
+                right=np.nan,
+            )
             best = max(best, np.nanmax(curves[1].sense * (np.angle(seen) - angle)))
         gaps.append(where - position_of(pair, 1, best))
     return np.array(gaps)
@@ -144,7 +169,9 @@ def test_a_hollow_is_bridged_by_the_smallest_gap(make):
     h = np.stack([hollow(flanks.grid.position), none(flanks.grid.position)])
     x = np.linspace(0.0005, 0.0035, 13)
     found = minimum_gap(*flanks.worn(h), x)
-    np.testing.assert_allclose(found.gap, by_point_clouds(flanks, [hollow, none], x), atol=2e-9)
+    np.testing.assert_allclose(
+        found.gap, by_point_clouds(flanks, [hollow, none], x), atol=2e-9
+    )
     assert found.gap.max() < 0.35 * 20e-6  # first order would let the mate fall in
 
 
@@ -154,7 +181,9 @@ def test_a_step_is_met_at_its_edge(make, gear, higher):
     flanks = make.flanks_of(make.pairs["external"])
     s = flanks.grid.position
     node = int(np.flatnonzero(np.diff(s) == 0.0)[-1])  # D, twice
-    worn_side = np.arange(len(s)) > node if higher == "before" else np.arange(len(s)) <= node
+    worn_side = (
+        np.arange(len(s)) > node if higher == "before" else np.arange(len(s)) <= node
+    )
     h = np.zeros((2, len(s)))
     h[gear] = np.where(worn_side, 8e-6, 0.0)
     x = s[node] + np.array([-4e-4, -1e-4, 0.0, 1e-4, 4e-4])
@@ -188,7 +217,9 @@ def test_wear_at_the_corner_and_on_the_mating_flank_adds_to_its_gap(make):
     for gear, share in ((0, 1.0), (1, 1.0)):
         one = h.copy()
         one[gear] = 5e-6
-        assert minimum_gap(*flanks.worn(one), x).gap[0] - unworn == pytest.approx(share * 5e-6, rel=0.05)
+        assert minimum_gap(*flanks.worn(one), x).gap[0] - unworn == pytest.approx(
+            share * 5e-6, rel=0.05
+        )
 
 
 def test_algorithm_1_converges_in_first_order_to_the_exact_relation(make):
@@ -199,7 +230,10 @@ def test_algorithm_1_converges_in_first_order_to_the_exact_relation(make):
         found = algorithm_1(flanks.pair, *worn, points)
         have = np.isfinite(found.gap) & (np.abs(found.driving) < 0.012)
         exact = minimum_gap(*worn, found.x_driving[have])
-        errors.append(np.sqrt(np.mean((found.gap[have] - exact.gap) ** 2)) / flanks.pair.driven.base_radius)
+        errors.append(
+            np.sqrt(np.mean((found.gap[have] - exact.gap) ** 2))
+            / flanks.pair.driven.base_radius
+        )
     assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.3)
     assert errors[1] / errors[2] == pytest.approx(2.0, rel=0.3)
     assert 1e-7 < errors[2] < 1e-5
@@ -211,7 +245,8 @@ def test_algorithm_1_serves_every_kind_of_pair(make, name):
     h = make.smooth_wear(flanks, 20e-6)
     middle = np.abs(flanks.grid.contact_position) < 0.004
     by_search = MeetingGaps(flanks, partial(searched, flanks.pair, 901))
-    exact, found = MeetingGaps(flanks).at(h)[middle], by_search.at(h)[middle]
+    exact = MeetingGaps(flanks).at(h)[middle]
+    found = by_search.at(h)[middle]
     step = (flanks.pair.path.E - flanks.pair.path.A) / 900
     assert np.abs(found - exact).max() < step
     assert np.abs(found - exact).mean() < 0.2 * step
@@ -225,7 +260,8 @@ def test_first_order_form_overestimates_quadratically_in_depth(flanks, make):
         gap = minimum_gap(*flanks.worn(depth * shape), flanks.grid.position).gap
         return (depth * shape.sum(axis=0) - gap)[20:-20].max()
 
-    small, large = excess(1e-6), excess(2e-6)
+    small = excess(1e-6)
+    large = excess(2e-6)
     assert small > 0.0
     assert large / small == pytest.approx(4.0, rel=0.1)
 
@@ -242,12 +278,15 @@ def test_depth_of_disagreement_is_where_the_errors_differ_by_that_share(make):
 
 def test_who_is_engaged_and_over_which_range(make):
     flanks = make.flanks_of(make.pairs["internal"])
-    pair, phase = flanks.pair, np.arange(400) / 400
+    pair = flanks.pair
+    phase = np.arange(400) / 400
     threshold = 1e-4
 
     def of(depth):
         gaps = MeetingGaps(flanks)
-        relation = mesh_relation(gaps, make.smooth_wear(flanks, depth), phase, flanks.grid.pair_numbers)
+        relation = mesh_relation(
+            gaps, make.smooth_wear(flanks, depth), phase, flanks.grid.pair_numbers
+        )
         return relation, relation.engaged_by_threshold(pair, threshold)
 
     healthy, engaged = of(0.0)
@@ -256,7 +295,9 @@ def test_who_is_engaged_and_over_which_range(make):
     reached = meshing_range(healthy.contact_angle, engaged)
     np.testing.assert_allclose(reached[0], [0.1540, 0.4444], atol=2e-3)
     turned = meshing_range(healthy.rotation_angle, engaged)
-    assert (turned[0, 1] - turned[0, 0]) / (2 * math.pi / 40) == pytest.approx(share, abs=0.01)
+    assert (turned[0, 1] - turned[0, 0]) / (2 * math.pi / 40) == pytest.approx(
+        share, abs=0.01
+    )
     assert contact_loss(pair, healthy.contact_angle, engaged).max() < 0.01
     worn, engaged_worn = of(100e-6)
     assert engaged_worn.sum() < engaged.sum()
@@ -281,8 +322,11 @@ def test_ranges_that_stop_with_the_nodes_say_so(make):
     grid = make.flanks_of(pair).grid
     gaps = MeetingGaps(make.flanks_of(pair))
     stiff = GivenStiffness(constant(1e9), False, grid)
-    plain = ContactAnalysis(grid, stiff, np.zeros(len(grid.position)), 1000.0, np.inf, gaps)
-    unworn, worn = np.zeros((2, len(grid.position))), make.smooth_wear(make.flanks_of(pair), 100e-6)
+    plain = ContactAnalysis(
+        grid, stiff, np.zeros(len(grid.position)), 1000.0, np.inf, gaps
+    )
+    unworn = np.zeros((2, len(grid.position)))
+    worn = make.smooth_wear(make.flanks_of(pair), 100e-6)
     (flag,) = cut_short(pair, plain, plain.nodes(unworn))
     assert "stop at A and E, where pairs are still engaged" in flag
     assert not [*cut_short(pair, plain, plain.nodes(worn))]
@@ -291,7 +335,10 @@ def test_ranges_that_stop_with_the_nodes_say_so(make):
 def test_single_contact_first_falls_then_rises_with_wear(make):
     """Y23's claim, by its own rule: worn ends touch beyond the path before they lag too far."""
     flanks = make.flanks_of(make.pairs["internal"])
-    shares = [single_share(flanks, make.smooth_wear(flanks, depth), 1e-4) for depth in (0.0, 8e-6, 60e-6)]
+    shares = [
+        single_share(flanks, make.smooth_wear(flanks, depth), 1e-4)
+        for depth in (0.0, 8e-6, 60e-6)
+    ]
     assert shares[0] == pytest.approx(2.0 - flanks.pair.contact_ratio, abs=0.005)
     assert shares[1] < shares[0] - 0.05 and shares[2] > shares[0] + 0.2
 

@@ -19,12 +19,16 @@ def of_very_many_points(driving, driven, x, s):
             found[i] = min(found[i], rotation_gap(driving, driven, x[i], point, w)[0])
         for k in range(len(driving.start)):  # both sides of steps
             for end in range(2):
-                at, w = driving.start[k] + end * driving.width[k], driving.shift[k, end]
+                at = driving.start[k] + end * driving.width[k]
+                w = driving.shift[k, end]
                 found[i] = min(found[i], rotation_gap(driving, driven, x[i], at, w)[0])
         for p in range(len(driven.piece) - 1):
             for k, end in ((driven.piece[p], 0), (driven.piece[p + 1] - 1, 1)):
                 at = driven.start[k] + end * driven.width[k]
-                found[i] = min(found[i], corner_gap(driving, driven, x[i], at, driven.reached[k, end])[0])
+                found[i] = min(
+                    found[i],
+                    corner_gap(driving, driven, x[i], at, driven.reached[k, end])[0],
+                )
     return found
 
 
@@ -50,7 +54,8 @@ def test_no_point_of_a_flank_touches_before_the_one_found(flanks, make, shape, d
     driving, driven = flanks.worn(depth * worn_shapes(flanks, make)[shape])
     x = np.linspace(path.A - 1e-3, path.E + 1e-3, 31)
     s = np.arange(driving.start[0], driving.start[-1] + driving.width[-1], 5e-7)
-    found, scanned = minimum_gap(driving, driven, x).gap, of_very_many_points(driving, driven, x, s)
+    found = minimum_gap(driving, driven, x).gap
+    scanned = of_very_many_points(driving, driven, x, s)
     assert np.isfinite(found).sum() > 25
     assert np.all(found <= scanned + 1e-14)
     np.testing.assert_allclose(found, scanned, rtol=0, atol=3e-10)

@@ -17,17 +17,28 @@ ANGLE = math.radians(20.0)
 
 def helical(degrees, face_width, sense=1.0):
     turned = helix(math.radians(degrees), ANGLE, sense)
-    specs = [transverse(GearSpec(name=name, teeth=z), turned) for name, z in (("pinion", 23), ("gear", 71))]
-    return gear_pair(*specs, transverse_basics(Basics(4e-3, ANGLE, face_width), turned.angle)), turned
+    specs = [
+        transverse(GearSpec(name=name, teeth=z), turned)
+        for name, z in (("pinion", 23), ("gear", 71))
+    ]
+    return gear_pair(
+        *specs, transverse_basics(Basics(4e-3, ANGLE, face_width), turned.angle)
+    ), turned
 
 
 def overlap_of(pair, turned):
-    return overlap_ratio(pair.face_width, turned.angle, pair.driving.module * math.cos(turned.angle))
+    return overlap_ratio(
+        pair.face_width, turned.angle, pair.driving.module * math.cos(turned.angle)
+    )
 
 
-def face_of(degrees, face_width, *, points=101, slices=41, sense=1.0, extension=(0.0, 0.0)):
+def face_of(
+    degrees, face_width, *, points=101, slices=41, sense=1.0, extension=(0.0, 0.0)
+):
     pair, turned = helical(degrees, face_width, sense)
-    profile = lattice(pair, nodes_per_pitch([pair.contact_ratio], points), Extension(*extension))
+    profile = lattice(
+        pair, nodes_per_pitch([pair.contact_ratio], points), Extension(*extension)
+    )
     return helical_face(profile, pair, turned, slices), pair, turned
 
 
@@ -35,7 +46,9 @@ def width_of(overlap, degrees):
     return overlap * math.pi * 4e-3 / math.sin(math.radians(degrees))
 
 
-@pytest.mark.parametrize(("degrees", "overlap"), [(12.0, 0.7), (12.0, 1.0), (25.0, 5.0), (1.0, 0.02)])
+@pytest.mark.parametrize(
+    ("degrees", "overlap"), [(12.0, 0.7), (12.0, 1.0), (25.0, 5.0), (1.0, 0.02)]
+)
 def test_every_node_of_every_slice_is_met_exactly_once(degrees, overlap):
     face, *_ = face_of(degrees, width_of(overlap, degrees))
     count = np.zeros((len(face.position), len(face.profile.contact_position)), int)
@@ -56,8 +69,12 @@ def test_a_line_runs_along_the_face_as_the_base_helix_does():
     assert line.any() and len(where) > 5
     s = face.profile.contact_position[face.node[10, 1, where]]
     slope = np.diff(s[1:-1]) / np.diff(face.position[where][1:-1])
-    assert slope == pytest.approx(np.full(len(slope), -math.tan(turned.base_angle)), rel=1e-9)
-    assert step * nodes_per_pitch([pair.contact_ratio], 101) == pytest.approx(pair.base_pitch)
+    assert slope == pytest.approx(
+        np.full(len(slope), -math.tan(turned.base_angle)), rel=1e-9
+    )
+    assert step * nodes_per_pitch([pair.contact_ratio], 101) == pytest.approx(
+        pair.base_pitch
+    )
 
 
 def test_the_other_hand_is_the_mirror_image():
@@ -67,7 +84,9 @@ def test_the_other_hand_is_the_mirror_image():
         there = {tuple(line) for line in right.node[phase] if line.max() >= 0}
         shift = round((right.phase[0] - left.phase[0]) * len(right.phase))
         mirrored = {
-            tuple(line[::-1]) for line in left.node[(phase + shift) % len(left.phase)] if line.max() >= 0
+            tuple(line[::-1])
+            for line in left.node[(phase + shift) % len(left.phase)]
+            if line.max() >= 0
         }
         assert there == mirrored
 
@@ -77,9 +96,14 @@ def test_lines_are_as_long_as_cut_off_exactly(overlap, bound):
     """To the square of the slices, in the mean over the mesh period to the cut at E."""
     errors = []
     for points in (101, 404):
-        face, pair, turned = face_of(12.0, width_of(overlap, 12.0), points=points, slices=points)
+        face, pair, turned = face_of(
+            12.0, width_of(overlap, 12.0), points=points, slices=points
+        )
         field = FieldOfAction(
-            pair.contact_ratio, overlap_of(pair, turned), pair.face_width, turned.base_angle
+            pair.contact_ratio,
+            overlap_of(pair, turned),
+            pair.face_width,
+            turned.base_angle,
         )
         part = np.where(face.node >= 0, face.filled[face.node], 0.0)
         length = (part * face.width).sum(axis=(1, 2)) / math.cos(turned.base_angle)

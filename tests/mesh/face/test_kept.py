@@ -28,13 +28,17 @@ def made(tmp_path, monkeypatch):
 
 def test_what_was_made_is_read_again_bit_by_bit(made):
     ask, calls, _ = made
-    first, again, other = ask(1), ask(1), ask(2)
+    first = ask(1)
+    again = ask(1)
+    other = ask(2)
     assert calls == [1, 2]
     assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
     assert not np.array_equal(first[0], other[0])
 
 
-@pytest.mark.parametrize("harm", ["cut", "changed", "no archive", "pickled", "flipped", "a pipe"])
+@pytest.mark.parametrize(
+    "harm", ["cut", "changed", "no archive", "pickled", "flipped", "a pipe"]
+)
 def test_a_file_that_is_not_what_was_written_is_made_anew(made, harm):
     ask, calls, folder = made
     whole = ask(1)
@@ -50,7 +54,12 @@ def test_a_file_that_is_not_what_was_written_is_made_anew(made, harm):
     elif harm == "no archive":
         file.write_bytes(b"")
     elif harm == "pickled":
-        np.savez(file, first=np.array([object()]), second=whole[1], digest=np.zeros(32, np.uint8))
+        np.savez(
+            file,
+            first=np.array([object()]),
+            second=whole[1],
+            digest=np.zeros(32, np.uint8),
+        )
     else:
         with np.load(file) as arrays:
             parts = dict(arrays)
@@ -67,7 +76,9 @@ def test_a_file_that_is_not_what_was_written_is_made_anew(made, harm):
 def test_those_used_last_are_kept(made, monkeypatch):
     ask, calls, folder = made
     ask(1)
-    monkeypatch.setattr(solid, "KEPT_BYTES", 2.5 * next(folder.iterdir()).stat().st_size)
+    monkeypatch.setattr(
+        solid, "KEPT_BYTES", 2.5 * next(folder.iterdir()).stat().st_size
+    )
     ask(2)
     ask(1)
     ask(3)

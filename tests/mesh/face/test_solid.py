@@ -1,4 +1,7 @@
-"""Solid teeth: long faces, mirror images, the wheel they stand on; and the contact of lines on them."""
+"""Solid teeth: long faces, mirror images, the wheel they stand on.
+
+And the contact of lines on them.
+"""
 
 import numpy as np
 import pytest
@@ -29,7 +32,9 @@ def test_far_from_the_ends_of_a_long_face_teeth_are_in_plane_strain():
     unit = of_unit_size(gear())
     edges = np.linspace(0.0, 40.0, 21)
     tooth = tooth_in_sector(unit, edges, 0.0, QUICK)
-    middle = np.diag(tooth.table[:, 10].sum(axis=2)) * np.diff(edges)[0] - indentation(unit, tooth.q, QUICK)
+    middle = np.diag(tooth.table[:, 10].sum(axis=2)) * np.diff(edges)[0] - indentation(
+        unit, tooth.q, QUICK
+    )
     wheel = np.diag(wheel_beyond(unit, [0.0], QUICK)[0])
     np.testing.assert_allclose(middle + wheel, solve_gear(unit, QUICK).own, rtol=2e-3)
 
@@ -47,13 +52,18 @@ def test_the_wheel_adds_less_to_shorter_waves():
 def test_teeth_inclined_to_the_other_side_are_mirror_images():
     unit = of_unit_size(gear())
     right, left = (tooth_in_sector(unit, EDGES, t, QUICK).table for t in (0.36, -0.36))
-    np.testing.assert_allclose(right, left[:, ::-1][..., ::-1], rtol=0, atol=1e-9 * np.abs(left).max())
+    np.testing.assert_allclose(
+        right, left[:, ::-1][..., ::-1], rtol=0, atol=1e-9 * np.abs(left).max()
+    )
     ends = np.einsum("ajak->aj", right)[:, [0, -1]]
-    assert (np.abs(ends[:, 0] / ends[:, 1] - 1.0) > 5e-3).all()  # the two ends of one tooth are not alike
+    assert (
+        np.abs(ends[:, 0] / ends[:, 1] - 1.0) > 5e-3
+    ).all()  # the two ends of one tooth are not alike
 
 
 def test_teeth_yield_alike_whatever_their_size():
-    small, steel = gear(2e-3), gear(2e-3).material.youngs_modulus
+    small = gear(2e-3)
+    steel = gear(2e-3).material.youngs_modulus
     given = solid_compliance(small, 2e-3 * EDGES, 0.2, QUICK).table
     unit = solid_compliance(of_unit_size(gear()), EDGES, 0.2, QUICK).table
     np.testing.assert_allclose(given, unit / (2e-3 * steel), rtol=1e-9)
@@ -69,9 +79,13 @@ def test_more_shapes_make_it_softer_by_less_and_less(monkeypatch):
         monkeypatch.setattr(solid, "KEPT", kept)
         return np.diag(tooth_in_sector(unit, EDGES, 0.2, QUICK).table[:, -1, :, -1])
 
-    few, some, many = (end_loaded(kept) for kept in (1e-3, 1e-4, 1e-5))
+    few = end_loaded(0.001)
+    some = end_loaded(0.0001)
+    many = end_loaded(1e-05)
     assert (few < some).all() and (some < many).all()
-    assert (many / some - 1.0 < some / few - 1.0).all() and (many / some - 1.0 < 0.02).all()
+    assert (many / some - 1.0 < some / few - 1.0).all() and (
+        many / some - 1.0 < 0.02
+    ).all()
 
 
 def on_solid(gap, solid, hertz, force=FORCE):
@@ -79,7 +93,8 @@ def on_solid(gap, solid, hertz, force=FORCE):
     n = len(gap)
     slices = Slices(np.zeros((1, 1, n), np.int64), np.full(n, B / n), np.ones(1))
     section = Section(np.ones(1), np.zeros((0, 1)), np.array([hertz]), 0.0, 1.0)
-    gap, start = np.asarray(gap)[:, None], np.zeros((1, 1, n))
+    gap = np.asarray(gap)[:, None]
+    start = np.zeros((1, 1, n))
     load, approach, tangent = solve_phases(
         slices, section, gap, np.array([force]), start, None, solid[None, None]
     )
@@ -88,13 +103,21 @@ def on_solid(gap, solid, hertz, force=FORCE):
 
 @pytest.mark.parametrize("opening", [0.0, 10e-6, 60e-6, 400e-6])
 def test_a_compliance_that_is_a_layers_bears_as_the_layer(opening):
-    n, body, hertz, length = 41, 1 / 25e9, 1 / 60e9, 5e-3
-    width, joint = B / n, (length**2 / body) / (B / n)
-    layer = np.diag(np.full(n, width / body + 2.0 * joint)) - joint * (np.eye(n, k=1) + np.eye(n, k=-1))
+    n = 41
+    body = 1 / 25e9
+    hertz = 1 / 60e9
+    length = 5e-3
+    width = B / n
+    joint = (length**2 / body) / (B / n)
+    layer = np.diag(np.full(n, width / body + 2.0 * joint)) - joint * (
+        np.eye(n, k=1) + np.eye(n, k=-1)
+    )
     layer[[0, -1], [0, -1]] -= joint
     gap = opening * places(n)
     load, approach, tangent = on_solid(gap, np.linalg.inv(layer), hertz)
-    wanted, deflected, stiffness, _ = pressed(gap, compliance=body, contact=hertz, shear_length=length)
+    wanted, deflected, stiffness, _ = pressed(
+        gap, compliance=body, contact=hertz, shear_length=length
+    )
     np.testing.assert_allclose(load, wanted, rtol=0, atol=1e-9 * FORCE / B)
     assert approach == pytest.approx(deflected, rel=1e-11)
     assert tangent == pytest.approx(stiffness, rel=1e-9)

@@ -9,7 +9,15 @@ B, FORCE, STIFFNESS = 0.1, 40e3, 20e9
 """Face width [m], force [N], stiffness per width [N/m²]."""
 
 
-def pressed(gap, *, compliance=1.0 / STIFFNESS, contact=None, shear_length=0.0, force=FORCE, width=None):
+def pressed(
+    gap,
+    *,
+    compliance=1.0 / STIFFNESS,
+    contact=None,
+    shear_length=0.0,
+    force=FORCE,
+    width=None,
+):
     """Return line loads of one line under a force, and the approach: gaps of slices (n,) [m]."""
     n = len(gap)
     width = np.full(n, B / n) if width is None else width
@@ -59,7 +67,10 @@ def test_misalignment(u):
 
 @pytest.mark.parametrize("v", [0.5, 1.5, 3.0, 12.0])
 def test_crowning(v):
-    """``K = 1 + v/3`` while all touch, ``1.5 (v/1.5)^⅓`` beyond; errors fall as the square of the slices."""
+    """``K = 1 + v/3`` while all touch, ``1.5 (v/1.5)^⅓`` beyond.
+
+    Errors fall as the square of the slices.
+    """
     crowning = v * FORCE / (STIFFNESS * B)
     wanted = 1.0 + v / 3.0 if v <= 1.5 else 1.5 * (v / 1.5) ** (1.0 / 3.0)
     errors = []
@@ -80,14 +91,25 @@ def test_crowning_and_misalignment_move_the_peak():
 def layered(shear_length, n):
     """Return K of a face of 100 mm with k_t 25 and k_h 60 N/(mm µm), opening 20 µm, under 40 kN."""
     return peak(
-        pressed(-20e-6 * places(n), compliance=1 / 25e9, contact=1 / 60e9, shear_length=shear_length)[0], n
+        pressed(
+            -20e-6 * places(n),
+            compliance=1 / 25e9,
+            contact=1 / 60e9,
+            shear_length=shear_length,
+        )[0],
+        n,
     )
 
 
-@pytest.mark.parametrize(("modules", "printed"), [(0.0, 1.441), (0.5, 1.470), (1.0, 1.499), (2.0, 1.556)])
+@pytest.mark.parametrize(
+    ("modules", "printed"), [(0.0, 1.441), (0.5, 1.470), (1.0, 1.499), (2.0, 1.556)]
+)
 def test_a_layer_in_shear_with_free_ends(modules, printed):
     """Against its closed form to 1e-5, by the second-order limit of two grids, whose rate is shown."""
-    length, k_t, k_h, opening = 5e-3 * modules, 25e9, 60e9, 20e-6
+    length = 5e-3 * modules
+    k_t = 25e9
+    k_h = 60e9
+    opening = 20e-6
     theta = opening / B
     mean = FORCE / B
     if length == 0.0:
@@ -99,7 +121,9 @@ def test_a_layer_in_shear_with_free_ends(modules, printed):
         u1 = a * x - a * np.sinh(rate * x) / (rate * np.cosh(rate * B / 2.0))
         wanted = (mean + k_h * (u1 - theta * x)) / mean
     assert wanted == pytest.approx(printed, abs=6e-4)
-    coarse, fine, finest = (layered(length, n) for n in (161, 323, 647))
+    coarse = layered(length, 161)
+    fine = layered(length, 323)
+    finest = layered(length, 647)
     assert finest + (finest - fine) / 3.0 == pytest.approx(wanted, rel=1e-5)
     if modules:
         assert 3.0 < (coarse - fine) / (fine - finest) < 5.0

@@ -1,1 +1,4 @@
-"""One file a group of commands; each registers itself on import, so that a new command is a new file."""
+"""One file a group of commands.
+
+Each registers itself on import, so that a new command is a new file.
+"""

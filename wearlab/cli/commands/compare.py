@@ -1,7 +1,7 @@
 """Side by side: two runs, two campaigns, or the error of a campaign's scenes against run time."""
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from itertools import chain
 from json import loads
@@ -18,7 +18,12 @@ if TYPE_CHECKING:
     from wearlab.accuracy import study
 
 
-NUMBERS: tuple[str, ...] = ("largest_relative_difference", "first_difference", "life", "service_life")
+NUMBERS: tuple[str, ...] = (
+    "largest_relative_difference",
+    "first_difference",
+    "life",
+    "service_life",
+)
 NUMBERS += ("relative_difference", "largest_value")
 """Variables of a comparison that JSON tells, as far as there are any."""
 
@@ -48,10 +53,13 @@ def compare(
 
     if figure is not None and figure.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise output.Stop(f"--figure {figure}: a figure ends in .png, .svg or .pdf")
-    left, right = (_meant(side, store) for side in (a, b))
+    left = _meant(a, store)
+    right = _meant(b, store)
     comparison = compared(left, right, on=on, tolerance=tolerance, store=store)  # type: ignore[arg-type]
     written = _write(comparison, out, figure)
-    return output.Findings(partial(_content, comparison, written), chain(_text(comparison), written))
+    return output.Findings(
+        partial(_content, comparison, written), chain(_text(comparison), written)
+    )
 
 
 def _meant(word: str, store: Store) -> Any:
@@ -61,7 +69,9 @@ def _meant(word: str, store: Store) -> Any:
     return store.find(word).id
 
 
-def _write(comparison: "xr.Dataset", data: Path | None, figure: Path | None) -> list[str]:
+def _write(
+    comparison: "xr.Dataset", data: Path | None, figure: Path | None
+) -> list[str]:
     from wearlab.report.plots import comparison_figure
     from wearlab.store import netcdf
 
@@ -85,7 +95,10 @@ def _text(comparison: "xr.Dataset") -> output.Text:
     from wearlab.comparison import runs
 
     campaigns = "pair" in comparison.dims
-    a, b = (comparison.attrs[f"{'campaign' if campaigns else 'run'}_{side}"] for side in "ab")
+    a, b = (
+        comparison.attrs[f"{'campaign' if campaigns else 'run'}_{side}"]
+        for side in "ab"
+    )
     yield f"A  {a}\nB  {b}\n"
     if rows := runs.scene_rows(comparison):
         title = "Asked differently, in every pair" if campaigns else "Asked differently"
@@ -115,19 +128,33 @@ def _content(comparison: "xr.Dataset", written: list[str]) -> dict[str, Any]:
     from wearlab.store import description
 
     known = comparison.attrs.items()
-    content: dict[str, Any] = {key: v for key, v in known if not key.startswith(("only_", "scene_"))}
+    content: dict[str, Any] = {
+        key: v for key, v in known if not key.startswith(("only_", "scene_"))
+    }
     content["scene_differences"] = loads(comparison.attrs["scene_differences"])
     content["quantities"] = comparison["quantity"].values.tolist()
-    content |= {name: description.plain(comparison[name].values) for name in NUMBERS if name in comparison}
+    content |= {
+        name: description.plain(comparison[name].values)
+        for name in NUMBERS
+        if name in comparison
+    }
     if "pair" in comparison.dims:
-        names, ids = (comparison[name].values.tolist() for name in ("pair", "run_id"))
-        content["pairs"] = [{"name": n, "runs": runs} for n, runs in zip(names, ids, strict=True)]
-        content |= {side: loads(comparison.attrs.get(side, "[]")) for side in ("only_a", "only_b")}
+        names = comparison["pair"].values.tolist()
+        ids = comparison["run_id"].values.tolist()
+        content["pairs"] = [
+            {"name": n, "runs": runs} for n, runs in zip(names, ids, strict=True)
+        ]
+        content |= {
+            side: loads(comparison.attrs.get(side, "[]"))
+            for side in ("only_a", "only_b")
+        }
     return {**content, "files": written}
 
 
 @app.command()
-def accuracy(file: str, out: Path = Path("accuracy"), error: float | None = None) -> output.Findings:
+def accuracy(
+    file: str, out: Path = Path("accuracy"), error: float | None = None
+) -> output.Findings:
     """Measure error against run time of FILE's scenes, beside other integrators.
 
     Parameters
@@ -144,19 +171,32 @@ def accuracy(file: str, out: Path = Path("accuracy"), error: float | None = None
     begun = time.time()
     total = sum(study.expected_reports(case.scene) for case in campaign.cases)
     with output.bar(total) as tell:
-        studies = [
-            study.study(name, case.scene, lambda what, name=name: tell(f"{name}: {what}"))  # type: ignore[misc]
-            for name, case in zip(_labels(campaign), campaign.cases, strict=True)
-        ]
+        studies = []
+        for name, case in zip(_labels(campaign), campaign.cases, strict=True):
+            studies.append(
+                study.study(name, case.scene, partial(_report_of, tell, name))
+            )
     made = study.dataset(campaign.title, studies, begun)
-    texts = {"Title": made.attrs["title"], "runs": " ".join(made.run_id.values.tolist())}
+    texts = {
+        "Title": made.attrs["title"],
+        "runs": " ".join(made.run_id.values.tolist()),
+    }
     with output.refusing(OSError):
         images = {out / "accuracy.nc": study.netcdf(made)}
-        images |= {out / f"{file}.png": render.rendered(p, texts) for file, p in pages.pages(made).items()}
+        images |= {
+            out / f"{file}.png": render.rendered(p, texts)
+            for file, p in pages.pages(made).items()
+        }
         written = _written(images)
     notes = [f"{one.label}: {note}" for one in studies for note in one.notes]
-    content, text = _accuracy_content(studies, error, written), _accuracy_text(studies, error, written)
+    content = _accuracy_content(studies, error, written)
+    text = _accuracy_text(studies, error, written)
     return output.Findings(content, text, any(one.curves for one in studies), notes)
+
+
+def _report_of(tell: Callable[[str], None], case: str, step: str) -> None:
+    """Say which step of which case is done."""
+    tell(f"{case}: {step}")
 
 
 def _labels(campaign: Any) -> list[str]:
@@ -168,30 +208,49 @@ def _labels(campaign: Any) -> list[str]:
     return short if len(set(short)) == len(short) else full
 
 
-def _accuracy_text(studies: "list[study.Study]", error: float | None, files: list[str]) -> output.Text:
+def _accuracy_text(
+    studies: "list[study.Study]", error: float | None, files: list[str]
+) -> output.Text:
     from wearlab.accuracy import curves, pages
 
     for title, (heads, rows) in pages.tables(studies, error).items():
         if rows:
             yield from ("", output.ShownTable(heads, rows, title))
     if curves.missing_peers():
-        yield f'\nnot installed: {", ".join(curves.missing_peers())} (the extra "peers")'
+        yield (
+            f'\nnot installed: {", ".join(curves.missing_peers())} (the extra "peers")'
+        )
     yield from ("", *files)
 
 
-def _accuracy_content(studies: "list[study.Study]", error: float | None, files: list[str]) -> dict[str, Any]:
+def _accuracy_content(
+    studies: "list[study.Study]", error: float | None, files: list[str]
+) -> dict[str, Any]:
     from wearlab.accuracy import pages
 
     told = {}
     for title, (heads, rows) in pages.tables(studies, error).items():
         told[title] = [dict(zip(heads, row, strict=True)) for row in rows]
-    return {**told, "curves": [row for one in studies for row in _rungs(one)], "files": files}
+    return {
+        **told,
+        "curves": [row for one in studies for row in _rungs(one)],
+        "files": files,
+    }
 
 
 def _rungs(measured: "study.Study") -> Iterator[dict[str, Any]]:
-    """Yield every setting of every curve as plain numbers, times in seconds; None: not finite."""
+    """Yield every setting of every curve as plain numbers, times in seconds.
+
+    None: not finite.
+    """
     for curve in measured.curves:
-        named = {name: getattr(curve, name) for name in ("name", "knob", "quantity", "role", "fixed")}
+        named = {
+            name: getattr(curve, name)
+            for name in ("name", "knob", "quantity", "role", "fixed")
+        }
         for rung in curve.rungs:
-            numbers = {key: value if isfinite(value) else None for key, value in rung._asdict().items()}
+            numbers = {
+                key: value if isfinite(value) else None
+                for key, value in rung._asdict().items()
+            }
             yield {"case": measured.label, **named, **numbers}

@@ -49,14 +49,21 @@ def _drawn_again(figures: Sequence[Path], store: Store, out: Path) -> output.Fin
 
     drawn = [redraw(figure, store, out) for figure in figures]
     content = [redrawn._asdict() | {"path": str(redrawn.path)} for redrawn in drawn]
-    return output.Findings(content, _text(drawn), not any(redrawn.missing for redrawn in drawn))
+    return output.Findings(
+        content, _text(drawn), not any(redrawn.missing for redrawn in drawn)
+    )
 
 
 def _text(drawn: "Sequence[drawing.Redrawn]") -> output.Text:
     for one in drawn:
-        yield f"{one.path}: {'the same bytes' if one.same else 'differs from the figure it was drawn from'}"
+        yield (
+            f"{one.path}: "
+            f"{'the same bytes' if one.same else 'differs from the figure it was drawn from'}"
+        )
         told = {"missing": one.missing, "stale, made by other code": one.stale}
-        for words, runs in (told | {"computed again since the figure was drawn": one.changed}).items():
+        for words, runs in (
+            told | {"computed again since the figure was drawn": one.changed}
+        ).items():
             if runs:
                 output.complain(f"{words}: {', '.join(runs)}")
 
@@ -81,7 +88,10 @@ def report(file: str, store: Store, out: Path | None = None) -> output.Findings:
 
 @app.command()
 def profile(
-    file: Path, columns: list[str] | None = None, units: list[str] | None = None, out: Path | None = None
+    file: Path,
+    columns: list[str] | None = None,
+    units: list[str] | None = None,
+    out: Path | None = None,
 ) -> output.Findings:
     """Draw a measured flank as it was understood, and say how the file was read.
 
@@ -98,19 +108,33 @@ def profile(
 
     figure = out or Path(f"{file.stem}.png")
     mapped = _pairs(columns or [], "--columns")
-    given = {"file": str(file), "columns": mapped, "units": _pairs(units or [], "--units")}
+    given = {
+        "file": str(file),
+        "columns": mapped,
+        "units": _pairs(units or [], "--units"),
+    }
     drawing.check_format(ending := figure.suffix.lower().removeprefix("."))
     table = tables.read_table(file)
     x, y, abscissa, ordinate, across = table_options.profile_table(given, None)
-    drawn = plots.profile_figure(file.name, (x, abscissa), (y, ordinate), table.understood, ending)
+    drawn = plots.profile_figure(
+        file.name, (x, abscissa), (y, ordinate), table.understood, ending
+    )
     files.write_whole(figure, drawn)
-    headers = [str(table.meant(name, mapped)) for name in (x, y, *(["face_position"] if across else []))]
+    headers = [
+        str(table.meant(name, mapped))
+        for name in (x, y, *(["face_position"] if across else []))
+    ]
     told = {"file": str(file), "read as": table.understood}
-    told |= {"x": f"{x}: column {headers[0]!r}, {len(abscissa)} values", "y": f"{y}: column {headers[1]!r}"}
+    told |= {
+        "x": f"{x}: column {headers[0]!r}, {len(abscissa)} values",
+        "y": f"{y}: column {headers[1]!r}",
+    }
     told["not used"] = ", ".join(name for name in table.names if name not in headers)
     told["above the headers"] = " | ".join(line.strip() for line in table.preamble)
     told["figure"] = str(figure)
-    return output.Findings(told, [f"{name:<20}{text}" for name, text in told.items() if text])
+    return output.Findings(
+        told, [f"{name:<20}{text}" for name, text in told.items() if text]
+    )
 
 
 def _pairs(given: Sequence[str], option: str) -> dict[str, str]:
@@ -118,7 +142,9 @@ def _pairs(given: Sequence[str], option: str) -> dict[str, str]:
     for words in given:
         name, _, text = words.partition("=")
         if not text:
-            raise output.Stop(f"{option} {words}: write NAME=TEXT, such as deviation=Abweichung")
+            raise output.Stop(
+                f"{option} {words}: write NAME=TEXT, such as deviation=Abweichung"
+            )
         pairs[name.strip()] = text.strip()
     return pairs
 
@@ -156,7 +182,9 @@ def browse(
         raise output.Stop("browse: --campaign goes with --static DIR")
 
     def ready(address: str) -> None:
-        output.tell(output.Findings({"address": address}, [f"{address}\nCtrl-C ends it"]))
+        output.tell(
+            output.Findings({"address": address}, [f"{address}\nCtrl-C ends it"])
+        )
         if not no_open:
             webbrowser.open(address)
 

@@ -1,4 +1,7 @@
-"""Before a run: which campaigns and cases can be; ``check``, ``plan``, ``compile`` and ``modes``."""
+"""Before a run: which campaigns and cases can be.
+
+``check``, ``plan``, ``compile`` and ``modes``.
+"""
 
 from collections import Counter
 from contextlib import suppress
@@ -24,7 +27,8 @@ def refuse_the_impossible(campaign: "Campaign") -> list[dict[str, Any]]:
 
     Raises
     ------
-    Stop : not one case can be, and none is expected to be refused; nothing is written then
+    Stop : not one case can be, and none is expected to be refused; nothing is written
+        then
     """
     from wearlab.gears.specification import GearError
     from wearlab.scene.build import contact, sets, vibration
@@ -39,12 +43,18 @@ def refuse_the_impossible(campaign: "Campaign") -> list[dict[str, Any]]:
             contact.check_limits(case.scene, gears)
             vibration.check_held(case.scene, gears)
         except GearError as error:
-            name, reason = output.case_name(campaign, case), str(error)
+            name = output.case_name(campaign, case)
+            reason = str(error)
             expected = case.expect is not None and case.expect.verdict == "refused"
-            refused.append({"case": name, "id": case.id, "reason": reason, "expected": expected})
+            refused.append(
+                {"case": name, "id": case.id, "reason": reason, "expected": expected}
+            )
             reasons.setdefault(reason, []).append(name)
     if len(refused) == len(cases) and not any(case["expected"] for case in refused):
-        told = ((one, f" and {len(more)} more" * bool(more), why) for why, (one, *more) in reasons.items())
+        told = (
+            (one, f" and {len(more)} more" * bool(more), why)
+            for why, (one, *more) in reasons.items()
+        )
         raise output.Stop("\n".join(f"{one}{more}: {why}" for one, more, why in told))
     return refused
 
@@ -58,13 +68,18 @@ def scenes_by_label(campaign: "Campaign") -> dict[str, Any]:
 
 
 @app.command()
-def check(file: str, claims: bool = False, measured: Path | None = None, *, store: Store) -> output.Findings:
-    """Show what FILE asks for: parts, cases, and which of them cannot be; or whether its claims hold.
+def check(
+    file: str, claims: bool = False, measured: Path | None = None, *, store: Store
+) -> output.Findings:
+    """Show what FILE asks for: parts, cases, and which of them cannot be.
+
+    Or whether its claims hold.
 
     Parameters
     ----------
     claims : Hold what FILE says of its runs against those in the store.
-    measured : JSON: With --claims: against what it wrote with --json, of equal runs, not the store.
+    measured : JSON: With --claims: against what it wrote with --json, of equal runs,
+        not the store.
     """
     if claims:
         return _claims(output.sound_campaign(file), measured or store)
@@ -73,25 +88,46 @@ def check(file: str, claims: bool = False, measured: Path | None = None, *, stor
     from wearlab.scene import parts_left_out, parts_present
 
     campaign = output.sound_campaign(file)
-    refused, scenes = refuse_the_impossible(campaign), scenes_by_label(campaign)
+    refused = refuse_the_impossible(campaign)
+    scenes = scenes_by_label(campaign)
     built = _built(scenes)
-    parts = {n: {"present": parts_present(s), "left_out": parts_left_out(s)} for n, s in scenes.items()}
-    axes = [{"name": axis.name, "values": axis.values, "units": axis.units} for axis in campaign.axes]
+    parts = {
+        n: {"present": parts_present(s), "left_out": parts_left_out(s)}
+        for n, s in scenes.items()
+    }
+    axes = [
+        {"name": axis.name, "values": axis.values, "units": axis.units}
+        for axis in campaign.axes
+    ]
     content: dict[str, Any] = {"title": campaign.title, "cases": len(campaign.cases)}
-    content |= {"runs": len({case.id for case in campaign.cases}), "axes": axes, "parts": parts}
-    content |= {"gears": {label: table.rows for label, table in built.items()}, "refused": refused}
+    content |= {
+        "runs": len({case.id for case in campaign.cases}),
+        "axes": axes,
+        "parts": parts,
+    }
+    content |= {
+        "gears": {label: table.rows for label, table in built.items()},
+        "refused": refused,
+    }
     content |= {"warnings": campaign.warnings}
     well = all(one["expected"] for one in refused)
     return output.Findings(content, _asked_for(campaign, scenes, content, built), well)
 
 
 def _asked_for(
-    campaign: "Campaign", scenes: dict[str, Any], content: dict[str, Any], built: dict[str, output.ShownTable]
+    campaign: "Campaign",
+    scenes: dict[str, Any],
+    content: dict[str, Any],
+    built: dict[str, output.ShownTable],
 ) -> output.Text:
     """Yield what a campaign asks for; what is wrong with it goes to standard error."""
     yield campaign.title
     for axis in campaign.axes:
-        ends = axis.values if len(axis.values) <= 20 else (*axis.values[:3], "…", axis.values[-1])
+        ends = (
+            axis.values
+            if len(axis.values) <= 20
+            else (*axis.values[:3], "…", axis.values[-1])
+        )
         values = ", ".join(outcome.value_text(value, None) for value in ends)
         count = "" if len(ends) == len(axis.values) else f" ({len(axis.values)} values)"
         yield f"  {axis.name}: {values} {axis.units or ''}".rstrip() + count
@@ -114,17 +150,27 @@ def _asked_for(
 
 def _duty(label: str, scene: Any) -> output.Text:
     """Yield the conditions that take turns, as they were read."""
-    blocks, table = scene.operation.blocks, scene.duty_table
+    blocks = scene.operation.blocks
+    table = scene.duty_table
     if not blocks:
         return
-    yield f"\nload spectrum of {label}" + ("" if table is None else f", {table.file}: {table.understood}")
+    yield f"\nload spectrum of {label}" + (
+        "" if table is None else f", {table.file}: {table.understood}"
+    )
     rows = []
     for b in blocks:
-        numbers = (b.torque, convert(b.speed, "rad/s", "rpm"), 100.0 * b.share, 1e-3 * b.torque * b.speed)
+        numbers = (
+            b.torque,
+            convert(b.speed, "rad/s", "rpm"),
+            100.0 * b.share,
+            1e-3 * b.torque * b.speed,
+        )
         rows.append([f"{number:.6g}" for number in numbers])
     mean = sum(block.share * block.torque * block.speed for block in blocks)
     rows.append(["mean", "", "100", f"{1e-3 * mean:.6g}"])
-    yield output.ShownTable(["torque [N·m]", "speed [rpm]", "share [%]", "power [kW]"], rows)
+    yield output.ShownTable(
+        ["torque [N·m]", "speed [rpm]", "share [%]", "power [kW]"], rows
+    )
 
 
 def _update(campaign: "Campaign") -> output.Text:
@@ -145,19 +191,28 @@ def _update(campaign: "Campaign") -> output.Text:
             before = f"{prior.at(0.05):.4g} to {prior.at(0.95):.4g} {prior.unit or ''}"
             yield f"  unknown: {key}, before {before}{cost}"
         for blocks in zip(*(one.seen for one in some), strict=True):
-            data, count = blocks[0].data, sum(map(len, blocks))
-            each = ", ".join(f"{one.label} {len(seen)}" for one, seen in zip(some, blocks, strict=True))
-            said = f"{count} values of {data.label.replace('_', ' ')} in {data.file.name}"
+            data = blocks[0].data
+            count = sum(map(len, blocks))
+            each = ", ".join(
+                f"{one.label} {len(seen)}"
+                for one, seen in zip(some, blocks, strict=True)
+            )
+            said = (
+                f"{count} values of {data.label.replace('_', ' ')} in {data.file.name}"
+            )
             yield f"  measured: {said}{f': {each}' if len(some) > 1 else ''}"
         for limit in dict.fromkeys(one.limit for one in some):
-            where, unit = f" of the {limit.where}" if limit.where else "", VARIABLES[limit.quantity]
+            where = f" of the {limit.where}" if limit.where else ""
+            unit = VARIABLES[limit.quantity]
             level = convert(limit.value, unit.units, unit.display_units)
             yield f"  limit: {unit.long_name}{where}, {level:.4g} {unit.display_units}"
 
 
 def _told_together(wanted: "Subjects") -> "list[Subjects]":
     """Return what is said at once: the units of a fleet, and each case by itself."""
-    return [wanted] if wanted[0].spec.fleet is not None else [(study,) for study in wanted]
+    return (
+        [wanted] if wanted[0].spec.fleet is not None else [(study,) for study in wanted]
+    )
 
 
 def _claims(campaign: "Campaign", held_by: "Store | Path") -> output.Findings:
@@ -165,17 +220,28 @@ def _claims(campaign: "Campaign", held_by: "Store | Path") -> output.Findings:
     from wearlab.campaign import claims
 
     if isinstance(held_by, Store):
-        record, stale = claims.measured(campaign, held_by.open(campaign)), ""
+        record = claims.measured(campaign, held_by.open(campaign))
+        stale = ""
     else:
         with output.refusing(OSError, ValueError):
             record = claims.ClaimRecord.read(held_by.read_bytes(), str(held_by))
         stale = claims.stale(campaign, record)
     checked, lacking = claims.check_record(campaign, record, stale)
-    told, rows = {one.name: one.model_dump() for one in record.claims}, []
+    told = {one.name: one.model_dump() for one in record.claims}
+    rows = []
     for one in checked:
         came = {"measured": one.measured, "reason": one.reason, "holds": one.holds}
-        rows.append(told.get(one.claim.name, {}) | one.claim.model_dump(exclude_none=True) | came)
-    held = {"title": campaign.title, **record.model_dump(), "claims": rows, "unfilled": lacking}
+        rows.append(
+            told.get(one.claim.name, {})
+            | one.claim.model_dump(exclude_none=True)
+            | came
+        )
+    held = {
+        "title": campaign.title,
+        **record.model_dump(),
+        "claims": rows,
+        "unfilled": lacking,
+    }
     well = all(one.holds for one in checked) and not lacking
     return output.Findings(held, _held(campaign.title, checked, lacking), well)
 
@@ -183,7 +249,11 @@ def _claims(campaign: "Campaign", held_by: "Store | Path") -> output.Findings:
 def _held(title: str, checked: "list[Checked]", lacking: list[str]) -> output.Text:
     for one in checked:
         claim = one.claim
-        said = one.reason if one.measured is None else f"{one.measured:.4g} {claim.unit}".rstrip()
+        said = (
+            one.reason
+            if one.measured is None
+            else f"{one.measured:.4g} {claim.unit}".rstrip()
+        )
         words = f"{claim.name}: {said}; claimed {claim.value} within {claim.tolerance}"
         if one.holds:
             yield f"holds  {words}"
@@ -204,7 +274,10 @@ def _built(scenes: dict[str, Any]) -> dict[str, output.ShownTable]:
         with suppress(GearError):  # told as refused
             made = sheet.sheet(scene)
             blank = [""] * len(made.members)  # behind what all gears share
-            rows = [(r.symbol, r.meaning, *[*r.values, *blank][: len(blank)], r.unit) for r in made.rows]
+            rows = [
+                (r.symbol, r.meaning, *[*r.values, *blank][: len(blank)], r.unit)
+                for r in made.rows
+            ]
             table = output.ShownTable(("", "", *made.members, "unit"), rows)
             if table not in built.values():
                 built[label] = table
@@ -215,8 +288,12 @@ SHOWN = 6
 
 
 @app.command()
-def plan(file: str, store: Store, workers: int | None = None, retry: bool = False) -> output.Findings:
-    """Show what run would do with FILE: new, cached, excluded, failed before; time and disk space.
+def plan(
+    file: str, store: Store, workers: int | None = None, retry: bool = False
+) -> output.Findings:
+    """Show what run would do with FILE: new, cached, excluded, failed before.
+
+    Time and disk space.
 
     Parameters
     ----------
@@ -226,7 +303,9 @@ def plan(file: str, store: Store, workers: int | None = None, retry: bool = Fals
 
     campaign = output.read_campaign(file)
     planned = planned_of(campaign, store, workers=workers, retry=retry)
-    further = () if campaign.update is None else _for_the_update(campaign, store, workers)
+    further = (
+        () if campaign.update is None else _for_the_update(campaign, store, workers)
+    )
     warnings = [f"warning: {warning}" for warning in planned.warnings]
     text = chain(_planned(planned), further)
     return output.Findings(partial(_content, planned), text, not warnings, warnings)
@@ -234,7 +313,9 @@ def plan(file: str, store: Store, workers: int | None = None, retry: bool = Fals
 
 def _content(planned: "Plan") -> dict[str, Any]:
     amounts = {"seconds": planned.seconds, "bytes": planned.bytes}
-    content = asdict(planned) | {name: amount and amount._asdict() for name, amount in amounts.items()}
+    content = asdict(planned) | {
+        name: amount and amount._asdict() for name, amount in amounts.items()
+    }
     return content | {"runs": [run._asdict() for run in planned.runs]}
 
 
@@ -244,16 +325,26 @@ def _planned(planned: "Plan") -> output.Text:
     from wearlab.runner.plan import WORDS
 
     yield planned.title
-    yield f"  {planned.cases} cases, {len(planned.runs)} distinct runs, {len(planned.excluded)} excluded"
+    yield (
+        f"  {planned.cases} cases, {len(planned.runs)} distinct runs, "
+        f"{len(planned.excluded)} excluded"
+    )
     for state, words in WORDS.items():
         if count := planned.count(state):
             yield f"  {count:>7} {words}"
     if other := sum(run.other_code for run in planned.runs):
         yield f"  {other:>7} of the cached made by other code"
-    for keys, count in Counter(run.changed for run in planned.runs if run.changed).items():
+    for keys, count in Counter(
+        run.changed for run in planned.runs if run.changed
+    ).items():
         others = f" and {len(keys) - SHOWN} more" if len(keys) > SHOWN else ""
-        yield f"  {count:>7} of the new were run before with another {', '.join(keys[:SHOWN])}{others}"
-    for condition, count in Counter(condition for condition, _ in planned.excluded).items():
+        yield (
+            f"  {count:>7} of the new were run before with another "
+            f"{', '.join(keys[:SHOWN])}{others}"
+        )
+    for condition, count in Counter(
+        condition for condition, _ in planned.excluded
+    ).items():
         yield f"  {count:>7} excluded by {condition}"
     for run in planned.runs:
         if run.state in ("failed", "refused", "lost"):
@@ -263,17 +354,27 @@ def _planned(planned: "Plan") -> output.Text:
         return
     if planned.seconds is None or planned.bytes is None:
         to_do = any(run.state in ("new", "lost") for run in planned.runs)
-        yield "  time and size unknown: no recorded runs to tell from" if to_do else "  nothing to do"
+        yield (
+            "  time and size unknown: no recorded runs to tell from"
+            if to_do
+            else "  nothing to do"
+        )
         return
-    about, least, most = (outcome.seconds_text(value / planned.workers) for value in planned.seconds)
+    about, least, most = (
+        outcome.seconds_text(value / planned.workers) for value in planned.seconds
+    )
     workers = "one worker" if planned.workers == 1 else f"{planned.workers} workers"
     yield f"  time: about {about} with {workers} ({least} to {most})"
-    size, low, high, free = (decimal(round(count)) for count in (*planned.bytes, planned.free))
+    size, low, high, free = (
+        decimal(round(count)) for count in (*planned.bytes, planned.free)
+    )
     yield f"  disk: about {size} ({low} to {high}), {free} free"
     yield f"  from {planned.basis}"
 
 
-def _for_the_update(campaign: "Campaign", store: Store, workers: int | None) -> output.Text:
+def _for_the_update(
+    campaign: "Campaign", store: Store, workers: int | None
+) -> output.Text:
     """Yield which runs `wearlab update` would need, and whether its answer is there already."""
     from wearlab.runner.plan import WORDS, plan
     from wearlab.updating.cases import studies
@@ -286,9 +387,19 @@ def _for_the_update(campaign: "Campaign", store: Store, workers: int | None) -> 
     yield "\nwearlab update needs"
     for some in _told_together(wanted):
         scenes = {scene.id: scene for study in some for scene in study.scenes}
-        planned = plan(some[0].campaign(campaign.title, list(scenes.values())), store, workers=workers)
-        states = ", ".join(f"{planned.count(s)} {w}" for s, w in WORDS.items() if planned.count(s))
-        time = "" if planned.seconds is None else f", about {planned.seconds.value / planned.workers:.2g} s"
+        planned = plan(
+            some[0].campaign(campaign.title, list(scenes.values())),
+            store,
+            workers=workers,
+        )
+        states = ", ".join(
+            f"{planned.count(s)} {w}" for s, w in WORDS.items() if planned.count(s)
+        )
+        time = (
+            ""
+            if planned.seconds is None
+            else f", about {planned.seconds.value / planned.workers:.2g} s"
+        )
         label = some[0].label if len(some) == 1 else f"{len(some)} units"
         yield f"  {label}: {len(planned.runs)} runs, {states}{time}"
     yield "  and as many longer ones where the measurements lie beyond them"
@@ -304,8 +415,13 @@ def compile_command(files: list[str], workers: int | None = None) -> None:
     """
     from wearlab.runner.local import compile_ahead
 
-    kinds, seconds = compile_ahead([output.read_campaign(file) for file in files], workers, progress=True)
-    output.say(f"compiled for {kinds} {'kind' if kinds == 1 else 'kinds'} of scenes in {seconds:.1f} s")
+    kinds, seconds = compile_ahead(
+        [output.read_campaign(file) for file in files], workers, progress=True
+    )
+    output.say(
+        f"compiled for {kinds} {'kind' if kinds == 1 else 'kinds'} of scenes in "
+        f"{seconds:.1f} s"
+    )
 
 
 @app.command()
@@ -324,5 +440,10 @@ def modes(file: str, case: str | None = None) -> output.Findings:
 
     with output.refusing(ValueError):
         rows: list[dict[str, Any]] = modes_table(scenes[case])
-    cells = [[f"{v:.5g}" if isinstance(v, float) else str(v) for v in row.values()] for row in rows]
-    return output.Findings(rows, [output.ShownTable(list(rows[0]), cells)] if rows else [])
+    cells = [
+        [f"{v:.5g}" if isinstance(v, float) else str(v) for v in row.values()]
+        for row in rows
+    ]
+    return output.Findings(
+        rows, [output.ShownTable(list(rows[0]), cells)] if rows else []
+    )

@@ -1,4 +1,7 @@
-"""``run`` and ``update``: simulate what is missing; narrow what is unknown by measurements."""
+"""``run`` and ``update``: simulate what is missing.
+
+Narrow what is unknown by measurements.
+"""
 
 from typing import TYPE_CHECKING, Any
 
@@ -41,9 +44,20 @@ def run(
     foresee(campaign, store, scheduler)
     output.refuse_wrong_figures(campaign, file)
     before.refuse_the_impossible(campaign)
-    asked: Any = {"workers": workers, "scheduler": scheduler, "retry": retry, "recompute": recompute}
+    asked: Any = {
+        "workers": workers,
+        "scheduler": scheduler,
+        "retry": retry,
+        "recompute": recompute,
+    }
     try:
-        report = computed(campaign, store, **asked, progress=not output.AS_JSON.get(), dashboard=dashboard)
+        report = computed(
+            campaign,
+            store,
+            **asked,
+            progress=not output.AS_JSON.get(),
+            dashboard=dashboard,
+        )
     except Interrupted as interrupted:
         raise output.Stop(str(interrupted), output.Status.INTERRUPTED) from None
     return output.Findings(report.to_dict, _text(campaign, report), report.ok)
@@ -55,21 +69,35 @@ def _text(campaign: "Campaign", report: "Report") -> output.Text:
     for warning in campaign.warnings:
         output.complain(f"warning: {warning}")
     yield report.headline
-    names: dict[str, str] = {case.id: output.case_name(campaign, case) for case in reversed(campaign.cases)}
+    names: dict[str, str] = {
+        case.id: output.case_name(campaign, case) for case in reversed(campaign.cases)
+    }
     foreseen = {case.id for case in report.expected if case.comparison.met}
     for case in report.troubled:
         if case.state != "done" and case.id not in foreseen:
-            output.complain(f"{case.state}: {names[case.id]}, run {output.short(case.id)}: {case.headline}")
+            output.complain(
+                f"{case.state}: {names[case.id]}, run {output.short(case.id)}: "
+                f"{case.headline}"
+            )
         for warning in case.warnings:
-            output.complain(f"warning: {names[case.id]}, run {output.short(case.id)}: {warning}")
+            output.complain(
+                f"warning: {names[case.id]}, run {output.short(case.id)}: {warning}"
+            )
     if report.expected:
         rows = []
         for expected in report.expected:
-            *said, met = (expected.label, output.place(expected.position), *expected.comparison)
+            *said, met = (
+                expected.label,
+                output.place(expected.position),
+                *expected.comparison,
+            )
             rows.append((*said, "yes" if met else "NO"))
         heads = ("case", "differs by", "verdict", "expected", "measured", "met")
         yield from ("", output.ShownTable(heads, rows))
-        yield f"{sum(one.comparison.met for one in report.expected)} of {len(rows)} as expected"
+        yield (
+            f"{sum(one.comparison.met for one in report.expected)} of {len(rows)} as "
+            "expected"
+        )
 
 
 REMAINING = ("remaining_5", "remaining_50", "remaining_95")
@@ -83,11 +111,33 @@ def list_updates(store: Store) -> output.Findings:
     rows = []
     for one in kept:
         for case, summary in one.summary.items():
-            now, low, middle, high = (f"{summary[key]:.4g}" for key in ("now", *REMAINING))
+            now, low, middle, high = (
+                f"{summary[key]:.4g}" for key in ("now", *REMAINING)
+            )
             cycles = (now, middle, f"{low} to {high}")
-            rows.append((one.id[:10], one.title, case, *cycles, str(len(one.runs)), one.recorded[:19]))
-    heads = ("id", "campaign", "case", "last inspection", "remaining life", "90 %", "runs", "recorded")
-    table = output.ShownTable(heads, rows, empty="no updates: wearlab update FILE makes one")
+            rows.append(
+                (
+                    one.id[:10],
+                    one.title,
+                    case,
+                    *cycles,
+                    str(len(one.runs)),
+                    one.recorded[:19],
+                )
+            )
+    heads = (
+        "id",
+        "campaign",
+        "case",
+        "last inspection",
+        "remaining life",
+        "90 %",
+        "runs",
+        "recorded",
+    )
+    table = output.ShownTable(
+        heads, rows, empty="no updates: wearlab update FILE makes one"
+    )
     return output.Findings([one._asdict() for one in kept], [table])
 
 
@@ -105,10 +155,15 @@ def show_update(store: Store, update: "updates.KeptUpdate") -> output.Findings:
     facts = {"id": update.id, "file": str(updates.update_files(store).path(update.id))}
     facts |= {"sha256": update.sha256, "recorded": update.recorded}
     facts |= {"runs": ", ".join(run[:10] for run in update.runs[:6]) + more}
-    groups = {name: ", ".join(map(str, node.to_dataset().data_vars)) for name, node in tree.children.items()}
+    groups = {
+        name: ", ".join(map(str, node.to_dataset().data_vars))
+        for name, node in tree.children.items()
+    }
     lines = [f"{name:<16}{text}" for name, text in facts.items()]
     lines += [f"{name:<22}{text}" for name, text in groups.items()]
-    return output.Findings(content(tree) | made, [*report_text.text_of(tree), "", *lines])
+    return output.Findings(
+        content(tree) | made, [*report_text.text_of(tree), "", *lines]
+    )
 
 
 def content(tree: "xr.DataTree") -> dict[str, Any]:
@@ -116,7 +171,10 @@ def content(tree: "xr.DataTree") -> dict[str, Any]:
     from wearlab.store import description
 
     groups = {
-        name: {str(key): description.plain(v.values) for key, v in tree[name].to_dataset().variables.items()}
+        name: {
+            str(key): description.plain(v.values)
+            for key, v in tree[name].to_dataset().variables.items()
+        }
         for name in ("predictions", "sample_stats", "calibration")
         if name in tree.children
     }
@@ -125,7 +183,11 @@ def content(tree: "xr.DataTree") -> dict[str, Any]:
 
 @app.command()
 def update(
-    file: str, store: Store, replay: bool = False, check: int = 0, workers: int | None = None
+    file: str,
+    store: Store,
+    replay: bool = False,
+    check: int = 0,
+    workers: int | None = None,
 ) -> output.Findings:
     """Infer wear coefficient and remaining life from FILE's measurements, with intervals.
 
@@ -137,7 +199,10 @@ def update(
     from wearlab.updating import report_text
     from wearlab.updating import update as updated
 
-    campaign, shown = output.read_campaign(file), not output.AS_JSON.get()
-    tree = updated(campaign, store, replay=replay, check=check, progress=shown, workers=workers)
+    campaign = output.read_campaign(file)
+    shown = not output.AS_JSON.get()
+    tree = updated(
+        campaign, store, replay=replay, check=check, progress=shown, workers=workers
+    )
     kept = f"\nkept as update {str(tree.attrs['id'])[:10]}"
     return output.Findings(content(tree), [*report_text.text_of(tree), kept])

@@ -44,7 +44,9 @@ def variables(like: str = "") -> output.Findings:
 
     word = like.lower()
     rows: list[dict[str, Any]] = [
-        {"name": name} | variable._asdict() | dict(zip(("group", "made_by"), origin_of(name), strict=True))
+        {"name": name}
+        | variable._asdict()
+        | dict(zip(("group", "made_by"), origin_of(name), strict=True))
         for name, variable in VARIABLES.items()
         if word in f"{name} {variable.long_name} {variable.comment}".lower()
     ]
@@ -55,14 +57,20 @@ def variables(like: str = "") -> output.Findings:
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
-    meaning = f"{row['long_name']} ({row['comment']})" if row["comment"] else row["long_name"]
+    meaning = (
+        f"{row['long_name']} ({row['comment']})" if row["comment"] else row["long_name"]
+    )
     told = row | {"dims": ", ".join(row["dims"]), "meaning": meaning}
-    return [told[key] for key in ("name", "dims", "units", "display_units", "meaning", "made_by")]
+    return [
+        told[key]
+        for key in ("name", "dims", "units", "display_units", "meaning", "made_by")
+    ]
 
 
 STARTS = Path(__file__).parents[2] / "campaign" / "starts"
 SCHEMA = "wearlab-campaign.schema.json"
-"""As the files' first line names it; editors with Taplo ("Even Better TOML") read it there."""
+"""As the files' first line names it; editors with Taplo ("Even Better TOML") read it
+there."""
 
 
 @app.command()
@@ -82,11 +90,18 @@ def new(kind: str, out: Path | None = None) -> None:
     path = out or Path(f"{kind}.toml")
     if path.exists():
         raise output.Stop(f"{path}: is there already; name another with --out")
-    text = (STARTS / f"{kind}.toml").read_text(encoding="utf-8").replace("{file}", path.name)
+    text = (
+        (STARTS / f"{kind}.toml")
+        .read_text(encoding="utf-8")
+        .replace("{file}", path.name)
+    )
     with output.refusing(OSError):
         write_whole(path.parent / SCHEMA, f"{editors_schema()}\n".encode())
         write_whole(path, text.encode())
-    output.say(f"{path}: now edit it, then: wearlab check {path}, wearlab run {path}, wearlab report {path}")
+    output.say(
+        f"{path}: now edit it, then: wearlab check {path}, wearlab run {path}, "
+        f"wearlab report {path}"
+    )
 
 
 def kinds() -> list[str]:

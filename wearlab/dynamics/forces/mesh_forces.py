@@ -1,12 +1,14 @@
 """What the meshes exert at any instants: forces, moments about the gears' axes, their means and extremes.
 
-Forces come from the contact itself, by the deflections that a response has there, and not from the tables
-that its solver used: their means against the load that was given tell how well it closes.
+Forces come from the contact itself, by the deflections that a response has there, and
+not from the tables that its solver used: their means against the load that was given
+tell how well it closes.
 
-Extremes are read from the steps, not from samples. A force that pairs enter and leave is largest at a jump as
-often as not. Jumps of every mesh, lagging ones too, lie between two steps, and both sides of each are among
-what is looked at. Within a step the force is smooth; the few steps that come nearest to an extreme are looked
-into closely about where they do.
+Extremes are read from the steps, not from samples. A force that pairs enter and leave
+is largest at a jump as often as not. Jumps of every mesh, lagging ones too, lie between
+two steps, and both sides of each are among what is looked at. Within a step the force
+is smooth; the few steps that come nearest to an extreme are looked into closely about
+where they do.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -26,7 +28,9 @@ Forces = force.NormalForces
 Flanks = excitation.MeshFlanks
 
 
-def friction_force(forces: Forces, flanks: Flanks, where: profile.Lookup, coefficient: float) -> Array:
+def friction_force(
+    forces: Forces, flanks: Flanks, where: profile.Lookup, coefficient: float
+) -> Array:
     """Return ``Σ_j Λμ N_j`` on the driving flank, positive in recess, (n_periods, n) [N].
 
     Parameters
@@ -43,12 +47,16 @@ def friction_force(forces: Forces, flanks: Flanks, where: profile.Lookup, coeffi
 
 
 def moments(
-    forces: Forces, flanks: Flanks, pair: GearPair, where: profile.Lookup, coefficient: float | None
+    forces: Forces,
+    flanks: Flanks,
+    pair: GearPair,
+    where: profile.Lookup,
+    coefficient: float | None,
 ) -> Array:
     """Return the moments on both gears over their base radii, (driving, driven) (2, n_periods, n) [N].
 
-    ``Σ_j N_j (1 + Λμ ρ_j/r_b)``, with the back flank: friction adds to the moment of a driving gear
-    in recess, where its arm is ρ = r_b tan α_w + s.
+    ``Σ_j N_j (1 + Λμ ρ_j/r_b)``, with the back flank: friction adds to the moment of a
+    driving gear in recess, where its arm is ρ = r_b tan α_w + s.
 
     Parameters
     ----------
@@ -68,7 +76,9 @@ def moments(
     rubs = coefficient * grid.sliding_sense[where.segment]
     arms = zip(pair.curvature(s.ravel()), pair.gears, strict=True)
     shares = [rubs * arm.reshape(s.shape) / gear.base_radius for arm, gear in arms]
-    return np.stack([plain + (forces.pair_normal * share).sum(axis=-1) for share in shares])
+    return np.stack(
+        [plain + (forces.pair_normal * share).sum(axis=-1) for share in shares]
+    )
 
 
 def load_factors(kind: gear_set.PairOfSet, means: Array) -> Array:
@@ -88,12 +98,16 @@ def load_factors(kind: gear_set.PairOfSet, means: Array) -> Array:
 
 
 def mean_force_residual(
-    kinds: Sequence[gear_set.PairOfSet], loads: Sequence[float], means: Sequence[Array], rubs: bool
+    kinds: Sequence[gear_set.PairOfSet],
+    loads: Sequence[float],
+    means: Sequence[Array],
+    rubs: bool,
 ) -> float:
     """Return the mean normal force over the static one, minus one: the largest of the kinds of mesh [1].
 
-    Meshes of one kind share the load among them, so their mean is what the load decides. With friction the
-    moments on the gear whose torque is given count, and on a planet those of its two meshes.
+    Meshes of one kind share the load among them, so their mean is what the load
+    decides. With friction the moments on the gear whose torque is given count, and on a
+    planet those of its two meshes.
 
     Parameters
     ----------
@@ -102,29 +116,39 @@ def mean_force_residual(
     means : of each, (n_mesh, (driving, driven)) mean moments over base radius [N]
     rubs : whether there is friction
     """
-    of_kind, loaded = [each.mean(axis=0) for each in means], kinds[0].loaded
-    compared = [(float(mean.mean()), load) for mean, load in zip(of_kind, loads, strict=True)]
+    of_kind = [each.mean(axis=0) for each in means]
+    loaded = kinds[0].loaded
+    compared = [
+        (float(mean.mean()), load) for mean, load in zip(of_kind, loads, strict=True)
+    ]
     if rubs:
         compared = [(of_kind[0][loaded], loads[0])]
         if len(kinds) > 1:
             compared.append((of_kind[1][1 - kinds[1].loaded], of_kind[0][1 - loaded]))
-    return max((mean / load - 1.0 if load > 0.0 else mean for mean, load in compared), key=abs)
+    return max(
+        (mean / load - 1.0 if load > 0.0 else mean for mean, load in compared), key=abs
+    )
 
 
 NODES = 4
 """Nodes within a step, its ends among them."""
 
 SAME_MEAN, MOST_HALVINGS = 1e-5, 14
-"""Share of a mean modulus by which a step may differ from its halves; so many find a jump to 1e-4 of one."""
+"""Share of a mean modulus by which a step may differ from its halves; so many find a
+jump to 1e-4 of one."""
 
 
 def mesh_acceleration_at(
-    response: Response, grid: stages.StageGrid, phase: Array, segment: Index | None = None
+    response: Response,
+    grid: stages.StageGrid,
+    phase: Array,
+    segment: Index | None = None,
 ) -> Array:
     """Return the relative acceleration of both bodies along each line of action, (n_kept, n_mesh, n) [m/s²].
 
-    ``d·q̈`` with ``q̈ = M⁻¹(F − Σ d W − friction − C q̇ − K q)``: all forces at that instant, nothing is
-    differentiated. It is the acceleration of the mesh deflection δ, less that of a prescribed error.
+    ``d·q̈`` with ``q̈ = M⁻¹(F − Σ d W − friction − C q̇ − K q)``: all forces at that
+    instant, nothing is differentiated. It is the acceleration of the mesh deflection δ,
+    less that of a prescribed error.
 
     Parameters
     ----------
@@ -134,16 +158,22 @@ def mesh_acceleration_at(
     segment : (n,) the smooth segment each phase belongs to, which decides at breaks
     """
     place = place_of(grid, phase, segment)
-    forces, motion = forces_at(response, *place), response.motion.at(*place)
-    a = acceleration(response, *motion, forces, lambda table: stages.parabola(table, *place))
+    forces = forces_at(response, *place)
+    motion = response.motion.at(*place)
+    a = acceleration(
+        response, *motion, forces, lambda table: stages.parabola(table, *place)
+    )
     return np.ascontiguousarray((a @ response.system.direction.T).transpose(0, 2, 1))
 
 
-def within_steps(grid: stages.StageGrid, nodes: int = NODES) -> tuple[Array, Index, Array]:
+def within_steps(
+    grid: stages.StageGrid, nodes: int = NODES
+) -> tuple[Array, Index, Array]:
     """Return phases within and at both ends of all steps, their segments, and weights of a mean over them.
 
-    Lobatto's rule, of order ``2 nodes − 2`` on each smooth segment: (nodes · n_steps,) each. A wave that
-    turns by θ within a step takes some θ/2 nodes beside the first few.
+    Lobatto's rule, of order ``2 nodes − 2`` on each smooth segment: (nodes · n_steps,)
+    each. A wave that turns by θ within a step takes some θ/2 nodes beside the first
+    few.
     """
     place, share = lobatto(nodes)
     phase = grid.start[:, None] + grid.width[:, None] * place
@@ -151,7 +181,9 @@ def within_steps(grid: stages.StageGrid, nodes: int = NODES) -> tuple[Array, Ind
     return phase.ravel(), np.repeat(grid.segment, nodes), weight.ravel() / weight.sum()
 
 
-def mean_over_period(grid: stages.StageGrid, values: Callable[[stages.StageGrid], Array]) -> Array:
+def mean_over_period(
+    grid: stages.StageGrid, values: Callable[[stages.StageGrid], Array]
+) -> Array:
     """Return the mean over a mesh period of values that may jump within steps, (...,).
 
     Steps whose halves, by Lobatto's rule, do not add up to them are halved again.
@@ -163,24 +195,31 @@ def mean_over_period(grid: stages.StageGrid, values: Callable[[stages.StageGrid]
 
     References
     ----------
-    Davis & Rabinowitz, Methods of Numerical Integration, 2nd ed. 1984, 6.2, adaptive by halves.
+    Davis & Rabinowitz, Methods of Numerical Integration, 2nd ed. 1984, 6.2, adaptive by
+    halves.
     """
 
     def integrals(steps: stages.StageGrid) -> Array:
         each = values(steps)
-        return np.asarray(each.reshape(*each.shape[:-1], -1, NODES) @ lobatto(NODES)[1] * steps.width)
+        return np.asarray(
+            each.reshape(*each.shape[:-1], -1, NODES) @ lobatto(NODES)[1] * steps.width
+        )
 
     whole = integrals(grid)
-    mean, bound = whole.sum(axis=-1), SAME_MEAN * np.abs(whole).sum(axis=-1)[..., None]
+    mean = whole.sum(axis=-1)
+    bound = SAME_MEAN * np.abs(whole).sum(axis=-1)[..., None]
     for _ in range(MOST_HALVINGS):
         halves = grid.halved()
         parts = integrals(halves)
         change = parts[..., ::2] + parts[..., 1::2] - whole
         mean = mean + change.sum(axis=-1)
-        again = np.repeat((np.abs(change) > bound).reshape(-1, len(grid.start)).any(axis=0), 2)
+        again = np.repeat(
+            (np.abs(change) > bound).reshape(-1, len(grid.start)).any(axis=0), 2
+        )
         if not again.any():
             break
-        grid, whole = stages.StageGrid(*(column[again] for column in halves)), parts[..., again]
+        grid = stages.StageGrid(*(column[again] for column in halves))
+        whole = parts[..., again]
     return mean
 
 
@@ -188,8 +227,8 @@ def mean_over_period(grid: stages.StageGrid, values: Callable[[stages.StageGrid]
 def lobatto(nodes: int) -> tuple[Array, Array]:
     """Return the nodes of Lobatto's rule on [0, 1] and their weights, (nodes,) each.
 
-    Ends, and between them the extremes of the Legendre polynomial P of degree ``n − 1``; weights
-    ``1/(n (n − 1) P²)``.
+    Ends, and between them the extremes of the Legendre polynomial P of degree ``n −
+    1``; weights ``1/(n (n − 1) P²)``.
 
     References
     ----------
@@ -205,7 +244,8 @@ FRACTIONS = np.linspace(0.0, 1.0, 9)
 CLOSELY = np.linspace(-FRACTIONS[1], FRACTIONS[1], 33)
 """Where about the look that comes nearest to an extreme in a step."""
 NEAREST = 6
-"""Steps of every mesh, of all periods, that are looked into closely for its largest and smallest force."""
+"""Steps of every mesh, of all periods, that are looked into closely for its largest and
+smallest force."""
 AT_ONCE = 200_000
 """Values of a force that are held at once."""
 
@@ -227,25 +267,36 @@ class Extremes(NamedTuple):
 
 
 _read: WeakKeyDictionary[Response, Extremes] = WeakKeyDictionary()
-"""What was read off responses that still are: estimates, doubts and the dataset ask for the same."""
+"""What was read off responses that still are: estimates, doubts and the dataset ask for
+the same."""
 
 
 def extremes(response: Response) -> Extremes:
     """Return the extreme forces of every mesh over the period, or over the kept periods, of a response."""
     if response in _read:
         return _read[response]
-    meshes, steps = len(response.system.direction), len(response.tables.width)
+    meshes = len(response.system.direction)
+    steps = len(response.tables.width)
     block = max(1, AT_ONCE // (len(FRACTIONS) * steps * meshes))
     kept = len(response.state)
-    blocks = [_of_periods(response, slice(at, min(at + block, kept))) for at in range(0, kept, block)]
+    blocks = [
+        _of_periods(response, slice(at, min(at + block, kept)))
+        for at in range(0, kept, block)
+    ]
     share = [min(block, kept - at) / kept for at in range(0, kept, block)]
-    least, largest, normal, separated = (np.array(values) for values in zip(*blocks, strict=True))
-    whole = Extremes(least.min(axis=0), largest.max(axis=0), normal.max(axis=0), share @ separated)
+    least, largest, normal, separated = (
+        np.array(values) for values in zip(*blocks, strict=True)
+    )
+    whole = Extremes(
+        least.min(axis=0), largest.max(axis=0), normal.max(axis=0), share @ separated
+    )
     return _read.setdefault(response, whole)
 
 
 def _of_periods(response: Response, kept: slice) -> Extremes:
-    forces, width, ends = forces_within(response, FRACTIONS, kept), response.tables.width, []
+    forces = forces_within(response, FRACTIONS, kept)
+    width = response.tables.width
+    ends = []
     for name in ("elastic", "normal"):
         signal = getattr(forces, name)
         looks = [signal]
@@ -254,13 +305,19 @@ def _of_periods(response: Response, kept: slice) -> Extremes:
             looks.append(getattr(forces_at(response, step, fraction, own), name))
         every = np.concatenate([look.reshape(-1, signal.shape[-1]) for look in looks])
         ends.append((every.min(axis=0), every.max(axis=0)))
-    return Extremes(*ends[0], ends[1][1], width @ _positive_share(-forces.reserve).mean(axis=0) / width.sum())
+    return Extremes(
+        *ends[0],
+        ends[1][1],
+        width @ _positive_share(-forces.reserve).mean(axis=0) / width.sum(),
+    )
 
 
 def forces_within(response: Response, x: Array, kept: slice = slice(None)) -> Forces:
     """Return the forces of all meshes at fractions x (n_fractions,) of every step, (…, n_steps, …)."""
     steps = len(response.tables.width)
-    forces = forces_at(response, np.tile(np.arange(steps), len(x)), np.repeat(x, steps), kept)
+    forces = forces_at(
+        response, np.tile(np.arange(steps), len(x)), np.repeat(x, steps), kept
+    )
     return Forces(*(f.reshape(len(f), len(x), steps, *f.shape[2:]) for f in forces))
 
 
@@ -276,7 +333,9 @@ def nearest(elastic: Array) -> Iterator[tuple[int, Index, Array]]:
     places = []
     for signed in (elastic, -elastic):
         look = signed.argmin(axis=1).reshape(-1, meshes)
-        near = np.argpartition(signed.min(axis=1).reshape(-1, meshes), nearest - 1, axis=0)[:nearest]
+        near = np.argpartition(
+            signed.min(axis=1).reshape(-1, meshes), nearest - 1, axis=0
+        )[:nearest]
         places.append(near * len(FRACTIONS) + np.take_along_axis(look, near, axis=0))
     turn, place = np.divmod(np.unique(places), steps * len(FRACTIONS))
     for own in np.unique(turn):
@@ -287,8 +346,12 @@ def nearest(elastic: Array) -> Iterator[tuple[int, Index, Array]]:
 
 def _positive_share(values: Array) -> Array:
     """Return the share of each step in which a signal is positive, straight between its values."""
-    low, high = values[:, :-1], values[:, 1:]
-    lesser, larger = np.minimum(low, high), np.maximum(low, high)
+    low = values[:, :-1]
+    high = values[:, 1:]
+    lesser = np.minimum(low, high)
+    larger = np.maximum(low, high)
     with np.errstate(invalid="ignore", divide="ignore"):
         crossed = larger / (larger - lesser)
-    return np.asarray(np.where(lesser >= 0.0, 1.0, np.where(larger <= 0.0, 0.0, crossed)).mean(axis=1))
+    return np.asarray(
+        np.where(lesser >= 0.0, 1.0, np.where(larger <= 0.0, 0.0, crossed)).mean(axis=1)
+    )

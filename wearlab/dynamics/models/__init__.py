@@ -26,9 +26,15 @@ class FrictionOptions(Part):
 
 
 END = Annotated[Speed, POSITIVE]
-SPEEDS: Any = {"from": (END, option(..., "lowest speed")), "to": (END, option(..., "highest speed"))}
+SPEEDS: Any = {
+    "from": (END, option(..., "lowest speed")),
+    "to": (END, option(..., "highest speed")),
+}
 SPEEDS["points"] = Annotated[Count, Ge(2)], option(61, "number of speeds")
-SPACED = "Equally spaced speeds of the input member; ``from`` is no name that Python could spell."
+SPACED = (
+    "Equally spaced speeds of the input member; ``from`` is no name that Python could "
+    "spell."
+)
 SpeedRange = create_model("SpeedRange", __base__=Part, __doc__=SPACED, **SPEEDS)
 
 
@@ -55,11 +61,15 @@ class InMotion(NamedTuple):
 
     Parameters
     ----------
-    gears : the gear set in operation: kinds of mesh, gears with mass, inertia and base radius, members
-    meshes : ``[mesh]`` of each kind of mesh: damping, damping_ratio, damping_in, normal_backlash
+    gears : the gear set in operation: kinds of mesh, gears with mass, inertia and base
+        radius, members
+    meshes : ``[mesh]`` of each kind of mesh: damping, damping_ratio, damping_in,
+        normal_backlash
     operation : ``[operation]``: torque, speed, input, output, torque_fluctuation
-    stiffness : (n_mesh,) mean stiffness of each mesh, to which damping ratios refer [N/m]
-    slope : signed tan β_b of helical teeth: the mesh pushes its driving gear along −z by W tan β_b [1]
+    stiffness : (n_mesh,) mean stiffness of each mesh, to which damping ratios refer
+        [N/m]
+    slope : signed tan β_b of helical teeth: the mesh pushes its driving gear along −z
+        by W tan β_b [1]
     """
 
     gears: "GearSet"
@@ -72,15 +82,18 @@ class InMotion(NamedTuple):
 class DynamicModel(Variant):
     """Any dynamic model: the coordinates, and the `System` they make.
 
-    ``kinds`` names the kinds of gear sets that it describes: where it says none, every pair.
+    ``kinds`` names the kinds of gear sets that it describes: where it says none, every
+    pair.
     """
 
     slot: ClassVar[Slot] = Slot("dynamics", __name__)
-    kinds: ClassVar[tuple[str, ...]] = tuple(kind for kind, descriptor in SETS.items() if descriptor.is_pair)
+    kinds: ClassVar[tuple[str, ...]] = tuple(
+        kind for kind, descriptor in SETS.items() if descriptor.is_pair
+    )
 
     method: Method = "periodic"
-    """how the steady response is found; periodic is shooting, the others integrate as the papers do. Source:
-    wearlab"""
+    """how the steady response is found; periodic is shooting, the others integrate as
+    the papers do. Source: wearlab"""
     friction: FrictionOptions | None = None
     """sliding friction of the flanks. Source: B23"""
     response: ResponseOverSpeed | None = None

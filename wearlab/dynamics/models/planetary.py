@@ -42,10 +42,20 @@ class PlanetaryDynamics(DynamicModel):
 
         rigid = of.rigid_set(motion)
         held = of.held(self.supports, rigid)
-        speed = motion.gears.coordinate_speeds["carrier.u"] / rigid.bodies["carrier"].radius
-        torques = of.torques(motion, held)._replace(carrier_speed=float(speed) if self.rotation else 0.0)
+        speed = (
+            motion.gears.coordinate_speeds["carrier.u"] / rigid.bodies["carrier"].radius
+        )
+        torques = of.torques(motion, held)._replace(
+            carrier_speed=float(speed) if self.rotation else 0.0
+        )
         with _of_supports():
-            system = of.assemble(rigid, held, of.meshing(motion, rigid), torques, self.friction is not None)
+            system = of.assemble(
+                rigid,
+                held,
+                of.meshing(motion, rigid),
+                torques,
+                self.friction is not None,
+            )
         with _of_supports(", by a torsional_stiffness of its own"):
             balance_of(system, 1.0)
         return system
@@ -54,9 +64,17 @@ class PlanetaryDynamics(DynamicModel):
         """Without a load torque, a torsional spring must hold the output."""
         output = scene.operation.output
         support = self.supports.get(output)
-        if scene.operation.output_loaded is False and (support is None or not support.holds):
-            remedy = f"give dynamics.supports.{output} a torsional_stiffness, or load_torque = 'balance'"
-            yield "operation.load_torque", f"'zero' leaves the output {output!r} without any load: {remedy}"
+        if scene.operation.output_loaded is False and (
+            support is None or not support.holds
+        ):
+            remedy = (
+                f"give dynamics.supports.{output} a torsional_stiffness, or "
+                "load_torque = 'balance'"
+            )
+            yield (
+                "operation.load_torque",
+                f"'zero' leaves the output {output!r} without any load: {remedy}",
+            )
 
 
 class PlanetaryTorsionalDynamics(DynamicModel):
@@ -76,22 +94,37 @@ class PlanetaryTorsionalDynamics(DynamicModel):
         from wearlab.dynamics import planetary as of
 
         rigid = of.rigid_set(motion)
-        held, meshing = of.held(self.supports, rigid), of.meshing(motion, rigid.ring_at_rest)
+        held = of.held(self.supports, rigid)
+        meshing = of.meshing(motion, rigid.ring_at_rest)
         with _of_supports():
             rubs = self.friction is not None
-            system = of.planetary_torsional(rigid, held, meshing, motion.gears.torque, rubs)
+            system = of.planetary_torsional(
+                rigid, held, meshing, motion.gears.torque, rubs
+            )
         if motion.operation.input == "sun" or system.balance is None:
             return system
-        carrier = of.torques(motion, {}).given["carrier"] / rigid.bodies["carrier"].radius
+        carrier = (
+            of.torques(motion, {}).given["carrier"] / rigid.bodies["carrier"].radius
+        )
         names = np.array(system.coordinates)
         balance = (names == "sun.u").astype(float)
-        return system._replace(load=np.where(names == "carrier.u", carrier, 0.0), balance=balance)
+        return system._replace(
+            load=np.where(names == "carrier.u", carrier, 0.0), balance=balance
+        )
 
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
         """The ring is at rest, and the load torque balances."""
         if scene.operation.fixed != "ring":
-            said = f"the torsional model holds the ring at rest, not {scene.operation.fixed!r}"
-            yield "operation.fixed", f"{said}; give fixed = 'ring' or dynamics.model = 'planetary'"
+            said = (
+                "the torsional model holds the ring at rest, not "
+                f"{scene.operation.fixed!r}"
+            )
+            yield (
+                "operation.fixed",
+                f"{said}; give fixed = 'ring' or dynamics.model = 'planetary'",
+            )
         if scene.operation.output_loaded is False:
-            needed = "the torsional model turns freely and needs the load torque: 'balance'"
+            needed = (
+                "the torsional model turns freely and needs the load torque: 'balance'"
+            )
             yield "operation.load_torque", needed

@@ -1,7 +1,8 @@
 """The steady response: how an orbit is found, judged and followed, and what a response is.
 
-`periodic` is the way through. `integrate` advances a state over mesh periods, with its tangents, and until
-steady, where no orbit attracts and by the methods of the papers; `shooting` is Newton's method on that map,
-keeps its account, and judges an orbit by its multipliers. `response` is the answer, `coexisting` looks for
-others beside it, `continuation` follows it over speed.
+`periodic` is the way through. `integrate` advances a state over mesh periods, with its
+tangents, and until steady, where no orbit attracts and by the methods of the papers;
+`shooting` is Newton's method on that map, keeps its account, and judges an orbit by its
+multipliers. `response` is the answer, `coexisting` looks for others beside it,
+`continuation` follows it over speed.
 """

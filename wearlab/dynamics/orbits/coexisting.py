@@ -1,9 +1,10 @@
 """Another attractor beside the one found: |μ| < 1 says that an orbit attracts, not that it is the only one.
 
-A mesh that may separate has several steady responses, even where the one found never leaves contact. So
-flanks are let go from states that it does not visit. Mostly they are back within a few dozen periods, as soon
-as they can no longer part, and the integration ends there. What stays away is shot at now and then: an orbit
-takes far longer to settle on than to find.
+A mesh that may separate has several steady responses, even where the one found never
+leaves contact. So flanks are let go from states that it does not visit. Mostly they are
+back within a few dozen periods, as soon as they can no longer part, and the integration
+ends there. What stays away is shot at now and then: an orbit takes far longer to settle
+on than to find.
 """
 
 import itertools
@@ -22,16 +23,19 @@ from wearlab.dynamics.rigid import rigid_modes
 BLOCK = 50
 """Most mesh periods between two looks whether the flanks are back."""
 RELEASES, FURTHER, MOST_RELEASES = 24, 8, 64
-"""Releases of a search, of one that goes on with those of a neighbouring case, and with those that long
-transients add."""
+"""Releases of a search, of one that goes on with those of a neighbouring case, and with
+those that long transients add."""
 LONG, ADDED, ADDED_SHARE = 100, 2, 0.5
-"""Mesh periods after which a release is shot at, further releases that it asks for, and the share of the work
-allowed up to which it may: where transients are long, which attractor one ends on is chance."""
-TRIED, PASSES = (1, 2, 3), 8
+"""Mesh periods after which a release is shot at, further releases that it asks for, and
+the share of the work allowed up to which it may: where transients are long, which
+attractor one ends on is chance."""
+TRIED = (1, 2, 3)
+PASSES = 8
 """Periods that a motion is shot at which shows none, and passes allowed."""
 PUSHED, WATCHED = 1e-3, 50
-"""Distance by which an orbit found by shooting is pushed, over the mean deflection, and mesh periods in which
-it must not go tenfold as far: its multipliers say so, but of a flank that grazes they know one side alone."""
+"""Distance by which an orbit found by shooting is pushed, over the mean deflection, and
+mesh periods in which it must not go tenfold as far: its multipliers say so, but of a
+flank that grazes they know one side alone."""
 MOST_STEPS = 30_000_000
 """Bound on the integration steps of a search, where nobody gives another."""
 
@@ -42,7 +46,8 @@ class Tries(NamedTuple):
     Parameters
     ----------
     releases : how many, more where transients are long
-    first : number of the first of them, see `wearlab.dynamics.orbits.coexisting.releases`
+    first : number of the first of them, see
+        `wearlab.dynamics.orbits.coexisting.releases`
     near : another attractor of a neighbouring case: one like it is looked for first
     """
 
@@ -77,8 +82,12 @@ class _CutOff(Exception):
     """The bound on the work is reached."""
 
 
-def coexisting(response: Response, method: Periodic, most: int = MOST_STEPS, tries: Tries = WHOLE) -> Search:
-    """Look for another attractor that the released flanks reach; there is none when all return.
+def coexisting(
+    response: Response, method: Periodic, most: int = MOST_STEPS, tries: Tries = WHOLE
+) -> Search:
+    """Look for another attractor that the released flanks reach.
+
+    There is none when all return.
 
     Parameters
     ----------
@@ -92,10 +101,16 @@ def coexisting(response: Response, method: Periodic, most: int = MOST_STEPS, tri
     A search, not a proof: an attractor that none of the releases reaches stays unknown.
     """
     attracts = response.verdict.attracting is not False
-    if response.period == 0 or not attracts or not response.verdict.unique or not response.system.load.any():
+    if (
+        response.period == 0
+        or not attracts
+        or not response.verdict.unique
+        or not response.system.load.any()
+    ):
         return Search()
     hunt = _Hunt(response, method, most // len(response.tables.width))
-    starts, wanted = 0, tries.releases
+    starts = 0
+    wanted = tries.releases
     try:
         rival = None if tries.near is None else hunt.like(tries.near)
         states = releases(response, hunt.known.deflection, tries.first)
@@ -115,13 +130,17 @@ class _Hunt(shooting.Shooting):
 
     def __init__(self, response: Response, method: Periodic, most: int) -> None:
         super().__init__(response.system, response.tables, response.mesh_period, method)
-        self.known, self.method, self.most = Attractor(response, self.rate), method, most
+        self.known = Attractor(response, self.rate)
+        self.method = method
+        self.most = most
         self.patience = sum(method.transients(self))
 
     @property
     def spent(self) -> float:
         """Mesh periods so far, with what locating changes of contact is worth."""
-        return self.maps + self.changes * self.per_change / (shooting.RHS_PER_STEP * self.steps)
+        return self.maps + self.changes * self.per_change / (
+            shooting.RHS_PER_STEP * self.steps
+        )
 
     def follow(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """Integrate, if the bound allows."""
@@ -129,7 +148,9 @@ class _Hunt(shooting.Shooting):
             raise _CutOff
         return self.integrate(state, count, keep)
 
-    def shoot(self, periods: int, state: Array, *, contact: int = LOCATED, most: int = 25) -> Response | None:
+    def shoot(
+        self, periods: int, state: Array, *, contact: int = LOCATED, most: int = 25
+    ) -> Response | None:
         """Shoot as `Shooting.shoot` does, with as many passes as the bound allows."""
         passes = min(most, int(self.most - self.spent) // periods)
         if passes < 1:
@@ -143,7 +164,9 @@ class _Hunt(shooting.Shooting):
 
     def attractor(self, state: Array) -> Response | None:
         """Return the attractor that a motion from ``state`` (2n,) reaches, None when it is the one known."""
-        self.balance.size[:] = 0.0  # integration moves the loads that keep a free set at its speed
+        self.balance.size[:] = (
+            0.0  # integration moves the loads that keep a free set at its speed
+        )
         done, look = 0, LONG
         while done < self.patience:
             away = self.known.away(state)
@@ -161,7 +184,12 @@ class _Hunt(shooting.Shooting):
     def _led_to(self, state: Array) -> Response | None:
         """Return another attractor near a motion that has not settled."""
         strobe, _ = self.follow(state.copy(), 2 * self.method.longest)
-        for periods in list(itertools.islice(periods_of(strobe, self.method.longest, self.rate), 1)) or TRIED:
+        for periods in (
+            list(
+                itertools.islice(periods_of(strobe, self.method.longest, self.rate), 1)
+            )
+            or TRIED
+        ):
             if (rival := self._beside(periods, strobe[-1])) is not None:
                 return rival
         return None
@@ -169,21 +197,33 @@ class _Hunt(shooting.Shooting):
     def _beside(self, periods: int, state: Array) -> Response | None:
         """Return the other orbit near ``state`` (2n,), None where none attracts."""
         orbit = self.shoot(periods, state.copy(), most=PASSES)
-        if orbit is None or orbit.largest >= 1.0 - self.method.margin or self.known.is_at(orbit.state[0, 0]):
+        if (
+            orbit is None
+            or orbit.largest >= 1.0 - self.method.margin
+            or self.known.is_at(orbit.state[0, 0])
+        ):
             return None
         return self.counted(orbit) if self._attracts(orbit) else None
 
     def _attracts(self, orbit: Response) -> bool:
         """Whether a motion pushed off an orbit stays near it."""
-        pushed, n = orbit.state[0, 0].copy(), self.rows // 2
-        pushed[:n] += PUSHED * self.known.deflection * np.sign(self.system.direction.sum(axis=0))
+        pushed = orbit.state[0, 0].copy()
+        n = self.rows // 2
+        pushed[:n] += (
+            PUSHED * self.known.deflection * np.sign(self.system.direction.sum(axis=0))
+        )
         strobe, _ = self.follow(pushed, (WATCHED // orbit.period + 1) * orbit.period)
-        return self.distance(strobe[-1], orbit.state[0, 0]) <= 10.0 * PUSHED * self.known.deflection
+        return (
+            self.distance(strobe[-1], orbit.state[0, 0])
+            <= 10.0 * PUSHED * self.known.deflection
+        )
 
     def _settled(self, state: Array) -> Response | None:
         """Return the attractor on which a motion has settled."""
         method = self.method
-        strobe, path = self.follow(state, max(method.averaged, 2 * method.longest), method.averaged)
+        strobe, path = self.follow(
+            state, max(method.averaged, 2 * method.longest), method.averaged
+        )
         for periods in periods_of(strobe, method.longest, self.rate):
             orbit = self.shoot(periods, strobe[-1].copy())
             if orbit is not None and orbit.largest <= 1.0 + method.margin:
@@ -192,39 +232,50 @@ class _Hunt(shooting.Shooting):
 
 
 AMPLITUDE = (4.0, 120.0)
-"""Force of the mode released over the mean mesh force: less hardly parts flanks, more flies through gaps."""
+"""Force of the mode released over the mean mesh force: less hardly parts flanks, more
+flies through gaps."""
 PLASTIC = 1.32471795724474602596
-"""Real root of x³ = x + 1: multiples of its inverse and of the square of that fill a plane most evenly."""
+"""Real root of x³ = x + 1: multiples of its inverse and of the square of that fill a
+plane most evenly."""
 
 
 def releases(response: Response, deflection: float, first: int = 0) -> Iterator[Array]:
     """Yield states (2n,) to release flanks from, without end: mode after mode, each at another phase.
 
-    About the mean state of the response, a mode vibrates with ``x = a cos θ``, ``ẋ = −a ω sin θ``. Amplitudes
-    a, by their logarithm, and phases θ follow an additive recurrence, which leaves no gap wherever it ends.
+    About the mean state of the response, a mode vibrates with ``x = a cos θ``, ``ẋ = −a
+    ω sin θ``. Amplitudes a, by their logarithm, and phases θ follow an additive
+    recurrence, which leaves no gap wherever it ends.
 
     Parameters
     ----------
     response : the response beside which others are looked for
     deflection : its mean mesh deflection [m]
-    first : number of the first release: what a neighbouring state has tried need not be tried again
+    first : number of the first release: what a neighbouring state has tried need not be
+        tried again
 
     References
     ----------
-    Roberts, The unreasonable effectiveness of quasirandom sequences, 2018: the plastic number.
+    Roberts, The unreasonable effectiveness of quasirandom sequences, 2018: the plastic
+    number.
     """
-    system, every = response.system, response.modes
-    driven, n = every.excited() & (every.frequency > 0.0), len(system.load)
-    shapes, rates = every.shape[driven], 2.0 * np.pi * every.frequency[driven]
-    # A mode's mesh force equals the load's, or its energy that of the deflection under load, whichever is
-    # less: some hardly move the mesh.
+    system = response.system
+    every = response.modes
+    driven = every.excited() & (every.frequency > 0.0)
+    n = len(system.load)
+    shapes = every.shape[driven]
+    rates = 2.0 * np.pi * every.frequency[driven]
+    # A mode's mesh force equals the load's, or its energy that of the deflection under
+    # load, whichever is less: some hardly move the mesh.
     felt = np.abs(shapes @ system.direction.sum(axis=0))
-    largest = np.minimum(deflection / felt, np.linalg.norm(shapes @ system.load / rates) / rates)
+    largest = np.minimum(
+        deflection / felt, np.linalg.norm(shapes @ system.load / rates) / rates
+    )
     mean = response.state[:, :-1].mean(axis=(0, 1))
     low, high = np.log(AMPLITUDE)
     for number in itertools.count(first):
         turn, mode = divmod(number, len(shapes))
-        spread, phase = (0.5 + turn / PLASTIC) % 1.0, 2.0 * np.pi * ((0.5 + turn / PLASTIC**2) % 1.0)
+        spread = (0.5 + turn / PLASTIC) % 1.0
+        phase = 2.0 * np.pi * ((0.5 + turn / PLASTIC**2) % 1.0)
         moved = np.exp(low + (high - low) * spread) * largest[mode] * shapes[mode]
         state = mean.copy()
         state[:n] += np.cos(phase) * moved
@@ -235,8 +286,9 @@ def releases(response: Response, deflection: float, first: int = 0) -> Iterator[
 NEAR = 1e-2
 """Distance of two orbits, over the mean deflection, from which they are two."""
 KEPT = 0.5
-"""Share of the least mesh deflection that a motion that counts as back may take away: its flanks stay in
-touch, the motion is that of a linear system, and nothing but the response attracts it."""
+"""Share of the least mesh deflection that a motion that counts as back may take away:
+its flanks stay in touch, the motion is that of a linear system, and nothing but the
+response attracts it."""
 
 
 class Attractor:
@@ -249,21 +301,31 @@ class Attractor:
     """
 
     def __init__(self, response: Response, rate: float) -> None:
-        system, n = response.system, len(response.system.load)
-        deflection = response.state[:, :-1, :n] @ system.direction.T - response.tables.error[:, 0]
+        system = response.system
+        n = len(response.system.load)
+        deflection = (
+            response.state[:, :-1, :n] @ system.direction.T
+            - response.tables.error[:, 0]
+        )
         self.deflection = float(np.abs(deflection.mean(axis=(0, 1))).max())
-        self.rate, self.states = rate, response.state[:, 0]
+        self.rate = rate
+        self.states = response.state[:, 0]
         turning = rigid_modes(system)
         self.still = np.eye(n) - turning.T @ (turning @ system.mass)
         largest = float(abs(response.multipliers[0])) ** (1.0 / response.period)
         self.decay = -np.log(largest) if 0.0 < largest < 1.0 else 0.0
-        least = step_forces(response).elastic.min(axis=(0, 1, 2)) / response.tables.mean_stiffness
+        least = (
+            step_forces(response).elastic.min(axis=(0, 1, 2))
+            / response.tables.mean_stiffness
+        )
         self.permanent_contact = bool(least.min() > 0.0)
         self.spare = max(KEPT * float(least.min()), NEAR * self.deflection)
         # what deflection the modes of a state amount to at most
         vibrating = response.modes.frequency > 0.0
         shapes = response.modes.shape[vibrating]
-        self.seen = np.abs(shapes @ system.direction.T).max(axis=1)[:, None] * (shapes @ system.mass)
+        self.seen = np.abs(shapes @ system.direction.T).max(axis=1)[:, None] * (
+            shapes @ system.mass
+        )
         self.rates = 2.0 * np.pi * response.modes.frequency[vibrating]
 
     def distance(self, state: Array) -> float:
@@ -280,12 +342,16 @@ class Attractor:
     def away(self, state: Array) -> float:
         """Return how many times farther a strobed state is than where it is as good as back [1].
 
-        In permanent contact that is told by the deflection that the state adds, all modes in phase.
+        In permanent contact that is told by the deflection that the state adds, all
+        modes in phase.
         """
         if not self.permanent_contact:
             return self.distance(state) / NEAR
-        n, apart = self.seen.shape[1], self.states - state
-        swings = np.hypot(apart[:, :n] @ self.seen.T, apart[:, n:] @ self.seen.T / self.rates)
+        n = self.seen.shape[1]
+        apart = self.states - state
+        swings = np.hypot(
+            apart[:, :n] @ self.seen.T, apart[:, n:] @ self.seen.T / self.rates
+        )
         return float(swings.sum(axis=1).min()) / self.spare
 
     def periods_to(self, away: float) -> float:

@@ -1,7 +1,7 @@
 """The response over speed: each speed starts from the response of the last, upwards and downwards.
 
-Where two responses coexist, the two directions follow different branches; where a branch ends, the response
-jumps, and the jump is located by bisection.
+Where two responses coexist, the two directions follow different branches; where a
+branch ends, the response jumps, and the jump is located by bisection.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -21,14 +21,16 @@ from wearlab.mesh.stages import StageTables
 MeshAt = Callable[[float], tuple[System, StageTables, float]]
 
 SUDDEN = 0.05
-"""Change of the range of deflection between two speeds that may be a jump, over the largest range."""
+"""Change of the range of deflection between two speeds that may be a jump, over the
+largest range."""
 BISECTIONS = 8
 STAYS = 0.5
 """Share of the change that a jump keeps however near the two speeds are."""
 SAME = 0.05
 """Distance of an orbit from the motion that leads to it, over the size of the state."""
 AT_REST = 1e-9
-"""Change of the strobed states over a period, relative to their size, from which the motion goes nowhere."""
+"""Change of the strobed states over a period, relative to their size, from which the
+motion goes nowhere."""
 FOLLOWED = (1, 2, 3, 4)
 """Periods tried on a motion that comes to rest too slowly to show its period."""
 
@@ -52,7 +54,9 @@ class Point(NamedTuple):
         """Range of the mesh deflection over the response [m]."""
         response = self.response
         state = response.state[:, :-1, : len(response.system.load)]
-        return float(np.ptp(state @ response.system.direction.T - response.tables.error[:, 0]))
+        return float(
+            np.ptp(state @ response.system.direction.T - response.tables.error[:, 0])
+        )
 
 
 class JumpOfResponse(NamedTuple):
@@ -76,7 +80,8 @@ class Continuation:
 
     Parameters
     ----------
-    transient : mesh periods integrated at every speed before it counts; fewer where it comes to rest before
+    transient : mesh periods integrated at every speed before it counts; fewer where it
+        comes to rest before
     strobe : mesh periods whose states are kept, once a period
     method : how long a period may be, and when an orbit attracts
     """
@@ -85,40 +90,57 @@ class Continuation:
     strobe: int = 64
     method: Periodic = field(default_factory=Periodic)
 
-    def follow(self, mesh_at: MeshAt, speeds: Sequence[float], start: Array) -> list[Point]:
+    def follow(
+        self, mesh_at: MeshAt, speeds: Sequence[float], start: Array
+    ) -> list[Point]:
         """Return the responses at speeds in the order given, the first from the state ``start`` (2n,)."""
         points: list[Point] = []
         for speed in speeds:
-            points.append(self.at(mesh_at, speed, points[-1].response.end if points else start))
+            points.append(
+                self.at(mesh_at, speed, points[-1].response.end if points else start)
+            )
         return points
 
     def at(self, mesh_at: MeshAt, speed: float, start: Array) -> Point:
         """Return the response that a motion from ``start`` (2n,) settles on, at a speed [rad/s]."""
-        method, state = self.method, start.copy()
+        method = self.method
+        state = start.copy()
         shooting = Shooting(*mesh_at(speed), method)
         for most in (self.transient, self.transient, 4 * self.transient):
             strobe = _settled_strobe(shooting, state, most, method.longest)
             orbit = _orbit_of(shooting, strobe, method)
             if orbit is not None:
-                strobe = np.tile(orbit.state[:, 0], (-(-self.strobe // orbit.period), 1))[: self.strobe]
+                strobe = np.tile(
+                    orbit.state[:, 0], (-(-self.strobe // orbit.period), 1)
+                )[: self.strobe]
                 return Point(speed, shooting.counted(orbit), strobe)
-        strobe, path = shooting.integrate(state, max(self.strobe, method.averaged), method.averaged)
+        strobe, path = shooting.integrate(
+            state, max(self.strobe, method.averaged), method.averaged
+        )
         return Point(speed, shooting.aperiodic(path, 0.0), strobe[-self.strobe :])
 
     def jumps(self, mesh_at: MeshAt, points: Sequence[Point]) -> list[JumpOfResponse]:
         """Return where the responses of successive speeds lie on different branches."""
-        largest, jumps = max(point.extent for point in points), list[JumpOfResponse | None]()
+        largest = max(point.extent for point in points)
+        jumps = list[JumpOfResponse | None]()
         for slow, fast in pairwise(points):
             repeats = slow.response.period > 0 or fast.response.period > 0
             if repeats and abs(fast.extent - slow.extent) > SUDDEN * largest:
                 jumps.append(self._located(mesh_at, slow, fast))
         return [jump for jump in jumps if jump is not None]
 
-    def _located(self, mesh_at: MeshAt, first: Point, second: Point) -> JumpOfResponse | None:
-        """Bisect between two speeds; None when the change shrinks with the distance: it was only steep."""
+    def _located(
+        self, mesh_at: MeshAt, first: Point, second: Point
+    ) -> JumpOfResponse | None:
+        """Bisect between two speeds.
+
+        None when the change shrinks with the distance: it was only steep.
+        """
         change = abs(second.extent - first.extent)
         for _ in range(BISECTIONS):
-            middle = self.at(mesh_at, 0.5 * (first.speed + second.speed), first.response.end)
+            middle = self.at(
+                mesh_at, 0.5 * (first.speed + second.speed), first.response.end
+            )
             if abs(middle.extent - first.extent) <= abs(middle.extent - second.extent):
                 first = middle
             else:
@@ -129,8 +151,12 @@ class Continuation:
 
 
 def _settled_strobe(shooting: Shooting, state: Array, most: int, longest: int) -> Array:
-    """Integrate ``state`` at most ``most`` periods, less when it comes to rest; return its last strobes."""
-    n, done = shooting.rows // 2, 0
+    """Integrate ``state`` at most ``most`` periods, less when it comes to rest.
+
+    Return its last strobes.
+    """
+    n = shooting.rows // 2
+    done = 0
     while True:
         strobe, _ = shooting.integrate(state, 2 * longest + 2)
         done += 2 * longest + 2
@@ -147,7 +173,11 @@ def _orbit_of(shooting: Shooting, strobe: Array, method: Periodic) -> Response |
     size = float(np.abs(strobe[-1, :n]).max()) or 1.0
     for m in _periods(strobe, method, shooting.rate):
         orbit = shooting.near(m, strobe[-1])
-        if orbit and np.abs(orbit.state[:, 0, :n] - strobe[-1, :n]).max(axis=1).min() <= SAME * size:
+        if (
+            orbit
+            and np.abs(orbit.state[:, 0, :n] - strobe[-1, :n]).max(axis=1).min()
+            <= SAME * size
+        ):
             return orbit
     return None
 

@@ -11,18 +11,38 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.compiled import by_type, jit
-from wearlab.dynamics.orbits.response import Counts, Found, Response, Verdict, split_periods
+from wearlab.dynamics.orbits.response import (
+    Counts,
+    Found,
+    Response,
+    Verdict,
+    split_periods,
+)
 from wearlab.dynamics.rigid import rebalance, solved_load
-from wearlab.dynamics.steps import contact_change, damping_law, mesh_law, propagator, rk4
-from wearlab.dynamics.steps.kernel import Dense, Kernel, Propagated, Stepped, kernel_of, structure_of, write
+from wearlab.dynamics.steps import (
+    contact_change,
+    damping_law,
+    mesh_law,
+    propagator,
+    rk4,
+)
+from wearlab.dynamics.steps.kernel import (
+    Dense,
+    Kernel,
+    Propagated,
+    Stepped,
+    kernel_of,
+    structure_of,
+    write,
+)
 from wearlab.dynamics.steps.mesh_law import NEXT, THIS
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
 BLOCK = 96
 LOCATED, PERMANENT = 0, 1
-"""Contact within a step: its changes located; or every pair in the path touches and pushes, whatever the
-state."""
+"""Contact within a step: its changes located; or every pair in the path touches and
+pushes, whatever the state."""
 
 
 def _never(kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any) -> bool:
@@ -35,7 +55,9 @@ def _two(kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any) -> b
     mesh_law.flank_law(kernel.flanks, step + 1, 0.0, 1.0, NEXT)
     mesh_law.channel_law(kernel.flanks, NEXT)
     mesh_law.fill_loads(kernel, step + 1, 0.0, 1.0, NEXT)
-    propagator.exact_steps(kernel, step, kernel.structure.tables.double, propagator.OF_TWO, w, states[i:])
+    propagator.exact_steps(
+        kernel, step, kernel.structure.tables.double, propagator.OF_TWO, w, states[i:]
+    )
     j = i + np.uint64(2 * len(kernel.structure.coordinates)) * w
     return contact == PERMANENT or (
         mesh_law.contact_holds(kernel, step, w, states, i, j, THIS)
@@ -43,18 +65,26 @@ def _two(kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any) -> b
     )
 
 
-two_steps = by_type(lambda kernel, *rest: _two if structure_of(kernel) is Propagated else _never)
-"""Advance two equal steps at once where the structure can and no contact changes; return whether."""
+two_steps = by_type(
+    lambda kernel, *rest: _two if structure_of(kernel) is Propagated else _never
+)
+"""Advance two equal steps at once where the structure can and no contact changes;
+return whether."""
 
 
-def over_period(kernel: Any, columns: Any, states: Any, first: Any, contact: int) -> int:
-    """Advance state ``first`` over one mesh period, one state a step; return the number of contact changes.
+def over_period(
+    kernel: Any, columns: Any, states: Any, first: Any, contact: int
+) -> int:
+    """Advance state ``first`` over one mesh period, one state a step.
+
+    Return the number of contact changes.
 
     Parameters
     ----------
     kernel : the system
     columns : columns to advance (uint64): 1 for the trajectory alone
-    states : flat (…, 2n, width); state ``first`` is read, the n_steps after it are written
+    states : flat (…, 2n, width); state ``first`` is read, the n_steps after it are
+        written
     contact : `LOCATED`, or `PERMANENT`, the affine map of a loaded mesh
     """
     w = np.uint64(len(kernel.width))
@@ -65,7 +95,9 @@ def over_period(kernel: Any, columns: Any, states: Any, first: Any, contact: int
         j = i + size
         parts = -1 if step >= done else 0
         if parts < 0 and contact == LOCATED:
-            parts = damping_law.step_by_law(kernel.flanks.meshes.law, kernel, step, columns, w, states, i, j)
+            parts = damping_law.step_by_law(
+                kernel.flanks.meshes.law, kernel, step, columns, w, states, i, j
+            )
         if parts >= 0:
             changes += parts
             i = j
@@ -81,8 +113,12 @@ def over_period(kernel: Any, columns: Any, states: Any, first: Any, contact: int
             done = step + 2
         else:
             rk4.step_of(kernel, step, columns, w, states, i, j)
-            if contact != PERMANENT and not mesh_law.contact_holds(kernel, step, w, states, i, j, THIS):
-                changes += contact_change.step_with_changes(kernel, step, columns, w, states, i, j)
+            if contact != PERMANENT and not mesh_law.contact_holds(
+                kernel, step, w, states, i, j, THIS
+            ):
+                changes += contact_change.step_with_changes(
+                    kernel, step, columns, w, states, i, j
+                )
         i = j
     return changes
 
@@ -90,12 +126,17 @@ def over_period(kernel: Any, columns: Any, states: Any, first: Any, contact: int
 STEPS: dict[type, Callable[..., Any]] = {}
 """The step of every method that moves a single state, by the type of its memory."""
 single_step = by_type(lambda memory, *rest: STEPS[memory.instance_class], counted=True)
-"""Advance a state (2n,) over one step of the tables by the method of the memory; count evaluations."""
+"""Advance a state (2n,) over one step of the tables by the method of the memory; count
+evaluations."""
 
 
 def by_method(kernel: Any, columns: Any, states: Any, first: Any, contact: int) -> int:
-    """Do what `over_period` does by the steps of a method; return the number of evaluations."""
-    rows, evaluations = 2 * len(kernel.structure.coordinates), 0
+    """Do what `over_period` does by the steps of a method.
+
+    Return the number of evaluations.
+    """
+    rows = 2 * len(kernel.structure.coordinates)
+    evaluations = 0
     for step in range(len(kernel.flanks.tables.width)):
         i = (first + step) * rows
         after = states[i + rows : i + 2 * rows]
@@ -104,13 +145,19 @@ def by_method(kernel: Any, columns: Any, states: Any, first: Any, contact: int) 
     return evaluations
 
 
-one_period = by_type(lambda kernel, *rest: by_method if structure_of(kernel) is Stepped else over_period)
+one_period = by_type(
+    lambda kernel, *rest: by_method if structure_of(kernel) is Stepped else over_period
+)
 """Advance a state over one mesh period."""
 
 
 @jit
-def over_periods(kernel: Any, columns: Any, states: Any, strobe: Any, contact: int, balanced: bool) -> int:
-    """Integrate ``len(strobe) − 1`` periods, the last of them kept; return what `one_period` counts.
+def over_periods(
+    kernel: Any, columns: Any, states: Any, strobe: Any, contact: int, balanced: bool
+) -> int:
+    """Integrate ``len(strobe) − 1`` periods, the last of them kept.
+
+    Return what `one_period` counts.
 
     Every road to an orbit calls this one, so that it compiles once.
 
@@ -121,9 +168,12 @@ def over_periods(kernel: Any, columns: Any, states: Any, strobe: Any, contact: i
     strobe : (count + 1, 2n) states at the start of every period, the first given
     balanced : a set free to turn is held at its mean speed after every period
     """
-    rows, steps = strobe.shape[1], len(kernel.flanks.tables.width)
-    w, count = len(kernel.width), len(strobe) - 1
-    dropped, counted = count - len(states) // (rows * w) // steps, 0
+    rows = strobe.shape[1]
+    steps = len(kernel.flanks.tables.width)
+    w = len(kernel.width)
+    count = len(strobe) - 1
+    dropped = count - len(states) // (rows * w) // steps
+    counted = 0
     for k in range(count):
         first = max(0, k - dropped) * steps
         begin = first * rows * w
@@ -142,7 +192,8 @@ class OnTables:
     """Integrates the tabulated map of a kernel by the steps of its structure."""
 
     def __init__(self, kernel: Kernel) -> None:
-        self.kernel, self.by_method = kernel, isinstance(kernel.structure, Stepped)
+        self.kernel = kernel
+        self.by_method = isinstance(kernel.structure, Stepped)
         self.maps, self.right_hand_sides, self.changes = 0, 0, 0
 
     @property
@@ -153,11 +204,26 @@ class OnTables:
     def states(self, periods: int) -> Array:
         """Return memory for the states of so many periods, (periods · n_steps + 1, 2n, width)."""
         kernel = self.kernel
-        return np.empty((periods * self.steps + 1, 2 * len(kernel.structure.coordinates), len(kernel.width)))
+        return np.empty(
+            (
+                periods * self.steps + 1,
+                2 * len(kernel.structure.coordinates),
+                len(kernel.width),
+            )
+        )
 
-    def advance(self, states: Array, start: Array, contact: int = LOCATED, *, tangents: bool = True) -> int:
+    def advance(
+        self,
+        states: Array,
+        start: Array,
+        contact: int = LOCATED,
+        *,
+        tangents: bool = True,
+    ) -> int:
         """Fill ``states`` from ``start`` (2n,) on, unknown loads in it, and count the changes of contact."""
-        balance, held, rows = self.kernel.balance, self.kernel.balance.held, np.arange(len(start))
+        balance = self.kernel.balance
+        held = self.kernel.balance.held
+        rows = np.arange(len(start))
         states[0] = 0.0
         states[0, :, 0] = start
         balance.size[:] = start[held]
@@ -168,13 +234,23 @@ class OnTables:
         strobe = np.empty(((len(states) - 1) // self.steps + 1, len(start)))
         strobe[0] = states[0, :, 0]
         columns = np.uint64(states.shape[2] if tangents else 1)
-        return int(over_periods(self.kernel, columns, states.reshape(-1), strobe, contact, False))
+        return int(
+            over_periods(
+                self.kernel, columns, states.reshape(-1), strobe, contact, False
+            )
+        )
 
     def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
-        """Integrate ``count`` periods and move ``state``; strobed states and the last ``keep`` periods."""
-        states, strobe = self.states(keep), np.empty((count + 1, len(state)))
+        """Integrate ``count`` periods and move ``state``.
+
+        Strobed states and the last ``keep`` periods.
+        """
+        states = self.states(keep)
+        strobe = np.empty((count + 1, len(state)))
         states[0], strobe[0] = 0.0, state
-        counted = over_periods(self.kernel, np.uint64(1), states.reshape(-1), strobe, LOCATED, True)
+        counted = over_periods(
+            self.kernel, np.uint64(1), states.reshape(-1), strobe, LOCATED, True
+        )
         self.maps += count
         self.changes += 0 if self.by_method else counted
         self.right_hand_sides += counted if self.by_method else 4 * self.steps * count
@@ -203,11 +279,17 @@ class UntilSteady:
         """Return the memory of the method's own steps, `Dense`: it takes Runge–Kutta steps on the tables."""
         return Dense
 
-    def integrator(self, system: System, tables: StageTables, period: float) -> OnTables:
+    def integrator(
+        self, system: System, tables: StageTables, period: float
+    ) -> OnTables:
         """Return what integrates a system over mesh periods."""
-        return OnTables(kernel_of(system, tables, period, way=self.memory(system, tables)))
+        return OnTables(
+            kernel_of(system, tables, period, way=self.memory(system, tables))
+        )
 
-    def solve(self, system: System, tables: StageTables, period: float, start: Found = None) -> Response:
+    def solve(
+        self, system: System, tables: StageTables, period: float, start: Found = None
+    ) -> Response:
         """Integrate in blocks until some period m ≤ ``longest`` has settled, and return the response.
 
         Parameters as in `wearlab.dynamics.orbits.periodic.Periodic.solve`.
@@ -216,10 +298,22 @@ class UntilSteady:
         state = np.zeros(2 * len(system.load)) if start is None else start.end.copy()
         rate = unit_of_speed(tables, period)
 
-        def response(m: int, kept: Array, residual: float, verdict: Verdict) -> Response:
+        def response(
+            m: int, kept: Array, residual: float, verdict: Verdict
+        ) -> Response:
             counts = Counts(integrator.maps, integrator.right_hand_sides, 0)
             loaded = solved_load(system, integrator.kernel.balance)
-            return Response(m, kept, np.empty(0, complex), verdict, counts, residual, loaded, tables, period)
+            return Response(
+                m,
+                kept,
+                np.empty(0, complex),
+                verdict,
+                counts,
+                residual,
+                loaded,
+                tables,
+                period,
+            )
 
         while integrator.maps < self.most:
             strobe, _ = integrator.integrate(state, BLOCK, 1)
@@ -236,7 +330,9 @@ class UntilSteady:
             kept = under_one_load(integrator, kept, period)
         strobed = kept[:, 0, : len(system.load)]
         spread = float(np.ptp(strobed, axis=0).max() / (np.abs(strobed).max() or 1.0))
-        return response(0, kept, spread, Verdict(False, None, True, bool(np.isfinite(kept).all())))
+        return response(
+            0, kept, spread, Verdict(False, None, True, bool(np.isfinite(kept).all()))
+        )
 
 
 def unit_of_speed(tables: StageTables, period: float) -> float:
@@ -253,15 +349,16 @@ def in_one_unit(strobe: Array, rate: float) -> Array:
 def remaining_change(strobe: Array, m: int, rate: float) -> float:
     """Return how far strobed states (n, 2n) still are from their limit over ``m`` periods, relative to size.
 
-    The change ``D_k = |y_k − y_{k−m}|`` decays like ρ^k; what remains is the geometric sum
-    ``D ρ^m/(1 − ρ^m)``. With ρ = 0.98 that is fifty times the last change: a test of the change alone would
-    stop far too early.
+    The change ``D_k = |y_k − y_{k−m}|`` decays like ρ^k; what remains is the geometric
+    sum ``D ρ^m/(1 − ρ^m)``. With ρ = 0.98 that is fifty times the last change: a test
+    of the change alone would stop far too early.
     """
     scaled = in_one_unit(strobe, rate)
     size = float(np.abs(scaled).max())
     change = np.abs(scaled[m:] - scaled[:-m]).max(axis=1)
     third = len(change) // 3
-    early, late = float(change[:third].max()), float(change[-third:].max())
+    early = float(change[:third].max())
+    late = float(change[-third:].max())
     if late <= 1e-13 * size:
         return late / size if size > 0.0 else 0.0
     ratio = (late / early) ** (m / (len(change) - third))
@@ -272,25 +369,35 @@ def _least_period(strobe: Array, m: int, rate: float, tolerance: float) -> int:
     """Return the least divisor of ``m`` after which settled states come back (its own test may lag)."""
     scaled = in_one_unit(strobe, rate)[-2 * m - 1 :]
     size = float(np.abs(scaled).max())
-    back = (np.abs(scaled[d:] - scaled[:-d]).max() <= 100.0 * tolerance * size for d in range(1, m + 1))
+    back = (
+        np.abs(scaled[d:] - scaled[:-d]).max() <= 100.0 * tolerance * size
+        for d in range(1, m + 1)
+    )
     return next((d for d, same in enumerate(back, 1) if same and m % d == 0), m)
 
 
 def under_one_load(integrator: OnTables, kept: Array, period: float) -> Array:
     """Return a motion that follows kept periods (n_kept, n_steps + 1, 2n) under a constant load.
 
-    The load and the speed of a set free to turn are corrected after every period. It goes on for
-    as many periods once to find the mean load, and once more under it; any other system keeps its motion.
+    The load and the speed of a set free to turn are corrected after every period. It
+    goes on for as many periods once to find the mean load, and once more under it; any
+    other system keeps its motion.
     """
     balance = integrator.kernel.balance
     if not len(balance.held):
         return kept
-    kernel, state, count = integrator.kernel, kept[-1, -1].copy(), len(kept)
+    kernel = integrator.kernel
+    state = kept[-1, -1].copy()
+    count = len(kept)
     held = balance._replace(gain=balance.gain * np.inf, shape=0.0 * balance.shape)
     integrator.kernel = kernel._replace(balance=held)
     strobe, _ = integrator.integrate(state.copy(), count, 1)
     n = len(state) // 2
-    balance.size[:] -= balance.momentum @ (strobe[-1, n:] - strobe[0, n:]) / (count * period * balance.gain)
+    balance.size[:] -= (
+        balance.momentum
+        @ (strobe[-1, n:] - strobe[0, n:])
+        / (count * period * balance.gain)
+    )
     _, motion = integrator.integrate(state, count, count)
     integrator.kernel = kernel
     return motion
@@ -298,4 +405,7 @@ def under_one_load(integrator: OnTables, kept: Array, period: float) -> Array:
 
 @dataclass(frozen=True)
 class RungeKutta4(UntilSteady):
-    """Fixed steps of order four on the tables, contact changes located (Kutta 1901); see `UntilSteady`."""
+    """Fixed steps of order four on the tables, contact changes located (Kutta 1901).
+
+    See `UntilSteady`.
+    """

@@ -1,4 +1,7 @@
-"""The default method: Newton shooting on the period map; integration where no simple orbit attracts."""
+"""The default method: Newton shooting on the period map.
+
+Integration where no simple orbit attracts.
+"""
 
 from collections.abc import Iterable
 from itertools import islice
@@ -15,20 +18,25 @@ from wearlab.gears.specification import GearError
 from wearlab.mesh.stages import StageTables
 
 CLEAR = 0.005
-"""Distance of the largest multiplier from 1 that lets a neighbour's derivative speak for an orbit: chords
-shrink as fast as they must only where no multiplier has gone a fifth of its way to 1."""
+"""Distance of the largest multiplier from 1 that lets a neighbour's derivative speak
+for an orbit: chords shrink as fast as they must only where no multiplier has gone a
+fifth of its way to 1."""
 CANDIDATES = 3
-"""Periods shot at, of those a motion shows: what comes back after m mesh periods does after 2m and 3m too."""
+"""Periods shot at, of those a motion shows: what comes back after m mesh periods does
+after 2m and 3m too."""
 MOST_STEPS = 3_000_000
 """Steps of the longest integration of a small system: about a second or two."""
 TRANSIENT_LARGE, AVERAGED_LARGE = 30, 24
-"""Mesh periods that a larger system is integrated, and is averaged over, when no orbit is found."""
+"""Mesh periods that a larger system is integrated, and is averaged over, when no orbit
+is found."""
 LONGEST_LARGE = 4
 """Longest period that a larger system is shot at then: each pass costs as many maps."""
 DYING = 0.3
-"""Spread of the later half of strobed states over that of the earlier, of a motion on its way to an orbit."""
+"""Spread of the later half of strobed states over that of the earlier, of a motion on
+its way to an orbit."""
 FURTHEST = 1.0
-"""Deflection of a mesh that no teeth have: a motion that reaches it grows without bound [m]."""
+"""Deflection of a mesh that no teeth have: a motion that reaches it grows without bound
+[m]."""
 
 
 class Unbounded(GearError):
@@ -36,16 +44,21 @@ class Unbounded(GearError):
 
 
 class Periodic(Sought):
-    """Newton shooting on the period map; its derivative is the exact one of the map computed.
+    """Newton shooting on the period map.
 
-    The first pass takes the affine map of a mesh that never changes contact: where that is what happens, it
-    is exact. Else passes locate every change. Where no orbit over a mesh period attracts, the motion is
-    integrated, and an orbit over m ≤ ``longest`` periods looked for where it shows one; if none attracts, the
-    response is aperiodic and its last ``averaged`` periods are returned. (Parker & Chua 1989, ch. 5; Leine &
+    Its derivative is the exact one of the map computed.
+
+    The first pass takes the affine map of a mesh that never changes contact: where that
+    is what happens, it is exact. Else passes locate every change. Where no orbit over a
+    mesh period attracts, the motion is integrated, and an orbit over m ≤ ``longest``
+    periods looked for where it shows one; if none attracts, the response is aperiodic
+    and its last ``averaged`` periods are returned. (Parker & Chua 1989, ch. 5; Leine &
     Nijmeijer 2004, ch. 7.) Parameters: see `wearlab.dynamics.orbits.shooting.Sought`.
     """
 
-    def solve(self, system: System, tables: StageTables, period: float, start: Found = None) -> Response:
+    def solve(
+        self, system: System, tables: StageTables, period: float, start: Found = None
+    ) -> Response:
         """Return the steady response.
 
         Parameters
@@ -60,7 +73,8 @@ class Periodic(Sought):
             start = None
         aperiodic = start is not None and start.period == 0
         orbit = None if start is None or aperiodic else self._near(shooting, start)
-        # Near whose neighbour no orbit attracts, a large system is integrated from there.
+        # Near whose neighbour no orbit attracts, a large system is integrated from
+        # there.
         lost = start is not None and not shooting.small
         lost = lost and (aperiodic or (shooting.loaded and not shooting.singular))
         if orbit is None and not lost:
@@ -72,11 +86,19 @@ class Periodic(Sought):
     def _near(self, shooting: Shooting, start: Response) -> Response | None:
         """Return the orbit that attracts near a neighbour's, None where there is none."""
         permanent = start.period == 1 and start.counts.newton_iterations == 1
-        if not permanent and start.verdict.unique and abs(start.multipliers[0]) < 1.0 - CLEAR:
+        if (
+            not permanent
+            and start.verdict.unique
+            and abs(start.multipliers[0]) < 1.0 - CLEAR
+        ):
             if not shooting.small and (orbit := shooting.chord(start)) is not None:
                 return orbit
-        for contact, most in ((PERMANENT, 1), (LOCATED, 8)) if permanent else ((LOCATED, 8),):
-            orbit = shooting.shoot(start.period, start.state[0, 0].copy(), contact=contact, most=most)
+        for contact, most in (
+            ((PERMANENT, 1), (LOCATED, 8)) if permanent else ((LOCATED, 8),)
+        ):
+            orbit = shooting.shoot(
+                start.period, start.state[0, 0].copy(), contact=contact, most=most
+            )
             if orbit is not None and orbit.largest <= 1.0 + self.margin:
                 return orbit
         return None
@@ -94,41 +116,58 @@ class Periodic(Sought):
         return shooting.shoot(1, state)
 
     def _integrated(self, shooting: Shooting, start: Response | None) -> Response:
-        """Integrate until a period shows, shoot on it; otherwise return the aperiodic response.
+        """Integrate until a period shows, shoot on it.
+
+        Otherwise return the aperiodic response.
 
         Raises
         ------
         Unbounded : the motion grows without bound
         """
-        state, n = np.zeros(shooting.rows) if start is None else start.end.copy(), shooting.rows // 2
-        settled, large = start is not None and start.period == 0, not shooting.small
-        averaged, transients = self.averaged, self.transients(shooting)
+        state = np.zeros(shooting.rows) if start is None else start.end.copy()
+        n = shooting.rows // 2
+        settled = start is not None and start.period == 0
+        large = not shooting.small
+        averaged = self.averaged
+        transients = self.transients(shooting)
         averaged = min(averaged, AVERAGED_LARGE) if large else averaged
-        longest, candidates = (LONGEST_LARGE, 1) if large else (self.longest, CANDIDATES)
+        longest, candidates = (
+            (LONGEST_LARGE, 1) if large else (self.longest, CANDIDATES)
+        )
         for count in (transients[0] // 5,) if settled else transients:
             shooting.integrate(state, count)
-            strobe, kept = shooting.integrate(state, max(averaged, 2 * longest), averaged)
-            if not (np.abs(strobe[:, :n] @ shooting.system.direction.T) < FURTHEST).all():
+            strobe, kept = shooting.integrate(
+                state, max(averaged, 2 * longest), averaged
+            )
+            if not (
+                np.abs(strobe[:, :n] @ shooting.system.direction.T) < FURTHEST
+            ).all():
                 raise Unbounded("scene.dynamics: the motion grows without bound")
             for m in islice(periods_of(strobe, longest, shooting.rate), candidates):
                 if (orbit := shooting.near(m, strobe[-1])) is not None:
                     return orbit
-            early, late = (np.ptp(half, axis=0).max() for half in np.array_split(strobe[:, :n], 2))
+            early, late = (
+                np.ptp(half, axis=0).max() for half in np.array_split(strobe[:, :n], 2)
+            )
             if large and settled and late > DYING * early:
                 continue
-            # A motion that dies out slowly shows no period; it may be on its way to an orbit that attracts.
+            # A motion that dies out slowly shows no period; it may be on its way to an
+            # orbit that attracts.
             simple = shooting.shoot(1, strobe[-1].copy(), most=12)
             if simple is not None and simple.largest < 1.0 - self.margin:
                 return simple
         size = float(np.abs(strobe[:, :n]).max()) or 1.0
-        return shooting.aperiodic(kept, float(np.ptp(strobe[:, :n], axis=0).max()) / size)
+        return shooting.aperiodic(
+            kept, float(np.ptp(strobe[:, :n], axis=0).max()) / size
+        )
 
     def transients(self, shooting: Shooting) -> list[int]:
         """Return the mesh periods to integrate between looks for a period, until a motion has died out.
 
-        One transient, three more, and as many again as the damping asks for, in two pieces: a motion that
-        dies out by e every thousand periods is not aperiodic because it has not settled after two thousand.
-        Large systems are integrated once, as long as two dozen solves take: what does not settle in that is
+        One transient, three more, and as many again as the damping asks for, in two
+        pieces: a motion that dies out by e every thousand periods is not aperiodic
+        because it has not settled after two thousand. Large systems are integrated
+        once, as long as two dozen solves take: what does not settle in that is
         averaged, and a life goes on from where it ended.
         """
         if not shooting.small:
@@ -143,8 +182,8 @@ class Periodic(Sought):
 def periods_of(strobe: Array, longest: int, rate: float) -> Iterable[int]:
     """Yield the periods m after which strobed states (n, 2n) come back, shortest first.
 
-    A state has come back when it differs by less than a thousandth of the spread of all states, or by a
-    millionth of their size.
+    A state has come back when it differs by less than a thousandth of the spread of all
+    states, or by a millionth of their size.
     """
     last = in_one_unit(strobe[-2 * longest :], rate)
     limit = 1e-3 * np.ptp(last, axis=0).max() + 1e-6 * np.abs(last).max()

@@ -20,8 +20,11 @@ Both = tuple[Array, Array]
 ALL = slice(None)
 DEGREE = 8
 NINE = [(place, order) for place in (-1.0, 0.0, 1.0) for order in (0, 1, 2)]
-BASIS = np.linalg.inv([polyval(place, polyder(np.eye(DEGREE + 1), order)) for place, order in NINE])
-"""Row: power of the time from the middle in steps; column: value, slope, curvature at start, middle, end."""
+BASIS = np.linalg.inv(
+    [polyval(place, polyder(np.eye(DEGREE + 1), order)) for place, order in NINE]
+)
+"""Row: power of the time from the middle in steps; column: value, slope, curvature at
+start, middle, end."""
 
 
 class Path(NamedTuple):
@@ -29,8 +32,8 @@ class Path(NamedTuple):
 
     Parameters
     ----------
-    coefficient : (n_powers, n_kept, n_steps / 2, n_signals) of the powers of the time from the middle of two
-        steps, in steps
+    coefficient : (n_powers, n_kept, n_steps / 2, n_signals) of the powers of the time
+        from the middle of two steps, in steps
     length : (n_steps / 2,) duration of one of them [s]
     """
 
@@ -39,8 +42,11 @@ class Path(NamedTuple):
 
     def at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
         """Return the signals and their rates at fractions of steps, both (n_kept, n, n_signals)."""
-        two, x = step // 2, step % 2 + fraction - 1.0
-        value, rate = np.zeros((2, self.coefficient.shape[1], len(x), self.coefficient.shape[3]))
+        two = step // 2
+        x = step % 2 + fraction - 1.0
+        value, rate = np.zeros(
+            (2, self.coefficient.shape[1], len(x), self.coefficient.shape[3])
+        )
         for coefficient in self.coefficient[::-1]:  # Horner's rule
             rate = rate * x[:, None] + value
             value = value * x[:, None] + coefficient[:, two]
@@ -53,13 +59,18 @@ def path(position: Array, velocity: Array, acceleration: Array, length: Array) -
     Parameters
     ----------
     position, velocity : (n_kept, n_steps + 1, n_signals) at the ends of the steps
-    acceleration : (n_kept, n_steps, 2, n_signals) at the start and the end of every step
+    acceleration : (n_kept, n_steps, 2, n_signals) at the start and the end of every
+        step
     length : (n_steps,) duration of the steps, two and two equal [s]
     """
     h = length[::2]
-    first, second = acceleration[:, ::2], acceleration[:, 1::2]
-    value, slope = (np.stack([x[:, :-1:2], x[:, 1::2], x[:, 2::2]]) for x in (position, velocity))
-    bend = np.stack([first[:, :, 0], 0.5 * (first[:, :, 1] + second[:, :, 0]), second[:, :, 1]])
+    first = acceleration[:, ::2]
+    second = acceleration[:, 1::2]
+    value = np.stack([position[:, :-1:2], position[:, 1::2], position[:, 2::2]])
+    slope = np.stack([velocity[:, :-1:2], velocity[:, 1::2], velocity[:, 2::2]])
+    bend = np.stack(
+        [first[:, :, 0], 0.5 * (first[:, :, 1] + second[:, :, 0]), second[:, :, 1]]
+    )
     nine = np.stack([value, slope * h[:, None], bend * (h * h)[:, None]], axis=1)
     nine = nine.reshape(DEGREE + 1, *value.shape[1:])
     return Path(np.tensordot(BASIS, nine, axes=1), h)
@@ -83,7 +94,8 @@ class Verdict(NamedTuple):
     Parameters
     ----------
     periodic : the orbit closes after `Response.period` mesh periods
-    attracting : neighbouring motions approach it: max |multiplier| < 1 − margin (None: not computed)
+    attracting : neighbouring motions approach it: max |multiplier| < 1 − margin (None:
+        not computed)
     unique : no family of orbits, I − P is regular
     converged : the method met its own criterion
     """
@@ -95,9 +107,17 @@ class Verdict(NamedTuple):
 
     @property
     def deviations(self) -> tuple[str, ...]:
-        """The verdict in words: what deviates from a unique, attracting periodic orbit; () when nothing."""
+        """The verdict in words: what deviates from a unique, attracting periodic orbit.
+
+        () when nothing.
+        """
         words = "aperiodic", "not attracting", "non-unique", "not converged"
-        wrong = not self.periodic, self.attracting is False, not self.unique, not self.converged
+        wrong = (
+            not self.periodic,
+            self.attracting is False,
+            not self.unique,
+            not self.converged,
+        )
         return tuple(compress(words, wrong))
 
 
@@ -117,14 +137,18 @@ class Response:
     ----------
     period : m, the response repeats after m mesh periods; 0: aperiodic
     state : (n_kept, n_steps + 1, 2n) q and q̇ at the ends of the steps [m], [m/s]
-    multipliers : Floquet multipliers over m periods, largest first; empty when not computed or aperiodic
+    multipliers : Floquet multipliers over m periods, largest first; empty when not
+        computed or aperiodic
     verdict : what can be said of it
     counts : work done
-    residual : closure of the orbit relative to its size; aperiodic: spread of the strobed states
-    system, tables, mesh_period : what it is the response of, with the loads that were found; duration of a
-        mesh period [s]
-    derivative : (2n, 2n) of the map over m periods at its start, kept where a neighbour can use it, or None
-    between : what the tables were taken of, for values between their stages; None: parabolas through them
+    residual : closure of the orbit relative to its size; aperiodic: spread of the
+        strobed states
+    system, tables, mesh_period : what it is the response of, with the loads that were
+        found; duration of a mesh period [s]
+    derivative : (2n, 2n) of the map over m periods at its start, kept where a neighbour
+        can use it, or None
+    between : what the tables were taken of, for values between their stages; None:
+        parabolas through them
     """
 
     period: int
@@ -162,13 +186,18 @@ class Response:
     @cached_property
     def motion(self) -> Path:
         """The coordinates within the steps."""
-        n, length = len(self.system.load), self.tables.width * self.mesh_period
-        return path(self.state[..., :n], self.state[..., n:], accelerations(self), length)
+        n = len(self.system.load)
+        length = self.tables.width * self.mesh_period
+        return path(
+            self.state[..., :n], self.state[..., n:], accelerations(self), length
+        )
 
     @cached_property
     def approach(self) -> Path:
         """The projections d·q of the meshes within the steps."""
-        return self.motion._replace(coefficient=self.motion.coefficient @ self.system.direction.T)
+        return self.motion._replace(
+            coefficient=self.motion.coefficient @ self.system.direction.T
+        )
 
 
 Found = Response | None
@@ -184,7 +213,10 @@ def split_periods(path: Array, periods: int) -> Array:
 
 
 def step_of(
-    grid: StageGrid, phase: Array, segment: Index | None = None, side: Literal["right", "left"] = "right"
+    grid: StageGrid,
+    phase: Array,
+    segment: Index | None = None,
+    side: Literal["right", "left"] = "right",
 ) -> Index:
     """Return the step that holds each phase, (n,).
 
@@ -192,24 +224,33 @@ def step_of(
     ----------
     grid : steps of a mesh period
     phase : (n,) in [0, 1] [1]
-    segment : (n,) the smooth segment each phase belongs to, which decides at breaks; None: ``side`` does
-    side : "right" takes the step that begins at a phase on a boundary, "left" the one that ends there
+    segment : (n,) the smooth segment each phase belongs to, which decides at breaks;
+        None: ``side`` does
+    side : "right" takes the step that begins at a phase on a boundary, "left" the one
+        that ends there
     """
-    low, high = np.zeros(1, int), np.full(1, len(grid.start) - 1)
+    low = np.zeros(1, int)
+    high = np.full(1, len(grid.start) - 1)
     if segment is not None:
         low = np.searchsorted(grid.segment, segment, side="left")
         high = np.searchsorted(grid.segment, segment, side="right") - 1
     return np.clip(np.searchsorted(grid.start, phase, side=side) - 1, low, high)
 
 
-def place_of(grid: StageGrid, phase: Array, segment: Index | None = None) -> tuple[Index, Array]:
+def place_of(
+    grid: StageGrid, phase: Array, segment: Index | None = None
+) -> tuple[Index, Array]:
     """Return the step that holds each phase, see `step_of`, and the fraction of it, (n,) each."""
     step = step_of(grid, phase, segment)
     return step, (phase - grid.start[step]) / grid.width[step]
 
 
 def deflection_at(
-    response: Response, grid: StageGrid, phase: Array, segment: Index | None = None, meshes: slice = ALL
+    response: Response,
+    grid: StageGrid,
+    phase: Array,
+    segment: Index | None = None,
+    meshes: slice = ALL,
 ) -> Both:
     """Return mesh deflection δ and its rate at any phases, (n_kept, n_mesh, n_phases) [m], [m/s].
 
@@ -228,32 +269,50 @@ def deflection_at(
     return delta, rate
 
 
-def coordinates_at(response: Response, grid: StageGrid, phase: Array, segment: Index | None = None) -> Both:
-    """Return all coordinates q and q̇ at any phases, (n_kept, n, n_phases) [m], [m/s]; see `deflection_at`."""
+def coordinates_at(
+    response: Response, grid: StageGrid, phase: Array, segment: Index | None = None
+) -> Both:
+    """Return all coordinates q and q̇ at any phases, (n_kept, n, n_phases) [m], [m/s].
+
+    See `deflection_at`.
+    """
     position, velocity = response.motion.at(*place_of(grid, phase, segment))
     return position.transpose(0, 2, 1), velocity.transpose(0, 2, 1)
 
 
 def dashpot_of(system: System, mesh: int | slice = slice(None)) -> Dashpot:
     """Return the damping and the backlash of all meshes, or of one."""
-    backlash, law = system.backlash, system.damping_law
+    backlash = system.backlash
+    law = system.damping_law
     behind = None if backlash is None else backlash[mesh]
-    own = None if law is None else type(law)(*(np.atleast_1d(values[mesh]) for values in law))
+    own = (
+        None
+        if law is None
+        else type(law)(*(np.atleast_1d(values[mesh]) for values in law))
+    )
     return Dashpot(system.mesh_damping[mesh], system.damping_always, behind, own)
 
 
 def motion_at(
-    response: Response, step: Index, fraction: Array, kept: slice = ALL, meshes: slice = ALL
+    response: Response,
+    step: Index,
+    fraction: Array,
+    kept: slice = ALL,
+    meshes: slice = ALL,
 ) -> Deflections:
     """Return the motion of some meshes at fractions of steps (n,), (n_kept, n, n_mesh)."""
     approach = response.approach
     approach = approach._replace(coefficient=approach.coefficient[:, kept, :, meshes])
     place, speed = approach.at(step, fraction)
-    error, slope = (values[:, meshes] for values in response.within.errors_at(step, fraction))
+    error, slope = (
+        values[:, meshes] for values in response.within.errors_at(step, fraction)
+    )
     return Deflections(place - error, speed - slope / response.mesh_period)
 
 
-def forces_at(response: Response, step: Index, fraction: Array, kept: slice = ALL) -> NormalForces:
+def forces_at(
+    response: Response, step: Index, fraction: Array, kept: slice = ALL
+) -> NormalForces:
     """Return the forces of all meshes at fractions of steps (n,), (n_kept, n, n_mesh[, n_pairs]).
 
     Fraction 0 of a step and fraction 1 of the one before are the two sides of a jump.
@@ -265,7 +324,9 @@ def forces_at(response: Response, step: Index, fraction: Array, kept: slice = AL
     kept : which of the kept periods
     """
     springs = response.within.springs_at(step, fraction).per(response.mesh_period)
-    return normal_forces(springs, motion_at(response, step, fraction, kept), dashpot_of(response.system))
+    return normal_forces(
+        springs, motion_at(response, step, fraction, kept), dashpot_of(response.system)
+    )
 
 
 def at_ends(table: Array) -> Array:
@@ -286,17 +347,26 @@ def step_forces(response: Response) -> NormalForces:
     ----------
     L16 Eqs. 1–6, pair by pair; W23 Eqs. 7–14.
     """
-    tables, period = response.tables, response.mesh_period
-    place, speed = (each @ response.system.direction.T for each in states_at_ends(response))
-    motion = Deflections(place - at_ends(tables.error), speed - at_ends(tables.error_rate) / period)
-    return normal_forces(tables.springs.per(period).each(at_ends), motion, dashpot_of(response.system))
+    tables = response.tables
+    period = response.mesh_period
+    place, speed = (
+        each @ response.system.direction.T for each in states_at_ends(response)
+    )
+    motion = Deflections(
+        place - at_ends(tables.error), speed - at_ends(tables.error_rate) / period
+    )
+    return normal_forces(
+        tables.springs.per(period).each(at_ends), motion, dashpot_of(response.system)
+    )
 
 
 AtInstants = Callable[[Array], Array]
 """A table (n_steps, 3, …) at some instants (…), such as `at_ends`."""
 
 
-def friction_forces(response: Response, forces: NormalForces, at: AtInstants = at_ends) -> Both:
+def friction_forces(
+    response: Response, forces: NormalForces, at: AtInstants = at_ends
+) -> Both:
     """Return ``Σ_p Λμ_p N_p`` [N] and ``Σ_p Λμ_p s_p N_p`` [N m] of each mesh where its forces are given.
 
     (n_kept, n_steps, 2, n_mesh) each at the step ends, as in `step_forces`.
@@ -307,17 +377,24 @@ def friction_forces(response: Response, forces: NormalForces, at: AtInstants = a
     """
     tables = response.tables
     if tables.sliding is None or tables.moment is None:
-        raise ValueError("the mesh tables carry no sliding: this response has no friction")
-    tangential, moment = (at(one) * forces.pair_normal for one in (tables.sliding, tables.moment))
+        raise ValueError(
+            "the mesh tables carry no sliding: this response has no friction"
+        )
+    tangential = at(tables.sliding) * forces.pair_normal
+    moment = at(tables.moment) * forces.pair_normal
     return tangential.sum(axis=-1), moment.sum(axis=-1)
 
 
 def accelerations(response: Response) -> Array:
     """Return q̈ at the start and the end of every step, (n_kept, n_steps, 2, n), from the motion [m/s²]."""
-    return acceleration(response, *states_at_ends(response), step_forces(response), at_ends)
+    return acceleration(
+        response, *states_at_ends(response), step_forces(response), at_ends
+    )
 
 
-def acceleration(response: Response, q: Array, v: Array, forces: NormalForces, at: AtInstants) -> Array:
+def acceleration(
+    response: Response, q: Array, v: Array, forces: NormalForces, at: AtInstants
+) -> Array:
     """Return ``q̈ = M⁻¹(F − Σ d W − friction − C q̇ − K q)`` at some instants, (n_kept, …, n) [m/s²].
 
     Parameters
@@ -327,11 +404,16 @@ def acceleration(response: Response, q: Array, v: Array, forces: NormalForces, a
     forces : of the meshes
     at : tables at these instants
     """
-    system, tables = response.system, response.tables
+    system = response.system
+    tables = response.tables
     load = system.load - forces.normal @ system.direction
     if system.friction_constant is not None and system.friction_slope is not None:
         tangential, moment = friction_forces(response, forces, at)
-        load = load - tangential @ system.friction_constant - moment @ system.friction_slope
+        load = (
+            load
+            - tangential @ system.friction_constant
+            - moment @ system.friction_slope
+        )
     if system.fluctuation_direction is not None and tables.fluctuation is not None:
         load = load + at(tables.fluctuation)[..., None] * system.fluctuation_direction
     load = load - q @ system.total_stiffness.T - v @ system.total_damping.T

@@ -8,8 +8,20 @@ import numpy as np
 from scipy.linalg.lapack import dgeev, dgetrf, dgetrs
 
 from wearlab.arrays import Array, Complex
-from wearlab.dynamics.orbits.integrate import LOCATED, PERMANENT, OnTables, under_one_load, unit_of_speed
-from wearlab.dynamics.orbits.response import Counts, Found, Response, Verdict, split_periods
+from wearlab.dynamics.orbits.integrate import (
+    LOCATED,
+    PERMANENT,
+    OnTables,
+    under_one_load,
+    unit_of_speed,
+)
+from wearlab.dynamics.orbits.response import (
+    Counts,
+    Found,
+    Response,
+    Verdict,
+    split_periods,
+)
 from wearlab.dynamics.rigid import Balance, solved_load, true_derivative
 from wearlab.dynamics.steps.kernel import is_small, kernel_of
 from wearlab.dynamics.system import System
@@ -17,18 +29,20 @@ from wearlab.mesh.stages import StageTables
 
 RHS_PER_STEP = 4
 RHS_PER_CHANGE, RHS_PER_CHANGE_LARGE = 60, 6
-"""Right-hand sides that locating a change of contact is worth: 7 µs, of 0.12 µs each in registers; 17 to
-28 µs, of 3 to 4 µs each, in larger systems."""
+"""Right-hand sides that locating a change of contact is worth: 7 µs, of 0.12 µs each in
+registers; 17 to 28 µs, of 3 to 4 µs each, in larger systems."""
 ROWS_PER_PASS = 12
 """Rows of a large state whose tangents take about as long as the trajectory."""
 MOST_TANGENTS, MOST_TANGENTS_LARGE = 1_000_000, 24
-"""Mesh periods with derivatives that one shooting may take, of small systems and of larger ones."""
+"""Mesh periods with derivatives that one shooting may take, of small systems and of
+larger ones."""
 MOST_CHORDS = 8
 SHRINKS = 0.2
-"""Ratio of successive chord steps above which the neighbour's derivative is no longer good."""
+"""Ratio of successive chord steps above which the neighbour's derivative is no longer
+good."""
 NEARLY = 1e-4
-"""Size of a last Newton step over that of the state with which a large system is as good as periodic: where a
-flank grazes, its map has steps that no pass gets below."""
+"""Size of a last Newton step over that of the state with which a large system is as
+good as periodic: where a flank grazes, its map has steps that no pass gets below."""
 SMALL_STEP = 1e-7
 """Size of the last step over that of the state."""
 SAME_PATH = 1e-9
@@ -61,7 +75,8 @@ class Sought:
     transient : mesh periods to integrate before a period is looked for
     longest : the longest period tried [mesh periods]
     averaged : mesh periods kept of an aperiodic response
-    closed : size of the last step by a neighbour's derivative, over that of the state [1]
+    closed : size of the last step by a neighbour's derivative, over that of the state
+        [1]
     """
 
     margin: float = 1e-3
@@ -79,18 +94,32 @@ class Shooting(OnTables):
 
     Parameters
     ----------
-    system, tables, period : what moves, the mesh at the stages, the duration of a mesh period [s]
+    system, tables, period : what moves, the mesh at the stages, the duration of a mesh
+        period [s]
     wanted : margin and closure of the orbits
 
     Attributes
     ----------
-    small, loaded : whether the system is small, and whether anything presses the flanks together
+    small, loaded : whether the system is small, and whether anything presses the flanks
+        together
     per_change : right-hand sides that locating a change of contact is worth
     """
 
-    def __init__(self, system: System, tables: StageTables, period: float, wanted: Sought = WANTED) -> None:
-        self.system, self.tables, self.period, self.wanted = system, tables, period, wanted
-        self.small, self.loaded = is_small(system), bool(system.load.any())
+    def __init__(
+        self,
+        system: System,
+        tables: StageTables,
+        period: float,
+        wanted: Sought = WANTED,
+    ) -> None:
+        self.system, self.tables, self.period, self.wanted = (
+            system,
+            tables,
+            period,
+            wanted,
+        )
+        self.small = is_small(system)
+        self.loaded = bool(system.load.any())
         self.per_change = RHS_PER_CHANGE if self.small else RHS_PER_CHANGE_LARGE
         super().__init__(kernel_of(system, tables, period))
         self.rows, self.balance = 2 * len(system.load), self.kernel.balance
@@ -111,52 +140,83 @@ class Shooting(OnTables):
     @property
     def grounded(self) -> bool:
         """Whether every coordinate is held without the mesh, so that nothing can float in the backlash."""
-        return bool(np.linalg.matrix_rank(self.system.total_stiffness) == self.rows // 2)
+        return bool(
+            np.linalg.matrix_rank(self.system.total_stiffness) == self.rows // 2
+        )
 
-    def shoot(self, periods: int, state: Array, *, contact: int = LOCATED, most: int = 25) -> Response | None:
+    def shoot(
+        self, periods: int, state: Array, *, contact: int = LOCATED, most: int = 25
+    ) -> Response | None:
         """Return the orbit near ``state`` (moved to it), in its least number of periods; None: not found.
 
-        Newton's step solves ``(I − P) x = P(y) − y``; steps that lead away are halved. While contact does not
-        change the map is affine: one step is exact when the path without tangents follows it.
+        Newton's step solves ``(I − P) x = P(y) − y``; steps that lead away are halved.
+        While contact does not change the map is affine: one step is exact when the path
+        without tangents follows it.
 
         Parameters
         ----------
         periods : of the orbit
         state : (2n,) near the orbit
-        contact : of the first pass: `LOCATED`, or `PERMANENT`, the affine map of a mesh whose pairs all touch
+        contact : of the first pass: `LOCATED`, or `PERMANENT`, the affine map of a mesh
+            whose pairs all touch
         most : passes allowed
         """
-        shooter, rows, scale = self.shooter, self.rows, self.scale
-        most = min(most, max(2, (MOST_TANGENTS if self.small else MOST_TANGENTS_LARGE) // periods))
+        shooter = self.shooter
+        rows = self.rows
+        scale = self.scale
+        most = min(
+            most,
+            max(2, (MOST_TANGENTS if self.small else MOST_TANGENTS_LARGE) // periods),
+        )
         states = shooter.states(periods)
         exchange(self.balance, state)
-        trial, step, path = state.copy(), np.zeros(rows), states[:, :, 0]
-        old_residual, error, passes, halved, checks = np.inf, np.inf, 0, 0, 0
+        trial = state.copy()
+        step = np.zeros(rows)
+        path = states[:, :, 0]
+        old_residual = np.inf
+        error = np.inf
+        passes = 0
+        halved = 0
+        checks = 0
         converged, self.singular = False, False
         while passes < most and not converged:
             passes += 1
             changes = shooter.advance(states, trial, contact)
             tangents = states[:, :, 1 : 1 + rows]
-            derivative, missed = tangents[-1].copy(), states[-1, :, 0] - states[0, :, 0]
+            derivative = tangents[-1].copy()
+            missed = states[-1, :, 0] - states[0, :, 0]
             residual = self.distance(missed)
-            if contact != PERMANENT and not residual <= 4.0 * old_residual and halved < HALVINGS:
+            if (
+                contact != PERMANENT
+                and not residual <= 4.0 * old_residual
+                and halved < HALVINGS
+            ):
                 halved += 1
                 step *= 0.5
                 trial = state + step
                 continue
             state[:] = trial
-            matrix = fixed_point_matrix(self.balance, derivative) * (scale / scale[:, None])
+            matrix = fixed_point_matrix(self.balance, derivative) * (
+                scale / scale[:, None]
+            )
             factors, pivots, _ = dgetrf(matrix)
-            if not LEAST_PIVOT * np.abs(matrix).max() < np.abs(factors.diagonal()).min() < np.inf:
+            if (
+                not LEAST_PIVOT * np.abs(matrix).max()
+                < np.abs(factors.diagonal()).min()
+                < np.inf
+            ):
                 self.singular = True
                 break
             step = scale * dgetrs(factors, pivots, missed / scale)[0]
             error = self.distance(step)
-            path, exact = states[:, :, 0] + tangents @ step, False
+            path = states[:, :, 0] + tangents @ step
+            exact = False
             if changes == 0 and shooter.kernel.flanks.meshes.law is None:
                 checks += 1
                 exact = self._follows(path, state + step)
-            if exact or (contact != PERMANENT and error <= SMALL_STEP * self.distance(state)):
+            if exact or (
+                contact != PERMANENT and error <= SMALL_STEP * self.distance(state)
+            ):
                 converged = True
             trial = state + step
             old_residual = np.inf if contact == PERMANENT else residual
@@ -175,11 +235,16 @@ class Shooting(OnTables):
         return self._orbit(path, derivative) if converged else None
 
     def near(self, periods: int, state: Array) -> Response | None:
-        """Return the orbit near ``state``, or one of a family of them; None where no orbit attracts."""
+        """Return the orbit near ``state``, or one of a family of them.
+
+        None where no orbit attracts.
+        """
         orbit = self.shoot(periods, state.copy())
         if orbit is None and self.singular and periods == 1:
             orbit = self.family(state)
-        return None if orbit is None or orbit.largest > 1.0 + self.wanted.margin else orbit
+        return (
+            None if orbit is None or orbit.largest > 1.0 + self.wanted.margin else orbit
+        )
 
     def _follows(self, path: Array, start: Array) -> bool:
         """Whether the motion from ``start`` takes a ``path`` (n_states, 2n) without a change of contact."""
@@ -191,42 +256,66 @@ class Shooting(OnTables):
     def chord(self, neighbour: Response) -> Response | None:
         """Return the orbit near a neighbour's from trajectories alone, None when they don't lead there.
 
-        Newton's steps with the neighbour's derivative: as long as they shrink fast, that derivative is nearly
-        this orbit's, and its multipliers, if clear of 1, are taken over with it.
+        Newton's steps with the neighbour's derivative: as long as they shrink fast,
+        that derivative is nearly this orbit's, and its multipliers, if clear of 1, are
+        taken over with it.
         """
         derivative = neighbour.derivative
-        if derivative is None or neighbour.period != 1 or len(neighbour.state[0, 0]) != self.rows:
+        if (
+            derivative is None
+            or neighbour.period != 1
+            or len(neighbour.state[0, 0]) != self.rows
+        ):
             return None
-        balance, state = self.balance, neighbour.state[0, 0].copy()
+        balance = self.balance
+        state = neighbour.state[0, 0].copy()
         factors, pivots, failed = dgetrf(fixed_point_matrix(balance, derivative))
-        states, last = self.states(1), np.inf
+        states = self.states(1)
+        last = np.inf
         exchange(balance, state)
         for _ in range(MOST_CHORDS):
             self.changes += self.advance(states, state, tangents=False)
             self.maps += 1
             path = states[:, :, 0]
             step, bad = dgetrs(factors, pivots, path[-1] - path[0])
-            size, error = self.distance(path[0]), self.distance(step)
+            size = self.distance(path[0])
+            error = self.distance(step)
             if failed or bad or not error <= SHRINKS * last:
                 return None
             if error <= self.wanted.closed * size:
-                self.iterations += 2  # one would say that a single pass was exact: that contact never changes
+                # one would say that a single pass was exact: that contact never changes
+                self.iterations += 2
                 return self._orbit(path.copy(), derivative, known=neighbour.multipliers)
-            state, last = state + step, error
+            state = state + step
+            last = error
         return None
 
     def _orbit(
-        self, path: Array, derivative: Array, unique: bool = True, known: Complex | None = None
+        self,
+        path: Array,
+        derivative: Array,
+        unique: bool = True,
+        known: Complex | None = None,
     ) -> Found:
-        """Return the orbit of a path (n_states, 2n), in its least number of periods; multipliers if known."""
+        """Return the orbit of a path (n_states, 2n), in its least number of periods.
+
+        Multipliers if known.
+        """
         strobe = path[:: self.steps]
-        periods, size = len(strobe) - 1, self.distance(strobe[0])
+        periods = len(strobe) - 1
+        size = self.distance(strobe[0])
         for m in range(1, periods):
             if periods % m == 0 and self.distance(strobe[m], strobe[0]) <= 1e-6 * size:
                 return self.shoot(m, strobe[0].copy())
-        multipliers = multipliers_of(self.system, self.balance, derivative) if known is None else known
+        multipliers = (
+            multipliers_of(self.system, self.balance, derivative)
+            if known is None
+            else known
+        )
         attracting = bool(abs(multipliers[0]) < 1.0 - self.wanted.margin)
-        verdict = Verdict(True, attracting, unique and (self.loaded or self.grounded), True)
+        verdict = Verdict(
+            True, attracting, unique and (self.loaded or self.grounded), True
+        )
         closure = self.distance(strobe[-1], strobe[0]) / (size or 1.0)
         state = split_periods(path, periods)
         return self._response(periods, state, multipliers, verdict, closure, derivative)
@@ -243,10 +332,14 @@ class Shooting(OnTables):
             missed = path[-1] - state
             if not np.isfinite(missed).all():
                 return None
-            if self.distance(missed) <= 1e-9 * max(self.distance(state), self.distance(path[-1])):
+            if self.distance(missed) <= 1e-9 * max(
+                self.distance(state), self.distance(path[-1])
+            ):
                 return self._orbit(path, derivative, unique=False)
             matrix = np.eye(self.rows) - derivative * scale / scale[:, None]
-            state = state + scale * np.linalg.lstsq(matrix, missed / scale, rcond=1e-10)[0]
+            state = (
+                state + scale * np.linalg.lstsq(matrix, missed / scale, rcond=1e-10)[0]
+            )
         return None
 
     def path_of(self, state: Array) -> tuple[Array, Array]:
@@ -265,14 +358,22 @@ class Shooting(OnTables):
     def _response(self, *found: Any) -> Response:
         """Put a response together: with the work so far, what it is of, and the loads found."""
         period, state, multipliers, verdict, residual, *derivative = found
-        known = multipliers, verdict, self.counts, residual, solved_load(self.system, self.balance)
+        known = (
+            multipliers,
+            verdict,
+            self.counts,
+            residual,
+            solved_load(self.system, self.balance),
+        )
         return Response(period, state, *known, self.tables, self.period, *derivative)
 
     @property
     def counts(self) -> Counts:
         """The work so far, with what changes of contact and tangents of large systems are worth."""
         passes = self.maps + (0.0 if self.small else self.beside)
-        evaluations = int(passes * self.steps) * RHS_PER_STEP + self.changes * self.per_change
+        evaluations = (
+            int(passes * self.steps) * RHS_PER_STEP + self.changes * self.per_change
+        )
         return Counts(self.maps, evaluations, self.iterations)
 
     def counted(self, found: Response) -> Response:
@@ -281,12 +382,15 @@ class Shooting(OnTables):
 
 
 def multipliers_of(system: System, balance: Balance, derivative: Array) -> Complex:
-    """Return the multipliers, largest first; position and speed of a free rotation are left out.
+    """Return the multipliers, largest first.
+
+    Position and speed of a free rotation are left out.
 
     Parameters
     ----------
     system, balance : what moves, and its loads of unknown size
-    derivative : (2n, 2n) of the period map, these loads in the columns of the coordinates held
+    derivative : (2n, 2n) of the period map, these loads in the columns of the
+        coordinates held
 
     References
     ----------

@@ -1,7 +1,7 @@
 """Advancing a motion over one step: the system as compiled code takes it, the law of the mesh, the methods.
 
-A method is one file: `rk4` (small systems, and trajectories of larger ones), `exact` (larger ones),
-`newmark`, `rk45`. `mesh_law` says what the meshes exert, `contact_change` cuts a step where a flank begins or
-ceases to touch or to push, `count` says how many steps a mesh period takes, `kernel` decides which systems
-are small.
+A method is one file: `rk4` (small systems, and trajectories of larger ones), `exact`
+(larger ones), `newmark`, `rk45`. `mesh_law` says what the meshes exert,
+`contact_change` cuts a step where a flank begins or ceases to touch or to push, `count`
+says how many steps a mesh period takes, `kernel` decides which systems are small.
 """

@@ -1,13 +1,15 @@
 """A step in which a flank begins or ceases to touch or to push: a power series between two changes.
 
-While contact lasts, ``q̈ = p − K q − C q̇ − Σ_c r_c (k_c d·q + b_c d·q̇ − w_c)`` with k_c, b_c and w_c
-parabolas over the rest of the step: the terms of the motion follow one from another (Hairer, Nørsett & Wanner
-1993, I.8). A series serves every look into the rest of the step, and a change is the root of a polynomial: of
-the approach of a spring or a back flank, or of the normal force of one that touches.
+While contact lasts, ``q̈ = p − K q − C q̇ − Σ_c r_c (k_c d·q + b_c d·q̇ − w_c)`` with
+k_c, b_c and w_c parabolas over the rest of the step: the terms of the motion follow one
+from another (Hairer, Nørsett & Wanner 1993, I.8). A series serves every look into the
+rest of the step, and a change is the root of a polynomial: of the approach of a spring
+or a back flank, or of the normal force of one that touches.
 
-A change moves with the initial state. Where a spring begins or ceases to touch, the damping of its mesh is
-shared anew and forces jump: the tangents move by that jump (the saltation of Leine & Nijmeijer 2004, ch. 7).
-Where a flank ceases to push its force is zero, and nothing jumps.
+A change moves with the initial state. Where a spring begins or ceases to touch, the
+damping of its mesh is shared anew and forces jump: the tangents move by that jump (the
+saltation of Leine & Nijmeijer 2004, ch. 7). Where a flank ceases to push its force is
+zero, and nothing jumps.
 """
 
 from typing import Any
@@ -22,16 +24,19 @@ from wearlab.dynamics.steps.mesh_law import NEXT, THIS, WITHIN
 MOST_CHANGES = 16
 NOTHING = -1
 NO_TIME = 1e-12
-"""Fraction of a step too short for another change: flanks that part together do so within rounding."""
+"""Fraction of a step too short for another change: flanks that part together do so
+within rounding."""
 LEFT_OUT = 1e-14
 """Size of the terms left out over that of the motion."""
 LEFT_OUT_OF_TANGENTS = 1e-12
 """Size of the terms left out of a tangent that starts with size one."""
 PLACED = 1e-8
-"""Last move of Newton's method, in parts of a step, after which the next one changes nothing."""
+"""Last move of Newton's method, in parts of a step, after which the next one changes
+nothing."""
 MOST_ITERATIONS = 60
 REST = 1e-10
-"""Last term of a series over its first ones, above which a shorter time is asked of it."""
+"""Last term of a series over its first ones, above which a shorter time is asked of
+it."""
 SHORTEST = 1e-4
 """Part of a step below which a series that does not end is taken as it is."""
 
@@ -43,9 +48,13 @@ def parabola(first: float, middle: float, last: float) -> tuple[float, float, fl
 
 
 @jit_inner(counted=False)
-def series_over(kernel: Any, step: int, a: float, end: float, h: float, state: Any) -> int:
+def series_over(
+    kernel: Any, step: int, a: float, end: float, h: float, state: Any
+) -> int:
     """Fill the series of the motion from ``state`` on over the part a…end, which lasts ``h``; count terms."""
-    terms, n, w = kernel.series.terms, kernel.series.terms.shape[1], kernel.series.terms.shape[2]
+    terms = kernel.series.terms
+    n = kernel.series.terms.shape[1]
+    w = kernel.series.terms.shape[2]
     mesh_law.fill_loads(kernel, step, a, end, THIS)
     for row in range(n):
         for col in range(np.uint64(0), np.uint64(w)):
@@ -56,17 +65,28 @@ def series_over(kernel: Any, step: int, a: float, end: float, h: float, state: A
 
 @jit(counted=False)
 def expand(kernel: Any, h: float) -> int:
-    """Fill the series from its first two terms, ``q`` and ``h q̇``; return how many terms there are.
+    """Fill the series from its first two terms, ``q`` and ``h q̇``.
+
+    Return how many terms there are.
 
     Parameters
     ----------
     kernel : the system, the law of its channels and the inputs in the scratch
     h : duration [s]
     """
-    given, held, enters = kernel.series, kernel.balance.held, kernel.series.enters
-    mesh, inputs = kernel.flanks.scratch.mesh[0], kernel.flanks.scratch.inputs[0]
-    terms, sensed, product, total = given.terms, given.sensed, given.product, given.force
-    n, w, meshes, channels = terms.shape[1], terms.shape[2], sensed.shape[1], len(given.jump)
+    given = kernel.series
+    held = kernel.balance.held
+    enters = kernel.series.enters
+    mesh = kernel.flanks.scratch.mesh[0]
+    inputs = kernel.flanks.scratch.inputs[0]
+    terms = given.terms
+    sensed = given.sensed
+    product = given.product
+    total = given.force
+    n = terms.shape[1]
+    w = terms.shape[2]
+    meshes = sensed.shape[1]
+    channels = len(given.jump)
     square = h * h
     multiply(given.direction, terms[0], sensed[0])
     multiply(given.direction, terms[1], sensed[1])
@@ -83,9 +103,14 @@ def expand(kernel: Any, h: float) -> int:
         for c in range(channels):
             m = c % meshes
             k = parabola(mesh[c], mesh[channels + c], mesh[2 * channels + c])
-            b = parabola(mesh[3 * channels + c], mesh[4 * channels + c], mesh[5 * channels + c])
+            b = parabola(
+                mesh[3 * channels + c], mesh[4 * channels + c], mesh[5 * channels + c]
+            )
             for col in range(np.uint64(0), np.uint64(w)):
-                total[col] = square * k[0] * sensed[j, m, col] + rate * b[0] * sensed[j + 1, m, col]
+                total[col] = (
+                    square * k[0] * sensed[j, m, col]
+                    + rate * b[0] * sensed[j + 1, m, col]
+                )
             for power in range(1, min(j, 2) + 1):
                 slower = h * (j + 1 - power) * b[power]
                 for col in range(np.uint64(0), np.uint64(w)):
@@ -127,16 +152,20 @@ def largest(term: Any, first: int, end: int) -> float:
 @jit_inner(counted=False)
 def diverges(terms: Any) -> bool:
     """Whether the last term of a motion is no rest: the series is asked for more time than it reaches."""
-    return largest(terms[TERMS - 1], 0, 1) > REST * (largest(terms[0], 0, 1) + largest(terms[1], 0, 1))
+    return largest(terms[TERMS - 1], 0, 1) > REST * (
+        largest(terms[0], 0, 1) + largest(terms[1], 0, 1)
+    )
 
 
 @jit_inner(counted=False)
 def look_at(series: Any, terms: int, u: float, h: float, out: Any) -> None:
     """Write the state (2n, w) at fraction ``u`` of the series into ``out``, by Horner's rule."""
-    n, w = series.shape[1], series.shape[2]
+    n = series.shape[1]
+    w = series.shape[2]
     for row in range(n):
         for col in range(np.uint64(0), np.uint64(w)):
-            out[row, col], out[n + row, col] = series[terms - 1, row, col], 0.0
+            out[row, col] = series[terms - 1, row, col]
+            out[n + row, col] = 0.0
     for j in range(terms - 2, -1, -1):
         for row in range(n):
             for col in range(np.uint64(0), np.uint64(w)):
@@ -157,7 +186,9 @@ def touching_at(flanks: Any, step: int, m: int, p: int, x: float) -> float:
 
 
 @jit_inner(counted=False)
-def course_of(series: Any, m: int, k: Any, b: Any, offset: Any, h: float, sign: float, terms: int) -> None:
+def course_of(
+    series: Any, m: int, k: Any, b: Any, offset: Any, h: float, sign: float, terms: int
+) -> None:
     """Write ``± (k d·q + b d·q̇ − w)`` over a part of the step, positive before a change, as a polynomial.
 
     Parameters
@@ -167,7 +198,8 @@ def course_of(series: Any, m: int, k: Any, b: Any, offset: Any, h: float, sign: 
     h : duration of the part [s]
     sign : 1 where it is positive until the change, −1 where it is negative
     """
-    sensed, out = series.sensed, series.polynomial
+    sensed = series.sensed
+    out = series.polynomial
     for j in range(terms):
         total = 0.0
         for power in range(min(j, 2) + 1):
@@ -183,7 +215,8 @@ def course_of(series: Any, m: int, k: Any, b: Any, offset: Any, h: float, sign: 
 @jit_inner(counted=False)
 def horner(p: Any, terms: int, u: float) -> tuple[float, float]:
     """Return a polynomial and its slope."""
-    value, slope = p[terms - 1], 0.0
+    value = p[terms - 1]
+    slope = 0.0
     for j in range(terms - 2, -1, -1):
         slope = slope * u + value
         value = value * u + p[j]
@@ -194,21 +227,25 @@ def horner(p: Any, terms: int, u: float) -> tuple[float, float]:
 def first_root(p: Any, terms: int, changed: bool) -> float:
     """Return where a polynomial, positive at first, is negative by the middle or the end; 2.0: nowhere.
 
-    By Newton's method in a bracket. Of a flank that has just ``changed`` the root at 0 is divided out.
+    By Newton's method in a bracket. Of a flank that has just ``changed`` the root at 0
+    is divided out.
     """
     count = terms
     if changed:
         count -= 1
         for j in range(count):
             p[j] = p[j + 1]
-    high, (end, _) = 0.5, horner(p, count, 0.5)
+    high = 0.5
+    (end, _) = horner(p, count, 0.5)
     if not end < 0.0:
-        high, (end, _) = 1.0, horner(p, count, 1.0)
+        high = 1.0
+        (end, _) = horner(p, count, 1.0)
         if not end < 0.0:
             return 2.0
     if not p[0] > 0.0:
         return 0.0
-    low, u = 0.0, high * p[0] / (p[0] - end)
+    low = 0.0
+    u = high * p[0] / (p[0] - end)
     for _ in range(MOST_ITERATIONS):
         value, slope = horner(p, count, u)
         if value > 0.0:
@@ -233,12 +270,15 @@ def next_change(
 ) -> tuple[float, int, int]:
     """Return at which fraction of a part of a step contact first changes, mesh and flank; 2.0: nowhere.
 
-    Flanks are counted: springs, the back flank, then whether pairs push, and the back flank. ``mesh`` and
-    ``flank`` are those that changed where the part begins.
+    Flanks are counted: springs, the back flank, then whether pairs push, and the back
+    flank. ``mesh`` and ``flank`` are those that changed where the part begins.
     """
     earliest, found_mesh, found_flank = 2.0, NOTHING, NOTHING
-    flanks, meshes, s = kernel.flanks, kernel.flanks.meshes, kernel.flanks.scratch
-    pairs, h = len(meshes.pairs), (end - a) * flanks.tables.width[step] * flanks.period
+    flanks = kernel.flanks
+    meshes = kernel.flanks.meshes
+    s = kernel.flanks.scratch
+    pairs = len(meshes.pairs)
+    h = (end - a) * flanks.tables.width[step] * flanks.period
     for m in range(len(meshes.damping)):
         for f in range(2 * (pairs + 1)):
             p = f % (pairs + 1)
@@ -247,15 +287,22 @@ def next_change(
                     continue
                 if p == pairs and meshes.backlash[m] == np.inf:
                     continue
-                k, b, sign = (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0 if s.touch[m, p] == (p < pairs) else -1.0
-                first, last = touching_at(flanks, step, m, p, a), touching_at(flanks, step, m, p, end)
-                offset = parabola(first, touching_at(flanks, step, m, p, a + 0.5 * (end - a)), last)
+                k = (1.0, 0.0, 0.0)
+                b = (0.0, 0.0, 0.0)
+                sign = 1.0 if s.touch[m, p] == (p < pairs) else -1.0
+                first = touching_at(flanks, step, m, p, a)
+                last = touching_at(flanks, step, m, p, end)
+                offset = parabola(
+                    first, touching_at(flanks, step, m, p, a + 0.5 * (end - a)), last
+                )
             else:
                 law = s.law[0, :, m, p]
                 if not meshes.gated[m] or law[1, 0] == 0.0:
                     continue
-                k, b = parabola(law[0, 0], law[1, 0], law[2, 0]), parabola(law[0, 1], law[1, 1], law[2, 1])
-                offset, sign = parabola(law[0, 2], law[1, 2], law[2, 2]), 1.0 if s.pushes[m, p] else -1.0
+                k = parabola(law[0, 0], law[1, 0], law[2, 0])
+                b = parabola(law[0, 1], law[1, 1], law[2, 1])
+                offset = parabola(law[0, 2], law[1, 2], law[2, 2])
+                sign = 1.0 if s.pushes[m, p] else -1.0
             course_of(kernel.series, m, k, b, offset, h, sign, terms)
             u = first_root(kernel.series.polynomial, terms, m == mesh and f == flank)
             if u < earliest:
@@ -264,8 +311,12 @@ def next_change(
 
 
 @jit(counted=False)
-def renew_contact(kernel: Any, step: int, x: float, m: int, p: int, w: Any, states: Any, j: Any) -> None:
-    """Let a spring of mesh ``m`` begin or cease to touch at fraction ``x``; move the tangents.
+def renew_contact(
+    kernel: Any, step: int, x: float, m: int, p: int, w: Any, states: Any, j: Any
+) -> None:
+    """Let a spring of mesh ``m`` begin or cease to touch at fraction ``x``.
+
+    Move the tangents.
 
     Parameters
     ----------
@@ -274,12 +325,19 @@ def renew_contact(kernel: Any, step: int, x: float, m: int, p: int, w: Any, stat
 
     References
     ----------
-    Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7.
+    Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004,
+    ch. 7.
     """
-    flanks, jump = kernel.flanks, kernel.series.jump
-    meshes, tables, s = flanks.meshes, flanks.tables, flanks.scratch
-    n, count, channels = len(kernel.structure.coordinates), len(meshes.damping), len(meshes.channels)
-    law, mesh = s.law[1, 0, m], s.mesh[1]
+    flanks = kernel.flanks
+    jump = kernel.series.jump
+    meshes = flanks.meshes
+    tables = flanks.tables
+    s = flanks.scratch
+    n = len(kernel.structure.coordinates)
+    count = len(meshes.damping)
+    channels = len(meshes.channels)
+    law = s.law[1, 0, m]
+    mesh = s.mesh[1]
     place, speed = mesh_law.motion_of(kernel.structure, m, w, states, j)
     for after in range(2):
         if after == 1:
@@ -306,16 +364,24 @@ def renew_contact(kernel: Any, step: int, x: float, m: int, p: int, w: Any, stat
 
 
 @jit(counted=False)
-def step_with_changes(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any) -> int:
+def step_with_changes(
+    kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
+) -> int:
     """Advance ``states[i:]`` over one step into ``states[j:]``, cut at every change of contact; count them.
 
     Which springs touch and which pairs push at the start is in the scratch.
     """
-    series, pairs, pushes = kernel.series.terms, len(kernel.flanks.meshes.pairs), kernel.flanks.scratch.pushes
+    series = kernel.series.terms
+    pairs = len(kernel.flanks.meshes.pairs)
+    pushes = kernel.flanks.scratch.pushes
     rows = np.uint64(2 * series.shape[1])
     copy(states, i, j, rows * w, columns, w)
     state = states[j : j + rows * w].reshape((rows, w))
-    a, part, m, f, changes = 0.0, 1.0, np.int64(NOTHING), np.int64(NOTHING), 0
+    a = 0.0
+    part = 1.0
+    m = np.int64(NOTHING)
+    f = np.int64(NOTHING)
+    changes = 0
     while 1.0 - a > NO_TIME:
         end = min(1.0, a + part) if 1.0 - a - part > NO_TIME else 1.0
         h = (end - a) * kernel.flanks.tables.width[step] * kernel.flanks.period

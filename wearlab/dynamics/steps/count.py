@@ -14,7 +14,8 @@ RIGID = 1e-5
 REMEMBERED = 1e-6
 """Share of a motion that is left when it has died out."""
 STABLE, EXACT_LARGEST = 1.0, 2.0
-"""Largest ω h of Runge–Kutta steps, whose stability asks ω h < 2.78, and of exact steps."""
+"""Largest ω h of Runge–Kutta steps, whose stability asks ω h < 2.78, and of exact
+steps."""
 GRADED_FROM = 1000
 """Steps of a mesh period below which all are alike."""
 
@@ -28,7 +29,8 @@ def fastest_rate(system: System, mesh_stiffness: PerMesh) -> float:
     Parameters
     ----------
     system : the equation of motion
-    mesh_stiffness : stiffness of every mesh, (n_mesh,) or one value, the largest of a period [N/m]
+    mesh_stiffness : stiffness of every mesh, (n_mesh,) or one value, the largest of a
+        period [N/m]
     """
     return float(np.abs(_eigenvalues(system, mesh_stiffness)).max())
 
@@ -40,8 +42,8 @@ def settling_periods(system: System, tables: StageTables, period: float) -> floa
 
     Parameters
     ----------
-    system, tables, period : as for `wearlab.dynamics.orbits.periodic.Periodic.solve`; the mean mesh stiffness
-        counts
+    system, tables, period : as for `wearlab.dynamics.orbits.periodic.Periodic.solve`;
+        the mean mesh stiffness counts
     """
     slowest = float((-_vibrating(system, tables.mean_stiffness).real).min())
     return float(-np.log(REMEMBERED) / (slowest * period)) if slowest > 0.0 else np.inf
@@ -56,7 +58,9 @@ def _vibrating(system: System, mesh_stiffness: PerMesh) -> Complex:
 def _eigenvalues(system: System, mesh_stiffness: PerMesh) -> Complex:
     """Return the eigenvalues of the equation of motion, (2n,) [1/s]."""
     k = np.broadcast_to(np.asarray(mesh_stiffness, float), (len(system.direction),))
-    return np.asarray(np.linalg.eigvals(companion(*normalised(system, k))), np.complex128)
+    return np.asarray(
+        np.linalg.eigvals(companion(*normalised(system, k))), np.complex128
+    )
 
 
 class StepRule(NamedTuple):
@@ -66,7 +70,8 @@ class StepRule(NamedTuple):
     ----------
     constant, order : of the error, ω the fastest rate with the stiffest mesh
     largest : ω h at most
-    floor : a slow system still has to resolve the mesh: no fewer than ``floor tolerance^(−1/order)`` steps
+    floor : a slow system still has to resolve the mesh: no fewer than ``floor
+        tolerance^(−1/order)`` steps
     per_segment : steps at least in each smooth segment of the mesh period
     """
 
@@ -77,48 +82,63 @@ class StepRule(NamedTuple):
     per_segment: int
 
     def steps(
-        self, system: System, stiff: PerMesh, period: float, tolerance: float, segments: int = 1
+        self,
+        system: System,
+        stiff: PerMesh,
+        period: float,
+        tolerance: float,
+        segments: int = 1,
     ) -> int:
         """Return the steps of a mesh period that keep their error near ``tolerance``.
 
         Parameters
         ----------
         system : the equation of motion
-        stiff : largest stiffness of every mesh over the period, (n_mesh,) or one value [N/m]
+        stiff : largest stiffness of every mesh over the period, (n_mesh,) or one value
+            [N/m]
         period : duration of a mesh period [s]
         tolerance : relative error wanted in the mesh force [1]
         segments : smooth segments of the mesh period
         """
-        step_angle = min(self.largest, (tolerance / self.constant) ** (1.0 / self.order))
+        step_angle = min(
+            self.largest, (tolerance / self.constant) ** (1.0 / self.order)
+        )
         wanted = fastest_rate(system, stiff) * period / step_angle
         floor = self.floor * tolerance ** (-1.0 / self.order)
         return int(np.ceil(max(wanted, floor, self.per_segment * segments)))
 
 
 steps_per_period = StepRule(0.06, 4.0, STABLE, 6.0, 6).steps
-"""Of Runge–Kutta steps, error measured on the benchmark pair; see Hairer & Wanner 1996, §IV.2."""
+"""Of Runge–Kutta steps, error measured on the benchmark pair; see Hairer & Wanner 1996,
+§IV.2."""
 exact_steps_per_period = StepRule(2.5e-5, 6.0, EXACT_LARGEST, 12.0, 4).steps
 """Of exact steps of the linear part, error measured on W23's and B23's sets.
 
-They know no limit of stability, and free vibration costs no accuracy. What they interpolate, by the five
-stages of two steps, is the force by which a mesh differs from its mean, ``(k(φ) − k̄) δ``: δ vibrates after
-every pair that enters.
-"""
+They know no limit of stability, and free vibration costs no accuracy. What they
+interpolate, by the five stages of two steps, is the force by which a mesh differs from
+its mean, ``(k(φ) − k̄) δ``: δ vibrates after every pair that enters. """
 
 
 def graded_steps(
-    system: System, stiff: PerMesh, period: float, tolerance: float, breaks: Array, steps: int | None = None
+    system: System,
+    stiff: PerMesh,
+    period: float,
+    tolerance: float,
+    breaks: Array,
+    steps: int | None = None,
 ) -> StageGrid | None:
     """Return exact steps that grow after every break, None where equal ones are no more.
 
-    A jump makes all modes ring. A time t later those have died out to the tolerance whose rate is above
-    ``ln(1/tolerance)/(ζ t)``, ζ the least damping ratio, and steps need to follow the others alone.
+    A jump makes all modes ring. A time t later those have died out to the tolerance
+    whose rate is above ``ln(1/tolerance)/(ζ t)``, ζ the least damping ratio, and steps
+    need to follow the others alone.
 
     Parameters
     ----------
     system, stiff, period, tolerance : as for `steps_per_period`
     breaks : phases at which something jumps [1]
-    steps : how many there are to be, all longer or shorter alike; None: as many as needed
+    steps : how many there are to be, all longer or shorter alike; None: as many as
+        needed
     """
     equal = exact_steps_per_period(system, stiff, period, tolerance, len(breaks))
     rates = _vibrating(system, stiff)

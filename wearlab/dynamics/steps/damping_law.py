@@ -1,10 +1,11 @@
 """Steps under a damping law that is not linear in the motion: Newton's method on the forces within a step.
 
-Every normal force is replaced by its tangent at a motion that was predicted, ``N ≈ k' d·q + b' d·q̇ − w'``,
-at the start, the middle and the end of the step. That is the form in which the steps of all structures take
-forces, tangents of the trajectory included; the step gives a better motion, about which the forces are made
-linear anew. Where other flanks push at the end of a step than at its start, the step is cut into parts, each
-a power series.
+Every normal force is replaced by its tangent at a motion that was predicted, ``N ≈ k'
+d·q + b' d·q̇ − w'``, at the start, the middle and the end of the step. That is the form
+in which the steps of all structures take forces, tangents of the trajectory included;
+the step gives a better motion, about which the forces are made linear anew. Where other
+flanks push at the end of a step than at its start, the step is cut into parts, each a
+power series.
 """
 
 from typing import Any
@@ -26,7 +27,9 @@ PARTS = 8
 
 
 @jit_inner(counted=False)
-def tangents_of_flanks(flanks: Any, step: int, stage: int, x: float, m: int, at: int) -> None:
+def tangents_of_flanks(
+    flanks: Any, step: int, stage: int, x: float, m: int, at: int
+) -> None:
     """Fill the law of mesh ``m`` with the tangents of its normal forces at a motion of the scratch.
 
     Parameters
@@ -34,12 +37,20 @@ def tangents_of_flanks(flanks: Any, step: int, stage: int, x: float, m: int, at:
     flanks, step, stage, x : as in `wearlab.dynamics.steps.mesh_law.flanks_at`
     at : where in the scratch law, friction and motion are
     """
-    meshes, tables, s, frequency = flanks.meshes, flanks.tables, flanks.scratch, 1.0 / flanks.period
-    pairs, damping = len(meshes.pairs), meshes.law
-    law, place, speed = s.law[0, at, m], s.motion[at, m, 0], s.motion[at, m, 1]
+    meshes = flanks.meshes
+    tables = flanks.tables
+    s = flanks.scratch
+    frequency = 1.0 / flanks.period
+    pairs = len(meshes.pairs)
+    damping = meshes.law
+    law = s.law[0, at, m]
+    place = s.motion[at, m, 0]
+    speed = s.motion[at, m, 1]
     error = mesh_law.of_mesh(tables.error, step, stage, m, x)
     rate = speed - mesh_law.of_mesh(tables.error_rate, step, stage, m, x) * frequency
-    lead, clearance, touches = -1, np.inf, False
+    lead = -1
+    clearance = np.inf
+    touches = False
     for p in range(pairs):
         present = mesh_law.of_pair(tables.stiffness, step, stage, m, p, x) > 0.0
         apart = mesh_law.of_pair(tables.gap, step, stage, m, p, x) + error - place
@@ -53,32 +64,45 @@ def tangents_of_flanks(flanks: Any, step: int, stage: int, x: float, m: int, at:
     for p in range(pairs):
         if law[p, 0] == 0.0 and (touches or p != lead):
             continue
-        approach = rate - mesh_law.of_pair(tables.pair_rate, step, stage, m, p, x) * frequency
+        approach = (
+            rate - mesh_law.of_pair(tables.pair_rate, step, stage, m, p, x) * frequency
+        )
         if touches:
             part = law[p, 1]
             force = law[p, 0] * place - law[p, 2] + part * (speed - approach)
             normal, k, b = contact_force(damping, m, force, law[p, 0], part, approach)
         else:
             normal, k, b = apart_force(damping, m, clearance, approach)
-        law[p, 0], law[p, 1], law[p, 2] = k, b, k * place + b * speed - normal
+        law[p, 0] = k
+        law[p, 1] = b
+        law[p, 2] = k * place + b * speed - normal
     if s.touch[m, pairs]:
         every = -law[pairs, 0]
-        normal, k, b = contact_force(damping, m, -every * behind, every, -law[pairs, 1], -rate)
-        law[pairs, 0], law[pairs, 1], law[pairs, 2] = -k, -b, -k * place - b * speed - normal
+        normal, k, b = contact_force(
+            damping, m, -every * behind, every, -law[pairs, 1], -rate
+        )
+        law[pairs, 0] = -k
+        law[pairs, 1] = -b
+        law[pairs, 2] = -k * place - b * speed - normal
     elif behind < np.inf and lead >= 0:
         normal, k, b = apart_force(damping, m, behind, -rate)
-        law[pairs, 0], law[pairs, 1], law[pairs, 2] = -k, -b, -k * place - b * speed - normal
+        law[pairs, 0] = -k
+        law[pairs, 1] = -b
+        law[pairs, 2] = -k * place - b * speed - normal
     for p in range(pairs + 1):
         s.pushes[m, p] = True
 
 
 @jit_inner(counted=False)
-def see_flanks(damping: Any, flanks: Any, step: int, x: float, m: int, place: float, speed: float) -> None:
+def see_flanks(
+    damping: Any, flanks: Any, step: int, x: float, m: int, place: float, speed: float
+) -> None:
     """Set what touches and pushes in mesh ``m`` at fraction ``x`` of a step, and the forces of its flanks.
 
     Parameters
     ----------
-    damping : law of the meshes, None: viscous; an argument of its own, which the compiler tells apart
+    damping : law of the meshes, None: viscous; an argument of its own, which the
+        compiler tells apart
     """
     s = flanks.scratch
     if damping is None:
@@ -92,14 +116,25 @@ def see_flanks(damping: Any, flanks: Any, step: int, x: float, m: int, place: fl
 
 @jit_inner(counted=False)
 def tangents_of_step(flanks: Any, step: int, a: float, b: float) -> bool:
-    """Make the forces linear about the motion of the scratch over the part a…b; whether the same flanks push.
+    """Make the forces linear about the motion of the scratch over the part a…b.
+
+    Whether the same flanks push.
 
     Fills the law of the channels at start, middle and end.
     """
-    law, whole, same = flanks.scratch.law[0], a == 0.0 and b == 1.0, True
+    law = flanks.scratch.law[0]
+    whole = a == 0.0 and b == 1.0
+    same = True
     for stage in range(3):
         for m in range(len(flanks.meshes.damping)):
-            tangents_of_flanks(flanks, step, stage if whole else WITHIN, a + 0.5 * stage * (b - a), m, stage)
+            tangents_of_flanks(
+                flanks,
+                step,
+                stage if whole else WITHIN,
+                a + 0.5 * stage * (b - a),
+                m,
+                stage,
+            )
             for p in range(len(flanks.meshes.pairs) + 1):
                 pushes = law[stage, m, p, 0] != 0.0 or law[stage, m, p, 1] != 0.0
                 pushed = law[0, m, p, 0] != 0.0 or law[0, m, p, 1] != 0.0
@@ -115,15 +150,21 @@ def predict(kernel: Any, h: float, w: Any, states: Any, i: Any) -> None:
     for m in range(len(kernel.flanks.meshes.damping)):
         place, speed = mesh_law.motion_of(kernel.structure, m, w, states, i)
         for stage in range(3):
-            motion[stage, m, 0], motion[stage, m, 1] = place + 0.5 * stage * h * speed, speed
+            motion[stage, m, 0] = place + 0.5 * stage * h * speed
+            motion[stage, m, 1] = speed
 
 
 @jit_inner(counted=False)
 def correct_motion(kernel: Any, h: float, w: Any, states: Any, j: Any) -> float:
-    """Take the end of the motion from state ``j``, its middle from the cubic; return the relative change."""
-    motion, change = kernel.flanks.scratch.motion, 0.0
+    """Take the end of the motion from state ``j``, its middle from the cubic.
+
+    Return the relative change.
+    """
+    motion = kernel.flanks.scratch.motion
+    change = 0.0
     for m in range(len(kernel.flanks.meshes.damping)):
-        first, before = motion[0, m, 0], motion[0, m, 1]
+        first = motion[0, m, 0]
+        before = motion[0, m, 1]
         last, after = mesh_law.motion_of(kernel.structure, m, w, states, j)
         moved = abs(last - motion[2, m, 0]) + h * abs(after - motion[2, m, 1])
         change = max(change, moved / (abs(last) + h * abs(after) + 1e-30))
@@ -134,13 +175,21 @@ def correct_motion(kernel: Any, h: float, w: Any, states: Any, j: Any) -> float:
 
 
 @jit(counted=False)
-def in_parts(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any) -> int:
-    """Advance ``states[i:]`` over one step into ``states[j:]``, cut into parts; return how many."""
-    series, motion = kernel.series, kernel.flanks.scratch.motion
+def in_parts(
+    kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
+) -> int:
+    """Advance ``states[i:]`` over one step into ``states[j:]``, cut into parts.
+
+    Return how many.
+    """
+    series = kernel.series
+    motion = kernel.flanks.scratch.motion
     rows = np.uint64(2 * series.terms.shape[1])
     copy(states, i, j, rows * w, columns, w)
     state = states[j : j + rows * w].reshape((rows, w))
-    a, part, count = 0.0, 1.0 / PARTS, 0
+    a = 0.0
+    part = 1.0 / PARTS
+    count = 0
     while a < 1.0:
         end = min(1.0, a + part) if 1.0 - a - part > 1e-9 else 1.0
         h = (end - a) * kernel.flanks.tables.width[step] * kernel.flanks.period
@@ -151,21 +200,32 @@ def in_parts(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, 
             terms = contact_change.series_over(kernel, step, a, end, h, state)
             for stage in range(1, 3):
                 for m in range(motion.shape[1]):
-                    place, rise = contact_change.horner(series.sensed[:, m, 0], terms, 0.5 * stage)
-                    motion[stage, m, 0], motion[stage, m, 1] = place, rise / h
-        if terms == TERMS and part > contact_change.SHORTEST and contact_change.diverges(series.terms):
+                    place, rise = contact_change.horner(
+                        series.sensed[:, m, 0], terms, 0.5 * stage
+                    )
+                    motion[stage, m, 0] = place
+                    motion[stage, m, 1] = rise / h
+        if (
+            terms == TERMS
+            and part > contact_change.SHORTEST
+            and contact_change.diverges(series.terms)
+        ):
             part *= 0.5
             continue
         contact_change.look_at(series.terms, terms, 1.0, h, state)
-        a, count = end, count + 1
+        a = end
+        count = count + 1
     return count
 
 
 @jit_inner(counted=False)
-def step_by_law(law: Any, kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any) -> int:
+def step_by_law(
+    law: Any, kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
+) -> int:
     """Advance ``states[i:]`` by one step into ``states[j:]`` under a law that is not viscous.
 
-    Returns −1 for the viscous law, None, which it leaves to others; else how many parts beyond the first.
+    Returns −1 for the viscous law, None, which it leaves to others; else how many parts
+    beyond the first.
     """
     if law is None:
         return -1

@@ -1,11 +1,11 @@
 """A system as the compiled steps take it: mass-normalised, its kind known to the compiler.
 
-Numba compiles by type. A small system becomes tuples: their length is a constant to the compiler, their
-values live in registers. Any other becomes arrays, where what is absent is an empty array: one compiled code
-for all. `is_small` is the one place that decides.
+Numba compiles by type. A small system becomes tuples: their length is a constant to the
+compiler, their values live in registers. Any other becomes arrays, where what is absent
+is an empty array: one compiled code for all. `is_small` is the one place that decides.
 
-Forces enter by channels: one a mesh, and with friction two more a mesh, which share the mesh's kinematic
-direction and have force vectors of their own.
+Forces enter by channels: one a mesh, and with friction two more a mesh, which share the
+mesh's kinematic direction and have force vectors of their own.
 """
 
 from functools import lru_cache
@@ -25,7 +25,8 @@ Row = tuple[float, ...]
 LARGEST_SMALL = 3
 """Coordinates of the largest system that is advanced in registers."""
 TERMS = 40
-"""Most terms of a series between changes of contact: enough for a fastest mode that turns by six radians."""
+"""Most terms of a series between changes of contact: enough for a fastest mode that
+turns by six radians."""
 COEFFICIENTS = 3
 """Of a flank's normal force: stiffness, damping and offset."""
 
@@ -73,9 +74,10 @@ class Propagated(NamedTuple):
     ----------
     direction, coordinates : as in `Diagonal`
     tables : what the exact steps are made of
-    slot, paired : (n_steps,) which of the tables a step takes, and whether it and the next are equal and
-        smooth across
-    sense, feed, force, moved : scratch (8 n_mesh, w), (8 n_mesh, w), (5 n_input, w), (2n, w)
+    slot, paired : (n_steps,) which of the tables a step takes, and whether it and the
+        next are equal and smooth across
+    sense, feed, force, moved : scratch (8 n_mesh, w), (8 n_mesh, w), (5 n_input, w),
+        (2n, w)
     """
 
     direction: Array
@@ -141,15 +143,20 @@ class Scratch(NamedTuple):
 
     Parameters
     ----------
-    mesh : (2, 6 n_channel) stiffness of the channels at start, middle and end of a step, then damping
-    inputs : (2, 3, n_input) what acts beside springs and dampers: offsets of the channels' forces,
-        ``Q = k d·q + b d·q̇ − w``, the constant load, the fluctuating one, loads of unknown size
+    mesh : (2, 6 n_channel) stiffness of the channels at start, middle and end of a
+        step, then damping
+    inputs : (2, 3, n_input) what acts beside springs and dampers: offsets of the
+        channels' forces, ``Q = k d·q + b d·q̇ − w``, the constant load, the fluctuating
+        one, loads of unknown size
     load : (3 n width,) accelerations by the inputs, of small systems
     touch : (n_mesh, n_pairs + 1) springs that touch, last the back flank
     pushes : (n_mesh, n_pairs + 1) pairs that push, last the back flank
-    law : (2, 3, n_mesh, n_pairs + 2, 3) normal forces of the flanks, and a dashpot that always acts
-    rub : (2, 3, n_mesh, n_pairs, 2) friction of the pairs and its moment, over their normal force
-    motion : (3, n_mesh, 2) d·q and d·q̇ at start, middle and end, about which a damping law is made linear
+    law : (2, 3, n_mesh, n_pairs + 2, 3) normal forces of the flanks, and a dashpot that
+        always acts
+    rub : (2, 3, n_mesh, n_pairs, 2) friction of the pairs and its moment, over their
+        normal force
+    motion : (3, n_mesh, 2) d·q and d·q̇ at start, middle and end, about which a damping
+        law is made linear
     """
 
     mesh: Array
@@ -198,7 +205,10 @@ class Kernel(NamedTuple):
 
 def structure_of(kernel: Any) -> type:
     """Return the class of a kernel's structure, from the compiler's type of the kernel."""
-    return cast(type, dict(zip(kernel.fields, kernel.types, strict=True))["structure"].instance_class)
+    return cast(
+        type,
+        dict(zip(kernel.fields, kernel.types, strict=True))["structure"].instance_class,
+    )
 
 
 put: Any = tuple_setitem
@@ -226,7 +236,8 @@ def add(a: Any, factor: float, b: Any) -> Any:
 def write(given: Any, out: Any) -> None:
     """Write ``given`` over the first entries of ``out``.
 
-    Numba compiles for an assignment of arrays also what to say of unequal lengths, in text: seconds.
+    Numba compiles for an assignment of arrays also what to say of unequal lengths, in
+    text: seconds.
     """
     for x in range(np.uint64(0), np.uint64(len(given))):
         out[x] = given[x]
@@ -258,15 +269,26 @@ def multiply(matrix: Any, x: Any, out: Any) -> None:
 @lru_cache(maxsize=16)
 def is_small(system: System) -> bool:
     """Whether a system is advanced in registers: few diagonal coordinates, nothing free, no friction."""
-    if len(system.load) > LARGEST_SMALL or system.friction_constant is not None or system.balance is not None:
+    if (
+        len(system.load) > LARGEST_SMALL
+        or system.friction_constant is not None
+        or system.balance is not None
+    ):
         return False
     matrices = system.mass, system.total_damping, system.total_stiffness
-    diagonal = all(np.count_nonzero(each) == np.count_nonzero(each.diagonal()) for each in matrices)
+    diagonal = all(
+        np.count_nonzero(each) == np.count_nonzero(each.diagonal()) for each in matrices
+    )
     return diagonal and not len(rigid_modes(system))
 
 
 def kernel_of(
-    system: System, tables: StageTables, period: float, *, tangents: bool = False, way: Any = Propagated
+    system: System,
+    tables: StageTables,
+    period: float,
+    *,
+    tangents: bool = False,
+    way: Any = Propagated,
 ) -> Kernel:
     """Return the kernel's view of ``system``.
 
@@ -275,31 +297,58 @@ def kernel_of(
     system : the equation of motion
     tables : the mesh at the stages
     period : duration of a mesh period [s]
-    tangents : states have columns for their tangents, rounded up to whole vector registers
-    way : how a system is advanced that is not small: `Propagated`, exact steps for these tables, or `Dense`,
-        Runge–Kutta steps; else the memory of a method that moves a single state by steps of its own
+    tangents : states have columns for their tangents, rounded up to whole vector
+        registers
+    way : how a system is advanced that is not small: `Propagated`, exact steps for
+        these tables, or `Dense`, Runge–Kutta steps; else the memory of a method that
+        moves a single state by steps of its own
     """
-    tables, n, (meshes, pairs) = tables.filled, len(system.load), tables.stiffness.shape[2:]
+    tables, n, (meshes, pairs) = (
+        tables.filled,
+        len(system.load),
+        tables.stiffness.shape[2:],
+    )
     small = isinstance(way, type) and is_small(system)
     width = -(-(1 + 2 * n) // 4) * 4 if tangents or small else 1
-    matrices, balance = _matrices(system), balance_of(system, period)
-    direction, enters = system.force_vectors[0].ravel(), np.vstack([matrices[3], balance.push])
-    channels, inputs, loads = len(system.force_vectors[0]), len(enters), len(balance.held)
-    terms, sensed = np.zeros((TERMS, n, width)), np.zeros((TERMS, meshes, width))
-    room = np.zeros((n, width)), np.zeros(width), np.zeros(TERMS + 2), np.zeros(channels)
+    matrices = _matrices(system)
+    balance = balance_of(system, period)
+    direction = system.force_vectors[0].ravel()
+    enters = np.vstack([matrices[3], balance.push])
+    channels = len(system.force_vectors[0])
+    inputs = len(enters)
+    loads = len(balance.held)
+    terms = np.zeros((TERMS, n, width))
+    sensed = np.zeros((TERMS, meshes, width))
+    room = (
+        np.zeros((n, width)),
+        np.zeros(width),
+        np.zeros(TERMS + 2),
+        np.zeros(channels),
+    )
     series = PowerSeries(*matrices[:3], enters, terms, sensed, *room)
-    backlash = np.full(meshes, np.inf if system.backlash is None else system.backlash, float)
+    backlash = np.full(
+        meshes, np.inf if system.backlash is None else system.backlash, float
+    )
     gated = (system.mesh_damping > 0.0) & (not system.damping_always)
-    damping, counted = np.ascontiguousarray(system.mesh_damping, float), (np.zeros(pairs), np.zeros(channels))
+    damping = np.ascontiguousarray(system.mesh_damping, float)
+    counted = (np.zeros(pairs), np.zeros(channels))
     columns: Any = np.zeros(width)
     if small:
-        rows = series.stiffness.diagonal(), series.damping.diagonal(), direction, enters[:channels].ravel()
-        structure: Any = Diagonal(*(tuple(row.tolist()) for row in (*rows, np.zeros(n))))
+        rows = (
+            series.stiffness.diagonal(),
+            series.damping.diagonal(),
+            direction,
+            enters[:channels].ravel(),
+        )
+        structure: Any = Diagonal(
+            *(tuple(row.tolist()) for row in (*rows, np.zeros(n)))
+        )
         columns = (0,) * width
     elif way is Propagated:
         force = np.zeros((5, inputs, width))
         if width > 1:
-            # The tangent by a load of unknown size starts from rest and is pushed by a load of one.
+            # The tangent by a load of unknown size starts from rest and is pushed by a
+            # load of one.
             force[:, inputs - loads + np.arange(loads), 1 + balance.held] = 1.0
         how = *propagator_of(system, enters, tables, period), paired_steps(tables)
         sense, feed = np.zeros((2, 8 * meshes, width))
@@ -309,20 +358,29 @@ def kernel_of(
         structure = Dense(direction, np.zeros(n), np.zeros(8 * n))
     else:
         structure = Stepped(direction, np.zeros(n), way)
-    acting = np.zeros((2, 6 * channels)), np.zeros((2, 3, inputs)), np.zeros(3 * n * width)
+    acting = (
+        np.zeros((2, 6 * channels)),
+        np.zeros((2, 3, inputs)),
+        np.zeros(3 * n * width),
+    )
     touch, pushes = np.zeros((2, meshes, pairs + 1), np.bool_)
-    law, rub = np.zeros((2, 3, meshes, pairs + 2, COEFFICIENTS)), np.zeros((2, 3, meshes, pairs, 2))
+    law = np.zeros((2, 3, meshes, pairs + 2, COEFFICIENTS))
+    rub = np.zeros((2, 3, meshes, pairs, 2))
     memory = Scratch(*acting, touch, pushes, law, rub, np.zeros((3, meshes, 2)))
     of_meshes = Meshes(damping, backlash, gated, *counted, system.damping_law)
-    return Kernel(structure, Flanks(of_meshes, tables, period, memory), series, balance, columns)
+    return Kernel(
+        structure, Flanks(of_meshes, tables, period, memory), series, balance, columns
+    )
 
 
 @lru_cache(maxsize=16)
 def _matrices(system: System) -> tuple[Array, Array, Array, Array]:
     """Return M⁻¹K, M⁻¹C, the directions and accelerations by inputs, those of unknown size left out."""
-    inverse, pushed = np.linalg.inv(system.mass), system.fluctuation_direction
+    inverse = np.linalg.inv(system.mass)
+    pushed = system.fluctuation_direction
     loads = system.load, np.zeros(len(system.load)) if pushed is None else pushed
-    stiffness, damping = inverse @ system.total_stiffness, inverse @ system.total_damping
+    stiffness = inverse @ system.total_stiffness
+    damping = inverse @ system.total_damping
     entering = np.vstack([system.force_vectors[1], *loads]) @ inverse.T
     return stiffness, damping, np.ascontiguousarray(system.direction, float), entering
 
@@ -337,7 +395,11 @@ def paired_steps(tables: StageTables) -> Flags:
     smooth = tables.width[1:] == tables.width[:-1]
     for table in (tables.stiffness, tables.gap, tables.sliding):
         if table is not None and table.size:
-            apart = np.abs(table[1:, 0] - table[:-1, 2]).reshape(len(table) - 1, -1).max(axis=1)
+            apart = (
+                np.abs(table[1:, 0] - table[:-1, 2])
+                .reshape(len(table) - 1, -1)
+                .max(axis=1)
+            )
             smooth &= apart <= JUMP * (np.abs(table).max() + 1e-30)
     paired[:-1] = smooth
     return paired

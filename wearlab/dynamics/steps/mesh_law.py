@@ -1,16 +1,17 @@
 """What the meshes exert during a step: normal forces of all flanks, and the channels by which they enter.
 
-The elastic force of pair p is ``F_p = k̃_p δ − Σ k g``: its springs, one unless pairs share a gear body,
-touch where ``δ > g``. Its normal force is ``N_p = max(0, F_p + c (k̃_p/Σ k̃) ẋ_p)`` with ``ẋ_p = δ̇ − ġ_p``:
-damping acts on what deforms, and flanks do not pull. The back flank alike, ``N_b = max(0, k (−j − δ) − c
-δ̇)``.
+The elastic force of pair p is ``F_p = k̃_p δ − Σ k g``: its springs, one unless pairs
+share a gear body, touch where ``δ > g``. Its normal force is ``N_p = max(0, F_p + c
+(k̃_p/Σ k̃) ẋ_p)`` with ``ẋ_p = δ̇ − ġ_p``: damping acts on what deforms, and flanks do
+not pull. The back flank alike, ``N_b = max(0, k (−j − δ) − c δ̇)``.
 
-While it is known which springs touch and which pairs push, every normal force is ``k d·q + b d·q̇ − w`` with
-coefficients of time alone, and so is the force of every channel, ``Q = Σ N_p − N_b``; those of friction are
-``Σ Λμ_p N_p`` and ``Σ Λμ_p s_p N_p``.
+While it is known which springs touch and which pairs push, every normal force is ``k
+d·q + b d·q̇ − w`` with coefficients of time alone, and so is the force of every
+channel, ``Q = Σ N_p − N_b``; those of friction are ``Σ Λμ_p N_p`` and ``Σ Λμ_p s_p
+N_p``.
 
-Where damping acts always, as in the papers, the elastic forces push as long as they touch, and a dashpot
-follows the pair of the least gap.
+Where damping acts always, as in the papers, the elastic forces push as long as they
+touch, and a dashpot follows the pair of the least gap.
 """
 
 from typing import Any
@@ -19,11 +20,14 @@ import numpy as np
 
 from wearlab.compiled import jit_inner
 
-START, MIDST, END = np.int64(0), np.int64(1), np.int64(2)
+START = np.int64(0)
+MIDST = np.int64(1)
+END = np.int64(2)
 """Stages of a step, of one type: for every literal numba would compile once more."""
 WITHIN = np.int64(-1)
 """Of an instant that is no stage: tables are interpolated quadratically."""
-THIS, NEXT = np.int64(0), np.int64(1)
+THIS = np.int64(0)
+NEXT = np.int64(1)
 """Halves of the scratch: of a step, and of the one after it or of an instant within."""
 
 
@@ -37,7 +41,11 @@ def within(table: Any, x: float) -> float:
 @jit_inner(counted=False)
 def slope_within(table: Any, x: float) -> float:
     """Derivative of `within` with respect to the fraction ``x``."""
-    return table[0] * (4.0 * x - 3.0) + 4.0 * table[1] * (1.0 - 2.0 * x) + table[2] * (4.0 * x - 1.0)
+    return (
+        table[0] * (4.0 * x - 3.0)
+        + 4.0 * table[1] * (1.0 - 2.0 * x)
+        + table[2] * (4.0 * x - 1.0)
+    )
 
 
 @jit_inner(counted=False, forceinline=True)
@@ -60,9 +68,13 @@ def in_path(tables: Any, step: int, m: int, p: int) -> bool:
 
 
 @jit_inner(counted=False, forceinline=True)
-def motion_of(structure: Any, m: int, w: Any, states: Any, i: Any) -> tuple[float, float]:
+def motion_of(
+    structure: Any, m: int, w: Any, states: Any, i: Any
+) -> tuple[float, float]:
     """Return ``d_m·q`` and ``d_m·q̇`` of the state (2n, w) at ``states[i:]``."""
-    n, place, speed = len(structure.coordinates), 0.0, 0.0
+    n = len(structure.coordinates)
+    place = 0.0
+    speed = 0.0
     for row in range(n):
         at = i + np.uint64(row) * w
         place += structure.direction[m * n + row] * states[at]
@@ -71,12 +83,18 @@ def motion_of(structure: Any, m: int, w: Any, states: Any, i: Any) -> tuple[floa
 
 
 @jit_inner(counted=False)
-def note_contact(flanks: Any, step: int, stage: int, x: float, m: int, place: float) -> None:
+def note_contact(
+    flanks: Any, step: int, stage: int, x: float, m: int, place: float
+) -> None:
     """Set which springs of mesh ``m`` touch, from its ``place`` d·q at an instant of the step."""
-    tables, touch, pairs = flanks.tables, flanks.scratch.touch, len(flanks.meshes.pairs)
+    tables = flanks.tables
+    touch = flanks.scratch.touch
+    pairs = len(flanks.meshes.pairs)
     deflection = place - of_mesh(tables.error, step, stage, m, x)
     for p in range(pairs):
-        touch[m, p] = deflection > of_pair(tables.gap, step, stage, m, p, x) and in_path(tables, step, m, p)
+        touch[m, p] = deflection > of_pair(
+            tables.gap, step, stage, m, p, x
+        ) and in_path(tables, step, m, p)
     touch[m, pairs] = -flanks.meshes.backlash[m] - deflection > 0.0
 
 
@@ -88,16 +106,26 @@ def normal_force(law: Any, place: float, speed: float) -> float:
 
 @jit_inner(counted=False)
 def see_push(flanks: Any, m: int, place: float, speed: float, law: Any) -> None:
-    """Set which pairs of mesh ``m`` push; ``law`` (n_pairs + 2, 3) of its flanks then."""
-    gated, pushes = flanks.meshes.gated[m], flanks.scratch.pushes
+    """Set which pairs of mesh ``m`` push.
+
+    ``law`` (n_pairs + 2, 3) of its flanks then.
+    """
+    gated = flanks.meshes.gated[m]
+    pushes = flanks.scratch.pushes
     for p in range(len(flanks.meshes.pairs) + 1):
-        pushes[m, p] = law[p, 0] != 0.0 and (not gated or normal_force(law[p], place, speed) > 0.0)
+        pushes[m, p] = law[p, 0] != 0.0 and (
+            not gated or normal_force(law[p], place, speed) > 0.0
+        )
 
 
 @jit_inner(counted=False)
-def contact_differs(flanks: Any, step: int, stage: int, m: int, place: float, speed: float, law: Any) -> bool:
+def contact_differs(
+    flanks: Any, step: int, stage: int, m: int, place: float, speed: float, law: Any
+) -> bool:
     """Whether mesh ``m`` at a stage contradicts which springs touch and which pairs push."""
-    meshes, tables, s = flanks.meshes, flanks.tables, flanks.scratch
+    meshes = flanks.meshes
+    tables = flanks.tables
+    s = flanks.scratch
     pairs = len(meshes.pairs)
     deflection = place - tables.error[step, stage, m]
     for p in range(pairs):
@@ -117,18 +145,26 @@ def contact_differs(flanks: Any, step: int, stage: int, m: int, place: float, sp
 
 
 @jit_inner(counted=False)
-def flanks_at(flanks: Any, step: int, stage: int, x: float, m: int, law: Any, rub: Any) -> None:
+def flanks_at(
+    flanks: Any, step: int, stage: int, x: float, m: int, law: Any, rub: Any
+) -> None:
     """Fill ``law`` (n_pairs + 2, 3) of all flanks of mesh ``m`` at one instant, from which springs touch.
 
     References
     ----------
     L16 Eq. 6, recentred; W23 Eq. 36: the gaps of worn pairs.
     """
-    meshes, tables, touch, frequency = flanks.meshes, flanks.tables, flanks.scratch.touch, 1.0 / flanks.period
-    pairs, parts = len(meshes.pairs), tables.part
+    meshes = flanks.meshes
+    tables = flanks.tables
+    touch = flanks.scratch.touch
+    frequency = 1.0 / flanks.period
+    pairs = len(meshes.pairs)
+    parts = tables.part
     error = of_mesh(tables.error, step, stage, m, x)
     rate = of_mesh(tables.error_rate, step, stage, m, x) * frequency
-    every, total, c = 0.0, 0.0, meshes.damping[m]
+    every = 0.0
+    total = 0.0
+    c = meshes.damping[m]
     for p in range(pairs + 2):
         for i in range(3):
             law[p, i] = 0.0
@@ -142,24 +178,34 @@ def flanks_at(flanks: Any, step: int, stage: int, x: float, m: int, law: Any, ru
                 law[j, 0], law[j, 2] = k, reach
             else:
                 for p in range(pairs):
-                    share = parts[step, stage, m, j, p] if stage >= 0 else within(parts[step, :, m, j, p], x)
+                    share = (
+                        parts[step, stage, m, j, p]
+                        if stage >= 0
+                        else within(parts[step, :, m, j, p], x)
+                    )
                     law[p, 0] += share * k
                     law[p, 2] += share * reach
     if touch[m, pairs]:
-        law[pairs, 0], law[pairs, 2] = -every, -every * (error - meshes.backlash[m])
+        law[pairs, 0] = -every
+        law[pairs, 2] = -every * (error - meshes.backlash[m])
     if meshes.gated[m]:
         if total > 0.0:
             for p in range(pairs):
                 if law[p, 0] != 0.0:
                     part = c * law[p, 0] / total
                     law[p, 1] = part
-                    law[p, 2] += part * (rate + of_pair(tables.pair_rate, step, stage, m, p, x) * frequency)
+                    law[p, 2] += part * (
+                        rate
+                        + of_pair(tables.pair_rate, step, stage, m, p, x) * frequency
+                    )
         if touch[m, pairs]:
             law[pairs, 1] = -c
             law[pairs, 2] -= c * rate
     else:
         law[pairs + 1, 1] = c
-        law[pairs + 1, 2] = c * (rate + of_mesh(tables.lead_rate, step, stage, m, x) * frequency)
+        law[pairs + 1, 2] = c * (
+            rate + of_mesh(tables.lead_rate, step, stage, m, x) * frequency
+        )
     if len(meshes.channels) > len(meshes.damping):
         for p in range(pairs):
             rub[p, 0] = of_pair(tables.sliding, step, stage, m, p, x)
@@ -169,10 +215,12 @@ def flanks_at(flanks: Any, step: int, stage: int, x: float, m: int, law: Any, ru
 @jit_inner(counted=False)
 def flank_law(flanks: Any, step: int, a: float, b: float, half: int) -> None:
     """Fill law and friction of all flanks in a half of the scratch, at three instants of a part a…b."""
-    law, rub = flanks.scratch.law[half], flanks.scratch.rub[half]
+    law = flanks.scratch.law[half]
+    rub = flanks.scratch.rub[half]
     whole = a == 0.0 and b == 1.0
     for stage in range(3):
-        at, x = stage if whole else WITHIN, a + 0.5 * stage * (b - a)
+        at = stage if whole else WITHIN
+        x = a + 0.5 * stage * (b - a)
         for m in range(len(flanks.meshes.damping)):
             flanks_at(flanks, step, at, x, m, law[stage, m], rub[stage, m])
 
@@ -187,12 +235,19 @@ def channel_law(flanks: Any, half: int, stages: int = 3) -> None:
     ----------
     B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
     """
-    meshes, pushes, inputs = flanks.meshes, flanks.scratch.pushes, flanks.scratch.inputs
-    law, rub, mesh = flanks.scratch.law[half], flanks.scratch.rub[half], flanks.scratch.mesh[half]
-    count, pairs, channels = len(meshes.damping), len(meshes.pairs), len(meshes.channels)
+    meshes = flanks.meshes
+    pushes = flanks.scratch.pushes
+    inputs = flanks.scratch.inputs
+    law = flanks.scratch.law[half]
+    rub = flanks.scratch.rub[half]
+    mesh = flanks.scratch.mesh[half]
+    count = len(meshes.damping)
+    pairs = len(meshes.pairs)
+    channels = len(meshes.channels)
     for stage in range(stages):
         for c in range(channels):
-            m, kind = c % count, c // count
+            m = c % count
+            kind = c // count
             k, b, w = 0.0, 0.0, 0.0
             for p in range(pairs):
                 if pushes[m, p]:
@@ -214,12 +269,16 @@ def channel_law(flanks: Any, half: int, stages: int = 3) -> None:
 @jit_inner(counted=False)
 def fill_loads(kernel: Any, step: int, a: float, b: float, half: int) -> None:
     """Fill the inputs beside those of the channels at start, middle and end of a part a…b of a step."""
-    tables, balance, inputs = kernel.flanks.tables, kernel.balance, kernel.flanks.scratch.inputs
+    tables = kernel.flanks.tables
+    balance = kernel.balance
+    inputs = kernel.flanks.scratch.inputs
     at = len(kernel.flanks.meshes.channels)
     for stage in range(3):
         inputs[half, stage, at], inputs[half, stage, at + 1] = 1.0, 0.0
         if len(tables.fluctuation) > 0:
-            inputs[half, stage, at + 1] = within(tables.fluctuation[step], a + 0.5 * stage * (b - a))
+            inputs[half, stage, at + 1] = within(
+                tables.fluctuation[step], a + 0.5 * stage * (b - a)
+            )
         for x in range(len(balance.held)):
             inputs[half, stage, at + 2 + x] = balance.size[x]
 
@@ -239,7 +298,8 @@ def see_start(kernel: Any, step: int, w: Any, states: Any, i: Any) -> None:
 @jit_inner(counted=False)
 def hold_all(flanks: Any, step: int) -> None:
     """Let every pair in the path touch and push, and no back flank: the contact of a loaded mesh."""
-    pairs, s = len(flanks.meshes.pairs), flanks.scratch
+    pairs = len(flanks.meshes.pairs)
+    s = flanks.scratch
     for m in range(len(flanks.meshes.damping)):
         for p in range(pairs):
             s.touch[m, p] = flanks.tables.stiffness[step, 1, m, p] > 0.0
@@ -248,12 +308,15 @@ def hold_all(flanks: Any, step: int) -> None:
 
 
 @jit_inner(counted=False, forceinline=True)
-def contact_holds(kernel: Any, step: int, w: Any, states: Any, i: Any, j: Any, half: int) -> bool:
+def contact_holds(
+    kernel: Any, step: int, w: Any, states: Any, i: Any, j: Any, half: int
+) -> bool:
     """Whether contact is right in the middle and at the end of the step from state ``i`` to ``j``.
 
     The middle is that of the cubic Hermite polynomial between both ends.
     """
-    h, law = kernel.flanks.tables.width[step] * kernel.flanks.period, kernel.flanks.scratch.law[half]
+    h = kernel.flanks.tables.width[step] * kernel.flanks.period
+    law = kernel.flanks.scratch.law[half]
     for m in range(len(kernel.flanks.meshes.damping)):
         first, before = motion_of(kernel.structure, m, w, states, i)
         last, after = motion_of(kernel.structure, m, w, states, j)

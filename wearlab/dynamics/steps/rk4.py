@@ -1,12 +1,13 @@
 """The classical Runge–Kutta step of a small system between changes of contact, for all columns at once.
 
-While contact lasts, channels exert ``Q = k d·q + b d·q̇ − w`` with k, b and w known at the stages. The
-trajectory (column 0) and its tangents (the other columns) then obey the same linear equation; only column 0
-has an inhomogeneous part. Columns lie side by side, so they ride in one vector register and the tangents cost
-almost nothing.
+While contact lasts, channels exert ``Q = k d·q + b d·q̇ − w`` with k, b and w known at
+the stages. The trajectory (column 0) and its tangents (the other columns) then obey the
+same linear equation; only column 0 has an inhomogeneous part. Columns lie side by side,
+so they ride in one vector register and the tangents cost almost nothing.
 
-A state is a flat row-major array (2n, width): n rows of q, then n rows of q̇. Offsets are unsigned: a signed
-index may count from the end, and checking that stops the compiler from vectorising.
+A state is a flat row-major array (2n, width): n rows of q, then n rows of q̇. Offsets
+are unsigned: a signed index may count from the end, and checking that stops the
+compiler from vectorising.
 """
 
 from typing import Any
@@ -14,18 +15,29 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import by_type, jit_inner
-from wearlab.dynamics.steps.kernel import Dense, Diagonal, Propagated, add, put, structure_of, take, write
+from wearlab.dynamics.steps.kernel import (
+    Dense,
+    Diagonal,
+    Propagated,
+    add,
+    put,
+    structure_of,
+    take,
+    write,
+)
 from wearlab.dynamics.steps.mesh_law import END, MIDST, START, motion_of
 from wearlab.dynamics.steps.propagator import exact_step
 
 
-def diagonal_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any) -> None:
+def diagonal_step(
+    kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
+) -> None:
     """Advance the state at ``states[i:]`` by one step into ``states[j:]``.
 
     Parameters
     ----------
-    kernel : the system, its structure `wearlab.dynamics.steps.kernel.Diagonal`; the scratch has stiffness and
-        damping of the channels, and the inputs
+    kernel : the system, its structure `wearlab.dynamics.steps.kernel.Diagonal`; the
+        scratch has stiffness and damping of the channels, and the inputs
     step : of the tables
     columns, w : how many columns to advance, and how many a state has (uint64)
     states, i, j : flat arrays of states and offsets into them (uint64)
@@ -34,11 +46,17 @@ def diagonal_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: 
     ----------
     Kutta, Z. Math. Phys. 46 (1901) 435–453.
     """
-    structure, like = kernel.structure, kernel.structure.coordinates
-    mesh, load = kernel.flanks.scratch.mesh[0], kernel.flanks.scratch.load
+    structure = kernel.structure
+    like = kernel.structure.coordinates
+    mesh = kernel.flanks.scratch.mesh[0]
+    load = kernel.flanks.scratch.load
     _accelerate(kernel, w)
-    zero, n, h = np.uint64(0), len(like), kernel.flanks.tables.width[step] * kernel.flanks.period
-    below, half, h6 = np.uint64(n) * w, 0.5 * h, h / 6.0
+    zero = np.uint64(0)
+    n = len(like)
+    h = kernel.flanks.tables.width[step] * kernel.flanks.period
+    below = np.uint64(n) * w
+    half = 0.5 * h
+    h6 = h / 6.0
     for col in range(zero, columns):
         q = take(like, states, i + col, w)
         v = take(like, states, i + below + col, w)
@@ -48,9 +66,13 @@ def diagonal_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: 
         a1 = _acceleration(structure, mesh, START, b1, q, v)
         q_half = add(q, half, v)
         a2 = _acceleration(structure, mesh, MIDST, b2, q_half, add(v, half, a1))
-        a3 = _acceleration(structure, mesh, MIDST, b2, add(q_half, half * half, a1), add(v, half, a2))
+        a3 = _acceleration(
+            structure, mesh, MIDST, b2, add(q_half, half * half, a1), add(v, half, a2)
+        )
         q_end = add(q, h, v)
-        a4 = _acceleration(structure, mesh, END, b3, add(q_end, h * half, a2), add(v, h, a3))
+        a4 = _acceleration(
+            structure, mesh, END, b3, add(q_end, h * half, a2), add(v, h, a3)
+        )
         for row in range(n):
             middles = a2[row] + a3[row]
             to = j + np.uint64(row) * w + col
@@ -61,8 +83,11 @@ def diagonal_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: 
 @jit_inner(counted=False)
 def _accelerate(kernel: Any, w: Any) -> None:
     """Write the accelerations by the inputs, at start, middle and end, into column 0 of the load."""
-    scratch, enters = kernel.flanks.scratch, kernel.series.enters
-    n, inputs, load = len(kernel.structure.coordinates), scratch.inputs, scratch.load
+    scratch = kernel.flanks.scratch
+    enters = kernel.series.enters
+    n = len(kernel.structure.coordinates)
+    inputs = scratch.inputs
+    load = scratch.load
     for stage in range(3):
         for row in range(n):
             total = 0.0
@@ -72,11 +97,17 @@ def _accelerate(kernel: Any, w: Any) -> None:
 
 
 @jit_inner(counted=False, forceinline=True)
-def _acceleration(structure: Any, mesh: Any, stage: int, load: Any, q: Any, v: Any) -> Any:
+def _acceleration(
+    structure: Any, mesh: Any, stage: int, load: Any, q: Any, v: Any
+) -> Any:
     """Return ``a − K q − C q̇ − Σ_m M⁻¹ d_m (k_m d_m·q + b_m d_m·q̇)`` as a tuple."""
-    n, k, c = len(q), structure.stiffness, structure.damping
-    d, p = structure.direction, structure.per_force
-    out, meshes = load, len(d) // n
+    n = len(q)
+    k = structure.stiffness
+    c = structure.damping
+    d = structure.direction
+    p = structure.per_force
+    out = load
+    meshes = len(d) // n
     for row in range(n):
         out = put(out, row, load[row] - k[row] * q[row] - c[row] * v[row])
     for m in range(meshes):
@@ -91,7 +122,9 @@ def _acceleration(structure: Any, mesh: Any, stage: int, load: Any, q: Any, v: A
     return out
 
 
-def dense_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any) -> None:
+def dense_step(
+    kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
+) -> None:
     """Advance a trajectory alone at ``states[i:]`` by one step into ``states[j:]``.
 
     Parameters are those of `wearlab.dynamics.steps.rk4.diagonal_step`.
@@ -100,9 +133,13 @@ def dense_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any
     ----------
     Kutta, Z. Math. Phys. 46 (1901) 435–453.
     """
-    n, h = len(kernel.structure.coordinates), kernel.flanks.tables.width[step] * kernel.flanks.period
+    n = len(kernel.structure.coordinates)
+    h = kernel.flanks.tables.width[step] * kernel.flanks.period
     work = kernel.structure.work.reshape((4, 2 * n))
-    first, trial, slope, after = work[0], work[1], work[2], work[3]
+    first = work[0]
+    trial = work[1]
+    slope = work[2]
+    after = work[3]
     for row in range(2 * n):
         first[row] = after[row] = states[i + np.uint64(row) * w]
         slope[row] = 0.0
@@ -121,14 +158,20 @@ def dense_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any
 @jit_inner(counted=False)
 def acceleration(kernel: Any, stage: int, state: Any, out: Any) -> None:
     """Write q̈ (n,) of ``state`` (2n,) at a stage whose law and inputs are in the scratch."""
-    given, mesh, inputs = kernel.series, kernel.flanks.scratch.mesh[0], kernel.flanks.scratch.inputs[0]
-    n, channels = len(out), len(kernel.flanks.meshes.channels)
+    given = kernel.series
+    mesh = kernel.flanks.scratch.mesh[0]
+    inputs = kernel.flanks.scratch.inputs[0]
+    n = len(out)
+    channels = len(kernel.flanks.meshes.channels)
     for row in range(n):
         out[row] = 0.0
         for x in range(len(given.enters)):
             out[row] += inputs[stage, x] * given.enters[x, row]
         for col in range(n):
-            out[row] -= given.stiffness[row, col] * state[col] + given.damping[row, col] * state[n + col]
+            out[row] -= (
+                given.stiffness[row, col] * state[col]
+                + given.damping[row, col] * state[n + col]
+            )
     for c in range(channels):
         place, speed = motion_of(kernel.structure, c, np.uint64(1), state, np.uint64(0))
         at = stage * channels + c

@@ -1,4 +1,7 @@
-"""The kinds of figures, as ``wearlab schema --figures`` lists them; the files of this folder are found."""
+"""The kinds of figures, as ``wearlab schema --figures`` lists them.
+
+The files of this folder are found.
+"""
 
 from importlib import import_module
 from pkgutil import iter_modules
@@ -7,5 +10,10 @@ from wearlab.figures.kind import KINDS as KINDS
 from wearlab.figures.kind import Kind
 
 _modules = [import_module(f"{__name__}.{file.name}") for file in iter_modules(__path__)]
-_kinds = {kind.name: kind for each in _modules for kind in vars(each).values() if isinstance(kind, Kind)}
+_kinds = {
+    kind.name: kind
+    for each in _modules
+    for kind in vars(each).values()
+    if isinstance(kind, Kind)
+}
 KINDS.update(sorted(_kinds.items()))

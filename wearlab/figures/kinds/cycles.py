@@ -1,4 +1,7 @@
-"""What goes with the wear states: numbers over cycles, harmonics over wear; any variable over anything."""
+"""What goes with the wear states: numbers over cycles, harmonics over wear.
+
+Any variable over anything.
+"""
 
 from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
 from dataclasses import replace
@@ -6,7 +9,17 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab import arrays, nearest
-from wearlab.figures.kind import Ask, FigureError, Kind, OnAxis, Run, Slice, companion, kind, slices
+from wearlab.figures.kind import (
+    Ask,
+    FigureError,
+    Kind,
+    OnAxis,
+    Run,
+    Slice,
+    companion,
+    kind,
+    slices,
+)
 from wearlab.figures.kinds.engagement import POSITIONS, along_path
 from wearlab.figures.plot import Scale, Series, gathered, without
 from wearlab.figures.wording import Label, converted, ordinal
@@ -16,7 +29,9 @@ from wearlab.units import UnitError
 def over_cycles(run: Run, name: str, ask: Ask) -> Iterator[Series]:
     """Yield a variable over the wear states, by cycle or by the coordinate that ``x`` names."""
     for piece in slices(run, name, ask, "update"):
-        yield pointed(piece.over(*at_states(run, ask, piece), hours=hours_a_cycle(run, ask)).known)
+        yield pointed(
+            piece.over(*at_states(run, ask, piece), hours=hours_a_cycle(run, ask)).known
+        )
 
 
 def pointed(curve: Series) -> Series:
@@ -24,7 +39,9 @@ def pointed(curve: Series) -> Series:
     return replace(curve, look="line-points") if len(curve.x) <= 30 else curve
 
 
-def at_states(run: Run, ask: Ask, piece: Slice, by: str = "cycle", *, of_all: bool = False) -> OnAxis:
+def at_states(
+    run: Run, ask: Ask, piece: Slice, by: str = "cycle", *, of_all: bool = False
+) -> OnAxis:
     """Return what ``x`` names at every wear state, by default the cycles or another.
 
     Parameters
@@ -42,20 +59,34 @@ def at_states(run: Run, ask: Ask, piece: Slice, by: str = "cycle", *, of_all: bo
     x, across = companion(run, name, piece.place, ask)
     x = x.max(axis=1) if of_all and x.ndim > 1 else x
     if x.shape != np.shape(piece.values):
-        remedy = "leave it out for the cycles, or name what is, such as operating_hours or max_wear_depth"
+        remedy = (
+            "leave it out for the cycles, or name what is, such as operating_hours or "
+            "max_wear_depth"
+        )
         raise ask.wrong(f"x = {name!r} is not one number per wear state; {remedy}")
     return x, across
 
 
 def hours_a_cycle(run: Run, ask: Ask) -> float | None:
     """Return the operating hours of a wear cycle, None where x is another or it takes now more, now less."""
-    cycle, hours = run.data.get("cycle"), run.data.get("operating_hours")
-    if ask.x not in (None, "cycle") or cycle is None or hours is None or hours.dims != cycle.dims:
+    cycle = run.data.get("cycle")
+    hours = run.data.get("operating_hours")
+    if (
+        ask.x not in (None, "cycle")
+        or cycle is None
+        or hours is None
+        or hours.dims != cycle.dims
+    ):
         return None
     later = cycle.values > 0.0
-    rate = converted(hours.values, str(hours.attrs.get("units", "h")), "h")[later] / cycle.values[later]
+    rate = (
+        converted(hours.values, str(hours.attrs.get("units", "h")), "h")[later]
+        / cycle.values[later]
+    )
     rate = rate[np.isfinite(rate)]
-    return float(rate[0]) if rate.size and np.allclose(rate, rate[0], rtol=1e-6) else None
+    return (
+        float(rate[0]) if rate.size and np.allclose(rate, rate[0], rtol=1e-6) else None
+    )
 
 
 def _number(run: Run, ask: Ask) -> Iterator[Series]:
@@ -63,22 +94,42 @@ def _number(run: Run, ask: Ask) -> Iterator[Series]:
 
 
 EQUIVALENT_LOAD = kind(
-    "equivalent-load", "Equivalent load", ("equivalent_load", "cycle"), ("update",), titled="{}",
+    "equivalent-load",
+    "Equivalent load",
+    ("equivalent_load", "cycle"),
+    ("update",),
+    titled="{}",
     shows="equivalent torque by Miner's rule over the cycles",
-)(_number)  # fmt: skip
+)(_number)
 DYNAMIC_FACTOR = kind(
-    "dynamic-factor", "Dynamic factor", ("dynamic_factor", "cycle"), ("update",), titled="{}",
+    "dynamic-factor",
+    "Dynamic factor",
+    ("dynamic_factor", "cycle"),
+    ("update",),
+    titled="{}",
     shows="largest dynamic over static mesh force, over the cycles",
-)(_number)  # fmt: skip
+)(_number)
 MAX_WEAR = kind(
-    "max-wear", "Largest wear depth", ("max_wear_depth", "cycle"), ("update",),
-    roles=(("hue", "*"), ("cols", "flank"), ("rows", "*")), all_cases=True, one_flank=True, titled="{}",
-    shows="largest wear depth over the cycles, of every case; the first flank when none is selected",
-)(_number)  # fmt: skip
+    "max-wear",
+    "Largest wear depth",
+    ("max_wear_depth", "cycle"),
+    ("update",),
+    roles=(("hue", "*"), ("cols", "flank"), ("rows", "*")),
+    all_cases=True,
+    one_flank=True,
+    titled="{}",
+    shows="largest wear depth over the cycles, of every case; the first flank when "
+    "none is selected",
+)(_number)
 FACE_LOAD_FACTOR = kind(
-    "face-load-factor", "Face load factor", ("face_load_factor", "cycle"), ("update",), all_cases=True,
-    titled="{}", shows="face load factor K_Hβ over the cycles, of every case",
-)(_number)  # fmt: skip
+    "face-load-factor",
+    "Face load factor",
+    ("face_load_factor", "cycle"),
+    ("update",),
+    all_cases=True,
+    titled="{}",
+    shows="face load factor K_Hβ over the cycles, of every case",
+)(_number)
 
 
 FLUCTUATION = Label("fluctuation", "fluctuation")
@@ -101,29 +152,45 @@ def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Ser
                     order = int(key.pop("harmonic").value)
                     if order > 3 and "harmonic" not in ask.select:
                         continue
-                    key["quantity"] = Label(f"harmonic {order}", f"{ordinal(order)} harmonic")
+                    key["quantity"] = Label(
+                        f"harmonic {order}", f"{ordinal(order)} harmonic"
+                    )
                 told = piece._replace(key=key, scale=Scale(words, piece.scale.units))
-                yield told.over(*at_states(run, ask, piece, by, of_all=True), "line-points").known
+                yield told.over(
+                    *at_states(run, ask, piece, by, of_all=True), "line-points"
+                ).known
 
     return series
 
 
 def _over_wear(prefix: str, subject: str, title: str, label: str) -> Kind:
     return kind(
-        f"{prefix}-harmonics", f"{title} and its harmonics over wear",
-        (f"{prefix}_rms", f"{prefix}_harmonics", "max_wear_depth"), ("update",), also=(f"{prefix}_mean",),
+        f"{prefix}-harmonics",
+        f"{title} and its harmonics over wear",
+        (f"{prefix}_rms", f"{prefix}_harmonics", "max_wear_depth"),
+        ("update",),
+        also=(f"{prefix}_mean",),
         roles=(("hue", "quantity"), ("cols", "part"), ("rows", "*"), ("cols", "*")),
-        shows=f"mean, RMS and first three harmonics of the {label} over the largest wear depth",
-    )(_of(prefix, subject, "max_wear_depth"))  # fmt: skip
+        shows=f"mean, RMS and first three harmonics of the {label} over the largest "
+        "wear depth",
+    )(_of(prefix, subject, "max_wear_depth"))
 
 
-STIFFNESS_HARMONICS = _over_wear("stiffness", "stiffness", "Mesh stiffness", "mesh stiffness")
-STE_HARMONICS = _over_wear("ste", "STE", "Static transmission error", "static transmission error")
+STIFFNESS_HARMONICS = _over_wear(
+    "stiffness", "stiffness", "Mesh stiffness", "mesh stiffness"
+)
+STE_HARMONICS = _over_wear(
+    "ste", "STE", "Static transmission error", "static transmission error"
+)
 DTE_HARMONICS = kind(
-    "dte-harmonics", "Harmonics of the dynamic transmission error", ("dte_rms", "dte_harmonics", "cycle"),
-    ("update",), roles=(("hue", "quantity"), ("cols", "*"), ("rows", "*")),
-    shows="RMS and first three harmonics of the dynamic transmission error over the cycles",
-)(_of("dte", "DTE", "cycle"))  # fmt: skip
+    "dte-harmonics",
+    "Harmonics of the dynamic transmission error",
+    ("dte_rms", "dte_harmonics", "cycle"),
+    ("update",),
+    roles=(("hue", "quantity"), ("cols", "*"), ("rows", "*")),
+    shows="RMS and first three harmonics of the dynamic transmission error over the "
+    "cycles",
+)(_of("dte", "DTE", "cycle"))
 
 
 DEFAULT_X = {"update": "cycle", "profile": "path_position"}
@@ -131,11 +198,22 @@ FREQUENCY = "mesh_frequency"
 
 
 @kind(
-    "line", "", (),
-    roles=(("rows", "variable"), ("cols", "member"), ("hue", "*"), ("hue", "update"), ("cols", "*"),
-        ("cols", "update"), ("rows", "flank")),
-    also=(FREQUENCY,), all_cases=True, over_sweeps=True,
-)  # fmt: skip
+    "line",
+    "",
+    (),
+    roles=(
+        ("rows", "variable"),
+        ("cols", "member"),
+        ("hue", "*"),
+        ("hue", "update"),
+        ("cols", "*"),
+        ("cols", "update"),
+        ("rows", "flank"),
+    ),
+    also=(FREQUENCY,),
+    all_cases=True,
+    over_sweeps=True,
+)
 def line(run: Run, ask: Ask) -> Iterator[Series]:
     """Any variable y over a dimension, a coordinate or a sweep x, with hue, rows and cols."""
     several = len(ask.y) > 1
@@ -148,7 +226,9 @@ def line(run: Run, ask: Ask) -> Iterator[Series]:
 
 def _of_variable(run: Run, name: str, ask: Ask) -> Iterator[Series]:
     if ask.x is not None and ask.x in run.along:
-        x, own = run.abscissa(ask.x)  # a point at this run's place along a sweep, joined to curves afterwards
+        x, own = run.abscissa(
+            ask.x
+        )  # a point at this run's place along a sweep, joined to curves afterwards
         for piece in slices(run.thinned(), name, ask):
             yield piece.over(np.array([x]), run.scales[ask.x], "line-points", own=own)
         return
@@ -159,7 +239,9 @@ def _of_variable(run: Run, name: str, ask: Ask) -> Iterator[Series]:
         return
     for piece in slices(run, name, ask, dim):
         for extra, place, across in _positions(run, dim, coordinate, piece.place, ask):
-            yield pointed(piece._replace(key={**piece.key, **extra}).over(place, across).known)
+            yield pointed(
+                piece._replace(key={**piece.key, **extra}).over(place, across).known
+            )
 
 
 def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
@@ -168,7 +250,9 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
     if ask.x is None:
         if not dims:
             known = nearest.choices("", run.place)
-            raise ask.wrong(f"{name} is one number per run; x must name a sweep: {known}")
+            raise ask.wrong(
+                f"{name} is one number per run; x must name a sweep: {known}"
+            )
         free = [d for d in dims if d not in (ask.hue, ask.rows, ask.cols)] or dims
         dim = next((d for d in ("phase", "profile", "update") if d in free), free[-1])
         return dim, DEFAULT_X.get(dim, dim)
@@ -176,7 +260,11 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
         return ask.x, DEFAULT_X.get(ask.x, ask.x)
     shared = _shared(run, ask.x, dims) if ask.x in run.data.variables else []
     if not shared:
-        valid = [*run.place, *dims, *(str(name) for name in run.data.coords if _shared(run, name, dims))]
+        valid = [
+            *run.place,
+            *dims,
+            *(str(name) for name in run.data.coords if _shared(run, name, dims)),
+        ]
         known = nearest.choices(ask.x, dict.fromkeys(valid))
         raise ask.wrong(f"x = {ask.x!r} does not run along {name}; {known}")
     return shared[-1], ask.x
@@ -185,7 +273,11 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
 def _shared(run: Run, coordinate: Hashable, dims: Collection[str]) -> list[str]:
     """Return the dimensions along which both run: none of a place on the flank where y has no such places."""
     own = [str(dim) for dim in run.data[coordinate].dims]
-    return [] if "profile" in own and "profile" not in dims else [dim for dim in own if dim in dims]
+    return (
+        []
+        if "profile" in own and "profile" not in dims
+        else [dim for dim in own if dim in dims]
+    )
 
 
 def _positions(
@@ -193,25 +285,40 @@ def _positions(
 ) -> Iterator[tuple[dict[str, Label], arrays.Array, Scale]]:
     """Yield abscissae along a dimension: one, or one for each place along dimensions that y has not."""
     if coordinate not in run.data.variables:
-        yield {}, np.arange(run.data.sizes[dim], dtype=float), Scale(dim.replace("_", " "), "1")
+        yield (
+            {},
+            np.arange(run.data.sizes[dim], dtype=float),
+            Scale(dim.replace("_", " "), "1"),
+        )
         return
     units = ask.units.get("x") or ask.units.get("order", "1")
     if coordinate == "order" and units != "1" and FREQUENCY in run.data:
-        hertz = run.data[FREQUENCY][index.get("mesh", 0)].values * run.data[coordinate].values
+        hertz = (
+            run.data[FREQUENCY][index.get("mesh", 0)].values
+            * run.data[coordinate].values
+        )
         try:
             hertz = converted(hertz, "Hz", units)
         except UnitError as error:
-            raise ask.wrong(f"units of order: {error}; orders of the mesh, or a frequency") from error
+            raise ask.wrong(
+                f"units of order: {error}; orders of the mesh, or a frequency"
+            ) from error
         yield {}, hertz, Scale("frequency", units)
         return
     kept = {name: at for name, at in index.items() if name in run.data[coordinate].dims}
-    for piece in slices(replace(run, data=run.data.isel(kept)), coordinate, ask, dim, axis="x"):
-        extra = {name: label for name, label in piece.key.items() if name in piece.place}
+    for piece in slices(
+        replace(run, data=run.data.isel(kept)), coordinate, ask, dim, axis="x"
+    ):
+        extra = {
+            name: label for name, label in piece.key.items() if name in piece.place
+        }
         yield extra, piece.values, piece.scale
 
 
 def joined(series: list[Series], axis: str) -> list[Series]:
-    """Join single points that differ along one axis alone; a case that is not swept becomes a level.
+    """Join single points that differ along one axis alone.
+
+    A case that is not swept becomes a level.
 
     Points whose places were drawn at random stay points.
     """

@@ -7,29 +7,50 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import ORBITS, STATES, Ask, Run, Slice, companion, kind, over, slices
+from wearlab.figures.kind import (
+    ORBITS,
+    STATES,
+    Ask,
+    Run,
+    Slice,
+    companion,
+    kind,
+    over,
+    slices,
+)
 from wearlab.figures.plot import Line, Mark, Scale, Series
 from wearlab.figures.published import beside_map, measured_flank
 from wearlab.figures.wording import Label
 from wearlab.nearest import choices
 
 POSITIONS = ("path_position", "diameter", "roll_angle", "distance_to_pitch_circle")
-QUANTITIES = ("contact_pressure", "sliding_velocity", "lambda_ratio", "effective_wear_coefficient")
+QUANTITIES = (
+    "contact_pressure",
+    "sliding_velocity",
+    "lambda_ratio",
+    "effective_wear_coefficient",
+)
 
 
-def along_path(run: Run, name: str, ask: Ask, extra: Mapping[str, Label] | None = None) -> Iterator[Series]:
+def along_path(
+    run: Run, name: str, ask: Ask, extra: Mapping[str, Label] | None = None
+) -> Iterator[Series]:
     """Yield a variable along the flank, over the coordinate that ``x`` names."""
     for piece in slices(run, name, ask, "profile"):
         x, across = _positions(run, piece, ask)
         named = piece._replace(key={**piece.key, **(extra or {})})
-        yield named.over(x, across, marks=_marks(run, x, piece.place)).at(np.isfinite(x))
+        yield named.over(x, across, marks=_marks(run, x, piece.place)).at(
+            np.isfinite(x)
+        )
 
 
 def _positions(run: Run, piece: Slice, ask: Ask) -> tuple[Array, Scale]:
     """Return the coordinate along the flank that ``x`` names."""
     name = ask.x or POSITIONS[0]
     if "profile" not in run.data[name].dims:
-        raise ask.wrong(f"x = {name!r} does not run along the flank; {choices(name, POSITIONS)}")
+        raise ask.wrong(
+            f"x = {name!r} does not run along the flank; {choices(name, POSITIONS)}"
+        )
     return companion(run, name, piece.place, ask)
 
 
@@ -37,52 +58,83 @@ def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...
     if "characteristic_point" not in run.data:
         return ()
     points = run.data["characteristic_point"]
-    letters = points.isel({dim: place[str(dim)] for dim in points.dims if dim in place}).values
-    at = {str(letter): float(where) for letter, where in zip(letters, x, strict=True) if letter}
+    letters = points.isel(
+        {dim: place[str(dim)] for dim in points.dims if dim in place}
+    ).values
+    at = {
+        str(letter): float(where)
+        for letter, where in zip(letters, x, strict=True)
+        if letter
+    }
     return tuple(Mark(where, letter) for letter, where in at.items())
 
 
 @kind(
-    "wear-profile", "Wear depth along the flank", ("wear_depth", "path_position"), ("profile",),
-    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "flank"), ("rows", "*")),
+    "wear-profile",
+    "Wear depth along the flank",
+    ("wear_depth", "path_position"),
+    ("profile",),
+    roles=(
+        ("hue", "update"),
+        ("hue", "*"),
+        ("cols", "*"),
+        ("rows", "flank"),
+        ("rows", "*"),
+    ),
     titled="{} along the flank",
-)  # fmt: skip
+)
 def wear_profile(run: Run, ask: Ask) -> Iterator[Series]:
     """Wear depth over path_position, diameter, roll_angle or distance_to_pitch_circle, with A–E marked."""
     return along_path(run.thinned(), ask.y[0], ask)
 
 
 @kind(
-    "along-path", "Contact along the path", ("path_position",), ("profile",),
-    roles=(("rows", "variable"), ("hue", "*"), ("cols", "update"), ("cols", "*")), also=QUANTITIES,
-    one_flank=True, y="", titled="{} along the path",
-    shows="pressure, sliding, λ and wear coefficient along the path (or the variables in y), one row each, "
+    "along-path",
+    "Contact along the path",
+    ("path_position",),
+    ("profile",),
+    roles=(("rows", "variable"), ("hue", "*"), ("cols", "update"), ("cols", "*")),
+    also=QUANTITIES,
+    one_flank=True,
+    y="",
+    titled="{} along the path",
+    shows="pressure, sliding, λ and wear coefficient along the path (or the variables "
+    "in y), one row each, "
     "in the first and the last wear state; the first flank when none is selected",
-)  # fmt: skip
+)
 def along_whole_path(run: Run, ask: Ask) -> Iterator[Series]:
     """Quantities along the path, one row each."""
     run = run.thinned(2)  # the first and the last wear state
     for order, name in enumerate(ask.y or QUANTITIES):
         if name in run.data:
-            yield from along_path(run, name, ask, {"variable": Label(float(order), name)})
+            yield from along_path(
+                run, name, ask, {"variable": Label(float(order), name)}
+            )
 
 
 ENGAGED = ("phase", "contact_ratio", "mesh_phase_offset")
 
 
-def _engagement_marks(run: Run, index: Mapping[str, int], ratio: float) -> tuple[Mark, ...]:
+def _engagement_marks(
+    run: Run, index: Mapping[str, int], ratio: float
+) -> tuple[Mark, ...]:
     """Return the points A–E on the scale of mesh cycles since A, on the path of the flank that leads.
 
     That is "sun" in "sun-planet-1".
     """
     if "path_position" not in run.data:
         return ()
-    leads, position = 0, run.data["path_position"].values
+    leads = 0
+    position = run.data["path_position"].values
     if "mesh" in run.data.coords and "flank" in run.data.dims:
         mesh = str(np.atleast_1d(run.data["mesh"].values)[index.get("mesh", 0)])
         flanks = run.data["flank"].values
-        leads = next((i for i, name in enumerate(flanks) if mesh.startswith(str(name))), 0)
-    marks = _marks(run, position[leads] if position.ndim > 1 else position, {"flank": leads})
+        leads = next(
+            (i for i, name in enumerate(flanks) if mesh.startswith(str(name))), 0
+        )
+    marks = _marks(
+        run, position[leads] if position.ndim > 1 else position, {"flank": leads}
+    )
     at = {mark.text: mark.x for mark in marks}
     if not {"A", "E"} <= set(at):
         return ()
@@ -96,13 +148,16 @@ def _engagements(run: Run, ask: Ask, name: str, *along: str) -> Iterator[Series]
     Parameters
     ----------
     run, ask : of the figure
-    name : a variable of the mesh period, repeated until the pair that entered at phase 0 leaves, or of pairs
-    along : its dimensions, of ``pair``, ``mesh_period`` and ``phase``; a curve for each mesh period
+    name : a variable of the mesh period, repeated until the pair that entered at phase
+        0 leaves, or of pairs
+    along : its dimensions, of ``pair``, ``mesh_period`` and ``phase``; a curve for each
+        mesh period
     """
     run = run.thinned()
     for piece in slices(run, name, ask, *along):
         phase, ratio, lag = (companion(run, of, piece.place, ask)[0] for of in ENGAGED)
-        end, marks = float(ratio), _engagement_marks(run, piece.place, float(ratio))
+        end = float(ratio)
+        marks = _engagement_marks(run, piece.place, float(ratio))
         values = piece.values
         if "pair" not in along:
             values = np.broadcast_to(values, (int(np.ceil(end)), 1, len(phase)))
@@ -125,18 +180,30 @@ def _of_mesh(run: Run, ask: Ask) -> Iterator[Series]:
 
 
 TVMS = kind(
-    "tvms", "Time-varying mesh stiffness", ("mesh_stiffness", *ENGAGED), ("phase",), roles=STATES,
+    "tvms",
+    "Time-varying mesh stiffness",
+    ("mesh_stiffness", *ENGAGED),
+    ("phase",),
+    roles=STATES,
     titled="{} through an engagement",
-    shows="mesh stiffness from the entry of a tooth pair at A to its exit at E, or one period (x = phase)",
-)(_of_mesh)  # fmt: skip
+    shows="mesh stiffness from the entry of a tooth pair at A to its exit at E, or "
+    "one period (x = phase)",
+)(_of_mesh)
 STE = kind(
-    "ste", "Static transmission error under load", ("static_transmission_error", *ENGAGED), ("phase",),
-    roles=STATES, titled="{} through an engagement",
-    shows="static transmission error from the entry of a tooth pair at A to its exit at E",
-)(_of_mesh)  # fmt: skip
+    "ste",
+    "Static transmission error under load",
+    ("static_transmission_error", *ENGAGED),
+    ("phase",),
+    roles=STATES,
+    titled="{} through an engagement",
+    shows="static transmission error from the entry of a tooth pair at A to its exit "
+    "at E",
+)(_of_mesh)
 
 
-def through_engagement(values: Array, phase: Array, ratio: float, lag: float = 0.0, period: int = 0) -> Line:
+def through_engagement(
+    values: Array, phase: Array, ratio: float, lag: float = 0.0, period: int = 0
+) -> Line:
     """Join the pieces of one pair: slot p holds the pair that entered ceil(ε) − 1 − p periods ago.
 
     Parameters
@@ -147,29 +214,42 @@ def through_engagement(values: Array, phase: Array, ratio: float, lag: float = 0
     lag : phase at which a pair of this mesh enters at A [1]
     period : the mesh period in which the pair enters
     """
-    slots, periods = int(np.ceil(ratio)), values.shape[1]
+    slots = int(np.ceil(ratio))
+    periods = values.shape[1]
     since = np.round(np.arange(periods)[:, None] + phase - lag, 12)
-    entered, own = np.floor(since).astype(int), since % 1.0
-    x, y = [], []
+    entered = np.floor(since).astype(int)
+    own = since % 1.0
+    x = []
+    y = []
     for age in range(slots):
         then = (entered - period - age) % periods == 0
         order = np.argsort(own[then])
         x.append(own[then][order] + age)
         y.append(values[slots - 1 - age][then][order])
-    at, history = np.concatenate(x), np.concatenate(y)
+    at = np.concatenate(x)
+    history = np.concatenate(y)
     return at[at <= ratio], history[at <= ratio]
 
 
-@kind("load-share", "Load share of one tooth pair", ("load_share", *ENGAGED), ("pair", "phase"), roles=STATES)
+@kind(
+    "load-share",
+    "Load share of one tooth pair",
+    ("load_share", *ENGAGED),
+    ("pair", "phase"),
+    roles=STATES,
+)
 def load_share(run: Run, ask: Ask) -> Iterator[Series]:
     """Share of the static mesh force that one tooth pair carries, from A to E."""
     return _engagements(run, ask, "load_share", "pair", "phase")
 
 
 @kind(
-    "pair-force", "Dynamic force on one tooth pair", ("pair_force", *ENGAGED),
-    ("pair", "mesh_period", "phase"), roles=ORBITS,
-)  # fmt: skip
+    "pair-force",
+    "Dynamic force on one tooth pair",
+    ("pair_force", *ENGAGED),
+    ("pair", "mesh_period", "phase"),
+    roles=ORBITS,
+)
 def pair_force(run: Run, ask: Ask) -> Iterator[Series]:
     """Elastic force on the drive flanks of one tooth pair, from A to E, one curve per mesh period."""
     return _engagements(run, ask, "pair_force", "pair", "mesh_period", "phase")
@@ -179,29 +259,54 @@ MAPS = (("cols", "update"), ("cols", "*"), ("rows", "flank"), ("rows", "*"))
 
 
 def over_flank(run: Run, name: str, ask: Ask) -> Iterator[Series]:
-    """Yield a variable as maps over profile and face; what has no face is even across it."""
+    """Yield a variable as maps over profile and face.
+
+    What has no face is even across it.
+    """
     for piece in slices(run, name, ask, "face", "profile"):
         x, across = _positions(run, piece, ask)
         y, up = companion(run, "face_position", piece.place, ask)
         held = np.isfinite(x)
         wide, high = np.meshgrid(x[held], y)
-        level: Any = {"level": np.broadcast_to(piece.values[..., held], wide.shape).ravel()}
-        yield Series(piece.key, wide.ravel(), high.ravel(), across, up, "map", colours=piece.scale, **level)
+        level: Any = {
+            "level": np.broadcast_to(piece.values[..., held], wide.shape).ravel()
+        }
+        yield Series(
+            piece.key,
+            wide.ravel(),
+            high.ravel(),
+            across,
+            up,
+            "map",
+            colours=piece.scale,
+            **level,
+        )
 
 
 @kind(
-    "contact-pattern", "Contact pattern", ("contact_pressure", "path_position", "face_position"),
-    ("face", "profile"), roles=MAPS, one_flank=True, titled="{} over the flank", shape="square",
-)  # fmt: skip
+    "contact-pattern",
+    "Contact pattern",
+    ("contact_pressure", "path_position", "face_position"),
+    ("face", "profile"),
+    roles=MAPS,
+    one_flank=True,
+    titled="{} over the flank",
+    shape="square",
+)
 def contact_pattern(run: Run, ask: Ask) -> Iterator[Series]:
     """Pressure over profile and face as it is painted in a test, in the first and the last wear state."""
     return over_flank(run.thinned(2), ask.y[0], ask)
 
 
 @kind(
-    "wear-map", "Wear over face and profile", ("wear_depth", "path_position", "face_position"),
-    ("face", "profile"), roles=(("cols", "source"), *MAPS), titled="{} over the flank", shape="square",
-)  # fmt: skip
+    "wear-map",
+    "Wear over face and profile",
+    ("wear_depth", "path_position", "face_position"),
+    ("face", "profile"),
+    roles=(("cols", "source"), *MAPS),
+    titled="{} over the flank",
+    shape="square",
+)
 def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
     """Wear depth over profile and face in the last wear state or those selected, a measured one beside."""
     if run.data.sizes.get("update", 1) > 2:
@@ -210,10 +315,14 @@ def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
         yield from over_flank(run, ask.y[0], ask)
         return
     if ask.y[0] != "wear_depth":
-        raise ask.wrong(f"published tells wear depths, and y = {ask.y[0]!r}: leave one out")
+        raise ask.wrong(
+            f"published tells wear depths, and y = {ask.y[0]!r}: leave one out"
+        )
     if run.data.sizes["flank"] > 1:
         flanks = ", ".join(map(str, run.data["flank"].values))
-        raise ask.wrong(f"published is of one flank: name it in select.flank, of {flanks}")
+        raise ask.wrong(
+            f"published is of one flank: name it in select.flank, of {flanks}"
+        )
     flank = measured_flank(ask)
     for curve in over_flank(run, ask.y[0], replace(ask, x=flank.along)):
         for source in ("computed", "measured"):
@@ -222,33 +331,55 @@ def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
 
 
 @kind(
-    "face-load", "Load over the face", ("mean_line_load", "face_position"), ("face",),
-    roles=STATES, titled="{} over the face",
-)  # fmt: skip
+    "face-load",
+    "Load over the face",
+    ("mean_line_load", "face_position"),
+    ("face",),
+    roles=STATES,
+    titled="{} over the face",
+)
 def face_load(run: Run, ask: Ask) -> Iterator[Series]:
     """Line load over the face, mean over the mesh period, as wear goes on."""
     return over(run.thinned(), ask.y[0], ask, "face_position", "face")
 
 
 @kind(
-    "contact-lines", "Lines of contact",
+    "contact-lines",
+    "Lines of contact",
     ("base_helix_angle", "contact_ratio", "path_position", "face_position"),
-    roles=(("hue", "phase"), ("cols", "*"), ("rows", "*")), one_flank=True, shape="square",
-)  # fmt: skip
+    roles=(("hue", "phase"), ("cols", "*"), ("rows", "*")),
+    one_flank=True,
+    shape="square",
+)
 def contact_lines(run: Run, ask: Ask) -> Iterator[Series]:
     """Lines of contact in the field of action, at four phases of the mesh."""
     place = {"flank": 0, "mesh": 0}
     x, across = companion(run, "path_position", place, ask)
     y, up = companion(run, "face_position", place, ask)
-    begin, end = float(np.nanmin(x)), float(np.nanmax(x))
+    begin = float(np.nanmin(x))
+    end = float(np.nanmax(x))
     pitch = (end - begin) / float(companion(run, "contact_ratio", place, ask)[0])
     slope = float(np.tan(run.data["base_helix_angle"].values[0]))
-    frame = np.array([begin, end, end, begin, begin]), np.array([y[0], y[0], y[-1], y[-1], y[0]])
+    frame = (
+        np.array([begin, end, end, begin, begin]),
+        np.array([y[0], y[0], y[-1], y[-1], y[0]]),
+    )
     yield Series(run.place, *frame, across, up, "level", text="field of action")
     reach = int(np.ceil((end - begin + abs(slope) * np.ptp(y)) / pitch)) + 1
     along = np.append(np.linspace(y[0], y[-1], 201), np.nan)
     for phase in (0.0, 0.25, 0.5, 0.75):
-        s = np.concatenate([begin + pitch * (phase + n) - slope * along for n in range(-reach, reach + 1)])
+        s = np.concatenate(
+            [
+                begin + pitch * (phase + n) - slope * along
+                for n in range(-reach, reach + 1)
+            ]
+        )
         s[~((s >= begin) & (s <= end))] = np.nan
         height = np.where(np.isnan(s), np.nan, np.tile(along, 2 * reach + 1))
-        yield Series({**run.place, "phase": Label(phase, f"phase {phase:g}")}, s, height, across, up)
+        yield Series(
+            {**run.place, "phase": Label(phase, f"phase {phase:g}")},
+            s,
+            height,
+            across,
+            up,
+        )

@@ -48,36 +48,56 @@ class Updated:
 
     @property
     def calendar(self) -> Callable[[Array], Array] | None:
-        """What tells the days since 1970 at cycles; None without a calendar, or where it is left behind."""
+        """What tells the days since 1970 at cycles.
+
+        None without a calendar, or where it is left behind.
+        """
         from wearlab.updating import calendar, report_text
 
         found = report_text.calendar_of(self["predictions"])
         longest = finite(self["predictions"]["cycle"])
-        if found is None or not len(longest) or abs(found.days(2.0 * longest.max())) >= calendar.LAST_DAY:
+        if (
+            found is None
+            or not len(longest)
+            or abs(found.days(2.0 * longest.max())) >= calendar.LAST_DAY
+        ):
             return None
         return found.days
 
     def in_time(self, curve: Series) -> Series:
         """Return a curve with its hours a cycle, or with cycles as dates and remaining cycles as hours.
 
-        That is where an update has a calendar: the remaining cycles begin at the last inspection.
+        That is where an update has a calendar: the remaining cycles begin at the last
+        inspection.
         """
         if not {curve.across, curve.up} & {CYCLES, REST}:
             return curve
-        cycle, days = self["predictions"].get("seconds_per_cycle"), self.calendar
+        cycle = self["predictions"].get("seconds_per_cycle")
+        days = self.calendar
         hours = None if cycle is None else float(cycle) / units.HOUR
         if curve.up == REST and days is not None and hours is not None:
-            curve = replace(curve, y=hours * curve.y, up=Scale("remaining life in operating hours", "1"))
+            curve = replace(
+                curve,
+                y=hours * curve.y,
+                up=Scale("remaining life in operating hours", "1"),
+            )
         if curve.across not in (CYCLES, REST):
             return curve
         if days is None:
             return curve if curve.hours is not None else replace(curve, hours=hours)
         begin = float(self["predictions"]["now"]) if curve.across == REST else 0.0
-        marks = tuple(mark._replace(x=float(days(np.array(begin + mark.x)))) for mark in curve.marks)
-        return replace(curve, x=days(begin + curve.x), across=DATE, marks=marks, hours=None)
+        marks = tuple(
+            mark._replace(x=float(days(np.array(begin + mark.x))))
+            for mark in curve.marks
+        )
+        return replace(
+            curve, x=days(begin + curve.x), across=DATE, marks=marks, hours=None
+        )
 
 
-def updated_cases(subject: str, store: "Store", ask: Ask, needs: tuple[str, ...]) -> list[Updated]:
+def updated_cases(
+    subject: str, store: "Store", ask: Ask, needs: tuple[str, ...]
+) -> list[Updated]:
     """Return the cases of the latest update that is of a campaign's measurements and has what a kind needs.
 
     Raises
@@ -97,13 +117,25 @@ def updated_cases(subject: str, store: "Store", ask: Ask, needs: tuple[str, ...]
         if ("unit" in tree["predictions"].dims) != of_fleet:
             continue
         cases = report_text.cases_of(tree).items()
-        kept = [(label, groups) for label, groups in cases if not (labels and label) or label in labels]
+        kept = [
+            (label, groups)
+            for label, groups in cases
+            if not (labels and label) or label in labels
+        ]
         if not kept:
             raise ask.wrong("select.case: the update has no such case")
-        return [Updated({"case": Label(label, label)} if label else {}, groups) for label, groups in kept]
+        return [
+            Updated({"case": Label(label, label)} if label else {}, groups)
+            for label, groups in kept
+        ]
     option = {"inspection": " --replay", "calibration": " --check 200"}
-    words = "".join(more for need, more in option.items() if any(need in needed for needed in needs))
-    said = "no update of this campaign and its measurements as they stand is kept that shows it"
+    words = "".join(
+        more for need, more in option.items() if any(need in needed for needed in needs)
+    )
+    said = (
+        "no update of this campaign and its measurements as they stand is kept that "
+        "shows it"
+    )
     raise ask.wrong(f"{said}: wearlab update FILE{words}")
 
 
@@ -137,32 +169,46 @@ def unknowns_of(data: xr.Dataset, ask: Ask) -> list[str]:
     if unknown := [name for name in ask.y if name not in known]:
         known_ones = nearest.choices(unknown[0], known)
         raise ask.wrong(f"y = {unknown[0]!r} is nothing the update knows; {known_ones}")
-    return list(ask.y) or [n for n in known if n not in ("remaining_useful_life", "wear_coefficient")]
+    return list(ask.y) or [
+        n for n in known if n not in ("remaining_useful_life", "wear_coefficient")
+    ]
 
 
 def logs(values: xr.DataArray) -> tuple[Array, Scale]:
     """Return the common logarithms of a variable as it is shown, those that have one, and their scale."""
-    unit, shown = values.attrs.get("units", "1"), values.attrs.get("display_units", "1")
+    unit = values.attrs.get("units", "1")
+    shown = values.attrs.get("display_units", "1")
     scale = units.convert(1.0, unit, shown) if shown not in (unit, "1") else 1.0
     told = f" in {typeset(shown)}" if shown not in ("1", "") else ""
-    held = np.log10(np.maximum(scale * np.asarray(values.values, float).ravel(), 1e-300))
+    held = np.log10(
+        np.maximum(scale * np.asarray(values.values, float).ravel(), 1e-300)
+    )
     return held, Scale(f"log₁₀ of {str(values.name).replace('_', ' ')}{told}", "1")
 
 
-def update_kind(name: str, title: str, needs: tuple[str, ...], *first: tuple[str, str]) -> Maker:
-    """Return what makes a kind of figure that is drawn from an update; cases stand side by side."""
+def update_kind(
+    name: str, title: str, needs: tuple[str, ...], *first: tuple[str, str]
+) -> Maker:
+    """Return what makes a kind of figure that is drawn from an update.
+
+    Cases stand side by side.
+    """
     roles = (*first, ("cols", "case"), ("rows", "case"), ("hue", "case"))
 
     def made(series: Curves) -> Kind:
         def in_time(update: Updated, ask: Ask) -> Iterator[Series]:
             return map(update.in_time, series(update, ask))
 
-        return kind(name, title, needs, roles=roles, of="update")(wraps(series)(in_time))
+        return kind(name, title, needs, roles=roles, of="update")(
+            wraps(series)(in_time)
+        )
 
     return made
 
 
-def fan(of: Updated, x: Array, q: Array, up: Scale, top: float, text: str, look: Look) -> Iterator[Series]:
+def fan(
+    of: Updated, x: Array, q: Array, up: Scale, top: float, text: str, look: Look
+) -> Iterator[Series]:
     """Yield areas between 5 and 95, and 25 and 75 %, and the median, over cycles, cut off at a value."""
     cut = np.minimum(q, top)
     for low, high in ((0, 4), (1, 3)):
@@ -171,7 +217,12 @@ def fan(of: Updated, x: Array, q: Array, up: Scale, top: float, text: str, look:
     yield median.at(q[2] <= top) if look == "line" else median
 
 
-@update_kind("marginals", "What is known of each unknown", ("posterior", "prior"), ("cols", "variable"))
+@update_kind(
+    "marginals",
+    "What is known of each unknown",
+    ("posterior", "prior"),
+    ("cols", "variable"),
+)
 def marginals(update: Updated, ask: Ask) -> Iterator[Series]:
     """Density of every unknown and of the life, before and after."""
     for name in unknowns_of(update["posterior"], ask):
@@ -189,52 +240,83 @@ def marginals(update: Updated, ask: Ask) -> Iterator[Series]:
                 yield Series(key, x, y, across, DENSITY)
 
 
-@update_kind("pairs", "What is known of pairs of unknowns", ("posterior",), ("cols", "variable"))
+@update_kind(
+    "pairs", "What is known of pairs of unknowns", ("posterior",), ("cols", "variable")
+)
 def pairs(update: Updated, ask: Ask) -> Iterator[Series]:
     """Draws from the posterior, unknown against unknown."""
     data = update["posterior"]
     names = [name for name in unknowns_of(data, ask) if name != "life"]
     for a, b in combinations(names if len(names) > 1 else ["factor", "life"], 2):
-        (x, across), (y, up) = logs(data[a]), logs(data[b])
-        yield Series(update.keyed("variable", f"{a}, {b}"), x[:1500], y[:1500], across, up, "dots")
+        (x, across) = logs(data[a])
+        (y, up) = logs(data[b])
+        yield Series(
+            update.keyed("variable", f"{a}, {b}"),
+            x[:1500],
+            y[:1500],
+            across,
+            up,
+            "dots",
+        )
 
 
 @update_kind(
-    "residuals", "What the measurements leave over", ("observed_data", "posterior_predictive"),
+    "residuals",
+    "What the measurements leave over",
+    ("observed_data", "posterior_predictive"),
     ("cols", "variable"),
-)  # fmt: skip
+)
 def residuals(update: Updated, ask: Ask) -> Iterator[Series]:
     """Measured less expected, over the standard deviation expected, at every inspection."""
     for name in map(str, update["posterior_predictive"].data_vars):
-        (x, y), key = _left_over(update, name), update.keyed("variable", name)
-        scales = CYCLES, Scale(f"{name.replace('_', ' ')}: what is left over, in standard deviations", "1")
+        (x, y) = _left_over(update, name)
+        key = update.keyed("variable", name)
+        scales = (
+            CYCLES,
+            Scale(
+                f"{name.replace('_', ' ')}: what is left over, in standard deviations",
+                "1",
+            ),
+        )
         yield Series(key, x, y, *scales, "points", hours=0.0)  # 0: told in cycles alone
         for level in (-2.0, 0.0, 2.0):
-            ends, text = flat((0.0, float(x.max(initial=1.0))), level), "0 and ±2 standard deviations"
+            ends = flat((0.0, float(x.max(initial=1.0))), level)
+            text = "0 and ±2 standard deviations"
             yield Series(key, *ends, *scales, "reference", text, hours=0.0)
 
 
 def _left_over(update: Updated, name: str) -> tuple[Array, Array]:
     """Return cycles and what is left over there, in standard deviations.
 
-    Wear that strays by itself explains every value: there, what those before an inspection led to expect.
+    Wear that strays by itself explains every value: there, what those before an
+    inspection led to expect.
     """
-    observed, stats = update["observed_data"], update["sample_stats"]
+    observed = update["observed_data"]
+    stats = update["sample_stats"]
     if observed[name].attrs.get("accumulating", 0) and f"surprise_{name}" in stats:
-        x, y = stats[f"cycle_{name}"].values, stats[f"surprise_{name}"].values
+        x = stats[f"cycle_{name}"].values
+        y = stats[f"surprise_{name}"].values
         return x[np.isfinite(y)], y[np.isfinite(y)]
     made = update["posterior_predictive"][name].values
     made = made.reshape(-1, made.shape[-1])
     held = np.isfinite(observed[name].values) & np.isfinite(made).any(axis=0)
-    middle, spread = np.nanmean(made[:, held], axis=0), np.nanstd(made[:, held], axis=0)
-    return observed[f"cycle_{name}"].values[held], (observed[name].values[held] - middle) / spread
+    middle = np.nanmean(made[:, held], axis=0)
+    spread = np.nanstd(made[:, held], axis=0)
+    return observed[f"cycle_{name}"].values[held], (
+        observed[name].values[held] - middle
+    ) / spread
 
 
 BINS = 10
 BAND = 0.95
 
 
-@update_kind("rank-histogram", "Calibration by synthetic twins", ("calibration",), ("cols", "variable"))
+@update_kind(
+    "rank-histogram",
+    "Calibration by synthetic twins",
+    ("calibration",),
+    ("cols", "variable"),
+)
 def rank_histogram(update: Updated, ask: Ask) -> Iterator[Series]:
     """Ranks of the truths of synthetic twins, with the band that a calibrated method stays in."""
     from scipy.stats import binom
@@ -243,9 +325,12 @@ def rank_histogram(update: Updated, ask: Ask) -> Iterator[Series]:
     for name in ("factor", "life"):
         if f"{name}_rank" not in data:
             continue
-        ranks, key = finite(data[f"{name}_rank"]), update.keyed("variable", name)
+        ranks = finite(data[f"{name}_rank"])
+        key = update.keyed("variable", name)
         counts, edges = np.histogram(ranks, BINS, (0.0, 1.0))
-        across = Scale(f"posterior probability of a smaller {name} than the true one", "1")
+        across = Scale(
+            f"posterior probability of a smaller {name} than the true one", "1"
+        )
         up = Scale(f"twins, of {len(ranks)}", "1")
         yield Series(key, *bars(edges, counts), across, up, "area")
         text = f"{100 * BAND:.0f} % of the bars of a calibrated method lie within"
@@ -260,24 +345,34 @@ def posterior_fan(update: Updated, ask: Ask) -> Iterator[Series]:
     limited = str(predictions["limit"].attrs["quantity"])
     name = ask.y[0] if ask.y else limited
     if f"{name}_quantile" not in predictions:
-        raise ask.wrong(f"y = {name!r}: of the wear to come, max_wear_depth or worn_mass are kept")
+        raise ask.wrong(
+            f"y = {name!r}: of the wear to come, max_wear_depth or worn_mass are kept"
+        )
     declared = schema.VARIABLES[name]
     up = Scale(declared.long_name, declared.display_units)
     scale = units.convert(1.0, declared.units, declared.display_units)
     x = predictions["cycle"].values
     quantiles = (predictions[f"{prior}{name}_quantile"] for prior in ("", "prior_"))
-    q, before = (each.transpose("quantile", "cycle").values * scale for each in quantiles)
+    q, before = (
+        each.transpose("quantile", "cycle").values * scale for each in quantiles
+    )
     there = np.isfinite(q).all(axis=0)  # cases have cycles of their own
-    x, q, before = x[there], q[:, there], before[:, there]
+    x = x[there]
+    q = q[:, there]
+    before = before[:, there]
     limit = float(predictions["limit"]) * scale if name == limited else None
     top = 1.5 * (limit if limit is not None else float(np.nanmax(q[2])))
     for row in before[[0, 2, 4]]:
         if (row <= top).sum() > 1:
             text = "before: median, 5 and 95 %"
-            yield Series(update.key, x, row, CYCLES, up, "reference", text).at(row <= top)
+            yield Series(update.key, x, row, CYCLES, up, "reference", text).at(
+                row <= top
+            )
     yield from fan(update, x, q, up, top, "now: median, 50 and 90 %", "line")
     if limit is not None:
-        yield Series(update.key, *flat((x[0], x[-1]), limit), CYCLES, up, "level", "limit")
+        yield Series(
+            update.key, *flat((x[0], x[-1]), limit), CYCLES, up, "level", "limit"
+        )
     observed = update["observed_data"]
     for block in map(str, observed.data_vars):
         if not block.startswith(name) or f"sd_{block}" not in observed:
@@ -286,38 +381,60 @@ def posterior_fan(update: Updated, ask: Ask) -> Iterator[Series]:
         y, sd = (observed[part].values * scale for part in (block, f"sd_{block}"))
         told: list[tuple[Array, Array, Look, str]] = [(y - sd, y + sd, "hairline", "")]
         if f"below_{block}" in observed:  # anywhere up to the limit of detection
-            most = np.where(np.isfinite(y), np.nan, observed[f"below_{block}"].values * scale)
+            most = np.where(
+                np.isfinite(y), np.nan, observed[f"below_{block}"].values * scale
+            )
             told.append((0.0 * most, most, "dashed", "below the limit of detection"))
         for low, high, look, text in told:
             for n in np.flatnonzero(np.isfinite(low) & np.isfinite(high)):
-                yield Series(update.key, *flat((low[n], high[n]), at[n])[::-1], CYCLES, up, look, text)
+                yield Series(
+                    update.key,
+                    *flat((low[n], high[n]), at[n])[::-1],
+                    CYCLES,
+                    up,
+                    look,
+                    text,
+                )
         yield Series(update.key, at, y, CYCLES, up, "points")
 
 
 @update_kind(
-    "measured-profiles", "Wear along the flank: measured, and expected with 90 %",
-    ("observed_data", "posterior_predictive"), ("hue", "inspection"), ("cols", "variable"),
-)  # fmt: skip
+    "measured-profiles",
+    "Wear along the flank: measured, and expected with 90 %",
+    ("observed_data", "posterior_predictive"),
+    ("hue", "inspection"),
+    ("cols", "variable"),
+)
 def measured_profiles(update: Updated, ask: Ask) -> Iterator[Series]:
     """Wear measured along a flank at every inspection, with what is expected of it, median and 90 %."""
     from wearlab.updating import calendar
 
-    observed, made = update["observed_data"], update["posterior_predictive"]
+    observed = update["observed_data"]
+    made = update["posterior_predictive"]
     for name in map(str, made.data_vars):
-        where = next((kind for kind in WHERE if f"{kind}_{name}" in observed.coords), None)
+        where = next(
+            (kind for kind in WHERE if f"{kind}_{name}" in observed.coords), None
+        )
         if where is None:
             continue
-        place, cycle = observed[f"{where}_{name}"], observed[f"cycle_{name}"].values
-        across = Scale(schema.VARIABLES[where].long_name, schema.VARIABLES[where].display_units)
+        place = observed[f"{where}_{name}"]
+        cycle = observed[f"cycle_{name}"].values
+        across = Scale(
+            schema.VARIABLES[where].long_name, schema.VARIABLES[where].display_units
+        )
         up = Scale(name.replace("_", " "), str(observed[name].attrs["display_units"]))
         x = units.convert(place.values, str(place.attrs["units"]), across.units)
         unit = str(observed[name].attrs["units"])
-        y, drawn = (units.convert(each[name].values, unit, up.units) for each in (observed, made))
-        expected = np.quantile(drawn.reshape(-1, drawn.shape[-1]), [0.05, 0.5, 0.95], axis=0)
+        y = units.convert(observed[name].values, unit, up.units)
+        drawn = units.convert(made[name].values, unit, up.units)
+        expected = np.quantile(
+            drawn.reshape(-1, drawn.shape[-1]), [0.05, 0.5, 0.95], axis=0
+        )
         for at in np.unique(cycle):
             some = np.flatnonzero(cycle == at)
             some = some[np.argsort(x[some], kind="stable")]
-            days, (low, middle, high) = update.calendar, expected[:, some]
+            days = update.calendar
+            (low, middle, high) = expected[:, some]
             day = None if days is None else calendar.day_text(float(days(at)))
             told = cycles(float(at)) if day is None else Label(float(at), day)
             key = update.keyed("variable", name) | {"inspection": told}
@@ -329,12 +446,19 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[Series]:
 CONE = 0.2
 
 
-@update_kind("alpha-lambda", "Remaining life as it was foreseen", ("predictions:inspection", "observed_data"))
+@update_kind(
+    "alpha-lambda",
+    "Remaining life as it was foreseen",
+    ("predictions:inspection", "observed_data"),
+)
 def alpha_lambda(update: Updated, ask: Ask) -> Iterator[Series]:
     """Remaining life as foreseen after every inspection, 50 and 90 %, what came ±20 %, two simple rules."""
-    stats, rest = update["sample_stats"], update["predictions"]["remaining_useful_life_quantile"]
+    stats = update["sample_stats"]
+    rest = update["predictions"]["remaining_useful_life_quantile"]
     rest = rest.transpose("quantile", "inspection")
-    predictions = update["predictions"].isel(inspection=np.isfinite(rest.values).all(axis=0))
+    predictions = update["predictions"].isel(
+        inspection=np.isfinite(rest.values).all(axis=0)
+    )
     x = predictions["inspection"].values
     q = predictions[rest.name].transpose("quantile", "inspection").values
     truth = float(update["observed_data"]["observed_life"])
@@ -348,7 +472,15 @@ def alpha_lambda(update: Updated, ask: Ask) -> Iterator[Series]:
     yield from fan(update, x, q, REST, top, foreseen, "line-points")
     for share in (1.0 - CONE, 1.0, 1.0 + CONE) if np.isfinite(truth) else ():
         ends = np.array([x[0], truth])
-        yield Series(update.key, ends, share * (truth - ends), CYCLES, REST, "reference", "what came, ±20 %")
+        yield Series(
+            update.key,
+            ends,
+            share * (truth - ends),
+            CYCLES,
+            REST,
+            "reference",
+            "what came, ±20 %",
+        )
     rules: tuple[tuple[str, str, Look], ...] = (
         ("by_the_ratio", "by the ratio of wear to cycles", "dashed"),
         ("by_the_last_three", "by a line through the last three", "dash-dot"),
@@ -358,10 +490,16 @@ def alpha_lambda(update: Updated, ask: Ask) -> Iterator[Series]:
         ok = np.isfinite(rule) & (rule >= 0.0)
         if ok.any():
             words = f"{text}{off(f'replay_error_{name}')}"
-            yield Series(update.key, x, np.minimum(rule, top), CYCLES, REST, look, words).at(ok)
+            yield Series(
+                update.key, x, np.minimum(rule, top), CYCLES, REST, look, words
+            ).at(ok)
 
 
-@update_kind("remaining-life", "Remaining life after the last inspection", ("posterior", "predictions"))
+@update_kind(
+    "remaining-life",
+    "Remaining life after the last inspection",
+    ("posterior", "predictions"),
+)
 def remaining_life(update: Updated, ask: Ask) -> Iterator[Series]:
     """Density of the remaining life with its 5, 50 and 95 % quantiles."""
     from wearlab.updating import report_text
@@ -374,16 +512,23 @@ def remaining_life(update: Updated, ask: Ask) -> Iterator[Series]:
     for n, (p, at) in enumerate(zip(last["quantile"].values, last.values, strict=True)):
         if p in (0.05, 0.5, 0.95) and np.isfinite(at):
             marks = () if days is None else (Mark(float(at), str(days.values[n])),)
-            line, text = flat((0.0, 1.05), at)[::-1], "5, 50 and 95 %"
+            line = flat((0.0, 1.05), at)[::-1]
+            text = "5, 50 and 95 %"
             yield Series(update.key, *line, REST, DENSITY, "level", text, marks)
 
 
-@update_kind("look-next", "When to look next", ("virtual_inspection",), ("hue", "instrument"))
+@update_kind(
+    "look-next", "When to look next", ("virtual_inspection",), ("hue", "instrument")
+)
 def look_next(update: Updated, ask: Ask) -> Iterator[Series]:
     """Expected width of the remaining life's interval after one more inspection, over its time and error."""
     data = update["virtual_inspection"].transpose("instrument", "look", ...)
-    up = Scale("expected width of the 90 % interval of the remaining life, over that now", "1")
-    for sd, width in zip(data["instrument"].values, data["expected_width"].values, strict=True):
+    up = Scale(
+        "expected width of the 90 % interval of the remaining life, over that now", "1"
+    )
+    for sd, width in zip(
+        data["instrument"].values, data["expected_width"].values, strict=True
+    ):
         key = update.keyed("instrument", float(sd), f"{float(sd):g} × the error")
         yield Series(key, data["look"].values, width, CYCLES, up, "line-points")
 
@@ -395,9 +540,12 @@ def decision(update: Updated, ask: Ask) -> Iterator[Series]:
     least = float(data["best_rate"])
 
     def cost(x: str, y: str, look: Look, text: str) -> Series:
-        over, of = (np.atleast_1d(data[name].values) for name in (x, y))
+        over = np.atleast_1d(data[x].values)
+        of = np.atleast_1d(data[y].values)
         up = Scale("expected cost per operating hour", "1")
-        return Series(update.key, over, of, CYCLES, up, look, text).at(of <= 3.0 * least)
+        return Series(update.key, over, of, CYCLES, up, look, text).at(
+            of <= 3.0 * least
+        )
 
     yield cost("change", "cost_rate", "line", "planned change at this time")
     yield cost("best_change", "best_rate", "points", "least cost")
@@ -406,12 +554,20 @@ def decision(update: Updated, ask: Ask) -> Iterator[Series]:
         yield cost("look", "rate_with_look", "dashed", words)
 
 
-ANSWERS = {"predictions": "all inspections", "predictions_without": "without those marked ! in the text"}
+ANSWERS = {
+    "predictions": "all inspections",
+    "predictions_without": "without those marked ! in the text",
+}
 
 
-@update_kind("fleet", "Which unit comes first", ("predictions:unit",), ("hue", "answer"))
+@update_kind(
+    "fleet", "Which unit comes first", ("predictions:unit",), ("hue", "answer")
+)
 def fleet(update: Updated, ask: Ask) -> Iterator[Series]:
-    """When each unit of a fleet reaches the limit: median, 50 and 90 %; also without what is flagged."""
+    """When each unit of a fleet reaches the limit: median, 50 and 90 %.
+
+    Also without what is flagged.
+    """
     from wearlab.updating import report_text
 
     data = update["predictions"]
@@ -419,15 +575,27 @@ def fleet(update: Updated, ask: Ask) -> Iterator[Series]:
     in_hours = Scale("operating hours from the last inspection to the limit", "1")
     across = Scale("date on which the limit is reached", DAYS) if dated else in_hours
     up = Scale("unit, the first to reach the limit on top", "1")
-    passed = np.where(data["end_passed"].values > report_text.MAYBE, data["worn"].values, 0.0)
+    passed = np.where(
+        data["end_passed"].values > report_text.MAYBE, data["worn"].values, 0.0
+    )
     order = np.lexsort((-ends[:, 0], passed))
     names = tuple(str(data["unit"].values[k]) for k in order)
     start = ends[:, 0].min()
-    top = start + 1.8 * (np.max(ends[np.isfinite(ends[:, 2]), 2], initial=start + 1.0) - start)
+    top = start + 1.8 * (
+        np.max(ends[np.isfinite(ends[:, 2]), 2], initial=start + 1.0) - start
+    )
     answers = [name for name in ANSWERS if name in update.groups]
-    for (answer, below), (rank, k) in product(zip(answers, (0.0, 0.3), strict=False), enumerate(order, 1)):
-        key = update.keyed("answer", answer, ANSWERS[answer]) if len(answers) > 1 else update.key
-        low, quarter, middle, three, high = np.minimum(report_text.ends_of(update[answer])[1][k], top)
+    for (answer, below), (rank, k) in product(
+        zip(answers, (0.0, 0.3), strict=False), enumerate(order, 1)
+    ):
+        key = (
+            update.keyed("answer", answer, ANSWERS[answer])
+            if len(answers) > 1
+            else update.key
+        )
+        low, quarter, middle, three, high = np.minimum(
+            report_text.ends_of(update[answer])[1][k], top
+        )
         looks: tuple[tuple[Look, list[float], str], ...] = (
             ("hairline", [low, high], ""),
             ("line", [quarter, three], "50 %, thin 90 %"),

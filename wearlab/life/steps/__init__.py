@@ -72,7 +72,8 @@ class FixedStep(StepMethod):
     method: Literal["fixed"] = "fixed"
     """equal steps over cycles. Source: wearlab"""
     size: Annotated[
-        Annotated[Positive, Tag("count")] | Annotated[StabilitySize, Tag("fraction")], Discriminator(_size)
+        Annotated[Positive, Tag("count")] | Annotated[StabilitySize, Tag("fraction")],
+        Discriminator(_size),
     ]
     """cycles per step, or {stability = 0.9} of the limit"""
 

@@ -14,17 +14,23 @@ if TYPE_CHECKING:
 
 
 class ContactModel(Variant):
-    """Any contact of worn flanks; ``tip_corners`` says whether it knows what touches beyond A and E."""
+    """Any contact of worn flanks.
+
+    ``tip_corners`` says whether it knows what touches beyond A and E.
+    """
 
     slot: ClassVar[Slot] = Slot("mesh.contact", __name__, default="displacement")
     tip_corners: ClassVar[bool] = True
     model_error: ClassVar[str] = ""
-    """How far its gaps are known to be off, with the source of that; "": they are not."""
+    """How far its gaps are known to be off, with the source of that; "": they are
+    not."""
 
     engagement: Literal["load", "threshold"] = "load"
-    """pairs in contact: those that carry load, or those closer than a threshold. Source: Y23"""
+    """pairs in contact: those that carry load, or those closer than a threshold.
+    Source: Y23"""
     threshold: Annotated[Angle, POSITIVE] = 1e-4
-    """rotation of the driven gear within which a pair counts as engaged. Source: Y23 Algorithm 1"""
+    """rotation of the driven gear within which a pair counts as engaged. Source: Y23
+    Algorithm 1"""
 
     @property
     def by_threshold(self) -> bool:
@@ -33,7 +39,11 @@ class ContactModel(Variant):
 
     def engagement_gap(self, pair: "GearPair") -> float:
         """Return the gap beyond the smallest at which a pair no longer engages, infinite by load [m]."""
-        return self.threshold * pair.driven.base_radius if self.by_threshold else float("inf")
+        return (
+            self.threshold * pair.driven.base_radius
+            if self.by_threshold
+            else float("inf")
+        )
 
     def build(self, flanks: "WornFlanks", extended: bool) -> "Gaps | None":
         """Return where the gaps come from, None for the displacement form on A–E.
@@ -54,7 +64,8 @@ class DisplacementContact(ContactModel):
     """Worn flanks touch on the line of action: gaps are wear depths and modifications added up."""
 
     model_error: ClassVar[str] = (
-        "first order in wear; the unloaded error of Y23's internal flanks is 13 to 63 % too large at 20 to "
+        "first order in wear; the unloaded error of Y23's internal flanks is 13 to 63 "
+        "% too large at 20 to "
         '100 um (mesh.contact = "exact" has no such error)'
     )
 
@@ -62,7 +73,10 @@ class DisplacementContact(ContactModel):
     """first-order form of worn contact. Source: wearlab"""
 
     def build(self, flanks: "WornFlanks", extended: bool) -> "Gaps | None":
-        """Return gaps of tip corners beyond A and E; within, the contact analysis adds depths up itself."""
+        """Return gaps of tip corners beyond A and E.
+
+        Within, the contact analysis adds depths up itself.
+        """
         if not extended:
             return None
         from wearlab.mesh.exact.gaps import DisplacementBeyond
@@ -101,4 +115,7 @@ class AlgorithmOneContact(ContactModel):
 
     def flags(self) -> tuple[str, ...]:
         """Return by how much it errs."""
-        return (f"contact by Algorithm 1: errors are half a step of {self.points} points off",)
+        return (
+            f"contact by Algorithm 1: errors are half a step of {self.points} points "
+            "off",
+        )

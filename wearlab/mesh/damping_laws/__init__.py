@@ -29,11 +29,15 @@ class MeshesInOperation(NamedTuple):
 class DampingLaw(Variant):
     """Any damping law of a mesh."""
 
-    slot: ClassVar[Slot] = Slot("mesh.damping_law", __name__, default="viscous", by_name=True)
+    slot: ClassVar[Slot] = Slot(
+        "mesh.damping_law", __name__, default="viscous", by_name=True
+    )
     needs_oil: ClassVar[bool] = False
 
     def build(self, meshes: MeshesInOperation) -> Any:
-        """Return the law as the steps take it, see `wearlab.mesh.damping`; None: viscous.
+        """Return the law as the steps take it, see `wearlab.mesh.damping`.
+
+        None: viscous.
 
         Raises
         ------
@@ -48,10 +52,14 @@ class DampingLaw(Variant):
 
 
 class ViscousDamping(DampingLaw):
-    """A dashpot on the rate of approach of the flanks, shared like the stiffness; flanks do not pull."""
+    """A dashpot on the rate of approach of the flanks, shared like the stiffness.
+
+    Flanks do not pull.
+    """
 
     model: Literal["viscous"] = "viscous"
-    """a dashpot on the rate of approach of touching flanks. Source: L16 Eq. 6, W23 Eq. 36"""
+    """a dashpot on the rate of approach of touching flanks. Source: L16 Eq. 6, W23 Eq.
+    36"""
 
     def build(self, meshes: MeshesInOperation) -> None:
         """Return nothing: the steps have this law built in."""

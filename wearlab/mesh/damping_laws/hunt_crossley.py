@@ -21,7 +21,9 @@ class HuntCrossley(NamedTuple):
     loss: Array
 
 
-def in_contact(law: Any, m: Any, force: float, stiffness: float, part: float, rate: float) -> Any:
+def in_contact(
+    law: Any, m: Any, force: float, stiffness: float, part: float, rate: float
+) -> Any:
     """Return ``F (1 + χ ẋ)`` and its derivatives, nothing where that pulls."""
     factor = 1.0 + law.loss[m] * rate
     if factor <= 0.0:
@@ -32,14 +34,17 @@ def in_contact(law: Any, m: Any, force: float, stiffness: float, part: float, ra
 class HuntCrossleyDamping(DampingLaw):
     """Damping in proportion to the elastic force.
 
-    Flanks that meet at a speed v part at ``v (1 − ⅔ χ v)`` while that loss is small, whatever their load.
+    Flanks that meet at a speed v part at ``v (1 − ⅔ χ v)`` while that loss is small,
+    whatever their load.
     """
 
     model: Literal["hunt-crossley"] = "hunt-crossley"
-    """damping in proportion to the elastic force: N = F (1 + χ ẋ). Source: Hunt & Crossley 1975 Eq. 6"""
+    """damping in proportion to the elastic force: N = F (1 + χ ẋ). Source: Hunt &
+    Crossley 1975 Eq. 6"""
     loss: Annotated[LossPerSpeed, POSITIVE] | None = None
-    """χ: flanks that meet at a speed v part slower by the share ⅔ χ v [c over the static force of the mesh:
-    about that force the loss is the viscous law's]. Source: Hunt & Crossley 1975"""
+    """χ: flanks that meet at a speed v part slower by the share ⅔ χ v [c over the
+    static force of the mesh: about that force the loss is the viscous law's]. Source:
+    Hunt & Crossley 1975"""
 
     def build(self, meshes: MeshesInOperation) -> HuntCrossley:
         """Return the law.
@@ -56,7 +61,8 @@ class HuntCrossleyDamping(DampingLaw):
             return HuntCrossley(np.full(len(meshes.damping), self.loss))
         if not meshes.force.all():
             raise GearError(
-                "mesh.damping_law: without a torque no static force says what χ is: give loss, such as "
+                "mesh.damping_law: without a torque no static force says what χ is: "
+                "give loss, such as "
                 '{model = "hunt-crossley", loss = "0.3 s/m"}'
             )
         return HuntCrossley(meshes.damping / meshes.force)

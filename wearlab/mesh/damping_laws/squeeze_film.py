@@ -16,14 +16,17 @@ class SqueezeFilm(NamedTuple):
     Parameters
     ----------
     film : (n_mesh,) β = 3√2 π η b R^{3/2} [N s √m]
-    thickness : (n_mesh,) h_c = (β/c)^{2/3}, the film that damps as touching flanks do [m]
+    thickness : (n_mesh,) h_c = (β/c)^{2/3}, the film that damps as touching flanks do
+        [m]
     """
 
     film: Array
     thickness: Array
 
 
-def in_contact(law: Any, m: Any, force: float, stiffness: float, part: float, rate: float) -> Any:
+def in_contact(
+    law: Any, m: Any, force: float, stiffness: float, part: float, rate: float
+) -> Any:
     """Return ``F + c ẋ`` and its derivatives, nothing where that pulls."""
     normal = force + part * rate
     if normal <= 0.0:
@@ -31,8 +34,13 @@ def in_contact(law: Any, m: Any, force: float, stiffness: float, part: float, ra
     return normal, stiffness, part
 
 
-def apart(law: Any, m: Any, clearance: float, rate: float) -> tuple[float, float, float]:
-    """Return ``β ẋ/(h_c + clearance)^{3/2}`` and its derivatives; a film that is drawn apart cavitates."""
+def apart(
+    law: Any, m: Any, clearance: float, rate: float
+) -> tuple[float, float, float]:
+    """Return ``β ẋ/(h_c + clearance)^{3/2}`` and its derivatives.
+
+    A film that is drawn apart cavitates.
+    """
     if rate <= 0.0:
         return 0.0, 0.0, 0.0
     height = law.thickness[m] + clearance
@@ -44,15 +52,18 @@ class SqueezeFilmDamping(DampingLaw):
     """The viscous law in contact, and an oil film squeezed by flanks that approach each other out of it."""
 
     model: Literal["squeeze-film"] = "squeeze-film"
-    """viscous in contact; flanks that are apart squeeze the oil between them. Source: Hamrock, Schmid &
-    Jacobson 2004; Ankouni et al. 2016"""
+    """viscous in contact; flanks that are apart squeeze the oil between them. Source:
+    Hamrock, Schmid & Jacobson 2004; Ankouni et al. 2016"""
 
     needs_oil: ClassVar[bool] = True
 
     def problems(self, scene: Any) -> Iterator[str]:
         """Yield that a film needs an oil."""
         if scene.lubricant is None:
-            yield "'squeeze-film' needs an oil: give [lubricant], such as viscosity = \"0.012 Pa*s\""
+            yield (
+                "'squeeze-film' needs an oil: give [lubricant], such as viscosity = "
+                '"0.012 Pa*s"'
+            )
 
     def build(self, meshes: MeshesInOperation) -> SqueezeFilm:
         """Return the law.
@@ -66,9 +77,17 @@ class SqueezeFilmDamping(DampingLaw):
 
         register(SqueezeFilm, in_contact, apart)
         if not meshes.damping.all():
-            raise GearError("mesh.damping_law: 'squeeze-film' needs mesh.damping above nought")
+            raise GearError(
+                "mesh.damping_law: 'squeeze-film' needs mesh.damping above nought"
+            )
         assert meshes.viscosity is not None
-        # of a rigid cylinder that approaches a plane through a viscous fluid: ``W/(η L V) = 3√2 π
-        # (R/h)^{3/2}``
-        film = 3.0 * np.pi * np.sqrt(2.0 * meshes.curvature_radius**3) * meshes.viscosity * meshes.face_width
+        # of a rigid cylinder that approaches a plane through a viscous fluid: ``W/(η L
+        # V) = 3√2 π (R/h)^{3/2}``
+        film = (
+            3.0
+            * np.pi
+            * np.sqrt(2.0 * meshes.curvature_radius**3)
+            * meshes.viscosity
+            * meshes.face_width
+        )
         return SqueezeFilm(film, (film / meshes.damping) ** (2.0 / 3.0))

@@ -1,19 +1,23 @@
 """A worn flank as a plane curve, in one form for external and internal gears, driving and driven.
 
-Coordinates are (n, u): u along the line of action as the driving gear pushes, n normal to it, the origin
-at the pitch point. The flank point that would touch at path position s if it were not worn lies, after its
-gear has turned to the position x [m along the line of action], at
+Coordinates are (n, u): u along the line of action as the driving gear pushes, n normal
+to it, the origin at the pitch point. The flank point that would touch at path position
+s if it were not worn lies, after its gear has turned to the position x [m along the
+line of action], at
 
-    P = O + R(κ) (t r_b, t ρ_0 + s + w(s)),   κ = t (x − s) / r_b,   O = −(t r_b, t ρ_0),
+    P = O + R(κ) (t r_b, t ρ_0 + s + w(s)),   κ = t (x − s) / r_b,   O = −(t r_b, t
+    ρ_0),
 
-with R(κ) a rotation, ρ_0 = r_b tanα_w, and t = ±1 the side of its base circle on which the gear lies: +1 for
-an external driving or an internal driven gear, −1 for an external driven or an internal driving one. Wear
-moves the point along the healthy normal u: w = −h on the driving flank, w = +h on the driven one.
+with R(κ) a rotation, ρ_0 = r_b tanα_w, and t = ±1 the side of its base circle on which
+the gear lies: +1 for an external driving or an internal driven gear, −1 for an external
+driven or an internal driving one. Wear moves the point along the healthy normal u: w =
+−h on the driving flank, w = +h on the driven one.
 
-Contact is also told in Y23's angles, α on the flank and φ of the gear. A gear's axis X runs along the centre
-line of a tooth, a ring's along that of a tooth space; φ is counted forwards from the line of centres. For an
-internal pair without shifts ``r_b1 φ1 = r_b2 φ2`` unworn; for others a constant lies between them, and errors
-are told as differences x_driving − x_driven instead.
+Contact is also told in Y23's angles, α on the flank and φ of the gear. A gear's axis X
+runs along the centre line of a tooth, a ring's along that of a tooth space; φ is
+counted forwards from the line of centres. For an internal pair without shifts ``r_b1 φ1
+= r_b2 φ2`` unworn; for others a constant lies between them, and errors are told as
+differences x_driving − x_driven instead.
 """
 
 import math
@@ -37,7 +41,8 @@ class OverhangingFlank(SectionVanished):
 class Flank(NamedTuple):
     """A worn flank between the radius where its involute begins and its tip corner, piecewise cubic.
 
-    Intervals ascend along the path; within a piece the wear is smooth, between pieces it may bend or jump.
+    Intervals ascend along the path; within a piece the wear is smooth, between pieces
+    it may bend or jump.
 
     Parameters
     ----------
@@ -77,9 +82,12 @@ class Involute(NamedTuple):
 
 def involute_of(pair: GearPair, gear: int) -> Involute:
     """Return the unworn flank of a gear, 0 driving, 1 driven."""
-    base_radius, rho = pair.gears[gear].base_radius, pair.curvature(np.array([0.0, pair.path.E]))[gear]
+    base_radius = pair.gears[gear].base_radius
+    rho = pair.curvature(np.array([0.0, pair.path.E]))[gear]
     side = 1.0 if rho[1] > rho[0] else -1.0
-    return Involute(base_radius, base_radius * math.tan(pair.working_pressure_angle), side)
+    return Involute(
+        base_radius, base_radius * math.tan(pair.working_pressure_angle), side
+    )
 
 
 def smooth_runs(grid: ProfileGrid) -> list[slice]:
@@ -87,14 +95,17 @@ def smooth_runs(grid: ProfileGrid) -> list[slice]:
     begin = grid.first - grid.before
     on_flank = (begin >= 0) & (begin < len(grid.position))
     end = begin + grid.intervals[:, None] + 1
-    return [slice(*run) for run in sorted(zip(begin[on_flank], end[on_flank], strict=True))]
+    return [
+        slice(*run) for run in sorted(zip(begin[on_flank], end[on_flank], strict=True))
+    ]
 
 
 def healthy_reach(pair: GearPair, gear: int) -> tuple[float, float]:
     """Return the path positions between which a flank can be touched, from below its active part to its tip.
 
-    Below the active flank that is a tenth of a base pitch, if the involute reaches so far and stays well off
-    its base circle: no deeper can a worn or deflected mate's tip corner come.
+    Below the active flank that is a tenth of a base pitch, if the involute reaches so
+    far and stays well off its base circle: no deeper can a worn or deflected mate's tip
+    corner come.
 
     Parameters
     ----------
@@ -105,23 +116,32 @@ def healthy_reach(pair: GearPair, gear: int) -> tuple[float, float]:
     -------
     begin and end, one of them A or E, the tip [m]
     """
-    body, begin, end = pair.gears[gear], pair.path.A, pair.path.E
+    body = pair.gears[gear]
+    begin = pair.path.A
+    end = pair.path.E
     tip, start = (end, begin) if gear == DRIVING else (begin, end)
     rho_tip, rho_start = pair.curvature(np.array([tip, start]))[gear]
     form = math.sqrt(max(body.form_radius**2 - body.base_radius**2, 0.0))
     outwards = 1.0 if rho_start < rho_tip else -1.0  # from root to tip, in ρ
     # radius of curvature down to which it is, over that where its active part begins
-    room = outwards * (rho_start - (max(form, 0.5 * rho_start) if outwards > 0.0 else form))
+    room = outwards * (
+        rho_start - (max(form, 0.5 * rho_start) if outwards > 0.0 else form)
+    )
     # base pitches below its active part that a flank is described
     below = min(max(room, 0.0), 0.1 * pair.base_pitch)
     return (begin - below, end) if gear == DRIVING else (begin, end + below)
 
 
-def worn_flank(pair: GearPair, gear: int, position: Array, depth: Array, runs: list[slice]) -> Flank:
-    """Return the flank with material removed at the nodes; between them a cubic with fourth-order slopes.
+def worn_flank(
+    pair: GearPair, gear: int, position: Array, depth: Array, runs: list[slice]
+) -> Flank:
+    """Return the flank with material removed at the nodes.
 
-    Between the form circle and the active flank nothing touches in ideal contact; there the flank is taken
-    to be as low as where the active flank begins, so that no ridge stands in the way of the mating tip.
+    Between them a cubic with fourth-order slopes.
+
+    Between the form circle and the active flank nothing touches in ideal contact; there
+    the flank is taken to be as low as where the active flank begins, so that no ridge
+    stands in the way of the mating tip.
 
     Parameters
     ----------
@@ -138,29 +158,41 @@ def worn_flank(pair: GearPair, gear: int, position: Array, depth: Array, runs: l
     shift = np.asarray(-depth if gear == DRIVING else depth, dtype=float)
     low, high = healthy_reach(pair, gear)
     parts = [
-        (position[run], shift[run], slopes(shift[run], BY_QUARTIC) / (position[run][1] - position[run][0]))
+        (
+            position[run],
+            shift[run],
+            slopes(shift[run], BY_QUARTIC) / (position[run][1] - position[run][0]),
+        )
         for run in runs
     ]
     if low < position[0]:
-        parts.insert(0, (np.array([low, position[0]]), np.full(2, shift[0]), np.zeros(2)))
+        parts.insert(
+            0, (np.array([low, position[0]]), np.full(2, shift[0]), np.zeros(2))
+        )
     if high > position[-1]:
-        parts.append((np.array([position[-1], high]), np.full(2, shift[-1]), np.zeros(2)))
+        parts.append(
+            (np.array([position[-1], high]), np.full(2, shift[-1]), np.zeros(2))
+        )
     s, ends, slope = (
         np.concatenate([np.stack([each[:-1], each[1:]], axis=1) for each in every])
         for every in zip(*parts, strict=True)
     )
     piece = np.cumsum([0, *(len(nodes) - 1 for nodes, _, _ in parts)])
-    start, width = np.ascontiguousarray(s[:, 0]), s[:, 1] - s[:, 0]
+    start = np.ascontiguousarray(s[:, 0])
+    width = s[:, 1] - s[:, 0]
     flank = Flank(*involute_of(pair, gear), start, width, ends, slope, s + ends, piece)
     steepest = steepest_shift(flank.width, flank.shift, flank.slope)
     if steepest <= -1.0:  # it folds back on itself
         raise OverhangingFlank(
-            f"the worn flank overhangs: its wear changes by {-steepest:.3g} m per m of path; give wear "
+            f"the worn flank overhangs: its wear changes by {-steepest:.3g} m per m "
+            "of path; give wear "
             "that varies over a longer part of the flank"
         )
     rho = flank.curvature + flank.side * flank.reached
     if rho.min() <= 0.0:
-        raise OverhangingFlank(f"wear reaches {-1e3 * rho.min():.3g} mm below the base circle")
+        raise OverhangingFlank(
+            f"wear reaches {-1e3 * rho.min():.3g} mm below the base circle"
+        )
     return flank
 
 
@@ -168,7 +200,8 @@ def steepest_shift(width: Array, shift: Array, slope: Array) -> float:
     """Return the smallest dw/ds over all intervals [1]."""
     d0, d1 = slope.T
     secant = np.diff(shift, axis=1)[:, 0] / width
-    rise, bend = 3.0 * secant - 2.0 * d0 - d1, 3.0 * (d0 + d1 - 2.0 * secant)
+    rise = 3.0 * secant - 2.0 * d0 - d1
+    bend = 3.0 * (d0 + d1 - 2.0 * secant)
     t = np.divide(-rise, bend, out=np.zeros_like(bend), where=bend != 0.0)
     within = np.where((t > 0.0) & (t < 1.0), d0 + t * (2.0 * rise + bend * t), np.inf)
     return float(min(slope.min(), within.min()))
@@ -179,11 +212,14 @@ def shift_at(flank: Flank, k: int, s: float) -> tuple[float, float]:
     """Return w [m] and dw/ds [1] at s in interval k, by Hermite's cubic."""
     width = flank.width[k]
     t = (s - flank.start[k]) / width
-    d0, d1 = flank.slope[k, 0], flank.slope[k, 1]
+    d0 = flank.slope[k, 0]
+    d1 = flank.slope[k, 1]
     rise = (flank.shift[k, 1] - flank.shift[k, 0]) / width
     b = 3.0 * rise - 2.0 * d0 - d1
     c = d0 + d1 - 2.0 * rise
-    return flank.shift[k, 0] + width * t * (d0 + t * (b + t * c)), d0 + t * (2.0 * b + 3.0 * c * t)
+    return flank.shift[k, 0] + width * t * (d0 + t * (b + t * c)), d0 + t * (
+        2.0 * b + 3.0 * c * t
+    )
 
 
 @jit
@@ -193,7 +229,9 @@ def interval_of(flank: Flank, s: float) -> int:
 
 
 def contact_angle(pair: GearPair, gear: int, position: ArrayLike) -> Array:
-    """Return the angle of a flank point, α = ρ/r_b − α2 [rad]; Y23's α1 (driving) and α1′ (driven).
+    """Return the angle of a flank point, α = ρ/r_b − α2 [rad].
+
+    Y23's α1 (driving) and α1′ (driven).
 
     Parameters
     ----------
@@ -201,14 +239,16 @@ def contact_angle(pair: GearPair, gear: int, position: ArrayLike) -> Array:
     position : (n,) path position at which the point touches unworn [m]
     """
     body = pair.gears[gear]
-    return np.asarray(pair.curvature(position)[gear] / body.base_radius - body.base_half_angle)
+    return np.asarray(
+        pair.curvature(position)[gear] / body.base_radius - body.base_half_angle
+    )
 
 
 def rotation_angle(pair: GearPair, gear: int, x: ArrayLike) -> Array:
     """Return the rotation of a gear's axis X from the line of centres, forwards, φ [rad].
 
-    ``φ = x / r_b + t (inv α_w − α2)`` with t as in :mod:`.flank`: for zero wear of an internal pair
-    ``φ = α − α_w``.
+    ``φ = x / r_b + t (inv α_w − α2)`` with t as in :mod:`.flank`: for zero wear of an
+    internal pair ``φ = α − α_w``.
 
     Parameters
     ----------
@@ -219,7 +259,9 @@ def rotation_angle(pair: GearPair, gear: int, x: ArrayLike) -> Array:
     ----------
     Y23, for φ.
     """
-    return np.asarray(x, float) / pair.gears[gear].base_radius + _at_pitch_point(pair, gear)
+    return np.asarray(x, float) / pair.gears[gear].base_radius + _at_pitch_point(
+        pair, gear
+    )
 
 
 def position_of(pair: GearPair, gear: int, angle: ArrayLike) -> Array:
@@ -229,15 +271,22 @@ def position_of(pair: GearPair, gear: int, angle: ArrayLike) -> Array:
     ----------
     Y23, for φ.
     """
-    return np.asarray(pair.gears[gear].base_radius * (np.asarray(angle, float) - _at_pitch_point(pair, gear)))
+    return np.asarray(
+        pair.gears[gear].base_radius
+        * (np.asarray(angle, float) - _at_pitch_point(pair, gear))
+    )
 
 
 def _at_pitch_point(pair: GearPair, gear: int) -> float:
     side = involute_of(pair, gear).side
-    return side * (involute(pair.working_pressure_angle) - pair.gears[gear].base_half_angle)
+    return side * (
+        involute(pair.working_pressure_angle) - pair.gears[gear].base_half_angle
+    )
 
 
-def local_points(pair: GearPair, gear: int, flank: Flank, position: Array) -> tuple[Array, Array, Array]:
+def local_points(
+    pair: GearPair, gear: int, flank: Flank, position: Array
+) -> tuple[Array, Array, Array]:
     """Return points of a worn flank in the tooth's own axes, γ [rad], R [m] and λ [rad], each (n,).
 
     Parameters
@@ -254,14 +303,18 @@ def local_points(pair: GearPair, gear: int, flank: Flank, position: Array) -> tu
     rho = flank.curvature + flank.side * (position + shifts[:, 0])
     alpha = contact_angle(pair, gear, position)
     tilt = np.arctan(shifts[:, 1] * flank.base_radius / rho)
-    return np.arctan2(rho, flank.base_radius) - alpha, np.hypot(flank.base_radius, rho), alpha - tilt
+    return (
+        np.arctan2(rho, flank.base_radius) - alpha,
+        np.hypot(flank.base_radius, rho),
+        alpha - tilt,
+    )
 
 
 def wear_slope(pair: GearPair, gear: int, grid: ProfileGrid, depth: Array) -> Array:
     """Return the slope of the wear depth in the tooth's own axes, ``dh_x/dx``, at the nodes, (…, n) [1].
 
-    ``h_x = h/cos α`` across the tooth, over the height x along its centre line, ``dx/ds = t ρ cos α/r_b``; to
-    first order in the depth over the radius of curvature.
+    ``h_x = h/cos α`` across the tooth, over the height x along its centre line, ``dx/ds
+    = t ρ cos α/r_b``; to first order in the depth over the radius of curvature.
 
     Parameters
     ----------
@@ -275,7 +328,12 @@ def wear_slope(pair: GearPair, gear: int, grid: ProfileGrid, depth: Array) -> Ar
     """
     base_radius, curvature, side = involute_of(pair, gear)
     cosine = np.cos(contact_angle(pair, gear, grid.position))
-    across, rate = depth / cosine, np.empty(depth.shape)
+    across = depth / cosine
+    rate = np.empty(depth.shape)
     for run in smooth_runs(grid):
-        rate[..., run] = np.gradient(across[..., run], grid.position[run], axis=-1, edge_order=2)
-    return np.asarray(rate * base_radius / (side * (curvature + side * grid.position) * cosine))
+        rate[..., run] = np.gradient(
+            across[..., run], grid.position[run], axis=-1, edge_order=2
+        )
+    return np.asarray(
+        rate * base_radius / (side * (curvature + side * grid.position) * cosine)
+    )

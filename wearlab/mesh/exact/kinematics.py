@@ -1,9 +1,10 @@
 """Two worn flanks, one point: the rotation gap at a driving point, and the tangency of two points.
 
-One bracketed scalar root finds each contact. A common point with a common normal at the fixed centre distance
-means, with both points seen along their own worn normals, ``|R(−η2) v2 − R(−η1) v1| = a``: Y23's ``R1² + R2²
-− 2 R1 R2 cos(γ2 + λ2 − γ1 − λ1) = a²``, for external pairs too. Concave wear has several such points and
-corners have none: :mod:`.minimum_gap` decides.
+One bracketed scalar root finds each contact. A common point with a common normal at the
+fixed centre distance means, with both points seen along their own worn normals,
+``|R(−η2) v2 − R(−η1) v1| = a``: Y23's ``R1² + R2² − 2 R1 R2 cos(γ2 + λ2 − γ1 − λ1) =
+a²``, for external pairs too. Concave wear has several such points and corners have
+none: :mod:`.minimum_gap` decides.
 """
 
 import math
@@ -20,11 +21,13 @@ CLOSE = 1e-14  # [m]; the Newton step after it is below rounding
 
 
 @jit_inner
-def rotation_gap(driving: Flank, driven: Flank, x: float, s: float, w: float) -> tuple[float, float]:
+def rotation_gap(
+    driving: Flank, driven: Flank, x: float, s: float, w: float
+) -> tuple[float, float]:
     """Return how far the driven gear is ahead of touching one point of the driving flank.
 
-    The driven flank is turned until it passes through the point; of several pieces that can, the one
-    that touches first counts.
+    The driven flank is turned until it passes through the point; of several pieces that
+    can, the one that touches first counts.
 
     Parameters
     ----------
@@ -34,26 +37,32 @@ def rotation_gap(driving: Flank, driven: Flank, x: float, s: float, w: float) ->
 
     Returns
     -------
-    gap : ``x_driving − x_driven`` when they touch, inf where the driven flank has no such radius [m]
+    gap : ``x_driving − x_driven`` when they touch, inf where the driven flank has no
+        such radius [m]
     s2 : path position of the driven flank's point [m]
     """
     reach, q_n, q_u = _seen(driving, driven, x, s, w)
     if not reach == reach:
         return math.inf, math.nan
     turned = _turned(driven, reach, q_n, q_u)
-    best, where = math.inf, math.nan
+    best = math.inf
+    where = math.nan
     for p in range(len(driven.piece) - 1):
         s2 = _point_reaching(driven, p, reach)
         if s2 == s2 and x - s2 - turned < best:
-            best, where = x - s2 - turned, s2
+            best = x - s2 - turned
+            where = s2
     return best, where
 
 
 @jit_inner
-def corner_gap(driving: Flank, driven: Flank, x: float, s2: float, reach: float) -> tuple[float, float]:
+def corner_gap(
+    driving: Flank, driven: Flank, x: float, s2: float, reach: float
+) -> tuple[float, float]:
     """Return how far a corner of the driven flank is ahead of touching the driving flank.
 
-    Of several pieces of the driving flank that it could touch, the one it touches first counts.
+    Of several pieces of the driving flank that it could touch, the one it touches first
+    counts.
 
     Parameters
     ----------
@@ -63,19 +72,25 @@ def corner_gap(driving: Flank, driven: Flank, x: float, s2: float, reach: float)
 
     Returns
     -------
-    gap : inf where the driving flank has no point at that distance from the driven gear's centre [m]
+    gap : inf where the driving flank has no point at that distance from the driven
+        gear's centre [m]
     s : path position of the driving flank's point [m]
     """
-    best, where = math.inf, math.nan
+    best = math.inf
+    where = math.nan
     for p in range(len(driving.piece) - 1):
-        first, last = driving.piece[p], driving.piece[p + 1] - 1
-        a, b = driving.start[first], driving.start[last] + driving.width[last]
+        first = driving.piece[p]
+        last = driving.piece[p + 1] - 1
+        a = driving.start[first]
+        b = driving.start[last] + driving.width[last]
         f_a = _excess_reach(driving, driven, x, a, driving.shift[first, 0], reach)
         f_b = _excess_reach(driving, driven, x, b, driving.shift[last, 1], reach)
         if not f_a * f_b <= 0.0:
             continue
         s = _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b)
-        _, q_n, q_u = _seen(driving, driven, x, s, _shift_within(driving, first, last, s))
+        _, q_n, q_u = _seen(
+            driving, driven, x, s, _shift_within(driving, first, last, s)
+        )
         gap = x - s2 - _turned(driven, reach, q_n, q_u)
         if gap < best:
             best, where = gap, s
@@ -84,7 +99,10 @@ def corner_gap(driving: Flank, driven: Flank, x: float, s2: float, reach: float)
 
 @jit_inner
 def _excess_reach(driving, driven, x, s, w, reach):  # type: ignore[no-untyped-def]
-    """Return by how much a driving point reaches further; inside the base circle, to that."""
+    """Return by how much a driving point reaches further.
+
+    Inside the base circle, to that.
+    """
     excess, _, _ = _seen(driving, driven, x, s, w)
     return (excess if excess == excess else -driven.side * driven.curvature) - reach
 
@@ -102,10 +120,13 @@ def _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b):  # type: 
     """
     s = b
     for _ in range(40):
-        before, s = s, (a * f_b - b * f_a) / (f_b - f_a) if f_b != f_a else b
+        before = s
+        s = (a * f_b - b * f_a) / (f_b - f_a) if f_b != f_a else b
         if abs(s - before) <= CLOSE:
             break
-        f = _excess_reach(driving, driven, x, s, _shift_within(driving, first, last, s), reach)
+        f = _excess_reach(
+            driving, driven, x, s, _shift_within(driving, first, last, s), reach
+        )
         if f * f_b <= 0.0:
             a, f_a = b, f_b
         else:
@@ -117,34 +138,46 @@ def _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b):  # type: 
 def point_seen(driving, driven, x, s, w):  # type: ignore[no-untyped-def]
     """Return driving points seen from the driven gear: the ``s2 + w2`` of their radius, and their place.
 
-    The place is counted from the pitch point's own, so that nothing cancels [m]; NaN: no such radius.
+    The place is counted from the pitch point's own, so that nothing cancels [m]; NaN:
+    no such radius.
     """
     kappa = driving.side * (x - s) / driving.base_radius
-    sin, versine = np.sin(kappa), 2.0 * np.sin(0.5 * kappa) ** 2
+    sin = np.sin(kappa)
+    versine = 2.0 * np.sin(0.5 * kappa) ** 2
     v_n = driving.side * driving.base_radius
     v_u = driving.side * driving.curvature + s + w
     q_n = -versine * v_n - sin * v_u
     q_u = sin * v_n - versine * v_u + s + w
-    b_n, b_u = driven.side * driven.base_radius, driven.side * driven.curvature
+    b_n = driven.side * driven.base_radius
+    b_u = driven.side * driven.curvature
     excess = 2.0 * (b_n * q_n + b_u * q_u) + q_n * q_n + q_u * q_u
-    return driven.side * excess / (np.sqrt(driven.curvature**2 + excess) + driven.curvature), q_n, q_u
+    return (
+        driven.side
+        * excess
+        / (np.sqrt(driven.curvature**2 + excess) + driven.curvature),
+        q_n,
+        q_u,
+    )
 
 
 def turned_to(driven, reach, q_n, q_u):  # type: ignore[no-untyped-def]
     """Return how far the driven gear must turn to bring its point of that reach to (q_n, q_u) [m]."""
-    b_n, b_u = driven.side * driven.base_radius, driven.side * driven.curvature
+    b_n = driven.side * driven.base_radius
+    b_u = driven.side * driven.curvature
     cross = (b_n * q_u - b_u * q_n) - reach * (b_n + q_n)
     dot = (b_n + q_n) * b_n + (b_u + q_u) * (b_u + reach)
     return driven.side * driven.base_radius * np.arctan2(cross, dot)
 
 
-_seen, _turned = jit_inner(point_seen), jit_inner(turned_to)
+_seen = jit_inner(point_seen)
+_turned = jit_inner(turned_to)
 
 
 @jit_inner
 def _point_reaching(flank: Flank, p: int, reach: float) -> float:
     """Return s with ``s + w(s) = reach`` on one piece, NaN when the piece does not reach."""
-    low, high = flank.piece[p], flank.piece[p + 1]
+    low = flank.piece[p]
+    high = flank.piece[p + 1]
     if reach < flank.reached[low, 0] or reach > flank.reached[high - 1, 1]:
         return math.nan
     while high - low > 1:
@@ -153,7 +186,8 @@ def _point_reaching(flank: Flank, p: int, reach: float) -> float:
             low = middle
         else:
             high = middle
-    begin, end = flank.start[low], flank.start[low] + flank.width[low]
+    begin = flank.start[low]
+    end = flank.start[low] + flank.width[low]
     s = begin + flank.width[low] * (reach - flank.reached[low, 0]) / (
         flank.reached[low, 1] - flank.reached[low, 0]
     )
@@ -174,10 +208,13 @@ def _point_reaching(flank: Flank, p: int, reach: float) -> float:
 
 
 @jit_inner
-def along_normal(flank: Flank, s: float, w: float, slope: float) -> tuple[float, float, float]:
+def along_normal(
+    flank: Flank, s: float, w: float, slope: float
+) -> tuple[float, float, float]:
     """Return the tilt η of the worn normal, and what wear and tilt move the point by, seen along that normal.
 
-    ``tan η = (dw/ds) r_b / (ρ + t w)``; the vector is ``R(−η) v − v_0`` with ``v_0 = (t r_b, t ρ_0)``.
+    ``tan η = (dw/ds) r_b / (ρ + t w)``; the vector is ``R(−η) v − v_0`` with ``v_0 = (t
+    r_b, t ρ_0)``.
 
     Returns
     -------
@@ -186,7 +223,8 @@ def along_normal(flank: Flank, s: float, w: float, slope: float) -> tuple[float,
     v_n = flank.side * flank.base_radius
     v_u = flank.side * flank.curvature + s + w
     tilt = math.atan(slope * flank.base_radius / (flank.side * v_u))
-    sin, versine = math.sin(tilt), 2.0 * math.sin(0.5 * tilt) ** 2
+    sin = math.sin(tilt)
+    versine = 2.0 * math.sin(0.5 * tilt) ** 2
     return tilt, -versine * v_n + sin * v_u, -sin * v_n - versine * v_u + s + w
 
 
@@ -196,7 +234,8 @@ class FlankContact(NamedTuple):
     Parameters
     ----------
     driving, driven : (n,) path positions at which the points would touch unworn [m]
-    x_driving, x_driven : (n,) positions to which the gears have turned [m along the line of action]
+    x_driving, x_driven : (n,) positions to which the gears have turned [m along the
+        line of action]
     """
 
     driving: Array
@@ -216,11 +255,13 @@ def tangency(driving: Flank, driven: Flank, position: ArrayLike) -> FlankContact
     Parameters
     ----------
     driving, driven : worn flanks
-    position : (n,) points of the driving flank, by the path position at which they touch unworn [m]
+    position : (n,) points of the driving flank, by the path position at which they
+        touch unworn [m]
 
     Returns
     -------
-    FlankContact, NaN where a point finds no partner (Algorithm 1: "fail to get corresponding meshing point")
+    FlankContact, NaN where a point finds no partner (Algorithm 1: "fail to get
+    corresponding meshing point")
 
     References
     ----------
@@ -232,7 +273,9 @@ def tangency(driving: Flank, driven: Flank, position: ArrayLike) -> FlankContact
 
 @jit
 def _solve(driving, driven, s):  # type: ignore[no-untyped-def]
-    partner, x_driving, x_driven = np.full(len(s), np.nan), np.full(len(s), np.nan), np.full(len(s), np.nan)
+    partner = np.full(len(s), np.nan)
+    x_driving = np.full(len(s), np.nan)
+    x_driven = np.full(len(s), np.nan)
     d_n = driven.side * driven.base_radius - driving.side * driving.base_radius
     d_u = driven.side * driven.curvature - driving.side * driving.curvature
     for i in range(len(s)):
@@ -243,7 +286,8 @@ def _solve(driving, driven, s):  # type: ignore[no-untyped-def]
             continue
         w2, slope2 = shift_at(driven, interval_of(driven, s2), s2)
         eta2, b_n, b_u = along_normal(driven, s2, w2, slope2)
-        n, u = b_n - a_n, b_u - a_u
+        n = b_n - a_n
+        u = b_u - a_u
         turn = math.atan2(n * d_u - u * d_n, (d_n + n) * d_n + (d_u + u) * d_u)
         partner[i] = s2
         x_driving[i] = s[i] + driving.side * driving.base_radius * (turn - eta)
@@ -261,7 +305,8 @@ def excess_distance(flank, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-de
     """
     w, slope = shift_at(flank, interval_of(flank, s), s)
     _, b_n, b_u = along_normal(flank, s, w, slope)
-    n, u = b_n - a_n, b_u - a_u
+    n = b_n - a_n
+    u = b_u - a_u
     return (d_n * n + d_u * u + 0.5 * (n * n + u * u)) / math.hypot(d_n, d_u)
 
 
@@ -269,10 +314,12 @@ def excess_distance(flank, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-de
 def root_near(flank, start, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
     """Return the root nearest to ``start``, bracketed by growing steps towards falling distance.
 
-    Within the bracket by secants, the end that stays halved (Illinois); NaN where the function jumps.
+    Within the bracket by secants, the end that stays halved (Illinois); NaN where the
+    function jumps.
     """
     last = len(flank.start) - 1
-    low_end, high_end = flank.start[0], flank.start[last] + flank.width[last]
+    low_end = flank.start[0]
+    high_end = flank.start[last] + flank.width[last]
     begin = min(max(start, low_end), high_end)
     f_begin = excess_distance(flank, begin, a_n, a_u, d_n, d_u)
     if f_begin == 0.0:
@@ -289,7 +336,8 @@ def root_near(flank, start, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
     scale = max(abs(f_inner), abs(f_outer))
     s, f = outer, f_outer
     for _ in range(60):
-        before, s = s, (inner * f_outer - outer * f_inner) / (f_outer - f_inner)
+        before = s
+        s = (inner * f_outer - outer * f_inner) / (f_outer - f_inner)
         f = excess_distance(flank, s, a_n, a_u, d_n, d_u)
         if f == 0.0 or abs(s - before) <= 1e-16:
             break

@@ -1,8 +1,9 @@
 """Where two worn flanks touch first: the smallest rotation gap over all points of the driving flank.
 
-For each position of the driving gear the driven flank is turned back until it meets the first point of the
-driving one. Nothing is assumed of tangents: concave wear, steps, kinks and tip corners are all met, and where
-the flanks are smooth and convex to each other the answer is that of :mod:`.tangency`.
+For each position of the driving gear the driven flank is turned back until it meets the
+first point of the driving one. Nothing is assumed of tangents: concave wear, steps,
+kinks and tip corners are all met, and where the flanks are smooth and convex to each
+other the answer is that of :mod:`.tangency`.
 """
 
 import math
@@ -21,8 +22,8 @@ MINIMISER_TOLERANCE = 3e-9  # [m]: the gap is quadratic in it
 def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> FlankContact:
     """Return where the flanks touch first when the driving gear has turned to given positions.
 
-    ``g(x) = min_s [x − x_driven(s; x)]`` over the driving flank from its form circle to its tip corner, and
-    the driven flank likewise.
+    ``g(x) = min_s [x − x_driven(s; x)]`` over the driving flank from its form circle to
+    its tip corner, and the driven flank likewise.
 
     Parameters
     ----------
@@ -31,13 +32,18 @@ def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> FlankCont
 
     Returns
     -------
-    FlankContact; its ``gap`` is inf, and the points NaN, where the flanks cannot meet at all
+    FlankContact; its ``gap`` is inf, and the points NaN, where the flanks cannot meet
+    at all
     """
     x = np.array(position, float).ravel()
-    removed = (-driving.shift).min(axis=1)  # on the intervals up to, and from, each one at least
+    removed = (-driving.shift).min(
+        axis=1
+    )  # on the intervals up to, and from, each one at least
     sides = np.minimum.accumulate(removed), np.minimum.accumulate(removed[::-1])[::-1]
     deepest = np.stack(sides, axis=1) + driven.shift.min()
-    first, second, gap = _search(driving, driven, gap_curvature(driving, driven), deepest, x)
+    first, second, gap = _search(
+        driving, driven, gap_curvature(driving, driven), deepest, x
+    )
     return FlankContact(first, second, x, x - gap)
 
 
@@ -50,36 +56,59 @@ def gap_curvature(driving: Flank, driven: Flank) -> float:
     rho1 = np.maximum(driving.curvature + driving.side * s, 1e-3 * driving.base_radius)
     rho2 = driven.curvature + driven.side * s
     inverse = np.divide(1.0, rho2, out=np.zeros_like(rho2), where=rho2 > 0.0)
-    return float(np.min((rho1 / driving.base_radius) ** 2 * (driving.side / rho1 - driven.side * inverse)))
+    return float(
+        np.min(
+            (rho1 / driving.base_radius) ** 2
+            * (driving.side / rho1 - driven.side * inverse)
+        )
+    )
 
 
 @jit
 def _search(driving, driven, parts, deepest, x):  # type: ignore[no-untyped-def]
     m = len(driving.start)
-    s1, s2, gaps = np.empty(len(x)), np.empty(len(x)), np.empty(len(x))
-    ends, reached = np.empty((m, 2)), np.empty(2, np.int64)
+    s1 = np.empty(len(x))
+    s2 = np.empty(len(x))
+    gaps = np.empty(len(x))
+    ends = np.empty((m, 2))
+    reached = np.empty(2, np.int64)
     for i in range(len(x)):
         middle = interval_of(driving, x[i])
         ends[middle, 0] = _at_end(driving, driven, x[i], middle, 0)
         ends[middle, 1] = _at_end(driving, driven, x[i], middle, 1)
         best = min(ends[middle, 0], ends[middle, 1])
         for far in range(2):  # towards A, then towards E
-            k, near, onwards = middle, 1 - far, 2 * far - 1
+            k = middle
+            near = 1 - far
+            onwards = 2 * far - 1
             while 0 <= k + onwards < m:
                 away = driving.start[k] + far * driving.width[k] - x[i]
-                # half the quadratic by which unworn flanks part: beyond that no point lies lower
-                if best < math.inf and 0.25 * parts * away * away + deepest[k + onwards, far] >= best:
+                # half the quadratic by which unworn flanks part: beyond that no point
+                # lies lower
+                if (
+                    best < math.inf
+                    and 0.25 * parts * away * away + deepest[k + onwards, far] >= best
+                ):
                     break
-                before, k = k, k + onwards
+                before = k
+                k = k + onwards
                 same = driving.shift[k, near] == driving.shift[before, far]
-                ends[k, near] = ends[before, far] if same else _at_end(driving, driven, x[i], k, near)
+                ends[k, near] = (
+                    ends[before, far]
+                    if same
+                    else _at_end(driving, driven, x[i], k, near)
+                )
                 ends[k, far] = _at_end(driving, driven, x[i], k, far)
                 best = min(best, ends[k, 0], ends[k, 1])
             reached[far] = k
         low, high = reached
         gap, where, partner = _refined(driving, driven, x[i], low, high, ends, best)
-        span = max(x[i] - driving.start[low], driving.start[high] + driving.width[high] - x[i])
-        s1[i], s2[i], gaps[i] = _at_corners(driving, driven, x[i], span, where, partner, gap)
+        span = max(
+            x[i] - driving.start[low], driving.start[high] + driving.width[high] - x[i]
+        )
+        s1[i], s2[i], gaps[i] = _at_corners(
+            driving, driven, x[i], span, where, partner, gap
+        )
     return s1, s2, gaps
 
 
@@ -92,11 +121,14 @@ def _at_end(driving, driven, x, k, end):  # type: ignore[no-untyped-def]
 @jit_inner
 def _refined(driving, driven, x, low, high, ends, best):  # type: ignore[no-untyped-def]
     """Return the smallest gap and its points, searching every interval whose ends are nearly as low."""
-    gap, where, partner = math.inf, math.nan, math.nan
+    gap = math.inf
+    where = math.nan
+    partner = math.nan
     for k in range(low, high + 1):
         for end in range(2):
             if ends[k, end] < gap:
-                gap, where = ends[k, end], driving.start[k] + end * driving.width[k]
+                gap = ends[k, end]
+                where = driving.start[k] + end * driving.width[k]
         if not min(ends[k, 0], ends[k, 1]) <= best + _sag(ends, low, high, k):
             continue
         inner, s = smallest_within(driving, driven, x, k)
@@ -104,9 +136,15 @@ def _refined(driving, driven, x, low, high, ends, best):  # type: ignore[no-unty
             gap, where = inner, s
     if gap < math.inf:
         k = interval_of(driving, where)
-        value, partner = rotation_gap(driving, driven, x, where, shift_at(driving, k, where)[0])
-        if value > gap and k > 0:  # where two intervals meet, the earlier one's end may be the lower
-            _, partner = rotation_gap(driving, driven, x, where, driving.shift[k - 1, 1])
+        value, partner = rotation_gap(
+            driving, driven, x, where, shift_at(driving, k, where)[0]
+        )
+        if (
+            value > gap and k > 0
+        ):  # where two intervals meet, the earlier one's end may be the lower
+            _, partner = rotation_gap(
+                driving, driven, x, where, driving.shift[k - 1, 1]
+            )
     return gap, where, partner
 
 
@@ -129,21 +167,28 @@ def _at_corners(driving, driven, x, span, where, partner, gap):  # type: ignore[
 def _sag(ends, low, high, k):  # type: ignore[no-untyped-def]
     """Return how far the gap may sink inside interval k below its ends, from the bend at both of them.
 
-    A parabola sinks by an eighth of its second difference at most; all of it is allowed for.
+    A parabola sinks by an eighth of its second difference at most; all of it is allowed
+    for.
     """
     rise = ends[k, 1] - ends[k, 0]
     if not (ends[k, 0] < math.inf and ends[k, 1] < math.inf):
         return math.inf
     if k == low or k == high:
         return abs(rise)
-    bend = max(abs(rise - ends[k - 1, 1] + ends[k - 1, 0]), abs(ends[k + 1, 1] - ends[k + 1, 0] - rise))
+    bend = max(
+        abs(rise - ends[k - 1, 1] + ends[k - 1, 0]),
+        abs(ends[k + 1, 1] - ends[k + 1, 0] - rise),
+    )
     return bend if bend < math.inf else math.inf
 
 
 @jit_inner
-def smallest_within(driving: Flank, driven: Flank, x: float, k: int) -> tuple[float, float]:
+def smallest_within(
+    driving: Flank, driven: Flank, x: float, k: int
+) -> tuple[float, float]:
     """Return the smallest rotation gap at x within interval k of the driving flank, and its point [m]."""
-    a, b = driving.start[k], driving.start[k] + driving.width[k]
+    a = driving.start[k]
+    b = driving.start[k] + driving.width[k]
     s = a + GOLDEN * (b - a)
     g, _ = rotation_gap(driving, driven, x, s, shift_at(driving, k, s)[0])
     v, g_v, r, g_r = s, g, s, g
@@ -153,7 +198,11 @@ def smallest_within(driving: Flank, driven: Flank, x: float, k: int) -> tuple[fl
         if abs(s - middle) <= 2.0 * MINIMISER_TOLERANCE - 0.5 * (b - a):
             break
         step, before = _next_step(a, b, s, g, r, g_r, v, g_v, middle, step, before)
-        u = s + step if abs(step) >= MINIMISER_TOLERANCE else s + math.copysign(MINIMISER_TOLERANCE, step)
+        u = (
+            s + step
+            if abs(step) >= MINIMISER_TOLERANCE
+            else s + math.copysign(MINIMISER_TOLERANCE, step)
+        )
         g_u, _ = rotation_gap(driving, driven, x, u, shift_at(driving, k, u)[0])
         if g_u <= g:
             a, b = (s, b) if u >= s else (a, s)
@@ -178,7 +227,12 @@ def _next_step(a, b, s, g, r, g_r, v, g_v, middle, step, before):  # type: ignor
         p, q = (-p, q) if q > 0.0 else (p, -q)
         if abs(p) < abs(0.5 * q * before) and q * (a - s) < p < q * (b - s):
             trial = p / q
-            near = s + trial - a < 2.0 * MINIMISER_TOLERANCE or b - s - trial < 2.0 * MINIMISER_TOLERANCE
-            return (math.copysign(MINIMISER_TOLERANCE, middle - s) if near else trial), step
+            near = (
+                s + trial - a < 2.0 * MINIMISER_TOLERANCE
+                or b - s - trial < 2.0 * MINIMISER_TOLERANCE
+            )
+            return (
+                math.copysign(MINIMISER_TOLERANCE, middle - s) if near else trial
+            ), step
     rest = (a - s) if s >= middle else (b - s)
     return GOLDEN * rest, rest

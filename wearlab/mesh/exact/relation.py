@@ -21,7 +21,8 @@ class MeshRelation(NamedTuple):
 
     Parameters
     ----------
-    contact_angle : (2, n_pairs, n) α of the touching points, (driving, driven); NaN apart [rad]
+    contact_angle : (2, n_pairs, n) α of the touching points, (driving, driven); NaN
+        apart [rad]
     rotation_angle : (2, n_pairs, n) φ of both gears when that pair alone touched [rad]
     gap : (n_pairs, n) gap of each pair, inf where its flanks do not meet [m]
     """
@@ -43,10 +44,14 @@ class MeshRelation(NamedTuple):
         pair : the gears
         threshold : Δφ2 [rad]; 1e-4 in Y23
         """
-        return np.asarray(self.gap - self.unloaded_error < threshold * pair.driven.base_radius)
+        return np.asarray(
+            self.gap - self.unloaded_error < threshold * pair.driven.base_radius
+        )
 
 
-def mesh_relation(gaps: MeetingGaps, wear: Array, phase: Array, numbers: Index) -> MeshRelation:
+def mesh_relation(
+    gaps: MeetingGaps, wear: Array, phase: Array, numbers: Index
+) -> MeshRelation:
     """Return where the pairs touch at phases, each on its own.
 
     Parameters
@@ -54,19 +59,22 @@ def mesh_relation(gaps: MeetingGaps, wear: Array, phase: Array, numbers: Index) 
     gaps : the pair, its nodes, and the method
     wear : (2, n) wear depth, (driving, driven) [m]
     phase : (m,) own phases of the mesh [1]
-    numbers : (n_pairs,) which pairs j, touching at ``s_A + (φ + j) p_b`` when unworn; beyond the nodes they
-        count as apart
+    numbers : (n_pairs,) which pairs j, touching at ``s_A + (φ + j) p_b`` when unworn;
+        beyond the nodes they count as apart
 
     References
     ----------
     Y23, Algorithm 1; solved by roots, not by its search.
     """
-    pair, reach = gaps.flanks.pair, gaps.flanks.grid.contact_position
+    pair = gaps.flanks.pair
+    reach = gaps.flanks.grid.contact_position
     x = pair.path.A + (phase + np.asarray(numbers)[:, None]) * pair.base_pitch
     near = (x >= reach[0]) & (x <= reach[-1])
     contact = gaps.contact(wear, x[near])
-    touching, turned = np.full((2, *x.shape), np.nan), np.stack([x, np.full(x.shape, np.nan)])
-    touching[:, near], turned[1, near] = (contact.driving, contact.driven), contact.x_driven
+    touching = np.full((2, *x.shape), np.nan)
+    turned = np.stack([x, np.full(x.shape, np.nan)])
+    touching[:, near] = (contact.driving, contact.driven)
+    turned[1, near] = contact.x_driven
     return MeshRelation(
         np.stack([contact_angle(pair, i, where) for i, where in enumerate(touching)]),
         np.stack([rotation_angle(pair, i, where) for i, where in enumerate(turned)]),
@@ -84,7 +92,8 @@ def meshing_range(angles: Array, engaged: Flags) -> Array:
 
     Returns
     -------
-    (2, 2) first and last value along the path, of (driving, driven) [rad]; NaN when nothing is engaged
+    (2, 2) first and last value along the path, of (driving, driven) [rad]; NaN when
+    nothing is engaged
 
     References
     ----------
@@ -93,9 +102,12 @@ def meshing_range(angles: Array, engaged: Flags) -> Array:
     if not engaged.any():
         return np.full((2, 2), np.nan)
     along = np.argwhere(engaged[::-1])
-    first, last = along[0], along[-1]
+    first = along[0]
+    last = along[-1]
     row = len(engaged) - 1
-    return np.stack([angles[:, row - pair, phase] for pair, phase in (first, last)], axis=1)
+    return np.stack(
+        [angles[:, row - pair, phase] for pair, phase in (first, last)], axis=1
+    )
 
 
 def lone_ranges(flanks: WornFlanks, wear: Array) -> tuple[Array, Array]:
@@ -108,13 +120,15 @@ def lone_ranges(flanks: WornFlanks, wear: Array) -> tuple[Array, Array]:
 
     Returns
     -------
-    contact angles α and rotation angles φ, each (2, 2): first and last of (driving, driven) [rad]
+    contact angles α and rotation angles φ, each (2, 2): first and last of (driving,
+    driven) [rad]
 
     References
     ----------
     Y23 Fig. 9: with wear α shrinks at the root, and φ grows.
     """
-    pair, worn = flanks.pair, flanks.worn(wear)
+    pair = flanks.pair
+    worn = flanks.worn(wear)
     position = np.linspace(pair.path.A, pair.path.E, LONE_POINTS)
 
     def has_partner(s: Array) -> Flags:
@@ -130,16 +144,23 @@ def lone_ranges(flanks: WornFlanks, wear: Array) -> tuple[Array, Array]:
         for inside, outside in zip(have[[0, -1]], beyond, strict=True)
     ]
     contact = kinematics.tangency(*worn, np.array(ends))
-    touched = [contact_angle(pair, i, s) for i, s in enumerate((contact.driving, contact.driven))]
-    turned = [rotation_angle(pair, i, x) for i, x in enumerate((contact.x_driving, contact.x_driven))]
+    touched = [
+        contact_angle(pair, i, s)
+        for i, s in enumerate((contact.driving, contact.driven))
+    ]
+    turned = [
+        rotation_angle(pair, i, x)
+        for i, x in enumerate((contact.x_driving, contact.x_driven))
+    ]
     return np.stack(touched), np.stack(turned)
 
 
 def single_share(flanks: WornFlanks, wear: Array, threshold: float) -> float:
     """Return the share of the mesh period with one pair engaged, by Y23's rule [1].
 
-    A pair is engaged while it would touch flank on flank, if need be beyond A and E, and lags the leading one
-    by less than a threshold: with wear the share falls, as worn ends touch beyond the path, then rises.
+    A pair is engaged while it would touch flank on flank, if need be beyond A and E,
+    and lags the leading one by less than a threshold: with wear the share falls, as
+    worn ends touch beyond the path, then rises.
 
     Parameters
     ----------
@@ -151,17 +172,28 @@ def single_share(flanks: WornFlanks, wear: Array, threshold: float) -> float:
     ----------
     Y23, the multi-tooth mesh rule of 3.2.1.
     """
-    pair, worn = flanks.pair, flanks.worn(wear)
-    contact = kinematics.tangency(*worn, np.linspace(pair.path.A, pair.path.E, LONE_POINTS))
+    pair = flanks.pair
+    worn = flanks.worn(wear)
+    contact = kinematics.tangency(
+        *worn, np.linspace(pair.path.A, pair.path.E, LONE_POINTS)
+    )
     alone = contact.x_driving[np.isfinite(contact.gap)]
     if not len(alone):
         return float("nan")
     phase = (np.arange(SHARE_PHASES) + 0.5) / SHARE_PHASES
-    x = pair.path.A + (phase + np.arange(-1, flanks.grid.most_pairs + 1)[:, None]) * pair.base_pitch
+    x = (
+        pair.path.A
+        + (phase + np.arange(-1, flanks.grid.most_pairs + 1)[:, None]) * pair.base_pitch
+    )
     near = (x >= alone.min()) & (x <= alone.max())
     gap = np.full(x.shape, np.inf)
     gap[near] = minimum_gap.minimum_gap(*worn, x[near]).gap
-    return float(np.mean((gap - gap.min(axis=0) < threshold * pair.driven.base_radius).sum(axis=0) == 1))
+    return float(
+        np.mean(
+            (gap - gap.min(axis=0) < threshold * pair.driven.base_radius).sum(axis=0)
+            == 1
+        )
+    )
 
 
 def contact_loss(pair: GearPair, angles: Array, engaged: Flags) -> Array:
@@ -178,7 +210,9 @@ def contact_loss(pair: GearPair, angles: Array, engaged: Flags) -> Array:
         return np.ones(2)
     low, high = np.sort([contact_angle(pair, gear, ends) for gear in (0, 1)], axis=1).T
     touched = angles[:, engaged]
-    covered = np.minimum(high, touched.max(axis=1)) - np.maximum(low, touched.min(axis=1))
+    covered = np.minimum(high, touched.max(axis=1)) - np.maximum(
+        low, touched.min(axis=1)
+    )
     return np.maximum(0.0, 1.0 - covered / (high - low))
 
 
@@ -202,13 +236,14 @@ def first_order_excess(flanks: WornFlanks, wear: Array) -> float:
     displacement = grid.beyond((wear + flanks.modification).sum(axis=0))
     exact = minimum_gap.minimum_gap(*flanks.worn(wear), grid.contact_position).gap
     pairs = grid.pairs_at_phase_nodes
-    first, true = (
-        np.where(pairs >= 0, gap[pairs], np.inf).min(axis=1).max() for gap in (displacement, exact)
-    )
+    first = np.where(pairs >= 0, displacement[pairs], np.inf).min(axis=1).max()
+    true = np.where(pairs >= 0, exact[pairs], np.inf).min(axis=1).max()
     return float(first / true - 1.0)
 
 
-def depth_of_disagreement(flanks: WornFlanks, shape: Array, share: float = AGREEMENT) -> float:
+def depth_of_disagreement(
+    flanks: WornFlanks, shape: Array, share: float = AGREEMENT
+) -> float:
     """Return the wear depth beyond which the first-order error differs by a share from the exact one.
 
     Parameters
@@ -219,8 +254,8 @@ def depth_of_disagreement(flanks: WornFlanks, shape: Array, share: float = AGREE
 
     Returns
     -------
-    largest depth of the shape [m]; inf when both agree up to ``DEEPEST``, or as deep as flanks of this shape
-    can be worn
+    largest depth of the shape [m]; inf when both agree up to ``DEEPEST``, or as deep as
+    flanks of this shape can be worn
     """
 
     def excess(depth: float) -> float:
@@ -236,5 +271,7 @@ def depth_of_disagreement(flanks: WornFlanks, shape: Array, share: float = AGREE
     for _ in range(30):
         middle = float(np.sqrt(low * high))
         found = excess(middle)
-        low, high, beyond = (middle, high, beyond) if found < share else (low, middle, found)
+        low, high, beyond = (
+            (middle, high, beyond) if found < share else (low, middle, found)
+        )
     return high if beyond < np.inf else np.inf

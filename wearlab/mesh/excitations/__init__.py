@@ -5,7 +5,16 @@ A file beside this one adds another.
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from wearlab.options import NOT_NEGATIVE, POSITIVE, Angle, Count, Depth, Number, Part, SpringRate
+from wearlab.options import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Angle,
+    Count,
+    Depth,
+    Number,
+    Part,
+    SpringRate,
+)
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
@@ -15,7 +24,10 @@ if TYPE_CHECKING:
 
 
 class ExcitationModel(Variant):
-    """Any excitation; ``by_pairs`` says whether pairs stay apart, which friction on flanks needs."""
+    """Any excitation.
+
+    ``by_pairs`` says whether pairs stay apart, which friction on flanks needs.
+    """
 
     slot: ClassVar[Slot] = Slot("mesh.excitation", __name__, default="pairs")
     by_pairs: ClassVar[bool] = False
@@ -24,8 +36,13 @@ class ExcitationModel(Variant):
         """Return what makes a mesh force of the contact analysis: by default this itself."""
         return self
 
-    def prepare(self, analysis: "ContactAnalysis", nodes: "Nodes") -> "AlongPhase | None":
-        """Return the series fitted to the contact analysis of a wear state; None: pair by pair."""
+    def prepare(
+        self, analysis: "ContactAnalysis", nodes: "Nodes"
+    ) -> "AlongPhase | None":
+        """Return the series fitted to the contact analysis of a wear state.
+
+        None: pair by pair.
+        """
         raise NotImplementedError(f"{type(self).__name__} has no prepare")
 
 
@@ -45,19 +62,24 @@ class SeriesExcitation(ExcitationModel):
     """Any series of mesh stiffness and transmission error over the phase, as published."""
 
     combination: Literal["min", "max", "mean"] = "min"
-    """how the gaps of the pairs in the path make one transmission error. Source: W23 Eq. 36"""
+    """how the gaps of the pairs in the path make one transmission error. Source: W23
+    Eq. 36"""
     error: Literal["unloaded", "loaded"] = "unloaded"
-    """transmission error that excites: unloaded, or loaded (counts F/k twice). Source: L16 Eq. 18"""
+    """transmission error that excites: unloaded, or loaded (counts F/k twice). Source:
+    L16 Eq. 18"""
 
     def prepare(self, analysis: "ContactAnalysis", nodes: "Nodes") -> "AlongPhase":
         """Fit both series to the contact analysis of a wear state."""
         from wearlab.mesh.excitation import AlongPhase, combined_error
 
-        state, samples = analysis.quasistatic(nodes, analysis.at_nodes), analysis.grid.phase_nodes
+        state = analysis.quasistatic(nodes, analysis.at_nodes)
+        samples = analysis.grid.phase_nodes
         error = combined_error(state, self.combination, self.error)
         return AlongPhase(*self.fitted(*samples, state.tangent, error))
 
-    def fitted(self, phase: "Array", weight: "Array", stiffness: "Array", error: "Array") -> Any:
+    def fitted(
+        self, phase: "Array", weight: "Array", stiffness: "Array", error: "Array"
+    ) -> Any:
         """Return the series of stiffness and error, sampled at phases (n,) of some weights."""
         raise NotImplementedError(f"{type(self).__name__} has no fitted")
 
@@ -72,7 +94,9 @@ class FourierExcitation(SeriesExcitation):
     error_harmonics: Annotated[Count, NOT_NEGATIVE]
     """harmonics l_e of the transmission error"""
 
-    def fitted(self, phase: "Array", weight: "Array", stiffness: "Array", error: "Array") -> Any:
+    def fitted(
+        self, phase: "Array", weight: "Array", stiffness: "Array", error: "Array"
+    ) -> Any:
         """Return both series, truncated."""
         from wearlab.mesh.harmonics import harmonics
 
@@ -123,12 +147,19 @@ class ModulatedExcitation(SeriesExcitation):
     error_modulation: ErrorModulation | None = None
     """given modulation of the error [fitted to the contact analysis]"""
 
-    def fitted(self, phase: "Array", weight: "Array", stiffness: "Array", error: "Array") -> Any:
+    def fitted(
+        self, phase: "Array", weight: "Array", stiffness: "Array", error: "Array"
+    ) -> Any:
         """Return the modulations, given or fitted."""
         from wearlab.mesh.harmonics import Modulation, fit
 
-        for given, values in ((self.stiffness_modulation, stiffness), (self.error_modulation, error)):
+        for given, values in (
+            (self.stiffness_modulation, stiffness),
+            (self.error_modulation, error),
+        ):
             if given is None:
                 yield fit(phase, weight, values)
             else:
-                yield Modulation(**{name: getattr(given, name) for name in Modulation._fields})
+                yield Modulation(
+                    **{name: getattr(given, name) for name in Modulation._fields}
+                )

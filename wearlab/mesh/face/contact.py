@@ -1,12 +1,14 @@
 """Quasi-static contact over the face: gaps of worn flanks at every slice, then the line loads at every phase.
 
-Every slice is the section that a spur pair has on its whole face, with gaps of its own. What does not change
-with wear - compliances, who meets whom - is laid out once a gear set.
+Every slice is the section that a spur pair has on its whole face, with gaps of its own.
+What does not change with wear - compliances, who meets whom - is laid out once a gear
+set.
 
-A line meets each slice at a node of its own. On solid teeth both teeth of the pair yield as
-:func:`wearlab.mesh.finite_element.solid.solid_compliance` tells, along the line of action. Beyond its
-outermost load a tooth yields in proportion to its plane section. A driving tooth lags behind at larger y by
-``y tan β`` against its loaded flank, a driven one towards it.
+A line meets each slice at a node of its own. On solid teeth both teeth of the pair
+yield as :func:`wearlab.mesh.finite_element.solid.solid_compliance` tells, along the
+line of action. Beyond its outermost load a tooth yields in proportion to its plane
+section. A driving tooth lags behind at larger y by ``y tan β`` against its loaded
+flank, a driven one towards it.
 """
 
 import math
@@ -36,8 +38,10 @@ class SolidLines(NamedTuple):
 
     Parameters
     ----------
-    compliance : (n_phases, n_lines, n_face, n_face) deflection of slices under forces on slices [m/N]
-    even : (n_contact,) compliance of teeth and bodies at a node under an even load, per width [m²/N]
+    compliance : (n_phases, n_lines, n_face, n_face) deflection of slices under forces
+        on slices [m/N]
+    even : (n_contact,) compliance of teeth and bodies at a node under an even load, per
+        width [m²/N]
     """
 
     compliance: Array
@@ -55,11 +59,16 @@ def solid_lines(pair: GearPair, grid: FaceGrid, turned: Helix) -> SolidLines:
     """
     edges = np.concatenate([[0.0], np.cumsum(grid.width)])
     position = np.clip(grid.profile.contact_position, pair.path.A, pair.path.E)
-    rows, which = np.unique(grid.node.reshape(-1, grid.node.shape[-1]), axis=0, return_inverse=True)
+    rows, which = np.unique(
+        grid.node.reshape(-1, grid.node.shape[-1]), axis=0, return_inverse=True
+    )
     found = np.zeros((len(rows), grid.node.shape[-1], grid.node.shape[-1]))
-    even, evenly = np.zeros(len(position)), grid.width / grid.face_width
+    even = np.zeros(len(position))
+    evenly = grid.width / grid.face_width
     for number, gear in enumerate(pair.gears):
-        oblique = turned.sense * math.tan(turned.angle) * (-1.0 if number == DRIVING else 1.0)
+        oblique = (
+            turned.sense * math.tan(turned.angle) * (-1.0 if number == DRIVING else 1.0)
+        )
         tooth = solid.solid_compliance(gear, edges, oblique)
         q = outline.LoadedFlank(gear).parameter(pair.radius(number, position))
         sampled = np.clip(q, tooth.q[0], tooth.q[-1])
@@ -67,13 +76,18 @@ def solid_lines(pair: GearPair, grid: FaceGrid, turned: Helix) -> SolidLines:
         local = solid.indentation(gear, sampled) / turned.cosine
         # plane elements by which compliances are continued to the tip
         plane = compliance.gear_compliance(gear, elements.Options(refinement=2))
-        beyond = np.sqrt(plane.weights(q) @ plane.own / (plane.weights(sampled) @ plane.own))
-        pressed = np.einsum("j,ajbk,k->ab", evenly, tooth.table, evenly) * grid.face_width
+        beyond = np.sqrt(
+            plane.weights(q) @ plane.own / (plane.weights(sampled) @ plane.own)
+        )
+        pressed = (
+            np.einsum("j,ajbk,k->ab", evenly, tooth.table, evenly) * grid.face_width
+        )
         even += (np.einsum("na,ab,nb->n", at, pressed, at) - local) * beyond**2
         for j, width in enumerate(grid.width):
             for k in range(j + 1):
                 both = np.flatnonzero((rows[:, j] >= 0) & (rows[:, k] >= 0))
-                here, there = rows[both, j], rows[both, k]
+                here = rows[both, j]
+                there = rows[both, k]
                 value = ((at @ tooth.table[:, j, :, k])[here] * at[there]).sum(axis=1)
                 if j == k:
                     value -= local[here] / width
@@ -89,8 +103,8 @@ class LineLoads(NamedTuple):
     ----------
     deflection : (n_phases,) static transmission error δ, at mid-face [m]
     tangent : (n_phases,) mesh stiffness [N/m]
-    load : (n_phases, n_lines, n_face) force in the plane of action per face width, which is also the normal
-        load per length of line [N/m]
+    load : (n_phases, n_lines, n_face) force in the plane of action per face width,
+        which is also the normal load per length of line [N/m]
     unloaded : (n_phases,) unloaded transmission error, the least gap [m]
     """
 
@@ -108,13 +122,14 @@ class FaceContact:
     ----------
     grid : slices and nodes
     analysis : contact of the section
-    lead : (2, n_face, n_profile) material removed on purpose that varies over the face, (driving, driven),
-        normal to the flank [m]
+    lead : (2, n_face, n_profile) material removed on purpose that varies over the face,
+        (driving, driven), normal to the flank [m]
     opening : (n_face,) gap by misalignment, along the line of action [m]
     shear_length : ℓ over which slices hold each other, 0: they do not [m]
     pitch : transverse base pitch [m]
     helix : of the gears
-    solid : how the slices of each line hold each other as solid teeth, None: as a layer in shear
+    solid : how the slices of each line hold each other as solid teeth, None: as a layer
+        in shear
     """
 
     grid: FaceGrid
@@ -135,24 +150,35 @@ class FaceContact:
     def section(self) -> Section:
         """How a slice yields, from the contact of the section over the whole face.
 
-        The load per length of line is the force in the transverse plane per face width; along the line of
-        action the contact yields by 1/cos β_b more than along the normal, and its radius is that of the
-        normal section, larger by as much. Teeth and bodies yield by 1/cos β more than the transverse section:
-        their own section lies across the tooth (c′ of ISO 6336-1 falls by cos β likewise), but for solid
+        The load per length of line is the force in the transverse plane per face width;
+        along the line of action the contact yields by 1/cos β_b more than along the
+        normal, and its radius is that of the normal section, larger by as much. Teeth
+        and bodies yield by 1/cos β more than the transverse section: their own section
+        lies across the tooth (c′ of ISO 6336-1 falls by cos β likewise), but for solid
         teeth, which are oblique as they are.
         """
-        stiffness, face_width = self.analysis.stiffness, self.grid.face_width
+        stiffness = self.analysis.stiffness
+        face_width = self.grid.face_width
         unworn = np.zeros((2, len(self.analysis.grid.contact_position)))
-        body, cross = stiffness.body(unworn) * face_width, stiffness.cross(unworn)
+        body = stiffness.body(unworn) * face_width
+        cross = stiffness.cross(unworn)
         least = LEAST_LOADED * (self.analysis.load or LIGHT)
         softening = stiffness.softening * face_width
-        contact = np.broadcast_to(stiffness.contact(np.full(len(body), least)), body.shape) * face_width
+        contact = (
+            np.broadcast_to(stiffness.contact(np.full(len(body), least)), body.shape)
+            * face_width
+        )
         contact = (contact - softening * np.log(self.helix.cosine)) / self.helix.cosine
-        if not contact.any():  # a stiffness that is prescribed: no part of it is the contact's
-            body, contact = 0.5 * body, 0.5 * body
+        if (
+            not contact.any()
+        ):  # a stiffness that is prescribed: no part of it is the contact's
+            contact = 0.5 * body
+            body = 0.5 * body
         elif self.solid is None:
             body = body / math.cos(self.helix.angle)
-        return Section(body, cross, contact, softening / self.helix.cosine, least / face_width)
+        return Section(
+            body, cross, contact, softening / self.helix.cosine, least / face_width
+        )
 
     @cached_property
     def _slices(self) -> Slices:
@@ -162,7 +188,9 @@ class FaceContact:
     def _layer(self) -> ShearLayer | None:
         if self.solid is not None:
             return None
-        return layer_of(self._slices, self.grid.position, self.section.body, self.shear_length)
+        return layer_of(
+            self._slices, self.grid.position, self.section.body, self.shear_length
+        )
 
     @property
     def mean_stiffness(self) -> float:
@@ -179,16 +207,22 @@ class FaceContact:
         SectionVanished
             When wear is deeper than a tooth is thick.
         """
-        gaps, removed = self.analysis.gaps, (wear + self.lead) / self.helix.cosine
+        gaps = self.analysis.gaps
+        removed = (wear + self.lead) / self.helix.cosine
         if isinstance(gaps, DisplacementBeyond):
             gaps.flanks.check_thickness(wear.max(axis=1))
             gap = gaps.of(removed + gaps.flanks.modification[:, None, :])
         else:
-            gap = self.analysis.grid.beyond(removed.sum(axis=0) + self.analysis.modification)
+            gap = self.analysis.grid.beyond(
+                removed.sum(axis=0) + self.analysis.modification
+            )
         return np.asarray(gap + self.opening[:, None])
 
     def solve(
-        self, wear: Array, near: LineLoads | None = None, force: Array | float | None = None
+        self,
+        wear: Array,
+        near: LineLoads | None = None,
+        force: Array | float | None = None,
     ) -> LineLoads:
         """Return the line loads of flanks worn by (2, n_face, n) [m].
 
@@ -196,15 +230,25 @@ class FaceContact:
         ----------
         wear : (2, n_face, n), (driving, driven) [m]
         near : loads in a neighbouring state, to start from
-        force : in the plane of action, one or (n_phases,); None: the static load of the mesh [N]
+        force : in the plane of action, one or (n_phases,); None: the static load of the
+            mesh [N]
         """
-        grid, given = self.grid, self.section
+        grid = self.grid
+        given = self.section
         gap = self.gap(wear)
-        asked = np.broadcast_to(self.analysis.load if force is None else force, len(grid.phase))
+        asked = np.broadcast_to(
+            self.analysis.load if force is None else force, len(grid.phase)
+        )
         pressed = np.where(asked > 0.0, asked, LIGHT)
         start = np.zeros(grid.node.shape) if near is None else near.load
         load, deflection, tangent = solve_phases(
-            self._slices, given, gap, pressed, start, self._layer, self.solid and self.solid.compliance
+            self._slices,
+            given,
+            gap,
+            pressed,
+            start,
+            self._layer,
+            self.solid and self.solid.compliance,
         )
         free = ~(asked > 0.0)  # as stiff as under a light touch, and not deflected
         if free.any():
@@ -219,7 +263,8 @@ class FaceContact:
         wear : (2, n_face, n) [m]
         loads : which tell what touches
         """
-        grid, given = self.grid, self.section
+        grid = self.grid
+        given = self.section
         position = grid.profile.contact_position
         apart = np.append(True, np.diff(position) > 0.0)
         slope = np.gradient(self.gap(wear)[:, apart], position[apart], axis=1)
@@ -228,19 +273,25 @@ class FaceContact:
         each = grid.width * grid.filled[node] / (given.body + given.hertz)[node]
         stiffness = np.where(loads.load > 0.0, each, 0.0)
         total = stiffness.sum(axis=(1, 2))
-        summed = (stiffness * slope[np.arange(len(grid.position)), node]).sum(axis=(1, 2))
+        summed = (stiffness * slope[np.arange(len(grid.position)), node]).sum(
+            axis=(1, 2)
+        )
         return np.divide(summed, total, out=np.zeros_like(total), where=total > 0.0)
 
     def _unloaded(self, gap: Array) -> Array:
         """Return the least gap at every phase, (n_phases,) [m]."""
-        each = np.where(self.grid.node >= 0, gap[np.arange(gap.shape[0]), self.grid.node], np.inf)
+        each = np.where(
+            self.grid.node >= 0, gap[np.arange(gap.shape[0]), self.grid.node], np.inf
+        )
         return np.asarray(each.min(axis=(1, 2)))
 
     def residuals(self, loads: LineLoads, force: float) -> Array:
         """Return by how much the line loads miss the force at every phase, over it, (n_phases,) [1]."""
         grid = self.grid
         part = np.where(grid.node >= 0, grid.filled[grid.node], 0.0)
-        return np.asarray((loads.load * part * grid.width).sum(axis=(1, 2)) / force - 1.0)
+        return np.asarray(
+            (loads.load * part * grid.width).sum(axis=(1, 2)) / force - 1.0
+        )
 
 
 LEVELS = (0.1, 0.25, 0.45, 0.65, 0.85, 1.0, 1.2, 1.5, 2.0, 3.0, 4.5)
@@ -250,14 +301,15 @@ LEVELS = (0.1, 0.25, 0.45, 0.65, 0.85, 1.0, 1.2, 1.5, 2.0, 3.0, 4.5)
 class FaceFlanks(NamedTuple):
     """The flanks of one kind of mesh in one wear state, as dynamics see them: their force over deflection.
 
-    ``W'(δ, φ)`` is the force under which the contact over the face is deflected by δ: convex, since ever more
-    of the face touches. It is given as the sum of one-sided springs that meets it at some multiples of the
-    static force, so that the equations of motion see a mesh as they see pairs. Its damping acts on what
-    deforms,
+    ``W'(δ, φ)`` is the force under which the contact over the face is deflected by δ:
+    convex, since ever more of the face touches. It is given as the sum of one-sided
+    springs that meets it at some multiples of the static force, so that the equations
+    of motion see a mesh as they see pairs. Its damping acts on what deforms,
 
         ``N = max(0, W' + c (δ̇ − Σ k_j ġ_j/Σ k_j))``
 
-    over the points that touch under the static load: all springs belong to one force, with one rate.
+    over the points that touch under the static load: all springs belong to one force,
+    with one rate.
 
     Parameters
     ----------
@@ -276,11 +328,17 @@ class FaceFlanks(NamedTuple):
     series: None = None
 
     def springs(self, phase: Array) -> Springs:
-        """Return the springs at phases (n,), (n, n_levels), all of one force; rates by phase."""
-        grid, own = self.contact.grid, phase % 1.0
+        """Return the springs at phases (n,), (n, n_levels), all of one force.
+
+        Rates by phase.
+        """
+        grid = self.contact.grid
+        own = phase % 1.0
         place = np.stack([grid.at_phases(row, own) for row in self.deflection], axis=1)
         # least deflection from one level to the next [m]
-        slope = np.diff(self.force, prepend=0.0) / np.maximum(np.diff(place, axis=1), 1e-12)
+        slope = np.diff(self.force, prepend=0.0) / np.maximum(
+            np.diff(place, axis=1), 1e-12
+        )
         stiffness = np.maximum(np.diff(slope, axis=1, prepend=0.0), 0.0)
         rate = grid.at_phases(self.rate, own)
         rates = np.repeat(rate[:, None], stiffness.shape[1], axis=1)
@@ -290,7 +348,10 @@ class FaceFlanks(NamedTuple):
 
 
 def face_flanks(
-    contact: FaceContact, wear: Array, static: LineLoads, levels: Sequence[float] = LEVELS
+    contact: FaceContact,
+    wear: Array,
+    static: LineLoads,
+    levels: Sequence[float] = LEVELS,
 ) -> FaceFlanks:
     """Return flanks worn by (2, n_face, n) [m], with their force over the deflection.
 
@@ -301,11 +362,14 @@ def face_flanks(
     static : loads under the static force
     levels : forces over the static one at which springs and contact agree [1]
     """
-    load, near = contact.analysis.load, static
+    load = contact.analysis.load
+    near = static
     force = load * np.array(levels)
     rows = [static.unloaded]
     for level in force:
         near = static if level == load else contact.solve(wear, near, float(level))
         rows.append(near.deflection)
     deflection = np.maximum.accumulate(np.stack(rows))
-    return FaceFlanks(contact.analysis, contact, force, deflection, contact.gap_rate(wear, static))
+    return FaceFlanks(
+        contact.analysis, contact, force, deflection, contact.gap_rate(wear, static)
+    )

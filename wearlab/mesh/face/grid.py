@@ -1,8 +1,9 @@
 """The nodes of a face: slices across its width, and which profile node of each slice touches when.
 
-A section at y is behind that at mid-face by ``y tan β_b``. On nodes that are equally far apart, M to the base
-pitch, slices as far apart as a whole number of them meet each node exactly, at one of M phases: wear is never
-interpolated. A spur pair keeps the nodes of its path, with two sides where load jumps.
+A section at y is behind that at mid-face by ``y tan β_b``. On nodes that are equally
+far apart, M to the base pitch, slices as far apart as a whole number of them meet each
+node exactly, at one of M phases: wear is never interpolated. A spur pair keeps the
+nodes of its path, with two sides where load jumps.
 """
 
 import math
@@ -13,7 +14,13 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.gears import gear, helix
-from wearlab.mesh.profile import NO_EXTENSION, SAME_PHASE, Extension, ProfileGrid, cubic_weights
+from wearlab.mesh.profile import (
+    NO_EXTENSION,
+    SAME_PHASE,
+    Extension,
+    ProfileGrid,
+    cubic_weights,
+)
 
 BESIDE_A_JUMP = 1e-9
 """How far from a jump its two sides are looked at [1]."""
@@ -29,8 +36,10 @@ class FaceGrid(NamedTuple):
     width : (n_face,) of each slice [m]
     weight : (n_phases,) of each phase in a mean over the mesh period, summing to 1 [1]
     phase : (n_phases,) mesh phase at mid-face [1]
-    node : (n_phases, n_lines, n_face) touching node of the profile that each line meets, −1 beyond
-    filled : (n_contact,) share of the slice that touches there: half at the ends of a lattice [1]
+    node : (n_phases, n_lines, n_face) touching node of the profile that each line
+        meets, −1 beyond
+    filled : (n_contact,) share of the slice that touches there: half at the ends of a
+        lattice [1]
     even : whether the phases are equally far apart
     """
 
@@ -75,7 +84,8 @@ class FaceGrid(NamedTuple):
     def at_phases(self, values: Array, phase: Array) -> Array:
         """Return values of the grid's phases (n_phases,) at others (n,).
 
-        By cubics through four of them where they are equally far apart, else straight between them.
+        By cubics through four of them where they are equally far apart, else straight
+        between them.
         """
         if not self.even:
             return np.interp(phase, self.phase, values)
@@ -85,8 +95,12 @@ class FaceGrid(NamedTuple):
         return np.asarray((cubic_weights(x - low + 1.0) * four).sum(axis=1))
 
 
-def lattice(pair: gear.GearPair, per_pitch: int, extension: Extension = NO_EXTENSION) -> ProfileGrid:
-    """Lay nodes equally far apart from A on, ``per_pitch`` to the base pitch; the last lies at E or before.
+def lattice(
+    pair: gear.GearPair, per_pitch: int, extension: Extension = NO_EXTENSION
+) -> ProfileGrid:
+    """Lay nodes equally far apart from A on, ``per_pitch`` to the base pitch.
+
+    The last lies at E or before.
 
     Parameters
     ----------
@@ -94,11 +108,14 @@ def lattice(pair: gear.GearPair, per_pitch: int, extension: Extension = NO_EXTEN
     per_pitch : M, intervals to a base pitch
     extension : how far pairs may touch beyond A and E
     """
-    step, start = pair.base_pitch / per_pitch, pair.path.A
+    step = pair.base_pitch / per_pitch
+    start = pair.path.A
     inside = math.floor(pair.contact_ratio * per_pitch + SAME_PHASE)
     before, after = (math.ceil(far / step - SAME_PHASE) for far in extension)
     last = inside + after
-    marks = sorted({0, inside % per_pitch, -before % per_pitch, last % per_pitch} | {per_pitch})
+    marks = sorted(
+        {0, inside % per_pitch, -before % per_pitch, last % per_pitch} | {per_pitch}
+    )
     intervals = np.diff(marks)
     pairs = range(-math.ceil(before / per_pitch), math.ceil(last / per_pitch))
     first = np.full((len(intervals), len(pairs)), -1, dtype=np.int64)
@@ -109,11 +126,25 @@ def lattice(pair: gear.GearPair, per_pitch: int, extension: Extension = NO_EXTEN
                 first[segment, pairs[-1] - number] = begin + before
     weight = np.full(inside + 1, step)
     weight[[0, -1]] *= 0.5
-    position, touching = start + step * np.arange(inside + 1), start + step * np.arange(-before, last + 1)
+    position = start + step * np.arange(inside + 1)
+    touching = start + step * np.arange(-before, last + 1)
     phase = (np.arange(inside + 1) % per_pitch) / per_pitch
     most_pairs = math.ceil(inside / per_pitch)
-    nodes: tuple[Array, Array, Array, Array] = np.asarray(position), phase, weight, np.asarray(touching)
-    return ProfileGrid(np.array(marks) / per_pitch, first, intervals, *nodes, before, pairs[-1], most_pairs)
+    nodes: tuple[Array, Array, Array, Array] = (
+        np.asarray(position),
+        phase,
+        weight,
+        np.asarray(touching),
+    )
+    return ProfileGrid(
+        np.array(marks) / per_pitch,
+        first,
+        intervals,
+        *nodes,
+        before,
+        pairs[-1],
+        most_pairs,
+    )
 
 
 def nodes_per_pitch(contact_ratios: Sequence[float], points: int) -> int:
@@ -125,9 +156,13 @@ def nodes_per_pitch(contact_ratios: Sequence[float], points: int) -> int:
     points : nodes wanted on the shortest path
     """
     least = max(8, round(points / min(contact_ratios)))
-    # range, from what is asked for on, in which the nodes of a base pitch are chosen so that E is nearly one
+    # range, from what is asked for on, in which the nodes of a base pitch are chosen so
+    # that E is nearly one
     choices = range(least, int(1.4 * least) + 2)
-    return min(choices, key=lambda m: (round(max((ratio * m) % 1.0 for ratio in contact_ratios), 9), m))
+    return min(
+        choices,
+        key=lambda m: (round(max((ratio * m) % 1.0 for ratio in contact_ratios), 9), m),
+    )
 
 
 def equal_slices(face_width: float, slices: int) -> tuple[Array, Array]:
@@ -149,15 +184,20 @@ def spur_face(profile: ProfileGrid, face_width: float, slices: int) -> FaceGrid:
     node = np.repeat(profile.pairs_at_phase_nodes[:, :, None], slices, axis=2)
     position, width = equal_slices(face_width, slices)
     filled = np.ones(len(profile.contact_position))
-    return FaceGrid(profile, position, width, weight / weight.sum(), phase, node, filled, even=False)
+    return FaceGrid(
+        profile, position, width, weight / weight.sum(), phase, node, filled, even=False
+    )
 
 
-def helical_face(profile: ProfileGrid, pair: gear.GearPair, turned: helix.Helix, slices: int) -> FaceGrid:
+def helical_face(
+    profile: ProfileGrid, pair: gear.GearPair, turned: helix.Helix, slices: int
+) -> FaceGrid:
     """Return the face of a helical pair, slices on the lattice of its nodes where that gives enough of them.
 
-    Slices that lie a whole number of nodes apart fill the face from its middle; the two at the ends have what
-    is left of it. Where the overlap is so small that they would be less than half as many as asked for, they
-    are alike, and turned by the nearest whole number of nodes.
+    Slices that lie a whole number of nodes apart fill the face from its middle; the two
+    at the ends have what is left of it. Where the overlap is so small that they would
+    be less than half as many as asked for, they are alike, and turned by the nearest
+    whole number of nodes.
 
     Parameters
     ----------
@@ -168,7 +208,8 @@ def helical_face(profile: ProfileGrid, pair: gear.GearPair, turned: helix.Helix,
     """
     step = float(profile.position[1] - profile.position[0])
     per_pitch = round(pair.base_pitch / step)
-    b, slope = pair.face_width, math.tan(turned.base_angle)
+    b = pair.face_width
+    slope = math.tan(turned.base_angle)
     nodes = b * slope / step
     if nodes < 0.5 * slices:
         position, width = equal_slices(b, slices)
@@ -186,13 +227,31 @@ def helical_face(profile: ProfileGrid, pair: gear.GearPair, turned: helix.Helix,
         shift = apart * offset
     shift = shift if turned.sense > 0.0 else -shift
     phases = np.arange(per_pitch)
-    furthest = math.ceil((len(profile.contact_position) + np.abs(shift).max()) / per_pitch) + 1
+    furthest = (
+        math.ceil((len(profile.contact_position) + np.abs(shift).max()) / per_pitch) + 1
+    )
     lines = np.arange(furthest, -furthest - 1, -1)
-    number = phases[:, None, None] + lines[None, :, None] * per_pitch - shift[None, None, :] + profile.before
-    node = np.where((number >= 0) & (number < len(profile.contact_position)), number, -1)
+    number = (
+        phases[:, None, None]
+        + lines[None, :, None] * per_pitch
+        - shift[None, None, :]
+        + profile.before
+    )
+    node = np.where(
+        (number >= 0) & (number < len(profile.contact_position)), number, -1
+    )
     node = node[:, (node >= 0).any(axis=(0, 2))]
     filled = np.ones(len(profile.contact_position))
     filled[[0, -1]] = 0.5
     middle = float(shift.mean()) / per_pitch
     weight = np.full(per_pitch, 1.0 / per_pitch)
-    return FaceGrid(profile, position, width, weight, phases / per_pitch - middle, node, filled, even=True)
+    return FaceGrid(
+        profile,
+        position,
+        width,
+        weight,
+        phases / per_pitch - middle,
+        node,
+        filled,
+        even=True,
+    )

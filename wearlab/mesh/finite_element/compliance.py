@@ -1,12 +1,14 @@
 """How far the teeth of one gear yield under loads on their flanks: the whole wheel, from one sector.
 
-A sector keeps its displacements q on the two radial cuts, in its own frame; the rest is eliminated:
+A sector keeps its displacements q on the two radial cuts, in its own frame; the rest is
+eliminated:
 
     S q = g f,   fᵀu = A f + gᵀ q.
 
-Round the ring q repeats with a phase step θ_n = 2πn/z (the discrete Fourier transform of the teeth), so each
-harmonic n has the small matrix ``H_n = S_LL + S_RR + S_LR e^{iθ_n} + S_RL e^{−iθ_n}`` and the load
-``G_n = g_L + g_R e^{−iθ_n}``. The compliance between loads on tooth 0 and tooth k is
+Round the ring q repeats with a phase step θ_n = 2πn/z (the discrete Fourier transform
+of the teeth), so each harmonic n has the small matrix ``H_n = S_LL + S_RR + S_LR
+e^{iθ_n} + S_RL e^{−iθ_n}`` and the load ``G_n = g_L + g_R e^{−iθ_n}``. The compliance
+between loads on tooth 0 and tooth k is
 
     C_k = A δ_k0 + 1/z Σ_n e^{ikθ_n} G_n^H H_n⁻¹ G_n
 
@@ -30,10 +32,18 @@ from wearlab.gears.gear import DRIVING, Gear, GearPair
 from wearlab.mesh.finite_element import elements, outline
 
 KEPT_IN_PROCESS = 64
-LENGTHS = "module", *(f"{of}_radius" for of in ("base", "reference", "tip", "root", "form", "fillet", "bore"))
+LENGTHS = (
+    "module",
+    *(
+        f"{of}_radius"
+        for of in ("base", "reference", "tip", "root", "form", "fillet", "bore")
+    ),
+)
 
 
-def through_cuts(sector: elements.Sector, loads: Array, teeth_apart: int) -> tuple[Array, Array]:
+def through_cuts(
+    sector: elements.Sector, loads: Array, teeth_apart: int
+) -> tuple[Array, Array]:
     """Return what loads on one tooth do to its own load points and those of teeth further on.
 
     Of a sector in three dimensions, under waves along the face, likewise.
@@ -47,52 +57,72 @@ def through_cuts(sector: elements.Sector, loads: Array, teeth_apart: int) -> tup
     Returns
     -------
     held : (m, m) of the sector held at both cuts, observed × loaded [1/Pa]
-    beyond : (teeth_apart + 1, m, m) what the wheel beyond them adds to the tooth itself, and what the teeth
-        further on move, which follow towards the loaded flank's side (y > 0) [1/Pa]
+    beyond : (teeth_apart + 1, m, m) what the wheel beyond them adds to the tooth
+        itself, and what the teeth further on move, which follow towards the loaded
+        flank's side (y > 0) [1/Pa]
     """
     own, reduced, shown = _reduced(sector, loads)
     z = sector.chart.flank.gear.teeth
-    half, n = len(reduced) // 2, np.arange(z // 2 + 1)
+    half = len(reduced) // 2
+    n = np.arange(z // 2 + 1)
     turn = np.exp(2j * math.pi * n / z)[:, None, None]
     H = reduced[:half, :half] + reduced[half:, half:] + turn * reduced[:half, half:]
     H = H + np.conj(turn) * reduced[half:, :half]
     G = shown[:half] + np.conj(turn) * shown[half:]
     work = G.conj().swapaxes(1, 2) @ np.linalg.solve(H, G)
     count = np.where((n == 0) | (2 * n == z), 1.0, 2.0)[:, None, None] / z
-    return own, np.stack([(count * turn**k * work).real.sum(axis=0) for k in range(teeth_apart + 1)])
+    return own, np.stack(
+        [(count * turn**k * work).real.sum(axis=0) for k in range(teeth_apart + 1)]
+    )
 
 
 def _reduced(sector: elements.Sector, loads: Array) -> tuple[Array, Array, Array]:
     """Eliminate everything but the two cuts: A (m, m), S (2c, 2c), g (2c, m), right cut turned.
 
-    The sector is its own mirror image: what the left cut moves tells what the right one does.
+    The sector is its own mirror image: what the left cut moves tells what the right one
+    does.
     """
-    left, right = (sector.dofs[:, sector.nodes(u=side)[1:]].T.ravel() for side in (-2.0, 2.0))
+    left, right = (
+        sector.dofs[:, sector.nodes(u=side)[1:]].T.ravel() for side in (-2.0, 2.0)
+    )
     cuts = np.concatenate([left, right])
     clamped = sector.dofs[:, sector.nodes(v=0.0)].ravel()
-    inner = np.setdiff1d(np.arange(sector.stiffness.shape[0]), np.concatenate([cuts, clamped]))
+    inner = np.setdiff1d(
+        np.arange(sector.stiffness.shape[0]), np.concatenate([cuts, clamped])
+    )
     K = sector.stiffness.tocsc()
     coupling = K[inner][:, cuts]
-    factors = splu(K[inner][:, inner], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    factors = splu(
+        K[inner][:, inner], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
+    )
     given = np.hstack([loads[inner], coupling[:, : len(left)].toarray()])
     # one by one: all at once, SuperLU's threads fight for busy cores
-    solved = np.stack([factors.solve(column) for column in np.ascontiguousarray(given.T)], axis=1)
-    moved, by_left = solved[:, : loads.shape[1]], solved[:, loads.shape[1] :]
+    solved = np.stack(
+        [factors.solve(column) for column in np.ascontiguousarray(given.T)], axis=1
+    )
+    moved = solved[:, : loads.shape[1]]
+    by_left = solved[:, loads.shape[1] :]
     image, sign = sector.mirrored
     place = np.empty(len(image), dtype=np.int64)
     place[inner] = np.arange(len(inner))
     by_right = sign[inner, None] * by_left[place[image[inner]]] * sign[right]
     turn = _turn(2.0 * sector.chart.half_pitch, len(left), len(sector.dofs))
     of_cuts = K[cuts][:, cuts].toarray() - coupling.T @ np.hstack([by_left, by_right])
-    # by einsum: matrices so small are not worth waking a library's threads, which wait for busy cores
+    # by einsum: matrices so small are not worth waking a library's threads, which wait
+    # for busy cores
     reduced = np.einsum("ki,kj->ij", turn, np.einsum("ik,kj->ij", of_cuts, turn))
     own = np.einsum("ki,kj->ij", loads[inner], moved)
-    return own, 0.5 * (reduced + reduced.T), -np.einsum("ki,kj->ij", turn, coupling.T @ moved)
+    return (
+        own,
+        0.5 * (reduced + reduced.T),
+        -np.einsum("ki,kj->ij", turn, coupling.T @ moved),
+    )
 
 
 def _turn(angle: float, count: int, axes: int) -> Array:
     """Turn the unknowns of the right cut from the next sector's frame into this one's."""
-    cos, sin = math.cos(angle), math.sin(angle)
+    cos = math.cos(angle)
+    sin = math.sin(angle)
     own = np.eye(axes)
     own[:2, :2] = [[cos, -sin], [sin, cos]]
     whole = np.eye(2 * count)
@@ -105,10 +135,11 @@ class GearCompliance(NamedTuple):
 
     Parameters
     ----------
-    parameter : (m,) sampled positions on the flank, ascending; 1 where the involute begins, 2 at the tip
+    parameter : (m,) sampled positions on the flank, ascending; 1 where the involute
+        begins, 2 at the tip
     own : (m,) of a tooth under its own load [1/Pa]
-    across : (n_apart, m, m) of the tooth 1, 2 … pitches further on towards the loaded flank's side, observed
-        × loaded position [1/Pa]
+    across : (n_apart, m, m) of the tooth 1, 2 … pitches further on towards the loaded
+        flank's side, observed × loaded position [1/Pa]
     """
 
     parameter: Array
@@ -116,7 +147,10 @@ class GearCompliance(NamedTuple):
     across: Array
 
     def weights(self, parameter: ArrayLike) -> Array:
-        """Return the weights of the samples at positions, (n, m) [1]; see `spline_weights`."""
+        """Return the weights of the samples at positions, (n, m) [1].
+
+        See `spline_weights`.
+        """
         return spline_weights(self.parameter, parameter)
 
 
@@ -124,7 +158,8 @@ def spline_weights(samples: Array, wanted: ArrayLike) -> Array:
     """Return the weights of samples (m,) at places (n,), (n, m) [1]: a cubic spline, straight beyond."""
     from scipy.interpolate import CubicSpline
 
-    q, spline = np.asarray(wanted, dtype=float), CubicSpline(samples, np.eye(len(samples)))
+    q = np.asarray(wanted, dtype=float)
+    spline = CubicSpline(samples, np.eye(len(samples)))
     inside = np.clip(q, samples[0], samples[-1])
     return np.asarray(spline(inside) + (q - inside)[:, None] * spline(inside, 1))
 
@@ -132,33 +167,50 @@ def spline_weights(samples: Array, wanted: ArrayLike) -> Array:
 def gear_compliance(gear: Gear, options: elements.Options) -> GearCompliance:
     """Return the compliance of an unworn gear, remembered when the same shape was solved before.
 
-    Plane elasticity knows no length: gears that differ in their module alone yield alike per unit face width,
-    and in inverse proportion to Young's modulus.
+    Plane elasticity knows no length: gears that differ in their module alone yield
+    alike per unit face width, and in inverse proportion to Young's modulus.
 
     Parameters
     ----------
-    gear : the gear; its name, size, face width, Young's modulus, mass and modifications do not matter
+    gear : the gear; its name, size, face width, Young's modulus, mass and modifications
+        do not matter
     options : of mesh and load
     """
-    modulus, compliance = gear.material.youngs_modulus, _remembered(of_unit_size(gear), options)
-    return GearCompliance(compliance.parameter, compliance.own / modulus, compliance.across / modulus)
+    modulus = gear.material.youngs_modulus
+    compliance = _remembered(of_unit_size(gear), options)
+    return GearCompliance(
+        compliance.parameter, compliance.own / modulus, compliance.across / modulus
+    )
 
 
 def of_unit_size(gear: Gear) -> Gear:
     """Return the shape of a gear: of module and Young's modulus 1, and nothing else that does not matter."""
     # significant digits in which shapes are compared
-    own: dict[str, Any] = {name: float(f"{getattr(gear, name) / gear.module:.11e}") for name in LENGTHS}
+    own: dict[str, Any] = {
+        name: float(f"{getattr(gear, name) / gear.module:.11e}") for name in LENGTHS
+    }
     own["material"] = gear.material._replace(youngs_modulus=1.0, density=1.0)
-    return gear._replace(name="", face_width=1.0, mass=0.0, inertia=0.0, assumed=(), modification=None, **own)
+    return gear._replace(
+        name="",
+        face_width=1.0,
+        mass=0.0,
+        inertia=0.0,
+        assumed=(),
+        modification=None,
+        **own,
+    )
 
 
-def solve_gear(gear: Gear, options: elements.Options, wear: outline.Wear | None = None) -> GearCompliance:
+def solve_gear(
+    gear: Gear, options: elements.Options, wear: outline.Wear | None = None
+) -> GearCompliance:
     """Compute the compliance of a gear with finite elements.
 
-    Teeth, root and body of the whole wheel yield, clamped at the bore. The local indentation is the
-    half plane's against the tooth's centre line and is taken off the tooth's own compliance. The outermost
-    load touches the tip edge with its patch; beyond, towards the edge itself, the samples are continued
-    straight, since no half plane is left there.
+    Teeth, root and body of the whole wheel yield, clamped at the bore. The local
+    indentation is the half plane's against the tooth's centre line and is taken off the
+    tooth's own compliance. The outermost load touches the tip edge with its patch;
+    beyond, towards the edge itself, the samples are continued straight, since no half
+    plane is left there.
 
     Parameters
     ----------
@@ -172,8 +224,11 @@ def solve_gear(gear: Gear, options: elements.Options, wear: outline.Wear | None 
     """
     cut, q, loads = elements.loaded_sector(gear, options, wear)
     held, beyond = through_cuts(cut, loads, options.teeth_apart)
-    half_width, depth = options.patch * gear.module, cut.chart.flank.depth(q)
-    local = elements.half_plane_compliance(gear.material, options.plane, half_width, depth)
+    half_width = options.patch * gear.module
+    depth = cut.chart.flank.depth(q)
+    local = elements.half_plane_compliance(
+        gear.material, options.plane, half_width, depth
+    )
     return GearCompliance(q, np.diag(beyond[0] + held) - local, beyond[1:])
 
 
@@ -196,29 +251,38 @@ def pair_compliance(
     position : (n,) path positions [m]
     pairs : largest number of pairs in contact
     options : of mesh and load
-    solved : what the two gears yield, (driving, driven), when they are worn; absent: unworn gears
+    solved : what the two gears yield, (driving, driven), when they are worn; absent:
+        unworn gears
     recess : how far beyond E pairs may touch; there they yield as at E [m]
 
     Returns
     -------
-    own (n,) and shared (pairs − 1, n) [m/N]; the latter with the pair 1, 2 … base pitches ahead, 0 where
-    that one is out of the path
+    own (n,) and shared (pairs − 1, n) [m/N]; the latter with the pair 1, 2 … base
+    pitches ahead, 0 where that one is out of the path
     """
     s = np.asarray(position, dtype=float)
     compliances = solved or tuple(gear_compliance(gear, options) for gear in pair.gears)
-    own, shared = np.zeros(len(s)), np.zeros((pairs - 1, len(s)))
-    for index, (gear, compliance) in enumerate(zip(pair.gears, compliances, strict=True)):
+    own = np.zeros(len(s))
+    shared = np.zeros((pairs - 1, len(s)))
+    for index, (gear, compliance) in enumerate(
+        zip(pair.gears, compliances, strict=True)
+    ):
         flank = outline.LoadedFlank(gear)
         here = compliance.weights(flank.parameter(pair.radius(index, s)))
         own += here @ compliance.own / gear.face_width
         for apart in range(1, pairs):
             ahead = s + apart * pair.base_pitch
             inside = ahead <= pair.path.E + recess + 1e-9 * pair.base_pitch
-            touched = np.minimum(ahead[inside], pair.path.E) if recess else ahead[inside]
+            touched = (
+                np.minimum(ahead[inside], pair.path.E) if recess else ahead[inside]
+            )
             there = compliance.weights(flank.parameter(pair.radius(index, touched)))
-            # the mate pushes a driving tooth back and a driven tooth on: the tooth ahead lies on the loaded
-            # flank's side of a driving tooth, and on the other side of a driven one
-            first, second = (here[inside], there) if index == DRIVING else (there, here[inside])
+            # the mate pushes a driving tooth back and a driven tooth on: the tooth
+            # ahead lies on the loaded flank's side of a driving tooth, and on the other
+            # side of a driven one
+            first, second = (
+                (here[inside], there) if index == DRIVING else (there, here[inside])
+            )
             both = np.einsum("no,ol,nl->n", second, compliance.across[apart - 1], first)
             shared[apart - 1, inside] += both / gear.face_width
     return own, shared

@@ -1,22 +1,24 @@
 """The finite elements of one sector of a gear: biquadratic quadrilaterals, loads, and the local indentation.
 
-A load on a flank sinks in without bound as its patch shrinks. That part is the half plane's, known in closed
-form: with a unit load on the half plane (Flamant),
+A load on a flank sinks in without bound as its patch shrinks. That part is the half
+plane's, known in closed form: with a unit load on the half plane (Flamant),
 
     u_z(r, φ) = 2 (1 − ν²)/(πE) [−ln r − sin²φ / (2 (1 − ν))]
 
-φ from the load's direction. Averaged over the patch (half width w) with the pressure itself, and against
-the point at depth t below its middle,
+φ from the load's direction. Averaged over the patch (half width w) with the pressure
+itself, and against the point at depth t below its middle,
 
     c = 2 (1 − ν²)/(πE) {¼ − ln(w/2) − 1/(2(1 − ν)) + ⟨ln r + sin²φ/(2 (1 − ν))⟩_t}.
 
-A tooth's compliance less this one is finite, and no longer depends on the patch. It complements exactly the
-Hertzian approach of the flank against the same depth (Weber & Banaschek, Johnson Eq. 5.57).
+A tooth's compliance less this one is finite, and no longer depends on the patch. It
+complements exactly the Hertzian approach of the flank against the same depth (Weber &
+Banaschek, Johnson Eq. 5.57).
 
 References
 ----------
-Johnson, Contact Mechanics, 1985, 2.2 and 5.6; Andersson & Vedmar, J. Sound Vib. 260 (2003) 195–212, and
-Vedmar & Henriksson, J. Mech. Des. 120 (1998) 665–673: elements for the tooth, a formula for the contact.
+Johnson, Contact Mechanics, 1985, 2.2 and 5.6; Andersson & Vedmar, J. Sound Vib. 260
+(2003) 195–212, and Vedmar & Henriksson, J. Mech. Des. 120 (1998) 665–673: elements for
+the tooth, a formula for the contact.
 """
 
 import math
@@ -44,8 +46,10 @@ class Options(NamedTuple):
     Parameters
     ----------
     plane : plane strain or stress
-    refinement : multiples of the coarsest mesh's elements; the mesh error falls at least with its square
-    patch : half width of the loaded patch in modules; the answer does not depend on it [1]
+    refinement : multiples of the coarsest mesh's elements; the mesh error falls at
+        least with its square
+    patch : half width of the loaded patch in modules; the answer does not depend on it
+        [1]
     samples : load positions on a flank
     teeth_apart : how many neighbouring teeth are looked at
     """
@@ -65,7 +69,8 @@ class Sector(NamedTuple):
     chart : its shape
     mesh : the elements
     logical : (2, n_nodes) u and v of the nodes
-    dofs : (2, n_nodes) unknowns of the nodes' displacements (x, y); (3, n_nodes) with those along the face
+    dofs : (2, n_nodes) unknowns of the nodes' displacements (x, y); (3, n_nodes) with
+        those along the face
     stiffness : (n_dofs, n_dofs) [Pa]
     """
 
@@ -86,9 +91,11 @@ class Sector(NamedTuple):
         """The unknown that is the mirror image of each across the centre line, and the sign it takes."""
         across, along = np.round(self.logical, 9)
         image, sign = np.empty((2, self.stiffness.shape[0]))
-        here, there = np.lexsort((across, along)), np.lexsort((-across, along))
+        here = np.lexsort((across, along))
+        there = np.lexsort((-across, along))
         for axis, turned in zip(range(len(self.dofs)), (1.0, -1.0, 1.0), strict=False):
-            image[self.dofs[axis, here]], sign[self.dofs[axis]] = self.dofs[axis, there], turned
+            image[self.dofs[axis, here]] = self.dofs[axis, there]
+            sign[self.dofs[axis]] = turned
         return image.astype(np.int64), sign
 
 
@@ -101,13 +108,18 @@ def mesh_lines(chart: Chart, refinement: int) -> tuple[Array, Array]:
     refinement : every count of elements is a multiple of it
     """
     n = refinement
-    under, beside = 1.0 - _graded(3 * n, INNER)[::-1], 1.0 + _graded(2 * n, INNER)
+    under = 1.0 - _graded(3 * n, INNER)[::-1]
+    beside = 1.0 + _graded(2 * n, INNER)
     half = np.concatenate([under, beside[1:]])
     across = np.concatenate([-half[:0:-1], half])
     depth = abs(chart.deep - chart.flank.gear.bore_radius)
-    body = DEEP * (1.0 - _graded(3 * n, max(1.0, depth / (chart.deep * chart.half_pitch)))[::-1])
+    body = DEEP * (
+        1.0 - _graded(3 * n, max(1.0, depth / (chart.deep * chart.half_pitch)))[::-1]
+    )
     root = 1.0 - (1.0 - DEEP) * _graded(2 * n, INNER)[::-1]
-    return across, np.concatenate([body, root[1:], np.linspace(1.0, 2.0, 12 * n + 1)[1:]])
+    return across, np.concatenate(
+        [body, root[1:], np.linspace(1.0, 2.0, 12 * n + 1)[1:]]
+    )
 
 
 def _graded(count: int, ratio: float) -> Array:
@@ -130,13 +142,17 @@ def sector(chart: Chart, material: Material, plane: Plane, refinement: int) -> S
 
     squares = MeshQuad.init_tensor(*mesh_lines(chart, refinement))
     middle = squares.p[:, squares.t].mean(axis=1)
-    squares = squares.remove_elements(np.flatnonzero((np.abs(middle[0]) > 1.0) & (middle[1] > 1.0)))
+    squares = squares.remove_elements(
+        np.flatnonzero((np.abs(middle[0]) > 1.0) & (middle[1] > 1.0))
+    )
     plain = MeshQuad2.from_mesh(squares)
     mesh = MeshQuad2(chart.map(*plain.doflocs), plain.t)
     return Sector(chart, mesh, plain.doflocs, *assemble(mesh, material, plane))
 
 
-def assemble(mesh: "MeshQuad2", material: Material, plane: Plane) -> tuple[Index, csr_matrix]:
+def assemble(
+    mesh: "MeshQuad2", material: Material, plane: Plane
+) -> tuple[Index, csr_matrix]:
     """Return the unknowns of the nodes, (2, n_nodes), and the stiffness matrix for unit face width [Pa]."""
     basis, gradient = gradients(mesh)
     numbers = np.hstack([basis.nodal_dofs, basis.facet_dofs, basis.interior_dofs])[0]
@@ -149,13 +165,18 @@ def gradients(mesh: "MeshQuad2") -> tuple["Basis", Array]:
     from skfem import Basis, ElementQuad2
 
     basis = Basis(mesh, ElementQuad2())
-    return basis, np.stack([shape[0].grad for shape in basis.basis]).transpose(2, 0, 1, 3)
+    return basis, np.stack([shape[0].grad for shape in basis.basis]).transpose(
+        2, 0, 1, 3
+    )
 
 
-def product(basis: "Basis", left: Array, right: Array, moduli: tuple[float, float]) -> csr_matrix:
+def product(
+    basis: "Basis", left: Array, right: Array, moduli: tuple[float, float]
+) -> csr_matrix:
     """Return ``∫ λ A_ia B_jb + G (A_ib B_ja + δ_ab A_i·B_j)`` of all shapes i, j and axes a, b.
 
-    That is a stiffness for unit face width where A and B are the gradients of the shape functions [Pa].
+    That is a stiffness for unit face width where A and B are the gradients of the shape
+    functions [Pa].
 
     Parameters
     ----------
@@ -164,24 +185,36 @@ def product(basis: "Basis", left: Array, right: Array, moduli: tuple[float, floa
     moduli : λ and G [Pa]
     """
     count, shapes, axes, points = left.shape
-    left, right = (each.reshape(count, shapes * axes, points) for each in (left, right))
-    both = ((left * basis.dx[:, None, :]) @ right.transpose(0, 2, 1)).reshape(-1, shapes, axes, shapes, axes)
+    left = left.reshape(count, shapes * axes, points)
+    right = right.reshape(count, shapes * axes, points)
+    both = ((left * basis.dx[:, None, :]) @ right.transpose(0, 2, 1)).reshape(
+        -1, shapes, axes, shapes, axes
+    )
     first, shear = moduli
     own = first * both + shear * both.swapaxes(2, 4)
     own += shear * np.einsum("eicjc,ab->eiajb", both, np.eye(axes))
-    unknown = (axes * basis.element_dofs.T[:, :, None] + np.arange(axes)).reshape(count, -1)
+    unknown = (axes * basis.element_dofs.T[:, :, None] + np.arange(axes)).reshape(
+        count, -1
+    )
     row, column = np.broadcast_arrays(unknown[:, :, None], unknown[:, None, :])
     size = axes * basis.N
-    return coo_matrix((own.ravel(), (row.ravel(), column.ravel())), (size, size)).tocsr()
+    return coo_matrix(
+        (own.ravel(), (row.ravel(), column.ravel())), (size, size)
+    ).tocsr()
 
 
 def lame(material: Material, plane: Plane) -> tuple[float, float]:
-    """Return Lamé's parameters of the plane problem, ``λ = E ν/(1 − ν²)`` and G [Pa]; see `in_plane`."""
+    """Return Lamé's parameters of the plane problem, ``λ = E ν/(1 − ν²)`` and G [Pa].
+
+    See `in_plane`.
+    """
     modulus, nu, _ = material.in_plane(plane)
     return modulus * nu / (1.0 - nu**2), material.shear_modulus
 
 
-def loaded_sector(gear: Gear, options: Options, wear: Wear | None = None) -> tuple[Sector, Array, Array]:
+def loaded_sector(
+    gear: Gear, options: Options, wear: Wear | None = None
+) -> tuple[Sector, Array, Array]:
     """Return the sector of a gear, places on its flank (m,) and unit loads there (n_dofs, m).
 
     The outermost load touches the tip edge with its patch.
@@ -192,20 +225,26 @@ def loaded_sector(gear: Gear, options: Options, wear: Wear | None = None) -> tup
     options : of mesh and load
     wear : of every tooth's loaded flank; the other flank wears alike
     """
-    shape, half_width = chart(LoadedFlank(gear, wear)), options.patch * gear.module
+    shape = chart(LoadedFlank(gear, wear))
+    half_width = options.patch * gear.module
     last = float(shape.at_length(shape.length[-1] - half_width))
-    q = 1.0 + 0.5 * (last - 1.0) * (1.0 - np.cos(np.linspace(0.0, np.pi, options.samples)))
+    q = 1.0 + 0.5 * (last - 1.0) * (
+        1.0 - np.cos(np.linspace(0.0, np.pi, options.samples))
+    )
     cut = sector(shape, gear.material, options.plane, options.refinement)
     return cut, q, flank_loads(cut, q, half_width)
 
 
 def flank_loads(
-    sector: Sector, parameter: ArrayLike, half_width: float, direction: Array | None = None
+    sector: Sector,
+    parameter: ArrayLike,
+    half_width: float,
+    direction: Array | None = None,
 ) -> Array:
     """Return the nodal loads of unit Hertzian patches, along the inward flank normals or as asked.
 
-    The patch is a half ellipse of pressure in the length along the flank, ``p ∝ √(1 − (x/w)²)``, integrated
-    by the Gauss rule made for it.
+    The patch is a half ellipse of pressure in the length along the flank, ``p ∝ √(1 −
+    (x/w)²)``, integrated by the Gauss rule made for it.
 
     Parameters
     ----------
@@ -219,7 +258,8 @@ def flank_loads(
     (n_dofs, m) [1]
     """
     q = np.atleast_1d(np.asarray(parameter, dtype=float))
-    chart, flank = sector.chart, sector.chart.flank
+    chart = sector.chart
+    flank = sector.chart.flank
     offset, weight = patch_rule()
     v = chart.height(chart.at_length(chart.length_of(q)[:, None] + half_width * offset))
     nodes = sector.nodes(u=1.0)
@@ -239,7 +279,9 @@ def _quadratic(nodes: Array, v: Array) -> tuple[Index, Array]:
     ends = nodes[::2]
     element = np.clip(np.searchsorted(ends, v, side="right") - 1, 0, len(ends) - 2)
     x = (v - ends[element]) / (ends[element + 1] - ends[element])
-    return element, np.stack([(1 - x) * (1 - 2 * x), 4 * x * (1 - x), x * (2 * x - 1)], axis=-1)
+    return element, np.stack(
+        [(1 - x) * (1 - 2 * x), 4 * x * (1 - x), x * (2 * x - 1)], axis=-1
+    )
 
 
 def patch_rule(points: int = 24) -> tuple[Array, Array]:
@@ -261,7 +303,9 @@ def patch_rule(points: int = 24) -> tuple[Array, Array]:
     return np.cos(angle), 2.0 / (points + 1) * np.sin(angle) ** 2
 
 
-def half_plane_compliance(material: Material, plane: Plane, half_width: float, depth: Array) -> Array:
+def half_plane_compliance(
+    material: Material, plane: Plane, half_width: float, depth: Array
+) -> Array:
     """Return the compliance of a half plane under a patch against depths below it, per unit face width.
 
     Parameters
@@ -282,7 +326,8 @@ def half_plane_compliance(material: Material, plane: Plane, half_width: float, d
     modulus, nu, _ = material.in_plane(plane)
     lateral = 0.5 * (1.0 + nu)
     offset, weight = patch_rule()
-    x, t = half_width * offset, np.asarray(depth, dtype=float)[:, None]
+    x = half_width * offset
+    t = np.asarray(depth, dtype=float)[:, None]
     square = x**2 + t**2
     deep = np.sum(weight * (0.5 * np.log(square) + lateral * x**2 / square), axis=1)
     surface = 0.25 - math.log(0.5 * half_width) - lateral

@@ -1,10 +1,11 @@
 """The outline of one tooth, and its share of the body, as a chart from plain squares.
 
-The tooth stands on its own centre line, x from the gear's centre, y towards the loaded flank. One parameter
-runs along the flank: 0 at the root circle, 1 where the involute begins, 2 at the tip edge. In the chart, a T
-of squares, u runs across (0 on the centre line, ±1 on the flanks, ±2 half a pitch away) and v from where the
-body is clamped (0) through the root (1) to the tip (2). The tooth proper begins on its fillet where the flank
-is inclined by 45°, so that no element has a flat corner.
+The tooth stands on its own centre line, x from the gear's centre, y towards the loaded
+flank. One parameter runs along the flank: 0 at the root circle, 1 where the involute
+begins, 2 at the tip edge. In the chart, a T of squares, u runs across (0 on the centre
+line, ±1 on the flanks, ±2 half a pitch away) and v from where the body is clamped (0)
+through the root (1) to the tip (2). The tooth proper begins on its fillet where the
+flank is inclined by 45°, so that no element has a flat corner.
 """
 
 import math
@@ -73,7 +74,9 @@ class LoadedFlank(NamedTuple):
     @property
     def _angles(self) -> tuple[float, float]:
         """Load angles where the involute begins and ends [rad]."""
-        start, end = load_angle(self.gear, [self.gear.form_radius, self.gear.tip_radius])
+        start, end = load_angle(
+            self.gear, [self.gear.form_radius, self.gear.tip_radius]
+        )
         return float(start), float(end)
 
     def _angle(self, parameter: Array) -> Array:
@@ -87,7 +90,8 @@ class Chart(NamedTuple):
     Parameters
     ----------
     flank : the loaded flank; the other is its mirror image
-    parameter, length : (n,) from 0 to 2, and the length along it from the foot of the root curve [m]
+    parameter, length : (n,) from 0 to 2, and the length along it from the foot of the
+        root curve [m]
     foot : parameter of the flank where the tooth begins
     crown : (2,) x on the centre line where the tooth begins and ends [m]
     deep : radius below which the body knows nothing of the teeth [m]
@@ -115,7 +119,8 @@ class Chart(NamedTuple):
 
     def map(self, u: Array, v: Array) -> Array:
         """Return the points of the sector, (2, n) [m], at u in [−2, 2] and v in [0, 2], each (n,)."""
-        side, across = np.where(u < 0.0, -1.0, 1.0), np.abs(u)
+        side = np.where(u < 0.0, -1.0, 1.0)
+        across = np.abs(u)
         inside = np.where(v > 1.0, self._tooth(across, v - 1.0), self._body(across, v))
         return np.stack([inside[0], side * inside[1]])
 
@@ -127,7 +132,9 @@ class Chart(NamedTuple):
     def _tooth(self, u: Array, t: Array) -> Array:
         """Rows are parabolas, square to the centre line."""
         start, end = self.length_of([self.foot, 2.0])
-        edge = self.flank.point(self.at_length(start + (end - start) * np.clip(t, 0.0, 1.0)))
+        edge = self.flank.point(
+            self.at_length(start + (end - start) * np.clip(t, 0.0, 1.0))
+        )
         middle = self.crown[0] + (self.crown[1] - self.crown[0]) * t
         return np.stack([middle + (edge[0] - middle) * u**2, edge[1] * u])
 
@@ -141,24 +148,33 @@ class Chart(NamedTuple):
         travelled = down * (fillet + root * (self.half_pitch - half))
         angle = half + np.maximum(travelled - fillet, 0.0) / root
         on_circle = root * np.stack([np.cos(angle), np.sin(angle)])
-        on_fillet = self.flank.point(self.at_length(np.maximum(fillet - travelled, 0.0)))
+        on_fillet = self.flank.point(
+            self.at_length(np.maximum(fillet - travelled, 0.0))
+        )
         beside = np.where(travelled < fillet, on_fillet, on_circle)
-        return np.where(u <= 1.0, self._tooth(np.minimum(u, 1.0), np.zeros_like(u)), beside)
+        return np.where(
+            u <= 1.0, self._tooth(np.minimum(u, 1.0), np.zeros_like(u)), beside
+        )
 
     def _body(self, u: Array, v: Array) -> Array:
         corner = self.flank.point(self.foot)
         under = math.atan2(corner[1], corner[0])
-        angle = np.where(u <= 1.0, u * under, under + (u - 1.0) * (self.half_pitch - under))
+        angle = np.where(
+            u <= 1.0, u * under, under + (u - 1.0) * (self.half_pitch - under)
+        )
         ray = np.stack([np.cos(angle), np.sin(angle)])
         clamp = self.flank.gear.bore_radius
         radius = clamp + (self.deep - clamp) * np.minimum(v / DEEP, 1.0)
-        return radius * ray + np.clip((v - DEEP) / (1.0 - DEEP), 0.0, 1.0) * (self._root(u) - self.deep * ray)
+        return radius * ray + np.clip((v - DEEP) / (1.0 - DEEP), 0.0, 1.0) * (
+            self._root(u) - self.deep * ray
+        )
 
 
 def chart(flank: LoadedFlank) -> Chart:
     """Lay the sector of a flank out."""
     # points from which lengths along the flank are read
-    gear, q = flank.gear, np.linspace(0.0, 2.0, 4001)
+    gear = flank.gear
+    q = np.linspace(0.0, 2.0, 4001)
     step = np.diff(flank.point(q), axis=1)
     length = np.concatenate([[0.0], np.cumsum(np.hypot(*step))])
     # the angle between the flank's tangent and the tooth's centre line, 0 along it
@@ -167,7 +183,9 @@ def chart(flank: LoadedFlank) -> Chart:
     foot = float(q[(slope > math.radians(45.0)) & (q < 1.0)].max(initial=0.0))
     x, y = flank.point(foot)
     begin = float(x - 0.5 * gear.outwards * y * math.tan(np.interp(foot, q, slope)))
-    top = max(begin, gear.root_radius) if gear.internal else min(begin, gear.root_radius)
+    top = (
+        max(begin, gear.root_radius) if gear.internal else min(begin, gear.root_radius)
+    )
     room = gear.bore_radius - top
     # how far the root's shape reaches into the body, in modules
     share = min(0.5, 0.6 * gear.module / abs(room))

@@ -1,26 +1,31 @@
 """A tooth in three dimensions: the section's elements, extruded along the face with both ends free.
 
-On the section displacements are sums of shapes, ``u(x, y, z) = Σ φ_i(x, y) a_i(z)``; along the face each a_i
-is piecewise quadratic. The shapes are what the section does under loads that vary as ``e^{sz}`` along an
-endless face, for some s: waves, and what dies away from an end. With N the section's shape functions,
+On the section displacements are sums of shapes, ``u(x, y, z) = Σ φ_i(x, y) a_i(z)``;
+along the face each a_i is piecewise quadratic. The shapes are what the section does
+under loads that vary as ``e^{sz}`` along an endless face, for some s: waves, and what
+dies away from an end. With N the section's shape functions,
 
     ``K = K00 ⊗ ∫ZZ + K01 ⊗ ∫ZZ' + K01ᵀ ⊗ ∫Z'Z + K11 ⊗ ∫Z'Z'``
 
-of derivatives ``(∂x, ∂y, −t ∂y) N Z + (0, 0, 1) N Z'``: a helical tooth is extruded obliquely, by t sideways
-for each length along the face, and pressed along its own normal (n, −t n_y).
+of derivatives ``(∂x, ∂y, −t ∂y) N Z + (0, 0, 1) N Z'``: a helical tooth is extruded
+obliquely, by t sideways for each length along the face, and pressed along its own
+normal (n, −t n_y).
 
-The tooth stands in its sector, held at the bore and at both cuts. What the rest of the wheel adds is known
-for waves along the face (:func:`wheel_beyond`), and mirrored at its ends.
+The tooth stands in its sector, held at the bore and at both cuts. What the rest of the
+wheel adds is known for waves along the face (:func:`wheel_beyond`), and mirrored at its
+ends.
 
-Teeth are kept on disk: set up once for each shape, whatever runs and processes follow. A file is named by
-what its tooth was made from: shape, slices, options, and the sources that compute. It holds numbers alone,
-then its SHA-256, looked at before anything is read out of it; one that was cut short or changed is made anew.
-The folder (`wearlab.files.cache_folder`) keeps the teeth used last.
+Teeth are kept on disk: set up once for each shape, whatever runs and processes follow.
+A file is named by what its tooth was made from: shape, slices, options, and the sources
+that compute. It holds numbers alone, then its SHA-256, looked at before anything is
+read out of it; one that was cut short or changed is made anew. The folder
+(`wearlab.files.cache_folder`) keeps the teeth used last.
 
 References
 ----------
-Thomas, Int. J. Numer. Methods Eng. 14 (1979) 81–102, for the wheel; Kantorovich & Krylov, Approximate Methods
-of Higher Analysis, 1958, ch. 4, for shapes of the section with functions along the face.
+Thomas, Int. J. Numer. Methods Eng. 14 (1979) 81–102, for the wheel; Kantorovich &
+Krylov, Approximate Methods of Higher Analysis, 1958, ch. 4, for shapes of the section
+with functions along the face.
 """
 
 import hashlib
@@ -65,7 +70,9 @@ def kept_or_made(given: tuple[object, ...], make: Callable[[], Arrays]) -> Array
     file = cache_folder() / "teeth" / f"{name}.npz"
     found = _read(file)
     if found is None:
-        with threadpool_limits(1, user_api="blas"):  # threads would wait for each other on busy cores
+        with threadpool_limits(
+            1, user_api="blas"
+        ):  # threads would wait for each other on busy cores
             found = make()
         _write(file, found)
     return found
@@ -74,7 +81,14 @@ def kept_or_made(given: tuple[object, ...], make: Callable[[], Arrays]) -> Array
 @cache
 def _sources() -> str:
     """Return the hash of what computes: elements, outlines and gears."""
-    return hash_of(sorted([*(PACKAGE / "mesh" / "finite_element").glob("*.py"), *PACKAGE.glob("gears/*.py")]))
+    return hash_of(
+        sorted(
+            [
+                *(PACKAGE / "mesh" / "finite_element").glob("*.py"),
+                *PACKAGE.glob("gears/*.py"),
+            ]
+        )
+    )
 
 
 def _digest(content: bytes) -> bytes:
@@ -93,7 +107,8 @@ def _read(file: Path) -> Arrays | None:
         _used(file)
     except OSError:
         return None
-    content, digest = whole[:-DIGEST], whole[-DIGEST:]
+    content = whole[:-DIGEST]
+    digest = whole[-DIGEST:]
     if _digest(content) != digest:
         return None
     with np.load(BytesIO(content), allow_pickle=False) as kept:
@@ -101,7 +116,10 @@ def _read(file: Path) -> Arrays | None:
 
 
 def _write(file: Path, arrays: Arrays) -> None:
-    """Put a file in place whole, and drop those used longest ago; where it cannot be written keep none."""
+    """Put a file in place whole, and drop those used longest ago.
+
+    Where it cannot be written keep none.
+    """
     content = BytesIO()
     np.savez(content, first=arrays[0], second=arrays[1])
     try:
@@ -110,8 +128,13 @@ def _write(file: Path, arrays: Arrays) -> None:
             part.write(content.getvalue() + _digest(content.getvalue()))
         _used(Path(part.name))
         os.replace(part.name, file)
-        kept = sorted(((one.stat(), one) for one in file.parent.iterdir()), key=lambda one: -one[0].st_mtime)
-        for size, (_, old) in zip(np.cumsum([status.st_size for status, _ in kept]), kept, strict=True):
+        kept = sorted(
+            ((one.stat(), one) for one in file.parent.iterdir()),
+            key=lambda one: -one[0].st_mtime,
+        )
+        for size, (_, old) in zip(
+            np.cumsum([status.st_size for status, _ in kept]), kept, strict=True
+        ):
             if size > KEPT_BYTES:
                 old.unlink(missing_ok=True)
     except OSError:
@@ -120,7 +143,8 @@ def _write(file: Path, arrays: Arrays) -> None:
 
 Options = elements.Options
 SOLID = Options(refinement=1, patch=0.2, samples=21)
-"""Elements and loads of a solid tooth: twice the patch of a plane one, so that samples overlap."""
+"""Elements and loads of a solid tooth: twice the patch of a plane one, so that samples
+overlap."""
 WAVES = (0.0, 0.15, 0.4, 0.8, 1.5, 3.0)
 """Waves along the face whose shapes a tooth has, 1/m [1]."""
 DYING = (0.5, 1.2, 2.5)
@@ -145,7 +169,9 @@ class Extruded(NamedTuple):
         return self.across + s * (self.mixed - self.mixed.T) - s * s * self.along
 
 
-def extruded(flat: elements.Sector, material: Material, oblique: float) -> tuple[Index, Extruded]:
+def extruded(
+    flat: elements.Sector, material: Material, oblique: float
+) -> tuple[Index, Extruded]:
     """Return the unknowns (3, n_nodes) of a section's nodes and its matrices for an oblique extrusion.
 
     Parameters
@@ -155,17 +181,29 @@ def extruded(flat: elements.Sector, material: Material, oblique: float) -> tuple
     oblique : t, sideways for each length along the face [1]
     """
     basis, slope = elements.gradients(flat.mesh)
-    value = np.stack([np.broadcast_to(np.asarray(shape[0]), basis.dx.shape) for shape in basis.basis], axis=1)
+    value = np.stack(
+        [
+            np.broadcast_to(np.asarray(shape[0]), basis.dx.shape)
+            for shape in basis.basis
+        ],
+        axis=1,
+    )
     across = np.concatenate([slope, -oblique * slope[:, :, 1:]], axis=2)
     along = np.zeros_like(across)
     along[:, :, 2] = value
-    moduli, factors = elements.lame(material, "strain"), ((across, across), (across, along), (along, along))
+    moduli = elements.lame(material, "strain")
+    factors = ((across, across), (across, along), (along, along))
     dofs = 3 * (flat.dofs[0] // 2) + np.arange(3)[:, None]
-    return dofs, Extruded(*(elements.product(basis, left, right, moduli) for left, right in factors))
+    return dofs, Extruded(
+        *(elements.product(basis, left, right, moduli) for left, right in factors)
+    )
 
 
 class _Placed(NamedTuple):
-    """A section under loads: ``q``: their places on the flank, (m,); ``loads``: (n_dofs, m)."""
+    """A section under loads: ``q``: their places on the flank, (m,).
+
+    ``loads``: (n_dofs, m).
+    """
 
     flat: elements.Sector
     dofs: Index
@@ -186,9 +224,15 @@ def _placed(gear: Gear, oblique: float, options: Options) -> _Placed:
 def _shapes(at: _Placed, module: float) -> Array:
     """Return shapes of the section, orthonormal in the plane and along the face, (n_free, n_shapes)."""
     free = _free(at)
-    loads, found = at.loads[free], []
-    for s in (*(1j * k / module for k in WAVES), *(k / module for own in DYING for k in (own, -own))):
-        solved = splu(at.matrices.wave(s)[free][:, free].tocsc().astype(complex)).solve(loads.astype(complex))
+    loads = at.loads[free]
+    found = []
+    for s in (
+        *(1j * k / module for k in WAVES),
+        *(k / module for own in DYING for k in (own, -own)),
+    ):
+        solved = splu(at.matrices.wave(s)[free][:, free].tocsc().astype(complex)).solve(
+            loads.astype(complex)
+        )
         found += [solved.real, solved.imag]
     every = np.hstack(found)
     plane = ~np.isin(free, at.dofs[2])
@@ -197,7 +241,9 @@ def _shapes(at: _Placed, module: float) -> Array:
         mine = np.where(own[:, None], every, 0.0)
         size = np.linalg.norm(mine, axis=0)
         mine = mine[:, size > 1e-9 * size.max()]
-        left, value, _ = np.linalg.svd(mine / np.linalg.norm(mine, axis=0), full_matrices=False)
+        left, value, _ = np.linalg.svd(
+            mine / np.linalg.norm(mine, axis=0), full_matrices=False
+        )
         parts.append(left[:, value > KEPT * value[0]])
     return np.hstack(parts)
 
@@ -216,8 +262,8 @@ class SolidCompliance(NamedTuple):
     Parameters
     ----------
     q : (m,) places on the flank, 1 where the involute begins, 2 at the tip
-    table : (m, n, m, n) deflection along the loads, averaged over a slice, of a load on a place of a slice
-        [m/N]
+    table : (m, n, m, n) deflection along the loads, averaged over a slice, of a load on
+        a place of a slice [m/N]
     """
 
     q: Array
@@ -227,10 +273,14 @@ class SolidCompliance(NamedTuple):
 def indentation(gear: Gear, q: Array, options: Options = SOLID) -> Array:
     """Return the local indentation at places (m,) of the flank under a load of unit width, (m,) [1/Pa]."""
     depth = outline.LoadedFlank(gear).depth(q)
-    return elements.half_plane_compliance(gear.material, "strain", options.patch * gear.module, depth)
+    return elements.half_plane_compliance(
+        gear.material, "strain", options.patch * gear.module, depth
+    )
 
 
-def tooth_in_sector(gear: Gear, edges: Array, oblique: float, options: Options = SOLID) -> SolidCompliance:
+def tooth_in_sector(
+    gear: Gear, edges: Array, oblique: float, options: Options = SOLID
+) -> SolidCompliance:
     """Return how the tooth yields in its sector, held at the bore and both cuts.
 
     Parameters
@@ -241,22 +291,34 @@ def tooth_in_sector(gear: Gear, edges: Array, oblique: float, options: Options =
     options : of elements and loads
     """
     at = _placed(gear, oblique, options)
-    shapes, free = _shapes(at, gear.module), _free(at)
-    across, mixed, along = (shapes.T @ (each[free][:, free] @ shapes) for each in at.matrices)
+    shapes = _shapes(at, gear.module)
+    free = _free(at)
+    across, mixed, along = (
+        shapes.T @ (each[free][:, free] @ shapes) for each in at.matrices
+    )
     into = shapes.T @ at.loads[free]
-    count, each = len(shapes.T), len(into.T)
+    count = len(shapes.T)
+    each = len(into.T)
     n = len(edges) - 1
-    length = np.full(max(4, math.ceil((edges[-1] - edges[0]) / (LONGEST * gear.module))), 0.0)
+    length = np.full(
+        max(4, math.ceil((edges[-1] - edges[0]) / (LONGEST * gear.module))), 0.0
+    )
     length += (edges[-1] - edges[0]) / len(length)
     resting = _resting(edges, len(length))
     diagonal = np.zeros((len(length) + 1, 2 * count, 2 * count))
     upper = np.zeros((len(length), 2 * count, 2 * count))
     force = np.zeros((len(length) + 1, 2 * count, n, each))
-    # what an element shares with the one before is in the block before; its middle and last end are its own
+    # what an element shares with the one before is in the block before; its middle and
+    # last end are its own
     diagonal[0, :count, :count] = np.eye(count)
     for e, h in enumerate(length):
         M, C, S = _quadratic(h)
-        whole = np.kron(M, across) + np.kron(C, mixed) + np.kron(C.T, mixed.T) + np.kron(S, along)
+        whole = (
+            np.kron(M, across)
+            + np.kron(C, mixed)
+            + np.kron(C.T, mixed.T)
+            + np.kron(S, along)
+        )
         diagonal[e, count:, count:] += whole[:count, :count]
         upper[e, count:] = whole[:count, count:]
         diagonal[e + 1] += whole[count:, count:]
@@ -264,10 +326,14 @@ def tooth_in_sector(gear: Gear, edges: Array, oblique: float, options: Options =
             force[e, count:, j] += into * resting[e, 0, j]
             force[e + 1, :count, j] += into * resting[e, 1, j]
             force[e + 1, count:, j] += into * resting[e, 2, j]
-    loaded = [int(np.flatnonzero(own.any(axis=0)).max(initial=-1)) + 1 for own in resting]
+    loaded = [
+        int(np.flatnonzero(own.any(axis=0)).max(initial=-1)) + 1 for own in resting
+    ]
     met = each * np.maximum.accumulate([*loaded, n])
     table = _compliance(diagonal, upper, force.reshape(*force.shape[:2], -1), met)
-    return SolidCompliance(at.q, table.reshape(n, each, n, each).transpose(1, 0, 3, 2).copy())
+    return SolidCompliance(
+        at.q, table.reshape(n, each, n, each).transpose(1, 0, 3, 2).copy()
+    )
 
 
 def _resting(edges: Array, count: int) -> Array:
@@ -278,8 +344,12 @@ def _resting(edges: Array, count: int) -> Array:
     point, weight = np.polynomial.legendre.leggauss(2)
     carried = np.zeros((count, 3, len(edges) - 1))
     for x, w in zip(point, weight, strict=True):
-        xi = (low + 0.5 * (1.0 + x) * overlap - ends[:-1, None]) / np.diff(ends)[:, None]
-        shape = np.stack([(1 - xi) * (1 - 2 * xi), 4 * xi * (1 - xi), xi * (2 * xi - 1)], axis=1)
+        xi = (low + 0.5 * (1.0 + x) * overlap - ends[:-1, None]) / np.diff(ends)[
+            :, None
+        ]
+        shape = np.stack(
+            [(1 - xi) * (1 - 2 * xi), 4 * xi * (1 - xi), xi * (2 * xi - 1)], axis=1
+        )
         carried += 0.5 * w * shape * (overlap / np.diff(edges))[:, None, :]
     return carried
 
@@ -288,24 +358,29 @@ def _quadratic(h: float) -> tuple[Array, Array, Array]:
     """Return ∫ZZ, ∫ZZ' and ∫Z'Z' of a quadratic element of length h: first end, middle, last end."""
     mass = h / 30.0 * np.array([[4.0, 2.0, -1.0], [2.0, 16.0, 2.0], [-1.0, 2.0, 4.0]])
     mixed = np.array([[-3.0, 4.0, -1.0], [-4.0, 0.0, 4.0], [1.0, -4.0, 3.0]]) / 6.0
-    stiff = np.array([[7.0, -8.0, 1.0], [-8.0, 16.0, -8.0], [1.0, -8.0, 7.0]]) / (3.0 * h)
+    stiff = np.array([[7.0, -8.0, 1.0], [-8.0, 16.0, -8.0], [1.0, -8.0, 7.0]]) / (
+        3.0 * h
+    )
     return mass, mixed, stiff
 
 
 def _compliance(diagonal: Array, upper: Array, force: Array, met: Array) -> Array:
     """Return ``Fᵀ K⁻¹ F`` of blocks on three diagonals, loads F in the order in which blocks meet them.
 
-    With ``K = L Lᵀ`` it is ``Σ y_eᵀ y_e`` of ``y = L⁻¹ F``, block after block; a load does nothing before its
-    first block.
+    With ``K = L Lᵀ`` it is ``Σ y_eᵀ y_e`` of ``y = L⁻¹ F``, block after block; a load
+    does nothing before its first block.
 
     Parameters
     ----------
-    diagonal, upper : (n, m, m) and (n − 1, m, m) blocks of a symmetric positive definite K
+    diagonal, upper : (n, m, m) and (n − 1, m, m) blocks of a symmetric positive
+        definite K
     force : (n, m, n_loads) F
     met : (n,) loads met by each block or one before it
     """
     count = force.shape[2]
-    table, moved, joint = np.zeros((count, count)), np.zeros((diagonal.shape[1], count)), None
+    table = np.zeros((count, count))
+    moved = np.zeros((diagonal.shape[1], count))
+    joint = None
     for e, (block, reached) in enumerate(zip(diagonal, met, strict=True)):
         right = force[e, :, :reached].copy()
         if joint is not None:
@@ -340,7 +415,9 @@ def wheel_beyond(gear: Gear, waves: Sequence[float], options: Options = SOLID) -
     return np.stack(each)
 
 
-def solid_compliance(gear: Gear, edges: Array, oblique: float, options: Options = SOLID) -> SolidCompliance:
+def solid_compliance(
+    gear: Gear, edges: Array, oblique: float, options: Options = SOLID
+) -> SolidCompliance:
     """Return how a tooth on its wheel yields, remembered when the same shape was solved before.
 
     Parameters
@@ -350,27 +427,36 @@ def solid_compliance(gear: Gear, edges: Array, oblique: float, options: Options 
     oblique : t, sideways for each length along the face [1]
     options : of elements and loads
     """
-    shape, module = compliance.of_unit_size(gear), gear.module
+    shape = compliance.of_unit_size(gear)
+    module = gear.module
     scaled = tuple(float(f"{edge / module:.11e}") for edge in edges - edges[0])
     q, table = _remembered(shape, scaled, float(f"{oblique:.11e}"), options)
     return SolidCompliance(q, table / (module * gear.material.youngs_modulus))
 
 
 @lru_cache(compliance.KEPT_IN_PROCESS)
-def _remembered(shape: Gear, edges: tuple[float, ...], oblique: float, options: Options) -> SolidCompliance:
+def _remembered(
+    shape: Gear, edges: tuple[float, ...], oblique: float, options: Options
+) -> SolidCompliance:
     places, table = kept_or_made(
-        (shape, edges, oblique, options), partial(_on_its_wheel, shape, np.array(edges), oblique, options)
+        (shape, edges, oblique, options),
+        partial(_on_its_wheel, shape, np.array(edges), oblique, options),
     )
     table.setflags(write=False)
     return SolidCompliance(places, table)
 
 
-def _on_its_wheel(shape: Gear, ends: Array, oblique: float, options: Options) -> SolidCompliance:
+def _on_its_wheel(
+    shape: Gear, ends: Array, oblique: float, options: Options
+) -> SolidCompliance:
     from scipy.interpolate import PchipInterpolator
 
     q, table = tooth_in_sector(shape, ends, oblique, options)
-    width, n = np.diff(ends), len(ends) - 1
-    beyond = PchipInterpolator(np.array(OF_WHEEL), wheel_beyond(shape, OF_WHEEL, options))
+    width = np.diff(ends)
+    n = len(ends) - 1
+    beyond = PchipInterpolator(
+        np.array(OF_WHEEL), wheel_beyond(shape, OF_WHEEL, options)
+    )
     for number in range(1 + int(OF_WHEEL[-1] * ends[-1] / math.pi)):
         k = number * math.pi / ends[-1]
         wave = np.diff(np.sin(k * ends)) / (k * width) if k else np.ones(n)

@@ -16,11 +16,14 @@ if TYPE_CHECKING:
 class SlowErrorModel(Variant):
     """Any treatment of once-per-revolution errors.
 
-    ``realised`` says whether it is one drawn realisation of many; ``turns`` whether errors turn with their
-    members, so that a response lasts until the same teeth meet again.
+    ``realised`` says whether it is one drawn realisation of many; ``turns`` whether
+    errors turn with their members, so that a response lasts until the same teeth meet
+    again.
     """
 
-    slot: ClassVar[Slot] = Slot("errors.slow", __name__, default="averaged", by_name=True)
+    slot: ClassVar[Slot] = Slot(
+        "errors.slow", __name__, default="averaged", by_name=True
+    )
     realised: ClassVar[bool] = False
     turns: ClassVar[bool] = False
 
@@ -68,7 +71,9 @@ class FrozenErrors(SlowErrorModel):
 
     def constant(self, meshes: "Sequence[Mesh]") -> "Array":
         """Return the errors at the drawn angle, (n_mesh,) [m]."""
-        return np.array([float(mesh.error.slow.value(np.zeros(1))[0]) for mesh in meshes])
+        return np.array(
+            [float(mesh.error.slow.value(np.zeros(1))[0]) for mesh in meshes]
+        )
 
 
 class HuntingErrors(SlowErrorModel):

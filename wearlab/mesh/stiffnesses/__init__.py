@@ -45,7 +45,10 @@ class StiffnessModel(Variant):
         raise NotImplementedError(f"{type(self).__name__} has no build")
 
     def flags(self, pair: "GearPair", key: str) -> tuple[str, ...]:
-        """Return what a run must say of it, in words; ``key`` is where the campaign file says it."""
+        """Return what a run must say of it, in words.
+
+        ``key`` is where the campaign file says it.
+        """
         scale = getattr(self, "scale", 1.0)
         return () if scale == 1.0 else (f"{key}.scale = {scale:g} is tuned",)
 
@@ -70,14 +73,14 @@ class FiniteElementStiffness(StiffnessModel):
     """Plane finite elements of both gears, their bodies included, and the Hertz contact in series."""
 
     model: Literal["finite-element"] = "finite-element"
-    """plane finite elements, computed once for each shape of gear, whatever its module. Source: finite
-    elements: docs/model_error.md"""
+    """plane finite elements, computed once for each shape of gear, whatever its module.
+    Source: finite elements: docs/model_error.md"""
     plane: Literal["by-width", "strain", "stress"] = "by-width"
-    """plane strain, plane stress, or by face width: stress below 3 modules, as in a thin solid tooth. Source:
-    solid elements: docs/model_error.md"""
+    """plane strain, plane stress, or by face width: stress below 3 modules, as in a
+    thin solid tooth. Source: solid elements: docs/model_error.md"""
     hertz: Literal["weber", "yang-sun"] = "weber"
-    """contact stiffness: load-dependent, which completes the elements exactly, or constant. Source: Weber &
-    Banaschek 1953"""
+    """contact stiffness: load-dependent, which completes the elements exactly, or
+    constant. Source: Weber & Banaschek 1953"""
     scale: Annotated[Number, POSITIVE] = 1.0
     """factor on the stiffness; anything but 1 is flagged as tuned"""
 
@@ -86,9 +89,15 @@ class FiniteElementStiffness(StiffnessModel):
         """How far it is known to be off: its contact decides."""
         table = "tests/validation/defaults_table.py"
         if self.hertz == "weber":
-            off = f"within {100 * STIFFNESS_OFF:.2g} % of converged plane elements, worn by up to 50 um"
+            off = (
+                f"within {100 * STIFFNESS_OFF:.2g} % of converged plane elements, worn "
+                "by up to 50 um"
+            )
             return f"{off}, at 0.1 to 3 times the load ({table})"
-        stiff = "9 to 51 % too stiff: a constant contact is about three times stiffer than a loaded one"
+        stiff = (
+            "9 to 51 % too stiff: a constant contact is about three times stiffer than "
+            "a loaded one"
+        )
         return f"{stiff} ({table})"
 
     def build(self, pair: "GearPair", grid: "profile.ProfileGrid") -> "PairStiffness":
@@ -104,22 +113,29 @@ class PotentialEnergyStiffness(StiffnessModel):
     An option that only this model has chooses it where ``model`` is left out.
     """
 
-    implied_by: ClassVar[frozenset[str]] = frozenset({"foundation", "coupling", "correction", "shear_factor"})
+    implied_by: ClassVar[frozenset[str]] = frozenset(
+        {"foundation", "coupling", "correction", "shear_factor"}
+    )
 
     model: Literal["potential-energy"] = "potential-energy"
     """potential-energy method. Source: W23, Y23"""
     hertz: Literal["yang-sun", "weber"] = "yang-sun"
-    """contact stiffness: constant, or load-dependent (about three times softer). Source: L16, W23, Y23"""
+    """contact stiffness: constant, or load-dependent (about three times softer).
+    Source: L16, W23, Y23"""
     foundation: Literal["sainsot", "annulus", "none"] = "sainsot"
-    """flexibility of the wheel body: fitted polynomials, or a clamped annulus, which thin rims need. Source:
-    Sainsot, Velex & Duverger 2004"""
+    """flexibility of the wheel body: fitted polynomials, or a clamped annulus, which
+    thin rims need. Source: Sainsot, Velex & Duverger 2004"""
     coupling: Literal["none", "shared"] = "shared"
-    """whether simultaneous pairs share the wheel bodies, or each counts whole, as in the papers: two pairs
-    are then 14 to 34 % too stiff. Source: finite elements: campaigns/stiffness_models.toml"""
+    """whether simultaneous pairs share the wheel bodies, or each counts whole, as in
+    the papers: two pairs are then 14 to 34 % too stiff. Source: finite elements:
+    campaigns/stiffness_models.toml"""
     plane: Literal["stress", "strain"] = "stress"
-    """teeth and bodies in plane stress, as in the papers, or plane strain; the contact is in strain. Source:
-    L16, W23, Y23"""
-    correction: tuple[Annotated[Number, POSITIVE], Annotated[Number, POSITIVE]] = (1.0, 1.0)
+    """teeth and bodies in plane stress, as in the papers, or plane strain; the contact
+    is in strain. Source: L16, W23, Y23"""
+    correction: tuple[Annotated[Number, POSITIVE], Annotated[Number, POSITIVE]] = (
+        1.0,
+        1.0,
+    )
     """factors λ on the foundation stiffness of the driving and the driven gear"""
     shear_factor: Annotated[Number, POSITIVE] = 1.2
     """shear correction of the tooth section; B23 prints 1.5. Source: W23, B23"""
@@ -132,7 +148,10 @@ class PotentialEnergyStiffness(StiffnessModel):
         table = "tests/validation/defaults_table.py"
         if self.coupling == "shared":
             return f"up to 26 % off plane elements, most under light loads ({table})"
-        return f"8 to 43 % off plane elements: two pairs count their bodies twice ({table})"
+        return (
+            "8 to 43 % off plane elements: two pairs count their bodies twice "
+            f"({table})"
+        )
 
     def build(self, pair: "GearPair", grid: "profile.ProfileGrid") -> "PairStiffness":
         """Return the flexibilities in series."""
@@ -147,7 +166,10 @@ class PotentialEnergyStiffness(StiffnessModel):
             return tuned
         from wearlab.mesh import body
 
-        return (*(flag for gear in pair.gears for flag in body.foundation_validity(gear)), *tuned)
+        return (
+            *(flag for gear in pair.gears for flag in body.foundation_validity(gear)),
+            *tuned,
+        )
 
 
 class ConstantStiffness(PrescribedStiffness):
@@ -177,14 +199,18 @@ class StiffnessUnits(Part):
 
 
 class TabulatedStiffness(PrescribedStiffness):
-    """A stiffness read from a file; its contents, not its path, are part of the scene."""
+    """A stiffness read from a file.
+
+    Its contents, not its path, are part of the scene.
+    """
 
     model_config = ConfigDict(json_schema_extra={"required": ["file"]})
 
     model: Literal["tabulated"] = "tabulated"
     """stiffness from a file. Source: wearlab"""
     file: str | None = option(None, identity=False)
-    """CSV file with columns phase or path_position, and stiffness [required in a campaign file]"""
+    """CSV file with columns phase or path_position, and stiffness [required in a
+    campaign file]"""
     units: StiffnessUnits | None = option(None, identity=False)
     """units of the columns [those in the headers]"""
     along: SkipJsonSchema[Literal["phase", "path_position"]]

@@ -14,12 +14,16 @@ from wearlab.scene import Scene
 from wearlab.scene.build import mesh, sets
 
 EXTENDED_CONTACT = 0.05
-"""Share of the path by which contact may be extended before a run without extended contact says so."""
+"""Share of the path by which contact may be extended before a run without extended
+contact says so."""
 CHECKED_POINTS, CHECKED_SLICES = 101, 41
-"""Points of a profile, and slices of a face, at which the wear it starts with is looked at before a run."""
+"""Points of a profile, and slices of a face, at which the wear it starts with is looked
+at before a run."""
 
 
-def contact_flags(scene: Scene, kind: gear_set.PairOfSet, analysis: contact.ContactAnalysis) -> Iterator[str]:
+def contact_flags(
+    scene: Scene, kind: gear_set.PairOfSet, analysis: contact.ContactAnalysis
+) -> Iterator[str]:
     """Yield what a run must say of its contact, in words.
 
     Parameters
@@ -27,29 +31,37 @@ def contact_flags(scene: Scene, kind: gear_set.PairOfSet, analysis: contact.Cont
     scene : the scene
     kind, analysis : the kind of mesh and its contact
     """
-    given, path = scene.mesh.of(kind.section), kind.pair.path
+    given = scene.mesh.of(kind.section)
+    path = kind.pair.path
     yield from given.contact.flags()
     if given.extended_contact:
         first, *_, last = analysis.grid.contact_position
-        before, after = path.A - first, last - path.E
+        before = path.A - first
+        after = last - path.E
         yield (
-            f"extended contact: pairs may touch up to {1e3 * before:.3g} mm before A and {1e3 * after:.3g} "
-            "mm after E; tip corners do not wear, and the force they carry there wears no flank"
+            f"extended contact: pairs may touch up to {1e3 * before:.3g} mm before A "
+            f"and {1e3 * after:.3g} "
+            "mm after E; tip corners do not wear, and the force they carry there "
+            "wears no flank"
         )
         if max(before, after) > (gaps.FURTHEST - mesh.STEP) * kind.pair.base_pitch:
             yield (
-                f"contact is followed no further than {gaps.FURTHEST:g} base pitches beyond A and E: "
+                f"contact is followed no further than {gaps.FURTHEST:g} base pitches "
+                "beyond A and E: "
                 "under this load teeth may touch further out"
             )
 
 
-def helix_flags(gears: gear_set.GearSet, loads: Sequence[float], *, bearings: bool) -> Iterator[str]:
+def helix_flags(
+    gears: gear_set.GearSet, loads: Sequence[float], *, bearings: bool
+) -> Iterator[str]:
     """Yield what the helix of gears does that nothing here answers to, in words.
 
     Parameters
     ----------
     gears : the gear set
-    loads : largest static force of each kind of mesh, in the heaviest of all conditions [N]
+    loads : largest static force of each kind of mesh, in the heaviest of all conditions
+        [N]
     bearings : whether the dynamics know bearings, which hold the axial force
     """
     if not gears.helix.angle:
@@ -57,19 +69,29 @@ def helix_flags(gears: gear_set.GearSet, loads: Sequence[float], *, bearings: bo
     axial = [abs(gears.helix.slope) * load for load in loads]
     if not bearings:
         force = f"up to {max(axial):.4g} N"
-        yield f"helix: each mesh pushes its gears {force} along their axes; no bearing here holds it"
+        yield (
+            f"helix: each mesh pushes its gears {force} along their axes; no bearing "
+            "here holds it"
+        )
     if gears.shares:
         radius = gears.bodies["planet"].radius
-        arms = sum(radius / math.cos(kind.pair.working_pressure_angle) for kind in gears.kinds)
+        arms = sum(
+            radius / math.cos(kind.pair.working_pressure_angle) for kind in gears.kinds
+        )
         yield (
-            f"helix: the two meshes of a planet tilt it by up to {axial[0] * arms:.4g} N m, and how its "
+            "helix: the two meshes of a planet tilt it by up to "
+            f"{axial[0] * arms:.4g} N m, and how its "
             "bearing gives way is not computed: give mesh.sun_planet.misalignment and "
             "mesh.planet_ring.misalignment, over torque"
         )
 
 
 def reached_limits(
-    pair: gear.GearPair, analysis: contact.ContactAnalysis, wear: Array, gap: Array, deflection: Array
+    pair: gear.GearPair,
+    analysis: contact.ContactAnalysis,
+    wear: Array,
+    gap: Array,
+    deflection: Array,
 ) -> Iterator[str]:
     """Yield how the contact of one state left what was computed of it, in words.
 
@@ -81,21 +103,31 @@ def reached_limits(
     deflection : (n_phase_nodes,) static deflection δ at the phase nodes [m]
     """
     if len(analysis.grid.contact_position) > len(analysis.grid.position):
-        on_flank, deepest = analysis.grid.on_flank, float(deflection.max())
+        on_flank = analysis.grid.on_flank
+        deepest = float(deflection.max())
         outermost = [*gap[:1]] if on_flank.start > 0 else []
         outermost += [*gap[-1:]] if on_flank.stop < len(gap) else []
         if any(deepest > corner for corner in outermost):
-            yield f"extended contact is cut off at a deflection of {1e6 * deepest:.3g} µm"
+            yield (
+                f"extended contact is cut off at a deflection of {1e6 * deepest:.3g} µm"
+            )
         return
     try:
-        share = sum(extended_length(pair, analysis, wear, deflection)) / (pair.path.E - pair.path.A)
+        share = sum(extended_length(pair, analysis, wear, deflection)) / (
+            pair.path.E - pair.path.A
+        )
         if share > EXTENDED_CONTACT:
             yield f"deflection would extend the path of contact by {100 * share:.0f} %"
     except flank.OverhangingFlank:
-        yield "flanks are worn too steeply to tell how far deflection extends their contact"
+        yield (
+            "flanks are worn too steeply to tell how far deflection extends their "
+            "contact"
+        )
 
 
-def cut_short(pair: gear.GearPair, analysis: contact.ContactAnalysis, nodes: contact.Nodes) -> Iterator[str]:
+def cut_short(
+    pair: gear.GearPair, analysis: contact.ContactAnalysis, nodes: contact.Nodes
+) -> Iterator[str]:
     """Yield where the ranges of an exact mesh relationship end with the nodes, not with the contact.
 
     Parameters
@@ -110,15 +142,23 @@ def cut_short(pair: gear.GearPair, analysis: contact.ContactAnalysis, nodes: con
     else:
         engaged = analysis.quasistatic(nodes, analysis.at_nodes).force
     along = analysis.force_at_nodes(engaged)
-    ends = [letter for letter, value in (("A", along[0]), ("E", along[-1])) if value > 0.0]
+    ends = [
+        letter for letter, value in (("A", along[0]), ("E", along[-1])) if value > 0.0
+    ]
     if len(analysis.grid.contact_position) <= len(along) and ends:
-        told = f"meshing_range and contact_range of {pair.driving.name} and {pair.driven.name} stop at"
+        told = (
+            f"meshing_range and contact_range of {pair.driving.name} and "
+            f"{pair.driven.name} stop at"
+        )
         still = "where pairs are still engaged: extended_contact follows them beyond"
         yield f"{told} {' and '.join(ends)}, {still}"
 
 
 def extended_length(
-    pair: gear.GearPair, analysis: contact.ContactAnalysis, wear: Array, deflection: Array
+    pair: gear.GearPair,
+    analysis: contact.ContactAnalysis,
+    wear: Array,
+    deflection: Array,
 ) -> profile.Extension:
     """Return how far beyond A and E a deflection would keep tip corners touching.
 
@@ -133,19 +173,28 @@ def extended_length(
     leaves = int(np.argmin(np.abs(grid.breaks[:-1] - pair.contact_ratio % 1.0)))
     after = last_of_segment[leaves] - grid.intervals[leaves]
     depth = wear + sets.modifications(pair, grid.position)
-    return gaps.reach_beyond(pair, grid.position, depth, (float(deflection[-1]), float(deflection[after])))
+    return gaps.reach_beyond(
+        pair, grid.position, depth, (float(deflection[-1]), float(deflection[after]))
+    )
 
 
 def tooth_thickness(pair: gear.GearPair, number: int, position: Array) -> Array:
     """Return how thick the teeth of a gear are along the line of action, at path positions (n,) [m]."""
-    return 2.0 * outline.contact_depth(pair.gears[number], pair.radius(number, position))
+    return 2.0 * outline.contact_depth(
+        pair.gears[number], pair.radius(number, position)
+    )
 
 
 def thickest(gears: gear_set.GearSet, where: str | None) -> float:
     """Return the largest thickness of the teeth where the flanks of a member, or all, touch [m]."""
     own = [name for name in gears.flanks if where in (name, name.split("-")[0])]
-    places = [(gears.kinds[kind].pair, number) for kind, number in map(gears.flank, own or gears.flanks)]
-    return float(max(tooth_thickness(pair, gear, _checked(pair)).max() for pair, gear in places))
+    places = [
+        (gears.kinds[kind].pair, number)
+        for kind, number in map(gears.flank, own or gears.flanks)
+    ]
+    return float(
+        max(tooth_thickness(pair, gear, _checked(pair)).max() for pair, gear in places)
+    )
 
 
 def _checked(pair: gear.GearPair) -> Array:
@@ -163,11 +212,14 @@ def check_limits(scene: Scene, gears: gear_set.GearSet) -> None:
         asked: Any = getattr(scene.wear, place, None)
         if asked is None or not asked.depth:
             continue
-        depth, most = np.max(asked.depth), thickest(gears, asked.flank)
+        depth = np.max(asked.depth)
+        most = thickest(gears, asked.flank)
         if depth >= most:
             raise specification.GearError(
-                f"wear.{place}.depth: {1e3 * depth:.4g} mm is deeper than {asked.flank or 'any tooth'} is "
-                f"thick, {1e3 * most:.4g} mm along the normal of its flank: look at its unit, or give less"
+                f"wear.{place}.depth: {1e3 * depth:.4g} mm is deeper than "
+                f"{asked.flank or 'any tooth'} is "
+                f"thick, {1e3 * most:.4g} mm along the normal of its flank: look at "
+                "its unit, or give less"
             )
 
 
@@ -177,18 +229,25 @@ def check_initial_wear(scene: Scene, gears: gear_set.GearSet) -> None:
     Raises
     ------
     GearError
-        Where a measured profile does not cover its flank, or wear is deeper than the tooth.
+        Where a measured profile does not cover its flank, or wear is deeper than the
+        tooth.
     """
     for name in gears.flanks:
-        flank, (kind, number) = scene.initial_of(name), gears.flank(name)
+        flank = scene.initial_of(name)
+        (kind, number) = gears.flank(name)
         if flank is None:
             continue
         pair = gears.kinds[kind].pair
         position = _checked(pair)
         thickness = tooth_thickness(pair, number, position)
-        sliced = None if flank.by_law else mesh.sliced_flank(scene, gears, (kind, number), CHECKED_SLICES)
+        sliced = (
+            None
+            if flank.by_law
+            else mesh.sliced_flank(scene, gears, (kind, number), CHECKED_SLICES)
+        )
         if flank.by_law:  # which course it has, the run finds out
-            thickness, depth = thickness.max(keepdims=True), np.array([getattr(flank, "depth", 0.0)])
+            thickness = thickness.max(keepdims=True)
+            depth = np.array([getattr(flank, "depth", 0.0)])
         elif sliced is None:
             depth = flank.at_nodes(pair, number, position)
         else:
@@ -196,6 +255,8 @@ def check_initial_wear(scene: Scene, gears: gear_set.GearSet) -> None:
         if np.any(depth >= thickness):
             worst = int(np.argmax(depth - thickness))
             raise specification.GearError(
-                f"wear.initial.{name}: wear of {1e3 * depth[worst]:.4g} mm is deeper than the tooth, "
-                f"{1e3 * thickness[worst]:.4g} mm thick there along its normal; give less initial wear"
+                f"wear.initial.{name}: wear of {1e3 * depth[worst]:.4g} mm is deeper "
+                "than the tooth, "
+                f"{1e3 * thickness[worst]:.4g} mm thick there along its normal; give "
+                "less initial wear"
             )

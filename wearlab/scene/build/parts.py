@@ -32,7 +32,8 @@ class Parts:
     kinds : the physics of each kind of mesh
     meshes : the meshes, their lags and errors
     edges : breaks of the clock
-    coupling : contact, dynamics and wear joined; over the face, where flanks have a width
+    coupling : contact, dynamics and wear joined; over the face, where flanks have a
+        width
     """
 
     harmonics: ClassVar[int] = 10
@@ -46,7 +47,10 @@ class Parts:
 
     @property
     def face(self) -> FaceCoupling | None:
-        """Contact and wear over the face, which is the coupling then; None: flanks have no width."""
+        """Contact and wear over the face, which is the coupling then.
+
+        None: flanks have no width.
+        """
         coupling: Any = self.coupling
         return coupling if isinstance(coupling, FaceCoupling) else None
 
@@ -69,9 +73,16 @@ class Parts:
 
     @cached_property
     def constant_error(self) -> Array:
-        """Once-per-revolution errors that are held, (n_mesh,) [m]; others enter elsewhere."""
+        """Once-per-revolution errors that are held, (n_mesh,) [m].
+
+        Others enter elsewhere.
+        """
         errors = self.scene.errors
-        return np.zeros(len(self.meshes)) if errors is None else errors.slow.constant(self.meshes)
+        return (
+            np.zeros(len(self.meshes))
+            if errors is None
+            else errors.slow.constant(self.meshes)
+        )
 
     @property
     def friction(self) -> float | None:
@@ -100,14 +111,24 @@ class Parts:
         return clock.look(self.kinds[own.kind].analysis.grid, [own.lag], phases)
 
     def forces(
-        self, kinds: Sequence[Any], mesh: int, where: profile.Lookup, motions: force.Deflections
+        self,
+        kinds: Sequence[Any],
+        mesh: int,
+        where: profile.Lookup,
+        motions: force.Deflections,
     ) -> force.NormalForces:
-        """Return the forces of a mesh of the flanks ``kinds``; motions of all, (n_periods, n_mesh, n)."""
-        own, flanks = force.Deflections(*(m[:, mesh] for m in motions)), kinds[self.meshes[mesh].kind]
+        """Return the forces of a mesh of the flanks ``kinds``.
+
+        Motions of all, (n_periods, n_mesh, n).
+        """
+        own = force.Deflections(*(m[:, mesh] for m in motions))
+        flanks = kinds[self.meshes[mesh].kind]
         dashpot = dashpot_of(self.moving.system, mesh)
         return force.flank_forces(flanks, where, own, dashpot, self.moving.period)
 
-    def with_steps(self, grid: stages.StageGrid, hunting: int, period: float) -> Vibration:
+    def with_steps(
+        self, grid: stages.StageGrid, hunting: int, period: float
+    ) -> Vibration:
         """Return the dynamics by these steps of a mesh period that lasts so long [s]."""
         return self.moving._replace(
             sampling=self.on_clock.sampled(self.scene, self.gears, grid),
@@ -118,26 +139,42 @@ class Parts:
     @cached_property
     def validity(self) -> tuple[str, ...]:
         """Assumed values and limits of validity that the scene touches, one line each."""
-        scene, gears, wear = self.scene, self.gears, self.scene.wear
+        scene = self.scene
+        gears = self.gears
+        wear = self.scene.wear
         flags = [*presence.oversights(scene), *gears.assumed]
         for kind, own in zip(gears.kinds, self.kinds, strict=True):
             flags += contact.contact_flags(scene, kind, own.analysis)
-            flags += scene.mesh.of(kind.section).stiffness.flags(kind.pair, kind.key("stiffness"))
+            flags += scene.mesh.of(kind.section).stiffness.flags(
+                kind.pair, kind.key("stiffness")
+            )
         if any(own.film is not None for own in self.kinds):
             flags.append("roughness: R_q = 1.25 R_a assumed")
         if wear is not None and wear.coefficient is not None:
             flags.append(
-                "wear coefficient: usually unknown within a decade; depth and 1/life are proportional to it"
+                "wear coefficient: usually unknown within a decade; depth and 1/life "
+                "are proportional to it"
             )
         initial = {name: scene.initial_of(name) for name in gears.flanks}
-        flags += [flag for name, flank in initial.items() if flank is not None for flag in flank.flags(name)]
+        flags += [
+            flag
+            for name, flank in initial.items()
+            if flank is not None
+            for flag in flank.flags(name)
+        ]
         flags += mesh.class_flags(scene, gears)
-        materials = [scene.gears.material, *(gear.material for gear in scene.gears.gears().values())]
+        materials = [
+            scene.gears.material,
+            *(gear.material for gear in scene.gears.gears().values()),
+        ]
         for given in (scene.lubricant, *materials):
             flags += [] if given is None else given.told
         bearings = self.vibration is not None and self.vibration.system.on_bearings
         loads = [mesh.largest_load(scene, kind) for kind in gears.kinds]
-        return (*dict.fromkeys(flags), *contact.helix_flags(gears, loads, bearings=bearings))
+        return (
+            *dict.fromkeys(flags),
+            *contact.helix_flags(gears, loads, bearings=bearings),
+        )
 
 
 def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Parts:
@@ -157,7 +194,10 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
     analyses = mesh.build_analyses(scene, gears.kinds, reach)
     meshes = mesh.build_meshes(scene, gears)
     edges = clock.breaks_on_clock([contact.grid for contact in analyses], meshes)
-    kinds = tuple(build_kind(scene, gears, *own) for own in zip(gears.kinds, analyses, strict=True))
+    kinds = tuple(
+        build_kind(scene, gears, *own)
+        for own in zip(gears.kinds, analyses, strict=True)
+    )
     on_clock = OnClock(analyses, meshes, edges)
     joined = tuple(joined_kinds(scene, gears, kinds, on_clock))
     join: Any = FaceCoupling if scene.face_keys else Coupling
@@ -165,14 +205,17 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
     if scene.dynamics is not None:
         stiffness = np.array([unworn_stiffness(kind) for kind in joined])
         vibration = build_vibration(scene, gears, on_clock, stiffness)
-    return Parts(scene, gears, kinds, meshes, edges, join(joined, vibration, build_load(scene)))
+    return Parts(
+        scene, gears, kinds, meshes, edges, join(joined, vibration, build_load(scene))
+    )
 
 
 def unworn_stiffness(kind: MeshKind | FaceKind) -> tuple[float, float]:
     """Return mean and largest stiffness of an unworn mesh over a period [N/m]."""
     if isinstance(kind, FaceKind):
         return kind.contact.mean_stiffness, kind.contact.unworn.tangent.max()
-    tangent, (_, weight) = kind.analysis.unworn[1].tangent, kind.analysis.grid.phase_nodes
+    tangent = kind.analysis.unworn[1].tangent
+    (_, weight) = kind.analysis.grid.phase_nodes
     return float(weight @ tangent), tangent.max()
 
 
@@ -182,10 +225,11 @@ class SceneModes(NamedTuple):
     Parameters
     ----------
     modes : natural frequencies, shapes and participations
-    critical_speed : (orders, n_modes) speeds of the input member at which harmonic 1, 2 … of the mesh
-        meets a mode [rad/s]
+    critical_speed : (orders, n_modes) speeds of the input member at which harmonic 1, 2
+        … of the mesh meets a mode [rad/s]
     coordinates : names of the coordinates
-    kinds : what moves in each mode of a planetary set with translations, None for other models
+    kinds : what moves in each mode of a planetary set with translations, None for other
+        models
     """
 
     modes: Modes
@@ -203,5 +247,7 @@ def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
         system_modes,
         critical_speeds(system_modes.frequency, parts.gears.input_teeth, orders),
         system.coordinates,
-        mode_kinds(system, system_modes) if (~system.central & ~system.turns).any() else None,
+        mode_kinds(system, system_modes)
+        if (~system.central & ~system.turns).any()
+        else None,
     )

@@ -13,27 +13,41 @@ from wearlab.mesh.gear_set import Body, GearSet, PairOfSet, mesh_load
 from wearlab.scene import Scene
 
 OF_ITS_OWN = ("material", "tooth_thickness_allowance", "tip_relief", "root_relief")
-"""What a file says of a gear in tables; all else is specified by the value that stands there."""
+"""What a file says of a gear in tables; all else is specified by the value that stands
+there."""
 
 
 def build_pair(scene: Scene) -> GearPair:
-    """Return the pair of ``[gears]``, driven by ``operation.input``; of helical gears their section."""
+    """Return the pair of ``[gears]``, driven by ``operation.input``.
+
+    Of helical gears their section.
+    """
     gears: Any = scene.gears
     (first, second), basics = transverse_section(gears)
-    driving, internal = scene.operation.input, gears.kind == "internal-pair"
+    driving = scene.operation.input
+    internal = gears.kind == "internal-pair"
     return pairs.gear_pair(
-        first, second, basics, centre_distance=gears.centre_distance, driving=driving, internal=internal
+        first,
+        second,
+        basics,
+        centre_distance=gears.centre_distance,
+        driving=driving,
+        internal=internal,
     )
 
 
 def transverse_section(gears: Any) -> tuple[list[GearSpec], Basics]:
     """Return what ``[gears]`` says of each gear and of all, of helical gears in their transverse section."""
     specs = [specification(name, member) for name, member in gears.gears().items()]
-    basics = Basics(gears.module, gears.pressure_angle, gears.face_width, material(gears.material))
+    basics = Basics(
+        gears.module, gears.pressure_angle, gears.face_width, material(gears.material)
+    )
     if not gears.helix_angle:
         return specs, basics
     turned = helix.helix(gears.helix_angle, gears.pressure_angle)
-    return [helix.transverse(spec, turned) for spec in specs], helix.transverse_basics(basics, turned.angle)
+    return [helix.transverse(spec, turned) for spec in specs], helix.transverse_basics(
+        basics, turned.angle
+    )
 
 
 def build_planetary(scene: Scene, *, sun_drives: bool) -> planetary.PlanetarySet:
@@ -42,23 +56,37 @@ def build_planetary(scene: Scene, *, sun_drives: bool) -> planetary.PlanetarySet
     Parameters
     ----------
     scene : a scene with ``gears.kind = "planetary"``
-    sun_drives : direction of the power flow seen from the carrier, as the train of ``[operation]`` says
+    sun_drives : direction of the power flow seen from the carrier, as the train of
+        ``[operation]`` says
     """
     gears: Any = scene.gears
-    distances, given = gears.centre_distance, gears.carrier
+    distances = gears.centre_distance
+    given = gears.carrier
     (sun, planet, ring), basics = transverse_section(gears)
-    carrier = planetary.Carrier(given.mass, given.inertia, _half(given.pin_circle_diameter))
+    carrier = planetary.Carrier(
+        given.mass, given.inertia, _half(given.pin_circle_diameter)
+    )
     return planetary.planetary_set(
-        sun, planet, ring, carrier, basics, planets=gears.planets, planet_angles=gears.planet_angles,
-        centre_distance=None if distances is None else (distances.sun_planet, distances.planet_ring),
+        sun,
+        planet,
+        ring,
+        carrier,
+        basics,
+        planets=gears.planets,
+        planet_angles=gears.planet_angles,
+        centre_distance=None
+        if distances is None
+        else (distances.sun_planet, distances.planet_ring),
         sun_drives=sun_drives,
-    )  # fmt: skip
+    )
 
 
 def specification(name: str, member: Any) -> GearSpec:
     """Return what ``[gears.<name>]`` says of one gear."""
     allowance = member.tooth_thickness_allowance
-    alike = {field.name for field in fields(GearSpec)}.intersection(type(member).model_fields) - {*OF_ITS_OWN}
+    alike = {field.name for field in fields(GearSpec)}.intersection(
+        type(member).model_fields
+    ) - {*OF_ITS_OWN}
     return GearSpec(
         name=name,
         tooth_thickness_allowance=0.0 if allowance is None else allowance.mean,
@@ -77,8 +105,12 @@ def material(given: Any) -> Material:
 def relief(given: Any) -> Any:
     """Return a relief by its length or by where it starts, None when there is none."""
     if given is None or given.length is not None:
-        return None if given is None else Relief(given.amount, given.length, given.shape)
-    return ReliefFrom(given.amount, _half(given.start_diameter), given.start_roll_angle, given.shape)
+        return (
+            None if given is None else Relief(given.amount, given.length, given.shape)
+        )
+    return ReliefFrom(
+        given.amount, _half(given.start_diameter), given.start_roll_angle, given.shape
+    )
 
 
 def _half(diameter: float | None) -> float | None:
@@ -98,7 +130,11 @@ def kinks(pair: GearPair) -> tuple[float, ...]:
             relief = getattr(gear.modification, word, None)
             if relief is not None:
                 at_end = (word == "tip_relief") == (gear is pair.driving)
-                places.append(pair.path.E - relief.length if at_end else pair.path.A + relief.length)
+                places.append(
+                    pair.path.E - relief.length
+                    if at_end
+                    else pair.path.A + relief.length
+                )
     return tuple(places)
 
 
@@ -110,11 +146,14 @@ def build_set(scene: Scene) -> GearSet:
     gears = _of_pair(scene) if scene.gears.descriptor.is_pair else _of_planetary(scene)
     if not scene.gears.helix_angle:
         return gears
-    # contact of a right-handed driving gear that drives with its right flanks reaches larger y later, and so
-    # it does in every mesh of a set: the next gear turns the other way with the other hand, or is a ring
+    # contact of a right-handed driving gear that drives with its right flanks reaches
+    # larger y later, and so it does in every mesh of a set: the next gear turns the
+    # other way with the other hand, or is a ring
     right = scene.hands()[gears.kinds[0].pair.driving.name] == "right"
     sense = 1.0 if right == (scene.operation.drive_flank == "right") else -1.0
-    return gears._replace(helix=helix.helix(scene.gears.helix_angle, scene.gears.pressure_angle, sense))
+    return gears._replace(
+        helix=helix.helix(scene.gears.helix_angle, scene.gears.pressure_angle, sense)
+    )
 
 
 def _of_planetary(scene: Scene) -> GearSet:
@@ -123,22 +162,38 @@ def _of_planetary(scene: Scene) -> GearSet:
     sun, planet, ring = (gear.teeth for gear in scene.gears.gears().values())
     of = planetary.Train(sun, planet, ring, given.input, given.output, given.fixed)
     built = build_planetary(scene, sun_drives=of.sun_drives)
-    count, speeds = built.planets, of.speeds(given.speed)
-    turning = {"sun": speeds.sun_relative, "planet": speeds.planet_relative, "ring": speeds.ring_relative}
+    count = built.planets
+    speeds = of.speeds(given.speed)
+    turning = {
+        "sun": speeds.sun_relative,
+        "planet": speeds.planet_relative,
+        "ring": speeds.ring_relative,
+    }
     load = mesh_load(abs(of.torques(given.torque).sun), built.sun.base_radius, count)
 
     def kind(pair: GearPair, section: str, of_planet: str) -> PairOfSet:
-        first, second = (of_planet if gear.name == built.planet.name else gear.name for gear in pair.gears)
+        first, second = (
+            of_planet if gear.name == built.planet.name else gear.name
+            for gear in pair.gears
+        )
         return PairOfSet(
-            pair=pair, flanks=(first, second), section=section, speed=abs(turning[pair.driving.name]),
-            passes=np.array([built.passes[flank] for flank in (first, second)]), load=load,
+            pair=pair,
+            flanks=(first, second),
+            section=section,
+            speed=abs(turning[pair.driving.name]),
+            passes=np.array([built.passes[flank] for flank in (first, second)]),
+            load=load,
             loaded=int(pair.driving.name == built.planet.name),
-        )  # fmt: skip
+        )
 
     gears = {"sun": built.sun, "planet": built.planet, "ring": built.ring}
-    bodies = {name: Body(gear.mass, gear.inertia, gear.base_radius) for name, gear in gears.items()}
+    bodies = {
+        name: Body(gear.mass, gear.inertia, gear.base_radius)
+        for name, gear in gears.items()
+    }
     held = built.carrier
-    mass, inertia = (np.nan if value is None else value for value in (held.mass, held.inertia))
+    mass = np.nan if held.mass is None else held.mass
+    inertia = np.nan if held.inertia is None else held.inertia
     bodies["carrier"] = Body(mass, inertia, float(held.pin_circle_radius or 0.0))
     mirrored = 1.0 if built.sun_drives else -1.0
     angles = mirrored * np.asarray(built.planet_angles)
@@ -148,22 +203,35 @@ def _of_planetary(scene: Scene) -> GearSet:
             kind(built.sun_planet, "sun_planet", "planet-sun"),
             kind(built.planet_ring, "planet_ring", "planet-ring"),
         ),
-        mesh_names=tuple(f"{name}-{n + 1}" for name in ("sun-planet", "planet-ring") for n in range(count)),
-        mesh_kinds=(0,) * count + (1,) * count, mesh_lags=built.mesh_phase_offset,
+        mesh_names=tuple(
+            f"{name}-{n + 1}"
+            for name in ("sun-planet", "planet-ring")
+            for n in range(count)
+        ),
+        mesh_kinds=(0,) * count + (1,) * count,
+        mesh_lags=built.mesh_phase_offset,
         flanks=scene.gears.descriptor.flanks,
-        members=("sun", *(f"planet-{n + 1}" for n in range(count)), "ring", "carrier"), gears=gears,
-        reference_teeth=built.sun.teeth, input_teeth=built.sun.teeth * abs(of.speeds(1.0).sun_relative),
-        speed=abs(speeds.sun_relative), bodies=bodies,
-        coordinate_speeds=_nominal_speeds(speeds, sense, bodies, angles), angles=tuple(angles.tolist()),
-        sense=mirrored, notes=(APART,),
-    )  # fmt: skip
+        members=("sun", *(f"planet-{n + 1}" for n in range(count)), "ring", "carrier"),
+        gears=gears,
+        reference_teeth=built.sun.teeth,
+        input_teeth=built.sun.teeth * abs(of.speeds(1.0).sun_relative),
+        speed=abs(speeds.sun_relative),
+        bodies=bodies,
+        coordinate_speeds=_nominal_speeds(speeds, sense, bodies, angles),
+        angles=tuple(angles.tolist()),
+        sense=mirrored,
+        notes=(APART,),
+    )
 
 
 def _nominal_speeds(
     speeds: planetary.TrainSpeeds, sense: float, bodies: dict[str, Body], angles: Array
 ) -> dict[str, float]:
     """Return the nominal rotation of a planetary set as seen from outside: planets travel with their pins."""
-    turning = {name: sense * getattr(speeds, name) * body.radius for name, body in bodies.items()}
+    turning = {
+        name: sense * getattr(speeds, name) * body.radius
+        for name, body in bodies.items()
+    }
     speed = {f"{name}.u": turning[name] for name in ("sun", "ring", "carrier")}
     for n, angle in enumerate(angles, 1):
         speed[f"planet-{n}.u"] = turning["planet"]
@@ -174,18 +242,36 @@ def _nominal_speeds(
 
 def _of_pair(scene: Scene) -> GearSet:
     """Return a pair as a set of one mesh."""
-    pair, names = build_pair(scene), scene.gears.descriptor.members
+    pair = build_pair(scene)
+    names = scene.gears.descriptor.members
     gears = {gear.name: gear for gear in pair.gears}
-    speed, teeth = scene.operation.speed or 0.0, gears[names[0]].teeth
+    speed = scene.operation.speed or 0.0
+    teeth = gears[names[0]].teeth
     kind = PairOfSet(
-        pair=pair, flanks=(pair.driving.name, pair.driven.name), section="", speed=speed,
+        pair=pair,
+        flanks=(pair.driving.name, pair.driven.name),
+        section="",
+        speed=speed,
         passes=np.array([teeth / gear.teeth for gear in pair.gears]),
-        load=mesh_load(scene.operation.torque, pair.driving.base_radius), loaded=0,
-    )  # fmt: skip
+        load=mesh_load(scene.operation.torque, pair.driving.base_radius),
+        loaded=0,
+    )
     return GearSet(
-        kinds=(kind,), mesh_names=("-".join(names),), mesh_kinds=(0,), mesh_lags=np.zeros(1), flanks=names,
-        members=names, gears={name: gears[name] for name in names}, reference_teeth=teeth,
-        input_teeth=pair.driving.teeth, speed=speed * pair.driving.teeth / teeth,
-        bodies={name: Body(gear.mass, gear.inertia, gear.base_radius) for name, gear in gears.items()},
-        coordinate_speeds={f"{name}.u": speed * pair.driving.base_radius for name in gears},
-    )  # fmt: skip
+        kinds=(kind,),
+        mesh_names=("-".join(names),),
+        mesh_kinds=(0,),
+        mesh_lags=np.zeros(1),
+        flanks=names,
+        members=names,
+        gears={name: gears[name] for name in names},
+        reference_teeth=teeth,
+        input_teeth=pair.driving.teeth,
+        speed=speed * pair.driving.teeth / teeth,
+        bodies={
+            name: Body(gear.mass, gear.inertia, gear.base_radius)
+            for name, gear in gears.items()
+        },
+        coordinate_speeds={
+            f"{name}.u": speed * pair.driving.base_radius for name in gears
+        },
+    )

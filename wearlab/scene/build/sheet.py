@@ -37,18 +37,24 @@ ROWS: tuple[tuple[str, str, str, Callable[[Gear], float]], ...] = (
 
 
 IN_NORMAL_SECTION = {"x_E": -1, "s_n": 1}
-"""Power of cos β by which what a row says of the transverse section is that of the normal section."""
+"""Power of cos β by which what a row says of the transverse section is that of the
+normal section."""
 
 
 MODIFICATIONS = {
-    "tip_relief": ("C_αa", "tip relief"), "root_relief": ("C_αf", "root relief"),
-    "profile_crowning": ("C_α", "profile crowning"), "profile_slope": ("C_Hα", "profile slope"),
-    "lead_crowning": ("C_β", "lead crowning"), "lead_slope": ("C_Hβ", "lead slope"),
-    "end_relief": ("C_βe", "end relief"), "bias": ("", "bias"),
-}  # fmt: skip
+    "tip_relief": ("C_αa", "tip relief"),
+    "root_relief": ("C_αf", "root relief"),
+    "profile_crowning": ("C_α", "profile crowning"),
+    "profile_slope": ("C_Hα", "profile slope"),
+    "lead_crowning": ("C_β", "lead crowning"),
+    "lead_slope": ("C_Hβ", "lead slope"),
+    "end_relief": ("C_βe", "end relief"),
+    "bias": ("", "bias"),
+}
 """Options of a gear that remove something from its flanks: symbol and meaning."""
 Row = tuple[str, str, str, Sequence[float | str]]
-"""A row as it is computed: symbol, meaning, unit, and a number or text a gear (or one for all)."""
+"""A row as it is computed: symbol, meaning, unit, and a number or text a gear (or one
+for all)."""
 
 
 class Sheet(NamedTuple):
@@ -68,23 +74,36 @@ def sheet(scene: Scene) -> Sheet:
     """
     gears = sets.build_set(scene)
     pairs = [kind.pair for kind in gears.kinds]
-    drawn = tuple((" and ".join(gear.name for gear in pair.gears), outline.drawing(pair)) for pair in pairs)
+    drawn = tuple(
+        (" and ".join(gear.name for gear in pair.gears), outline.drawing(pair))
+        for pair in pairs
+    )
     rows = []
     for symbol, meaning, unit, values in _rows(scene, gears):
-        said = tuple(value if isinstance(value, str) else _said(value, unit) for value in values)
+        said = tuple(
+            value if isinstance(value, str) else _said(value, unit) for value in values
+        )
         rows.append(GearRow(symbol, meaning, unit, said))
     return Sheet(tuple(gears.gears), tuple(rows), drawn)
 
 
 def thickness(gear: Gear) -> float:
-    """Return the tooth thickness on the reference circle [m]; of a ring what stands between two spaces."""
+    """Return the tooth thickness on the reference circle [m].
+
+    Of a ring what stands between two spaces.
+    """
     half = gear.base_half_angle - shifts.involute(gear.pressure_angle)
-    return 2.0 * gear.reference_radius * (math.pi / gear.teeth - half if gear.internal else half)
+    return (
+        2.0
+        * gear.reference_radius
+        * (math.pi / gear.teeth - half if gear.internal else half)
+    )
 
 
 def _rows(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
     """Yield the table of a gear set, what all share first."""
-    module, turned = scene.gears.module, gears.helix
+    module = scene.gears.module
+    turned = gears.helix
     pairs = [(kind.pair, _tail(gears, kind.pair)) for kind in gears.kinds]
     yield "m_n", "module", "mm", [1e3 * module]
     yield "α_n", "pressure angle", "°", [math.degrees(scene.gears.pressure_angle)]
@@ -94,8 +113,18 @@ def _rows(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
         yield "β_b", "base helix angle", "°", [math.degrees(turned.base_angle)]
         yield "ε_β", "overlap ratio", "", [overlap]
     for pair, tail in pairs:
-        yield "a_w", f"working centre distance{tail}", "mm", [1e3 * pair.centre_distance]
-        yield "α_wt", f"working pressure angle{tail}", "°", [math.degrees(pair.working_pressure_angle)]
+        yield (
+            "a_w",
+            f"working centre distance{tail}",
+            "mm",
+            [1e3 * pair.centre_distance],
+        )
+        yield (
+            "α_wt",
+            f"working pressure angle{tail}",
+            "°",
+            [math.degrees(pair.working_pressure_angle)],
+        )
         yield "ε_α", f"transverse contact ratio{tail}", "", [pair.contact_ratio]
     for kind, (pair, tail) in zip(gears.kinds, pairs, strict=True):
         given = scene.mesh.of(kind.section).normal_backlash
@@ -104,12 +133,24 @@ def _rows(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
         yield "j_bn", f"normal backlash{tail}", "" if free is None else "mm", [said]
     for pair, _ in pairs:
         for number, (gear, letter) in enumerate(zip(pair.gears, "AE", strict=True)):
-            sliding = float(pair.specific_sliding([getattr(pair.path, letter)])[number, 0])
+            sliding = float(
+                pair.specific_sliding([getattr(pair.path, letter)])[number, 0]
+            )
             mate = pair.gears[1 - number].name
-            yield "ζ", f"specific sliding of {gear.name} at {letter}, on {mate}", "", [sliding]
+            yield (
+                "ζ",
+                f"specific sliding of {gear.name} at {letter}, on {mate}",
+                "",
+                [sliding],
+            )
     for symbol, meaning, unit, of in ROWS:
         factor = math.cos(turned.angle) ** IN_NORMAL_SECTION.get(symbol, 0)
-        yield symbol, meaning, unit, [factor * of(gear) for gear in gears.gears.values()]
+        yield (
+            symbol,
+            meaning,
+            unit,
+            [factor * of(gear) for gear in gears.gears.values()],
+        )
         if symbol == "d_a":
             yield from _tips(scene, gears)
             for pair, tail in pairs:
@@ -125,16 +166,27 @@ def _surfaces(scene: Scene) -> Iterator[Row]:
     yield "", "material", "", [material.name or "as given" for material in materials]
     hardness = [material.hardness or 0.0 for material in materials]
     if any(hardness):
-        vickers = [f"{pressure / KGF_PER_MM2:.0f}" if pressure else "" for pressure in hardness]
+        vickers = [
+            f"{pressure / KGF_PER_MM2:.0f}" if pressure else "" for pressure in hardness
+        ]
         yield "HV", "hardness of the flanks", "HV", vickers
     roughness = [1e6 * (gear.roughness_ra or 0.0) for gear in given]
     if any(roughness):
-        yield "Ra", "roughness of the flanks", "µm", [f"{r:.3g}" if r else "" for r in roughness]
+        yield (
+            "Ra",
+            "roughness of the flanks",
+            "µm",
+            [f"{r:.3g}" if r else "" for r in roughness],
+        )
 
 
 def _tail(gears: sets.GearSet, pair: GearPair) -> str:
     """Return whose mesh a row is of, where there are several."""
-    return "" if len(gears.kinds) == 1 else f", {' and '.join(gear.name for gear in pair.gears)}"
+    return (
+        ""
+        if len(gears.kinds) == 1
+        else f", {' and '.join(gear.name for gear in pair.gears)}"
+    )
 
 
 def _rolling(pair: GearPair, members: tuple[str, ...], tail: str) -> Iterator[Row]:
@@ -144,27 +196,44 @@ def _rolling(pair: GearPair, members: tuple[str, ...], tail: str) -> Iterator[Ro
     clearance: dict[str, float | str] = {}
     for gear, mate in (pair.gears, pair.gears[::-1]):
         working[gear.name] = 2e3 * gear.base_radius / cosine
-        reach = abs(gear.tip_radius + (-1.0 if pair.internal else 1.0) * mate.root_radius)
+        reach = abs(
+            gear.tip_radius + (-1.0 if pair.internal else 1.0) * mate.root_radius
+        )
         clearance[gear.name] = 1e3 * abs(pair.centre_distance - reach)
-    yield "d_w", f"working pitch diameter{tail}", "mm", [working.get(name, "") for name in members]
+    yield (
+        "d_w",
+        f"working pitch diameter{tail}",
+        "mm",
+        [working.get(name, "") for name in members],
+    )
     root = f"clearance of the tip from the mate's root{tail}"
     yield "c", root, "mm", [clearance.get(name, "") for name in members]
 
 
 def _tips(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
     """Yield tip alteration, over a normal module, and tooth thickness at the tip, in the normal section."""
-    module, beta = scene.gears.module, gears.helix.angle
+    module = scene.gears.module
+    beta = gears.helix.angle
     given: dict[str, Any] = scene.gears.gears()
-    alterations, thicknesses = [], []
+    alterations = []
+    thicknesses = []
     for name, gear in gears.gears.items():
         allowance = given[name].tooth_thickness_allowance
         outwards = -1.0 if gear.internal else 1.0
-        thinned = 0.0 if allowance is None else allowance.mean / (2.0 * math.tan(scene.gears.pressure_angle))
+        thinned = (
+            0.0
+            if allowance is None
+            else allowance.mean / (2.0 * math.tan(scene.gears.pressure_angle))
+        )
         shift = gear.profile_shift * gear.module - outwards * thinned
         height = outwards * (gear.tip_radius - gear.reference_radius - shift) / module
-        alterations.append(f"{round(height - (given[name].addendum_coefficient or 1.0), 4) + 0.0:.4f}")
+        alterations.append(
+            f"{round(height - (given[name].addendum_coefficient or 1.0), 4) + 0.0:.4f}"
+        )
         at_tip = math.atan(math.tan(beta) * gear.tip_radius / gear.reference_radius)
-        thicknesses.append(2e3 * gear.tip_radius * gear.half_angle(gear.tip_radius) * math.cos(at_tip))
+        thicknesses.append(
+            2e3 * gear.tip_radius * gear.half_angle(gear.tip_radius) * math.cos(at_tip)
+        )
     yield "k", "tip alteration coefficient", "", alterations
     yield "s_an", "tooth thickness at the tip", "mm", thicknesses
 
@@ -181,18 +250,32 @@ def _modifications(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
     for gear in gears.gears.values():
         relief = gear.modification and gear.modification.tip_relief
         length = relief.length * (-1.0 if gear.internal else 1.0) if relief else 0.0
-        starts.append(2e3 * math.hypot(gear.base_radius, gear.tip_curvature - length) if relief else "")
+        starts.append(
+            2e3 * math.hypot(gear.base_radius, gear.tip_curvature - length)
+            if relief
+            else ""
+        )
     if any(starts):
         yield "d_Ca", "diameter where the tip relief starts", "mm", starts
     for kind in gears.kinds:
         axes = scene.mesh.of(kind.section).misalignment
         if axes is not None:
-            over = axes.over_face(kind.pair.working_pressure_angle, scene.operation.torque)
-            yield "F_βy", f"misalignment over the face{_tail(gears, kind.pair)}", "µm", [1e6 * over]
+            over = axes.over_face(
+                kind.pair.working_pressure_angle, scene.operation.torque
+            )
+            yield (
+                "F_βy",
+                f"misalignment over the face{_tail(gears, kind.pair)}",
+                "µm",
+                [1e6 * over],
+            )
 
 
 def _said(value: float, unit: str) -> str:
-    """Return a length to the micrometre and an angle to a thousandth; of anything else four digits."""
+    """Return a length to the micrometre and an angle to a thousandth.
+
+    Of anything else four digits.
+    """
     if unit in ("mm", "°"):
         return f"{value:.3f}".rstrip("0").rstrip(".")
     return f"{value:.4g}" if value else "0"

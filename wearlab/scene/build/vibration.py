@@ -24,15 +24,25 @@ ANY = 1e8
 """A mesh stiffness, where its size is of no account [N/m]."""
 
 
-def build_system(scene: Scene, gears: gear_set.GearSet, stiffness: Array) -> system.System:
-    """Return the system of ``dynamics.model``; damping ratios refer to mean stiffnesses (n_mesh,) [N/m]."""
+def build_system(
+    scene: Scene, gears: gear_set.GearSet, stiffness: Array
+) -> system.System:
+    """Return the system of ``dynamics.model``.
+
+    Damping ratios refer to mean stiffnesses (n_mesh,) [N/m].
+    """
     assert scene.dynamics is not None
     meshes = []
     for kind in gears.kinds:
-        own, drawn = scene.mesh.of(kind.section), kind.pair.drawn_backlash
+        own = scene.mesh.of(kind.section)
+        drawn = kind.pair.drawn_backlash
         given = own.normal_backlash is not None or drawn is None
-        meshes.append(own if given else own.model_copy(update={"normal_backlash": drawn}))
-    return scene.dynamics.build(InMotion(gears, tuple(meshes), scene.operation, stiffness, gears.helix.slope))
+        meshes.append(
+            own if given else own.model_copy(update={"normal_backlash": drawn})
+        )
+    return scene.dynamics.build(
+        InMotion(gears, tuple(meshes), scene.operation, stiffness, gears.helix.slope)
+    )
 
 
 def check_held(scene: Scene, gears: gear_set.GearSet) -> None:
@@ -54,9 +64,11 @@ STABILITY_OF_RK4 = 2.78
 MOST_STEPS = 30_000
 """Steps of a mesh period beyond which a motion is refused: it is quasi-static."""
 AFFORDED = 4_000
-"""Steps of a mesh period up to which integrations are as long as the method wants them."""
+"""Steps of a mesh period up to which integrations are as long as the method wants
+them."""
 AFFORDED_DENSE = 250
-"""The same for systems too large for registers, whose steps take some twenty times as long."""
+"""The same for systems too large for registers, whose steps take some twenty times as
+long."""
 TAKEN_UP = 1e-9
 LONGEST_PERIOD = 60
 """Mesh periods after which a fluctuating torque has to repeat."""
@@ -79,13 +91,19 @@ class OnClock(NamedTuple):
     meshes: tuple[Mesh, ...]
     edges: Array
 
-    def sampled(self, scene: Scene, gears: gear_set.GearSet, grid: stages.StageGrid) -> Sampling:
+    def sampled(
+        self, scene: Scene, gears: gear_set.GearSet, grid: stages.StageGrid
+    ) -> Sampling:
         """Return what is read off the meshes at every step."""
         grids = [analysis.grid for analysis in self.analyses]
-        return sampling(grids, self.meshes, self.edges, grid, build_friction(scene, gears))
+        return sampling(
+            grids, self.meshes, self.edges, grid, build_friction(scene, gears)
+        )
 
 
-def build_vibration(scene: Scene, gears: gear_set.GearSet, clock: OnClock, stiffness: Array) -> Vibration:
+def build_vibration(
+    scene: Scene, gears: gear_set.GearSet, clock: OnClock, stiffness: Array
+) -> Vibration:
     """Return the dynamics of a gear set that moves.
 
     Parameters
@@ -96,7 +114,9 @@ def build_vibration(scene: Scene, gears: gear_set.GearSet, clock: OnClock, stiff
     assert scene.dynamics is not None
     mean, stiffest = stiffness[[mesh.kind for mesh in clock.meshes]].T
     system = build_system(scene, gears, mean)
-    if system.rotation != 0.0:  # planets fly off their pins where it is fast, or they are held softly
+    if (
+        system.rotation != 0.0
+    ):  # planets fly off their pins where it is fast, or they are held softly
         try:
             modes.modes(system, mean)
         except ValueError as error:
@@ -108,14 +128,17 @@ def build_vibration(scene: Scene, gears: gear_set.GearSet, clock: OnClock, stiff
     hunting = hunting_period(scene, gears, clock.meshes)
     turning = [gears.coordinate_speeds.get(name, 0.0) for name in system.coordinates]
     return Vibration(
-        system=system, method=patient(METHODS[scene.dynamics.method](scene), system, len(grid.width)),
+        system=system,
+        method=patient(METHODS[scene.dynamics.method](scene), system, len(grid.width)),
         excitation=scene.mesh.of(gears.kinds[0].section).excitation.build(),
-        sampling=clock.sampled(scene, gears, grid), period=gears.period,
-        fluctuation=fluctuation(scene, grid, hunting, gears.period), hunting=hunting,
+        sampling=clock.sampled(scene, gears, grid),
+        period=gears.period,
+        fluctuation=fluctuation(scene, grid, hunting, gears.period),
+        hunting=hunting,
         revolving=scene.errors is not None and scene.errors.slow.turns,
         slow=slow_errors(scene, gears, clock.meshes, system),
         nominal=np.array(turning) if system.turns.any() else None,
-    )  # fmt: skip
+    )
 
 
 def damping_law(scene: Scene, gears: gear_set.GearSet, system: system.System) -> Any:
@@ -125,7 +148,9 @@ def damping_law(scene: Scene, gears: gear_set.GearSet, system: system.System) ->
     operating = MeshesInOperation(
         damping=system.mesh_damping,
         force=np.array([kind.load for kind in kinds]),
-        curvature_radius=np.array([float(kind.pair.equivalent_curvature(0.0)) for kind in kinds]),
+        curvature_radius=np.array(
+            [float(kind.pair.equivalent_curvature(0.0)) for kind in kinds]
+        ),
         face_width=np.array([kind.pair.face_width for kind in kinds]),
         viscosity=None if scene.lubricant is None else scene.lubricant.viscosity,
     )
@@ -137,24 +162,33 @@ def steps_grid(
 ) -> stages.StageGrid:
     """Return the steps: as many as asked for, or as system and meshes need at the scene's tolerance."""
     dynamics: Any = scene.dynamics
-    breaks, tolerance, given = clock.edges[:-1], scene.numerics.tolerance, scene.numerics.steps_per_period
+    breaks = clock.edges[:-1]
+    tolerance = scene.numerics.tolerance
+    given = scene.numerics.steps_per_period
     turned = count.fastest_rate(system, stiffness) * period
     exact = dynamics.follows_orbits and not kernel.is_small(system)
-    slow = count.graded_steps(system, stiffness, period, tolerance, breaks, given) if exact else None
+    slow = (
+        count.graded_steps(system, stiffness, period, tolerance, breaks, given)
+        if exact
+        else None
+    )
     if slow is not None:
         return slow
     if given is not None:
         beyond = turned / (STABILITY_OF_RK4 * given)
         if dynamics.steps_by_runge_kutta and not exact and beyond > 1.0:
             raise specification.GearError(
-                f"numerics.steps_per_period = {given} is beyond the stability of Runge-Kutta 4 by a factor "
+                f"numerics.steps_per_period = {given} is beyond the stability of "
+                "Runge-Kutta 4 by a factor "
                 f"{beyond:.3g}: give {int(np.ceil(turned))} or more, or leave it out"
             )
         return stages.stage_grid(breaks, given)
     if turned > MOST_STEPS * (count.EXACT_LARGEST if exact else count.STABLE):
         raise specification.GearError(
-            f"a mesh period lasts {period:.3g} s, in which the fastest mode turns by {turned:.3g} rad: that "
-            f"takes more than {MOST_STEPS} steps; so slow a motion is quasi-static: drop [dynamics], raise "
+            f"a mesh period lasts {period:.3g} s, in which the fastest mode turns by "
+            f"{turned:.3g} rad: that "
+            f"takes more than {MOST_STEPS} steps; so slow a motion is quasi-static: "
+            "drop [dynamics], raise "
             "the speed, or give numerics.steps_per_period"
         )
     rule = count.exact_steps_per_period if exact else count.steps_per_period
@@ -163,7 +197,13 @@ def steps_grid(
 
     def missed() -> float:
         """Return the largest share of a mesh's stiffness or error that the stages of the grid miss [1]."""
-        return max((unresolved(clock.analyses[mesh.kind], mesh, grid) for mesh in clock.meshes), default=0.0)
+        return max(
+            (
+                unresolved(clock.analyses[mesh.kind], mesh, grid)
+                for mesh in clock.meshes
+            ),
+            default=0.0,
+        )
 
     while len(grid.width) < MOST_FOR_MESH and missed() > RESOLVED * tolerance:
         steps = int(np.ceil(RISE * steps))
@@ -172,32 +212,47 @@ def steps_grid(
 
 
 def build_friction(scene: Scene, gears: gear_set.GearSet) -> Friction | None:
-    """Return the friction of the flanks, None without; a mirrored set counts path positions backwards."""
+    """Return the friction of the flanks, None without.
+
+    A mirrored set counts path positions backwards.
+    """
     given = scene.dynamics and scene.dynamics.friction
-    return Friction(given.coefficient, (gears.sense,) * len(gears.kinds)) if given else None
+    return (
+        Friction(given.coefficient, (gears.sense,) * len(gears.kinds))
+        if given
+        else None
+    )
 
 
-def patient(method: methods.Method, system: system.System, steps: int) -> methods.Method:
+def patient(
+    method: methods.Method, system: system.System, steps: int
+) -> methods.Method:
     """Return the method with integrations that take a bounded number of steps, however many a period has.
 
-    Steps follow the fastest mode: an integration of as many lasts as long in time, in which motions die out.
+    Steps follow the fastest mode: an integration of as many lasts as long in time, in
+    which motions die out.
     """
     afforded = AFFORDED if kernel.is_small(system) else AFFORDED_DENSE
     if not isinstance(method, methods.Periodic) or steps <= afforded:
         return method
-    share, least = afforded / steps, {"transient": 20, "longest": 2, "averaged": 8}
+    share = afforded / steps
+    least = {"transient": 20, "longest": 2, "averaged": 8}
     fewer: dict[str, Any] = {
-        name: max(few, int(getattr(method, name) * share)) for name, few in least.items()
+        name: max(few, int(getattr(method, name) * share))
+        for name, few in least.items()
     }
     return replace(method, **fewer)
 
 
-def unresolved(analysis: contact.ContactAnalysis, mesh: Mesh, grid: stages.StageGrid) -> float:
+def unresolved(
+    analysis: contact.ContactAnalysis, mesh: Mesh, grid: stages.StageGrid
+) -> float:
     """Return the share of mesh stiffness and of prescribed error that the stages of a grid miss [1].
 
-    Three stages of a step say as much as the parabola through them. Its mean distance from the curve, taken
-    at the quarters of each step, is compared with the mean stiffness and with the size of the error: a steep
-    ramp in a table, or an error of high order, needs more steps than the motion does.
+    Three stages of a step say as much as the parabola through them. Its mean distance
+    from the curve, taken at the quarters of each step, is compared with the mean
+    stiffness and with the size of the error: a steep ramp in a table, or an error of
+    high order, needs more steps than the motion does.
     """
     ends = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
     phase = grid.start[:, None] + grid.width[:, None] * ends
@@ -205,17 +260,24 @@ def unresolved(analysis: contact.ContactAnalysis, mesh: Mesh, grid: stages.Stage
     compliance, _, _ = analysis.at(analysis.unworn[0], where)
     stiffness = (1.0 / compliance).sum(axis=1).reshape(phase.shape)
     error = mesh.error.value(where.phase).reshape(phase.shape)
-    return max(_missed(stiffness, grid.width, stiffness.mean()), _missed(error, grid.width, np.ptp(error)))
+    return max(
+        _missed(stiffness, grid.width, stiffness.mean()),
+        _missed(error, grid.width, np.ptp(error)),
+    )
 
 
 def _missed(values: Array, width: Array, size: float) -> float:
     """Return how far values (n, 5) are from parabolas through their 1st, 3rd and 5th: mean over a size."""
-    quarters = values[:, ::2] @ np.array([[0.375, -0.125], [0.75, 0.75], [-0.125, 0.375]])
+    quarters = values[:, ::2] @ np.array(
+        [[0.375, -0.125], [0.75, 0.75], [-0.125, 0.375]]
+    )
     distance = np.abs(quarters - values[:, [1, 3]]).mean(axis=1)
     return float(width @ distance / size) if size > 0.0 else 0.0
 
 
-def hunting_period(scene: Scene, gears: gear_set.GearSet, meshes: Sequence[Mesh]) -> int:
+def hunting_period(
+    scene: Scene, gears: gear_set.GearSet, meshes: Sequence[Mesh]
+) -> int:
     """Return the mesh periods until everything repeats: teeth whose slow errors turn, and the input torque.
 
     Raises
@@ -226,7 +288,9 @@ def hunting_period(scene: Scene, gears: gear_set.GearSet, meshes: Sequence[Mesh]
     turns = 1
     if scene.errors is not None and slow:
         turns = scene.errors.slow.periods([gear.teeth for gear in gears.gears.values()])
-    return lcm(turns, *(_repeats(one, gears.period) for one in scene.operation.fluctuation))
+    return lcm(
+        turns, *(_repeats(one, gears.period) for one in scene.operation.fluctuation)
+    )
 
 
 def _repeats(one: operation.TorqueFluctuation, period: float) -> int:
@@ -236,10 +300,16 @@ def _repeats(one: operation.TorqueFluctuation, period: float) -> int:
     if abs(near - order) <= SAME_ORDER * order:
         return near.denominator
     key = "order" if one.frequency is None else "frequency"
-    told = f"{float(near):.6g}" if one.frequency is None else f"{float(near) / period:.8g} Hz"
+    told = (
+        f"{float(near):.6g}"
+        if one.frequency is None
+        else f"{float(near) / period:.8g} Hz"
+    )
     raise specification.GearError(
-        f"operation.torque_fluctuation.{key}: {order:.6g} times the mesh frequency of {1 / period:.6g} Hz "
-        f"repeats after more than {LONGEST_PERIOD} mesh periods; give {told}, which repeats after "
+        f"operation.torque_fluctuation.{key}: {order:.6g} times the mesh frequency of "
+        f"{1 / period:.6g} Hz "
+        f"repeats after more than {LONGEST_PERIOD} mesh periods; give {told}, which "
+        "repeats after "
         f"{near.denominator}"
     )
 
@@ -249,8 +319,8 @@ def slow_errors(
 ) -> Array | None:
     """Return once-per-revolution errors (n_angles, n_mesh) [m], None where none is or nothing answers.
 
-    A constant error does nothing to a set that turns freely until it is taken up: when some ``D q = e`` has
-    ``K q = 0``.
+    A constant error does nothing to a set that turns freely until it is taken up: when
+    some ``D q = e`` has ``K q = 0``.
     """
     at_angles = gears.slow_errors(meshes)
     if at_angles is None or scene.errors is None:
@@ -259,11 +329,21 @@ def slow_errors(
     if rows is None:
         return None
     free = system.direction @ null_space(system.total_stiffness)
-    taken_up = free @ np.linalg.lstsq(free, rows.T, rcond=None)[0] if free.size else np.zeros_like(rows.T)
-    return None if np.abs(taken_up - rows.T).max() <= TAKEN_UP * np.abs(rows).max() else rows
+    taken_up = (
+        free @ np.linalg.lstsq(free, rows.T, rcond=None)[0]
+        if free.size
+        else np.zeros_like(rows.T)
+    )
+    return (
+        None
+        if np.abs(taken_up - rows.T).max() <= TAKEN_UP * np.abs(rows).max()
+        else rows
+    )
 
 
-def fluctuation(scene: Scene, grid: stages.StageGrid, periods: int, duration: float) -> Array | None:
+def fluctuation(
+    scene: Scene, grid: stages.StageGrid, periods: int, duration: float
+) -> Array | None:
     """Return ``Σ aᵢ cos(2π orderᵢ φ + phaseᵢ)/a₁`` at the stages of some mesh periods, (n, 3), or None.
 
     Parameters
@@ -277,14 +357,21 @@ def fluctuation(scene: Scene, grid: stages.StageGrid, periods: int, duration: fl
     if not harmonics:
         return None
     phase = hunting_grid(grid, periods).phase
-    turned = [2 * np.pi * one.order_at(duration) * phase + one.phase for one in harmonics]
-    waves = [one.amplitude * np.cos(angle) for one, angle in zip(harmonics, turned, strict=True)]
+    turned = [
+        2 * np.pi * one.order_at(duration) * phase + one.phase for one in harmonics
+    ]
+    waves = [
+        one.amplitude * np.cos(angle)
+        for one, angle in zip(harmonics, turned, strict=True)
+    ]
     return np.asarray(sum(waves) / harmonics[0].amplitude)
 
 
 METHODS: dict[str, Callable[[Scene], methods.Method]] = {
     "periodic": lambda scene: methods.Periodic(closed=1e-3 * scene.numerics.tolerance),
     "rk4": lambda scene: methods.RungeKutta4(tolerance=1e-3 * scene.numerics.tolerance),
-    "rk45": lambda scene: methods.RungeKutta45(tolerance=1e-2 * scene.numerics.tolerance),
+    "rk45": lambda scene: methods.RungeKutta45(
+        tolerance=1e-2 * scene.numerics.tolerance
+    ),
     "newmark": lambda scene: methods.Newmark(tolerance=1e-3 * scene.numerics.tolerance),
 }

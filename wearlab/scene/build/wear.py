@@ -45,18 +45,26 @@ class KindParts(NamedTuple):
 
 
 def build_kind(
-    scene: Scene, gears: gear_set.GearSet, kind: gear_set.PairOfSet, analysis: contact.ContactAnalysis
+    scene: Scene,
+    gears: gear_set.GearSet,
+    kind: gear_set.PairOfSet,
+    analysis: contact.ContactAnalysis,
 ) -> KindParts:
     """Return the physics of one kind of mesh; a helix flattens flanks.
 
-    The face load factor K_Hβ puts the load on as much less of the face: wear is that of its busiest part.
+    The face load factor K_Hβ puts the load on as much less of the face: wear is that of
+    its busiest part.
     """
-    pair, position = kind.pair, analysis.grid.position
+    pair = kind.pair
+    position = analysis.grid.position
     width = pair.face_width / scene.mesh.of(kind.section).face_load_factor
     path = wear_path(pair, position, kind.speed, kind.passes, width)
     path = path._replace(equivalent_radius=path.equivalent_radius / gears.helix.cosine)
-    law, film = build_law(scene, pair, path), build_film(scene, pair)
-    return KindParts(pair, analysis, sets.modifications(pair, position), path, law, film)
+    law = build_law(scene, pair, path)
+    film = build_film(scene, pair)
+    return KindParts(
+        pair, analysis, sets.modifications(pair, position), path, law, film
+    )
 
 
 @dataclass(frozen=True)
@@ -83,16 +91,22 @@ class FacePatchSetting(PatchSetting):
     @cached_property
     def half_width(self) -> Array:
         """Hertz's half width of every slice, (n_face, n) [m]."""
-        return contact_half_width(self.reference.reshape(self.line_load.shape), self.path)
+        return contact_half_width(
+            self.reference.reshape(self.line_load.shape), self.path
+        )
 
 
 def joined_kinds(
-    scene: Scene, gears: gear_set.GearSet, kinds: Sequence[KindParts], on_clock: vibration.OnClock
+    scene: Scene,
+    gears: gear_set.GearSet,
+    kinds: Sequence[KindParts],
+    on_clock: vibration.OnClock,
 ) -> Iterator[coupled.MeshKind | FaceKind]:
     """Yield contact and wear of each kind of mesh, over the face where flanks have a width."""
     meshes = on_clock.meshes
     for number, (kind, own) in enumerate(zip(gears.kinds, kinds, strict=True)):
-        mine, law = clock.of_kind(meshes, number), own.law
+        mine = clock.of_kind(meshes, number)
+        law = own.law
         setting = PatchSetting(own.analysis, own.path, law)
         if scene.face_keys:
             face = mesh.build_face_contact(scene, kind, own.analysis, gears.helix)
@@ -102,16 +116,31 @@ def joined_kinds(
         if scene.face_keys:
             yield FaceKind(face, law, patch, {at: meshes[at].lag for at in mine})
             continue
-        grid, where = own.analysis.grid, own.analysis.at_nodes
-        when = tuple(clock.instants_of(grid, meshes[at].lag, where, on_clock.edges) for at in mine)
+        grid = own.analysis.grid
+        where = own.analysis.at_nodes
+        when = tuple(
+            clock.instants_of(grid, meshes[at].lag, where, on_clock.edges)
+            for at in mine
+        )
         yield coupled.MeshKind(own.analysis, law, patch, mine, when)
 
 
 def repeated(path: WearPath, slices: int) -> WearPath:
     """Return the path of a section as that of all slices, one after another."""
-    along = ("curvature", "surface_velocity", "specific_sliding", "arc_weight", "arc", "pressure_angle")
-    wide: dict[str, Any] = {name: np.tile(getattr(path, name), (1, slices)) for name in along}
-    return path._replace(equivalent_radius=np.tile(path.equivalent_radius, slices), **wide)
+    along = (
+        "curvature",
+        "surface_velocity",
+        "specific_sliding",
+        "arc_weight",
+        "arc",
+        "pressure_angle",
+    )
+    wide: dict[str, Any] = {
+        name: np.tile(getattr(path, name), (1, slices)) for name in along
+    }
+    return path._replace(
+        equivalent_radius=np.tile(path.equivalent_radius, slices), **wide
+    )
 
 
 def build_film(scene: Scene, pair: GearPair) -> films.Film | None:
@@ -120,34 +149,55 @@ def build_film(scene: Scene, pair: GearPair) -> films.Film | None:
     if scene.lubricant is None or roughness is None:
         return None
     oil = scene.lubricant
-    assert oil.viscosity is not None and oil.pressure_viscosity is not None  # given, or of its grade
-    return films.Film(oil.viscosity, oil.pressure_viscosity, films.composite_rq(roughness))
+    assert (
+        oil.viscosity is not None and oil.pressure_viscosity is not None
+    )  # given, or of its grade
+    return films.Film(
+        oil.viscosity, oil.pressure_viscosity, films.composite_rq(roughness)
+    )
 
 
 def _roughness(scene: Scene, pair: GearPair) -> tuple[float, float] | None:
-    first, second = (getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears)
+    first, second = (
+        getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears
+    )
     return None if first is None or second is None else (first, second)
 
 
 def build_law(scene: Scene, pair: GearPair, path: WearPath) -> PreparedLaw | None:
     """Return the wear law on the path, None when nothing wears.
 
-    Film thickness over roughness is by the first film that a flank has, else the standard.
+    Film thickness over roughness is by the first film that a flank has, else the
+    standard.
     """
-    wear, roughness, lambda_ratio = scene.wear, _roughness(scene, pair), None
+    wear = scene.wear
+    roughness = _roughness(scene, pair)
+    lambda_ratio = None
     if wear is None or wear.coefficient is None:
         return None
     each = [wear.coefficient_of(gear.name) for gear in pair.gears]
     given = [getattr(scene.gears, gear.name) for gear in pair.gears]
     hardness = [(own.material or scene.gears.material).hardness for own in given]
     warm = getattr(scene.lubricant, "temperature", None)
-    settings = [Setting(path, gear, scene.lubricant, roughness, hardness[gear], warm) for gear in (0, 1)]
-    first, second = (_flank(wear.law, *flank) for flank in zip(each, settings, strict=True))
+    settings = [
+        Setting(path, gear, scene.lubricant, roughness, hardness[gear], warm)
+        for gear in (0, 1)
+    ]
+    first, second = (
+        _flank(wear.law, *flank) for flank in zip(each, settings, strict=True)
+    )
     if scene.lubricant is not None and roughness is not None:
-        film = next(filter(None, (own.film_model for own in each)), coefficients.standard_film())
+        film = next(
+            filter(None, (own.film_model for own in each)), coefficients.standard_film()
+        )
         thickness = film.thickness(settings[0])
-        lambda_ratio = thickness._replace(scale=thickness.scale / films.composite_rq(roughness))
-    return prepare(WearLaw((first, second), lambda_ratio, wear.pressure.factor, wear.projection), path)
+        lambda_ratio = thickness._replace(
+            scale=thickness.scale / films.composite_rq(roughness)
+        )
+    return prepare(
+        WearLaw((first, second), lambda_ratio, wear.pressure.factor, wear.projection),
+        path,
+    )
 
 
 def _flank(law: Any, given: coefficients.CoefficientModel, where: Setting) -> FlankLaw:
@@ -166,7 +216,9 @@ def of_user(variant: slots.Variant, built: Any) -> Any:
     """Return what a variant built; a function of a user's compiles where it can."""
     if variant.origin is None or not isinstance(built, FunctionType):
         return built
-    return compiled.compiled_if_possible(built, f"{variant.origin.file}: {variant.chosen!r}")
+    return compiled.compiled_if_possible(
+        built, f"{variant.origin.file}: {variant.chosen!r}"
+    )
 
 
 def build_load(scene: Scene) -> loads.LoadModel:
@@ -176,38 +228,62 @@ def build_load(scene: Scene) -> loads.LoadModel:
     return scene.wear.load.build(scene.wear.wohler_slope)
 
 
-def flank_entries(flank: str | None, gears: gear_set.GearSet, coupling: coupled.Coupled) -> slice:
-    """Return where a flank's depths lie in the flat state; all of them when no flank is named."""
+def flank_entries(
+    flank: str | None, gears: gear_set.GearSet, coupling: coupled.Coupled
+) -> slice:
+    """Return where a flank's depths lie in the flat state.
+
+    All of them when no flank is named.
+    """
     return slice(None) if flank is None else coupling.entries(*gears.flank(flank))
 
 
 def build_limits(
-    scene: Scene, gears: gear_set.GearSet, coupling: coupled.Coupled, speed: float | None = None,
+    scene: Scene,
+    gears: gear_set.GearSet,
+    coupling: coupled.Coupled,
+    speed: float | None = None,
     passed: tuple[float, float] = (0.0, 0.0),
-) -> limits.Limits:  # fmt: skip
-    """Return where the life ends, in cycles of the reference gear and depth; nowhere if nothing is said.
+) -> limits.Limits:
+    """Return where the life ends, in cycles of the reference gear and depth.
+
+    Nowhere if nothing is said.
 
     Parameters
     ----------
     scene, gears, coupling : the scene and its physics
-    speed : mean speed of the reference gear over time, that of ``gears`` where left out [rad/s]
+    speed : mean speed of the reference gear over time, that of ``gears`` where left out
+        [rad/s]
     passed : cycles and operating time [s] that lie behind
     """
     until: Any = scene.wear.until if scene.wear else None
     if until is None:
         return limits.Limits(None, None, slice(None))
-    turns = (until.cycles, until.mesh_cycles and until.mesh_cycles / gears.reference_teeth)
+    turns = (
+        until.cycles,
+        until.mesh_cycles and until.mesh_cycles / gears.reference_teeth,
+    )
     cycles = [count - passed[0] for count in turns if count is not None]
     if until.hours is not None:
         turned = (gears.speed if speed is None else speed) / (2 * np.pi)
         cycles.append((3600.0 * until.hours - passed[1]) * turned)
-    return limits.Limits(min(cycles, default=None), until.depth, flank_entries(until.flank, gears, coupling))
+    return limits.Limits(
+        min(cycles, default=None),
+        until.depth,
+        flank_entries(until.flank, gears, coupling),
+    )
 
 
-def build_snapshots(scene: Scene, gears: gear_set.GearSet, coupling: coupled.Coupled) -> limits.Snapshots:
+def build_snapshots(
+    scene: Scene, gears: gear_set.GearSet, coupling: coupled.Coupled
+) -> limits.Snapshots:
     """Return the states asked for on the way."""
     asked: Any = scene.wear.snapshots if scene.wear else None
     if asked is None:
         return limits.Snapshots()
-    cycles = tuple(asked.cycles or ()) + tuple(n / gears.reference_teeth for n in asked.mesh_cycles or ())
-    return limits.Snapshots(cycles, tuple(asked.depth or ()), flank_entries(asked.flank, gears, coupling))
+    cycles = tuple(asked.cycles or ()) + tuple(
+        n / gears.reference_teeth for n in asked.mesh_cycles or ()
+    )
+    return limits.Snapshots(
+        cycles, tuple(asked.depth or ()), flank_entries(asked.flank, gears, coupling)
+    )

@@ -24,10 +24,21 @@ def _switch_or_model(value: Any) -> str:
 
 
 def _model(value: Any) -> Any:
-    """Read the name of a film model as its table; what names none is refused as no switch."""
-    if isinstance(value, dict) and set(value) == {"model"} and value["model"] not in FilmModel.slot.variants:
+    """Read the name of a film model as its table.
+
+    What names none is refused as no switch.
+    """
+    if (
+        isinstance(value, dict)
+        and set(value) == {"model"}
+        and value["model"] not in FilmModel.slot.variants
+    ):
         return value["model"]
-    return {"model": value} if isinstance(value, str) and value in FilmModel.slot.variants else value
+    return (
+        {"model": value}
+        if isinstance(value, str) and value in FilmModel.slot.variants
+        else value
+    )
 
 
 Chosen = Annotated[options.Switch, Tag("switch")] | Annotated[FilmModel, Tag("model")]
@@ -42,20 +53,22 @@ def standard_film() -> FilmModel:
 class CoefficientModel(Variant):
     """Any wear coefficient: its film, its scatter, and ``build``.
 
-    ``needs`` names what the scene must say for it: ``lubricant``, ``roughness``, ``lambda_ratio`` (both),
-    ``hardness`` of the flank, ``temperature`` of the oil.
+    ``needs`` names what the scene must say for it: ``lubricant``, ``roughness``,
+    ``lambda_ratio`` (both), ``hardness`` of the flank, ``temperature`` of the oil.
     """
 
     slot: ClassVar[Slot] = Slot("wear.coefficient", __name__)
     per_member: ClassVar[bool] = True
     may_need: ClassVar[tuple[str, ...]] = NEEDS
     needs: ClassVar[tuple[str, ...]] = ()
-    model_error: ClassVar[str] = "usually known within a decade; depth and 1/life are proportional to it"
+    model_error: ClassVar[str] = (
+        "usually known within a decade; depth and 1/life are proportional to it"
+    )
     """How far it is known to be off."""
 
     film: Film = False
-    """whether the oil film lowers the coefficient: by the model named, or by Dowson and Higginson's. Source:
-    L16 after Ding & Kahraman 2007"""
+    """whether the oil film lowers the coefficient: by the model named, or by Dowson and
+    Higginson's. Source: L16 after Ding & Kahraman 2007"""
     factor: Annotated[options.Number, options.NOT_NEGATIVE] = 1.0
     """factor on the coefficient, for scatter"""
 
@@ -75,7 +88,8 @@ class CoefficientModel(Variant):
 
         Returns
         -------
-        PowerOfLoad, or a function of a `FlankState` that returns k at every node, (n,) [m²/N]
+        PowerOfLoad, or a function of a `FlankState` that returns k at every node, (n,)
+        [m²/N]
         """
         raise NotImplementedError(f"{type(self).__name__} has no build")
 
@@ -86,8 +100,9 @@ class ConstantCoefficient(CoefficientModel):
     model: Literal["constant"]
     """constant coefficient. Source: Archard 1953"""
     value: Annotated[options.WearCoefficient, options.NOT_NEGATIVE]
-    """k of Archard's law dh = k p ds: volume worn per force and sliding distance, 1 mm^3/(N*m) = 1e-9 m^2/N;
-    what catalogues and tribometers print in mm^3/(N*m) is this k. Source: L16 Eq. 19"""
+    """k of Archard's law dh = k p ds: volume worn per force and sliding distance, 1
+    mm^3/(N*m) = 1e-9 m^2/N; what catalogues and tribometers print in mm^3/(N*m) is this
+    k. Source: L16 Eq. 19"""
 
     def build(self, setting: Setting) -> PowerOfLoad:
         """Return k everywhere [m²/N]."""
@@ -107,8 +122,8 @@ class HardnessCoefficient(CoefficientModel):
     k: Annotated[options.Number, options.NOT_NEGATIVE]
     """Archard's dimensionless K. Source: B23"""
     hardness: Annotated[options.Hardness, options.POSITIVE] | None = None
-    """hardness H of the wearing flank, such as '60 HRC', '300 HV' or '7 GPa' [that of the gear's material].
-    Source: B23; HRC by ASTM E140, HB by ISO 18265"""
+    """hardness H of the wearing flank, such as '60 HRC', '300 HV' or '7 GPa' [that of
+    the gear's material]. Source: B23; HRC by ASTM E140, HB by ISO 18265"""
 
     @property
     def needs(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -123,7 +138,8 @@ class HardnessCoefficient(CoefficientModel):
 
 
 UNCALIBRATED = 1e-16
-"""Stands in for a wear coefficient that is still to be calibrated: lives tell its scale [m²/N]."""
+"""Stands in for a wear coefficient that is still to be calibrated: lives tell its scale
+[m²/N]."""
 
 
 class CalibrationLife(NamedTuple):
@@ -146,10 +162,13 @@ class CalibrationLife(NamedTuple):
 class CalibratedCoefficient(CoefficientModel):
     """The constant with which these gears have one given life, from unworn flanks."""
 
-    model_error: ClassVar[str] = "from one life; right at that torque and speed, predicted elsewhere"
+    model_error: ClassVar[str] = (
+        "from one life; right at that torque and speed, predicted elsewhere"
+    )
 
     model: Literal["calibrated"]
-    """the constant that reproduces one life; all other lives are predicted with it. Source: W23"""
+    """the constant that reproduces one life; all other lives are predicted with it.
+    Source: W23"""
     life: Annotated[options.Number, options.POSITIVE]
     """life, in cycles. Source: W23 Fig. 12: 1.637e7"""
     depth: Annotated[options.Depth, options.POSITIVE]
@@ -166,16 +185,23 @@ class CalibratedCoefficient(CoefficientModel):
         return same_everywhere(UNCALIBRATED, setting)
 
 
-FACTOR, LOAD, PRESSURE_VISCOSITY, ROUGHNESS = 3.981e29, 1.219, -7.377, 1.589
+FACTOR = 3.981e29
+LOAD = 1.219
+PRESSURE_VISCOSITY = -7.377
+ROUGHNESS = 1.589
 
 
 class JanakiramanCoefficient(CoefficientModel):
-    """A regression over load, pressure-viscosity and roughness; needs oil and both roughnesses."""
+    """A regression over load, pressure-viscosity and roughness.
+
+    Needs oil and both roughnesses.
+    """
 
     needs: ClassVar[tuple[str, ...]] = ("lubricant", "roughness")
 
     model: Literal["janakiraman"]
-    """regression of Janakiraman, Li & Kahraman 2014. Source: W23 Eqs. 40–43, doi:10.1115/1.4027440"""
+    """regression of Janakiraman, Li & Kahraman 2014. Source: W23 Eqs. 40–43,
+    doi:10.1115/1.4027440"""
 
     def build(self, setting: Setting) -> PowerOfLoad:
         """Return the regression as a power of the load [m²/N]."""
@@ -184,7 +210,9 @@ class JanakiramanCoefficient(CoefficientModel):
         return regression(setting.path, setting.lubricant.pressure_viscosity, composite)
 
 
-def regression(path: WearPath, pressure_viscosity: float, roughness: float) -> PowerOfLoad:
+def regression(
+    path: WearPath, pressure_viscosity: float, roughness: float
+) -> PowerOfLoad:
     """Return k along the path as a power of the load [m²/N].
 
     Parameters
@@ -197,6 +225,10 @@ def regression(path: WearPath, pressure_viscosity: float, roughness: float) -> P
     ----------
     Janakiraman, Li & Kahraman 2014, as W23 Eqs. 40–43.
     """
-    E, R = path.contact_modulus, path.equivalent_radius
-    G, S = pressure_viscosity * E, roughness / R
-    return PowerOfLoad(FACTOR / E * (E * R) ** -LOAD * G**PRESSURE_VISCOSITY * S**ROUGHNESS, LOAD)
+    E = path.contact_modulus
+    R = path.equivalent_radius
+    G = pressure_viscosity * E
+    S = roughness / R
+    return PowerOfLoad(
+        FACTOR / E * (E * R) ** -LOAD * G**PRESSURE_VISCOSITY * S**ROUGHNESS, LOAD
+    )

@@ -1,9 +1,9 @@
 """``wear.coefficient.film``: the oil film, its lambda ratio, and the share of wear it leaves.
 
-Dowson and Higginson's line contact, ``h_min/R' = 2.65 U^0.70 G^0.54 W^−0.13`` with ``U = η0 u/(E'R')``,
-``G = α E'``, ``W = w/(E'R')``. **Their E' is ``2/Σ((1 − ν²)/E)`` = 2 E***, not the E' of W23 Eq. 41; the film
-depends on it as E'^−0.03, so the difference is 2 %.
-Source: Dowson, Proc. IMechE 182 (1967) 151–167; PHYSICS §7.
+Dowson and Higginson's line contact, ``h_min/R' = 2.65 U^0.70 G^0.54 W^−0.13`` with ``U
+= η0 u/(E'R')``, ``G = α E'``, ``W = w/(E'R')``. **Their E' is ``2/Σ((1 − ν²)/E)`` = 2
+E***, not the E' of W23 Eq. 41; the film depends on it as E'^−0.03, so the difference is
+2 %. Source: Dowson, Proc. IMechE 182 (1967) 151–167; PHYSICS §7.
 
 A file beside this one adds another.
 """
@@ -20,8 +20,8 @@ from wearlab.wear.path import WearPath, rolling_velocity
 from wearlab.wear.setting import NEEDS, PowerOfLoad, Setting
 
 LIGHTEST_LOAD = 1e-8
-"""Dimensionless load W below which the film no longer grows (the regression's contact is elastic): keeps an
-unloaded node finite."""
+"""Dimensionless load W below which the film no longer grows (the regression's contact
+is elastic): keeps an unloaded node finite."""
 
 RQ_OVER_RA = 1.25
 """Assumed ratio of RMS to mean roughness (PHYSICS §7)."""
@@ -43,14 +43,17 @@ class Film(NamedTuple):
 
     def along(self, path: WearPath) -> PowerOfLoad:
         """Return the film thickness along the path as a power of the load per unit length [m]."""
-        E, R = 2.0 * path.contact_modulus, path.equivalent_radius
+        E = 2.0 * path.contact_modulus
+        R = path.equivalent_radius
         U = self.viscosity * np.abs(rolling_velocity(path)) / (E * R)
         G = self.pressure_viscosity * E
         return PowerOfLoad(2.65 * R * U**0.70 * G**0.54 * (E * R) ** 0.13, -0.13)
 
 
 def composite_rq(roughness_ra: ArrayLike) -> float:
-    """Return √(R_q1² + R_q2²) with R_q = 1.25 R_a (assumed) [m]; ``roughness_ra`` (2,) [m].
+    """Return √(R_q1² + R_q2²) with R_q = 1.25 R_a (assumed) [m].
+
+    ``roughness_ra`` (2,) [m].
 
     References
     ----------
@@ -66,11 +69,15 @@ def lightest_load(path: WearPath) -> Array:
     ----------
     Dowson & Higginson 1966, for W.
     """
-    return np.asarray(LIGHTEST_LOAD * 2.0 * path.contact_modulus * path.equivalent_radius)
+    return np.asarray(
+        LIGHTEST_LOAD * 2.0 * path.contact_modulus * path.equivalent_radius
+    )
 
 
 def film_thickness(film: Film, path: WearPath, force: ArrayLike) -> Array:
-    """Return the minimum film thickness of Dowson and Higginson, (n,) [m]; 0 at standstill.
+    """Return the minimum film thickness of Dowson and Higginson, (n,) [m].
+
+    0 at standstill.
 
     Parameters
     ----------
@@ -82,16 +89,23 @@ def film_thickness(film: Film, path: WearPath, force: ArrayLike) -> Array:
     ----------
     Dowson & Higginson 1966; Dowson, Proc. IMechE 182 (1967) 151–167.
     """
-    return film.along(path).at(np.maximum(np.asarray(force, float) / path.face_width, lightest_load(path)))
+    return film.along(path).at(
+        np.maximum(np.asarray(force, float) / path.face_width, lightest_load(path))
+    )
 
 
 def film_factor(lambda_ratio: ArrayLike) -> Array:
     """Return the share of wear the film leaves: 1 to λ = ½, (2/7)(4 − λ), 0 from λ = 4 (L16 Eq. 27)."""
-    return np.asarray(np.clip((2.0 / 7.0) * (4.0 - np.asarray(lambda_ratio, float)), 0.0, 1.0))
+    return np.asarray(
+        np.clip((2.0 / 7.0) * (4.0 - np.asarray(lambda_ratio, float)), 0.0, 1.0)
+    )
 
 
 class FilmModel(Variant):
-    """Any film: its thickness under a load, and the share of wear it leaves; needs oil and roughnesses."""
+    """Any film: its thickness under a load, and the share of wear it leaves.
+
+    Needs oil and roughnesses.
+    """
 
     slot: ClassVar[Slot] = Slot("wear.coefficient.film", __name__)
     may_need: ClassVar[tuple[str, ...]] = NEEDS
@@ -101,7 +115,9 @@ class FilmModel(Variant):
         """Return the film thickness along the path as a power of the load, by Dowson and Higginson [m]."""
         oil = setting.lubricant
         assert setting.roughness is not None
-        film = Film(oil.viscosity, oil.pressure_viscosity, composite_rq(setting.roughness))
+        film = Film(
+            oil.viscosity, oil.pressure_viscosity, composite_rq(setting.roughness)
+        )
         return film.along(setting.path)
 
     def build(self, setting: Setting) -> Callable[[Array], Array]:

@@ -12,7 +12,15 @@ from pydantic import ConfigDict, ValidationInfo
 from pydantic.json_schema import SkipJsonSchema
 
 from wearlab import arrays, table_options
-from wearlab.options import NOT_NEGATIVE, POSITIVE, Alternatives, Depth, Length, Part, option
+from wearlab.options import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Alternatives,
+    Depth,
+    Length,
+    Part,
+    option,
+)
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
@@ -27,7 +35,8 @@ Array = arrays.Array
 class InitialModel(Variant):
     """Any wear of one gear's flanks before the first cycle.
 
-    ``by_law`` says that the wear law of the scene makes it, so that only a run finds out its course.
+    ``by_law`` says that the wear law of the scene makes it, so that only a run finds
+    out its course.
     """
 
     slot: ClassVar[Slot] = Slot("wear.initial", __name__, "shape", default="worn")
@@ -36,7 +45,8 @@ class InitialModel(Variant):
     by_law: ClassVar[bool] = False
 
     sides: Literal["drive", "both"] = "drive"
-    """which flanks of each tooth carry it; wear of both thins its section. Source: Y23"""
+    """which flanks of each tooth carry it; wear of both thins its section. Source:
+    Y23"""
 
     @property
     def thins_teeth(self) -> bool:
@@ -48,7 +58,10 @@ class InitialModel(Variant):
         if self.sides == "both":
             yield "initial wear of back flanks is not part of the back contact"
             if self.by_law:
-                said = "back flanks worn by the wear law do not thin the teeth; give a shape or a file"
+                said = (
+                    "back flanks worn by the wear law do not thin the teeth; give a "
+                    "shape or a file"
+                )
                 yield f"wear.initial.{flank}: {said}"
 
     def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
@@ -66,7 +79,9 @@ class InitialModel(Variant):
         """
         raise NotImplementedError(f"{type(self).__name__} has no at_nodes")
 
-    def over_face(self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank") -> Array:
+    def over_face(
+        self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank"
+    ) -> Array:
         """Return its depth along the flank normal at all slices of a face, (n_face, n) [m].
 
         Parameters
@@ -78,7 +93,17 @@ class InitialModel(Variant):
         return np.broadcast_to(depth, (len(flank.position), len(depth)))
 
 
-OF_FILES = ("file", "x", "y", "direction", "units", "columns", "zero", "smooth", "continuation")
+OF_FILES = (
+    "file",
+    "x",
+    "y",
+    "direction",
+    "units",
+    "columns",
+    "zero",
+    "smooth",
+    "continuation",
+)
 
 
 class ShapedWear(InitialModel):
@@ -100,7 +125,11 @@ class WornByLaw(ShapedWear):
 
     def identifying(self) -> dict[str, Any]:
         """Leave out the shape, which goes without saying."""
-        return {key: value for key, value in super().identifying().items() if key != self.chooser}
+        return {
+            key: value
+            for key, value in super().identifying().items()
+            if key != self.chooser
+        }
 
 
 class UniformWear(ShapedWear):
@@ -150,7 +179,10 @@ class ProfileUnits(Part):
 
 
 class MeasuredWear(InitialModel):
-    """Wear of one gear's flanks as measured; the file's contents, not its path, are part of the scene."""
+    """Wear of one gear's flanks as measured.
+
+    The file's contents, not its path, are part of the scene.
+    """
 
     model_config = ConfigDict(json_schema_extra={"required": ["file"]})
     implied_by: ClassVar[frozenset[str]] = frozenset({"file", "ordinate"})
@@ -158,30 +190,35 @@ class MeasuredWear(InitialModel):
     shape: Literal["measured"] = option("measured", identity=False)
     """as a file says"""
     file: str | None = option(None, identity=False)
-    """table with columns diameter, roll_angle, roll_length or path_position, and depth or deviation, as
-    machines write it: any separator, decimal sign, encoding and preamble (see `wearlab profile`); with
-    face_position, from mid-face, a topography, profile after profile, and with that alone a lead [required in
-    a campaign file]"""
-    x: Literal["diameter", "roll_angle", "roll_length", "path_position", "face_position"] = option(None)
+    """table with columns diameter, roll_angle, roll_length or path_position, and depth
+    or deviation, as machines write it: any separator, decimal sign, encoding and
+    preamble (see `wearlab profile`); with face_position, from mid-face, a topography,
+    profile after profile, and with that alone a lead [required in a campaign file]"""
+    x: Literal[
+        "diameter", "roll_angle", "roll_length", "path_position", "face_position"
+    ] = option(None)
     """column that says where on the flank [the one the file has]"""
     y: Literal["depth", "deviation"] = option(None)
-    """column that says how much: wear depth, positive; or the deviation a measuring machine prints,
-    −(modifications + wear) [the one the file has]"""
+    """column that says how much: wear depth, positive; or the deviation a measuring
+    machine prints, −(modifications + wear) [the one the file has]"""
     direction: Literal["normal", "tooth-thickness"] = "normal"
-    """direction of the values: along the flank normal, or across the tooth. Source: Y23 Eq. 19"""
+    """direction of the values: along the flank normal, or across the tooth. Source: Y23
+    Eq. 19"""
     units: ProfileUnits | None = option(None, identity=False)
     """units of the columns [those in the file's headers]"""
     columns: dict[str, str] | None = option(None, identity=False)
-    """headers of the file where they are others, such as { deviation = 'Abweichung' } [by their names]"""
+    """headers of the file where they are others, such as { deviation = 'Abweichung' }
+    [by their names]"""
     continuation: Literal["refuse", "hold", "slope", "zero"] = "refuse"
-    """beyond what was measured, where that is less than the active flank: refused, the last value, the last
-    slope, or unworn. Source: wearlab"""
+    """beyond what was measured, where that is less than the active flank: refused, the
+    last value, the last slope, or unworn. Source: wearlab"""
     zero: Literal["as-measured", "max", "pitch", "tip", "root", "line"] = "as-measured"
-    """what counts as unworn: the values as they are; the highest point; the pitch point; the tip or root
-    end of the active flank; the line along the path that touches the profile on both sides of the pitch
-    point, which takes out a tilt"""
+    """what counts as unworn: the values as they are; the highest point; the pitch
+    point; the tip or root end of the active flank; the line along the path that touches
+    the profile on both sides of the pitch point, which takes out a tilt"""
     smooth: Annotated[Length, POSITIVE] | None = None
-    """window along the path of a local parabola [through every point]. Source: Cleveland 1979"""
+    """window along the path of a local parabola [through every point]. Source:
+    Cleveland 1979"""
     abscissa: SkipJsonSchema[tuple[float, ...]]
     """x in SI, from the file"""
     ordinate: SkipJsonSchema[tuple[float, ...]]
@@ -191,7 +228,9 @@ class MeasuredWear(InitialModel):
 
     @classmethod
     def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        return table_options.read_profile(given, (info.context or {}).get("base_directory"))
+        return table_options.read_profile(
+            given, (info.context or {}).get("base_directory")
+        )
 
     def flags(self, flank: str) -> Iterator[str]:
         """Yield what a run must say of it, in words."""
@@ -199,7 +238,10 @@ class MeasuredWear(InitialModel):
         if self.file is not None:
             yield f"initial wear of {flank}: as measured in {Path(self.file).name}"
         if self.continuation != "refuse":
-            yield f"initial wear of {flank}: beyond what was measured continued by {self.continuation!r}"
+            yield (
+                f"initial wear of {flank}: beyond what was measured continued by "
+                f"{self.continuation!r}"
+            )
 
     @property
     def over_the_face(self) -> bool:
@@ -212,7 +254,9 @@ class MeasuredWear(InitialModel):
 
         return measured(self._profile(pair, gear, slice(None)), pair, gear, position)
 
-    def over_face(self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank") -> Array:
+    def over_face(
+        self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank"
+    ) -> Array:
         """Return the depth at all slices, less what was taken off on purpose, (n_face, n) [m]."""
         from wearlab.wear.measured_profile import nodal, over_face
 
@@ -220,28 +264,49 @@ class MeasuredWear(InitialModel):
             return super().over_face(pair, gear, position, flank)
         if self.x == "face_position":
             rising = np.argsort(self.abscissa, kind="stable")
-            y, depth = (np.asarray(column, float)[rising] for column in (self.abscissa, self.ordinate))
+            y = np.asarray(self.abscissa, float)[rising]
+            depth = np.asarray(self.ordinate, float)[rising]
             if self.y == "deviation":
                 depth = -depth - flank.lead.removed(y, [0.5], flank.width)[:, 0]
             each = np.repeat(depth[:, None], len(position), axis=1)
         else:
             rows = table_options.traces(self.across, len(self.abscissa))
-            profiles = [self._profile(pair, gear, own, flank, place) for place, own in rows.items()]
-            y, each = np.array(list(rows)), np.stack([nodal(one, pair, gear, position) for one in profiles])
-        return over_face(y, each, pair.gears[gear].name, flank, (self.zero, self.continuation))
+            profiles = [
+                self._profile(pair, gear, own, flank, place)
+                for place, own in rows.items()
+            ]
+            y = np.array(list(rows))
+            each = np.stack([nodal(one, pair, gear, position) for one in profiles])
+        return over_face(
+            y, each, pair.gears[gear].name, flank, (self.zero, self.continuation)
+        )
 
     def _profile(
-        self, pair: "GearPair", gear: int, rows: Any, flank: "SlicedFlank | None" = None, place: float = 0.0
+        self,
+        pair: "GearPair",
+        gear: int,
+        rows: Any,
+        flank: "SlicedFlank | None" = None,
+        place: float = 0.0,
     ) -> "MeasuredProfile":
         """Return the rows of one profile, of a topography that at a place on the face."""
         from wearlab.wear.measured_profile import MeasuredProfile, path_position
 
-        abscissa, depth = np.asarray(self.abscissa, float)[rows], np.asarray(self.ordinate, float)[rows]
+        abscissa = np.asarray(self.abscissa, float)[rows]
+        depth = np.asarray(self.ordinate, float)[rows]
         x: Any = self.x
         if self.y == "deviation":
-            where = np.clip(path_position(pair, gear, x, abscissa), pair.path.A, pair.path.E)
-            depth = -depth - pair.modification(gear, where) * (1.0 if flank is None else flank.cosine)
+            where = np.clip(
+                path_position(pair, gear, x, abscissa), pair.path.A, pair.path.E
+            )
+            depth = -depth - pair.modification(gear, where) * (
+                1.0 if flank is None else flank.cosine
+            )
             if flank is not None:
-                depth -= flank.lead.removed([place], pair.from_root(gear, where), flank.width)[0]
+                depth -= flank.lead.removed(
+                    [place], pair.from_root(gear, where), flank.width
+                )[0]
         across = self.direction == "tooth-thickness"
-        return MeasuredProfile(x, abscissa, depth, across, self.zero, self.smooth, self.continuation)
+        return MeasuredProfile(
+            x, abscissa, depth, across, self.zero, self.smooth, self.continuation
+        )

@@ -14,8 +14,9 @@ from wearlab.wear.setting import NEEDS, FlankState, Setting
 class LawModel(Variant):
     """Any wear law.
 
-    ``needs`` names what the scene must say for it, as of a `CoefficientModel`; ``proportional`` says whether
-    its rate is proportional to the wear coefficient, so that one life tells the coefficient.
+    ``needs`` names what the scene must say for it, as of a `CoefficientModel`;
+    ``proportional`` says whether its rate is proportional to the wear coefficient, so
+    that one life tells the coefficient.
     """
 
     slot: ClassVar[Slot] = Slot("wear.law", __name__, default="archard")
@@ -24,7 +25,9 @@ class LawModel(Variant):
     proportional: ClassVar[bool] = False
 
     def build(self, setting: Setting) -> Callable[[FlankState], Array] | None:
-        """Return the wear depth per cycle as a function of a flank's state; None for Archard's own kernel.
+        """Return the wear depth per cycle as a function of a flank's state.
+
+        None for Archard's own kernel.
 
         Parameters
         ----------
@@ -32,7 +35,8 @@ class LawModel(Variant):
 
         Returns
         -------
-        a function of a `FlankState` to the depth along the normal at every node, (n,) [m per cycle], ≥ 0
+        a function of a `FlankState` to the depth along the normal at every node, (n,)
+        [m per cycle], ≥ 0
         """
         raise NotImplementedError(f"{type(self).__name__} has no build")
 

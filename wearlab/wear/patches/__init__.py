@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 class PatchModel(Variant):
     """Any contact patch."""
 
-    slot: ClassVar[Slot] = Slot("wear.contact_patch", __name__, default="elastic", by_name=True)
+    slot: ClassVar[Slot] = Slot(
+        "wear.contact_patch", __name__, default="elastic", by_name=True
+    )
 
     def build(self, setting: "PatchSetting") -> "Patch | None":
         """Return the patch of one kind of mesh, None where wear is taken point by point."""
@@ -64,13 +66,20 @@ class ElasticPatch(PatchModel):
     """spread, felt and levelled. Source: Johnson 1985"""
 
     def build(self, setting: "PatchSetting") -> "Patch":
-        """Return the patch; where nothing wears on, what is worn is felt all the same."""
+        """Return the patch.
+
+        Where nothing wears on, what is worn is felt all the same.
+        """
         from wearlab.wear.law import wear_rate
         from wearlab.wear.levelling import elastic
         from wearlab.wear.patch import two_way
 
-        law, path, reference = setting.law, setting.path, setting.reference
+        law = setting.law
+        path = setting.path
+        reference = setting.reference
         if law is None or not reference.any():
             return two_way(setting.half_width, path)
         sliding = wear_rate(law, reference) * path.face_width / reference
-        return elastic(setting.half_width, reference, sliding, wear_rate(law, setting.static), path)
+        return elastic(
+            setting.half_width, reference, sliding, wear_rate(law, setting.static), path
+        )

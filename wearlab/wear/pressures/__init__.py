@@ -10,7 +10,10 @@ from wearlab.slots import Slot, Variant
 
 
 class PressureModel(Variant):
-    """Any pressure of Hertz's ellipse; ``factor`` is its ratio to the mean pressure [1]."""
+    """Any pressure of Hertz's ellipse.
+
+    ``factor`` is its ratio to the mean pressure [1].
+    """
 
     slot: ClassVar[Slot] = Slot("wear.pressure", __name__, default="mean", by_name=True)
     factor: ClassVar[float]

@@ -15,7 +15,9 @@ from wearlab.wear.path import WearPath
 class ProjectionModel(Variant):
     """Any direction of the depth."""
 
-    slot: ClassVar[Slot] = Slot("wear.projection", __name__, default="normal", by_name=True)
+    slot: ClassVar[Slot] = Slot(
+        "wear.projection", __name__, default="normal", by_name=True
+    )
 
     def factor(self, path: WearPath) -> Array:
         """Return the depth over that along the flank normal, (2, n) [1]."""
@@ -36,7 +38,8 @@ class NormalProjection(ProjectionModel):
 class OverCosine(ProjectionModel):
     """Depth ``h/cos α``.
 
-    It overstates the depth, by 4 % at the pitch point and 15 % at the tip of W23's sun (PHYSICS §1).
+    It overstates the depth, by 4 % at the pitch point and 15 % at the tip of W23's sun
+    (PHYSICS §1).
     """
 
     model: Literal["over-cosine"] = "over-cosine"
