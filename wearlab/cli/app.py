@@ -92,7 +92,8 @@ def command(name: str | None = None) -> Callable[[Function], Function]:
 
     def register(function: Function) -> Function:
         text, _, listed = str(getdoc(function)).partition(LISTED)
-        told = SHARED | dict(line.split(" : ", 1) for line in listed.splitlines())
+        entries = re.sub(r"\n +", " ", listed).splitlines()
+        told = SHARED | dict(entry.split(" : ", 1) for entry in entries)
         hints = get_type_hints(function)
         options = []
         for key, parameter in signature(function).parameters.items():
