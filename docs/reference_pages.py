@@ -277,7 +277,7 @@ PROVED = (
     "accuracy",
     "updating",
     "validation",
-    "shop",
+    "materials",
 )
 
 

@@ -14,13 +14,14 @@ TOP = Path(__file__).parents[1]
 PACKAGE = TOP / "wearlab"
 MEANING = {
     "options": "units, options, slots",
-    "shop": "words of the shop",
+    "materials": "steels, plastics, oils",
     "gears": "shape of gears",
     "mesh": "contact, stiffness",
     "dynamics": "motion, forces",
     "wear": "laws, films",
     "life": "loop over cycles",
-    "scene": "tables to variants",
+    "scene": "tables to options",
+    "assembly": "options to physics",
     "simulation": "labelled datasets",
     "gradients": "derivatives",
     "query": "questions",

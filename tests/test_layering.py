@@ -23,7 +23,7 @@ ROAD = (
         "files",
         "compiled",
         "nearest",
-        "shop",
+        "materials",
         "units",
         "options",
         "slots",
@@ -39,6 +39,7 @@ ROAD = (
         "wear",
         "life",
         "scene",
+        "assembly",
         "simulation",
         "gradients",
     ),
@@ -257,12 +258,10 @@ def variants() -> tuple[str, ...]:
 def test_sections_are_free_of_physics():
     """Of physics, sections know options of variants and kinds of sets.
 
-    Only ``scene/build`` knows more.
+    Only ``assembly`` knows more.
     """
     sections = [
-        both
-        for both in taken_by("scene")
-        if not both[0].startswith("wearlab.scene.build")
+        both for both in taken_by("scene") if not both[0].startswith("wearlab.assembly")
     ]
     assert len(sections) > 100
     rooms = {
@@ -280,7 +279,7 @@ def test_sections_are_free_of_physics():
     assert [
         b
         for b in beyond
-        if room(b[1]) in PHYSICS or b[1].startswith("wearlab.scene.build")
+        if room(b[1]) in PHYSICS or b[1].startswith("wearlab.assembly")
     ] == []
 
 

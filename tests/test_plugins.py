@@ -14,12 +14,12 @@ import pytest
 
 import wearlab
 import wearlab as wl
+from wearlab.assembly import build
 from wearlab.campaign import CampaignError, load
 from wearlab.cli.app import status_of
 from wearlab.compiled import SlowFunction
 from wearlab.plugins import PluginError, Sort, Trust, declaration, forget, trusting, use
 from wearlab.scene import Scene, SceneError
-from wearlab.scene.build import build
 from wearlab.slots import VariantError
 from wearlab.store import Store
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wearlab import units
-from wearlab.shop.materials import SCALES
+from wearlab.materials.grades import SCALES
 from wearlab.units import KINDS, USUAL, UnitError, convert, is_quantity, quantity, split
 
 

@@ -18,7 +18,7 @@ from numbers import Real
 from pathlib import Path
 from typing import Any, NamedTuple, TypeGuard, TypeVar
 
-from wearlab.shop.materials import SCALES, HardnessError, pressure_of
+from wearlab.materials.grades import SCALES, HardnessError, pressure_of
 
 _ROOTS = tomllib.loads((Path(__file__).parent / "units.toml").read_text("utf-8"))
 USUAL = {

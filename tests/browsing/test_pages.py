@@ -13,8 +13,8 @@ from fake_campaign import alter, filled, sweep
 from wearlab.browsing import listing, recorded
 from wearlab.query import QueryError
 from wearlab.store import StoreError
+from wearlab.store.locks import ReachedCycle
 from wearlab.store.outcome import Outcome
-from wearlab.store.presence import ReachedCycle
 
 copy = pytest.importorskip(
     "wearlab.browsing.pages", reason="wearlab[browse] is not installed"

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from wearlab.assembly.sets import build_set
 from wearlab.campaign import CampaignError, load
 from wearlab.campaign.case import CaseValues
-from wearlab.scene.build.sets import build_set
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
@@ -126,7 +126,7 @@ def test_speed_ratio_is_speed_over_the_first_critical_one(study):
 
 
 def built_pair(scene):
-    from wearlab.scene.build.sets import build_pair
+    from wearlab.assembly.sets import build_pair
 
     return build_pair(scene)
 

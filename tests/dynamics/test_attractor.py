@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.dynamics.orbits.coexisting import KEPT, Attractor
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.response import Response, step_forces
-from wearlab.dynamics.orbits.shooting import Shooting
+from wearlab.dynamics.steady.coexisting import KEPT, Attractor
+from wearlab.dynamics.steady.periodic import Periodic
+from wearlab.dynamics.steady.response import Response, step_forces
+from wearlab.dynamics.steady.shooting import Shooting
 
 PAIR = BenchmarkPair()
 LIGHT = PAIR._replace(

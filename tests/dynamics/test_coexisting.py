@@ -7,8 +7,9 @@ import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 from scipy.integrate import solve_ivp
 
+from wearlab.assembly import build
 from wearlab.campaign import load
-from wearlab.dynamics.orbits.coexisting import (
+from wearlab.dynamics.steady.coexisting import (
     ADDED,
     LONG,
     MOST_RELEASES,
@@ -19,10 +20,9 @@ from wearlab.dynamics.orbits.coexisting import (
     Tries,
     coexisting,
 )
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.response import Response, step_forces
-from wearlab.dynamics.orbits.shooting import Shooting
-from wearlab.scene.build import build
+from wearlab.dynamics.steady.periodic import Periodic
+from wearlab.dynamics.steady.response import Response, step_forces
+from wearlab.dynamics.steady.shooting import Shooting
 
 PAIR = BenchmarkPair()
 LIGHT = PAIR._replace(

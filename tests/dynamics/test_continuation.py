@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.dynamics.orbits.continuation import Continuation, MeshAt
-from wearlab.dynamics.orbits.shooting import Shooting
+from wearlab.dynamics.steady.continuation import Continuation, MeshAt
+from wearlab.dynamics.steady.shooting import Shooting
 
 RPM = np.pi / 30.0
 PAIR = BenchmarkPair(mesh_damping=400.0)

@@ -14,8 +14,8 @@ from scipy.integrate import quad, solve_ivp
 from wearlab.dynamics.forces.energy import energy_balance
 from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.dynamics.methods import Newmark, RungeKutta4, RungeKutta45
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.shooting import Shooting
+from wearlab.dynamics.steady.periodic import Periodic
+from wearlab.dynamics.steady.shooting import Shooting
 from wearlab.mesh.damping import apart_force, contact_force
 from wearlab.mesh.damping_laws import MeshesInOperation
 from wearlab.mesh.damping_laws.hunt_crossley import HuntCrossleyDamping

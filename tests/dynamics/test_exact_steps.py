@@ -28,23 +28,23 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
+from wearlab.assembly.vibration import patient
 from wearlab.dynamics.forces.energy import energy_balance, nominal_speeds
 from wearlab.dynamics.forces.mesh_forces import extremes
-from wearlab.dynamics.methods import Newmark
-from wearlab.dynamics.orbits.integrate import OnTables
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.response import Response, deflection_at, step_forces
-from wearlab.dynamics.orbits.shooting import Shooting
-from wearlab.dynamics.steps.count import (
+from wearlab.dynamics.integrators.count import (
     exact_steps_per_period,
     graded_steps,
     steps_per_period,
 )
-from wearlab.dynamics.steps.kernel import Dense, Propagated, kernel_of
-from wearlab.dynamics.steps.propagator import GRID, propagator_of
+from wearlab.dynamics.integrators.kernel import Dense, Propagated, kernel_of
+from wearlab.dynamics.integrators.propagator import GRID, propagator_of
+from wearlab.dynamics.methods import Newmark
+from wearlab.dynamics.steady.integrate import OnTables
+from wearlab.dynamics.steady.periodic import Periodic
+from wearlab.dynamics.steady.response import Response, deflection_at, step_forces
+from wearlab.dynamics.steady.shooting import Shooting
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables, stage_grid
-from wearlab.scene.build.vibration import patient
 
 
 def segments(middle_law: Any, y: np.ndarray) -> np.ndarray:

@@ -11,9 +11,9 @@ from plain_planetary import BREAKS, PERIOD, pairs, planetary, tables, torsional
 from scipy.integrate import solve_ivp
 
 from wearlab.dynamics.forces.mesh_forces import extremes
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.response import Response, deflection_at
-from wearlab.dynamics.orbits.shooting import Shooting
+from wearlab.dynamics.steady.periodic import Periodic
+from wearlab.dynamics.steady.response import Response, deflection_at
+from wearlab.dynamics.steady.shooting import Shooting
 from wearlab.mesh.stages import stage_grid
 
 AMPLITUDE = 1e-6

@@ -15,14 +15,14 @@ from wearlab.dynamics.methods import (
     RungeKutta4,
     RungeKutta45,
 )
-from wearlab.dynamics.orbits.response import (
+from wearlab.dynamics.spur import Meshing, Paired, PairFriction, spur_3dof
+from wearlab.dynamics.steady.response import (
     Response,
     deflection_at,
     friction_forces,
     step_forces,
 )
-from wearlab.dynamics.orbits.shooting import Shooting
-from wearlab.dynamics.spur import Meshing, Paired, PairFriction, spur_3dof
+from wearlab.dynamics.steady.shooting import Shooting
 from wearlab.dynamics.supports import MemberSupport
 from wearlab.dynamics.system import System
 from wearlab.mesh.gear_set import Body

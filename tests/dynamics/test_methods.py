@@ -11,8 +11,8 @@ from wearlab.dynamics.methods import (
     RungeKutta4,
     RungeKutta45,
 )
-from wearlab.dynamics.orbits.integrate import remaining_change
-from wearlab.dynamics.orbits.response import deflection_at
+from wearlab.dynamics.steady.integrate import remaining_change
+from wearlab.dynamics.steady.response import deflection_at
 
 PAIR = BenchmarkPair()
 SEPARATING = PAIR._replace(amplitude=6e-6)

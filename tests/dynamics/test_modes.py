@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from benchmark_pair import BASE_RADIUS, BenchmarkPair, mesh_period
 
+from wearlab.dynamics.integrators.count import fastest_rate, steps_per_period
 from wearlab.dynamics.modes import critical_speeds, modes
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.response import deflection_at
 from wearlab.dynamics.spur import Meshing, Paired, torsional
-from wearlab.dynamics.steps.count import fastest_rate, steps_per_period
+from wearlab.dynamics.steady.periodic import Periodic
+from wearlab.dynamics.steady.response import deflection_at
 from wearlab.mesh.gear_set import Body
 
 RPM = 30.0 / np.pi

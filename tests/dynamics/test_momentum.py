@@ -14,7 +14,7 @@ from wearlab.dynamics.forces.mesh_forces import (
     mean_over_period,
     within_steps,
 )
-from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.scene import Scene
 from wearlab.simulation import simulate

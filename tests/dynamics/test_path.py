@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from wearlab.dynamics.orbits.response import Path, path
+from wearlab.dynamics.steady.response import Path, path
 
 STEPS = np.array([0.1, 0.1, 0.3, 0.3])
 ENDS = np.r_[0.0, np.cumsum(STEPS)]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.response import Response, deflection_at, step_forces
-from wearlab.dynamics.orbits.shooting import Shooting
+from wearlab.dynamics.steady.periodic import Periodic
+from wearlab.dynamics.steady.response import Response, deflection_at, step_forces
+from wearlab.dynamics.steady.shooting import Shooting
 from wearlab.mesh.stages import StageGrid, StageTables
 
 PAIR = BenchmarkPair()

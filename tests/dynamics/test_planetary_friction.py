@@ -16,9 +16,9 @@ from planetary_arguments import rigid_set, rotating, translating
 from scipy.integrate import solve_ivp
 
 from wearlab.dynamics.forces.energy import energy_balance
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.response import Counts, Response, Verdict, accelerations
 from wearlab.dynamics.rigid import MESHES, RigidSet, balanced_torques
+from wearlab.dynamics.steady.periodic import Periodic
+from wearlab.dynamics.steady.response import Counts, Response, Verdict, accelerations
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables, stage_grid
 

@@ -7,9 +7,9 @@ import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 from scipy.linalg import eigh
 
-from wearlab.dynamics.orbits.coexisting import AMPLITUDE, releases
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.response import Response
+from wearlab.dynamics.steady.coexisting import AMPLITUDE, releases
+from wearlab.dynamics.steady.periodic import Periodic
+from wearlab.dynamics.steady.response import Response
 
 DEFLECTION = 1e-5
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.response import (
+from wearlab.dynamics.steady.periodic import Periodic
+from wearlab.dynamics.steady.response import (
     Response,
     accelerations,
     coordinates_at,

@@ -17,7 +17,7 @@ from wearlab.query import QueryError
 from wearlab.runner import running
 from wearlab.store import Store, StoreError
 from wearlab.store.files import hash_of
-from wearlab.store.presence import alive
+from wearlab.store.locks import alive
 
 
 @pytest.fixture

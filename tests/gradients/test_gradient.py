@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import wearlab as wl
+from wearlab.assembly import build
 from wearlab.dynamics.forces.mesh_forces import extremes
-from wearlab.dynamics.orbits.shooting import Shooting
+from wearlab.dynamics.steady.shooting import Shooting
 from wearlab.gradients.derivatives import VALUES
-from wearlab.gradients.lived import LivedSteps, frozen, number
+from wearlab.gradients.replayed_life import LivedSteps, frozen, number
 from wearlab.scene import Scene
-from wearlab.scene.build import build
 from wearlab.simulation import simulate
 
 WORN = Scene.from_mapping(

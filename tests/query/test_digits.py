@@ -7,9 +7,9 @@ from random import Random
 import numpy as np
 import pytest
 
+from wearlab.materials.grades import SCALES
 from wearlab.query import Key, Vocabulary, read_condition
 from wearlab.query.evaluate import COMPARED, alike, index_of_quantity, met
-from wearlab.shop.materials import SCALES
 from wearlab.units import KINDS, UnitError, convert, quantity, rounded
 
 TOUR = (Path(__file__).parents[2] / "docs" / "tour.md").read_text().replace("\\*", "*")

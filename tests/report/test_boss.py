@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 
+from wearlab.assembly.sheet import thickness
 from wearlab.campaign.campaign import PARTS, ReportSpec
 from wearlab.campaign.inheritance import CampaignError, modelled
 from wearlab.gears.outline import drawing, half_tooth
@@ -13,7 +14,6 @@ from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.report.answer import CaseTold, _axis_name, _deepest_point, _sentences
 from wearlab.report.page import FOLDER
-from wearlab.scene.build.sheet import thickness
 
 
 def pair(teeth=(25, 40)):

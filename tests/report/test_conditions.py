@@ -7,11 +7,11 @@ import pytest
 from made_up import put, run
 
 import wearlab as wl
+from wearlab.assembly.parts import build
+from wearlab.assembly.sheet import sheet
 from wearlab.campaign.reading import campaign_of
 from wearlab.report.answer import answer, conditions
 from wearlab.report.page import report
-from wearlab.scene.build.parts import build
-from wearlab.scene.build.sheet import sheet
 from wearlab.store import Store
 
 CAMPAIGNS = Path(wl.__file__).parents[1] / "campaigns"

@@ -12,7 +12,7 @@ import wearlab
 from wearlab.runner import Interrupted
 from wearlab.runner.progress import Lines
 from wearlab.store import Store
-from wearlab.store.presence import Checkpoints
+from wearlab.store.locks import Checkpoints
 
 
 def run(campaign, store, **options):

@@ -5,10 +5,10 @@ import copy
 import numpy as np
 import pytest
 
+from wearlab.assembly.sets import build_set
+from wearlab.assembly.sheet import sheet
+from wearlab.assembly.vibration import build_system
 from wearlab.scene import Scene, SceneError, parts_left_out
-from wearlab.scene.build.sets import build_set
-from wearlab.scene.build.sheet import sheet
-from wearlab.scene.build.vibration import build_system
 
 TABLE = {
     "gears": {

@@ -6,7 +6,7 @@ import pytest
 from gear_unit import GEAR_UNIT
 
 from wearlab.scene import Scene, SceneError
-from wearlab.scene.presence import parts_present
+from wearlab.scene.summary import parts_present
 
 PAIR = GEAR_UNIT
 

@@ -2,9 +2,9 @@
 
 import pytest
 
+from wearlab.assembly import build
+from wearlab.assembly.sets import build_set
 from wearlab.scene import Scene
-from wearlab.scene.build import build
-from wearlab.scene.build.sets import build_set
 
 PLANETARY = {
     "kind": "planetary",

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from wearlab.assembly.sets import build_pair, build_planetary
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene, SceneError
-from wearlab.scene.build.sets import build_pair, build_planetary
 from wearlab.scene.merge import merge, nested
 
 INTERNAL = {

@@ -5,11 +5,11 @@ import math
 import pytest
 
 import wearlab as wl
+from wearlab.assembly.contact import check_initial_wear, check_limits
+from wearlab.assembly.sets import build_set
 from wearlab.cli import app
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene, parts_left_out, parts_present
-from wearlab.scene.build.contact import check_initial_wear, check_limits
-from wearlab.scene.build.sets import build_set
 
 SCENE = {
     "title": "one state",

@@ -2,8 +2,8 @@
 
 import pytest
 
+from wearlab.assembly import build
 from wearlab.scene import Scene, oversights
-from wearlab.scene.build import build
 
 OIL = {"viscosity": "0.012 Pa*s", "pressure_viscosity": "1.6e-8 1/Pa"}
 CONSTANT = {"model": "constant", "value": "1e-16 m^2/N"}

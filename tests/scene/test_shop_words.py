@@ -4,11 +4,11 @@ import math
 
 import pytest
 
+from wearlab.assembly.mesh import class_flags
+from wearlab.assembly.sets import build_pair, build_set
+from wearlab.materials import oil
 from wearlab.scene import Scene
-from wearlab.scene.build.mesh import class_flags
-from wearlab.scene.build.sets import build_pair, build_set
 from wearlab.scene.problems import SceneError
-from wearlab.shop import oil
 
 WARM = {"temperature": "60 degC"}
 

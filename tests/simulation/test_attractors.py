@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from wearlab.campaign import load
-from wearlab.dynamics.orbits.coexisting import FURTHER, RELEASES, Search, Tries
-from wearlab.dynamics.orbits.response import Response
+from wearlab.dynamics.steady.coexisting import FURTHER, RELEASES, Search, Tries
+from wearlab.dynamics.steady.response import Response
 from wearlab.scene import Scene
 from wearlab.simulation import attractors, simulate
 

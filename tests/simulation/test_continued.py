@@ -8,7 +8,7 @@ import pytest
 
 from wearlab.scene import Scene
 from wearlab.simulation import Refused, simulate
-from wearlab.simulation.living import moved
+from wearlab.simulation.life_run import moved
 from wearlab.store.align import start_wear
 
 PAIR = {

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from wearlab.assembly import build
 from wearlab.campaign import load
 from wearlab.life.history import SetRate
-from wearlab.scene.build import build
-from wearlab.simulation.living import live_through, stages_of
+from wearlab.simulation.life_run import live_through, stages_of
 from wearlab.simulation.run import simulate
 from wearlab.wear.law import wear_rate
 

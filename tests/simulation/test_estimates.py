@@ -8,13 +8,13 @@ import pytest
 import xarray as xr
 from estimate_score import score, summary
 
+from wearlab.assembly import Parts, build
 from wearlab.life.history import History
 from wearlab.scene import Scene
-from wearlab.scene.build import Parts, build
-from wearlab.simulation import estimates, simulate, twins, wear_off
+from wearlab.simulation import companion_runs, estimates, simulate, wear_off
+from wearlab.simulation.companion_runs import between_nodes, carried, rough_parts
 from wearlab.simulation.estimates import estimated
-from wearlab.simulation.living import live_through, stages_of
-from wearlab.simulation.twins import between_nodes, carried, rough_parts
+from wearlab.simulation.life_run import live_through, stages_of
 from wearlab.simulation.wear_off import above_nodes, end_of, late_rate, levelled
 
 SMALL = Scene.from_mapping(
@@ -202,23 +202,25 @@ def test_less_rough_twins_serve_where_the_rough_ones_fail(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     scene = SMALL
-    known = twins.rough_parts
+    known = companion_runs.rough_parts
     usual = simulate(scene)
     names = [
         name for name in usual.data_vars if str(name).startswith("error_estimate_")
     ]
     assert len(names) >= 2 and float(usual.run_time_estimates) > 0.0
 
-    def without_half(parts: Parts, share: float = twins.COARSENED) -> Parts | None:
-        return None if share == twins.COARSENED else known(parts, share)
+    def without_half(
+        parts: Parts, share: float = companion_runs.COARSENED
+    ) -> Parts | None:
+        return None if share == companion_runs.COARSENED else known(parts, share)
 
-    monkeypatch.setattr(twins, "rough_parts", without_half)
+    monkeypatch.setattr(companion_runs, "rough_parts", without_half)
     other = simulate(scene)
     for name in names:
         assert (
             0.3 < float(other[name].values.flat[-1] / usual[name].values.flat[-1]) < 3.0
         ), name
-    monkeypatch.setattr(twins, "rough_parts", lambda parts, share=1.0: None)
+    monkeypatch.setattr(companion_runs, "rough_parts", lambda parts, share=1.0: None)
     none = simulate(scene)
     for name in names:
         assert np.isnan(none[name].values.flat[-1]), name
@@ -283,7 +285,7 @@ def test_finer_twins_that_respond_otherwise_say_nothing(
     def none(parts: Parts, lived: History) -> list[None]:
         return [None] * len(lived.samples.state)
 
-    monkeypatch.setattr(twins, "finer_twins_of", none)
+    monkeypatch.setattr(companion_runs, "finer_twins_of", none)
     for name in ("wear_depth", "life", "mesh_force", "mesh_force_max"):
         told = f"error_estimate_{name}"
         np.testing.assert_array_equal(simulate(SMALL)[told], usual[told])

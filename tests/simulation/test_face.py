@@ -5,8 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from wearlab.assembly import build
 from wearlab.scene import Scene
-from wearlab.scene.build import build
 from wearlab.simulation import simulate
 from wearlab.simulation.static import worn_mass
 from wearlab.wear.path import sliding_velocity

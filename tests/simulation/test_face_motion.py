@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from gear_unit import GEAR_UNIT
 
+from wearlab.assembly import build
 from wearlab.mesh.face.contact import LEVELS, face_flanks
 from wearlab.scene import Scene, SceneError
-from wearlab.scene.build import build
 from wearlab.simulation import simulate
 from wearlab.simulation.warm import warm_up
 

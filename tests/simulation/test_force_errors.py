@@ -8,12 +8,12 @@ import pytest
 from made_pair import PAIR
 
 from wearlab.accuracy.steady import second_method, steady
+from wearlab.assembly import build
 from wearlab.campaign import load
-from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.scene import Scene
-from wearlab.scene.build import build
 from wearlab.simulation import simulate
-from wearlab.simulation.twins import LARGEST_SHARE, NEAR, error_of_largest
+from wearlab.simulation.companion_runs import LARGEST_SHARE, NEAR, error_of_largest
 
 pytestmark = pytest.mark.usefixtures("alone")
 

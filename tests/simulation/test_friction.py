@@ -10,9 +10,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.stats import kurtosis
 
+from wearlab.assembly import build
 from wearlab.campaign import load
 from wearlab.scene import Scene, SceneError
-from wearlab.scene.build import build
 from wearlab.simulation import simulate
 
 pytestmark = pytest.mark.usefixtures("alone")

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from wearlab.assembly import build
 from wearlab.scene import Scene
-from wearlab.scene.build import build
-from wearlab.simulation import living, simulate
+from wearlab.simulation import life_run, simulate
 
 SMALL = 20.0  # times less work than a run may take
 STEP = 6  # maps over all mesh periods that a step over cycles begins at most
@@ -37,7 +37,7 @@ PAIR = {
 def work(scene):
     """Return the mesh periods of a scene's hunting teeth, and the work that its life may take."""
     parts = build(scene)
-    return parts.vibration.hunting, living.most_work(scene, parts) * living.units(
+    return parts.vibration.hunting, life_run.most_work(scene, parts) * life_run.units(
         parts.vibration.system
     )
 
@@ -47,9 +47,9 @@ def test_many_periods_may_take_a_tenth_of_the_right_hand_sides_of_few():
     few = hunting.replace({"gears.pinion.teeth": 24, "gears.gear.teeth": 48})
     averaged = hunting.replace("errors.slow", "averaged")
     (many, least), (some, more), (_, most) = map(work, (hunting, few, averaged))
-    assert (many, some) == (17 * 23, 48) and some <= living.MANY_PERIODS < many
+    assert (many, some) == (17 * 23, 48) and some <= life_run.MANY_PERIODS < many
     assert more == pytest.approx(most) and most / least == pytest.approx(
-        living.OUT_OF_CACHE
+        life_run.OUT_OF_CACHE
     )
 
 
@@ -60,8 +60,8 @@ def test_a_life_of_hunting_teeth_ends_at_that_work_and_says_so(monkeypatch):
     Beyond it no more maps than a step needs.
     """
     scene = Scene.from_mapping(PAIR)
-    monkeypatch.setattr(living, "MOST_WORK", living.MOST_WORK / SMALL)
-    allowed = living.most_work(scene, build(scene))
+    monkeypatch.setattr(life_run, "MOST_WORK", life_run.MOST_WORK / SMALL)
+    allowed = life_run.most_work(scene, build(scene))
     run = simulate(scene)
     assert str(run["end_reason"].values) == "work limit" and np.isnan(run["life"])
     counted, maps = (

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearlab.dynamics.orbits.coexisting import FURTHER, RELEASES
+from wearlab.dynamics.steady.coexisting import FURTHER, RELEASES
 from wearlab.figures.kind import Run
 from wearlab.figures.runs import _with_states
 from wearlab.simulation import Refused, simulate

@@ -11,8 +11,8 @@ from wearlab.life.history import SetRate
 from wearlab.life.limits import StopWear
 from wearlab.scene import Scene
 from wearlab.scene.problems import SceneError
-from wearlab.simulation import living, simulate
-from wearlab.simulation.living import along_duty, in_order, stages_of
+from wearlab.simulation import life_run, simulate
+from wearlab.simulation.life_run import along_duty, in_order, stages_of
 
 RATED = {"torque": "340 N*m", "speed": "1100 rpm"}
 EASY = {"torque": "170 N*m", "speed": "2200 rpm"}
@@ -250,14 +250,14 @@ def test_conditions_may_have_more_or_fewer_rivals_each(join):
 
 def test_a_stage_that_cannot_begin_says_why_the_life_ends(short, monkeypatch):
     """With one stage behind it, too: the run had said that it ran all its cycles."""
-    whole = living._integrated
+    whole = life_run._integrated
 
     def no_second(stage, wear, until, before):
         if before > 0.0:
             raise StopWear("unbounded motion")
         return whole(stage, wear, until, before)
 
-    monkeypatch.setattr(living, "_integrated", no_second)
+    monkeypatch.setattr(life_run, "_integrated", no_second)
     run = simulate(stages(short, (RATED, {"cycles": 4e5}), (EASY, {})))
     assert (run.end_reason.item(), run.verdict.item()) == (
         "unbounded motion",

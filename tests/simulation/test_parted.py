@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wearlab.assembly import build
 from wearlab.campaign import load
-from wearlab.dynamics.orbits.periodic import AVERAGED_LARGE, Periodic
-from wearlab.dynamics.orbits.shooting import Shooting
-from wearlab.scene.build import build
+from wearlab.dynamics.steady.periodic import AVERAGED_LARGE, Periodic
+from wearlab.dynamics.steady.shooting import Shooting
 
 BASE = (
     Path(__file__).parents[2] / "campaigns" / "base" / "planetary_ngw11_vibration.toml"

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from wearlab.assembly import build, build_modes
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
-from wearlab.scene.build import build, build_modes
 from wearlab.simulation import simulate
 from wearlab.simulation.vibration import modes_table
 

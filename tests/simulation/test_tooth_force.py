@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from wearlab.assembly import build
 from wearlab.campaign import load
-from wearlab.scene.build import build
 from wearlab.simulation import simulate
 
 pytestmark = pytest.mark.usefixtures("alone")

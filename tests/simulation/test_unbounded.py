@@ -2,7 +2,7 @@
 
 import pytest
 
-from wearlab.dynamics.orbits.periodic import Periodic, Unbounded
+from wearlab.dynamics.steady.periodic import Periodic, Unbounded
 from wearlab.scene import Scene
 from wearlab.simulation import simulate
 from wearlab.simulation.label import Refused

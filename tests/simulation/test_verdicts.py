@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wearlab.assembly import build
 from wearlab.campaign import load
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.shooting import Shooting
-from wearlab.dynamics.steps.count import settling_periods
+from wearlab.dynamics.integrators.count import settling_periods
+from wearlab.dynamics.steady.periodic import Periodic
+from wearlab.dynamics.steady.shooting import Shooting
 from wearlab.life.coupling import BLOCK, scatter
 from wearlab.scene import Scene
-from wearlab.scene.build import build
 from wearlab.simulation import simulate
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from wearlab.campaign import load
-from wearlab.dynamics.steps.contact_change import step_with_changes
+from wearlab.dynamics.integrators.contact_change import step_with_changes
 from wearlab.simulation import warm
 from wearlab.simulation.warm import kinds_of
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from wearlab.scene.build import build
-from wearlab.simulation.living import (
+from wearlab.assembly import build
+from wearlab.simulation.life_run import (
     KEPT_SHARE,
     MOST_WORK,
     SEARCH_SHARE,

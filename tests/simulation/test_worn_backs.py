@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from wearlab.assembly import build
 from wearlab.scene import Scene
-from wearlab.scene.build import build
 
 PAIRS = {
     "internal": {

@@ -3,12 +3,12 @@ import signal
 import subprocess
 import sys
 
-from wearlab.store.presence import Presence, alive
+from wearlab.store.locks import Presence, alive
 
 HOLD = """
 import sys, time
 from pathlib import Path
-from wearlab.store.presence import Presence
+from wearlab.store.locks import Presence
 presence = Presence(Path(sys.argv[1]))
 print(presence.token, flush=True)
 time.sleep(60)

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from wearlab.dynamics.orbits.response import Response
+from wearlab.dynamics.steady.response import Response
 
 
 class Step(NamedTuple):

@@ -12,7 +12,7 @@ import numpy as np
 from law_written_out import integrated, written_out
 from scipy.integrate import solve_ivp
 
-from wearlab.dynamics.orbits.response import Response, dashpot_of, forces_at
+from wearlab.dynamics.steady.response import Response, dashpot_of, forces_at
 from wearlab.mesh.force import Deflections, NormalForces, normal_forces
 from wearlab.mesh.stages import parabola
 

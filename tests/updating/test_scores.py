@@ -18,7 +18,7 @@ from wearlab.updating.scores import (
     scored,
     scores_of,
 )
-from wearlab.updating.twins import calibrated
+from wearlab.updating.synthetic_data import calibrated
 
 CYCLES = np.array([1e5, 2e5, 4e5, 6e5, 8e5, 1e6])
 

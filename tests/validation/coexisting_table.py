@@ -19,14 +19,14 @@ import numpy as np
 from drawn_scenes import external_pair, internal_pair
 from numpy.typing import NDArray
 
+from wearlab.assembly import build
 from wearlab.campaign import load
-from wearlab.dynamics.orbits.coexisting import coexisting
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.response import Response
-from wearlab.dynamics.orbits.shooting import Shooting
+from wearlab.dynamics.steady.coexisting import coexisting
+from wearlab.dynamics.steady.periodic import Periodic
+from wearlab.dynamics.steady.response import Response
+from wearlab.dynamics.steady.shooting import Shooting
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
-from wearlab.scene.build import build
 
 Array = NDArray[np.float64]
 EDGES = Path(__file__).parents[2] / "campaigns" / "extremes" / "benchmark_edges.toml"

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.accuracy.ladder import timing
+from wearlab.assembly import build
 from wearlab.scene import Scene
-from wearlab.scene.build import build
 from wearlab.wear.initials import quadratic
 
 PHASES, NODES = 256, 201

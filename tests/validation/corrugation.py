@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.assembly import Parts, build
 from wearlab.campaign import load
 from wearlab.life.history import SetRate
 from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits
 from wearlab.scene import Scene
-from wearlab.scene.build import Parts, build
 
 Array = NDArray[np.float64]
 

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wearlab.assembly.sets import build_set
 from wearlab.campaign import load
 from wearlab.gears.gear import GearPair
 from wearlab.mesh.finite_element.compliance import pair_compliance, solve_gear
 from wearlab.mesh.finite_element.elements import Options
-from wearlab.scene.build.sets import build_set
 
 REFINEMENTS = (1, 2, 3, 4)
 REFERENCE = 6

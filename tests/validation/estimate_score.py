@@ -12,17 +12,17 @@ import xarray as xr
 from numpy.typing import NDArray
 from processor_time import OutOfTime, bounded
 
+from wearlab.assembly import Parts
 from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.gears.specification import GearError
 from wearlab.life.coupled import Wear
 from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene
-from wearlab.scene.build import Parts
 from wearlab.simulation import Refused, simulate
+from wearlab.simulation.companion_runs import carried
 from wearlab.simulation.estimates import Estimates, estimated
-from wearlab.simulation.living import live_through, stages_of
+from wearlab.simulation.life_run import live_through, stages_of
 from wearlab.simulation.trust import ENDS_OF_WORK, TRUSTED
-from wearlab.simulation.twins import carried
 from wearlab.simulation.vibration import phase_forces
 
 Array = NDArray[np.float64]

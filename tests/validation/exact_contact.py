@@ -11,14 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.accuracy.ladder import timing
+from wearlab.assembly import build
+from wearlab.assembly.sets import modifications
 from wearlab.gears.gear import GearPair
 from wearlab.mesh.exact.flank import Flank
 from wearlab.mesh.exact.gaps import PUBLISHED_POINTS, WornFlanks, algorithm_1
 from wearlab.mesh.exact.kinematics import tangency
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.scene import Scene
-from wearlab.scene.build import build
-from wearlab.scene.build.sets import modifications
 
 TARGET, RATIO = 5e-3, 50.0
 
@@ -73,7 +73,7 @@ def _difference(pair: GearPair, worn: tuple[Flank, Flank], found: object) -> flo
 
 def of_scene(scene: Scene) -> ExactTime:
     """Measure the methods on the flanks that a scene starts with."""
-    from wearlab.simulation.living import initial_wear
+    from wearlab.simulation.life_run import initial_wear
 
     parts = build(scene)
     wear = initial_wear(scene, parts)[0]

@@ -17,11 +17,11 @@ from unittest.mock import patch
 import numpy as np
 
 from wearlab.accuracy.ladder import timing
+from wearlab.assembly import build
 from wearlab.campaign import load
 from wearlab.cli.output import say, show_table
 from wearlab.mesh.finite_element import compliance, solid
 from wearlab.scene import Scene
-from wearlab.scene.build import build
 from wearlab.simulation import simulate
 
 PHASES, SLICES, DEPTH = 64, 41, 5e-6

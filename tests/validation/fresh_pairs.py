@@ -20,10 +20,10 @@ from onset_table import Mover, judged, judged_moving, shares
 from stiffness_table import drawn
 
 import wearlab
+from wearlab.assembly import build
 from wearlab.gears.specification import GearError
 from wearlab.mesh.stiffnesses import STIFFNESS_OFF
 from wearlab.scene import Scene
-from wearlab.scene.build import build
 from wearlab.simulation.trust import ERROR_OFF, FORCE_OFF, SHARE_OFF
 
 SEED = 20261122

@@ -22,8 +22,8 @@ import numpy as np
 from processor_time import least
 
 import wearlab as wl
+from wearlab.assembly import build
 from wearlab.scene import Scene
-from wearlab.scene.build import build
 from wearlab.simulation import simulate
 
 matplotlib.use("Agg")

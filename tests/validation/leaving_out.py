@@ -188,7 +188,7 @@ def _timed(one: Scene) -> float:
 def _run(one: Scene) -> None:
     """Build a scene, let it live, and work out everything that is stored of its states."""
     from wearlab.simulation import static, vibration
-    from wearlab.simulation.living import live_through, stages_of
+    from wearlab.simulation.life_run import live_through, stages_of
 
     (stage,) = stages_of(one)
     parts = stage.first

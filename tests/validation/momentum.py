@@ -19,12 +19,12 @@ import numpy as np
 from drawn_scenes import draw_any
 from processor_time import OutOfTime, bounded
 
+from wearlab.assembly import Parts, build
 from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.gears.specification import GearError
 from wearlab.life.coupled import Wear
 from wearlab.life.limits import StopWear
 from wearlab.scene import Scene
-from wearlab.scene.build import Parts, build
 
 sys.path[:0] = [str(Path(__file__).parents[1] / "support")]
 from momentum_balance import unbalanced  # noqa: E402

@@ -15,9 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from corner_elements import OPTIONS, PAIRS, load_corners, meetings
 
+from wearlab.assembly.mesh import build_analyses
+from wearlab.assembly.sets import PairOfSet
 from wearlab.dynamics.forces.mesh_forces import extremes
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.response import deflection_at
+from wearlab.dynamics.steady.periodic import Periodic
+from wearlab.dynamics.steady.response import deflection_at
 from wearlab.dynamics.system import System
 from wearlab.mesh.clock import Mesh, look_within, sampling
 from wearlab.mesh.contact import ContactAnalysis
@@ -27,8 +29,6 @@ from wearlab.mesh.harmonics import mesh_error
 from wearlab.mesh.profile import lookup
 from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene
-from wearlab.scene.build.mesh import build_analyses
-from wearlab.scene.build.sets import PairOfSet
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 

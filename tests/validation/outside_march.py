@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
+from wearlab.assembly import build
 from wearlab.campaign import load
 from wearlab.scene import Scene
-from wearlab.scene.build import build
 from wearlab.simulation import simulate
 
 sys.path[:0] = [str(Path(__file__).parents[1] / "support")]

@@ -14,8 +14,8 @@ from transient import periods_to, transient
 from wearlab.accuracy.equation import Motion, starting_state
 from wearlab.accuracy.ladder import SHARE, Rung, WorkPrecision, timing, told
 from wearlab.accuracy.steady import Reference, Steady, relative_error
-from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.rigid import balance_of
+from wearlab.dynamics.steady.periodic import Periodic
 
 Array = NDArray[np.float64]
 

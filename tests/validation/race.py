@@ -23,8 +23,8 @@ from transient import periods_to
 from wearlab.accuracy.curves import STEPS
 from wearlab.accuracy.ladder import SHARE
 from wearlab.accuracy.steady import Steady, reference, relative_error
-from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.rigid import balance_of
+from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.gears.specification import GearError
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from wearlab.accuracy.ladder import timing
 from wearlab.accuracy.steady import relative_error, steady, tight_steps
-from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
 

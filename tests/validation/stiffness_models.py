@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wearlab.assembly.mesh import build_analyses
+from wearlab.assembly.sets import build_set
 from wearlab.campaign import load
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.mesh.contact import ContactAnalysis
@@ -26,8 +28,6 @@ from wearlab.mesh.finite_element.outline import Wear
 from wearlab.mesh.gear_set import PairOfSet
 from wearlab.mesh.series import InSeries, plane_of
 from wearlab.scene import Scene
-from wearlab.scene.build.mesh import build_analyses
-from wearlab.scene.build.sets import build_set
 
 Array = NDArray[np.float64]
 

@@ -16,6 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from stiffness_models import secant_stiffness, zones
 
+from wearlab.assembly.mesh import build_analyses
+from wearlab.assembly.sets import PairOfSet, build_set
 from wearlab.campaign import load
 from wearlab.gears.specification import GearError
 from wearlab.mesh.contact import ContactAnalysis
@@ -24,8 +26,6 @@ from wearlab.mesh.finite_element.elements import Options
 from wearlab.mesh.finite_element.outline import Wear
 from wearlab.mesh.series import plane_of
 from wearlab.scene import Scene
-from wearlab.scene.build.mesh import build_analyses
-from wearlab.scene.build.sets import PairOfSet, build_set
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns" / "base"
 PAPERS = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from leaving_out import PARTS, Saving, apart, row, saving, scene
 
-from wearlab.scene.build import build
+from wearlab.assembly import build
 from wearlab.simulation import simulate
 
 NARROW = {"mesh.extended_contact": False}

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from outside_march import Outside, scene_at
 
+from wearlab.assembly import build
 from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.life.coupled import WearState
-from wearlab.scene.build import build
 
 WORN = 60e-6
 

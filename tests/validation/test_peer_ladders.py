@@ -10,7 +10,7 @@ from peer_ladders import peer_curves
 from transient import periods_to, transient
 
 from wearlab.accuracy.steady import Reference, reference, steady, tight_steps
-from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.steady.periodic import Periodic
 
 ONE_OF_EACH = ("SciPy DOP853", "CyRK VERN7, landing", "CyRK VERN7, Newton")
 

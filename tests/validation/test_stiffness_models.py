@@ -7,9 +7,9 @@ import pytest
 from stiffness_models import judge, report
 
 import wearlab
+from wearlab.assembly.mesh import build_analyses
+from wearlab.assembly.sets import build_set
 from wearlab.campaign import load
-from wearlab.scene.build.mesh import build_analyses
-from wearlab.scene.build.sets import build_set
 
 CAMPAIGNS = Path(wearlab.__file__).parents[1] / "campaigns"
 PLANES = ("stress", "strain")

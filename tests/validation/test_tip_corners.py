@@ -10,13 +10,13 @@ from outline_contact import Outlines
 from scipy.optimize import brentq
 from tip_corners import by_model, draw, report, ways, wear_rate_at_a
 
+from wearlab.assembly.sets import build_set
 from wearlab.campaign import load
 from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.finite_element.compliance import pair_compliance
 from wearlab.mesh.finite_element.outline import Wear
 from wearlab.mesh.profile import profile_grid
-from wearlab.scene.build.sets import build_set
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 COARSE = OPTIONS._replace(refinement=2)

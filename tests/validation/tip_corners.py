@@ -20,13 +20,13 @@ from estimate_figure import DEFAULTS
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from wearlab.assembly.mesh import build_analyses
+from wearlab.assembly.sets import build_set
 from wearlab.campaign import load
 from wearlab.mesh.finite_element.elements import Options
 from wearlab.mesh.gear_set import PairOfSet
 from wearlab.mesh.profile import lookup
 from wearlab.scene import Scene
-from wearlab.scene.build.mesh import build_analyses
-from wearlab.scene.build.sets import build_set
 
 Array = NDArray[np.float64]
 

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.accuracy.steady import Reference, Steady
-from wearlab.dynamics.orbits.integrate import OnTables
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.steps.kernel import kernel_of
+from wearlab.dynamics.integrators.kernel import kernel_of
+from wearlab.dynamics.steady.integrate import OnTables
+from wearlab.dynamics.steady.periodic import Periodic
 
 Array = NDArray[np.float64]
 

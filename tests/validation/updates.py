@@ -38,7 +38,7 @@ from wearlab.updating.answers import answered, outcome
 from wearlab.updating.decision import virtual_inspection
 from wearlab.updating.report_text import _twins
 from wearlab.updating.sampling import ALARM, checks, drawn
-from wearlab.updating.twins import calibrated
+from wearlab.updating.synthetic_data import calibrated
 
 TWINS, SETS, POWERED = 200, 20, 50
 BEGIN, END = "<!-- made by tests/validation/updates.py -->", "<!-- end -->"

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from wearlab.assembly import build
+from wearlab.assembly.contact import check_initial_wear
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene, SceneError
-from wearlab.scene.build import build
-from wearlab.scene.build.contact import check_initial_wear
-from wearlab.simulation.living import initial_wear
+from wearlab.simulation.life_run import initial_wear
 
 B = 45.0
 PAIR = {

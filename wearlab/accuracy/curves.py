@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from wearlab import assembly
 from wearlab.accuracy.equation import CyRKIntegrator, starting_state
 from wearlab.accuracy.ladder import (
     ENOUGH,
@@ -34,14 +35,14 @@ from wearlab.accuracy.steady import (
     tight_steps,
 )
 from wearlab.arrays import Array, Index
+from wearlab.dynamics.integrators import count, kernel
 from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
-from wearlab.dynamics.orbits.response import Response
-from wearlab.dynamics.steps import count, kernel
+from wearlab.dynamics.steady.response import Response
 from wearlab.gears.specification import GearError
 from wearlab.life import adaptive, history, integrate
 from wearlab.life.limits import CountedRate, Limits
-from wearlab.scene import Scene, build, mesh
-from wearlab.simulation import living, twins
+from wearlab.scene import Scene, mesh
+from wearlab.simulation import companion_runs, life_run
 
 METHODS = ("RK45", "TSIT5", "VERN7", "DOP853")
 PEER_TOLERANCES = tuple(10.0 ** -np.arange(3.0, 9.5, 1.0))
@@ -407,7 +408,7 @@ class Wearing(NamedTuple):
     limits : where the life ends
     """
 
-    parts: build.Parts
+    parts: assembly.Parts
     wear: Array
     limits: Limits
 
@@ -433,10 +434,10 @@ class TimedLife(NamedTuple):
 
 def wearing(scene: Scene) -> Wearing:
     """Build the life of a scene."""
-    parts = build.build(scene)
-    wear = parts.coupling.flat(living.initial_wear(scene, parts))
+    parts = assembly.build(scene)
+    wear = parts.coupling.flat(life_run.initial_wear(scene, parts))
     return Wearing(
-        parts, wear, build.wear.build_limits(scene, parts.gears, parts.coupling)
+        parts, wear, assembly.wear.build_limits(scene, parts.gears, parts.coupling)
     )
 
 
@@ -460,7 +461,7 @@ def lived(problem: Wearing, method: integrate.Method, tolerance: float) -> Timed
         )
 
     life, seconds = _timed(evolved, 0.5)
-    flank = twins.flank_of_nodes(problem.parts)
+    flank = companion_runs.flank_of_nodes(problem.parts)
     return TimedLife(
         float(life.cycle[-1]),
         life.depth[-1],
@@ -499,7 +500,7 @@ def second_life(problem: Wearing, end: float) -> TimedLife:
         first_step=1e-4 * end,
         events=reaches_depth if problem.limits.depth is not None else None,
     )
-    flank = twins.flank_of_nodes(problem.parts)
+    flank = companion_runs.flank_of_nodes(problem.parts)
     seconds = time.perf_counter() - begun
     return TimedLife(
         float(solution.t[-1]), solution.y[:, -1], flank, counted.count, seconds

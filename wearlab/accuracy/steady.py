@@ -7,18 +7,18 @@ from scipy.integrate import solve_ivp
 
 from wearlab.accuracy.equation import Motion, landing, motion, motion_within
 from wearlab.arrays import Array
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.response import Response
+from wearlab.assembly import Parts, build
+from wearlab.assembly.vibration import build_friction
+from wearlab.dynamics.integrators import count, kernel
 from wearlab.dynamics.rigid import balance_of, true_derivative
-from wearlab.dynamics.steps import count, kernel
+from wearlab.dynamics.steady.periodic import Periodic
+from wearlab.dynamics.steady.response import Response
 from wearlab.dynamics.system import System
 from wearlab.life.coupled import Vibration
 from wearlab.mesh import excitation, stages
 from wearlab.mesh.force import Deflections
 from wearlab.scene import Scene
-from wearlab.scene.build import Parts, build
-from wearlab.scene.build.vibration import build_friction
-from wearlab.simulation.living import initial_wear
+from wearlab.simulation.life_run import initial_wear
 from wearlab.wear.initials import quadratic
 
 NEIGHBOUR = 1e-7

@@ -236,8 +236,8 @@ class CaseValues:
         first critical speed, where the mesh frequency meets the lowest natural
         frequency that the mesh excites.
         """
+        from wearlab.assembly import sets
         from wearlab.gears.specification import GearError
-        from wearlab.scene.build import sets
 
         scene = self.scene
         lacks_speed = name != "contact_ratio" and scene.operation.speed is None
@@ -259,7 +259,7 @@ class CaseValues:
 
     def _first_excited(self) -> float | None:
         """Return the lowest natural frequency that the mesh excites [Hz]."""
-        from wearlab.scene.build import build, build_modes
+        from wearlab.assembly import build, build_modes
 
         same = self.scene.replace("operation.speed", "1 rpm").canonical()
         if same not in self.critical:

@@ -13,10 +13,10 @@ from scipy.integrate import RK45
 
 from wearlab.arrays import Array
 from wearlab.compiled import jit_inner
-from wearlab.dynamics.orbits.integrate import STEPS, RungeKutta4, UntilSteady
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.steps import damping_law, mesh_law, rk4
-from wearlab.dynamics.steps.kernel import write
+from wearlab.dynamics.integrators import damping_law, mesh_law, rk4
+from wearlab.dynamics.integrators.kernel import write
+from wearlab.dynamics.steady.integrate import STEPS, RungeKutta4, UntilSteady
+from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -65,7 +65,7 @@ class RungeKutta45(UntilSteady):
     ----------
     relative, absolute : error allowed per step: relative, and of positions [m]
     tolerance, most, longest, averaged : see
-        `wearlab.dynamics.orbits.integrate.UntilSteady`
+        `wearlab.dynamics.steady.integrate.UntilSteady`
     """
 
     relative: float = 1e-7

@@ -6,11 +6,18 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.mesh_forces import extremes
-from wearlab.gradients.lived import Ends, GradientError, LivedSteps, Number, number
+from wearlab.gradients.replayed_life import (
+    Ends,
+    GradientError,
+    LivedSteps,
+    Number,
+    number,
+)
 from wearlab.life.coupled import WearState
-from wearlab.scene import Scene, build
+from wearlab.scene import Scene
 from wearlab.simulation import static, vibration
 
 COARSER = (3.0, 10.0)
@@ -23,7 +30,7 @@ NOT_COMPARED = {"phase", "profile"}
 """Dimensions along which twins have other places."""
 
 MOTION, WEAR = "[dynamics]", "a wear law"
-Reading = Callable[[build.Parts, WearState], Array]
+Reading = Callable[[assembly.Parts, WearState], Array]
 Names = str | Sequence[str]
 
 
@@ -44,31 +51,31 @@ class Value(NamedTuple):
     needs: str = MOTION
 
 
-def _largest(parts: build.Parts, state: WearState) -> Array:
+def _largest(parts: assembly.Parts, state: WearState) -> Array:
     return extremes(state.responses[0]).largest
 
 
-def _dynamic_factor(parts: build.Parts, state: WearState) -> Array:
+def _dynamic_factor(parts: assembly.Parts, state: WearState) -> Array:
     static_force = np.array(
         [parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes]
     )
     return np.asarray(_largest(parts, state) / static_force)
 
 
-def _force(parts: build.Parts, state: WearState) -> Array:
+def _force(parts: assembly.Parts, state: WearState) -> Array:
     return vibration.phase_forces(parts, state, state.responses[0]).transpose(1, 0, 2)
 
 
-def _deflection(parts: build.Parts, state: WearState) -> Array:
+def _deflection(parts: assembly.Parts, state: WearState) -> Array:
     motions = parts.moving.motions(state.responses[0], parts.moving.look(parts.phase))
     return motions.deflection.transpose(1, 0, 2)
 
 
-def _depth(parts: build.Parts, state: WearState) -> Array:
+def _depth(parts: assembly.Parts, state: WearState) -> Array:
     return static.by_flank(parts, list(state.wear))
 
 
-def _rate(parts: build.Parts, state: WearState) -> Array:
+def _rate(parts: assembly.Parts, state: WearState) -> Array:
     return static.by_flank(parts, list(state.rate))
 
 

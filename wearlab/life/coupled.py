@@ -16,8 +16,8 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.dynamics import system
-from wearlab.dynamics.orbits.periodic import Unbounded
-from wearlab.dynamics.orbits.response import Response, coordinates_at, deflection_at
+from wearlab.dynamics.steady.periodic import Unbounded
+from wearlab.dynamics.steady.response import Response, coordinates_at, deflection_at
 from wearlab.life import limits, loads
 from wearlab.mesh import clock, contact, excitations, stages
 from wearlab.mesh.excitation import Between, MeshFlanks, stage_tables

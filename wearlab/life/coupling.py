@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.dynamics.orbits.response import Response, dashpot_of
+from wearlab.dynamics.steady.response import Response, dashpot_of
 from wearlab.life import coupled, limits, loads
 from wearlab.life.coupled import (
     Coupled,

@@ -170,7 +170,7 @@ def scene_key(name: str, text: bool) -> Key:
 
 def _shown(kind: units.Measure) -> str:
     """Return the unit that values of a kind are read in: that of its example, if it is one and no scale."""
-    from wearlab.shop.materials import SCALES
+    from wearlab.materials.grades import SCALES
 
     usual = units.split(kind.example)[1], *kind.units
     return next((unit for unit in usual if unit not in SCALES), kind.unit)

@@ -10,12 +10,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from wearlab.assembly.sheet import Sheet, sheet
 from wearlab.campaign import Campaign, Case, inheritance
 from wearlab.campaign.campaign import ReportSpec
 from wearlab.figures import doubt, drawing
 from wearlab.report.answer import Entries, answer, conditions, gathered
 from wearlab.scene import parts_left_out, parts_present
-from wearlab.scene.build.sheet import Sheet, sheet
 from wearlab.store import Store, StoreError, outcome, provenance
 from wearlab.store.catalogue import Entry
 

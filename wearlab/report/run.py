@@ -166,7 +166,7 @@ def facts(store: Store, entry: "Entry") -> dict[str, Any]:
 
     What there is nothing of is empty.
     """
-    from wearlab.scene.presence import REMEDY
+    from wearlab.scene.summary import REMEDY
     from wearlab.store import provenance
 
     members = store.catalogue.members([entry.id])

@@ -10,7 +10,7 @@ from wearlab.runner import cluster, plan, report
 from wearlab.runner.progress import CASES, Progress, watched
 from wearlab.runner.worker import SIMULATE, TOPIC, Task, execute, warm_up
 from wearlab.sources import source_hash
-from wearlab.store import Store, StoreError, catalogue, outcome, presence
+from wearlab.store import Store, StoreError, catalogue, locks, outcome
 
 if TYPE_CHECKING:
     from dask.distributed import Client
@@ -88,8 +88,8 @@ def run(
     notes = _opened(store)
     plan.declare(used, store.path)
     key = _record(campaign, store)
-    with store.presence() as presence, watched(progress) as bar:
-        work = _Work(store, presence.token, again, bar, simulate)
+    with store.presence() as lock, watched(progress) as bar:
+        work = _Work(store, lock.token, again, bar, simulate)
 
         def tell(text: str) -> None:
             notes.append(text)
@@ -259,7 +259,7 @@ class _Work:
     def receive(self, message: dict[str, Any]) -> None:
         """Keep what a run under way needs to go on, and show how far it is."""
         if message["id"] not in self.finished:
-            reached = presence.ReachedCycle(message["cycle"], message["depth"])
+            reached = locks.ReachedCycle(message["cycle"], message["depth"])
             self.store.checkpoints.write(
                 message["id"], message["image"], self.code, reached
             )

@@ -7,7 +7,7 @@ from annotated_types import Lt
 from pydantic import BeforeValidator
 
 from wearlab import nearest, options
-from wearlab.shop import materials, oil
+from wearlab.materials import grades, oil
 
 CONSTANTS = ("youngs_modulus", "poisson_ratio", "density", "hardness")
 
@@ -30,14 +30,14 @@ class MaterialOptions(options.Part):
     E140, HB by ISO 18265"""
     name: str | None = options.option(None, identity=False)
     """a material of the catalogue, such as '18CrNiMo7-6' or 'POM'. Source:
-    wearlab.shop.materials"""
+    wearlab.materials.grades"""
 
     @property
     def told(self) -> tuple[str, ...]:
         """What the catalogue says, and what of it is assumed."""
         if self.name is None or self.name == "steel":
             return ()
-        entry = materials.MATERIALS[self.name]
+        entry = grades.MATERIALS[self.name]
         lines = [f"{self.name}: constants of {entry.source}"]
         if entry.hardness is not None and self.hardness == entry.hardness:
             lines.append(f"{self.name}: hardness {entry.treatment}, assumed")
@@ -57,13 +57,13 @@ def _material(value: object) -> object:
     )
     if name is None:
         return value
-    material = materials.known(name) if isinstance(name, str) else None
+    material = grades.known(name) if isinstance(name, str) else None
     if material is None:
-        near = nearest.meant(str(name), [*materials.MATERIALS, *materials.ALIASES], ";")
-        known = f"{near} there are {', '.join(materials.MATERIALS)}"
+        near = nearest.meant(str(name), [*grades.MATERIALS, *grades.ALIASES], ";")
+        known = f"{near} there are {', '.join(grades.MATERIALS)}"
         remedy = "or give youngs_modulus, poisson_ratio and density"
         raise ValueError(f"{name!r} is not a known material{known}; {remedy}")
-    entry = materials.MATERIALS[material]
+    entry = grades.MATERIALS[material]
     own = {
         key: options.Stored(value)
         for key, value in zip(CONSTANTS, entry[:4], strict=True)
@@ -81,7 +81,7 @@ NamedMaterial = Annotated[
     MaterialOptions,
     BeforeValidator(
         _material,
-        json_schema_input_type=Literal[tuple(materials.MATERIALS)] | MaterialOptions,
+        json_schema_input_type=Literal[tuple(grades.MATERIALS)] | MaterialOptions,
     ),
 ]
 

@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.mesh_forces import extremes
-from wearlab.dynamics.orbits import coexisting, continuation, periodic
-from wearlab.dynamics.orbits.response import Response, dashpot_of
+from wearlab.dynamics.steady import coexisting, continuation, periodic
+from wearlab.dynamics.steady.response import Response, dashpot_of
 from wearlab.life import coupled
 from wearlab.mesh import force, stages
-from wearlab.scene import build
-from wearlab.simulation import label, living, vibration
+from wearlab.simulation import label, life_run, vibration
 
 ALIKE = 1e-3
 """Relative difference of least and largest forces below which two attractors of a
@@ -37,7 +37,7 @@ class Searched(NamedTuple):
 
 
 def other_attractors(
-    parts: build.Parts, states: Sequence[coupled.WearState]
+    parts: assembly.Parts, states: Sequence[coupled.WearState]
 ) -> list[Searched]:
     """Look for other attractors of each state, where released flanks do not return to the response stored.
 
@@ -56,7 +56,7 @@ def other_attractors(
         return []
     if moves.hunting > 1 or moves.slow is not None or len(parts.meshes) > 1:
         return []
-    most = living.most_searched(
+    most = life_run.most_searched(
         moves.system, parts.scene.numerics.most_right_hand_sides
     )
     with account.timed("dynamics"):
@@ -219,7 +219,7 @@ ORDER = {"up": slice(None), "down": slice(None, None, -1)}
 
 
 def at_speed(
-    parts: build.Parts, state: coupled.WearState, speed: float
+    parts: assembly.Parts, state: coupled.WearState, speed: float
 ) -> coupled.Vibration:
     """Return the dynamics at a speed [rad/s], with steps by the rule for that speed."""
     assert parts.scene.operation.speed is not None
@@ -227,13 +227,13 @@ def at_speed(
     stiffest = np.array(
         [state.kind[mesh.kind].static.tangent.max() for mesh in parts.meshes]
     )
-    grid = build.vibration.steps_grid(
+    grid = assembly.vibration.steps_grid(
         parts.scene, parts.on_clock, parts.moving.system, stiffest, period
     )
     return parts.with_steps(grid, 1, period)
 
 
-def over_speed_values(parts: build.Parts, state: coupled.WearState) -> label.Values:
+def over_speed_values(parts: assembly.Parts, state: coupled.WearState) -> label.Values:
     """Follow the response of one wear state over speed and return what is read off it.
 
     The first speed starts from the steady response there, each further direction where
@@ -286,7 +286,7 @@ def over_speed_values(parts: build.Parts, state: coupled.WearState) -> label.Val
 
 
 def _read_off(
-    parts: build.Parts, state: coupled.WearState, point: continuation.Point
+    parts: assembly.Parts, state: coupled.WearState, point: continuation.Point
 ) -> label.Values:
     moves = at_speed(parts, state, point.speed)
     response = point.response

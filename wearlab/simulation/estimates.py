@@ -16,12 +16,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
+from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.life import coupled, history, limits
 from wearlab.mesh.face.grid import FaceGrid
-from wearlab.scene import build
-from wearlab.simulation import living, twins, vibration, wear_off
+from wearlab.simulation import companion_runs, life_run, vibration, wear_off
 
 DEPTH_SHARE, LIFE_SHARE = 1.5, 1.0
 """Weights of the rougher twin's change of rate, set on the seeds 129943 and 830195 of
@@ -59,7 +59,7 @@ class Estimates(NamedTuple):
     """
 
     wear_depth: Array | None
-    force: tuple[twins.ForceErrors, ...] | None
+    force: tuple[companion_runs.ForceErrors, ...] | None
     life: float | None
     doubts: tuple[str, ...] = ()
 
@@ -74,7 +74,7 @@ class Looked(NamedTuple):
         of the conditions
     """
 
-    stage: living.Stage
+    stage: life_run.Stage
     lived: history.History
     worn: list[wear_off.WornFurther | None]
 
@@ -93,7 +93,7 @@ class Looked(NamedTuple):
 
 
 def estimated(
-    stage: living.Stage, lived: history.History, inherited: float = 0.0
+    stage: life_run.Stage, lived: history.History, inherited: float = 0.0
 ) -> Estimates:
     """Estimate the errors of a life at its kept states.
 
@@ -115,10 +115,10 @@ def estimated(
     off by more than `LARGE` of the largest, finer twins are asked.
     """
     with stage.first.coupling.account.timed("estimates"):
-        looked = _looked(stage, lived, twins.twins_of, inherited)
+        looked = _looked(stage, lived, companion_runs.twins_of, inherited)
         force = _forces(looked)
         if _loudest(lived, force) > LARGE:
-            closer = _looked(stage, lived, twins.finer_twins_of, inherited)
+            closer = _looked(stage, lived, companion_runs.finer_twins_of, inherited)
             if closer.missing <= looked.missing:
                 looked = closer
                 force = _forces(closer)
@@ -126,11 +126,13 @@ def estimated(
 
 
 def _looked(
-    stage: living.Stage, lived: history.History, of: Callable[..., Any], before: float
+    stage: life_run.Stage, lived: history.History, of: Callable[..., Any], before: float
 ) -> Looked:
     """Return what twins, as the function ``of`` makes them of a condition, say of the errors."""
     each = [of(parts, lived.in_block(block)) for block, parts in enumerate(stage.parts)]
-    joint = [twins.together(own, stage.weight) for own in zip(*each, strict=True)]
+    joint = [
+        companion_runs.together(own, stage.weight) for own in zip(*each, strict=True)
+    ]
     stepping = before + _stepping(lived, lived.samples.cycle)
     return Looked(stage, lived, wear_off.errors_of_wear(joint, stepping))
 
@@ -143,7 +145,7 @@ def not_estimated(lived: history.History) -> Estimates:
 
 
 def _doubts(
-    looked: Looked, force: tuple[twins.ForceErrors, ...] | None
+    looked: Looked, force: tuple[companion_runs.ForceErrors, ...] | None
 ) -> tuple[str, ...]:
     """Return what speaks against the estimates of a life."""
     stage = looked.stage
@@ -191,7 +193,7 @@ def _doubts(
 
 
 def _loudest(
-    lived: history.History, force: tuple[twins.ForceErrors, ...] | None
+    lived: history.History, force: tuple[companion_runs.ForceErrors, ...] | None
 ) -> float:
     """Return the largest estimated error of a mesh force over the largest force, of all conditions [1]."""
     ratios = [
@@ -232,7 +234,7 @@ def _depth(looked: Looked) -> Array | None:
         return None
     total = _stepping(lived, lived.cycle)
     cycles = [state.twin.cycle for state, _ in known]
-    if not known and any(map(twins.is_periodic, lived.samples.state)):
+    if not known and any(map(companion_runs.is_periodic, lived.samples.state)):
         return np.full(len(total), np.nan)
     if known:
         between = np.array([state.twin.between for state, _ in known])
@@ -256,7 +258,7 @@ def _depth(looked: Looked) -> Array | None:
     return np.minimum(total, fastest * lived.cycle)
 
 
-def _forces(looked: Looked) -> tuple[twins.ForceErrors, ...] | None:
+def _forces(looked: Looked) -> tuple[companion_runs.ForceErrors, ...] | None:
     """Return the errors of the forces of all kept states in every condition.
 
     None without dynamics.
@@ -272,18 +274,22 @@ def _forces(looked: Looked) -> tuple[twins.ForceErrors, ...] | None:
             if further is not None and worse is not None:
                 twin = further.twin
                 least = TOLERATED * parts.scene.numerics.tolerance * _largest(state)
-                off = twins.force_errors(parts, state, twin.conditions[block], worse)
+                off = companion_runs.force_errors(
+                    parts, state, twin.conditions[block], worse
+                )
                 if np.isfinite(off.mesh):
                     known.append(
                         (twin.cycle, off.mesh, max(off.largest, least), off.bearing)
                     )
-        periodic = np.array([twins.is_periodic(state) for state in lived.state])
+        periodic = np.array(
+            [companion_runs.is_periodic(state) for state in lived.state]
+        )
         cycle, *each = np.array(known).T if known else np.full((4, 1), np.nan)
         errors = (
             np.where(periodic, np.interp(lived.cycle, cycle, error), np.nan)
             for error in each
         )
-        found.append(twins.ForceErrors(*errors))
+        found.append(companion_runs.ForceErrors(*errors))
     return tuple(found)
 
 
@@ -294,12 +300,12 @@ def _life(looked: Looked) -> float | None:
     life = looked.lived.life
     if life is None or not life.worn_out:
         return None
-    counts = build.wear.build_limits(
+    counts = assembly.wear.build_limits(
         stage.first.scene, stage.first.gears, stage.coupling
     ).flank
-    repeats = twins.is_periodic(lived.samples.state[-1])
+    repeats = companion_runs.is_periodic(lived.samples.state[-1])
     rate = life.rate[-1] if repeats else wear_off.late_rate(life.cycle, life.depth)
-    own = life.depth[-1], rate, twins.flank_of_nodes(stage.first)
+    own = life.depth[-1], rate, companion_runs.flank_of_nodes(stage.first)
     fastest, between, flanks, nodes = wear_off.end_of(*own, counts)
     if (
         fastest <= 0.0
@@ -311,14 +317,14 @@ def _life(looked: Looked) -> float | None:
     if known:  # where the flanks that end the life are worn most
         last, drive = known[-1]
         off = np.abs(last.error if len(known) > 1 else drive * lived.cycle[-1])
-        there = np.isin(twins.flank_of_nodes(last.twin.parts), flanks)
+        there = np.isin(companion_runs.flank_of_nodes(last.twin.parts), flanks)
         deep = there & (
             last.twin.wear >= wear_off.DEEPEST * last.twin.wear[there].max()
         )
         deepest = LIFE_SHARE * float(off[deep].max()) + CHANCE * float(
             off[there].mean()
         )
-    elif any(map(twins.is_periodic, lived.samples.state)):
+    elif any(map(companion_runs.is_periodic, lived.samples.state)):
         deepest = np.nan
     return (
         min(
@@ -340,22 +346,22 @@ BUSY = 0.5
 """Share of the fastest rate from which a node counts: where wear is deepest."""
 
 
-def rougher_over_face(parts: build.Parts) -> build.Parts:
+def rougher_over_face(parts: assembly.Parts) -> assembly.Parts:
     """Return the physics of a scene on half the nodes and half the slices."""
     scene = parts.scene
     mesh = parts.scene.mesh
     for kind in parts.gears.kinds:
-        fewer = {"face_points": max(3, build.mesh.slices_of(scene, kind) // 2)}
+        fewer = {"face_points": max(3, assembly.mesh.slices_of(scene, kind) // 2)}
         own = scene.mesh.of(kind.section).model_copy(update=fewer)
         mesh = mesh.model_copy(update={kind.section: own} if kind.section else fewer)
     numerics = scene.numerics.model_copy(
-        update={"profile_points": build.mesh.profile_points(scene) // 2}
+        update={"profile_points": assembly.mesh.profile_points(scene) // 2}
     )
-    return build.build(scene.model_copy(update={"mesh": mesh, "numerics": numerics}))
+    return assembly.build(scene.model_copy(update={"mesh": mesh, "numerics": numerics}))
 
 
 def estimated_over_face(
-    stage: living.Stage, lived: history.History, inherited: float = 0.0
+    stage: life_run.Stage, lived: history.History, inherited: float = 0.0
 ) -> Estimates:
     """Estimate the errors of a life at its kept states.
 
@@ -371,7 +377,7 @@ def estimated_over_face(
     flat = stage.first.coupling.flat
     with first.coupling.account.timed("estimates"):
         rougher_parts = [rougher_over_face(parts) for parts in stage.parts]
-        together = living.taking_turns(rougher_parts, stage.weight)
+        together = life_run.taking_turns(rougher_parts, stage.weight)
         grids = _grids(rougher_parts[0])
         ends = [lived.state[0], lived.state[-1]]
         rough = list[coupled.WearState]()
@@ -402,7 +408,7 @@ def estimated_over_face(
             [extremes(state.responses[0]).largest for state in pair] for pair in pairs
         ]
         off = max(float(np.abs(fine - twin).max()) for fine, twin in most)
-        force = (twins.ForceErrors(*np.full((3, len(lived.state)), off)),)
+        force = (companion_runs.ForceErrors(*np.full((3, len(lived.state)), off)),)
     start = flat(lived.state[0].wear)
     worn = np.array([float((flat(state.wear) - start).max()) for state in lived.state])
     life = None
@@ -413,7 +419,7 @@ def estimated_over_face(
     )
 
 
-def _grids(parts: build.Parts) -> list[FaceGrid]:
+def _grids(parts: assembly.Parts) -> list[FaceGrid]:
     assert parts.face is not None
     return [kind.contact.grid for kind in parts.face.kinds]
 

@@ -3,9 +3,9 @@
 import math
 from typing import Any
 
+from wearlab.assembly import Parts
 from wearlab.gears import helix, iso
 from wearlab.scene import Scene, sections
-from wearlab.scene.build import Parts
 
 MOST_CONTACT_RATIO = 2.0
 """ε_α from which there is no point of single contact."""

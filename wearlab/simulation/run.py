@@ -8,15 +8,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from wearlab import assembly
 from wearlab.gears.specification import GearError
 from wearlab.life import history, limits
 from wearlab.options import Stored
-from wearlab.scene import Scene, build, calibrated_coefficient, calibrating
+from wearlab.scene import Scene, calibrated_coefficient, calibrating
 from wearlab.simulation import (
     attractors,
     estimates,
     label,
-    living,
+    life_run,
     rating,
     static,
     trust,
@@ -76,8 +77,8 @@ def simulate(scene: Scene) -> xr.Dataset:
     clock = time.perf_counter()
     try:
         settled, calibration = calibrated(scene)
-        stages = living.stages_of(settled)
-        lived = living.live_through(settled, stages)
+        stages = life_run.stages_of(settled)
+        lived = life_run.live_through(settled, stages)
     except GearError as error:
         raise label.Refused(str(error)) from error
     except limits.StopWear as stop:
@@ -95,7 +96,7 @@ def simulate(scene: Scene) -> xr.Dataset:
 
 def _dataset(
     scene: Scene,
-    stages: tuple[living.Stage, ...],
+    stages: tuple[life_run.Stage, ...],
     lived: history.History,
     calibration: Calibration | None,
     clock: float,
@@ -103,7 +104,7 @@ def _dataset(
     """Return what every condition of operation says for itself, and what is the life's."""
     reached = stages[: len(lived.stages)]
     first = stages[0].first
-    inherited = living.inherited_error(scene, first)
+    inherited = life_run.inherited_error(scene, first)
     found = list[attractors.Searched]()
     failures = list[str]()
     estimate = (
@@ -133,7 +134,9 @@ def _dataset(
     conditions = each[0]
     if scene.operation.duty is not None or scene.operation.stage is not None:
         join = (
-            living.along_duty if scene.operation.duty is not None else living.in_order
+            life_run.along_duty
+            if scene.operation.duty is not None
+            else life_run.in_order
         )
         conditions = label.parts_of(join(list(map(label.joined, each))))
     values = static.life_values(scene, lived)
@@ -156,7 +159,7 @@ def _dataset(
         "rating", failures, label.Values(), rating.rated, scene, first
     )
     coordinates = {"cycle": lived.cycle, **static.coordinates(first)}
-    coordinates |= living.condition_coordinates(scene, lived)
+    coordinates |= life_run.condition_coordinates(scene, lived)
     coordinates |= {name: values.pop(name) for name in ALONG_STATES if name in values}
     sizes = {
         dim: n
@@ -192,7 +195,7 @@ def _dataset(
 
 
 def _of_condition(
-    parts: build.Parts,
+    parts: assembly.Parts,
     states: static.States,
     life: Any,
     more: list[attractors.Searched],
@@ -298,8 +301,8 @@ def _lived(scene: Scene) -> CalibrationLife:
     alone = calibrating(scene)
     assert alone is not None
     if alone.id not in _LIVES:
-        stages = living.stages_of(alone)
-        (lived,) = living.live_through(alone, stages).stages
+        stages = life_run.stages_of(alone)
+        (lived,) = life_run.live_through(alone, stages).stages
         assert lived.life is not None
         error = estimates.estimated(stages[0], lived).life or 0.0
         cycles = float(lived.life.cycle[-1])

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from wearlab import assembly
 from wearlab.arrays import Array
-from wearlab.dynamics.orbits.coexisting import Search
+from wearlab.dynamics.steady.coexisting import Search
 from wearlab.life import history, limits
-from wearlab.scene import Scene, build
-from wearlab.simulation import estimates, living, vibration
+from wearlab.scene import Scene
+from wearlab.simulation import estimates, life_run, vibration
 from wearlab.wear.coefficients import CoefficientModel
 
 TRUSTED = "as usual"
@@ -37,7 +38,7 @@ ENDS_OF_WORK = {
 
 
 def trust_values(
-    stages: Sequence[living.Stage],
+    stages: Sequence[life_run.Stage],
     lived: history.History,
     errors: Sequence[estimates.Estimates],
     searches: Sequence[Search],
@@ -155,7 +156,7 @@ def verdict(lived: history.History, searches: Sequence[Search] = ()) -> str:
     )
 
 
-def scene_validity(parts: build.Parts, lived: history.History) -> tuple[str, ...]:
+def scene_validity(parts: assembly.Parts, lived: history.History) -> tuple[str, ...]:
     """Return limits of validity that show only once the scene has run."""
     flags: list[str] = []
     for kind, mesh_kind in enumerate(parts.kinds if parts.face is None else ()):
@@ -167,10 +168,10 @@ def scene_validity(parts: build.Parts, lived: history.History) -> tuple[str, ...
         nodes = state.kind[kind].flanks.nodes
         pair = mesh_kind.pair
         analysis = mesh_kind.analysis
-        flags += build.contact.reached_limits(
+        flags += assembly.contact.reached_limits(
             pair, analysis, state.wear[kind], nodes.gap, worst
         )
-        flags += build.contact.cut_short(pair, analysis, nodes)
+        flags += assembly.contact.cut_short(pair, analysis, nodes)
     if parts.face is None:
         flags += vibration.uncarried(parts, lived.state)
     if parts.vibration is not None and len(parts.meshes) > 1:
@@ -227,12 +228,12 @@ OVER_FACE = (
 out."""
 
 
-def model_errors(scene: Scene, parts: build.Parts) -> str:
+def model_errors(scene: Scene, parts: assembly.Parts) -> str:
     """Return the known model errors of a scene's models with size and source, one a line."""
     return "\n".join(dict.fromkeys(_lines(scene, parts)))
 
 
-def _lines(scene: Scene, parts: build.Parts) -> Iterator[str]:
+def _lines(scene: Scene, parts: assembly.Parts) -> Iterator[str]:
     sections = {kind.section: kind for kind in parts.gears.kinds}
     for section, part in sections.items():
         mesh = scene.mesh.of(section)

@@ -21,19 +21,22 @@ from typing import Any
 
 import numpy as np
 
+from wearlab import assembly
 from wearlab.arrays import Array, Complex, Index
 from wearlab.dynamics.forces import energy, mesh_forces
-from wearlab.dynamics.orbits.response import Response, step_of
+from wearlab.dynamics.steady.response import Response, step_of
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.gears.specification import GearError
 from wearlab.life import coupled, history, loads
 from wearlab.mesh import clock, excitation, force, gear_set, harmonics, stages
-from wearlab.scene import Scene, build
+from wearlab.scene import Scene
 from wearlab.simulation import label
 from wearlab.simulation.label import Values
 
 
-def dynamic_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) -> Values:
+def dynamic_values(
+    parts: assembly.Parts, states: tuple[coupled.WearState, ...]
+) -> Values:
     """Return the steady responses at the stored phases, and what is read off them.
 
     Averaged slow errors that the set answers to make one response an angle, along
@@ -55,7 +58,7 @@ def dynamic_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) ->
 
 
 def _values_of(
-    parts: build.Parts, state: coupled.WearState, response: Response, lines: Array
+    parts: assembly.Parts, state: coupled.WearState, response: Response, lines: Array
 ) -> Values:
     vibration = parts.moving
     kinds = state.flanks
@@ -127,7 +130,7 @@ def _values_of(
 
 
 def bearing_values(
-    parts: build.Parts, position: Array, velocity: Array, normal: Array
+    parts: assembly.Parts, position: Array, velocity: Array, normal: Array
 ) -> Array:
     """Return the forces of the bearings on the members, (n_members, 2 or 3, n_periods, n_instants) [N].
 
@@ -190,7 +193,7 @@ def rigid_bearing_forces(gears: gear_set.GearSet, share: float, normal: Array) -
 
 
 def phase_forces(
-    parts: build.Parts, state: coupled.WearState, response: Response
+    parts: assembly.Parts, state: coupled.WearState, response: Response
 ) -> Array:
     """Return the elastic force of every mesh at the stored phases, (n_periods, n_mesh, n_phases) [N]."""
     motions = parts.moving.motions(response, parts.moving.look(parts.phase))
@@ -203,7 +206,7 @@ def phase_forces(
 
 
 def _mesh_response(
-    parts: build.Parts,
+    parts: assembly.Parts,
     kinds: list[excitation.MeshFlanks],
     mesh: int,
     motions: force.Deflections,
@@ -245,7 +248,7 @@ def _mesh_response(
 
 
 def mean_moments(
-    parts: build.Parts, flanks: list[excitation.MeshFlanks], kind: int, of: Response
+    parts: assembly.Parts, flanks: list[excitation.MeshFlanks], kind: int, of: Response
 ) -> Array:
     """Return the mean moments of each mesh of a kind over base radius, (n_mesh, (driving, driven)) [N]."""
     mine = flanks[kind]
@@ -291,14 +294,14 @@ def transmission_error(vibration: coupled.Vibration, position: Array) -> Array:
     )
 
 
-def has_bearings(parts: build.Parts) -> bool:
+def has_bearings(parts: assembly.Parts) -> bool:
     """Whether a member moves on its support."""
     return parts.vibration is not None and parts.vibration.system.on_bearings
 
 
-def mode_values(parts: build.Parts) -> Values:
+def mode_values(parts: assembly.Parts) -> Values:
     """Return natural frequencies and the speeds at which the mesh frequency meets them."""
-    modes = build.build_modes(parts)
+    modes = assembly.build_modes(parts)
     values = {
         "natural_frequency": modes.modes.frequency,
         "critical_speed": modes.critical_speed[0],
@@ -343,7 +346,7 @@ def modes_table(scene: Scene) -> list[dict[str, Any]]:
     if scene.dynamics is None:
         raise label.Refused("the scene has no [dynamics]: nothing vibrates")
     try:
-        table = build.build_modes(build.build(scene))
+        table = assembly.build_modes(assembly.build(scene))
     except GearError as error:
         raise label.Refused(str(error)) from error
     modes = table.modes
@@ -406,7 +409,7 @@ def lines_of(
     return np.arange(1, max(HARMONICS * kept, LINES) + 1) / kept
 
 
-def of_response(parts: build.Parts, response: Response, lines: Array) -> Values:
+def of_response(parts: assembly.Parts, response: Response, lines: Array) -> Values:
     """Return what was asked for by name of one response, spectra on lines (n_lines,) of the mesh order."""
     names = parts.scene.store.requested
     vibration = parts.vibration
@@ -487,7 +490,7 @@ def carried_order(
     return math.inf
 
 
-def uncarried(parts: build.Parts, states: Sequence[coupled.WearState]) -> list[str]:
+def uncarried(parts: assembly.Parts, states: Sequence[coupled.WearState]) -> list[str]:
     """Return in words from where on the steps do not carry the accelerations that were asked for."""
     vibration = parts.vibration
     if vibration is None or not any(

@@ -9,12 +9,13 @@ from contextlib import suppress
 
 import numpy as np
 
-from wearlab.dynamics.orbits import integrate, periodic
-from wearlab.dynamics.steps import contact_change, kernel
+from wearlab import assembly
+from wearlab.dynamics.integrators import contact_change, kernel
+from wearlab.dynamics.steady import integrate, periodic
 from wearlab.gears.specification import GearError
 from wearlab.life.limits import StopWear
 from wearlab.options import Part
-from wearlab.scene import Scene, build
+from wearlab.scene import Scene
 
 Job = tuple[Callable[[Scene], None], Scene]
 """What to do with a scene that calls some of its kernels."""
@@ -76,13 +77,13 @@ def kinds_of(scenes: Iterable[Scene]) -> list[Scene]:
 
 
 def _evaluate(scene: Scene) -> None:
-    coupling = build.build(scene).coupling
+    coupling = assembly.build(scene).coupling
     coupling.evaluate(coupling.unworn())
 
 
 def _change_contact(scene: Scene) -> None:
     """Take a step as one in which contact changes."""
-    coupling = build.build(scene).coupling
+    coupling = assembly.build(scene).coupling
     moves = coupling.vibration
     if moves is None or not isinstance(moves.method, periodic.Periodic):
         return

@@ -16,7 +16,7 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 from wearlab.arrays import Array, Index
 from wearlab.life import coupled, limits
-from wearlab.simulation.twins import Rougher, alike
+from wearlab.simulation.companion_runs import Rougher, alike
 
 DEEPEST = 0.95
 """Share of the largest depth from which a node counts as one that may end the life."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearlab.store.files import Image, RunFiles, StoreError, written
-from wearlab.store.presence import Checkpoints, Presence, alive
+from wearlab.store.locks import Checkpoints, Presence, alive
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from wearlab.assembly import contact, sets
 from wearlab.campaign import Axis, Campaign, Case
 from wearlab.campaign.distributions import Distribution, SampleTable, draw
 from wearlab.campaign.update import FACTOR
@@ -21,7 +22,6 @@ from wearlab.campaign.update_options import (
 )
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
-from wearlab.scene.build import contact, sets
 from wearlab.store import Store
 from wearlab.store.outcome import last_line, place
 from wearlab.units import is_quantity, split

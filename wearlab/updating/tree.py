@@ -18,7 +18,7 @@ from wearlab.updating import (
     likelihood,
     sampling,
     scores,
-    twins,
+    synthetic_data,
 )
 from wearlab.updating.answers import Finding
 
@@ -166,7 +166,7 @@ def _groups(outcome: Finding, replay: bool, check: int) -> dict[str, xr.Dataset]
         groups["predictions"] = kept.merge(again)
         groups["sample_stats"] = groups["sample_stats"].merge(scores.scored(again, end))
     if check:
-        groups["calibration"] = twins.calibrated(outcome.study, post, check)
+        groups["calibration"] = synthetic_data.calibrated(outcome.study, post, check)
     return groups
 
 

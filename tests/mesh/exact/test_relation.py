@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from tip_contact import tip_separation
 
+from wearlab.assembly.contact import cut_short
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.exact import relation as relation_module
 from wearlab.mesh.exact.flank import contact_angle, position_of, rotation_angle
@@ -26,7 +27,6 @@ from wearlab.mesh.exact.relation import (
     single_share,
 )
 from wearlab.mesh.stiffness import GivenStiffness, SectionVanished, constant
-from wearlab.scene.build.contact import cut_short
 
 _spec = importlib.util.spec_from_file_location(
     "plane", Path(__file__).with_name("plane.py")

@@ -30,8 +30,8 @@ def refuse_the_impossible(campaign: "Campaign") -> list[dict[str, Any]]:
     Stop : not one case can be, and none is expected to be refused; nothing is written
         then
     """
+    from wearlab.assembly import contact, sets, vibration
     from wearlab.gears.specification import GearError
-    from wearlab.scene.build import contact, sets, vibration
 
     cases = {case.id: case for case in campaign.cases}
     refused: list[dict[str, Any]] = []
@@ -266,8 +266,8 @@ def _held(title: str, checked: "list[Checked]", lacking: list[str]) -> output.Te
 
 def _built(scenes: dict[str, Any]) -> dict[str, output.ShownTable]:
     """Return heads and rows of the gears as they were built, once for all labels that have the same."""
+    from wearlab.assembly import sheet
     from wearlab.gears.specification import GearError
-    from wearlab.scene.build import sheet
 
     built: dict[str, output.ShownTable] = {}
     for label, scene in scenes.items():

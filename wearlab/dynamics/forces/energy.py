@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.orbits.response import (
+from wearlab.dynamics.steady.response import (
     Response,
     dashpot_of,
     friction_forces,

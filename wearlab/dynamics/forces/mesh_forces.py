@@ -20,7 +20,7 @@ import numpy as np
 from numpy.polynomial import Legendre
 
 from wearlab.arrays import Array, Index
-from wearlab.dynamics.orbits.response import Response, acceleration, forces_at, place_of
+from wearlab.dynamics.steady.response import Response, acceleration, forces_at, place_of
 from wearlab.gears.gear import GearPair
 from wearlab.mesh import excitation, force, gear_set, profile, stages
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from wearlab.assembly import sets
 from wearlab.gears import gear, helix, iso
 from wearlab.mesh import (
     clock,
@@ -23,7 +24,6 @@ from wearlab.mesh.exact.gaps import WornFlanks, unworn_extension
 from wearlab.mesh.face import contact as over_face
 from wearlab.mesh.face import grid as slicing
 from wearlab.scene import Scene
-from wearlab.scene.build import sets
 
 LARGEST_STATIC = 2.0
 """Times its static deflection that a quasi-static mesh may deflect, worn or with

@@ -18,13 +18,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wearlab import assembly
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.forces import mesh_forces
 from wearlab.gears.specification import GearError
 from wearlab.life import history, limits
 from wearlab.life.coupled import Responses, Wear, WearState
 from wearlab.mesh import clock, profile
-from wearlab.scene import build
 from wearlab.simulation import vibration as vibrating
 
 COARSENED = 0.5
@@ -61,7 +61,7 @@ class Rougher(NamedTuple):
     cycle: float
     wear: Array
     rate: Array | None
-    parts: build.Parts
+    parts: assembly.Parts
     state: WearState
     weight: float = 1.0
     between: float = 0.0
@@ -73,10 +73,12 @@ Twins = list[Rougher | None]
 """Those of several states, None where one responds otherwise or not at all."""
 
 
-def rough_parts(parts: build.Parts, share: float = COARSENED) -> build.Parts | None:
+def rough_parts(
+    parts: assembly.Parts, share: float = COARSENED
+) -> assembly.Parts | None:
     """Return the scene's physics with a share of the steps and of the nodes, None when that cannot be."""
     changed: dict[str, int] = {
-        "profile_points": max(9, int(share * build.mesh.profile_points(parts.scene)))
+        "profile_points": max(9, int(share * assembly.mesh.profile_points(parts.scene)))
     }
     if parts.vibration is not None:
         changed["steps_per_period"] = max(
@@ -84,7 +86,7 @@ def rough_parts(parts: build.Parts, share: float = COARSENED) -> build.Parts | N
         )
     numerics = parts.scene.numerics.model_copy(update=changed)
     try:
-        return build.build(parts.scene.model_copy(update={"numerics": numerics}))
+        return assembly.build(parts.scene.model_copy(update={"numerics": numerics}))
     except GearError:
         return None
 
@@ -106,7 +108,7 @@ def carried(
 
 
 def alike(
-    parts: build.Parts, wear: Wear, start: Responses, other: WearState
+    parts: assembly.Parts, wear: Wear, start: Responses, other: WearState
 ) -> WearState | None:
     """Return a wear state, None where it does not respond with the periods of another."""
     try:
@@ -128,7 +130,7 @@ def _permanent_contact(responses: Responses) -> bool:
     )
 
 
-def _carried(parts: build.Parts, values: Wear, rough: build.Parts) -> Wear:
+def _carried(parts: assembly.Parts, values: Wear, rough: assembly.Parts) -> Wear:
     each = zip(parts.kinds, values, rough.kinds, strict=True)
     return tuple(
         carried(fine.analysis.grid, value, other.analysis.grid)
@@ -136,7 +138,7 @@ def _carried(parts: build.Parts, values: Wear, rough: build.Parts) -> Wear:
     )
 
 
-def between_nodes(parts: build.Parts, wear: Wear, rough: build.Parts) -> float:
+def between_nodes(parts: assembly.Parts, wear: Wear, rough: assembly.Parts) -> float:
     """Return by how much wear is missed when it is carried to rougher nodes and back [m]."""
     back = _carried(rough, _carried(parts, wear, rough), parts)
     return max(
@@ -145,13 +147,13 @@ def between_nodes(parts: build.Parts, wear: Wear, rough: build.Parts) -> float:
     )
 
 
-def flank_of_nodes(parts: build.Parts) -> Index:
+def flank_of_nodes(parts: assembly.Parts) -> Index:
     """Return which flank each entry of the flat wear is on."""
     sizes = [len(kind.analysis.grid.position) for kind in parts.kinds for _ in (0, 1)]
     return np.repeat(np.arange(len(sizes)), sizes)
 
 
-def twins_of(parts: build.Parts, lived: history.History) -> Twins:
+def twins_of(parts: assembly.Parts, lived: history.History) -> Twins:
     """Return the rougher twins of the sampled states in one condition."""
     twins = _of_share(parts, lived.samples, COARSENED)
     if any(twins) or not any(map(is_periodic, lived.samples.state)):
@@ -159,13 +161,13 @@ def twins_of(parts: build.Parts, lived: history.History) -> Twins:
     return _of_share(parts, lived.samples, LESS_COARSENED, SCALED)
 
 
-def finer_twins_of(parts: build.Parts, lived: history.History) -> Twins:
+def finer_twins_of(parts: assembly.Parts, lived: history.History) -> Twins:
     """Return twins of the sampled states in one condition that have twice the steps and nodes."""
     return _of_share(parts, lived.samples, REFINED, OF_FINER)
 
 
 def _of_share(
-    parts: build.Parts, own: history.History, share: float, weight: float = 1.0
+    parts: assembly.Parts, own: history.History, share: float, weight: float = 1.0
 ) -> Twins:
     """Return the twins of states with a share of the steps and nodes, None where one responds otherwise.
 
@@ -258,7 +260,7 @@ class ForceErrors(NamedTuple):
 
 
 def force_errors(
-    parts: build.Parts, state: WearState, twin: Rougher, worse: WearState
+    parts: assembly.Parts, state: WearState, twin: Rougher, worse: WearState
 ) -> ForceErrors:
     """Return the errors of the forces of a state, the largest over its responses.
 
@@ -327,7 +329,7 @@ def error_of_largest(values: Array, error: Array) -> float:
 
 
 def forces_of(
-    parts: build.Parts, state: WearState, at: int, when: clock.Instants
+    parts: assembly.Parts, state: WearState, at: int, when: clock.Instants
 ) -> Array:
     """Return the forces of meshes, and of bearings after them, (n_periods, n_forces, n_instants) [N].
 

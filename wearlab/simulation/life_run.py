@@ -13,12 +13,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from wearlab import assembly
 from wearlab.arrays import Array
-from wearlab.dynamics.orbits.shooting import RHS_PER_STEP
-from wearlab.dynamics.steps.kernel import is_small
+from wearlab.dynamics.integrators.kernel import is_small
+from wearlab.dynamics.steady.shooting import RHS_PER_STEP
 from wearlab.dynamics.system import System
 from wearlab.life import coupled, coupling, history, integrate, limits
-from wearlab.scene import Scene, build
+from wearlab.scene import Scene
 from wearlab.scene.operation import DutyBlock, OperationStage, labels_of
 from wearlab.scene.wear import is_replaced
 from wearlab.simulation import label
@@ -36,14 +37,14 @@ class Stage(NamedTuple):
     cycles : how long it lasts, None: to the limits of the scene
     """
 
-    parts: tuple[build.Parts, ...]
+    parts: tuple[assembly.Parts, ...]
     weight: Array
     speed: float
     coupling: coupled.Coupled
     cycles: float | None
 
     @property
-    def first(self) -> build.Parts:
+    def first(self) -> assembly.Parts:
         """The physics in the first condition; the flanks are the same in all."""
         return self.parts[0]
 
@@ -85,7 +86,7 @@ def stage_of(
     share : u, of the time; only their proportions count [1]
     cycles : how long they last, None: to the limits of the scene
     """
-    parts = tuple(map(build.build, scenes))
+    parts = tuple(map(assembly.build, scenes))
     time = np.asarray(share, float) / np.sum(share)
     speed = np.array([part.gears.speed for part in parts])
     weight = time * speed / (time @ speed) if len(parts) > 1 else np.ones(1)
@@ -93,7 +94,7 @@ def stage_of(
     return Stage(parts, weight, mean_speed, taking_turns(parts, weight), cycles)
 
 
-def taking_turns(parts: Sequence[build.Parts], weight: Array) -> coupled.Coupled:
+def taking_turns(parts: Sequence[assembly.Parts], weight: Array) -> coupled.Coupled:
     """Return conditions that take turns as one coupling."""
     first, *others = (part.coupling for part in parts)
     return (
@@ -189,7 +190,7 @@ APART = 1e-9  # of the path: the two nodes of a step of the wear stand so far ap
 BEYOND = 1e-6  # of the path: nodes at its ends may differ by so much
 
 
-def continued_wear(scene: Scene, parts: build.Parts) -> coupled.Wear:
+def continued_wear(scene: Scene, parts: assembly.Parts) -> coupled.Wear:
     """Return the wear that a run starts from, of every kind of mesh [m].
 
     Replaced flanks are new.
@@ -233,7 +234,7 @@ def continued_wear(scene: Scene, parts: build.Parts) -> coupled.Wear:
     return wear
 
 
-def inherited_error(scene: Scene, parts: build.Parts) -> float:
+def inherited_error(scene: Scene, parts: assembly.Parts) -> float:
     """Return the error of the wear that a run starts from [m]: its parent's, and of reading between states.
 
     It is 0 where nothing is inherited; NaN where the parent has no estimate.
@@ -303,7 +304,7 @@ cache, and by what work is dearer then: 0.67 µs a right-hand side over 1,633 pe
 and the forces that wear take as long again."""
 
 
-def most_work(scene: Scene, parts: build.Parts) -> float:
+def most_work(scene: Scene, parts: assembly.Parts) -> float:
     """Return the right-hand sides after which a life ends."""
     if scene.numerics.most_right_hand_sides is not None:
         return float(scene.numerics.most_right_hand_sides)
@@ -337,7 +338,7 @@ def units(system: System) -> float:
 
 
 def integration(
-    scene: Scene, parts: build.Parts, until: limits.Limits
+    scene: Scene, parts: assembly.Parts, until: limits.Limits
 ) -> Callable[..., integrate.Life]:
     """Return how the wear of a scene is integrated, up to its limits and its work."""
     assert scene.wear is not None
@@ -354,7 +355,7 @@ def integration(
 
 
 def life_at_rate(
-    scene: Scene, parts: build.Parts, rate: history.SetRate, wear: coupled.Wear
+    scene: Scene, parts: assembly.Parts, rate: history.SetRate, wear: coupled.Wear
 ) -> integrate.Life | None:
     """Integrate a wear rate of a scene in one condition to its end, no state kept.
 
@@ -368,7 +369,7 @@ def life_at_rate(
     """
     if scene.wear is None or scene.wear.until is None:
         return None
-    until = build.wear.build_limits(scene, parts.gears, parts.coupling)
+    until = assembly.wear.build_limits(scene, parts.gears, parts.coupling)
     return integration(scene, parts, until)(rate, parts.coupling.flat(wear))
 
 
@@ -390,7 +391,7 @@ def live_through(scene: Scene, stages: Sequence[Stage]) -> history.History:
     for stage in stages:
         gears = stage.first.gears
         before = (cycles, seconds)
-        until = build.wear.build_limits(
+        until = assembly.wear.build_limits(
             scene, gears, stage.coupling, stage.speed, before
         )
         goes_on = stage.cycles is not None and (
@@ -430,7 +431,7 @@ def _integrated(
     """
     parts = stage.first
     scene = stage.first.scene
-    asked = build.wear.build_snapshots(scene, parts.gears, stage.coupling)
+    asked = assembly.wear.build_snapshots(scene, parts.gears, stage.coupling)
     left = tuple(cycle - before for cycle in asked.cycles if cycle > before)
     kept: dict[str, Any] = {"snapshots": asked._replace(cycles=left, only=asked.asked)}
     kept["kept_work"] = KEPT_SHARE * most_work(scene, parts)
@@ -504,7 +505,7 @@ def _joined(
 
 
 def initial_wear(
-    scene: Scene, parts: build.Parts, together: coupled.Coupled | None = None
+    scene: Scene, parts: assembly.Parts, together: coupled.Coupled | None = None
 ) -> coupled.Wear:
     """Return the wear before the first cycle, of every kind of mesh, (2, n) each [m].
 
@@ -531,7 +532,9 @@ def initial_wear(
             wear[kind][gear] = flank.at_nodes(pair, gear, position)
         else:
             slices = parts.face.kinds[kind].contact.grid.position
-            sliced = build.mesh.sliced_flank(scene, parts.gears, (kind, gear), slices)
+            sliced = assembly.mesh.sliced_flank(
+                scene, parts.gears, (kind, gear), slices
+            )
             wear[kind][gear] = flank.over_face(pair, gear, position, sliced)
     if not by_law:
         return wear

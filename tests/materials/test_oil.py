@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from wearlab.shop import oil
-from wearlab.shop.oil import KELVIN, of_datasheet, of_grade
+from wearlab.materials import oil
+from wearlab.materials.oil import KELVIN, of_datasheet, of_grade
 
 
 def test_the_line_of_d341_goes_through_both_points_and_is_straight_in_its_coordinates():

@@ -4,11 +4,11 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
+from wearlab.assembly import sets
 from wearlab.gears import helix, outline, shifts
 from wearlab.gears.gear import Gear, GearPair
+from wearlab.materials.grades import KGF_PER_MM2
 from wearlab.scene import Scene
-from wearlab.scene.build import sets
-from wearlab.shop.materials import KGF_PER_MM2
 
 
 class GearRow(NamedTuple):

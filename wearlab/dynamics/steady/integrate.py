@@ -11,22 +11,14 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.compiled import by_type, jit
-from wearlab.dynamics.orbits.response import (
-    Counts,
-    Found,
-    Response,
-    Verdict,
-    split_periods,
-)
-from wearlab.dynamics.rigid import rebalance, solved_load
-from wearlab.dynamics.steps import (
+from wearlab.dynamics.integrators import (
     contact_change,
     damping_law,
     mesh_law,
     propagator,
     rk4,
 )
-from wearlab.dynamics.steps.kernel import (
+from wearlab.dynamics.integrators.kernel import (
     Dense,
     Kernel,
     Propagated,
@@ -35,7 +27,15 @@ from wearlab.dynamics.steps.kernel import (
     structure_of,
     write,
 )
-from wearlab.dynamics.steps.mesh_law import NEXT, THIS
+from wearlab.dynamics.integrators.mesh_law import NEXT, THIS
+from wearlab.dynamics.rigid import rebalance, solved_load
+from wearlab.dynamics.steady.response import (
+    Counts,
+    Found,
+    Response,
+    Verdict,
+    split_periods,
+)
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -292,7 +292,7 @@ class UntilSteady:
     ) -> Response:
         """Integrate in blocks until some period m ≤ ``longest`` has settled, and return the response.
 
-        Parameters as in `wearlab.dynamics.orbits.periodic.Periodic.solve`.
+        Parameters as in `wearlab.dynamics.steady.periodic.Periodic.solve`.
         """
         integrator = self.integrator(system, tables, period)
         state = np.zeros(2 * len(system.load)) if start is None else start.end.copy()

@@ -9,10 +9,10 @@ from itertools import islice
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.orbits.integrate import LOCATED, PERMANENT, in_one_unit
-from wearlab.dynamics.orbits.response import Found, Response
-from wearlab.dynamics.orbits.shooting import Shooting, Sought
-from wearlab.dynamics.steps.count import settling_periods
+from wearlab.dynamics.integrators.count import settling_periods
+from wearlab.dynamics.steady.integrate import LOCATED, PERMANENT, in_one_unit
+from wearlab.dynamics.steady.response import Found, Response
+from wearlab.dynamics.steady.shooting import Shooting, Sought
 from wearlab.dynamics.system import System
 from wearlab.gears.specification import GearError
 from wearlab.mesh.stages import StageTables
@@ -53,7 +53,7 @@ class Periodic(Sought):
     mesh period attracts, the motion is integrated, and an orbit over m ≤ ``longest``
     periods looked for where it shows one; if none attracts, the response is aperiodic
     and its last ``averaged`` periods are returned. (Parker & Chua 1989, ch. 5; Leine &
-    Nijmeijer 2004, ch. 7.) Parameters: see `wearlab.dynamics.orbits.shooting.Sought`.
+    Nijmeijer 2004, ch. 7.) Parameters: see `wearlab.dynamics.steady.shooting.Sought`.
     """
 
     def solve(

@@ -5,7 +5,7 @@ is updated as the real data are. The probability that a posterior gives to less 
 truth is then uniform (Talts et al. 2018, arXiv:1804.06788), and an interval holds the
 truth as often as it says.
 
-``python -m wearlab.updating.twins FILE KEY=VALUE… [--seed N]`` writes the data files of
+``python -m wearlab.updating.synthetic_data FILE KEY=VALUE… [--seed N]`` writes the data files of
 one twin: the campaign is run with the values given as the truth, and in every data file
 the values are replaced by what would have been measured there. Cycles and places stay
 as the files have them, which so may hold zeros.
@@ -262,7 +262,7 @@ def _with(text: str, seen: Observed) -> str:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Write the data files of a twin."""
     parser = argparse.ArgumentParser(
-        prog="python -m wearlab.updating.twins", description=__doc__
+        prog="python -m wearlab.updating.synthetic_data", description=__doc__
     )
     parser.add_argument("file", help="campaign with an [update]")
     parser.add_argument(
@@ -277,7 +277,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     texts, life = twin_files(load(given.file), truth, given.seed)
     words = " ".join(f'"{word}"' if " " in word else word for word in given.truth)
     made = (
-        f"{MADE}python -m wearlab.updating.twins {given.file} {words} --seed "
+        f"{MADE}python -m wearlab.updating.synthetic_data {given.file} {words} --seed "
         f"{given.seed}"
     )
     for file, text in texts.items():

@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.orbits import shooting
-from wearlab.dynamics.orbits.integrate import LOCATED
-from wearlab.dynamics.orbits.periodic import Periodic, periods_of
-from wearlab.dynamics.orbits.response import Response, step_forces
 from wearlab.dynamics.rigid import rigid_modes
+from wearlab.dynamics.steady import shooting
+from wearlab.dynamics.steady.integrate import LOCATED
+from wearlab.dynamics.steady.periodic import Periodic, periods_of
+from wearlab.dynamics.steady.response import Response, step_forces
 
 BLOCK = 50
 """Most mesh periods between two looks whether the flanks are back."""
@@ -47,7 +47,7 @@ class Tries(NamedTuple):
     ----------
     releases : how many, more where transients are long
     first : number of the first of them, see
-        `wearlab.dynamics.orbits.coexisting.releases`
+        `wearlab.dynamics.steady.coexisting.releases`
     near : another attractor of a neighbouring case: one like it is looked for first
     """
 

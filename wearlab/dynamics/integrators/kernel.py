@@ -16,8 +16,8 @@ from numba.cpython.unsafe.tuple import tuple_setitem
 
 from wearlab.arrays import Array, Flags, Index
 from wearlab.compiled import jit_inner
+from wearlab.dynamics.integrators.propagator import Propagator, propagator_of
 from wearlab.dynamics.rigid import Balance, balance_of, rigid_modes
-from wearlab.dynamics.steps.propagator import Propagator, propagator_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -68,7 +68,7 @@ class Stepped(Dense):
 
 
 class Propagated(NamedTuple):
-    """A structure whose linear part is advanced exactly, see `wearlab.dynamics.steps.propagator`.
+    """A structure whose linear part is advanced exactly, see `wearlab.dynamics.integrators.propagator`.
 
     Parameters
     ----------

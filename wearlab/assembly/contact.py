@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.assembly import mesh, sets
 from wearlab.gears import gear, outline, specification
 from wearlab.mesh import contact, gear_set, profile
 from wearlab.mesh.exact import flank, gaps
 from wearlab.scene import Scene
-from wearlab.scene.build import mesh, sets
 
 EXTENDED_CONTACT = 0.05
 """Share of the path by which contact may be extended before a run without extended

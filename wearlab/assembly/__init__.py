@@ -1,3 +1,3 @@
 """A scene becomes physics: only here do sections of a campaign file meet gears, mesh, dynamics and wear."""
 
-from wearlab.scene.build.parts import KindParts, Parts, SceneModes, build, build_modes
+from wearlab.assembly.parts import KindParts, Parts, SceneModes, build, build_modes

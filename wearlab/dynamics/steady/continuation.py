@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.orbits.periodic import Periodic, periods_of
-from wearlab.dynamics.orbits.response import Response
-from wearlab.dynamics.orbits.shooting import Shooting
+from wearlab.dynamics.steady.periodic import Periodic, periods_of
+from wearlab.dynamics.steady.response import Response
+from wearlab.dynamics.steady.shooting import Shooting
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 

@@ -6,17 +6,18 @@ from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
+from wearlab import assembly
 from wearlab.arrays import Array
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.steps.kernel import is_small
+from wearlab.dynamics.integrators.kernel import is_small
+from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.gears.specification import GearError
 from wearlab.life import coupled, history, limits
 from wearlab.life.coupling import Coupling
 from wearlab.life.step import Node, Step, again, depth_at
 from wearlab.mesh.profile import Extension
 from wearlab.options import Part, Unit
-from wearlab.scene import Scene, SceneError, build
-from wearlab.simulation.living import initial_wear, life_at_rate
+from wearlab.scene import Scene, SceneError
+from wearlab.simulation.life_run import initial_wear, life_at_rate
 from wearlab.units import KINDS
 
 STEP, STEP_OF_LARGE = 1e-7, 1e-6
@@ -181,7 +182,7 @@ class HeldNumerics(NamedTuple):
     steps_per_period: int | None
     reach: tuple[Extension, ...]
 
-    def built(self, scene: Scene) -> tuple[Scene, build.Parts]:
+    def built(self, scene: Scene) -> tuple[Scene, assembly.Parts]:
         """Return a scene with these numerics, and its physics.
 
         Raises
@@ -197,7 +198,7 @@ class HeldNumerics(NamedTuple):
             update={"numerics": scene.numerics.model_copy(update=given)}
         )
         try:
-            parts = build.build(held, self.reach)
+            parts = assembly.build(held, self.reach)
         except GearError as error:
             raise GradientError(f"no such gears: {error}") from error
         if parts.vibration is not None and isinstance(parts.vibration.method, Periodic):
@@ -229,7 +230,7 @@ class HeldNumerics(NamedTuple):
 
 def frozen(scene: Scene) -> HeldNumerics:
     """Return what the numerics of a scene come to."""
-    parts = build.build(scene)
+    parts = assembly.build(scene)
     steps = scene.numerics.steps_per_period
     reach = []
     if parts.vibration is not None and steps is None:
@@ -240,7 +241,7 @@ def frozen(scene: Scene) -> HeldNumerics:
         before = grid.position[0] - grid.contact_position[0]
         after = grid.contact_position[-1] - grid.position[-1]
         reach.append(Extension(float(before / pitch), float(after / pitch)))
-    return HeldNumerics(build.mesh.profile_points(scene), steps, tuple(reach))
+    return HeldNumerics(assembly.mesh.profile_points(scene), steps, tuple(reach))
 
 
 class Ends(NamedTuple):
@@ -254,13 +255,13 @@ class Ends(NamedTuple):
     evaluated : every state that was evaluated, in that order
     """
 
-    parts: build.Parts
+    parts: assembly.Parts
     states: tuple[coupled.WearState, ...]
     steps: tuple[Step, ...]
     evaluated: Sequence[coupled.WearState]
 
 
-def _places(parts: build.Parts) -> list[Array]:
+def _places(parts: assembly.Parts) -> list[Array]:
     """Return how many nodes there are, where they lie, and in which segments the steps, to be compared."""
     grids = [kind.analysis.grid for kind in parts.kinds]
     steps = [] if parts.vibration is None else [parts.vibration.sampling.grid.segment]
@@ -315,7 +316,7 @@ class LivedSteps:
         return self._ends(parts, self.ends.evaluated)
 
     def _ends(
-        self, parts: build.Parts, known: RecordedRate | Sequence[coupled.WearState]
+        self, parts: assembly.Parts, known: RecordedRate | Sequence[coupled.WearState]
     ) -> Ends:
         """Take the steps, from states of the integration to its end or from those known before, in turn."""
         coupling = parts.coupling
@@ -386,7 +387,9 @@ class LivedSteps:
         """
         step = self.ends.steps[-1]
         known = self.ends.parts
-        counts = build.wear.build_limits(self.scene, known.gears, known.coupling).flank
+        counts = assembly.wear.build_limits(
+            self.scene, known.gears, known.coupling
+        ).flank
         here = depth_at(step, self.cycle)[counts]
         deepest = int(np.argmax(here))
         half = 1e-4 * step.size

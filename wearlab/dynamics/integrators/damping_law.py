@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import jit, jit_inner
-from wearlab.dynamics.steps import contact_change, mesh_law, rk4
-from wearlab.dynamics.steps.kernel import TERMS, copy
-from wearlab.dynamics.steps.mesh_law import THIS, WITHIN
+from wearlab.dynamics.integrators import contact_change, mesh_law, rk4
+from wearlab.dynamics.integrators.kernel import TERMS, copy
+from wearlab.dynamics.integrators.mesh_law import THIS, WITHIN
 from wearlab.mesh.damping import apart_force, contact_force
 
 ROUNDS = 4
@@ -34,7 +34,7 @@ def tangents_of_flanks(
 
     Parameters
     ----------
-    flanks, step, stage, x : as in `wearlab.dynamics.steps.mesh_law.flanks_at`
+    flanks, step, stage, x : as in `wearlab.dynamics.integrators.mesh_law.flanks_at`
     at : where in the scratch law, friction and motion are
     """
     meshes = flanks.meshes

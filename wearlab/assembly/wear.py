@@ -10,13 +10,13 @@ import numpy as np
 
 from wearlab import compiled, slots
 from wearlab.arrays import Array
+from wearlab.assembly import mesh, sets, vibration
 from wearlab.gears.gear import GearPair
 from wearlab.life import coupled, limits, loads
 from wearlab.life.coupling import FaceKind
 from wearlab.mesh import clock, contact, gear_set
 from wearlab.mesh.face.contact import FaceContact
 from wearlab.scene import Scene
-from wearlab.scene.build import mesh, sets, vibration
 from wearlab.wear import coefficients, films
 from wearlab.wear.law import NAN, FlankLaw, PreparedLaw, WearLaw, prepare
 from wearlab.wear.patch import PatchSetting

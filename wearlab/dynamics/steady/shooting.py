@@ -8,22 +8,22 @@ import numpy as np
 from scipy.linalg.lapack import dgeev, dgetrf, dgetrs
 
 from wearlab.arrays import Array, Complex
-from wearlab.dynamics.orbits.integrate import (
+from wearlab.dynamics.integrators.kernel import is_small, kernel_of
+from wearlab.dynamics.rigid import Balance, solved_load, true_derivative
+from wearlab.dynamics.steady.integrate import (
     LOCATED,
     PERMANENT,
     OnTables,
     under_one_load,
     unit_of_speed,
 )
-from wearlab.dynamics.orbits.response import (
+from wearlab.dynamics.steady.response import (
     Counts,
     Found,
     Response,
     Verdict,
     split_periods,
 )
-from wearlab.dynamics.rigid import Balance, solved_load, true_derivative
-from wearlab.dynamics.steps.kernel import is_small, kernel_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 

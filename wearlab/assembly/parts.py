@@ -8,15 +8,15 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.assembly import contact, mesh, sets
+from wearlab.assembly.vibration import OnClock, build_vibration, fluctuation
+from wearlab.assembly.wear import KindParts, build_kind, build_load, joined_kinds
 from wearlab.dynamics.modes import Modes, critical_speeds, mode_kinds, modes
-from wearlab.dynamics.orbits.response import dashpot_of
+from wearlab.dynamics.steady.response import dashpot_of
 from wearlab.life.coupled import MeshKind, Vibration
 from wearlab.life.coupling import Coupling, FaceCoupling, FaceKind
 from wearlab.mesh import clock, force, gear_set, profile, stages
-from wearlab.scene import Scene, presence
-from wearlab.scene.build import contact, mesh, sets
-from wearlab.scene.build.vibration import OnClock, build_vibration, fluctuation
-from wearlab.scene.build.wear import KindParts, build_kind, build_load, joined_kinds
+from wearlab.scene import Scene, summary
 
 PHASE_POINTS = 256
 
@@ -142,7 +142,7 @@ class Parts:
         scene = self.scene
         gears = self.gears
         wear = self.scene.wear
-        flags = [*presence.oversights(scene), *gears.assumed]
+        flags = [*summary.oversights(scene), *gears.assumed]
         for kind, own in zip(gears.kinds, self.kinds, strict=True):
             flags += contact.contact_flags(scene, kind, own.analysis)
             flags += scene.mesh.of(kind.section).stiffness.flags(

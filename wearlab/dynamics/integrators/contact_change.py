@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import jit, jit_inner
-from wearlab.dynamics.steps import mesh_law
-from wearlab.dynamics.steps.kernel import TERMS, copy, multiply
-from wearlab.dynamics.steps.mesh_law import NEXT, THIS, WITHIN
+from wearlab.dynamics.integrators import mesh_law
+from wearlab.dynamics.integrators.kernel import TERMS, copy, multiply
+from wearlab.dynamics.integrators.mesh_law import NEXT, THIS, WITHIN
 
 MOST_CHANGES = 16
 NOTHING = -1

@@ -2,7 +2,7 @@
 
 import pytest
 
-from wearlab.shop.materials import (
+from wearlab.materials.grades import (
     KGF_PER_MM2,
     pressure_of,
     vickers_of_rockwell,

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Complex
-from wearlab.dynamics.steps.propagator import companion, normalised
+from wearlab.dynamics.integrators.propagator import companion, normalised
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables, graded_grid
 
@@ -42,7 +42,7 @@ def settling_periods(system: System, tables: StageTables, period: float) -> floa
 
     Parameters
     ----------
-    system, tables, period : as for `wearlab.dynamics.orbits.periodic.Periodic.solve`;
+    system, tables, period : as for `wearlab.dynamics.steady.periodic.Periodic.solve`;
         the mean mesh stiffness counts
     """
     slowest = float((-_vibrating(system, tables.mean_stiffness).real).min())

@@ -205,8 +205,8 @@ def exact_step(
 
     Parameters
     ----------
-    kernel, step, w, states, i, j : as in `wearlab.dynamics.steps.rk4.diagonal_step`,
-        the structure `wearlab.dynamics.steps.kernel.Propagated`
+    kernel, step, w, states, i, j : as in `wearlab.dynamics.integrators.rk4.diagonal_step`,
+        the structure `wearlab.dynamics.integrators.kernel.Propagated`
     columns : all
     """
     exact_steps(kernel, step, kernel.structure.tables.single, OF_ONE, w, states[i:])

@@ -11,8 +11,8 @@ from scipy.linalg import null_space
 
 from wearlab.arrays import Array
 from wearlab.dynamics import methods, modes, system
+from wearlab.dynamics.integrators import count, kernel
 from wearlab.dynamics.models import InMotion
-from wearlab.dynamics.steps import count, kernel
 from wearlab.gears import specification
 from wearlab.life.coupled import Vibration, hunting_grid
 from wearlab.mesh import contact, gear_set, stages

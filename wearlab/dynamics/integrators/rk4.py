@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import by_type, jit_inner
-from wearlab.dynamics.steps.kernel import (
+from wearlab.dynamics.integrators.kernel import (
     Dense,
     Diagonal,
     Propagated,
@@ -25,8 +25,8 @@ from wearlab.dynamics.steps.kernel import (
     take,
     write,
 )
-from wearlab.dynamics.steps.mesh_law import END, MIDST, START, motion_of
-from wearlab.dynamics.steps.propagator import exact_step
+from wearlab.dynamics.integrators.mesh_law import END, MIDST, START, motion_of
+from wearlab.dynamics.integrators.propagator import exact_step
 
 
 def diagonal_step(
@@ -36,7 +36,7 @@ def diagonal_step(
 
     Parameters
     ----------
-    kernel : the system, its structure `wearlab.dynamics.steps.kernel.Diagonal`; the
+    kernel : the system, its structure `wearlab.dynamics.integrators.kernel.Diagonal`; the
         scratch has stiffness and damping of the channels, and the inputs
     step : of the tables
     columns, w : how many columns to advance, and how many a state has (uint64)
@@ -127,7 +127,7 @@ def dense_step(
 ) -> None:
     """Advance a trajectory alone at ``states[i:]`` by one step into ``states[j:]``.
 
-    Parameters are those of `wearlab.dynamics.steps.rk4.diagonal_step`.
+    Parameters are those of `wearlab.dynamics.integrators.rk4.diagonal_step`.
 
     References
     ----------

@@ -1,1 +1,0 @@
-"""The words of the shop and the standards that they stand for: hardness numbers, materials, oils."""
