@@ -14,7 +14,7 @@ def by_hand(problem: Steady, time: float, y: np.ndarray) -> np.ndarray:
     vibration = problem.vibration
     system = problem.vibration.system
     phase = (time / vibration.period) % 1.0
-    where = problem.parts.look(0, np.array([phase]))
+    where = problem.parts.locate(0, np.array([phase]))
     stages = vibration.sampling._replace(grid=_one_step(phase), where=(_thrice(where),))
     tables = stage_tables(problem.kinds, stages, None)
     k = tables.stiffness[0, 0, 0]

@@ -7,7 +7,7 @@ import pytest
 from made_up import put, run
 
 import wearlab as wl
-from wearlab.assembly.parts import build
+from wearlab.assembly.gear_model import build
 from wearlab.assembly.sheet import sheet
 from wearlab.campaign.reading import campaign_of
 from wearlab.report.answer import answer, conditions

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from estimate_score import score, summary
 
-from wearlab.assembly import Parts, build
+from wearlab.assembly import GearModel, build
 from wearlab.life.history import History
 from wearlab.scene import Scene
 from wearlab.simulation import companion_runs, estimates, simulate, wear_off
@@ -210,8 +210,8 @@ def test_less_rough_twins_serve_where_the_rough_ones_fail(
     assert len(names) >= 2 and float(usual.run_time_estimates) > 0.0
 
     def without_half(
-        parts: Parts, share: float = companion_runs.COARSENED
-    ) -> Parts | None:
+        parts: GearModel, share: float = companion_runs.COARSENED
+    ) -> GearModel | None:
         return None if share == companion_runs.COARSENED else known(parts, share)
 
     monkeypatch.setattr(companion_runs, "rough_parts", without_half)
@@ -282,7 +282,7 @@ def test_finer_twins_that_respond_otherwise_say_nothing(
     usual = simulate(SMALL)
     monkeypatch.setattr(estimates, "LARGE", 1e-9)
 
-    def none(parts: Parts, lived: History) -> list[None]:
+    def none(parts: GearModel, lived: History) -> list[None]:
         return [None] * len(lived.samples.state)
 
     monkeypatch.setattr(companion_runs, "finer_twins_of", none)

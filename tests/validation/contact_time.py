@@ -49,7 +49,7 @@ def contact_time(scene: Scene) -> ContactTime:
         scene = scene.replace(key, value)
     parts = build(scene)
     analysis = parts.kinds[0].analysis
-    where = parts.look(0, parts.phase)
+    where = parts.locate(0, parts.phase)
     worn = np.stack([quadratic(analysis.grid.position, DEPTH)] * 2)
     nodes = analysis.nodes(worn)
     return ContactTime(

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.assembly import Parts, build
+from wearlab.assembly import GearModel, build
 from wearlab.campaign import load
 from wearlab.life.history import SetRate
 from wearlab.life.integrate import integrate
@@ -55,7 +55,7 @@ class Growth:
 class _Flank:
     """The first flank of a scene, and the rate of all."""
 
-    def __init__(self, parts: Parts) -> None:
+    def __init__(self, parts: GearModel) -> None:
         coupling = parts.coupling
         kind = parts.kinds[0]
         self.rate = SetRate(coupling)

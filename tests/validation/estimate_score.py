@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from processor_time import OutOfTime, bounded
 
-from wearlab.assembly import Parts
+from wearlab.assembly import GearModel
 from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.gears.specification import GearError
 from wearlab.life.coupled import Wear
@@ -298,7 +298,7 @@ def _simulated(scene: Scene) -> xr.Dataset:
         raise Apart(f"refused: {refusal}") from refusal
 
 
-def _grids(parts: Parts) -> list[ProfileGrid]:
+def _grids(parts: GearModel) -> list[ProfileGrid]:
     return [kind.analysis.grid for kind in parts.kinds]
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from drawn_scenes import draw_any
 from processor_time import OutOfTime, bounded
 
-from wearlab.assembly import Parts, build
+from wearlab.assembly import GearModel, build
 from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.gears.specification import GearError
 from wearlab.life.coupled import Wear
@@ -37,7 +37,7 @@ WORN = 5e-6
 """Depth of the drawn wear [m]."""
 
 
-def built(scene: Scene, finer: int) -> Parts:
+def built(scene: Scene, finer: int) -> GearModel:
     """Return the physics of a scene with more steps a period."""
     vibration = build(scene).vibration
     assert vibration is not None
@@ -70,7 +70,7 @@ def balance(
     return found
 
 
-def _balance(parts: Parts, flanks: str, number: int) -> Balance:
+def _balance(parts: GearModel, flanks: str, number: int) -> Balance:
     unworn = parts.coupling.unworn()
     state = (
         unworn if flanks == "unworn" else worn(unworn, np.random.default_rng(number))

@@ -408,7 +408,7 @@ class Wearing(NamedTuple):
     limits : where the life ends
     """
 
-    parts: assembly.Parts
+    parts: assembly.GearModel
     wear: Array
     limits: Limits
 

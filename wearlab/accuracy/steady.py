@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 from wearlab.accuracy.equation import Motion, landing, motion, motion_within
 from wearlab.arrays import Array
-from wearlab.assembly import Parts, build
+from wearlab.assembly import GearModel, build
 from wearlab.assembly.vibration import build_friction
 from wearlab.dynamics.integrators import count, kernel
 from wearlab.dynamics.rigid import balance_of, true_derivative
@@ -37,7 +37,7 @@ class Steady(NamedTuple):
     """
 
     scene: Scene
-    parts: Parts
+    parts: GearModel
     kinds: tuple[excitation.MeshFlanks, ...]
     near: tuple[excitation.MeshFlanks, ...]
 
@@ -99,7 +99,7 @@ class Steady(NamedTuple):
         parts = self.parts
         meshes = range(len(self.parts.meshes))
         each = [
-            parts.forces(self.kinds, mesh, parts.look(mesh, phase), motions).elastic
+            parts.forces(self.kinds, mesh, parts.locate(mesh, phase), motions).elastic
             for mesh in meshes
         ]
         return np.concatenate(each, axis=1)

@@ -24,7 +24,7 @@ from wearlab.wear.path import WearPath, contact_half_width, wear_path
 from wearlab.wear.setting import Setting
 
 
-class KindParts(NamedTuple):
+class MeshKindModel(NamedTuple):
     """The physics of one kind of mesh; what the scene leaves out is ``None``.
 
     Parameters
@@ -49,7 +49,7 @@ def build_kind(
     gears: gear_set.GearSet,
     kind: gear_set.PairOfSet,
     analysis: contact.ContactAnalysis,
-) -> KindParts:
+) -> MeshKindModel:
     """Return the physics of one kind of mesh; a helix flattens flanks.
 
     The face load factor K_Hβ puts the load on as much less of the face: wear is that of
@@ -62,7 +62,7 @@ def build_kind(
     path = path._replace(equivalent_radius=path.equivalent_radius / gears.helix.cosine)
     law = build_law(scene, pair, path)
     film = build_film(scene, pair)
-    return KindParts(
+    return MeshKindModel(
         pair, analysis, sets.modifications(pair, position), path, law, film
     )
 
@@ -99,7 +99,7 @@ class FacePatchSetting(PatchSetting):
 def joined_kinds(
     scene: Scene,
     gears: gear_set.GearSet,
-    kinds: Sequence[KindParts],
+    kinds: Sequence[MeshKindModel],
     on_clock: vibration.OnClock,
 ) -> Iterator[coupled.MeshKind | FaceKind]:
     """Yield contact and wear of each kind of mesh, over the face where flanks have a width."""

@@ -30,7 +30,7 @@ NOT_COMPARED = {"phase", "profile"}
 """Dimensions along which twins have other places."""
 
 MOTION, WEAR = "[dynamics]", "a wear law"
-Reading = Callable[[assembly.Parts, WearState], Array]
+Reading = Callable[[assembly.GearModel, WearState], Array]
 Names = str | Sequence[str]
 
 
@@ -51,31 +51,31 @@ class Value(NamedTuple):
     needs: str = MOTION
 
 
-def _largest(parts: assembly.Parts, state: WearState) -> Array:
+def _largest(parts: assembly.GearModel, state: WearState) -> Array:
     return extremes(state.responses[0]).largest
 
 
-def _dynamic_factor(parts: assembly.Parts, state: WearState) -> Array:
+def _dynamic_factor(parts: assembly.GearModel, state: WearState) -> Array:
     static_force = np.array(
         [parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes]
     )
     return np.asarray(_largest(parts, state) / static_force)
 
 
-def _force(parts: assembly.Parts, state: WearState) -> Array:
+def _force(parts: assembly.GearModel, state: WearState) -> Array:
     return vibration.phase_forces(parts, state, state.responses[0]).transpose(1, 0, 2)
 
 
-def _deflection(parts: assembly.Parts, state: WearState) -> Array:
+def _deflection(parts: assembly.GearModel, state: WearState) -> Array:
     motions = parts.moving.motions(state.responses[0], parts.moving.look(parts.phase))
     return motions.deflection.transpose(1, 0, 2)
 
 
-def _depth(parts: assembly.Parts, state: WearState) -> Array:
+def _depth(parts: assembly.GearModel, state: WearState) -> Array:
     return static.by_flank(parts, list(state.wear))
 
 
-def _rate(parts: assembly.Parts, state: WearState) -> Array:
+def _rate(parts: assembly.GearModel, state: WearState) -> Array:
     return static.by_flank(parts, list(state.rate))
 
 

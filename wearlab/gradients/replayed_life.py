@@ -182,7 +182,7 @@ class HeldNumerics(NamedTuple):
     steps_per_period: int | None
     reach: tuple[Extension, ...]
 
-    def built(self, scene: Scene) -> tuple[Scene, assembly.Parts]:
+    def built(self, scene: Scene) -> tuple[Scene, assembly.GearModel]:
         """Return a scene with these numerics, and its physics.
 
         Raises
@@ -255,13 +255,13 @@ class Ends(NamedTuple):
     evaluated : every state that was evaluated, in that order
     """
 
-    parts: assembly.Parts
+    parts: assembly.GearModel
     states: tuple[coupled.WearState, ...]
     steps: tuple[Step, ...]
     evaluated: Sequence[coupled.WearState]
 
 
-def _places(parts: assembly.Parts) -> list[Array]:
+def _places(parts: assembly.GearModel) -> list[Array]:
     """Return how many nodes there are, where they lie, and in which segments the steps, to be compared."""
     grids = [kind.analysis.grid for kind in parts.kinds]
     steps = [] if parts.vibration is None else [parts.vibration.sampling.grid.segment]
@@ -316,7 +316,9 @@ class LivedSteps:
         return self._ends(parts, self.ends.evaluated)
 
     def _ends(
-        self, parts: assembly.Parts, known: RecordedRate | Sequence[coupled.WearState]
+        self,
+        parts: assembly.GearModel,
+        known: RecordedRate | Sequence[coupled.WearState],
     ) -> Ends:
         """Take the steps, from states of the integration to its end or from those known before, in turn."""
         coupling = parts.coupling

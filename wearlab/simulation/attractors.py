@@ -37,7 +37,7 @@ class Searched(NamedTuple):
 
 
 def other_attractors(
-    parts: assembly.Parts, states: Sequence[coupled.WearState]
+    parts: assembly.GearModel, states: Sequence[coupled.WearState]
 ) -> list[Searched]:
     """Look for other attractors of each state, where released flanks do not return to the response stored.
 
@@ -219,7 +219,7 @@ ORDER = {"up": slice(None), "down": slice(None, None, -1)}
 
 
 def at_speed(
-    parts: assembly.Parts, state: coupled.WearState, speed: float
+    parts: assembly.GearModel, state: coupled.WearState, speed: float
 ) -> coupled.Vibration:
     """Return the dynamics at a speed [rad/s], with steps by the rule for that speed."""
     assert parts.scene.operation.speed is not None
@@ -233,7 +233,9 @@ def at_speed(
     return parts.with_steps(grid, 1, period)
 
 
-def over_speed_values(parts: assembly.Parts, state: coupled.WearState) -> label.Values:
+def over_speed_values(
+    parts: assembly.GearModel, state: coupled.WearState
+) -> label.Values:
     """Follow the response of one wear state over speed and return what is read off it.
 
     The first speed starts from the steady response there, each further direction where
@@ -286,12 +288,12 @@ def over_speed_values(parts: assembly.Parts, state: coupled.WearState) -> label.
 
 
 def _read_off(
-    parts: assembly.Parts, state: coupled.WearState, point: continuation.Point
+    parts: assembly.GearModel, state: coupled.WearState, point: continuation.Point
 ) -> label.Values:
     moves = at_speed(parts, state, point.speed)
     response = point.response
     phases = np.arange(SAMPLES) / SAMPLES
-    where = parts.look(0, phases)
+    where = parts.locate(0, phases)
     when = moves.look(phases)
     motion = force.Deflections(
         *(values[:, 0] for values in moves.motions(response, when))

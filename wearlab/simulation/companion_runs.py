@@ -61,7 +61,7 @@ class Rougher(NamedTuple):
     cycle: float
     wear: Array
     rate: Array | None
-    parts: assembly.Parts
+    parts: assembly.GearModel
     state: WearState
     weight: float = 1.0
     between: float = 0.0
@@ -74,8 +74,8 @@ Twins = list[Rougher | None]
 
 
 def rough_parts(
-    parts: assembly.Parts, share: float = COARSENED
-) -> assembly.Parts | None:
+    parts: assembly.GearModel, share: float = COARSENED
+) -> assembly.GearModel | None:
     """Return the scene's physics with a share of the steps and of the nodes, None when that cannot be."""
     changed: dict[str, int] = {
         "profile_points": max(9, int(share * assembly.mesh.profile_points(parts.scene)))
@@ -108,7 +108,7 @@ def carried(
 
 
 def alike(
-    parts: assembly.Parts, wear: Wear, start: Responses, other: WearState
+    parts: assembly.GearModel, wear: Wear, start: Responses, other: WearState
 ) -> WearState | None:
     """Return a wear state, None where it does not respond with the periods of another."""
     try:
@@ -130,7 +130,9 @@ def _permanent_contact(responses: Responses) -> bool:
     )
 
 
-def _carried(parts: assembly.Parts, values: Wear, rough: assembly.Parts) -> Wear:
+def _carried(
+    parts: assembly.GearModel, values: Wear, rough: assembly.GearModel
+) -> Wear:
     each = zip(parts.kinds, values, rough.kinds, strict=True)
     return tuple(
         carried(fine.analysis.grid, value, other.analysis.grid)
@@ -138,7 +140,9 @@ def _carried(parts: assembly.Parts, values: Wear, rough: assembly.Parts) -> Wear
     )
 
 
-def between_nodes(parts: assembly.Parts, wear: Wear, rough: assembly.Parts) -> float:
+def between_nodes(
+    parts: assembly.GearModel, wear: Wear, rough: assembly.GearModel
+) -> float:
     """Return by how much wear is missed when it is carried to rougher nodes and back [m]."""
     back = _carried(rough, _carried(parts, wear, rough), parts)
     return max(
@@ -147,13 +151,13 @@ def between_nodes(parts: assembly.Parts, wear: Wear, rough: assembly.Parts) -> f
     )
 
 
-def flank_of_nodes(parts: assembly.Parts) -> Index:
+def flank_of_nodes(parts: assembly.GearModel) -> Index:
     """Return which flank each entry of the flat wear is on."""
     sizes = [len(kind.analysis.grid.position) for kind in parts.kinds for _ in (0, 1)]
     return np.repeat(np.arange(len(sizes)), sizes)
 
 
-def twins_of(parts: assembly.Parts, lived: history.History) -> Twins:
+def twins_of(parts: assembly.GearModel, lived: history.History) -> Twins:
     """Return the rougher twins of the sampled states in one condition."""
     twins = _of_share(parts, lived.samples, COARSENED)
     if any(twins) or not any(map(is_periodic, lived.samples.state)):
@@ -161,13 +165,13 @@ def twins_of(parts: assembly.Parts, lived: history.History) -> Twins:
     return _of_share(parts, lived.samples, LESS_COARSENED, SCALED)
 
 
-def finer_twins_of(parts: assembly.Parts, lived: history.History) -> Twins:
+def finer_twins_of(parts: assembly.GearModel, lived: history.History) -> Twins:
     """Return twins of the sampled states in one condition that have twice the steps and nodes."""
     return _of_share(parts, lived.samples, REFINED, OF_FINER)
 
 
 def _of_share(
-    parts: assembly.Parts, own: history.History, share: float, weight: float = 1.0
+    parts: assembly.GearModel, own: history.History, share: float, weight: float = 1.0
 ) -> Twins:
     """Return the twins of states with a share of the steps and nodes, None where one responds otherwise.
 
@@ -260,7 +264,7 @@ class ForceErrors(NamedTuple):
 
 
 def force_errors(
-    parts: assembly.Parts, state: WearState, twin: Rougher, worse: WearState
+    parts: assembly.GearModel, state: WearState, twin: Rougher, worse: WearState
 ) -> ForceErrors:
     """Return the errors of the forces of a state, the largest over its responses.
 
@@ -329,7 +333,7 @@ def error_of_largest(values: Array, error: Array) -> float:
 
 
 def forces_of(
-    parts: assembly.Parts, state: WearState, at: int, when: clock.Instants
+    parts: assembly.GearModel, state: WearState, at: int, when: clock.Instants
 ) -> Array:
     """Return the forces of meshes, and of bearings after them, (n_periods, n_forces, n_instants) [N].
 

@@ -346,7 +346,7 @@ BUSY = 0.5
 """Share of the fastest rate from which a node counts: where wear is deepest."""
 
 
-def rougher_over_face(parts: assembly.Parts) -> assembly.Parts:
+def rougher_over_face(parts: assembly.GearModel) -> assembly.GearModel:
     """Return the physics of a scene on half the nodes and half the slices."""
     scene = parts.scene
     mesh = parts.scene.mesh
@@ -419,7 +419,7 @@ def estimated_over_face(
     )
 
 
-def _grids(parts: assembly.Parts) -> list[FaceGrid]:
+def _grids(parts: assembly.GearModel) -> list[FaceGrid]:
     assert parts.face is not None
     return [kind.contact.grid for kind in parts.face.kinds]
 

@@ -37,14 +37,14 @@ class Stage(NamedTuple):
     cycles : how long it lasts, None: to the limits of the scene
     """
 
-    parts: tuple[assembly.Parts, ...]
+    parts: tuple[assembly.GearModel, ...]
     weight: Array
     speed: float
     coupling: coupled.Coupled
     cycles: float | None
 
     @property
-    def first(self) -> assembly.Parts:
+    def first(self) -> assembly.GearModel:
         """The physics in the first condition; the flanks are the same in all."""
         return self.parts[0]
 
@@ -94,7 +94,7 @@ def stage_of(
     return Stage(parts, weight, mean_speed, taking_turns(parts, weight), cycles)
 
 
-def taking_turns(parts: Sequence[assembly.Parts], weight: Array) -> coupled.Coupled:
+def taking_turns(parts: Sequence[assembly.GearModel], weight: Array) -> coupled.Coupled:
     """Return conditions that take turns as one coupling."""
     first, *others = (part.coupling for part in parts)
     return (
@@ -190,7 +190,7 @@ APART = 1e-9  # of the path: the two nodes of a step of the wear stand so far ap
 BEYOND = 1e-6  # of the path: nodes at its ends may differ by so much
 
 
-def continued_wear(scene: Scene, parts: assembly.Parts) -> coupled.Wear:
+def continued_wear(scene: Scene, parts: assembly.GearModel) -> coupled.Wear:
     """Return the wear that a run starts from, of every kind of mesh [m].
 
     Replaced flanks are new.
@@ -234,7 +234,7 @@ def continued_wear(scene: Scene, parts: assembly.Parts) -> coupled.Wear:
     return wear
 
 
-def inherited_error(scene: Scene, parts: assembly.Parts) -> float:
+def inherited_error(scene: Scene, parts: assembly.GearModel) -> float:
     """Return the error of the wear that a run starts from [m]: its parent's, and of reading between states.
 
     It is 0 where nothing is inherited; NaN where the parent has no estimate.
@@ -304,7 +304,7 @@ cache, and by what work is dearer then: 0.67 µs a right-hand side over 1,633 pe
 and the forces that wear take as long again."""
 
 
-def most_work(scene: Scene, parts: assembly.Parts) -> float:
+def most_work(scene: Scene, parts: assembly.GearModel) -> float:
     """Return the right-hand sides after which a life ends."""
     if scene.numerics.most_right_hand_sides is not None:
         return float(scene.numerics.most_right_hand_sides)
@@ -338,7 +338,7 @@ def units(system: System) -> float:
 
 
 def integration(
-    scene: Scene, parts: assembly.Parts, until: limits.Limits
+    scene: Scene, parts: assembly.GearModel, until: limits.Limits
 ) -> Callable[..., integrate.Life]:
     """Return how the wear of a scene is integrated, up to its limits and its work."""
     assert scene.wear is not None
@@ -355,7 +355,7 @@ def integration(
 
 
 def life_at_rate(
-    scene: Scene, parts: assembly.Parts, rate: history.SetRate, wear: coupled.Wear
+    scene: Scene, parts: assembly.GearModel, rate: history.SetRate, wear: coupled.Wear
 ) -> integrate.Life | None:
     """Integrate a wear rate of a scene in one condition to its end, no state kept.
 
@@ -505,7 +505,7 @@ def _joined(
 
 
 def initial_wear(
-    scene: Scene, parts: assembly.Parts, together: coupled.Coupled | None = None
+    scene: Scene, parts: assembly.GearModel, together: coupled.Coupled | None = None
 ) -> coupled.Wear:
     """Return the wear before the first cycle, of every kind of mesh, (2, n) each [m].
 

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from wearlab.assembly import Parts
+from wearlab.assembly import GearModel
 from wearlab.gears import helix, iso
 from wearlab.scene import Scene, sections
 
@@ -11,7 +11,7 @@ MOST_CONTACT_RATIO = 2.0
 """ε_α from which there is no point of single contact."""
 
 
-def rated(scene: Scene, parts: Parts) -> dict[str, Any]:
+def rated(scene: Scene, parts: GearModel) -> dict[str, Any]:
     """Return stiffnesses, face load factors where a misalignment is known, and the safety against iso.
 
     (n_mesh,) each, of flanks (n_flank,).
@@ -62,7 +62,7 @@ def rated(scene: Scene, parts: Parts) -> dict[str, Any]:
 
 
 def _pitting(
-    asked: sections.Rating, scene: Scene, parts: Parts, face_load_factor: float
+    asked: sections.Rating, scene: Scene, parts: GearModel, face_load_factor: float
 ) -> dict[str, Any]:
     """Return contact stresses and, where a limit is given, the safety against pitting of each flank."""
     kind = parts.gears.kinds[0]
@@ -103,14 +103,14 @@ def _pitting(
     }
 
 
-def specific_load(parts: Parts) -> float:
+def specific_load(parts: GearModel) -> float:
     """Return F_t/b at the reference circle [N/m]."""
     pair = parts.kinds[0].pair
     ratio = pair.driving.base_radius / pair.driving.reference_radius
     return parts.gears.kinds[0].load * ratio / pair.face_width
 
 
-def rating_flags(scene: Scene, parts: Parts) -> list[str]:
+def rating_flags(scene: Scene, parts: GearModel) -> list[str]:
     """Return where the rating leaves its range, and where its equations come from."""
     if scene.rating is None:
         return []

@@ -195,7 +195,7 @@ def _dataset(
 
 
 def _of_condition(
-    parts: assembly.Parts,
+    parts: assembly.GearModel,
     states: static.States,
     life: Any,
     more: list[attractors.Searched],

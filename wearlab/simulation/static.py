@@ -30,7 +30,7 @@ LANDED = 1e-6
 POINT_TOLERANCE = 1e-12
 
 
-def coordinates(parts: assembly.Parts) -> label.Values:
+def coordinates(parts: assembly.GearModel) -> label.Values:
     """Return the labels of the dimensions, and where nodes and slices lie.
 
     Slices are those of every mesh.
@@ -57,7 +57,9 @@ def coordinates(parts: assembly.Parts) -> label.Values:
     }
 
 
-def nodal(parts: assembly.Parts, of: Callable[[GearPair, int, Array], Array]) -> Array:
+def nodal(
+    parts: assembly.GearModel, of: Callable[[GearPair, int, Array], Array]
+) -> Array:
     """Return what a pair, one of its gears and path positions tell, flank after flank, (n_flanks, n)."""
     each = [(parts.kinds[kind], gear) for kind, gear in parts.gears.flank_places]
     return label.padded(
@@ -71,7 +73,9 @@ def _beyond_pitch(pair: GearPair, gear: int, position: Array) -> Array:
     )
 
 
-def by_flank(parts: assembly.Parts, of_kind: Sequence[Array], along: int = 1) -> Array:
+def by_flank(
+    parts: assembly.GearModel, of_kind: Sequence[Array], along: int = 1
+) -> Array:
     """Return values of every kind of mesh, each (…, 2, n), flank after flank, (…, n_flanks, n).
 
     With ``along`` = 2 they are (…, 2, n_face, n), and (…, n_flanks, n_face, n) then.
@@ -83,7 +87,7 @@ def by_flank(parts: assembly.Parts, of_kind: Sequence[Array], along: int = 1) ->
     )
 
 
-def characteristic_points(parts: assembly.Parts) -> np.ndarray:
+def characteristic_points(parts: assembly.GearModel) -> np.ndarray:
     """Return the letter of each node that is one of the points A–E, else an empty string.
 
     One row (n,) for the two flanks of a pair; one for each flank where meshes of
@@ -105,7 +109,7 @@ def characteristic_points(parts: assembly.Parts) -> np.ndarray:
     )
 
 
-def mesh_values(parts: assembly.Parts, states: States) -> label.Values:
+def mesh_values(parts: assembly.GearModel, states: States) -> label.Values:
     """Return what the quasi-static contact says at the stored phases, over the face where flanks have one."""
     of_mesh, fill = (_of_pairs, 0.0) if parts.face is None else (_of_lines, np.nan)
     each = [of_mesh(parts, mesh, states) for mesh in range(len(parts.meshes))]
@@ -124,7 +128,7 @@ def mesh_values(parts: assembly.Parts, states: States) -> label.Values:
     )
 
 
-def _of_shares(parts: assembly.Parts, states: States) -> label.Values:
+def _of_shares(parts: assembly.GearModel, states: States) -> label.Values:
     """Return how well shares add up, and once-per-revolution errors over equally weighted member angles."""
     off = np.zeros((len(states), len(parts.kinds)))
     rows = parts.gears.slow_errors(parts.meshes)
@@ -145,11 +149,11 @@ def _of_shares(parts: assembly.Parts, states: States) -> label.Values:
     return values
 
 
-def _of_pairs(parts: assembly.Parts, mesh: int, states: States) -> dict[str, Array]:
+def _of_pairs(parts: assembly.GearModel, mesh: int, states: States) -> dict[str, Array]:
     """Return the contact analysis of one mesh, every array with the updates first."""
     own = parts.meshes[mesh]
     kind = parts.kinds[own.kind]
-    where = parts.look(mesh, parts.phase)
+    where = parts.locate(mesh, parts.phase)
     grid = kind.analysis.grid
     load = kind.analysis.load
     solved = [
@@ -227,7 +231,7 @@ def states_of(
 
 
 def _of_face(
-    parts: assembly.Parts, face: coupling.FaceCoupling, states: States
+    parts: assembly.GearModel, face: coupling.FaceCoupling, states: States
 ) -> label.Values:
     """Return how the lines of contact lie, and how well their loads add up."""
     contacts = [face.kinds[mesh.kind].contact for mesh in parts.meshes]
@@ -250,12 +254,12 @@ def _of_face(
     return values | {"residual_line_load": off.max(axis=0)}
 
 
-def normal_module(parts: assembly.Parts, over_face: FaceContact) -> float:
+def normal_module(parts: assembly.GearModel, over_face: FaceContact) -> float:
     """Return the module of the normal section [m]."""
     return parts.kinds[0].pair.driving.module * math.cos(over_face.helix.angle)
 
 
-def _of_lines(parts: assembly.Parts, mesh: int, states: States) -> dict[str, Array]:
+def _of_lines(parts: assembly.GearModel, mesh: int, states: States) -> dict[str, Array]:
     """Return the contact of one mesh whose flanks have a width, every array with the updates first."""
     assert parts.face is not None
     number = parts.meshes[mesh].kind
@@ -318,7 +322,7 @@ def face_load_factor(width: Array, mean: Array, window: float) -> float:
 
 
 def exact_values(
-    parts: assembly.Parts, states: States, failures: list[str]
+    parts: assembly.GearModel, states: States, failures: list[str]
 ) -> label.Values:
     """Return the mesh relationship at the stored phases, nothing where no mesh has exact contact.
 
@@ -360,7 +364,7 @@ def _meeting(analysis: contact.ContactAnalysis) -> gaps.MeetingGaps | None:
 
 
 def _fill(
-    parts: assembly.Parts,
+    parts: assembly.GearModel,
     values: label.Values,
     place: tuple[int, int],
     state: coupled.KindState,
@@ -371,7 +375,7 @@ def _fill(
     pair = parts.kinds[kind].pair
     analysis = parts.kinds[kind].analysis
     grid = analysis.grid
-    where = parts.look(mesh, parts.phase)
+    where = parts.locate(mesh, parts.phase)
     meeting = _meeting(analysis)
     assert meeting is not None
     found = relation.mesh_relation(meeting, state.wear, where.phase, grid.pair_numbers)
@@ -424,7 +428,7 @@ def _fill(
             )
 
 
-def path_values(parts: assembly.Parts, states: States) -> label.Values:
+def path_values(parts: assembly.GearModel, states: States) -> label.Values:
     """Return forces, pressures, sliding and film where the flanks touch."""
     kinds = parts.kinds
     along = 1 if parts.face is None else 2
@@ -437,7 +441,7 @@ def path_values(parts: assembly.Parts, states: States) -> label.Values:
         for kind, own in enumerate(kinds)
     ]
 
-    def on_both(of_force: Callable[[assembly.KindParts, Array], Array]) -> Array:
+    def on_both(of_force: Callable[[assembly.MeshKindModel, Array], Array]) -> Array:
         """Return what both flanks of a mesh have in common, (n_updates, n_flanks, …, n)."""
         each = [of_force(*own) for own in zip(kinds, forces, strict=True)]
         return by_flank(parts, [np.stack([own, own], axis=1) for own in each], along)
@@ -469,7 +473,7 @@ def path_values(parts: assembly.Parts, states: States) -> label.Values:
     return values
 
 
-def thickness(kind: assembly.KindParts, load: Array) -> tuple[Array, Array]:
+def thickness(kind: assembly.MeshKindModel, load: Array) -> tuple[Array, Array]:
     """Return film thickness [m] and λ [1] along the path, both (…, n), of forces on a pair (…, n) [N]."""
     assert kind.film is not None
     ratio = None if kind.law is None else law.lambda_ratio(kind.law, load)
@@ -484,7 +488,7 @@ def _depths(kind: int, states: States) -> Array:
     return np.stack([state.kind[kind].wear for state in states])
 
 
-def wear_values(parts: assembly.Parts, lived: history.History) -> label.Values:
+def wear_values(parts: assembly.GearModel, lived: history.History) -> label.Values:
     """Return depths, rates, worn mass and the counts of cycles and operating time (n_updates,) [s]."""
     states = lived.state
     kinds = range(len(parts.kinds))
@@ -517,7 +521,7 @@ def wear_values(parts: assembly.Parts, lived: history.History) -> label.Values:
     return values
 
 
-def on_purpose(parts: assembly.Parts, kind: int) -> Array:
+def on_purpose(parts: assembly.GearModel, kind: int) -> Array:
     """Return what is removed on purpose from the flanks of a kind of mesh, (2, …, n) [m]."""
     modification = parts.kinds[kind].modification
     if parts.face is None:
@@ -526,7 +530,7 @@ def on_purpose(parts: assembly.Parts, kind: int) -> Array:
     return over_face.lead + (modification * over_face.helix.cosine)[:, None, :]
 
 
-def worn_mass(parts: assembly.Parts, kind: int, depth: Array) -> Array:
+def worn_mass(parts: assembly.GearModel, kind: int, depth: Array) -> Array:
     """Return the mass worn off each gear of a kind of mesh, (n_updates, 2) [kg].
 
     Parameters
@@ -548,7 +552,9 @@ def worn_mass(parts: assembly.Parts, kind: int, depth: Array) -> Array:
     ).sum(axis=1)
 
 
-def preset_depth(scene: Scene, parts: assembly.Parts, states: States) -> label.Values:
+def preset_depth(
+    scene: Scene, parts: assembly.GearModel, states: States
+) -> label.Values:
     """Return the depths by which states were asked for, on their flank, (n_updates, n_flank) [m].
 
     NaN where none was; nothing where nobody asked by depth.
@@ -579,7 +585,7 @@ def preset_depth(scene: Scene, parts: assembly.Parts, states: States) -> label.V
     return {"preset_depth": depths}
 
 
-def by_member(parts: assembly.Parts, of_kinds: Sequence[Array]) -> Array:
+def by_member(parts: assembly.GearModel, of_kinds: Sequence[Array]) -> Array:
     """Return masses of the gears of every kind of mesh (n_updates, 2) member by member, flanks together."""
     total = np.zeros((len(of_kinds[0]), len(parts.gears.members)))
     for own, mass in zip(parts.kinds, of_kinds, strict=True):

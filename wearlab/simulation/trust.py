@@ -156,7 +156,9 @@ def verdict(lived: history.History, searches: Sequence[Search] = ()) -> str:
     )
 
 
-def scene_validity(parts: assembly.Parts, lived: history.History) -> tuple[str, ...]:
+def scene_validity(
+    parts: assembly.GearModel, lived: history.History
+) -> tuple[str, ...]:
     """Return limits of validity that show only once the scene has run."""
     flags: list[str] = []
     for kind, mesh_kind in enumerate(parts.kinds if parts.face is None else ()):
@@ -228,12 +230,12 @@ OVER_FACE = (
 out."""
 
 
-def model_errors(scene: Scene, parts: assembly.Parts) -> str:
+def model_errors(scene: Scene, parts: assembly.GearModel) -> str:
     """Return the known model errors of a scene's models with size and source, one a line."""
     return "\n".join(dict.fromkeys(_lines(scene, parts)))
 
 
-def _lines(scene: Scene, parts: assembly.Parts) -> Iterator[str]:
+def _lines(scene: Scene, parts: assembly.GearModel) -> Iterator[str]:
     sections = {kind.section: kind for kind in parts.gears.kinds}
     for section, part in sections.items():
         mesh = scene.mesh.of(section)

@@ -35,7 +35,7 @@ from wearlab.simulation.label import Values
 
 
 def dynamic_values(
-    parts: assembly.Parts, states: tuple[coupled.WearState, ...]
+    parts: assembly.GearModel, states: tuple[coupled.WearState, ...]
 ) -> Values:
     """Return the steady responses at the stored phases, and what is read off them.
 
@@ -58,7 +58,10 @@ def dynamic_values(
 
 
 def _values_of(
-    parts: assembly.Parts, state: coupled.WearState, response: Response, lines: Array
+    parts: assembly.GearModel,
+    state: coupled.WearState,
+    response: Response,
+    lines: Array,
 ) -> Values:
     vibration = parts.moving
     kinds = state.flanks
@@ -130,7 +133,7 @@ def _values_of(
 
 
 def bearing_values(
-    parts: assembly.Parts, position: Array, velocity: Array, normal: Array
+    parts: assembly.GearModel, position: Array, velocity: Array, normal: Array
 ) -> Array:
     """Return the forces of the bearings on the members, (n_members, 2 or 3, n_periods, n_instants) [N].
 
@@ -193,11 +196,11 @@ def rigid_bearing_forces(gears: gear_set.GearSet, share: float, normal: Array) -
 
 
 def phase_forces(
-    parts: assembly.Parts, state: coupled.WearState, response: Response
+    parts: assembly.GearModel, state: coupled.WearState, response: Response
 ) -> Array:
     """Return the elastic force of every mesh at the stored phases, (n_periods, n_mesh, n_phases) [N]."""
     motions = parts.moving.motions(response, parts.moving.look(parts.phase))
-    places = [parts.look(mesh, parts.phase) for mesh in range(len(parts.meshes))]
+    places = [parts.locate(mesh, parts.phase) for mesh in range(len(parts.meshes))]
     forces = [
         parts.forces(state.flanks, mesh, where, motions)
         for mesh, where in enumerate(places)
@@ -206,14 +209,14 @@ def phase_forces(
 
 
 def _mesh_response(
-    parts: assembly.Parts,
+    parts: assembly.GearModel,
     kinds: list[excitation.MeshFlanks],
     mesh: int,
     motions: force.Deflections,
 ) -> dict[str, Array]:
     """Return what one mesh does at the stored phases, the mesh periods first (the pairs before them)."""
     own_mesh = parts.meshes[mesh]
-    where = parts.look(mesh, parts.phase)
+    where = parts.locate(mesh, parts.phase)
     mine = kinds[own_mesh.kind]
     forces = parts.forces(kinds, mesh, where, motions)
     deflection, rate = (each[:, mesh] for each in motions)
@@ -248,7 +251,10 @@ def _mesh_response(
 
 
 def mean_moments(
-    parts: assembly.Parts, flanks: list[excitation.MeshFlanks], kind: int, of: Response
+    parts: assembly.GearModel,
+    flanks: list[excitation.MeshFlanks],
+    kind: int,
+    of: Response,
 ) -> Array:
     """Return the mean moments of each mesh of a kind over base radius, (n_mesh, (driving, driven)) [N]."""
     mine = flanks[kind]
@@ -294,12 +300,12 @@ def transmission_error(vibration: coupled.Vibration, position: Array) -> Array:
     )
 
 
-def has_bearings(parts: assembly.Parts) -> bool:
+def has_bearings(parts: assembly.GearModel) -> bool:
     """Whether a member moves on its support."""
     return parts.vibration is not None and parts.vibration.system.on_bearings
 
 
-def mode_values(parts: assembly.Parts) -> Values:
+def mode_values(parts: assembly.GearModel) -> Values:
     """Return natural frequencies and the speeds at which the mesh frequency meets them."""
     modes = assembly.build_modes(parts)
     values = {
@@ -409,7 +415,7 @@ def lines_of(
     return np.arange(1, max(HARMONICS * kept, LINES) + 1) / kept
 
 
-def of_response(parts: assembly.Parts, response: Response, lines: Array) -> Values:
+def of_response(parts: assembly.GearModel, response: Response, lines: Array) -> Values:
     """Return what was asked for by name of one response, spectra on lines (n_lines,) of the mesh order."""
     names = parts.scene.store.requested
     vibration = parts.vibration
@@ -490,7 +496,9 @@ def carried_order(
     return math.inf
 
 
-def uncarried(parts: assembly.Parts, states: Sequence[coupled.WearState]) -> list[str]:
+def uncarried(
+    parts: assembly.GearModel, states: Sequence[coupled.WearState]
+) -> list[str]:
     """Return in words from where on the steps do not carry the accelerations that were asked for."""
     vibration = parts.vibration
     if vibration is None or not any(

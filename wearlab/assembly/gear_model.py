@@ -10,7 +10,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.assembly import contact, mesh, sets
 from wearlab.assembly.vibration import OnClock, build_vibration, fluctuation
-from wearlab.assembly.wear import KindParts, build_kind, build_load, joined_kinds
+from wearlab.assembly.wear import MeshKindModel, build_kind, build_load, joined_kinds
 from wearlab.dynamics.modes import Modes, critical_speeds, mode_kinds, modes
 from wearlab.dynamics.steady.response import dashpot_of
 from wearlab.life.coupled import MeshKind, Vibration
@@ -22,7 +22,7 @@ PHASE_POINTS = 256
 
 
 @dataclass(frozen=True)
-class Parts:
+class GearModel:
     """The physics of a scene; what the scene leaves out is ``None``.
 
     Parameters
@@ -40,7 +40,7 @@ class Parts:
 
     scene: Scene
     gears: gear_set.GearSet
-    kinds: tuple[KindParts, ...]
+    kinds: tuple[MeshKindModel, ...]
     meshes: tuple[clock.Mesh, ...]
     edges: Array
     coupling: Coupling
@@ -105,7 +105,7 @@ class Parts:
         """Contact and meshes on the clock."""
         return OnClock([kind.analysis for kind in self.kinds], self.meshes, self.edges)
 
-    def look(self, mesh: int, phases: Array) -> profile.Lookup:
+    def locate(self, mesh: int, phases: Array) -> profile.Lookup:
         """Return the look-up of clock phases (n,) among the nodes of a mesh."""
         own = self.meshes[mesh]
         return clock.look(self.kinds[own.kind].analysis.grid, [own.lag], phases)
@@ -177,7 +177,7 @@ class Parts:
         )
 
 
-def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Parts:
+def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> GearModel:
     """Turn a scene into physics.
 
     Parameters
@@ -205,7 +205,7 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
     if scene.dynamics is not None:
         stiffness = np.array([unworn_stiffness(kind) for kind in joined])
         vibration = build_vibration(scene, gears, on_clock, stiffness)
-    return Parts(
+    return GearModel(
         scene, gears, kinds, meshes, edges, join(joined, vibration, build_load(scene))
     )
 
@@ -238,7 +238,7 @@ class SceneModes(NamedTuple):
     kinds: tuple[str, ...] | None
 
 
-def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
+def build_modes(parts: GearModel, orders: int = 3) -> SceneModes:
     """Return the modes of a scene with dynamics, with the mean stiffness of its unworn mesh."""
     system = parts.moving.system
     mean = [unworn_stiffness(kind)[0] for kind in parts.coupling.kinds]
