@@ -77,7 +77,7 @@ def test_a_life_with_growing_waves_ends_and_says_so():
     0.6 and 1 of SIZE.
     """
     life = integrate(
-        corrugating(), np.zeros(N), limits=Limits(depth=400e-6), most_evaluations=1_500
+        corrugating(), np.zeros(N), limits=Limits(depth=400e-6), max_evaluations=1_500
     )
     assert life.end_reason == "depth"
     assert life.wave_growth == pytest.approx(GROWTH, rel=0.2, abs=0.0)
@@ -88,7 +88,7 @@ def test_a_life_with_growing_waves_ends_and_says_so():
 
 def test_a_short_life_follows_its_waves():
     life = integrate(
-        corrugating(), np.zeros(N), limits=Limits(depth=10e-6), most_evaluations=2_500
+        corrugating(), np.zeros(N), limits=Limits(depth=10e-6), max_evaluations=2_500
     )
     strict = integrate(
         corrugating(), np.zeros(N), limits=Limits(depth=10e-6), tolerance=1e-5

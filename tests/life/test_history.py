@@ -24,10 +24,10 @@ class Worn:
     def __init__(self) -> None:
         self.work = 0
 
-    def wearing(self) -> "Worn":
+    def rate_only(self) -> "Worn":
         return Worn()  # the march has an account of its own here
 
-    def resting(self) -> None:
+    def static_only(self) -> None:
         return None
 
     def flat(self, wear: Any) -> Any:

@@ -179,7 +179,7 @@ def test_work_is_bounded(toys):
         np.zeros(rate.n),
         limits=Limits(cycles=4e7),
         tolerance=1e-6,
-        most_evaluations=30,
+        max_evaluations=30,
     )
     assert life.end_reason == "evaluation limit"
     assert rate.count == 30 and life.count_steps > 0
@@ -197,7 +197,7 @@ def test_the_work_of_the_rate_is_bounded(toys):
         np.zeros(rate.n),
         limits=Limits(cycles=4e7),
         tolerance=1e-6,
-        most_work=210.0,
+        max_work=210.0,
     )
     assert life.end_reason == "work limit"
     assert rate.count == 30  # what was done before does not count

@@ -49,7 +49,7 @@ def test_fewest_stages_that_reach():
     assert rkc.stages_for(0.0).stages == 2
     scheme = rkc.stages_for(100.0)
     assert scheme.reach >= 100.0 > rkc.scheme(scheme.stages - 1).reach
-    assert rkc.stages_for(1e9).stages == rkc.MOST_STAGES
+    assert rkc.stages_for(1e9).stages == rkc.MAX_STAGES
 
 
 def test_second_order_on_nonlinear_toys_and_error_estimate_of_the_right_size(toys):

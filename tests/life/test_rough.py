@@ -35,12 +35,12 @@ class Wavering:
         return np.maximum(0.0, rate + self.noise * self.drawn.normal(size=30))
 
 
-def lived(level, seed=1, most_work=2e4):
+def lived(level, seed=1, max_work=2e4):
     return integrate(
         Wavering(level, seed),
         np.zeros(30),
         limits=Limits(depth=DEPTH),
-        most_work=most_work,
+        max_work=max_work,
     )
 
 
@@ -107,7 +107,7 @@ def test_held_steps_converge_in_second_order_and_tell_more_than_their_error():
 def test_a_step_that_runs_into_a_rough_stretch_is_taken_again_as_a_held_one(quiet):
     """An ordinary first step of 2.7 µm in a stiff, noisy rate was accepted whole, wherever it led."""
     life = integrate(
-        Wavering(0.2, deep=0.0), np.zeros(30), limits=Limits(depth=DEPTH), most_work=2e5
+        Wavering(0.2, deep=0.0), np.zeros(30), limits=Limits(depth=DEPTH), max_work=2e5
     )
     assert life.end_reason == "depth"
     assert life.depth[1].max() < 0.1e-6
@@ -120,6 +120,6 @@ def test_a_life_out_of_work_far_from_its_end_stops():
         Wavering(0.0, deep=0.1 * DEPTH),
         np.zeros(30),
         limits=Limits(depth=DEPTH),
-        most_work=300,
+        max_work=300,
     )
     assert life.end_reason == "work limit" and life.cycle[-1] > 0.0

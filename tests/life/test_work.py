@@ -29,10 +29,10 @@ class DearOnceDeep:
         return 1e-11 * np.maximum(0.0, 1.0 + wavering - (h - h.mean()) / 5e-6)
 
 
-def lived(dear, most_work):
+def lived(dear, max_work):
     rate = DearOnceDeep(dear)
     return integrate(
-        rate, np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work
+        rate, np.zeros(30), limits=Limits(depth=DEPTH), max_work=max_work
     ), rate
 
 
@@ -70,10 +70,10 @@ class Even:
 
 
 @pytest.mark.parametrize(
-    ("most_work", "reason"), [(100.0, "depth"), (95.0, "work limit")]
+    ("max_work", "reason"), [(100.0, "depth"), (95.0, "work limit")]
 )
 def test_a_life_within_two_hundredths_of_its_depth_gets_some_more_work(
-    most_work, reason
+    max_work, reason
 ):
     """A hundred steps of a hundredth each, and a first rate: a hundred rates lead to the last but one."""
     hundredth = Fixed(size=0.01 * DEPTH / 1e-11)
@@ -82,7 +82,7 @@ def test_a_life_within_two_hundredths_of_its_depth_gets_some_more_work(
         np.zeros(30),
         limits=Limits(depth=DEPTH),
         method=hundredth,
-        most_work=most_work,
+        max_work=max_work,
     )
     assert life.end_reason == reason
 
@@ -99,12 +99,10 @@ class DearNowAndThen(DearOnceDeep):
         return rate
 
 
-@pytest.mark.parametrize("most_work", [60_000.0, 80_000.0])
-def test_steps_are_planned_by_what_rates_cost_on_the_whole(most_work):
+@pytest.mark.parametrize("max_work", [60_000.0, 80_000.0])
+def test_steps_are_planned_by_what_rates_cost_on_the_whole(max_work):
     rate = DearNowAndThen(1.0)
-    life = integrate(
-        rate, np.zeros(30), limits=Limits(depth=DEPTH), most_work=most_work
-    )
+    life = integrate(rate, np.zeros(30), limits=Limits(depth=DEPTH), max_work=max_work)
     assert life.end_reason == "depth"
 
 
@@ -113,7 +111,7 @@ def test_a_life_hurries_before_its_rates_are_used_up():
         DearOnceDeep(1.0),
         np.zeros(30),
         limits=Limits(depth=DEPTH),
-        most_evaluations=500,
+        max_evaluations=500,
     )
     assert life.end_reason == "depth" and life.hurried
 

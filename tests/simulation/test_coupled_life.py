@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from wearlab.assembly import build
 from wearlab.campaign import load
 from wearlab.life.history import SetRate
-from wearlab.simulation.life_run import live_through, stages_of
+from wearlab.simulation.life_run import integrate_life, operating_conditions
 from wearlab.simulation.run import simulate
 from wearlab.wear.law import wear_rate
 
@@ -72,9 +72,9 @@ def marched(parts):
 
 @pytest.mark.slow
 def test_a_coupled_life_is_that_of_an_independent_march(scene):
-    (stage,) = stages_of(scene)
+    (stage,) = operating_conditions(scene)
     parts = stage.first
-    life = live_through(scene, (stage,)).life
+    life = integrate_life(scene, (stage,)).life
     assert life.end_reason == "depth"
     assert float(life.cycle[-1]) == pytest.approx(marched(parts), rel=5e-3)
 
@@ -83,9 +83,9 @@ def test_what_rests_wears_as_the_static_scene_does(scene):
     """The rate that held steps follow is that of the scene under its static load."""
     moving = build(scene.replace("wear.load", "instant")).coupling
     still = build(scene.replace("wear.load", "static")).coupling
-    assert still.resting() is None
+    assert still.static_only() is None
     depth = still.flat(still.unworn()) + 2e-6
-    rates = [SetRate(one)(depth) for one in (moving.resting(), still)]
+    rates = [SetRate(one)(depth) for one in (moving.static_only(), still)]
     np.testing.assert_array_equal(*rates)
     assert SetRate(moving).still is not None
 

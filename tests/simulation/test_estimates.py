@@ -14,7 +14,7 @@ from wearlab.scene import Scene
 from wearlab.simulation import companion_runs, estimates, simulate, wear_off
 from wearlab.simulation.companion_runs import between_nodes, carried, rough_parts
 from wearlab.simulation.estimates import estimated
-from wearlab.simulation.life_run import live_through, stages_of
+from wearlab.simulation.life_run import integrate_life, operating_conditions
 from wearlab.simulation.wear_off import above_nodes, end_of, late_rate, levelled
 
 SMALL = Scene.from_mapping(
@@ -136,8 +136,8 @@ def test_what_the_rate_levels_is_no_error_of_deep_wear(
     """The drive alone adds up to 40 um of 200 where the life is 0.5 um off."""
     still = SMALL.replace("dynamics", None).replace("mesh.damping_ratio", None)
     deep = still.replace("wear.until.depth", "200 um").replace("wear.snapshots", None)
-    (stage,) = stages_of(deep)
-    lived = live_through(deep, (stage,)).stages[0]
+    (stage,) = operating_conditions(deep)
+    lived = integrate_life(deep, (stage,)).stages[0]
     found = estimated(stage, lived)
     fine = deep.replace("numerics.profile_points", 601)
     truth = scoring.reference(fine, float(lived.cycle[-1]), 1e-4)
@@ -155,8 +155,8 @@ def test_narrow_layers_of_wear_under_light_loads_are_resolved() -> None:
     still = SMALL.replace("dynamics", None).replace("mesh.damping_ratio", None)
     light = still.replace("operation.torque", "0.6 N*m").replace("wear.snapshots", None)
     scene = light.replace("wear.until.depth", "8 um")
-    (stage,) = stages_of(scene)
-    lived = live_through(scene, (stage,)).stages[0]
+    (stage,) = operating_conditions(scene)
+    lived = integrate_life(scene, (stage,)).stages[0]
     truth = scoring.reference(
         scene.replace("numerics.profile_points", 1201), float(lived.cycle[-1]), 1e-4
     )
@@ -353,8 +353,8 @@ def test_the_error_of_a_life_is_that_of_the_place_that_ends_it() -> None:
     """An error of the steps elsewhere, or where the flank is hardly worn, moves no life."""
     still = SMALL.replace("dynamics", None).replace("mesh.damping_ratio", None)
     scene = still.replace("wear.snapshots", None).replace("wear.until.depth", "1 um")
-    (stage,) = stages_of(scene)
-    lived = live_through(scene, (stage,)).stages[0]
+    (stage,) = operating_conditions(scene)
+    lived = integrate_life(scene, (stage,)).stages[0]
     assert lived.life is not None
     depth = lived.life.depth[-1]
     own = lived.life.depth_error

@@ -37,7 +37,7 @@ PAIR = {
 def work(scene):
     """Return the mesh periods of a scene's hunting teeth, and the work that its life may take."""
     parts = build(scene)
-    return parts.vibration.hunting, life_run.most_work(scene, parts) * life_run.units(
+    return parts.vibration.hunting, life_run.max_work(scene, parts) * life_run.units(
         parts.vibration.system
     )
 
@@ -60,8 +60,8 @@ def test_a_life_of_hunting_teeth_ends_at_that_work_and_says_so(monkeypatch):
     Beyond it no more maps than a step needs.
     """
     scene = Scene.from_mapping(PAIR)
-    monkeypatch.setattr(life_run, "MOST_WORK", life_run.MOST_WORK / SMALL)
-    allowed = life_run.most_work(scene, build(scene))
+    monkeypatch.setattr(life_run, "MAX_WORK", life_run.MAX_WORK / SMALL)
+    allowed = life_run.max_work(scene, build(scene))
     run = simulate(scene)
     assert str(run["end_reason"].values) == "work limit" and np.isnan(run["life"])
     counted, maps = (

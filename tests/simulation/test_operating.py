@@ -12,7 +12,7 @@ from wearlab.life.limits import StopWear
 from wearlab.scene import Scene
 from wearlab.scene.problems import SceneError
 from wearlab.simulation import life_run, simulate
-from wearlab.simulation.life_run import along_duty, in_order, stages_of
+from wearlab.simulation.life_run import along_duty, in_order, operating_conditions
 
 RATED = {"torque": "340 N*m", "speed": "1100 rpm"}
 EASY = {"torque": "170 N*m", "speed": "2200 rpm"}
@@ -220,13 +220,13 @@ def test_stages_need_a_law_and_an_end(short):
 def test_a_duty_at_rest_wears_as_under_its_static_loads(scene):
     """What held steps follow is mixed like the rates of the motion."""
     given = duty(scene("base case"), (RATED, 0.4), (EASY, 0.6))
-    moving = stages_of(given.replace("wear.load", "instant"))[0].coupling
-    still = stages_of(given.replace("wear.load", "static"))[0].coupling
+    moving = operating_conditions(given.replace("wear.load", "instant"))[0].coupling
+    still = operating_conditions(given.replace("wear.load", "static"))[0].coupling
     depth = still.flat(still.unworn()) + 1e-6
     np.testing.assert_array_equal(
-        SetRate(moving.resting())(depth), SetRate(still)(depth)
+        SetRate(moving.static_only())(depth), SetRate(still)(depth)
     )
-    assert still.resting() is None
+    assert still.static_only() is None
 
 
 @pytest.mark.parametrize("join", [along_duty, in_order])

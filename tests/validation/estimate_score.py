@@ -21,7 +21,7 @@ from wearlab.scene import Scene
 from wearlab.simulation import Refused, simulate
 from wearlab.simulation.companion_runs import carried
 from wearlab.simulation.estimates import Estimates, estimated
-from wearlab.simulation.life_run import live_through, stages_of
+from wearlab.simulation.life_run import integrate_life, operating_conditions
 from wearlab.simulation.trust import ENDS_OF_WORK, TRUSTED
 from wearlab.simulation.vibration import phase_forces
 
@@ -109,8 +109,8 @@ def reference(scene: Scene, cycle: float, tolerance: float = TIGHT) -> Truth:
         "wear.snapshots", {"cycles": [cycle]}
     )  # no others are worked out in full
     try:
-        (stage,) = stages_of(tight)
-        lived = live_through(tight, (stage,)).stages[0]
+        (stage,) = operating_conditions(tight)
+        lived = integrate_life(tight, (stage,)).stages[0]
     except GearError as refusal:
         raise Apart(f"reference refused: {refusal}") from refusal
     assert lived.life is not None
@@ -184,7 +184,7 @@ def score(
     truth = reference_within(scene, float(data.cycle.values[-1]), longest)
     if truth.cycle < (1.0 - 1e-9) * float(data.cycle[-1]):
         raise Apart(f"reference ends early: {truth.end_reason}")
-    (stage,) = stages_of(scene)
+    (stage,) = operating_conditions(scene)
     worn = data.wear_depth.values[-1]
     missed = max(
         float(np.abs(carried(fine, truly, own) - worn[rows, : len(own.position)]).max())

@@ -188,11 +188,11 @@ def _timed(one: Scene) -> float:
 def _run(one: Scene) -> None:
     """Build a scene, let it live, and work out everything that is stored of its states."""
     from wearlab.simulation import static, vibration
-    from wearlab.simulation.life_run import live_through, stages_of
+    from wearlab.simulation.life_run import integrate_life, operating_conditions
 
-    (stage,) = stages_of(one)
+    (stage,) = operating_conditions(one)
     parts = stage.first
-    states = live_through(one, (stage,)).state
+    states = integrate_life(one, (stage,)).state
     static.mesh_values(parts, states)
     static.path_values(parts, states)
     if parts.vibration is not None:

@@ -12,15 +12,15 @@ from wearlab.wear.levelling import (
     elastic,
     levelling,
     looking_ahead,
-    most_orders,
+    max_orders,
     squares,
     windows,
 )
 from wearlab.wear.patch import (
     KEPT,
-    MOST_NODES,
+    MAX_NODES,
     OneWay,
-    felt_matrix,
+    effective_wear_matrix,
     patch_force,
     spread_matrix,
     spreading,
@@ -150,7 +150,7 @@ def test_coefficients_are_those_of_bessel_and_converge(make_path):
 @pytest.mark.parametrize("j", [0, 40, 117])
 def test_coefficients_are_integrals_over_hats(contact, j):
     path, a, _ = contact
-    most = most_orders(a, path)
+    most = max_orders(a, path)
     t, found, _ = across(a, path.arc[0], j, most)
     for order in (0, 1, most - FIRST_ORDER):
         for i, unit in enumerate(np.eye(len(t))):
@@ -170,7 +170,7 @@ def test_squares_are_sums_over_orders_of_what_a_contact_feels(contact):
     path, a, _ = contact
     at, node, product = squares(a, path)
     n = len(a)
-    most = most_orders(a, path)
+    most = max_orders(a, path)
     assert product.shape == (len(node), 2 * n) and set(at) == set(range(n))
     for j in (0, 60, n - 1):
         felt = node[at == j]
@@ -254,10 +254,12 @@ def test_spreading_conserves_and_feeling_is_its_adjoint(contact, kind):
         (wear * path.arc_weight).sum(1), rel=1e-12
     )
     if kind is one_way:
-        assert patch.felt(wear) is wear
+        assert patch.effective_wear(wear) is wear
         return
-    assert patch.felt(np.full_like(wear, 3e-6)) == pytest.approx(3e-6, rel=1e-12)
-    both = length @ (patch.felt(wear) * felt).ravel()
+    assert patch.effective_wear(np.full_like(wear, 3e-6)) == pytest.approx(
+        3e-6, rel=1e-12
+    )
+    both = length @ (patch.effective_wear(wear) * felt).ravel()
     assert both == pytest.approx(
         length @ (wear.ravel() * (patch.spreading @ felt.ravel())), rel=1e-12
     )
@@ -307,10 +309,11 @@ def test_matrices_of_the_same_patches_are_made_once(make_path):
     np.testing.assert_array_equal(first.toarray(), block)
     length = path.arc_weight.ravel()
     np.testing.assert_array_equal(
-        felt_matrix(first, path).toarray(), (1.0 / length)[:, None] * block.T * length
+        effective_wear_matrix(first, path).toarray(),
+        (1.0 / length)[:, None] * block.T * length,
     )
     for factor in range(3, 3 + KEPT):
         spread_matrix(float(factor) * a, path)
     assert spread_matrix(a, path) is not first
-    _, path, a = wave_path(make_path, MOST_NODES + 1)
+    _, path, a = wave_path(make_path, MAX_NODES + 1)
     assert spread_matrix(a, path) is not spread_matrix(a, path)

@@ -453,7 +453,7 @@ def has_life(scene: Scene) -> bool:
 def lived(problem: Wearing, method: integrate.Method, tolerance: float) -> TimedLife:
     """Return the life by a method of stepping over cycles, timed a few times where it is short."""
     given: Any = {"limits": problem.limits, "method": method, "tolerance": tolerance}
-    given["most_evaluations"] = MOST_ANALYSES
+    given["max_evaluations"] = MOST_ANALYSES
 
     def evolved() -> integrate.Life:
         return integrate.integrate(

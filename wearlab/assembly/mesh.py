@@ -127,7 +127,9 @@ def largest_load(scene: Scene, kind: gear_set.PairOfSet) -> float:
     if here > 0.0:
         return kind.load * most / here
     heaviest = scene.model_copy(
-        update={"operation": scene.operation.alone(most, scene.operation.speed)}
+        update={
+            "operation": scene.operation.single_condition(most, scene.operation.speed)
+        }
     )
     return next(
         kinds.load

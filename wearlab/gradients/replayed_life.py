@@ -13,7 +13,7 @@ from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.gears.specification import GearError
 from wearlab.life import coupled, history, limits
 from wearlab.life.coupling import Coupling
-from wearlab.life.step import Node, Step, again, depth_at
+from wearlab.life.step import Node, Step, depth_at, retake_step
 from wearlab.mesh.profile import Extension
 from wearlab.options import Part, Unit
 from wearlab.scene import Scene, SceneError
@@ -323,7 +323,7 @@ class LivedSteps:
         """Take the steps, from states of the integration to its end or from those known before, in turn."""
         coupling = parts.coupling
         states = list[coupled.WearState]()
-        wearing = coupling.wearing()
+        wearing = coupling.rate_only()
 
         def evaluate(of: Coupling, wear: Array) -> coupled.WearState:
             if isinstance(known, RecordedRate):
@@ -368,7 +368,7 @@ class LivedSteps:
         taken = list[Step]()
         for step in self.steps:
             try:
-                taken.append(again(step, rate, node))
+                taken.append(retake_step(step, rate, node))
             except limits.StopWear as stop:
                 raise GradientError(
                     f"the worn gears can no longer run: {stop.reason}"

@@ -321,10 +321,10 @@ class Coupled(Protocol):
     def shared(self) -> tuple[Any, ...]:
         """What responses belong to and is told apart by identity: moving system, its stages, the contact."""
 
-    def wearing(self) -> "Coupled":
+    def rate_only(self) -> "Coupled":
         """Return what the wear rate needs of it: no response where the static force wears."""
 
-    def resting(self) -> "Coupled | None":
+    def static_only(self) -> "Coupled | None":
         """Return what wears under the static load alone, None where it does so already."""
 
     def flat(self, wear: Sequence[Array]) -> Array:
@@ -368,11 +368,11 @@ class OneCondition(Coupled):
         """Where time and work are written down."""
         return (self.account,)
 
-    def wearing(self) -> Self:
+    def rate_only(self) -> Self:
         """Return what the wear rate needs of it: no response where the static force wears."""
         return replace(self, vibration=self.vibration if self.load.moving else None)
 
-    def resting(self) -> Self | None:
+    def static_only(self) -> Self | None:
         """Return what wears under the static load alone, None where it does so already."""
         return (
             replace(self, vibration=None, load=loads.StaticLoad())

@@ -33,7 +33,7 @@ from wearlab.wear.patch import Patch
 BLOCK = 20
 """Mesh periods of an aperiodic response that are averaged before their scatter counts
 as independent."""
-LEAST_BLOCKS = 3
+MIN_BLOCKS = 3
 """Blocks into which fewer periods than so many blocks take are cut, shorter ones
 then."""
 
@@ -125,7 +125,8 @@ class Coupling(OneCondition):
         for kind, depth, static in zip(self.kinds, wear, known, strict=True):
             try:
                 nodes = kind.analysis.nodes(
-                    depth if kind.patch is None else kind.patch.felt(depth), static
+                    depth if kind.patch is None else kind.patch.effective_wear(depth),
+                    static,
                 )
             except stiffness.SectionVanished as error:
                 raise limits.StopWear(str(error)) from error
@@ -214,9 +215,9 @@ def scatter(
     """
     largest, first = 0.0, 0
     for count in periods:
-        length = min(BLOCK, max(1, count // LEAST_BLOCKS))
+        length = min(BLOCK, max(1, count // MIN_BLOCKS))
         blocks = count // length
-        if blocks >= LEAST_BLOCKS:
+        if blocks >= MIN_BLOCKS:
             row = first + count * np.arange(meshes)[:, None] + np.arange(length)
             means = np.stack(
                 [rate_of((row + length * block).ravel()) for block in range(blocks)]
@@ -254,7 +255,7 @@ class FaceKind(NamedTuple):
     ----------
     contact : of the worn flanks
     law : the wear law at all nodes of the face, slice after slice; None: no wear
-    patch : over which width along the profile wear is spread and felt, slice after
+    patch : over which width along the profile wear is spread and effective_wear, slice after
         slice; None: at points
     lags : γ of each mesh of this kind, by its number in the set [1]
     """
@@ -321,7 +322,7 @@ class FaceCoupling(OneCondition):
         near: Sequence[LineLoads | None] = self._last or [None] * len(self.kinds)
         found: list[FaceState] = []
         for kind, depth, last in zip(self.kinds, wear, near, strict=True):
-            own = felt(kind.patch, depth)
+            own = effective_wear(kind.patch, depth)
             contact = kind.contact
             try:
                 loads = contact.solve(own, last)
@@ -348,7 +349,7 @@ class FaceCoupling(OneCondition):
         vibration = self.vibration
         grid = kind.contact.grid
         assert vibration is not None and state.flanks is not None
-        worn = felt(kind.patch, state.wear)
+        worn = effective_wear(kind.patch, state.wear)
         springs = state.flanks.springs(grid.inside % 1.0).per(vibration.period)
         mean = np.zeros(grid.shape)
         rows = 0
@@ -380,12 +381,12 @@ class FaceCoupling(OneCondition):
         )
 
 
-def felt(patch: Patch | None, depth: Array) -> Array:
+def effective_wear(patch: Patch | None, depth: Array) -> Array:
     """Return the wear that the mesh feels, every slice along its profile, (2, n_face, n) [m]."""
     return (
         depth
         if patch is None
-        else patch.felt(depth.reshape(2, -1)).reshape(depth.shape)
+        else patch.effective_wear(depth.reshape(2, -1)).reshape(depth.shape)
     )
 
 
@@ -452,13 +453,13 @@ class DutyCoupling(Coupled):
         """What responses belong to, block after block."""
         return tuple(thing for block in self.blocks for thing in block.shared)
 
-    def wearing(self) -> "DutyCoupling":
+    def rate_only(self) -> "DutyCoupling":
         """Return what the wear rate needs of it: no responses where the static force wears."""
-        return replace(self, blocks=tuple(block.wearing() for block in self.blocks))
+        return replace(self, blocks=tuple(block.rate_only() for block in self.blocks))
 
-    def resting(self) -> "DutyCoupling | None":
+    def static_only(self) -> "DutyCoupling | None":
         """Return what wears under the static loads alone, None where it does so already."""
-        resting = tuple(block.resting() or block for block in self.blocks)
+        resting = tuple(block.static_only() or block for block in self.blocks)
         return (
             replace(self, blocks=resting)
             if any(block.load.moving for block in self.blocks)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from wearlab.arrays import Array
 from wearlab.life import coupled, integrate, limits, step
 
-MOST_SAMPLES = 5
+MAX_SAMPLES = 5
 """Accepted states on which the estimates of a life's errors rest."""
 
 Memory = tuple[coupled.Responses, float]
@@ -61,15 +61,15 @@ class History(NamedTuple):
         return self._replace(state=own, sampled=sampled)
 
 
-def spread_over(count: int, most: int = MOST_SAMPLES) -> list[int]:
+def spread_over(count: int, most: int = MAX_SAMPLES) -> list[int]:
     """Return which of so many states are sampled: the first, the last, some between, fewer of few.
 
     Where another number is given than that of the samples of estimates, so many of
     them.
     """
     sampled = (
-        min(count, 2 + count // 3, MOST_SAMPLES)
-        if most == MOST_SAMPLES
+        min(count, 2 + count // 3, MAX_SAMPLES)
+        if most == MAX_SAMPLES
         else min(count, most)
     )
     return sorted({round(at) for at in np.linspace(0, count - 1, sampled)})
@@ -96,10 +96,10 @@ class SetRate:
     """
 
     def __init__(self, coupling: coupled.Coupled) -> None:
-        self.coupling = coupling.wearing()
+        self.coupling = coupling.rate_only()
         self.responses: coupled.Responses = ()
         self.noise = 0.0
-        resting = self.coupling.resting()
+        resting = self.coupling.static_only()
         self.still = None if resting is None else SetRate(resting)
 
     def __call__(self, depth: Array) -> Array:
@@ -150,7 +150,7 @@ def history(
     *,
     snapshots: limits.Snapshots,
     kept_work: float = np.inf,
-    most_kept: int | None = None,
+    max_kept: int | None = None,
 ) -> History:
     """Integrate the wear of a gear set to its limit and evaluate every kept state.
 
@@ -163,7 +163,7 @@ def history(
     snapshots : states wanted on the way
     kept_work : work on states that nobody asked for, beyond which no more of them are
         kept
-    most_kept : of these states, None: as many as there are
+    max_kept : of these states, None: as many as there are
 
     Notes
     -----
@@ -183,8 +183,8 @@ def history(
         rate, coupling.flat(wear), snapshots=snapshots, progress=accepted
     )
     wanted = list(zip(*life.updates(only_snapshots=snapshots.asked), strict=True))
-    if most_kept is not None and not snapshots.asked:
-        wanted = [wanted[k] for k in spread_over(len(wanted), most_kept)]
+    if max_kept is not None and not snapshots.asked:
+        wanted = [wanted[k] for k in spread_over(len(wanted), max_kept)]
     chosen = [(life.cycle[k], life.depth[k]) for k in spread_over(len(life.cycle))]
     states: dict[float, coupled.WearState | None] = {}
 

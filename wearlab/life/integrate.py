@@ -41,7 +41,7 @@ AIM = 1.1
 TREND = 0.5
 """Share of the trend of the rate over the last step that is expected to go on: wear
 evens out."""
-MOST_TREND = 1.5
+MAX_TREND = 1.5
 """Largest factor by which the trend of the rate moves the expected crossing."""
 NEARLY, LAST_WORK = 0.98, 0.15
 """Share of its depth limit from which a life that is out of work gets some more, and
@@ -216,8 +216,8 @@ def integrate(
     snapshots: Snapshots | None = None,
     tolerance: float = 1e-3,
     scale: float = ELASTIC_SCALE,
-    most_evaluations: int = 100_000,
-    most_work: float = np.inf,
+    max_evaluations: int = 100_000,
+    max_work: float = np.inf,
     progress: Progress = None,
 ) -> Life:
     """Return the wear over cycles from a first state to a limit.
@@ -236,7 +236,7 @@ def integrate(
         jumps [1]
     scale : depth below which errors are no longer relative; also the scale of the
         stiffness probe [m]
-    most_evaluations, most_work : bounds on the evaluations, and on their work where the
+    max_evaluations, max_work : bounds on the evaluations, and on their work where the
         rate counts it
     progress : called with every accepted state
 
@@ -258,7 +258,7 @@ def integrate(
             "initial wear depths must be one array of finite values that are not "
             "negative"
         )
-    counted = CountedRate(rate, most_evaluations, most_work)
+    counted = CountedRate(rate, max_evaluations, max_work)
     life = _Integration(counted, limits, tolerance, scale, Node(0.0, h0, counted(h0)))
     kept = checkpoint.checkpoint(
         (h0, life.node.rate, limits, method, tolerance, scale), counted.shared
@@ -487,7 +487,7 @@ def longest_step(node: Node, limits: Limits, last: Step | None) -> float:
         return float(left)
     braked = float((due if last is None else due * _braking(due, last, limits)).min())
     return float(
-        min(left, AIM * np.clip(braked, soonest / MOST_TREND, soonest * MOST_TREND))
+        min(left, AIM * np.clip(braked, soonest / MAX_TREND, soonest * MAX_TREND))
     )
 
 

@@ -124,7 +124,7 @@ class CountedRate:
     rate : h (n,) [m] -> dh/dN (n,) [m per cycle], ≥ 0; raises StopWear when the gears
         can no longer run
     most : bound on the evaluations
-    most_work : bound on the work they take, where the rate counts it
+    max_work : bound on the work they take, where the rate counts it
 
     Raises
     ------
@@ -134,17 +134,17 @@ class CountedRate:
         When the rate says so, or is not finite.
     """
 
-    def __init__(self, rate: Rate, most: int, most_work: float = np.inf) -> None:
+    def __init__(self, rate: Rate, most: int, max_work: float = np.inf) -> None:
         self.rate, self.most, self.count = rate, most, 0
         self.still: Rate | None = getattr(rate, "still", None)
         self.shared = tuple(getattr(rate, "shared", ()))
-        self.first_work, self.most_work = self.work, self.work + most_work
+        self.first_work, self.max_work = self.work, self.work + max_work
 
     def __call__(self, h: Array) -> Array:
         """Return the rate at h, (n,) [m per cycle]."""
         if self.count >= self.most:
             raise OutOfEvaluations("evaluation limit")
-        if self.work >= self.most_work:
+        if self.work >= self.max_work:
             raise OutOfEvaluations("work limit")
         self.count += 1
         r = np.asarray(self.rate(h), float)
@@ -168,7 +168,7 @@ class CountedRate:
 
     def grant(self, share: float) -> None:
         """Allow more work, a share of all that was allowed."""
-        self.most_work += share * (self.most_work - self.first_work)
+        self.max_work += share * (self.max_work - self.first_work)
 
     @property
     def noise(self) -> float:

@@ -31,7 +31,7 @@ from wearlab.life.limits import Rate
 REACH = 2.5
 """ΔN ρ up to which it is used; it is stable to 2.8 on the real axis and on the
 imaginary one."""
-LEAST = 0.15
+MIN_REACH = 0.15
 """Least ρ ΔN that counts: where the rate has a kink, fourth order is not reached."""
 REPORTED = 1.2
 """Reported error over ρ ΔN times the difference of the two orders."""
@@ -71,7 +71,7 @@ def fourth_order_step(rate: Rate, h: Array, r: Array, size: float) -> FourthOrde
 
 def fourth_order_error(difference: Array, fastest: float) -> Array:
     """Return the estimated error of a step, ``1.2 ρ ΔN`` of its difference from the companion, (n,) [m]."""
-    return np.asarray(REPORTED * max(LEAST, fastest) * difference)
+    return np.asarray(REPORTED * max(MIN_REACH, fastest) * difference)
 
 
 def _seen(change: Array, way: Array, r: Array) -> float:
@@ -93,7 +93,7 @@ SHARP = 2.0 / 13.0
 """Damping for a real spectrum."""
 WIDE = 10.0
 """Damping for a spectrum with an imaginary part: half the reach, a much wider strip."""
-MOST_STAGES = 60
+MAX_STAGES = 60
 
 
 class Scheme(NamedTuple):
@@ -143,8 +143,8 @@ def scheme(stages: int, damping: float = SHARP) -> Scheme:
 
 def stages_for(stiffness: float, damping: float = SHARP) -> Scheme:
     """Return the scheme with the fewest stages that is stable at ``stiffness = ΔN ρ`` (or the longest)."""
-    fewest = (n for n in range(2, MOST_STAGES) if scheme(n, damping).reach >= stiffness)
-    return scheme(next(fewest, MOST_STAGES), damping)
+    fewest = (n for n in range(2, MAX_STAGES) if scheme(n, damping).reach >= stiffness)
+    return scheme(next(fewest, MAX_STAGES), damping)
 
 
 def chebyshev_step(

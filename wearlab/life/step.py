@@ -152,7 +152,7 @@ def growth(start: Node, end: Node) -> float:
     return float(np.exp(min(max(0.0, exponent), 50.0)))
 
 
-def again(step: Step, rate: limits.Rate, start: Node) -> Step:
+def retake_step(step: Step, rate: limits.Rate, start: Node) -> Step:
     """Return a step of the same method and size from another state.
 
     Parameters

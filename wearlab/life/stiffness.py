@@ -200,7 +200,7 @@ class KnownSpectrum:
     @property
     def reach(self) -> float:
         """The longest step that any method takes [cycles]."""
-        longest = runge_kutta.scheme(runge_kutta.MOST_STAGES, self.damping).reach
+        longest = runge_kutta.scheme(runge_kutta.MAX_STAGES, self.damping).reach
         return longest / self.radius if self.radius > 0.0 else np.inf
 
     def told(self, rate: CountedRate, radius: float) -> None:
@@ -264,7 +264,7 @@ short steps."""
 PLANNED = 0.7
 """Share of the work left with which steps are planned; the rest is for rates that get
 dearer."""
-ROUGH_SHARE, MOST_HURRIED = 0.02, 0.5
+ROUGH_SHARE, MAX_HURRIED = 0.02, 0.5
 """Wear of a step over the depth reached, and where the work left pays for no shorter
 ones."""
 
@@ -353,7 +353,7 @@ class Work:
         self.dear = max(1.0, last, (rate.work - rate.first_work) / max(1, rate.count))
         self.before = rate.count, rate.work
         way = node.cycle / (node.cycle + left) if isfinite(left) else 1.0
-        done = (rate.work - rate.first_work) / (rate.most_work - rate.first_work)
+        done = (rate.work - rate.first_work) / (rate.max_work - rate.first_work)
         self.late = (
             self.late
             or max(done, rate.count / rate.most) > HEAD_START + (1.0 - HEAD_START) * way
@@ -369,7 +369,7 @@ class Work:
         way = left * fastest if isfinite(left) else 0.0
         depth = max(reached, self.scale)
         rates = min(
-            (rate.most_work - rate.work) / self.dear, float(rate.most - rate.count)
+            (rate.max_work - rate.work) / self.dear, float(rate.most - rate.count)
         )
         share = share_of_depth(way, depth, PLANNED * max(0.0, rates))
         # The fastest place is another one every time: the deepest gets deeper at a
@@ -379,7 +379,7 @@ class Work:
             if reached > self.first_depth
             else fastest
         )
-        worn = float(np.clip(share, ROUGH_SHARE, MOST_HURRIED)) * depth
+        worn = float(np.clip(share, ROUGH_SHARE, MAX_HURRIED)) * depth
         return worn / deepens if deepens > 0.0 else inf, share > ROUGH_SHARE
 
 

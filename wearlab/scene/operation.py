@@ -237,7 +237,7 @@ class Operation(options.Part):
             max([self.torque, self._largest_torque or 0.0, *of_blocks, *of_stages])
         )
 
-    def alone(
+    def single_condition(
         self, torque: float, speed: float, largest_torque: float | None = None
     ) -> "Operation":
         """Return one condition alone.

@@ -375,7 +375,7 @@ def calibrating(scene: Scene) -> Scene | None:
         "lubricant": scene.lubricant
         if given.film or scene.mesh.damping_law.needs_oil
         else None,
-        "operation": scene.operation.alone(given.torque, given.speed),
+        "operation": scene.operation.single_condition(given.torque, given.speed),
         "start": None,
         "store": sections.StoreSection(),
     }

@@ -56,7 +56,7 @@ def other_attractors(
         return []
     if moves.hunting > 1 or moves.slow is not None or len(parts.meshes) > 1:
         return []
-    most = life_run.most_searched(
+    most = life_run.max_searched(
         moves.system, parts.scene.numerics.most_right_hand_sides
     )
     with account.timed("dynamics"):

@@ -74,7 +74,7 @@ class Looked(NamedTuple):
         of the conditions
     """
 
-    stage: life_run.Stage
+    stage: life_run.OperatingCondition
     lived: history.History
     worn: list[wear_off.WornFurther | None]
 
@@ -93,7 +93,7 @@ class Looked(NamedTuple):
 
 
 def estimated(
-    stage: life_run.Stage, lived: history.History, inherited: float = 0.0
+    stage: life_run.OperatingCondition, lived: history.History, inherited: float = 0.0
 ) -> Estimates:
     """Estimate the errors of a life at its kept states.
 
@@ -126,7 +126,10 @@ def estimated(
 
 
 def _looked(
-    stage: life_run.Stage, lived: history.History, of: Callable[..., Any], before: float
+    stage: life_run.OperatingCondition,
+    lived: history.History,
+    of: Callable[..., Any],
+    before: float,
 ) -> Looked:
     """Return what twins, as the function ``of`` makes them of a condition, say of the errors."""
     each = [of(parts, lived.in_block(block)) for block, parts in enumerate(stage.parts)]
@@ -361,7 +364,7 @@ def rougher_over_face(parts: assembly.GearModel) -> assembly.GearModel:
 
 
 def estimated_over_face(
-    stage: life_run.Stage, lived: history.History, inherited: float = 0.0
+    stage: life_run.OperatingCondition, lived: history.History, inherited: float = 0.0
 ) -> Estimates:
     """Estimate the errors of a life at its kept states.
 

@@ -25,7 +25,7 @@ from wearlab.scene.wear import is_replaced
 from wearlab.simulation import label
 
 
-class Stage(NamedTuple):
+class OperatingCondition(NamedTuple):
     """What runs at a time: one condition, or several that take turns.
 
     Parameters
@@ -49,7 +49,7 @@ class Stage(NamedTuple):
         return self.parts[0]
 
 
-def stages_of(scene: Scene) -> tuple[Stage, ...]:
+def operating_conditions(scene: Scene) -> tuple[OperatingCondition, ...]:
     """Return the stages of a scene: one, unless it has stages of operation.
 
     Raises
@@ -60,24 +60,27 @@ def stages_of(scene: Scene) -> tuple[Stage, ...]:
     operation = scene.operation
 
     def alone(one: DutyBlock | OperationStage) -> Scene:
-        condition = operation.alone(one.torque, one.speed, operation.largest_torque)
+        condition = operation.single_condition(
+            one.torque, one.speed, operation.largest_torque
+        )
         return scene.model_copy(update={"operation": condition})
 
     if operation.stages:
         return tuple(
-            stage_of([alone(stage)], [1.0], stage.cycles) for stage in operation.stages
+            operating_condition([alone(stage)], [1.0], stage.cycles)
+            for stage in operation.stages
         )
     conditions = [alone(block) for block in operation.blocks]
     return (
-        stage_of(
+        operating_condition(
             conditions or [scene], [block.share for block in operation.blocks] or [1.0]
         ),
     )
 
 
-def stage_of(
+def operating_condition(
     scenes: Sequence[Scene], share: Sequence[float], cycles: float | None = None
-) -> Stage:
+) -> OperatingCondition:
     """Return conditions that take turns, of the cycles ``w_b = u_b ω_b / Σ u_b ω_b``.
 
     Parameters
@@ -91,7 +94,9 @@ def stage_of(
     speed = np.array([part.gears.speed for part in parts])
     weight = time * speed / (time @ speed) if len(parts) > 1 else np.ones(1)
     mean_speed = float(coupling.mixture(time, list(speed)))
-    return Stage(parts, weight, mean_speed, taking_turns(parts, weight), cycles)
+    return OperatingCondition(
+        parts, weight, mean_speed, taking_turns(parts, weight), cycles
+    )
 
 
 def taking_turns(parts: Sequence[assembly.GearModel], weight: Array) -> coupled.Coupled:
@@ -271,10 +276,10 @@ def _set_apart(position: Array, span: float) -> Array:
 STATES_OF_A_FACE = 12
 """Wear states that are kept of a pair with a face where nobody asked, of a set with two
 kinds of mesh half as many: each takes half a megabyte a kind."""
-MOST_EVALUATIONS = 5_000
+MAX_EVALUATIONS = 5_000
 """Bound on the rates of one life at a tolerance of 1e-3; an ordinary life takes about a
 hundred."""
-MOST_WORK = 2e9
+MAX_WORK = 2e9
 """Bound on the work of an integration over cycles, units of about 15 ns. Kept states,
 estimates and the search for other attractors come on top."""
 KEPT_SHARE = 0.1
@@ -304,7 +309,7 @@ cache, and by what work is dearer then: 0.67 µs a right-hand side over 1,633 pe
 and the forces that wear take as long again."""
 
 
-def most_work(scene: Scene, parts: assembly.GearModel) -> float:
+def max_work(scene: Scene, parts: assembly.GearModel) -> float:
     """Return the right-hand sides after which a life ends."""
     if scene.numerics.most_right_hand_sides is not None:
         return float(scene.numerics.most_right_hand_sides)
@@ -313,17 +318,17 @@ def most_work(scene: Scene, parts: assembly.GearModel) -> float:
     work = units(parts.vibration.system) * (
         OUT_OF_CACHE if parts.vibration.hunting > MANY_PERIODS else 1.0
     )
-    return MOST_WORK / work * max(1.0, (USUAL / scene.numerics.tolerance) ** 0.5)
+    return MAX_WORK / work * max(1.0, (USUAL / scene.numerics.tolerance) ** 0.5)
 
 
-def most_searched(system: System, asked: float | None = None) -> int:
+def max_searched(system: System, asked: float | None = None) -> int:
     """Return the integration steps of all searches for other attractors in one condition of operation.
 
     Who asks for more right-hand sides of a life than it may have by itself has more of
     these, too.
     """
     return int(
-        SEARCH_SHARE * max(MOST_WORK / units(system), asked or 0.0) / RHS_PER_STEP
+        SEARCH_SHARE * max(MAX_WORK / units(system), asked or 0.0) / RHS_PER_STEP
     )
 
 
@@ -348,10 +353,10 @@ def integration(
         "method": scene.wear.step.build(),
         "tolerance": tolerance,
     }
-    given["most_evaluations"] = int(
-        MOST_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5)
+    given["max_evaluations"] = int(
+        MAX_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5)
     )
-    return partial(integrate.integrate, most_work=most_work(scene, parts), **given)
+    return partial(integrate.integrate, max_work=max_work(scene, parts), **given)
 
 
 def life_at_rate(
@@ -373,7 +378,9 @@ def life_at_rate(
     return integration(scene, parts, until)(rate, parts.coupling.flat(wear))
 
 
-def live_through(scene: Scene, stages: Sequence[Stage]) -> history.History:
+def integrate_life(
+    scene: Scene, stages: Sequence[OperatingCondition]
+) -> history.History:
     """Integrate the wear of a scene through all its stages, or evaluate its one state.
 
     Raises
@@ -417,13 +424,13 @@ def live_through(scene: Scene, stages: Sequence[Stage]) -> history.History:
     return _joined(histories, stages, reason)
 
 
-def _seconds(stage: Stage, cycles: Any) -> Any:
+def _seconds(stage: OperatingCondition, cycles: Any) -> Any:
     """Return the time that cycles take [s], NaN where nothing turns."""
     return cycles * 2 * np.pi / (stage.speed or np.nan)
 
 
 def _integrated(
-    stage: Stage, wear: coupled.Wear, until: limits.Limits, before: float
+    stage: OperatingCondition, wear: coupled.Wear, until: limits.Limits, before: float
 ) -> history.History:
     """Return the life of one stage.
 
@@ -434,8 +441,8 @@ def _integrated(
     asked = assembly.wear.build_snapshots(scene, parts.gears, stage.coupling)
     left = tuple(cycle - before for cycle in asked.cycles if cycle > before)
     kept: dict[str, Any] = {"snapshots": asked._replace(cycles=left, only=asked.asked)}
-    kept["kept_work"] = KEPT_SHARE * most_work(scene, parts)
-    kept["most_kept"] = (
+    kept["kept_work"] = KEPT_SHARE * max_work(scene, parts)
+    kept["max_kept"] = (
         None if parts.face is None else STATES_OF_A_FACE // len(parts.kinds)
     )
     return history.history(
@@ -444,7 +451,7 @@ def _integrated(
 
 
 def _joined(
-    each: list[history.History], stages: Sequence[Stage], reason: str
+    each: list[history.History], stages: Sequence[OperatingCondition], reason: str
 ) -> history.History:
     """Return histories one after another.
 
@@ -542,7 +549,7 @@ def initial_wear(
     flat = parts.coupling.flat(wear)
     bounds = {
         "tolerance": scene.numerics.tolerance,
-        "most_work": most_work(scene, parts),
+        "max_work": max_work(scene, parts),
     }
     try:
         return parts.coupling.split(history.worn(rate, flat, by_law, **bounds))

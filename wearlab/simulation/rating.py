@@ -7,7 +7,7 @@ from wearlab.assembly import GearModel
 from wearlab.gears import helix, iso
 from wearlab.scene import Scene, sections
 
-MOST_CONTACT_RATIO = 2.0
+MAX_CONTACT_RATIO = 2.0
 """ε_α from which there is no point of single contact."""
 
 
@@ -68,7 +68,7 @@ def _pitting(
     kind = parts.gears.kinds[0]
     turned = parts.gears.helix
     pair = parts.gears.kinds[0].pair
-    if pair.contact_ratio >= MOST_CONTACT_RATIO:
+    if pair.contact_ratio >= MAX_CONTACT_RATIO:
         return {}
     overlap = helix.overlap_ratio(pair.face_width, turned.angle, scene.gears.module)
     nominal = iso.nominal_stress(
@@ -127,7 +127,7 @@ def rating_flags(scene: Scene, parts: GearModel) -> list[str]:
     pair = parts.kinds[0].pair
     if any(gear.internal for gear in pair.gears):
         told.append("rating: a ring is taken as a rack")
-    if pair.contact_ratio >= MOST_CONTACT_RATIO:
+    if pair.contact_ratio >= MAX_CONTACT_RATIO:
         told.append(
             "rating: no contact stress, since two pairs and more touch always (ε_α of "
             "2 and more)"

@@ -77,8 +77,8 @@ def simulate(scene: Scene) -> xr.Dataset:
     clock = time.perf_counter()
     try:
         settled, calibration = calibrated(scene)
-        stages = life_run.stages_of(settled)
-        lived = life_run.live_through(settled, stages)
+        stages = life_run.operating_conditions(settled)
+        lived = life_run.integrate_life(settled, stages)
     except GearError as error:
         raise label.Refused(str(error)) from error
     except limits.StopWear as stop:
@@ -96,7 +96,7 @@ def simulate(scene: Scene) -> xr.Dataset:
 
 def _dataset(
     scene: Scene,
-    stages: tuple[life_run.Stage, ...],
+    stages: tuple[life_run.OperatingCondition, ...],
     lived: history.History,
     calibration: Calibration | None,
     clock: float,
@@ -301,8 +301,8 @@ def _lived(scene: Scene) -> CalibrationLife:
     alone = calibrating(scene)
     assert alone is not None
     if alone.id not in _LIVES:
-        stages = life_run.stages_of(alone)
-        (lived,) = life_run.live_through(alone, stages).stages
+        stages = life_run.operating_conditions(alone)
+        (lived,) = life_run.integrate_life(alone, stages).stages
         assert lived.life is not None
         error = estimates.estimated(stages[0], lived).life or 0.0
         cycles = float(lived.life.cycle[-1])

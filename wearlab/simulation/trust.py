@@ -38,7 +38,7 @@ ENDS_OF_WORK = {
 
 
 def trust_values(
-    stages: Sequence[life_run.Stage],
+    stages: Sequence[life_run.OperatingCondition],
     lived: history.History,
     errors: Sequence[estimates.Estimates],
     searches: Sequence[Search],

@@ -102,7 +102,7 @@ def _vertex(b: float, c: float) -> float:
     return float(-b * b / (4.0 * c)) if 0.0 < b < -2.0 * c else 0.0
 
 
-MOST_ANSWERS, CLOSE = 10, 0.05
+MAX_ANSWERS, CLOSE = 10, 0.05
 """Most rates that one step asks for, and the residual over the drive at which it asks
 for no more."""
 
@@ -137,7 +137,7 @@ def levelled(
     if size == 0.0:
         return drive
     system = LinearOperator((len(drive), len(drive)), matvec=product, dtype=np.float64)
-    error, _ = gmres(system, drive, rtol=CLOSE, restart=MOST_ANSWERS, maxiter=1)
+    error, _ = gmres(system, drive, rtol=CLOSE, restart=MAX_ANSWERS, maxiter=1)
     return np.asarray(error) if told and float(np.abs(error).max()) < size else drive
 
 

@@ -31,11 +31,17 @@ from scipy.sparse import csr_array, eye_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from wearlab.arrays import Array, Flags, Index
-from wearlab.wear.patch import TwoWay, ascending, felt_matrix, remembered, spread_matrix
+from wearlab.wear.patch import (
+    TwoWay,
+    ascending,
+    effective_wear_matrix,
+    remembered,
+    spread_matrix,
+)
 from wearlab.wear.path import WearPath
 
 FIRST_ORDER = 2
-LEAST_ORDERS, MOST_ORDERS = 4, 32
+MIN_ORDERS, MAX_ORDERS = 4, 32
 
 
 class Squares(NamedTuple):
@@ -79,7 +85,7 @@ def squares(half_width: Array, path: WearPath) -> Squares:
     Johnson 1985, §2.7 and Appendix 1.
     """
     rows = np.atleast_2d(half_width)
-    most = most_orders(rows, path)
+    most = max_orders(rows, path)
     each = list[tuple[Array, ...]]()
     order = np.arange(FIRST_ORDER, most + 1)[:, None]
     for number, row in enumerate(rows):
@@ -117,7 +123,7 @@ def windows(half_width: Array, arc: Array) -> Windows:
     )
 
 
-def most_orders(half_width: Array, path: WearPath) -> int:
+def max_orders(half_width: Array, path: WearPath) -> int:
     """Return the highest order that nodes resolve across the widest patch."""
     step = np.abs(np.diff(path.arc, axis=1))
     longer = np.maximum(
@@ -126,7 +132,7 @@ def most_orders(half_width: Array, path: WearPath) -> int:
     finest = (
         half_width / longer[:, None]
     ).max()  # by the longer interval beside each node
-    return int(np.clip(np.ceil(np.pi * finest), LEAST_ORDERS, MOST_ORDERS))
+    return int(np.clip(np.ceil(np.pi * finest), MIN_ORDERS, MAX_ORDERS))
 
 
 def coefficients(t: Array, most: int) -> Array:
@@ -259,5 +265,9 @@ def elastic(
     fastest = float((spread @ static_rate.ravel()).max(initial=0.0))
     tau = lag / fastest if fastest > 0.0 else 0.0
     return Elastic(
-        spread, felt_matrix(spread, path), level, reference, looking_ahead(level, tau)
+        spread,
+        effective_wear_matrix(spread, path),
+        level,
+        reference,
+        looking_ahead(level, tau),
     )

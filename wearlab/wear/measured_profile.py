@@ -20,8 +20,8 @@ SLACK = 1e-3
 NOISE = 0.02
 """Share of the largest depth by which a measured profile may stand above its zero; it
 counts as unworn."""
-LEAST_NOISE = 1e-7
-LEAST_POINTS = 5
+MIN_NOISE = 1e-7
+MIN_POINTS = 5
 GOES_ON = "or say how it goes on: continuation = 'hold', 'slope' or 'zero'"
 END_SHARE = 0.1
 """Share of a measured profile whose slope goes on beyond its end."""
@@ -186,7 +186,7 @@ def _worn(
     """
     lowest = int(np.argmin(depth))
     above = -float(depth.flat[lowest])
-    if above > max(LEAST_NOISE, NOISE * float(depth.max())):
+    if above > max(MIN_NOISE, NOISE * float(depth.max())):
         standing = f"the measured flank stands {1e6 * above:.3g} µm above its unworn"
         remedy = (
             f"and wear adds no material; check the sign, or choose zero = {instead}"
@@ -298,15 +298,15 @@ def _check_cover(where: Array, pair: GearPair, gear: int, along: Along) -> None:
         remedy = f"measure all of it, check {along} and its unit"
         raise GearError(f"{name}: {covers}, {needs}; {remedy}, {GOES_ON}")
     inside = np.count_nonzero((where >= begin - slack) & (where <= end + slack))
-    if inside < LEAST_POINTS:
+    if inside < MIN_POINTS:
         few = f"{inside} measured points lie on the active flank"
-        raise GearError(f"{name}: {few}; give {LEAST_POINTS} or more")
+        raise GearError(f"{name}: {few}; give {MIN_POINTS} or more")
 
 
 def _local_parabola(where: Array, depth: Array, s: float, window: float) -> float:
     """Return the value at s of the parabola fitted around it with tricube weights (Cleveland 1979)."""
     half = max(
-        0.5 * window, float(np.sort(np.abs(where - s))[LEAST_POINTS - 1]) * (1.0 + 1e-9)
+        0.5 * window, float(np.sort(np.abs(where - s))[MIN_POINTS - 1]) * (1.0 + 1e-9)
     )
     distance = (where - s) / half
     near = np.abs(distance) < 1.0

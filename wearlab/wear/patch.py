@@ -48,11 +48,11 @@ if TYPE_CHECKING:
 
 
 Made = TypeVar("Made")
-KEPT, MOST_NODES = 8, 400
+KEPT, MAX_NODES = 8, 400
 """Matrices of patches that a process remembers, and the nodes beyond which it does not:
 some 30 MB in all."""
 
-LEAST_SHARE = 0.2
+MIN_SHARE = 0.2
 """Share of the mesh force below which the width of a patch does not shrink further."""
 
 
@@ -64,7 +64,7 @@ def patch_force(static: ArrayLike, load: float) -> Array:
     static : (n,) force on a pair of unworn flanks when it touches at the node [N]
     load : static mesh force [N]
     """
-    return np.maximum(np.asarray(static, float), LEAST_SHARE * load)
+    return np.maximum(np.asarray(static, float), MIN_SHARE * load)
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class PatchSetting:
 class Patch(Protocol):
     """Over which width wear is spread and felt."""
 
-    def felt(self, depth: Array) -> Array:
+    def effective_wear(self, depth: Array) -> Array:
         """Return the wear that the mesh feels, (2, n) [m]."""
 
     def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
@@ -122,7 +122,7 @@ class OneWay:
 
     spreading: csr_array
 
-    def felt(self, depth: Array) -> Array:
+    def effective_wear(self, depth: Array) -> Array:
         """Return the wear that the mesh feels, (2, n) [m]."""
         return depth
 
@@ -144,20 +144,20 @@ class TwoWay(OneWay):
 
     Parameters
     ----------
-    feeling : (2n, 2n) P = W⁻¹ Sᵀ W [1]
+    averaging : (2n, 2n) P = W⁻¹ Sᵀ W [1]
     """
 
-    feeling: csr_array
+    averaging: csr_array
 
-    def felt(self, depth: Array) -> Array:
+    def effective_wear(self, depth: Array) -> Array:
         """Return the wear that the mesh feels, (2, n) [m]."""
-        return np.asarray(self.feeling @ depth.ravel()).reshape(depth.shape)
+        return np.asarray(self.averaging @ depth.ravel()).reshape(depth.shape)
 
 
 def two_way(half_width: Array, path: WearPath) -> TwoWay:
     """Return the patch that spreads and feels, for half widths (n,) [m]."""
     spread = spread_matrix(half_width, path)
-    return TwoWay(spread, felt_matrix(spread, path))
+    return TwoWay(spread, effective_wear_matrix(spread, path))
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ def remembered(make: Callable[..., Made]) -> Callable[..., Made]:
 
     @wraps(make)
     def kept_or_made(*given: Any) -> Made:
-        if np.size(given[0]) > MOST_NODES:
+        if np.size(given[0]) > MAX_NODES:
             return make(*given)
         each = (
             (x.arc, x.contact_modulus) if isinstance(x, WearPath) else (x,)
@@ -206,7 +206,7 @@ def spread_matrix(half_width: Array, path: WearPath) -> csr_array:
     return csr_array(block_diag(blocks, format="csr"))
 
 
-def felt_matrix(spread: csr_array, path: WearPath) -> csr_array:
+def effective_wear_matrix(spread: csr_array, path: WearPath) -> csr_array:
     """Return ``P = W⁻¹ Sᵀ W``, (2n, 2n) [1]: row j is the mean over the patch centred at node j."""
     length = np.tile(
         path.arc_weight, (1, spread.shape[0] // path.arc_weight.size)
