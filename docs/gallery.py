@@ -39,7 +39,7 @@ def main(folder: str = "wearlab-store") -> None:
             if target.exists():
                 continue
             try:
-                image, _ = drawing.answer(
+                image, _ = drawing.file_of(
                     question(campaign, spec, number), store.open(campaign), store, "png"
                 )
             except (FigureError, wl.StoreError) as error:

@@ -271,7 +271,7 @@ def compute(store_folder: str, chosen: Sequence[str] = ()) -> int:
         for number, spec in enumerate(campaign.figures, 1):
             asked = question(campaign, spec, number)
             try:
-                image, _ = drawing.answer(asked, grid, store, "png")
+                image, _ = drawing.file_of(asked, grid, store, "png")
                 small(image, PAPERS / "images" / f"{name}-{asked.name}.png")
             except FigureError as error:
                 problems.append(str(error))

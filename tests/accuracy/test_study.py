@@ -158,7 +158,7 @@ def test_pages_of_a_life_tell_slope_default_and_how_well_the_reference_is_known(
         return only
 
     ours, ring, theirs = panel(3e-9).curves  # the second method is far below the curves
-    assert (ours.text, theirs.text, ring.look) == ("4.0", "1.0", "published")
+    assert (ours.text, theirs.text, ring.style) == ("4.0", "1.0", "published")
     assert (ring.x.item(), ring.y.item()) == (8, pytest.approx(8e-2 * 8**-4.0))
     ours, _, _, unsure = panel(5e-5).curves
     assert ours.text == "" and unsure.y == pytest.approx(

@@ -421,7 +421,7 @@ def test_a_map_is_drawn_as_cells_that_tell_their_level():
         y=y.ravel(),
         level=level,
         reach=(0.0, 5.0),
-        look="map",
+        style="map",
         pen=pen,
         y_error=None,
         doubtful=None,

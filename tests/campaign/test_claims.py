@@ -166,7 +166,7 @@ def test_notes_are_filled_from_the_runs(file, store):
     campaign = load(file)
     grid = store.open(campaign)
     asked = question(campaign, campaign.figures[0], 1)
-    plot, _, _ = plotted(grid, asked.ask)
+    plot, _, _ = plotted(grid, asked.request)
     note = "5.50 µm, by +300 %, 666.7 Hz, —."
     assert any(note in " ".join(one.split()) for one in plot.notes)
     assert "claim" not in asked.table["note"] and "worn" not in asked.table["note"]

@@ -9,7 +9,7 @@ import pytest
 from made_up import SPEEDS, Axis, Campaign, Case, put, run
 
 from wearlab.figures.drawing import draw, plotted
-from wearlab.figures.kind import Ask, read
+from wearlab.figures.kind import FigureRequest, read
 from wearlab.store import Store
 
 
@@ -41,7 +41,7 @@ def holed(campaign: Campaign) -> Campaign:
     return replace(campaign, cases=tuple(cases))
 
 
-def asked(**wishes: Any) -> Ask:
+def asked(**wishes: Any) -> FigureRequest:
     return read(SimpleNamespace(**wishes), 1, None)
 
 

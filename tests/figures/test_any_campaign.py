@@ -129,7 +129,7 @@ def test_samples_become_bands(many):
     """Was KeyError: 300, the columns."""
     plot = seen(many, sampled(), kind="wear-profile", select={"flank": "gear"})
     (panel,) = plot.panels
-    assert {curve.look for curve in panel.curves} == {"area", "line"}
+    assert {curve.style for curve in panel.curves} == {"area", "line"}
     assert any("5–95 %" in note and f"{COUNT} runs" in note for note in plot.notes)
 
 
@@ -153,7 +153,7 @@ def test_what_has_many_places_takes_the_hue_from_what_has_few(many):
             {
                 curve.pen.colour
                 for curve in plot.panels[0].curves
-                if curve.look == "line"
+                if curve.style == "line"
             }
         )
         == COUNT
@@ -283,7 +283,7 @@ def test_x_is_found_by_the_key_that_was_swept(many):
     assert panel.x_label == "Wear coefficient ($10^{-14}$\N{NO-BREAK SPACE}m²/N)"
     (curve,) = panel.curves
     assert (
-        curve.look == "dots" and len(curve.x) == COUNT
+        curve.style == "dots" and len(curve.x) == COUNT
     )  # drawn at random: no line joins them
 
 
@@ -360,7 +360,7 @@ def test_what_is_not_sampled_is_never_a_band(many):
     """Was: three modes of four torques, "median and 5–95 % of up to 12 runs"."""
     plot = plot_of(many, swept(5), kind="natural-modes")
     assert not any("Median" in note for note in plot.notes)
-    assert {entry.look for entry in plot.legend} == {"line", "points", "reference"}
+    assert {entry.style for entry in plot.legend} == {"line", "points", "reference"}
 
 
 def test_states_of_few_samples_are_left_out_and_it_is_said(many):
@@ -400,7 +400,7 @@ def test_a_set_that_turns_freely_and_one_under_a_duty_have_modes(many, tmp_path)
     for index, modes in ((0, 2), (1, 3)):
         cases = (Case("base", f"{index:032d}"),)
         (panel,) = plot_of(store, Campaign(cases), kind="natural-modes").panels
-        level = [curve for curve in panel.curves if curve.look == "reference"]
+        level = [curve for curve in panel.curves if curve.style == "reference"]
         assert len({float(curve.y[0]) for curve in level}) == modes
         assert all(np.isfinite(curve.y).all() for curve in panel.curves)
 

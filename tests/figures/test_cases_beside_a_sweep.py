@@ -81,7 +81,7 @@ def test_no_point_is_left_out_and_cases_are_lines_with_a_mark(store, campaign, x
     base, built, light = panel.curves
     np.testing.assert_allclose(np.sort(base.x), RELIEF)
     np.testing.assert_allclose(np.sort(base.y), [1.0, 2.0, 3.0, 4.0, 5.0])
-    assert {built.look, light.look} == {"horizontal"} and not missing
+    assert {built.style, light.style} == {"horizontal"} and not missing
     np.testing.assert_allclose(built.x, [0.1, 25.0, 35.0])
     np.testing.assert_allclose(light.x, [0.1, 20.0, 35.0])
     np.testing.assert_allclose(built.y, 4.0)

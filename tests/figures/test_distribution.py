@@ -56,14 +56,14 @@ def test_a_histogram_shows_its_runs_and_their_quantiles():
     outline, *rest = HISTOGRAM.joined(sample(values))
     edges = outline.x[::2]
     counts = outline.y[1:-1:2]
-    assert outline.look == "area" and counts.sum() == 101
+    assert outline.style == "area" and counts.sum() == 101
     np.testing.assert_array_equal(edges[[0, -1]], [1e6, 101e6])
     marks = [mark for one in rest for mark in one.marks]
     assert [mark.text for mark in marks] == ["5 %", "50 %", "95 %"] and marks[
         1
     ].x == 51e6
     assert rest[2].text == "50 %: 51 (41–61) million"
-    bands = [one for one in rest if one.look == "area"]
+    bands = [one for one in rest if one.style == "area"]
     assert all(
         one.y.min() > outline.y.max() for one in bands
     )  # no band is taken for a bar
@@ -77,7 +77,7 @@ def test_samples_stay_apart_by_hue():
     found = HISTOGRAM.joined(
         sample(np.arange(9.0), "slow") + sample(np.arange(9.0) + 20.0, "fast")
     )
-    outlines = [one for one in found if one.look == "area" and len(one.x) > 4]
+    outlines = [one for one in found if one.style == "area" and len(one.x) > 4]
     assert [one.key["speed"].text for one in outlines] == ["slow", "fast"]
     assert outlines[0].x.max() == 8.0 and outlines[1].x.min() == 20.0
     assert not any(one.marks for one in found)
@@ -136,8 +136,8 @@ def test_two_runs_are_no_distribution(kind):
 
 def test_kinds_draw_from_a_store(plot):
     (panel,) = plot(kind="histogram", y="life").panels
-    assert sum(curve.look == "area" for curve in panel.curves) == 4
+    assert sum(curve.style == "area" for curve in panel.curves) == 4
     (panel,) = plot(kind="quantile-bands").panels
-    assert [curve.look for curve in panel.curves] == ["area", "area", "line"]
+    assert [curve.style for curve in panel.curves] == ["area", "area", "line"]
     with pytest.raises(FigureError, match="not one number per run"):
         plot(kind="histogram", y="max_wear_depth")

@@ -117,7 +117,7 @@ def test_errors_are_those_of_the_wear_state_and_the_factor(grid):
     assert any(
         c.y_error is not None and np.allclose(c.y_error, 30.0)
         for c in forces
-        if c.look == "line"
+        if c.style == "line"
     )
 
 

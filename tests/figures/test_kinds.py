@@ -52,14 +52,14 @@ def test_a_panel_for_each_speed(plot):
     assert titles(force) == ["(a) 800 rpm", "(b) 1100 rpm", "(c) 3720 rpm"]
     assert named(force)[-1] == "static force"
     assert force.panels[0].y_label == "Dynamic mesh force (N)"
-    reference = next(c for c in force.panels[0].curves if c.look == "reference")
+    reference = next(c for c in force.panels[0].curves if c.style == "reference")
     assert reference.y.tolist() == [4800.0, 4800.0]
 
 
 def test_a_response_of_fewer_periods_is_repeated(plot):
     """The first state has period one, the last has two: no gap, and nothing invented."""
     first, _, last, *_ = (
-        c for c in plot(kind="mesh-force").panels[0].curves if c.look == "line"
+        c for c in plot(kind="mesh-force").panels[0].curves if c.style == "line"
     )
     np.testing.assert_array_equal(first.y[:16], first.y[16:])
     assert not np.array_equal(last.y[:16], last.y[16:])
@@ -122,7 +122,7 @@ def test_orbits_close_and_bear_their_points(plot):
     orbit, strobe = panel.curves
     assert len(orbit.x) == 2 * 16 + 1
     assert (orbit.x[0], orbit.y[0]) == (orbit.x[-1], orbit.y[-1])
-    assert strobe.look == "points"
+    assert strobe.style == "points"
     assert len(strobe.x) == 2
     (panel,) = plot(kind="phase-plane", select={"speed": 800, "update": 0}).panels
     assert [len(curve.x) for curve in panel.curves] == [17, 1]
@@ -164,9 +164,9 @@ def test_campbell(plot):
         assert curve.y[1] / curve.x[1] == pytest.approx(
             order * 50 / 60
         )  # teeth per revolution, rpm to Hz
-    levels = {float(c.y[0]) for c in panel.curves if c.look == "reference"}
+    levels = {float(c.y[0]) for c in panel.curves if c.style == "reference"}
     assert levels == {2000.0, 3000.0, 4000.0}
-    at = {float(c.x[0]) for c in panel.curves if c.look == "points" and len(c.x)}
+    at = {float(c.x[0]) for c in panel.curves if c.style == "points" and len(c.x)}
     assert {round(x, 6) for x in at} == {800.0, 1100.0, 3720.0}
 
 
@@ -216,6 +216,6 @@ def test_of_a_motion_that_never_repeats_the_first_periods_are_shown(tmp_path):
     put(store, "0" * 32, run(800.0, mesh_period=200))
     grid = store.open(Campaign((Case("base", "0" * 32, {}),)))
     plot = plotted(grid, read(SimpleNamespace(kind="mesh-force"), 1, None))[0]
-    curve = next(c for c in plot.panels[0].curves if c.look == "line")
+    curve = next(c for c in plot.panels[0].curves if c.style == "line")
     assert curve.x[-1] < 20.0 and len(curve.x) == 20 * 16
     assert any("first 20 of 200 mesh periods" in note for note in plot.notes)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from wearlab.figures import FigureError
 from wearlab.figures.curves import from_first, require_positive
-from wearlab.figures.kind import Ask
+from wearlab.figures.kind import FigureRequest
 from wearlab.figures.plot import Curve, Panel, Pen, Plot, Scale, Series
 from wearlab.figures.render import _mark_truncated
 from wearlab.figures.render import drawn as figure_of
@@ -19,14 +19,14 @@ from wearlab.figures.wording import Label
 
 
 def series(hue: str, y: list[float]) -> Series:
-    across = Scale("Phase", "")
-    up = Scale("Mesh stiffness", "N/µm")
+    x_scale = Scale("Phase", "")
+    y_scale = Scale("Mesh stiffness", "N/µm")
     return Series(
         {"speed": Label(hue, hue)},
         np.linspace(0.0, 1.0, len(y)),
         np.array(y),
-        across,
-        up,
+        x_scale,
+        y_scale,
     )
 
 
@@ -34,19 +34,20 @@ def test_the_first_curve_is_taken_from_all_even_on_other_abscissae() -> None:
     found, notes = from_first(
         [series("1 rpm", [1.0, 2.0, 3.0]), series("2 rpm", [1.5, 2.0, 2.5, 3.0, 3.5])],
         {"hue": "speed"},
-        Ask("tvms", "01"),
+        FigureRequest("tvms", "01"),
     )
     np.testing.assert_allclose(found[0].y, 0.0)
     np.testing.assert_allclose(found[1].y, 0.5)
     assert (
-        found[1].up.label == "change of mesh stiffness" and found[1].up.units == "N/µm"
+        found[1].y_scale.label == "change of mesh stiffness"
+        and found[1].y_scale.units == "N/µm"
     )
     assert "1 rpm" in notes[0] and "from 1 to 3" in notes[0]
 
 
 def test_what_cannot_be_drawn_so_is_refused_with_the_reason() -> None:
     with pytest.raises(FigureError, match="needs a second curve"):
-        from_first([series("1 rpm", [1.0, 2.0])], {}, Ask("tvms", "01"))
+        from_first([series("1 rpm", [1.0, 2.0])], {}, FigureRequest("tvms", "01"))
     with pytest.raises(
         FigureError, match="needs a second curve"
     ):  # a mean beside harmonics
@@ -54,17 +55,17 @@ def test_what_cannot_be_drawn_so_is_refused_with_the_reason() -> None:
         from_first(
             [mean, series("1 rpm", [1.0, 2.0])],
             {"hue": "speed"},
-            Ask("01", "ste-harmonics"),
+            FigureRequest("01", "ste-harmonics"),
         )
     orbit = replace(series("1 rpm", [1.0, 2.0, 1.0]), x=np.array([0.0, 1.0, 0.5]))
     with pytest.raises(FigureError, match=r"01: .*turns back"):
         from_first(
             [orbit, series("2 rpm", [1.0, 2.0])],
             {"hue": "speed"},
-            Ask("01", "phase-plane"),
+            FigureRequest("01", "phase-plane"),
         )
     with pytest.raises(FigureError, match="must be above 0"):
-        require_positive([series("1 rpm", [1.0, 0.0])], Ask("tvms", "01"))
+        require_positive([series("1 rpm", [1.0, 0.0])], FigureRequest("tvms", "01"))
 
 
 def test_either_way_of_drawing_is_another_picture(drawn) -> None:

@@ -134,7 +134,7 @@ def test_a_bifurcation_over_a_sweep_and_over_wear(plot):
         kind="bifurcation", y="poincare_deflection", x="speed", select={"update": -1}
     )
     (curve,) = over.panels[0].curves
-    assert over.panels[0].x_label == "Speed (rpm)" and curve.look in ("points", "dots")
+    assert over.panels[0].x_label == "Speed (rpm)" and curve.style in ("points", "dots")
     assert curve.x.tolist() == [
         800.0,
         800.0,
@@ -163,7 +163,9 @@ def test_a_bifurcation_over_a_sweep_and_over_wear(plot):
 def test_orders_are_stems(plot):
     orders = plot(kind="orders", select={"speed": 800})
     (shown,) = orders.panels
-    assert {curve.look for curve in shown.curves} == {"stem"} and len(shown.curves) == 3
+    assert {curve.style for curve in shown.curves} == {"stem"} and len(
+        shown.curves
+    ) == 3
     assert drawn(orders).axes[0].collections[0].get_segments()[0][0].tolist() == [
         1.0,
         0.0,

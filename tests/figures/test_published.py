@@ -21,7 +21,7 @@ def test_points_in_their_units_and_the_colour_of_their_hue(plot, table):
     )
     one = plot(kind="max-wear", published=path)
     assert one.legend[-1].text == "published"
-    points = [c for c in one.panels[0].curves if c.look == "published"]
+    points = [c for c in one.panels[0].curves if c.style == "published"]
     np.testing.assert_allclose(
         [(*c.x, *c.y) for c in points], [(3.0, 2.0), (100.0, 10.0)]
     )
@@ -38,14 +38,14 @@ def test_one_curve_beside_points_has_its_name_too(plot, table):
     one = plot(**alone, published=table("x [million cycles],y [um]\n3,2\n"))
     assert [entry.text for entry in one.legend] == ["computed", "published"]
     assert one.legend[0].pen == next(
-        c.pen for c in one.panels[0].curves if c.look != "published"
+        c.pen for c in one.panels[0].curves if c.style != "published"
     )
 
 
 def test_points_find_their_panel(plot, table):
     path = table("x,y [N],speed\n0.5,100,1100\n")
     panels = plot(kind="mesh-force", published=path).panels
-    assert [sum(c.look == "published" for c in panel.curves) for panel in panels] == [
+    assert [sum(c.style == "published" for c in panel.curves) for panel in panels] == [
         0,
         1,
         0,

@@ -30,7 +30,7 @@ def test_influences_are_ranked_by_their_range_about_the_base():
     np.testing.assert_array_equal(found[0].x, [4.0, 10.0])
     np.testing.assert_array_equal(found[2].x, [9.8, 10.0, 10.5])
     np.testing.assert_array_equal(found[2].y, 3.0)
-    assert found[-1].look == "reference" and found[-1].x[0] == 10.0
+    assert found[-1].style == "reference" and found[-1].x[0] == 10.0
 
 
 def test_the_first_rank_is_on_top_and_ranks_are_whole():

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from matplotlib.dates import ConciseDateFormatter
 
-from wearlab.figures.kind import Ask
+from wearlab.figures.kind import FigureRequest
 from wearlab.figures.kinds.update import (
     DATE,
     REST,
@@ -23,7 +23,7 @@ from wearlab.figures.render import draw
 from wearlab.updating import report_text
 from wearlab.updating.calendar import day_text
 
-ASK = Ask("figure", "posterior-fan")
+ASK = FigureRequest("figure", "posterior-fan")
 
 
 def test_a_weighing_below_the_limit_of_detection_is_drawn():
@@ -64,7 +64,7 @@ def test_a_weighing_below_the_limit_of_detection_is_drawn():
 def test_ranks_say_of_how_many_twins():
     ranks = xr.Dataset({"life_rank": ("twin", np.linspace(0.0, 1.0, 37))})
     series = list(rank_histogram.series(Updated({}, {"calibration": ranks}), ASK))
-    assert series[0].up.label == "twins, of 37"
+    assert series[0].y_scale.label == "twins, of 37"
 
 
 def calendared(
@@ -121,8 +121,8 @@ def day_of(text):
 
 def test_cycles_are_dates_where_there_is_a_calendar_and_go_on_beyond_it():
     series = list(remaining_life.series(calendared(), ASK))
-    assert {s.across for s in series} == {DATE}
-    levels = [float(s.x[0]) for s in series if s.look == "level"]
+    assert {s.x_scale for s in series} == {DATE}
+    levels = [float(s.x[0]) for s in series if s.style == "level"]
     assert levels == pytest.approx(
         [day_of("2025-02-11"), day_of("2025-02-21"), day_of("2025-03-03")]
     )
@@ -150,7 +150,7 @@ def test_a_standstill_of_a_record_takes_days_and_no_cycles():
 def test_dates_beyond_the_calendar_of_man_stay_cycles():
     far = calendared(cycles=(0.0, 1.0))
     assert far.calendar is None
-    assert {s.across for s in remaining_life.series(far, ASK)} == {REST}
+    assert {s.x_scale for s in remaining_life.series(far, ASK)} == {REST}
 
 
 def test_profiles_are_drawn_in_the_order_of_their_places_beside_what_is_expected():
@@ -158,8 +158,10 @@ def test_profiles_are_drawn_in_the_order_of_their_places_beside_what_is_expected
     assert points.x.tolist() == [100.0, 150.0, 200.0] and points.y == pytest.approx(
         [1.0, 2.0, 3.0]
     )
-    assert line.y == pytest.approx([3.0, 4.0, 2.0]) and shade.look == "area"
-    assert points.key["inspection"].text == "2025-02-01" and points.across.units == "mm"
+    assert line.y == pytest.approx([3.0, 4.0, 2.0]) and shade.style == "area"
+    assert (
+        points.key["inspection"].text == "2025-02-01" and points.x_scale.units == "mm"
+    )
 
 
 def test_a_date_comes_before_hours_and_these_before_cycles():

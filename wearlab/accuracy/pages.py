@@ -107,7 +107,7 @@ def _plot(title: str, note: str, sides: Sequence[Axes]) -> Plot:
     )
     pens = {name: pen for side in sides for name, pen in side.pens.items()}
     legend = tuple(LegendEntry(name, pen, "line-points") for name, pen in pens.items())
-    if any(curve.look == "reference" for panel in panels for curve in panel.curves):
+    if any(curve.style == "reference" for panel in panels for curve in panel.curves):
         note += " Dotted: the reference and the second method differ by this."
     rows = -(-len(sides) // columns)
     both = {"logarithmic": True, "logarithmic_across": True}

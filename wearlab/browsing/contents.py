@@ -217,7 +217,7 @@ def run(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
         except figures.PROBLEMS as error:
             drawn = [figures.ShownFigure("", problem=str(error))]
     if not place.live:
-        drawn += [source.shown(source.ask(kind)) for kind in kinds]
+        drawn += [source.shown(source.question(kind)) for kind in kinds]
     addresses = [
         (KINDS[kind].title or kind, f"run={entry.id}&kind={kind}")
         for kind in kinds

@@ -132,7 +132,7 @@ class Source:
         self.store, self.campaign = store, campaign
         self.grid: xr.Dataset = store.open(campaign)  # type: ignore[arg-type]
 
-    def ask(self, kind: str, options: Mapping[str, Any] | None = None) -> Question:
+    def question(self, kind: str, options: Mapping[str, Any] | None = None) -> Question:
         """Return what a kind of figure asks, with options as of ``[[figure]]``.
 
         Raises
@@ -165,7 +165,7 @@ class Source:
             if curves and dim and len(of.runs) > 1 and of.options.get("select")
             else {}
         )
-        return self.ask(kind, {**apart, **of.options})
+        return self.question(kind, {**apart, **of.options})
 
     def of_campaign(self) -> list[Question]:
         """Return what the figures of its campaign ask."""
@@ -189,7 +189,7 @@ class Source:
         kinds = [
             kind for kind in self.possible() if not swept or kind != "wear-profile"
         ]
-        return [*swept, *map(self.ask, kinds[: MOST_AT_ONCE - len(swept)])]
+        return [*swept, *map(self.question, kinds[: MOST_AT_ONCE - len(swept)])]
 
     def possible(self) -> list[str]:
         """Return the kinds of figures that the runs have the variables for, the most telling first."""
@@ -247,7 +247,7 @@ class Source:
         roles = {
             role: axis.name for role, axis in zip(("x", "hue"), axes, strict=False)
         }
-        return [self.ask("line", {"y": y, **roles, **select})]
+        return [self.question("line", {"y": y, **roles, **select})]
 
     def plot(self, asked: Question) -> Plot:
         """Return a figure as data.
@@ -256,7 +256,7 @@ class Source:
         ------
         FigureError : it cannot be drawn
         """
-        return drawing.seen(asked, self.grid, self.store)[0]
+        return drawing.plot_of(asked, self.grid, self.store)[0]
 
     def shown(self, asked: Question, files: Files = ()) -> "ShownFigure":
         """Return a figure for a page with its files for print, or why there is none."""
@@ -266,7 +266,7 @@ class Source:
             problem = (
                 str(error)
                 if isinstance(error, PROBLEMS)
-                else drawing.fault(asked.name, error)
+                else drawing.fault_message(asked.name, error)
             )
         return ShownFigure(name_of(asked), problem=problem)
 
@@ -336,7 +336,10 @@ def thumbnail(store: Store, key: str) -> bytes:
     FigureError : none can
     """
     source = Source(store, recorded.campaign_of(store, key))
-    for each in (*source.of_campaign()[:3], *map(source.ask, source.possible()[:3])):
+    for each in (
+        *source.of_campaign()[:3],
+        *map(source.question, source.possible()[:3]),
+    ):
         try:
             seen = narrow(source.plot(each))
         except PROBLEMS:
@@ -369,7 +372,7 @@ class Follower:
             self.grid.variables
         )
         self.grid[list(needed)].load(scheduler="synchronous")
-        self.asked = [self.source.ask(kind) for kind in kinds]
+        self.asked = [self.source.question(kind) for kind in kinds]
         self.drawn: list[interactive.DrawnFigure | None] = [None for _ in kinds]
         self.places = [column(**WIDE) for _ in kinds]
         self.said = Div(**WIDE)

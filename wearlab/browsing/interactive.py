@@ -291,7 +291,7 @@ def _curve(
     shown = []
     colour = pen.colour
     dash = DASHES.get(pen.dash, "solid")
-    if curve.look == "area":
+    if curve.style == "area":
         area = drawn.patch(
             "x", "y", source=source, fill_color=colour, fill_alpha=0.25, line_color=None
         )
@@ -301,9 +301,9 @@ def _curve(
         filled = {"fill_color": shades, "line_color": None, "dilate": True}
         cells = drawn.rect("x", "y", "width", "height", source=source, **filled)
         return (cells,), [cells]
-    if curve.look in LINED:
-        dash = "dashed" if curve.look == "horizontal" else dash
-        width = 1.0 if curve.look in THIN else 1.6 * pen.width
+    if curve.style in LINED:
+        dash = "dashed" if curve.style == "horizontal" else dash
+        width = 1.0 if curve.style in THIN else 1.6 * pen.width
         shown.append(
             drawn.line(
                 "x",
@@ -314,31 +314,31 @@ def _curve(
                 line_width=width,
             )
         )
-    if curve.look == "stem":
+    if curve.style == "stem":
         drawn.segment(
             "x", 0, "x", "y", source=source, line_color=colour, line_width=1.6
         )
-    if curve.look in POINTED:
+    if curve.style in POINTED:
         look: dict[str, Any] = {
             "marker": MARKERS.get(pen.marker, "circle"),
             "line_color": colour,
         }
         look["size"] = (
             4
-            if curve.look == "dots"
+            if curve.style == "dots"
             else 8
-            if curve.look in ("points", "published")
+            if curve.style in ("points", "published")
             else 6
         )
         look["fill_color"] = "fill" if "fill" in source.data else colour
-        if curve.look == "published":
+        if curve.style == "published":
             look |= {"fill_color": None, "line_width": 1.5, "size": 10}
         shown.append(drawn.scatter("x", "y", source=source, **look))
     if is_beside(curve):
         return tuple(shown), []
     if "low" not in source.data:
         return tuple(shown), shown
-    if len(curve.x) > 60 and curve.look == "line":  # many errors are a band
+    if len(curve.x) > 60 and curve.style == "line":  # many errors are a band
         bars = drawn.varea(
             "x", "low", "high", source=source, fill_color=colour, fill_alpha=0.2
         )
@@ -407,20 +407,20 @@ def plain(text: str) -> str:
 
 def is_beside(curve: Curve) -> bool:
     """Say whether a curve stands beside the others: a reference, a level, a band."""
-    return curve.look in (*BESIDE, "area") or not len(curve.x)
+    return curve.style in (*BESIDE, "area") or not len(curve.x)
 
 
 def named(plot: Plot) -> Iterator[tuple[Panel, Curve, str]]:
     """Yield every panel, curve and the name by which the legend knows the curve."""
     names = {
-        (entry.pen, entry.look == "published"): entry.text for entry in plot.legend
+        (entry.pen, entry.style == "published"): entry.text for entry in plot.legend
     }
     for panel in plot.panels:
         for curve in panel.curves:
             yield (
                 panel,
                 curve,
-                curve.text or names.get((curve.pen, curve.look == "published"), ""),
+                curve.text or names.get((curve.pen, curve.style == "published"), ""),
             )
 
 

@@ -130,7 +130,7 @@ def doubts(entry: catalogue.Entry, told: str | None = None) -> list[str]:
 
     A verdict that is told already left out.
     """
-    verdicts, quality, lost = doubt.said(entry.summary)
+    verdicts, quality, lost = doubt.objections(entry.summary)
     found = [word for word in verdicts if word != told]
     return [*found, *quality, *lost, *(f"warning: {text}" for text in entry.warnings)]
 

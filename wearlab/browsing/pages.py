@@ -151,7 +151,7 @@ def printed(
         asked = source.ask_for(wanted)
     if ending == "csv":
         return interactive.table(source.plot(asked)).encode()
-    return drawing.answer(asked, source.grid, store, ending)[0]
+    return drawing.file_of(asked, source.grid, store, ending)[0]
 
 
 class ToldPage(WindowPage):

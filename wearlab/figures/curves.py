@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import Ask
+from wearlab.figures.kind import FigureRequest
 from wearlab.figures.plot import BESIDE, Scale, Series, band, grouped, without
 from wearlab.figures.wording import Label, joined, within
 
@@ -74,22 +74,22 @@ def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> N
     """
     dims = set(dims)
     apart = [replace(curve, key=without(curve.key, *dims)) for curve in series]
-    groups = grouped(apart, lambda c: (c.place, c.look, c.text, c.across, c.up))
+    groups = grouped(apart, lambda c: (c.place, c.style, c.text, c.x_scale, c.y_scale))
     most = max(map(len, groups.values()), default=0)
     if not dims or most < FEWEST_SAMPLES:
         return list(series), []
-    many = len({key for key, look, *_ in groups if look in LINES}) > 2
+    many = len({key for key, style, *_ in groups if style in LINES}) > 2
     curves: list[Series] = []
     overlaid = 0
     ends = []
     for group in groups.values():
         ends.append([float(curve.x[-1]) for curve in group if len(curve.x)])
-        if group[0].look in LINES and all(c.is_rising and len(c.x) > 1 for c in group):
+        if group[0].style in LINES and all(c.is_rising and len(c.x) > 1 for c in group):
             curves += banded(group, ended, 1 if many else 2)
         else:
             overlaid += len(group)
             curves += [
-                replace(c, look="hairline") if c.look in LINES else c for c in group
+                replace(c, style="hairline") if c.style in LINES else c for c in group
             ]
     how = (
         f"; {SAID[ended]}"
@@ -137,10 +137,10 @@ def banded(
             held[np.flatnonzero(held)[-1] + 1] = True
         outline = band(x[held], *(np.minimum(edge[held], top) for edge in (low, high)))
         drawn.append(
-            replace(bare, x=outline[0], y=outline[1], look="area", text="", marks=())
+            replace(bare, x=outline[0], y=outline[1], style="area", text="", marks=())
         )
     held = told & (median <= top)
-    return [*drawn, replace(bare, x=x[held], y=median[held], look="line")]
+    return [*drawn, replace(bare, x=x[held], y=median[held], style="line")]
 
 
 def _together(group: Sequence[Series], ended: Ended) -> tuple[Array, Array]:
@@ -252,7 +252,7 @@ def _common_label(name: str, some: Sequence[Label]) -> Label:
     return Label(middle, f"{name}: {begin} to {high.text}")
 
 
-def drawn_once(series: Sequence[Series], ask: Ask) -> Noted:
+def drawn_once(series: Sequence[Series], request: FigureRequest) -> Noted:
     """Return the series without those that repeat another's along a symmetric dimension, and notes.
 
     A label is left out where every one of its curves is that of one other label;
@@ -261,7 +261,7 @@ def drawn_once(series: Sequence[Series], ask: Ask) -> Noted:
     kept = list(series)
     notes = []
     for dim in ("mesh", "bearing"):  # along which planets repeat themselves
-        if dim not in (*ask.select, ask.hue, ask.rows, ask.cols):
+        if dim not in (*request.select, request.hue, request.rows, request.cols):
             kept, more = _once_along(kept, dim)
             notes += more
     return kept, notes
@@ -275,8 +275,8 @@ def _once_along(series: list[Series], dim: str) -> Noted:
         return series, []
     held: dict[Scale, list[Array]] = defaultdict(list)
     for curve in series:
-        held[curve.across].append(curve.x[np.isfinite(curve.x)])
-        held[curve.up].append(curve.y[np.isfinite(curve.y)])
+        held[curve.x_scale].append(curve.x[np.isfinite(curve.x)])
+        held[curve.y_scale].append(curve.y[np.isfinite(curve.y)])
     whole = {scale: np.concatenate(arrays) for scale, arrays in held.items()}
     # smaller differences are not to be seen
     seen = {
@@ -286,10 +286,10 @@ def _once_along(series: list[Series], dim: str) -> Noted:
 
     def are_alike(a: Series, b: Series) -> bool:
         told = [
-            (without(c.key, dim), c.look, c.text, c.across, c.up, c.x.shape)
+            (without(c.key, dim), c.style, c.text, c.x_scale, c.y_scale, c.x.shape)
             for c in (a, b)
         ]
-        sides = ((a.x, b.x, a.across), (a.y, b.y, a.up))
+        sides = ((a.x, b.x, a.x_scale), (a.y, b.y, a.y_scale))
         return told[0] == told[1] and all(
             np.allclose(one, other, rtol=0.0, atol=seen[scale], equal_nan=True)
             for one, other, scale in sides
@@ -311,7 +311,9 @@ def _once_along(series: list[Series], dim: str) -> Noted:
     return [curve for curve in series if curve.key.get(dim) in (None, *same)], notes
 
 
-def from_first(series: Sequence[Series], roles: Mapping[str, str], ask: Ask) -> Noted:
+def from_first(
+    series: Sequence[Series], roles: Mapping[str, str], request: FigureRequest
+) -> Noted:
     """Return every curve less the first one of its panel, and a note that says what the first one is.
 
     The first curve is that of the first hue; where its abscissae are others, it is read
@@ -321,7 +323,7 @@ def from_first(series: Sequence[Series], roles: Mapping[str, str], ask: Ask) -> 
     ----------
     series : all curves
     roles : role → dimension
-    ask : the figure's wishes
+    request : what the figure asks for
 
     Raises
     ------
@@ -330,11 +332,11 @@ def from_first(series: Sequence[Series], roles: Mapping[str, str], ask: Ask) -> 
     """
     hue = roles.get("hue")
     if hue is None or any(hue not in curve.key for curve in series):
-        raise ask.wrong(
+        raise request.error(
             'y_as = "difference" needs a second curve; nothing varies by hue here'
         )
-    if any(curve.look in (*BESIDE, "published", "area") for curve in series):
-        raise ask.wrong(
+    if any(curve.style in (*BESIDE, "published", "area") for curve in series):
+        raise request.error(
             'y_as = "difference" is for curves alone, without published points, bands '
             "and levels"
         )
@@ -343,7 +345,7 @@ def from_first(series: Sequence[Series], roles: Mapping[str, str], ask: Ask) -> 
         series, lambda curve: tuple(curve.key.get(name) for name in panels)
     ).values()
     if not all(curve.is_rising for curve, *_ in groups):
-        raise ask.wrong(
+        raise request.error(
             'y_as = "difference" is for curves over rising x: this one turns back'
         )
     differences = []
@@ -355,20 +357,20 @@ def from_first(series: Sequence[Series], roles: Mapping[str, str], ask: Ask) -> 
             if np.array_equal(curve.x, base.x)
             else np.interp(curve.x, base.x, base.y)
         )
-        up = Scale(f"change of {within(curve.up.label)}", curve.up.units)
-        differences.append(replace(curve, y=curve.y - at, up=up))
+        y_scale = Scale(f"change of {within(curve.y_scale.label)}", curve.y_scale.units)
+        differences.append(replace(curve, y=curve.y - at, y_scale=y_scale))
     values = np.concatenate([first.y for first, *_ in groups])
     named = ", ".join(dict.fromkeys(first.key[hue].text for first, *_ in groups))
     reach = (
         f"{np.nanmin(values):.4g} to "
-        f"{np.nanmax(values):.4g}{joined(series[0].up.units)}"
+        f"{np.nanmax(values):.4g}{joined(series[0].y_scale.units)}"
     )
     return differences, [
         f"Drawn is the change from {named}, whose values run from {reach}."
     ]
 
 
-def require_positive(series: Sequence[Series], ask: Ask) -> None:
+def require_positive(series: Sequence[Series], request: FigureRequest) -> None:
     """Refuse what a logarithmic axis cannot show.
 
     Raises
@@ -378,7 +380,7 @@ def require_positive(series: Sequence[Series], ask: Ask) -> None:
     for curve in series:
         least = float(np.nanmin(curve.y, initial=np.inf))
         if least <= 0.0:
-            raise ask.wrong(
-                f'y_as = "logarithm": {curve.up.label} reaches {least:.3g}; all must '
+            raise request.error(
+                f'y_as = "logarithm": {curve.y_scale.label} reaches {least:.3g}; all must '
                 "be above 0"
             )

@@ -89,12 +89,12 @@ def doubts(data: xr.Dataset) -> tuple[str, ...]:
         told["separation_fraction"] = float(
             np.nanmax(data["separation_fraction"].values, initial=0.0)
         )
-    verdict, quality, lost = said(told)
+    verdict, quality, lost = objections(told)
     quality = [words.partition(":")[0] if verdict else words for words in quality]
     return (*verdict, *quality, *(line.partition(":")[0] for line in lost[:1]))
 
 
-def said(told: Mapping[str, Any]) -> tuple[list[str], list[str], list[str]]:
+def objections(told: Mapping[str, Any]) -> tuple[list[str], list[str], list[str]]:
     """Return what witnesses say against a run: its verdict, the worth of its estimates, lost contacts."""
     verdict, quality, validity = (str(told.get(name) or "") for name in WITNESSES[:3])
     lost = [line for line in validity.split("\n") if line.startswith(LOST)]

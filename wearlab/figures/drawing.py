@@ -15,8 +15,8 @@ from wearlab.campaign import claims
 from wearlab.campaign.campaign import FigureSpec
 from wearlab.figures import curves, doubt, kinds, layout, wording
 from wearlab.figures.kind import (
-    Ask,
     FigureError,
+    FigureRequest,
     Kind,
     Run,
     is_of_update,
@@ -81,7 +81,7 @@ def draw(
     def written(asked: Question) -> Path:
         write_whole(
             path := out / f"{asked.name}.{ending}",
-            answer(asked, grid, store, ending)[0],
+            file_of(asked, grid, store, ending)[0],
         )
         return path
 
@@ -105,11 +105,11 @@ def each_figure(
         except (FigureError, StoreError) as error:
             problem = str(error)
         except Exception as error:  # a fault of ours in one figure stops no other
-            problem = fault(f"figure {number} ({spec.kind})", error)
+            problem = fault_message(f"figure {number} ({spec.kind})", error)
         yield spec, made, problem
 
 
-def fault(name: str, error: Exception) -> str:
+def fault_message(name: str, error: Exception) -> str:
     """Return what to say of a figure that fails by a fault of ours: which, what, and where."""
     frames = traceback.extract_tb(error.__traceback__)
     where = (
@@ -151,12 +151,12 @@ def both_widths(
     """
     from wearlab.figures.render import lightened, rendered
 
-    plot, _, _ = seen(asked, grid, store)
+    plot, _, _ = plot_of(asked, grid, store)
     small = lightened(rendered(narrow(plot), {})) if plot.columns > 1 else None
     return lightened(rendered(plot, {})), small
 
 
-def answer(
+def file_of(
     asked: Question, grid: xr.Dataset, store: "Store", ending: str
 ) -> tuple[bytes, tuple[str, ...]]:
     """Return the file of a figure, and the names of the runs that are missing.
@@ -174,13 +174,13 @@ def answer(
     """
     from wearlab.figures.render import rendered
 
-    plot, runs, missing = seen(asked, grid, store)
+    plot, runs, missing = plot_of(asked, grid, store)
     return rendered(
         plot, texts(asked, store.entries(run.id for run in runs), missing), ending
     ), missing
 
 
-def seen(
+def plot_of(
     asked: Question, grid: xr.Dataset, store: "Store"
 ) -> tuple[Plot, list[Run], tuple[str, ...]]:
     """Return a figure of runs or of the kept update as data, the runs it shows, the names of those missing.
@@ -189,96 +189,104 @@ def seen(
     ------
     FigureError : it cannot be drawn
     """
-    ask = asked.ask
+    request = asked.request
     return (
-        (of_update(asked.subject, store, ask), [], ())
-        if is_of_update(ask.kind)
-        else plotted(grid, ask)
+        (of_update(asked.subject, store, request), [], ())
+        if is_of_update(request.kind)
+        else plotted(grid, request)
     )
 
 
-def of_update(subject: str, store: "Store", ask: Ask) -> Plot:
+def of_update(subject: str, store: "Store", request: FigureRequest) -> Plot:
     """Return a figure of a kept update as data, by the identity of what it is of.
 
     Raises
     ------
     FigureError : no update that shows it is kept
     """
-    kind = kinds.KINDS[ask.kind]
-    cases = update.updated_cases(subject, store, ask, kind.needs)
+    kind = kinds.KINDS[request.kind]
+    cases = update.updated_cases(subject, store, request, kind.needs)
     series = [
-        curve for case in cases for curve in kind.curves(case, ask) if len(curve.x)
+        curve for case in cases for curve in kind.curves(case, request) if len(curve.x)
     ]
     if not series:
-        raise ask.wrong("the update has nothing to show of it")
+        raise request.error("the update has nothing to show of it")
     return layout.compose(
-        series, ask, kind, {"case": ""}, [ask.note] if ask.note else []
+        series, request, kind, {"case": ""}, [request.note] if request.note else []
     )
 
 
-def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...]]:
+def plotted(
+    grid: xr.Dataset, request: FigureRequest
+) -> tuple[Plot, list[Run], tuple[str, ...]]:
     """Return a figure as data, the runs it shows, and the names of those that are missing.
 
     Raises
     ------
     FigureError : it cannot be drawn
     """
-    if ask.kind not in kinds.KINDS:
-        raise ask.wrong(no_kind(ask.kind))
-    kind = kinds.KINDS[ask.kind]
-    ask = replace(ask, note=claims.filled(ask.note, grid)) if ask.note else ask
-    ask, one_case = _with_defaults(ask, kind, grid)
-    points, missing = pick(grid, ask, all_cases=kind.all_cases)
-    runs = _able(grid, ask, kind, points)
-    series = [_told(curve, run) for run in runs for curve in kind.curves(run, ask)]
+    if request.kind not in kinds.KINDS:
+        raise request.error(no_kind(request.kind))
+    kind = kinds.KINDS[request.kind]
+    request = (
+        replace(request, note=claims.filled(request.note, grid))
+        if request.note
+        else request
+    )
+    request, one_case = _with_defaults(request, kind, grid)
+    points, missing = pick(grid, request, all_cases=kind.all_cases)
+    runs = _able(grid, request, kind, points)
+    series = [_told(curve, run) for run in runs for curve in kind.curves(run, request)]
     series = [curve for curve in series if len(curve.x)] or series
     if not series:
-        raise ask.wrong(
-            f"no selected run has {' or '.join(ask.y or kind.also or kind.needs)}"
+        raise request.error(
+            f"no selected run has {' or '.join(request.y or kind.also or kind.needs)}"
         )
     dims = {str(dim): str(grid[dim].attrs.get("key", "")) for dim in grid.run_id.dims}
-    notes = [*one_case, *_left_out(runs, series), *_cases_left_out(grid, ask, kind)]
-    series, alike = curves.drawn_once(series, ask)
-    notes += [*alike, *dict.fromkeys(curve.said for curve in series if curve.said)]
-    if kind.over_sweeps and kind.joined is None and ask.x in along_axes(grid):
+    notes = [*one_case, *_left_out(runs, series), *_cases_left_out(grid, request, kind)]
+    series, alike = curves.drawn_once(series, request)
+    notes += [*alike, *dict.fromkeys(curve.caveat for curve in series if curve.caveat)]
+    if kind.over_sweeps and kind.joined is None and request.x in along_axes(grid):
         series = cycles.joined(
-            curves.states_in_common(series, dims), str(grid[ask.x].dims[0])
+            curves.states_in_common(series, dims), str(grid[request.x].dims[0])
         )
     if kind.joined is not None:
         try:
             series = kind.joined(series)
         except FigureError as error:
-            raise ask.wrong(error) from error
+            raise request.error(error) from error
     else:
-        series, drawn, rare = _sampled(grid, ask, series)
+        series, drawn, rare = _sampled(grid, request, series)
         series, said = curves.of_samples(
-            series, drawn, curves.ended_of((*ask.y, kind.y)[0])
+            series, drawn, curves.ended_of((*request.y, kind.y)[0])
         )
         notes += rare + said
     uncertain = doubt.note(
-        runs, ask.y or ([kind.y] if kind.y else [*kind.needs, *kind.also]), series
+        runs, request.y or ([kind.y] if kind.y else [*kind.needs, *kind.also]), series
     )
     absent = f"Not drawn: {'; '.join(missing)}." if missing else ""
-    notes = list(filter(None, [ask.note, absent, *notes, uncertain]))
-    if ask.published is not None and all("source" not in curve.key for curve in series):
-        hue = layout.laid_out(series, ask, kind, dims).roles.get("hue")
-        series += published(ask.published, series, hue, ask)
-    return layout.compose(series, ask, kind, dims, notes), runs, tuple(missing)
+    notes = list(filter(None, [request.note, absent, *notes, uncertain]))
+    if request.published is not None and all(
+        "source" not in curve.key for curve in series
+    ):
+        hue = layout.laid_out(series, request, kind, dims).roles.get("hue")
+        series += published(request.published, series, hue, request)
+    return layout.compose(series, request, kind, dims, notes), runs, tuple(missing)
 
 
 def _told(curve: Series, run: Run) -> Series:
     """Return a curve that knows its run, and whether that is in doubt."""
-    if curve.look in (*BESIDE, "area"):
+    if curve.style in (*BESIDE, "area"):
         return curve
     doubtful = np.ones(len(curve.x), bool) if run.doubts else None
     return replace(curve, runs=np.full(len(curve.x), run.id), doubtful=doubtful)
 
 
 def _sampled(
-    grid: xr.Dataset, ask: Ask, series: list[Series]
+    grid: xr.Dataset, request: FigureRequest, series: list[Series]
 ) -> tuple[list[Series], list[str], list[str]]:
     """Return series, the sampled axes along which they become bands (those no role names), and notes."""
-    told = {ask.hue, ask.rows, ask.cols, ask.x}
+    told = {request.hue, request.rows, request.cols, request.x}
     axes = [axis for axis in curves.sampled_axes(grid) if axis not in told]
     varied = [axis for axis in axes if any(axis in curve.key for curve in series)]
     if not varied:
@@ -308,11 +316,17 @@ def _left_out(runs: Sequence[Run], series: Sequence[Series]) -> list[str]:
     return notes
 
 
-def _cases_left_out(grid: xr.Dataset, ask: Ask, kind: Kind) -> list[str]:
+def _cases_left_out(grid: xr.Dataset, request: FigureRequest, kind: Kind) -> list[str]:
     """Name the cases that are not drawn though nobody chose."""
     cases = list(map(str, grid["case"].values)) if "case" in grid.dims else []
     others = [case for case in cases if case != BASE]
-    told = kind.all_cases or "case" in (*ask.select, ask.hue, ask.rows, ask.cols, ask.x)
+    told = kind.all_cases or "case" in (
+        *request.select,
+        request.hue,
+        request.rows,
+        request.cols,
+        request.x,
+    )
     if told or BASE not in cases or not others:
         return []
     return [
@@ -321,92 +335,103 @@ def _cases_left_out(grid: xr.Dataset, ask: Ask, kind: Kind) -> list[str]:
     ]
 
 
-def _with_defaults(ask: Ask, kind: Kind, grid: xr.Dataset) -> tuple[Ask, list[str]]:
-    """Return the ask with what it leaves to its kind: the first flank where one is enough, an axis for x.
+def _with_defaults(
+    request: FigureRequest, kind: Kind, grid: xr.Dataset
+) -> tuple[FigureRequest, list[str]]:
+    """Return the request with what it leaves to its kind: the first flank where one is enough, an axis for x.
 
     A role for cases where there is but one, as in a file that drops the others, is left
     out, with a note.
     """
-    named = {role: getattr(ask, role) for role in (*layout.ROLES, "x")}
+    named = {role: getattr(request, role) for role in (*layout.ROLES, "x")}
     meant: Any = {role: axis_named(grid, name) for role, name in named.items() if name}
-    ask = replace(ask, **meant)
-    roles = (ask.hue, ask.rows, ask.cols)
+    request = replace(request, **meant)
+    roles = (request.hue, request.rows, request.cols)
     if (
         kind.one_flank
         and "flank" in grid.coords
-        and "flank" not in (*ask.select, *roles)
+        and "flank" not in (*request.select, *roles)
     ):
-        ask = replace(ask, select={**ask.select, "flank": str(grid["flank"].values[0])})
+        request = replace(
+            request, select={**request.select, "flank": str(grid["flank"].values[0])}
+        )
     dims = set(grid.run_id.dims)
     single = all(
-        name in grid.variables and set(grid[name].dims) <= dims for name in ask.y
+        name in grid.variables and set(grid[name].dims) <= dims for name in request.y
     )
-    if kind.name == "line" and ask.x is None and ask.y and single:
+    if kind.name == "line" and request.x is None and request.y and single:
         free = [
             str(d) for d in grid.run_id.dims if d not in roles and grid.sizes[d] > 1
         ]
         sweeps = [dim for dim in free if grid[dim].dtype.kind in "fiu"]
-        ask = replace(
-            ask, x=max(sweeps or free, key=lambda dim: grid.sizes[dim], default=None)
+        request = replace(
+            request,
+            x=max(sweeps or free, key=lambda dim: grid.sizes[dim], default=None),
         )
     alone = [
         role
         for role in layout.ROLES
-        if getattr(ask, role) == "case" and "case" not in grid.dims
+        if getattr(request, role) == "case" and "case" not in grid.dims
     ]
     said = [
         f"{role} = 'case' tells nothing apart here: there is one case."
         for role in alone
     ]
-    return replace(ask, **dict.fromkeys(alone)), said  # type: ignore[arg-type]
+    return replace(request, **dict.fromkeys(alone)), said  # type: ignore[arg-type]
 
 
-def _able(grid: xr.Dataset, ask: Ask, kind: Kind, points: Sequence[Point]) -> list[Run]:
-    names = [*kind.needs, *kind.also, *ask.y, *([ask.x] if ask.x else [])]
-    if not (ask.y or kind.needs):
-        raise ask.wrong(f"y names no variable; {_near('', grid.data_vars)}")
-    for name in ask.y:
+def _able(
+    grid: xr.Dataset, request: FigureRequest, kind: Kind, points: Sequence[Point]
+) -> list[Run]:
+    names = [*kind.needs, *kind.also, *request.y, *([request.x] if request.x else [])]
+    if not (request.y or kind.needs):
+        raise request.error(f"y names no variable; {_near('', grid.data_vars)}")
+    for name in request.y:
         if name not in grid.variables:
             takes = (
                 f"it takes {origin_of(name)[1]}"
                 if name in VARIABLES
                 else _near(name, grid.data_vars)
             )
-            raise ask.wrong(f"y = {name!r} is not there; {takes}")
+            raise request.error(f"y = {name!r} is not there; {takes}")
         if grid[name].dtype.kind not in "fiub":
-            raise ask.wrong(f"y = {name!r} holds text, not numbers")
+            raise request.error(f"y = {name!r} holds text, not numbers")
     own = (
         [*kind.needs, *kind.also] if kind.needs and not (kind.y or kind.titled) else []
     )
-    if other := [name for name in ask.y if own and name not in own]:
-        raise ask.wrong(
+    if other := [name for name in request.y if own and name not in own]:
+        raise request.error(
             f'y = {other[0]!r}: this kind draws {" and ".join(own)}; kind = "line" '
             "draws it"
         )
     lacking = [
         d
         for d in kind.dims
-        if ask.y and not set(d.split("|")) & set(grid[ask.y[0]].dims)
+        if request.y and not set(d.split("|")) & set(grid[request.y[0]].dims)
     ]
     if lacking:
         said = (
-            f"y = {ask.y[0]!r} does not run along {' and '.join(lacking)}, which this "
+            f"y = {request.y[0]!r} does not run along {' and '.join(lacking)}, which this "
             "kind shows"
         )
-        raise ask.wrong(f'{said}; kind = "line" draws it')
-    if ask.x in along_axes(grid) and not kind.over_sweeps:
-        said = f'x = {ask.x!r} is a sweep, which kind = "line" or "scatter" draws over'
-        raise ask.wrong(f"{said}; here it may be hue, rows or cols")
+        raise request.error(f'{said}; kind = "line" draws it')
+    if request.x in along_axes(grid) and not kind.over_sweeps:
+        said = (
+            f'x = {request.x!r} is a sweep, which kind = "line" or "scatter" draws over'
+        )
+        raise request.error(f"{said}; here it may be hue, rows or cols")
     needed = [
         *(
             kind.needs
-            if own or not ask.y
+            if own or not request.y
             else [n for n in kind.needs if n in grid.coords]
         ),
-        *ask.y[:1],
+        *request.y[:1],
     ]
-    if ask.x and ask.x not in grid.variables and ask.x not in grid.dims:
-        raise ask.wrong(f"x = {ask.x!r} is not there; {_near(ask.x, grid.coords)}")
+    if request.x and request.x not in grid.variables and request.x not in grid.dims:
+        raise request.error(
+            f"x = {request.x!r} is not there; {_near(request.x, grid.coords)}"
+        )
     ends = grid["end_reason"].isel if "end_reason" in grid.variables else None
     ended = (
         Counter(str(ends(point).values) for point, _, _ in points)
@@ -414,7 +439,7 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, points: Sequence[Point]) -> li
         else Counter()
     )
     del ended[""]
-    return require(read_runs(grid, points, names, ask), needed, ask, ended)
+    return require(read_runs(grid, points, names, request), needed, request, ended)
 
 
 def _near(name: str, known: Iterable[object]) -> str:
@@ -553,7 +578,7 @@ def redraw(figure: Path, store: "Store", out: Path) -> Redrawn:
     ending = figure.suffix.lower().removeprefix(".")
     check_format(ending)
     before = figure.read_bytes()
-    image, missing = answer(asked, store.open(asked.campaign), store, ending)  # type: ignore[arg-type]
+    image, missing = file_of(asked, store.open(asked.campaign), store, ending)  # type: ignore[arg-type]
     write_whole(path := out / f"{asked.name}.{ending}", image)
     recorded = asked.runs or {}
     entries = store.entries(recorded)

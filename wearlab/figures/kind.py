@@ -14,7 +14,7 @@ import xarray as xr
 from wearlab import nearest, schema
 from wearlab.arrays import Array
 from wearlab.figures import doubt, wording
-from wearlab.figures.plot import Look, Scale, Series
+from wearlab.figures.plot import LineStyle, Scale, Series
 from wearlab.plugins import CONSENT, UNRUN, Plugin, Sort
 from wearlab.units import UnitError
 
@@ -41,7 +41,7 @@ class Points(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Ask:
+class FigureRequest:
     """A figure's wishes; what is None is left to its kind.
 
     Parameters
@@ -71,12 +71,12 @@ class Ask:
     note: str | None = None
     published: Path | Points | None = None
 
-    def wrong(self, said: object) -> FigureError:
+    def error(self, message: object) -> FigureError:
         """Return the error of this figure that says why it cannot be drawn."""
-        return FigureError(f"{self.name}: {said}")
+        return FigureError(f"{self.name}: {message}")
 
 
-def read(spec: Any, number: int, folder: Path | None) -> Ask:
+def read(spec: Any, number: int, folder: Path | None) -> FigureRequest:
     """Return what a ``[[figure]]`` asks for.
 
     Parameters
@@ -88,7 +88,7 @@ def read(spec: Any, number: int, folder: Path | None) -> Ask:
     """
     name = f"figure {number} ({spec.kind})"
     given: dict[str, Any] = {
-        key: getattr(spec, key, None) for key in Ask.__dataclass_fields__
+        key: getattr(spec, key, None) for key in FigureRequest.__dataclass_fields__
     }
     given |= {
         key: given[key] or None for key in ("x", "hue", "rows", "cols", "y_as", "note")
@@ -106,7 +106,7 @@ def read(spec: Any, number: int, folder: Path | None) -> Ask:
     given["y"] = (y,) if isinstance(y, str) else tuple(y or ())
     given["units"] = {str(key): str(value) for key, value in units.items()}
     given["published"] = (folder or Path()) / published if published else None
-    return Ask(**given)
+    return FigureRequest(**given)
 
 
 Role = Literal["hue", "rows", "cols"]
@@ -143,7 +143,7 @@ class Kind(NamedTuple):
     shows: str
     needs: tuple[str, ...]
     dims: tuple[str, ...]
-    series: Callable[[Any, Ask], Iterable[Series]]
+    series: Callable[[Any, FigureRequest], Iterable[Series]]
     roles: tuple[tuple[Role, str], ...]
     also: tuple[str, ...] = ()
     all_cases: bool = False
@@ -157,13 +157,13 @@ class Kind(NamedTuple):
     of: Literal["runs", "update"] = "runs"
     over_sweeps: bool = False
 
-    def curves(self, run: Any, ask: Ask) -> Iterable[Series]:
+    def curves(self, run: Any, request: FigureRequest) -> Iterable[Series]:
         """Return the curves of a run, or of a case of an update.
 
         Without ``y``, of its own variable.
         """
         return self.series(
-            run, ask if ask.y or not self.y else replace(ask, y=(self.y,))
+            run, request if request.y or not self.y else replace(request, y=(self.y,))
         )
 
 
@@ -233,7 +233,7 @@ def no_kind(name: str) -> str:
     return f"no such kind; {meant}{nearest.choices(name, KINDS)}"
 
 
-Curves = Callable[[Any, Ask], Iterable[Series]]
+Curves = Callable[[Any, FigureRequest], Iterable[Series]]
 Maker = Callable[[Curves], Kind]
 Names = tuple[str, ...]
 Roles = tuple[tuple[Role, str], ...]
@@ -285,7 +285,7 @@ class Run:
     states : label of each wear state
     along : its place along each axis, and the value of each key that advances with one
     scales : what each of these shows
-    own : of a case that is not swept, its own value of each key that is
+    case_values : of a case that is not swept, its own value of each key that is
     doubts : what it says against itself
     """
 
@@ -295,14 +295,14 @@ class Run:
     states: tuple[wording.Label, ...] = ()
     along: Mapping[str, wording.Label] = field(default_factory=dict)
     scales: Mapping[str, Scale] = field(default_factory=dict)
-    own: Mapping[str, float] = field(default_factory=dict)
+    case_values: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
 
     def abscissa(self, name: str) -> tuple[float, float | None]:
         """Return the run's place along an axis, NaN for a case without a sweep, and its own value."""
         value = self.along[name].value
         return (
-            (np.nan, self.own.get(name))
+            (np.nan, self.case_values.get(name))
             if isinstance(value, str)
             else (float(value), None)
         )
@@ -348,27 +348,34 @@ class Slice(NamedTuple):
     scale: Scale
     error: Array | None = None
 
-    def over(self, x: Array, across: Scale, look: Look = "line", **more: Any) -> Series:
+    def over(
+        self, x: Array, x_scale: Scale, style: LineStyle = "line", **more: Any
+    ) -> Series:
         """Return the curve of its values over abscissae [display units].
 
         ``more`` are fields of `Series`.
         """
         y = np.atleast_1d(self.values)
         return Series(
-            self.key, x, y, across, self.scale, look, y_error=self.error, **more
+            self.key, x, y, x_scale, self.scale, style, y_error=self.error, **more
         )
 
 
-def lone(values: Array, scale: Scale, name: str, ask: Ask) -> tuple[Array, Scale]:
+def lone(
+    values: Array, scale: Scale, name: str, request: FigureRequest
+) -> tuple[Array, Scale]:
     """Return the one value (1,) of a run, or refuse several."""
     if values.size != 1:
         remedy = "choose one place along each of its dimensions in select"
-        raise ask.wrong(f"{name} is not one number per run; {remedy}")
+        raise request.error(f"{name} is not one number per run; {remedy}")
     return values.reshape(1), scale
 
 
 def shown(
-    variable: xr.Variable | xr.DataArray, name: str, ask: Ask, axis: str = "y"
+    variable: xr.Variable | xr.DataArray,
+    name: str,
+    request: FigureRequest,
+    axis: str = "y",
 ) -> tuple[Array, Scale]:
     """Return a variable's values in display units, and what an axis says of them.
 
@@ -377,28 +384,32 @@ def shown(
     FigureError : not a number, or a unit of something else
     """
     if variable.dtype.kind not in "fiub":
-        raise ask.wrong(f"{name} holds text, not numbers")
+        raise request.error(f"{name} holds text, not numbers")
     stored = str(variable.attrs.get("units", "1"))
-    asked = ask.units.get(name) or ask.units.get(axis)
+    asked = request.units.get(name) or request.units.get(axis)
     wanted = str(asked or variable.attrs.get("display_units") or stored)
     try:
         values = wording.converted(variable.values.astype(float), stored, wanted)
     except UnitError as error:
-        raise ask.wrong(f"units of {name}: {error}") from error
+        raise request.error(f"units of {name}: {error}") from error
     long = str(variable.attrs.get("long_name") or name.replace("_", " "))
     return values, Scale(schema.ON_AXES.get(name) or long, wanted)
 
 
 def slices(
-    run: Run, name: str, ask: Ask, *along: str, axis: str = "y"
+    run: Run, name: str, request: FigureRequest, *along: str, axis: str = "y"
 ) -> Iterator[Slice]:
     """Yield a variable's pieces along some of its dimensions, one for every place along the others."""
     variable = run.data[name].variable
     error = doubt.error_of(run.data, name)
     others = [str(dim) for dim in variable.dims if dim not in along]
     order = (*others, *(dim for dim in along if dim in variable.dims))
-    values, scale = shown(variable.transpose(*order), name, ask, axis)
-    off = None if error is None else shown(error.transpose(*order), name, ask, axis)[0]
+    values, scale = shown(variable.transpose(*order), name, request, axis)
+    off = (
+        None
+        if error is None
+        else shown(error.transpose(*order), name, request, axis)[0]
+    )
     named = {dim: labels(run, dim, variable.sizes[dim]) for dim in others}
     for point in np.ndindex(values.shape[: len(others)]):
         index = dict(zip(others, point, strict=True))
@@ -426,30 +437,39 @@ def labels(run: Run, dim: str, count: int) -> Sequence[wording.Label]:
 
 
 def companion(
-    run: Run, name: str, index: Mapping[str, int], ask: Ask, axis: str = "x"
+    run: Run,
+    name: str,
+    index: Mapping[str, int],
+    request: FigureRequest,
+    axis: str = "x",
 ) -> OnAxis:
     """Return the coordinate that goes with a piece: its values where the piece was taken."""
     variable = run.data[name].variable
-    values, scale = shown(variable, name, ask, axis)
+    values, scale = shown(variable, name, request, axis)
     return values[
         (*(index.get(str(dim), slice(None)) for dim in variable.dims), ...)
     ], scale
 
 
 def over(
-    run: Run, name: str, ask: Ask, x: str, *along: str, look: Look = "line"
+    run: Run,
+    name: str,
+    request: FigureRequest,
+    x: str,
+    *along: str,
+    style: LineStyle = "line",
 ) -> Iterator[Series]:
     """Yield a variable over a coordinate that runs along one of its dimensions, where both are known.
 
     Parameters
     ----------
-    run, name, ask, along : as of `slices`
+    run, name, request, along : as of `slices`
     x : the coordinate
-    look : of the curves
+    style : of the curves
     """
-    for piece in slices(run, name, ask, *along):
-        values, across = companion(run, x, piece.place, ask)
-        yield piece.over(values, across, look).known
+    for piece in slices(run, name, request, *along):
+        values, x_scale = companion(run, x, piece.place, request)
+        yield piece.over(values, x_scale, style).known
 
 
 def spread(count: int, most: int) -> list[int]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures import curves, plot, runs
-from wearlab.figures.kind import Ask, Kind, no_axis, spread
+from wearlab.figures.kind import FigureRequest, Kind, no_axis, spread
 from wearlab.figures.plot import BESIDE, INK, WEAR, Pen, Plot, Series
 from wearlab.figures.wording import Label, axis_label, power_of_ten, within
 from wearlab.store.grid import key_text
@@ -51,7 +51,10 @@ class Layout(NamedTuple):
 
 
 def laid_out(
-    series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Mapping[str, str]
+    series: Sequence[Series],
+    request: FigureRequest,
+    kind: Kind,
+    grid_dims: Mapping[str, str],
 ) -> Layout:
     """Return the series with a role for everything that varies.
 
@@ -60,7 +63,7 @@ def laid_out(
     FigureError : a role names what these series do not have
     """
     varied = _varied(series)
-    roles = _roles(varied, series, ask, kind, grid_dims)
+    roles = _roles(varied, series, request, kind, grid_dims)
     if "update" in varied and roles.get("hue") != "update":
         series = curves.states_in_common(series, grid_dims)
         varied = _varied(series)
@@ -87,11 +90,15 @@ def _varied(series: Sequence[Series]) -> dict[str, list[Label]]:
 
 
 def _roles(
-    varied: Varied, series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Keys
+    varied: Varied,
+    series: Sequence[Series],
+    request: FigureRequest,
+    kind: Kind,
+    grid_dims: Keys,
 ) -> dict[str, str]:
     """Return role → dimension: what was asked for, then the kind's preference, then whatever is free."""
     known = {name for curve in series for name in curve.key}
-    asked = {role: name for role in ROLES if (name := getattr(ask, role))}
+    asked = {role: name for role in ROLES if (name := getattr(request, role))}
     for role, name in asked.items():
         if name not in known:
             said = no_axis(
@@ -99,10 +106,10 @@ def _roles(
                 {axis: key for axis, key in grid_dims.items() if axis in known},
                 known,
             )
-            raise ask.wrong(f"{role} = {name!r} does not vary here; {said}")
+            raise request.error(f"{role} = {name!r} does not vary here; {said}")
     for one, other in combinations(asked, 2):
         if asked[one] == asked[other]:
-            raise ask.wrong(
+            raise request.error(
                 f"{other} and {one} both are {asked[one]!r}: leave one of them out"
             )
     roles = {role: name for role, name in asked.items() if name in varied}
@@ -245,7 +252,7 @@ NOT_OURS = (*BESIDE, "published")
 
 def compose(
     series: Sequence[Series],
-    ask: Ask,
+    request: FigureRequest,
     kind: Kind,
     grid_dims: Keys,
     notes: Sequence[str],
@@ -256,16 +263,16 @@ def compose(
     ------
     FigureError : a role names what these series do not have
     """
-    layout = laid_out(series, ask, kind, grid_dims)
+    layout = laid_out(series, request, kind, grid_dims)
     series = layout.series
     varied = layout.varied
     roles = layout.roles
     said = list(layout.notes)
-    if ask.y_as == "difference":
-        series, told = curves.from_first(series, roles, ask)
+    if request.y_as == "difference":
+        series, told = curves.from_first(series, roles, request)
         said += told
-    elif ask.y_as == "logarithm":
-        curves.require_positive(series, ask)
+    elif request.y_as == "logarithm":
+        curves.require_positive(series, request)
     hue = roles.get("hue")
     hues = [label for label in layout.labels("hue") if label]
     pen = plot.pens(hues, hue)
@@ -276,7 +283,7 @@ def compose(
     ]  # what the y label tells
     itself = {label for name in of_label for label in varied.get(name, [])}
     panels = []
-    for (row, column), place in _cells(layout, ask).items():
+    for (row, column), place in _cells(layout, request).items():
         wanted = {
             roles[role]: label
             for role, label in (("rows", row), ("cols", column))
@@ -293,25 +300,29 @@ def compose(
             )
             drawn = [
                 (s, _pen(s, hue, pen))
-                for s in sorted(inside, key=lambda s: s.look == "published")
+                for s in sorted(inside, key=lambda s: s.style == "published")
             ]
             panels.append(_panel(drawn, place, title, powers, reach))
     head = key_text(grid_dims.get(hue) or hue) if hue else ""
-    bar = _bar_of_maps(series, hue, ask, reach) or plot.bar_of(hues, hue, head)
+    bar = _bar_of_maps(series, hue, request, reach) or plot.bar_of(hues, hue, head)
     numbers, names = plot.numbers_and_names(hues)
     in_legend = hues if bar is None else names if numbers else []
     bare = bar is None and hue != "update" and bool(hues) and hues[0].text[:1].isdigit()
     rows = sorted({panel.row for panel in panels})
     columns = sorted({panel.column for panel in panels})
-    one_up = len({s.up.label for s in series}) == 1
+    one_up = len({s.y_scale.label for s in series}) == 1
     share: Any = (
         "all" if one_up else "row" if roles.get("rows") == "variable" else "none"
     )
-    title = _title(series, varied, ask, kind) if ask.title is None else ask.title
+    title = (
+        _title(series, varied, request, kind)
+        if request.title is None
+        else request.title
+    )
     grid = _closed(panels, rows, columns), len(rows), len(columns), share
-    words = _legend(series, in_legend, pen, hue, ask), (*notes, *said)
+    words = _legend(series, in_legend, pen, hue, request), (*notes, *said)
     more: Any = {
-        "logarithmic": ask.y_as == "logarithm",
+        "logarithmic": request.y_as == "logarithm",
         "bar": bar,
         "head": head if bare else "",
     }
@@ -319,7 +330,7 @@ def compose(
 
 
 def _bar_of_maps(
-    series: Sequence[Series], hue: str | None, ask: Ask, reach: Reach
+    series: Sequence[Series], hue: str | None, request: FigureRequest, reach: Reach
 ) -> plot.Bar | None:
     """Return the bar that tells what the colours of maps mean, None where there is no map.
 
@@ -331,7 +342,9 @@ def _bar_of_maps(
     if colours is None:
         return None
     if hue is not None:
-        raise ask.wrong(f"one map hides another; choose one place of {hue!r} in select")
+        raise request.error(
+            f"one map hides another; choose one place of {hue!r} in select"
+        )
     return plot.Bar(axis_label(*colours, 0), *reach, WEAR)
 
 
@@ -345,25 +358,27 @@ def _reach_of_maps(series: Sequence[Series]) -> Reach:
     return low, high if high > low else low + 1.0
 
 
-def _title(series: Sequence[Series], varied: Varied, ask: Ask, kind: Kind) -> str:
+def _title(
+    series: Sequence[Series], varied: Varied, request: FigureRequest, kind: Kind
+) -> str:
     """Return the kind's title, and the places that were selected."""
-    ours = next((s for s in series if s.look not in NOT_OURS), None)
+    ours = next((s for s in series if s.style not in NOT_OURS), None)
     key = {} if ours is None else ours.key
     asked = {
-        "update" if name in runs.STATE_COORDINATES else name for name in ask.select
+        "update" if name in runs.STATE_COORDINATES else name for name in request.select
     }
     fixed = [key[name].text for name in key if name in asked and name not in varied]
     shown, first = (
-        (s.across if kind.along_x else s.up).label
+        (s.x_scale if kind.along_x else s.y_scale).label
         for s in (ours or series[0], series[0])
     )
-    other = bool(ask.y and kind.titled and ask.y[0] != kind.y)
+    other = bool(request.y and kind.titled and request.y[0] != kind.y)
     label = kind.titled.format(within(shown)) if other else kind.title
     return ", ".join(dict.fromkeys([axis_label(label or first, "", 0), *fixed]))
 
 
 def _cells(
-    layout: Layout, ask: Ask
+    layout: Layout, request: FigureRequest
 ) -> dict[tuple[Label | None, Label | None], tuple[int, int]]:
     """Return the place of every panel.
 
@@ -371,7 +386,7 @@ def _cells(
     """
     rows = layout.labels("rows")
     columns = layout.labels("cols")
-    free = not (ask.rows or ask.cols) and layout.roles.get("rows") != "variable"
+    free = not (request.rows or request.cols) and layout.roles.get("rows") != "variable"
     if free and len(columns) > MOST_COLUMNS >= len(rows) > 1:
         return {
             (row, col): (c, r)
@@ -396,8 +411,8 @@ def _powers(series: Sequence[Series]) -> Powers:
     """Return the power of ten of each thing that axes show, the same in every panel."""
     held: dict[tuple[str, str, str], list[Array]] = {}
     for curve in series:
-        held.setdefault(("x", *curve.across), []).append(curve.x)
-        held.setdefault(("y", *curve.up), []).append(curve.y)
+        held.setdefault(("x", *curve.x_scale), []).append(curve.x)
+        held.setdefault(("y", *curve.y_scale), []).append(curve.y)
     return {
         key: 0 if key[2] == plot.DAYS else power_of_ten(arrays, key[2])
         for key, arrays in held.items()
@@ -408,11 +423,11 @@ def _panel(
     drawn: Drawn, place: tuple[int, int], title: str, powers: Powers, reach: Reach
 ) -> plot.Panel:
     inside = [s for s, _ in drawn]
-    first = next((s for s in inside if s.look not in BESIDE), inside[0])
-    dates = first.across.units == plot.DAYS
-    across = powers[("x", *first.across)]
-    up = powers[("y", *first.up)]
-    tens = {"x": across, "x_error": across, "y": up, "y_error": up}
+    first = next((s for s in inside if s.style not in BESIDE), inside[0])
+    dates = first.x_scale.units == plot.DAYS
+    x_scale = powers[("x", *first.x_scale)]
+    y_scale = powers[("y", *first.y_scale)]
+    tens = {"x": x_scale, "x_error": x_scale, "y": y_scale, "y_error": y_scale}
     shown = []
     for s, pen in drawn:
         points: dict[str, Any] = {
@@ -423,33 +438,35 @@ def _panel(
             for name, power in tens.items()
             if name in points
         }
-        shown.append(plot.Curve(pen=pen, look=s.look, reach=reach, **points))
+        shown.append(plot.Curve(pen=pen, style=s.style, reach=reach, **points))
     named = dict.fromkeys(mark for s in inside for mark in s.marks)
-    marks = tuple(mark._replace(x=mark.x / 10.0**across) for mark in named)
+    marks = tuple(mark._replace(x=mark.x / 10.0**x_scale) for mark in named)
     told = {
-        f"{s.hours:.9g}" if s.hours else "" for s in inside if s.look not in NOT_OURS
+        f"{s.hours:.9g}" if s.hours else "" for s in inside if s.style not in NOT_OURS
     }
     hours = (
-        float(told.pop()) * 10.0**across if len(told) == 1 and "" not in told else None
+        float(told.pop()) * 10.0**x_scale if len(told) == 1 and "" not in told else None
     )
     names = next((s.names for s in inside if s.names), ())
     x_label = axis_label(
-        first.across.label, "" if dates else first.across.units, across
+        first.x_scale.label, "" if dates else first.x_scale.units, x_scale
     )
-    labels = title, x_label, axis_label(*first.up, up)
+    labels = title, x_label, axis_label(*first.y_scale, y_scale)
     return plot.Panel(*place, *labels, tuple(shown), marks, hours, names, dates)
 
 
 def _pen(curve: Series, hue: str | None, pen: Mapping[Label, Pen]) -> Pen:
     alone = Pen(
-        INK if curve.look == "published" or (hue and curve.look != "points") else ALONE,
+        INK
+        if curve.style == "published" or (hue and curve.style != "points")
+        else ALONE,
         "-",
         "o",
     )
     label = curve.key.get(hue) if hue else None
     return (
-        BESIDE[curve.look]
-        if curve.look in BESIDE
+        BESIDE[curve.style]
+        if curve.style in BESIDE
         else pen.get(label, alone)
         if label
         else alone
@@ -472,25 +489,31 @@ def _closed(
 
 
 def _legend(
-    series: Sequence[Series], hues: list[Label], pen: Pens, hue: str | None, ask: Ask
+    series: Sequence[Series],
+    hues: list[Label],
+    pen: Pens,
+    hue: str | None,
+    request: FigureRequest,
 ) -> Legend:
-    coloured = [s for s in reversed(series) if s.look in COLOURED]
-    looks = {s.key[hue]: s.look for s in coloured if hue is not None and hue in s.key}
+    coloured = [s for s in reversed(series) if s.style in COLOURED]
+    looks = {s.key[hue]: s.style for s in coloured if hue is not None and hue in s.key}
     entries = [plot.LegendEntry(h.text, pen[h], looks.get(h, "line")) for h in hues]
     cases = {
-        s.key["case"].text for s in series if "case" in s.key and s.look not in NOT_OURS
+        s.key["case"].text
+        for s in series
+        if "case" in s.key and s.style not in NOT_OURS
     }
     alone = (
-        cases.pop() if ask.hue == "case" and len(cases) == 1 else ""
+        cases.pop() if request.hue == "case" and len(cases) == 1 else ""
     )  # to be told from others
     if (
         not entries
         and coloured
-        and (alone or any(s.look == "published" for s in series))
+        and (alone or any(s.style == "published" for s in series))
     ):
         entries = [
             plot.LegendEntry(
-                alone or "computed", Pen(ALONE, "-", "o"), coloured[-1].look
+                alone or "computed", Pen(ALONE, "-", "o"), coloured[-1].style
             )
         ]
     extra = {s.text: s for s in reversed(series) if s.text}
@@ -499,8 +522,8 @@ def _legend(
         "line": Pen(ALONE),
         "line-points": Pen(ALONE, "-", "o"),
     }
-    for text, curve in sorted(reversed(extra.items()), key=lambda item: item[1].look):
+    for text, curve in sorted(reversed(extra.items()), key=lambda item: item[1].style):
         entries.append(
-            plot.LegendEntry(text, own.get(curve.look, Pen(INK, "", "o")), curve.look)
+            plot.LegendEntry(text, own.get(curve.style, Pen(INK, "", "o")), curve.style)
         )
     return tuple(entries)

@@ -23,7 +23,7 @@ Drawn = Literal[
     "stem",
     "map",
 ]
-Look = Drawn | Beside | Literal["published"]
+LineStyle = Drawn | Beside | Literal["published"]
 
 
 class Scale(NamedTuple):
@@ -71,29 +71,29 @@ class Series(BesidePoints):
     ----------
     key : its label along every dimension that it was taken from
     x, y : values in display units
-    across, up : what the axes show
-    look : how it is drawn
+    x_scale, y_scale : what the axes show
+    style : how it is drawn
     text : legend text of what belongs to no hue, such as a reference line
     marks : named places on the x axis
     hours : operating hours of one unit of x, None where x tells no time
-    said : what a reader must know of it, such as what is left out
+    caveat : what a reader must know of it, such as what is left out
     names : of the ordinates 1, 2, … where they are ranks
-    own : abscissa of a run that is drawn as a horizontal line, None where it has none
+    case_x : abscissa of a run that is drawn as a horizontal line, None where it has none
     colours : what the levels of a map show
     """
 
     key: Mapping[str, Label]
     x: Array
     y: Array
-    across: Scale
-    up: Scale
-    look: Look = "line"
+    x_scale: Scale
+    y_scale: Scale
+    style: LineStyle = "line"
     text: str = ""
     marks: tuple[Mark, ...] = ()
     hours: float | None = None
-    said: str = ""
+    caveat: str = ""
     names: tuple[str, ...] = ()
-    own: float | None = None
+    case_x: float | None = None
     colours: Scale | None = None
 
     @property
@@ -185,10 +185,10 @@ def horizontal(run: Series, places: Array) -> Series:
     ends = [float(np.nanmin(places)), float(np.nanmax(places))]
     x = np.array(
         ends
-        if run.own is None
-        else [min(ends[0], run.own), run.own, max(ends[1], run.own)]
+        if run.case_x is None
+        else [min(ends[0], run.case_x), run.case_x, max(ends[1], run.case_x)]
     )
-    return replace(merged([run] * len(x)), x=x, look="horizontal")
+    return replace(merged([run] * len(x)), x=x, style="horizontal")
 
 
 Line = tuple[Array, Array]
@@ -232,7 +232,7 @@ class Curve(BesidePoints):
     x: Array
     y: Array
     pen: Pen
-    look: Look
+    style: LineStyle
     text: str = ""
     reach: tuple[float, float] = (0.0, 1.0)
 
@@ -266,7 +266,7 @@ class LegendEntry(NamedTuple):
 
     text: str
     pen: Pen
-    look: Look
+    style: LineStyle
 
 
 class Bar(NamedTuple):

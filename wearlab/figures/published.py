@@ -21,7 +21,7 @@ import numpy as np
 
 from wearlab import files, table_options, tables
 from wearlab.arrays import Array
-from wearlab.figures.kind import Ask, FigureError, Points
+from wearlab.figures.kind import FigureError, FigureRequest, Points
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.wording import Label, converted
 from wearlab.units import UnitError
@@ -49,7 +49,7 @@ class MeasuredFlank(NamedTuple):
     traces: Sequence[tuple[Array, Array]]
 
 
-def points_of(source: Path | Points, ask: Ask) -> Points:
+def points_of(source: Path | Points, request: FigureRequest) -> Points:
     """Return the name and text of a CSV of points."""
     if isinstance(source, Points):
         return source
@@ -58,13 +58,16 @@ def points_of(source: Path | Points, ask: Ask) -> Points:
             source.name, tables.decoded(files.read_regular(source, 10_000_000))[0]
         )
     except OSError as error:
-        raise ask.wrong(
+        raise request.error(
             f"published: {source}: {getattr(error, 'strerror', None) or error}"
         ) from error
 
 
 def published(
-    source: Path | Points, series: Sequence[Series], hue: str | None, ask: Ask
+    source: Path | Points,
+    series: Sequence[Series],
+    hue: str | None,
+    request: FigureRequest,
 ) -> Iterator[Series]:
     """Yield the points of a CSV, one series for each hue and panel.
 
@@ -75,25 +78,25 @@ def published(
     hue : dimension of the hue, None when there is none
     """
     if series[0].level is not None:
-        raise ask.wrong(
+        raise request.error(
             "published: points have no place on maps; a wear-map takes a flank"
         )
-    points = points_of(source, ask)
-    names, rows = _table(points, ask)
+    points = points_of(source, request)
+    names, rows = _table(points, request)
     columns = {name: i for i, (name, _) in enumerate(names)}
     if "x" not in columns:
-        raise ask.wrong(
+        raise request.error(
             f"{points.name}: a column x is required, found {', '.join(columns)}"
         )
     first = series[0]
-    x = _column(rows, columns["x"], names[columns["x"]][1], first.across, ask)
+    x = _column(rows, columns["x"], names[columns["x"]][1], first.x_scale, request)
     others = {name: i for name, i in columns.items() if name not in ("x", "y", "text")}
     dims = {hue if name == "hue" else name: i for name, i in others.items()}
     keys = [
         tuple((dim, row[i].strip()) for dim, i in dims.items() if dim) for row in rows
     ]
     y = (
-        _column(rows, columns["y"], names[columns["y"]][1], first.up, ask)
+        _column(rows, columns["y"], names[columns["y"]][1], first.y_scale, request)
         if "y" in columns
         else None
     )
@@ -106,8 +109,8 @@ def published(
                 labels,
                 x[inside],
                 y[inside],
-                first.across,
-                first.up,
+                first.x_scale,
+                first.y_scale,
                 "published",
                 "published",
             )
@@ -119,8 +122,8 @@ def published(
             labels,
             np.zeros(0),
             np.zeros(0),
-            first.across,
-            first.up,
+            first.x_scale,
+            first.y_scale,
             "published",
             marks=marks,
         )
@@ -134,12 +137,12 @@ def beside_map(curve: Series, flank: MeasuredFlank) -> Series:
     there.
     """
     assert curve.level is not None and curve.colours is not None
-    unit_x = curve.across.units
-    unit_y = curve.up.units
+    unit_x = curve.x_scale.units
+    unit_y = curve.y_scale.units
     unit = curve.colours.units
     wide = int(np.count_nonzero(curve.y == curve.y[0]))
     x = curve.x[:wide]
-    up = curve.y[::wide]
+    y_scale = curve.y[::wide]
     level = curve.level.reshape(-1, wide)
     place = converted(flank.place, "m", unit_y)
     each = [
@@ -150,59 +153,59 @@ def beside_map(curve: Series, flank: MeasuredFlank) -> Series:
     end = min(along.max() for along, _ in each)
     slack = SLACK * float(np.ptp(x))
     inside = (x >= begin - slack) & (x <= end + slack)
-    aside = SLACK * float(np.ptp(up))
-    rows = up[(up >= place[0] - aside) & (up <= place[-1] + aside)]
+    aside = SLACK * float(np.ptp(y_scale))
+    rows = y_scale[(y_scale >= place[0] - aside) & (y_scale <= place[-1] + aside)]
     if np.count_nonzero(inside) < 2 or len(rows) < 2:
         raise FigureError(
             f"{flank.name}: its traces have {begin:.6g} to {end:.6g} {unit_x} in "
             "common at face positions "
             f"{place[0]:.4g} to {place[-1]:.4g} {unit_y}, the flank reaches from "
-            f"{x.min():.6g} to {x.max():.6g} {unit_x} and {up[0]:.4g} to {up[-1]:.4g} "
+            f"{x.min():.6g} to {x.max():.6g} {unit_x} and {y_scale[0]:.4g} to {y_scale[-1]:.4g} "
             f"{unit_y}"
         )
     nodes = x[inside]
     seen = np.stack([np.interp(nodes, along, depth) for along, depth in each])
     told = np.stack(
-        [np.interp(place, up, column) for column in level[:, inside].T], axis=1
+        [np.interp(place, y_scale, column) for column in level[:, inside].T], axis=1
     )
     off = seen - told
-    across, along = np.meshgrid(nodes, rows)
+    x_scale, along = np.meshgrid(nodes, rows)
     filled = np.stack([np.interp(rows, place, column) for column in seen.T], axis=1)
     return replace(
         curve,
-        x=across.ravel(),
+        x=x_scale.ravel(),
         y=along.ravel(),
         level=filled.ravel(),
-        said=f"{flank.name} less computed: mean {off.mean():+.3g} {unit}, root mean "
+        caveat=f"{flank.name} less computed: mean {off.mean():+.3g} {unit}, root mean "
         "square "
         f"{np.sqrt(np.mean(off**2)):.3g} {unit}, largest "
         f"{off.flat[np.abs(off).argmax()]:+.3g} {unit}.",
     )
 
 
-def measured_flank(ask: Ask) -> MeasuredFlank:
+def measured_flank(request: FigureRequest) -> MeasuredFlank:
     """Return the flank that a figure of maps is to show beside them.
 
     Raises
     ------
     FigureError : its file cannot be read, or does not tell depths over the face
     """
-    assert ask.published is not None
-    points = points_of(ask.published, ask)
+    assert request.published is not None
+    points = points_of(request.published, request)
     try:
         table = tables.table_of(points.name, points.text.encode())
-        x, y, abscissa, depth, across = table_options.profile_of(table, {})
+        x, y, abscissa, depth, x_scale = table_options.profile_of(table, {})
     except tables.TableError as error:
-        raise ask.wrong(
+        raise request.error(
             f"published: {str(error).partition(', or name it: ')[0]}"
         ) from None
-    if across is None or y != "depth" or x == "roll_length":
-        raise ask.wrong(
+    if x_scale is None or y != "depth" or x == "roll_length":
+        raise request.error(
             f"published: {points.name} tells {y} over {x}: a map of wear needs columns "
             "face_position, path_position, diameter or roll_angle, and depth, "
             "positive where material is gone"
         )
-    each = table_options.traces(across, len(abscissa))
+    each = table_options.traces(x_scale, len(abscissa))
     where = np.array(abscissa)
     gone = np.array(depth)
     rising = [
@@ -218,11 +221,13 @@ def measured_flank(ask: Ask) -> MeasuredFlank:
     )
 
 
-def _table(points: Points, ask: Ask) -> tuple[list[tuple[str, str]], list[list[str]]]:
+def _table(
+    points: Points, request: FigureRequest
+) -> tuple[list[tuple[str, str]], list[list[str]]]:
     lines = [line for line in points.text.splitlines() if line.strip()]
     rows = list(csv.reader(line for line in lines if not line.lstrip().startswith("#")))
     if len(rows) < 2:
-        raise ask.wrong(f"published: {points.name} holds no points")
+        raise request.error(f"published: {points.name} holds no points")
     matches = [
         re.fullmatch(r"\s*([^\[\]]+?)\s*(?:\[([^\]]*)\])?\s*", cell) for cell in rows[0]
     ]
@@ -233,7 +238,7 @@ def _table(points: Points, ask: Ask) -> tuple[list[tuple[str, str]], list[list[s
 
 
 def _column(
-    rows: list[list[str]], index: int, units: str, scale: Scale, ask: Ask
+    rows: list[list[str]], index: int, units: str, scale: Scale, request: FigureRequest
 ) -> np.ndarray:
     try:
         values = np.array([float(row[index]) for row in rows])
@@ -241,7 +246,7 @@ def _column(
             return values * COUNTS[units]
         return converted(values, units or scale.units, scale.units)
     except (ValueError, IndexError, UnitError) as error:
-        raise ask.wrong(f"published: column {index + 1}: {error}") from error
+        raise request.error(f"published: column {index + 1}: {error}") from error
 
 
 def _known(series: Sequence[Series], dim: str, text: str) -> Label:

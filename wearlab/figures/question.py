@@ -36,9 +36,9 @@ def figure_problems(campaign: Campaign) -> list[str]:
 
 
 def _problems(campaign: Campaign, spec: Any, number: int, folder: Any) -> Iterator[str]:
-    ask = kind.read(spec, number, folder)
-    if ask.kind not in kinds.KINDS:
-        yield f"{ask.name}: {kind.no_kind(ask.kind)}"
+    request = kind.read(spec, number, folder)
+    if request.kind not in kinds.KINDS:
+        yield f"{request.name}: {kind.no_kind(request.kind)}"
     swept = {axis.name: axis.key for axis in campaign.axes}
     beside = {name for axis in campaign.axes for name in axis.coordinates}
     keys = {
@@ -48,28 +48,28 @@ def _problems(campaign: Campaign, spec: Any, number: int, folder: Any) -> Iterat
     }
     names = {*swept, *beside, "case", *schema.DIMENSIONS, *schema.VARIABLES}
     along = names - set(schema.VARIABLES)
-    for key in ask.select:
+    for key in request.select:
         if key not in names:
             yield (
-                f"{ask.name}: select.{key} is unknown; "
+                f"{request.name}: select.{key} is unknown; "
                 f"{kind.no_axis(key, swept, along)}"
             )
     for role in ("x", "hue", "rows", "cols"):
-        name = getattr(ask, role)
+        name = getattr(request, role)
         if name is not None and name not in names | keys:
             valid = names if role == "x" else along
             yield (
-                f"{ask.name}: {role} = {name!r} is unknown; "
+                f"{request.name}: {role} = {name!r} is unknown; "
                 f"{kind.no_axis(name, swept, valid)}"
             )
-    for name in ask.y:
-        if name not in schema.VARIABLES and not kind.is_of_update(ask.kind):
+    for name in request.y:
+        if name not in schema.VARIABLES and not kind.is_of_update(request.kind):
             yield (
-                f"{ask.name}: y = {name!r} is no variable; "
+                f"{request.name}: y = {name!r} is no variable; "
                 f"{nearest.choices(name, schema.VARIABLES)}"
             )
-    if isinstance(ask.published, Path) and not ask.published.is_file():
-        yield f"{ask.name}: published file {spec.published} is not there"
+    if isinstance(request.published, Path) and not request.published.is_file():
+        yield f"{request.name}: published file {spec.published} is not there"
 
 
 QUESTION = "question"
@@ -112,7 +112,7 @@ class Question(NamedTuple):
     subject: str = ""
 
     @property
-    def ask(self) -> kind.Ask:
+    def request(self) -> kind.FigureRequest:
         """The figure's wishes."""
         return replace(
             kind.read(SimpleNamespace(**self.table), self.number, None),
@@ -144,22 +144,26 @@ def question(campaign: Campaign, spec: Any, number: int) -> Question:
     FigureError : its units or published points cannot be read, or the measurements that
         it shows
     """
-    ask = kind.read(spec, number, campaign.path.parent if campaign.path else None)
+    request = kind.read(spec, number, campaign.path.parent if campaign.path else None)
     table = table_of(spec)
     if "note" in table:
         table["note"] = claims.spelled_note(
             table["note"], getattr(campaign, "claims", ())
         )
-    points = None if ask.published is None else published.points_of(ask.published, ask)
+    points = (
+        None
+        if request.published is None
+        else published.points_of(request.published, request)
+    )
     text = inheritance.source_text(campaign.path)
     subject = ""
-    if kind.is_of_update(ask.kind):
+    if kind.is_of_update(request.kind):
         from wearlab.updating import inference, measurements
 
         try:
             subject = inference.subject_of(campaign)
         except measurements.UpdateError as error:
-            raise ask.wrong(error) from None
+            raise request.error(error) from None
     return Question(
         number,
         table,
@@ -184,7 +188,7 @@ def texts(
     entries : the runs drawn
     missing : names of the runs that had no data
     """
-    ask = asked.ask
+    request = asked.request
     runs = entries.values()
     written: dict[str, Any] = {
         "format": 1,
@@ -196,16 +200,16 @@ def texts(
     written["runs"] = {run_id: entry.sha256 for run_id, entry in entries.items()}
     written |= {"subject": asked.subject} if asked.subject else {}
     told = {
-        "Title": ask.title or kinds.KINDS[ask.kind].title,
+        "Title": request.title or kinds.KINDS[request.kind].title,
         **{
             "campaign": asked.campaign.title,
             "campaign_hash": asked.hash,
             "campaign_text": asked.text,
         },
         **{
-            "figure": ask.kind,
+            "figure": request.kind,
             "table": _json(asked.table),
-            "select": _json(dict(ask.select)),
+            "select": _json(dict(request.select)),
         },
         **{"runs": " ".join(entries), "missing": "; ".join(missing)},
         "wearlab": ", ".join(sorted({entry.wearlab_version or "" for entry in runs})),

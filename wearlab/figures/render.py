@@ -335,12 +335,12 @@ def _head(
         by_rows = [
             handle for column in range(columns) for handle in handles[column::columns]
         ]
-        look: Any = {
+        style: Any = {
             "ncols": columns,
             "alignment": "left",
             "borderaxespad": 72.0 * MARGIN * unit / letter,
         }
-        legend = figure.legend(handles=by_rows, loc="outside upper left", **look)
+        legend = figure.legend(handles=by_rows, loc="outside upper left", **style)
         if (
             columns == 1
             or legend.get_window_extent(renderer).width / figure.dpi <= room
@@ -356,12 +356,12 @@ def _head(
 
 
 def _handle(entry: LegendEntry) -> Line2D:
-    look = "points" if entry.look == "dots" else entry.look
-    return Line2D([], [], label=entry.text, **strokes(entry.pen, look))
+    style = "points" if entry.style == "dots" else entry.style
+    return Line2D([], [], label=entry.text, **strokes(entry.pen, style))
 
 
-def strokes(pen: Pen, look: str) -> dict[str, Any]:
-    """Return how a look is drawn."""
+def strokes(pen: Pen, style: str) -> dict[str, Any]:
+    """Return the options of matplotlib that draw a style of line."""
     colour = pen.colour
     line = {"color": pen.colour, "ls": pen.dash}
     dots = {"color": colour, "ls": "", "marker": "o"}
@@ -393,7 +393,7 @@ def strokes(pen: Pen, look: str) -> dict[str, Any]:
         "line-points": {**line, **edged, "marker": pen.marker, "zorder": 3},
         "stem": {**dots, **edged, "marker": marker, "zorder": 3},
     }
-    return looks.get(look, {**line, "lw": pen.width * width, "zorder": 3})
+    return looks.get(style, {**line, "lw": pen.width * width, "zorder": 3})
 
 
 def _names_of(panel: Panel, letters: float) -> list[list[str]]:
@@ -517,19 +517,19 @@ def _curve(ax: "Axes", curve: Curve) -> None:
     if curve.level is not None:
         _map(ax, curve, curve.level)
         return
-    if curve.look == "area":
+    if curve.style == "area":
         ax.fill(
             curve.x, curve.y, color=curve.pen.colour, alpha=AREA_ALPHA, lw=0.0, zorder=2
         )
         return
-    if curve.look == "stem":
+    if curve.style == "stem":
         width = matplotlib.rcParams["lines.linewidth"]
         ax.vlines(curve.x, 0.0, curve.y, colors=curve.pen.colour, lw=width, zorder=2)
-    ax.plot(curve.x, curve.y, **strokes(curve.pen, curve.look))
+    ax.plot(curve.x, curve.y, **strokes(curve.pen, curve.style))
     if curve.text:
         at = int(np.argmin(curve.y))
         size = MARK * matplotlib.rcParams["font.size"]
-        look: dict[str, Any] = {
+        style: dict[str, Any] = {
             "va": "top",
             "size": size,
             "color": curve.pen.colour,
@@ -540,7 +540,7 @@ def _curve(ax: "Axes", curve: Curve) -> None:
             (curve.x[at], curve.y[at]),
             (3, -3),
             textcoords="offset points",
-            **look,
+            **style,
         )
 
 
@@ -595,7 +595,7 @@ def _part_levels(ax: "Axes") -> None:
 def _uncertain(ax: "Axes", curve: Curve, least: Mapping[str, float]) -> None:
     """Draw the errors of a curve as bars, of a long one as a band, and hollow marks where it is in doubt."""
     colour = curve.pen.colour
-    many = curve.look == "line" and len(curve.x) > 40
+    many = curve.style == "line" and len(curve.x) > 40
     x_error = _ends(curve.x, curve.x_error, least["x"])
     y_error = _ends(curve.y, curve.y_error, least["y"])
     if many and y_error is not None:
@@ -603,7 +603,7 @@ def _uncertain(ax: "Axes", curve: Curve, least: Mapping[str, float]) -> None:
         high = curve.y + y_error[1]
         ax.fill_between(curve.x, low, high, color=colour, alpha=0.22, lw=0, zorder=1.8)
     elif not many and not (x_error is None and y_error is None):
-        only: Any = [len(curve.x) // 2] if curve.look == "horizontal" else slice(None)
+        only: Any = [len(curve.x) // 2] if curve.style == "horizontal" else slice(None)
         up = None if y_error is None else y_error[:, only]
         across = None if x_error is None else x_error[:, only]
         bars: dict[str, Any] = {
@@ -619,8 +619,8 @@ def _uncertain(ax: "Axes", curve: Curve, least: Mapping[str, float]) -> None:
         at = np.flatnonzero(
             curve.doubtful & np.isfinite(curve.x) & np.isfinite(curve.y)
         )
-        at = at[:: max(1, len(at) // 9)] if curve.look in ("line", "hairline") else at
-        at = at[1:-1] if curve.look == "horizontal" and len(at) > 2 else at
+        at = at[:: max(1, len(at) // 9)] if curve.style in ("line", "hairline") else at
+        at = at[1:-1] if curve.style == "horizontal" and len(at) > 2 else at
         hollow: dict[str, Any] = {
             "ls": "",
             "mfc": "white",
@@ -628,7 +628,7 @@ def _uncertain(ax: "Axes", curve: Curve, least: Mapping[str, float]) -> None:
             "mew": 1.0,
             "zorder": 4.5,
         }
-        size = 2.6 if curve.look == "dots" else 4.6
+        size = 2.6 if curve.style == "dots" else 4.6
         ax.plot(
             curve.x[at], curve.y[at], marker=curve.pen.marker or "o", ms=size, **hollow
         )
@@ -651,7 +651,7 @@ def _limits(ax: "Axes", plot: Plot) -> None:
     Do not magnify round-off.
     """
     pointed = any(
-        c.look not in ("line", *BESIDE) for panel in plot.panels for c in panel.curves
+        c.style not in ("line", *BESIDE) for panel in plot.panels for c in panel.curves
     )
     if plot.shape == "square" or pointed:
         ax.margins(x=0.05)

@@ -11,7 +11,7 @@ import xarray as xr
 
 from wearlab import nearest, schema
 from wearlab.figures import doubt, plot
-from wearlab.figures.kind import Ask, FigureError, Run
+from wearlab.figures.kind import FigureError, FigureRequest, Run
 from wearlab.figures.wording import Label, converted, cycles, place
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.store.grid import key_text, own_values
@@ -60,7 +60,7 @@ def _several(asked: Any) -> list[Any]:
     return list(asked) if isinstance(asked, list | tuple) else [asked]
 
 
-def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
+def narrow(data: xr.Dataset, request: FigureRequest, grid_dims: set[str]) -> xr.Dataset:
     """Return the run with only the selected places of its own dimensions.
 
     ``update`` counts from 0 (−1 is the last); ``cycle`` and ``mesh_cycles`` take the
@@ -71,32 +71,34 @@ def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
     ------
     FigureError : an unknown dimension or label
     """
-    for key, asked in ask.select.items():
+    for key, asked in request.select.items():
         if key in grid_dims or (key, asked) == ("case", "base"):
             continue
         if key == "update" or (key in STATE_COORDINATES and key in data.variables):
             if "update" in data.dims:
-                data = data.isel(update=_states(_several(asked), data, key, ask))
+                data = data.isel(update=_states(_several(asked), data, key, request))
         elif key in data.dims:
             places = data[key]  # counted from 0 where it has no coordinate
             units = places.attrs.get("units")
             data = data.isel(
-                {key: index_of(asked, list(places.values), key, ask.name, units)}
+                {key: index_of(asked, list(places.values), key, request.name, units)}
             )
         elif key not in schema.DIMENSIONS:
             valid = sorted({*grid_dims, *map(str, data.dims), *STATE_COORDINATES})
-            raise ask.wrong(
+            raise request.error(
                 f"select.{key}: no such dimension; {nearest.choices(key, valid)}"
             )
     return data
 
 
-def _states(asked: list[Any], data: xr.Dataset, key: str, ask: Ask) -> list[int]:
+def _states(
+    asked: list[Any], data: xr.Dataset, key: str, request: FigureRequest
+) -> list[int]:
     """Return the wear states of numbers, or those next to counts of cycles."""
     if key != "update":
         if not all(map(is_number, asked)):
-            raise ask.wrong(
-                f"select.{key} = {ask.select[key]!r} is not a number of cycles, such "
+            raise request.error(
+                f"select.{key} = {request.select[key]!r} is not a number of cycles, such "
                 "as 2e7"
             )
         return list(
@@ -107,7 +109,7 @@ def _states(asked: list[Any], data: xr.Dataset, key: str, ask: Ask) -> list[int]
     count = data.sizes["update"]
     for index in asked:
         if not isinstance(index, int) or not -count <= index < count:
-            raise ask.wrong(
+            raise request.error(
                 f"select.{key} = {index!r} is not there; valid: 0 to {count - 1}, -1 "
                 "is the last"
             )
@@ -137,14 +139,14 @@ Point = tuple[dict[str, int], dict[str, Label], str]
 
 
 def pick(
-    grid: xr.Dataset, ask: Ask, *, all_cases: bool
+    grid: xr.Dataset, request: FigureRequest, *, all_cases: bool
 ) -> tuple[list[Point], list[str]]:
     """Return the selected points of a grid that have data, a broadcast case once, and the names of others.
 
     Parameters
     ----------
     grid : the campaign's dataset
-    ask : its ``select`` narrows the grid dimensions
+    request : its ``select`` narrows the grid dimensions
     all_cases : whether every case is shown when ``select`` names none; else ``base``
 
     Raises
@@ -154,8 +156,12 @@ def pick(
     dims = [str(dim) for dim in grid.run_id.dims]
     ids = grid.run_id.values
     status = grid.status.values
-    wanted = [_wanted(grid, dim, ask, all_cases) for dim in dims]
-    unsaid = () if "case" in (ask.hue, ask.rows, ask.cols, ask.x) else (BASE,)
+    wanted = [_wanted(grid, dim, request, all_cases) for dim in dims]
+    unsaid = (
+        ()
+        if "case" in (request.hue, request.rows, request.cols, request.x)
+        else (BASE,)
+    )
     picked: dict[object, Point] = {}
     missing: dict[str, None] = {}
     for point in itertools.product(*wanted):
@@ -174,22 +180,30 @@ def pick(
             )
             missing[f"{', '.join(told) or run_id[:12]}: {status[point]}"] = None
     if not picked and not missing:
-        raise ask.wrong(f"select = {dict(ask.select)} leaves no run")
+        raise request.error(f"select = {dict(request.select)} leaves no run")
     if not picked:
-        raise ask.wrong(f"none of its runs is there to be drawn: {'; '.join(missing)}")
+        raise request.error(
+            f"none of its runs is there to be drawn: {'; '.join(missing)}"
+        )
     return list(picked.values()), list(missing)
 
 
-def _wanted(grid: xr.Dataset, dim: str, ask: Ask, all_cases: bool) -> list[int]:
+def _wanted(
+    grid: xr.Dataset, dim: str, request: FigureRequest, all_cases: bool
+) -> list[int]:
     values = list(grid[dim].values)
-    if dim in ask.select:
+    if dim in request.select:
         units = grid[dim].attrs.get("units")
         key = grid[dim].attrs.get("key")
-        return index_of(ask.select[dim], values, dim, ask.name, units, key or "")
+        return index_of(
+            request.select[dim], values, dim, request.name, units, key or ""
+        )
     if (
         dim == "case"
         and BASE in values
-        and not (all_cases or "case" in (ask.hue, ask.rows, ask.cols, ask.x))
+        and not (
+            all_cases or "case" in (request.hue, request.rows, request.cols, request.x)
+        )
     ):
         return [values.index(BASE)]
     return list(range(len(values)))
@@ -231,7 +245,10 @@ def _labels(
 
 
 def read_runs(
-    grid: xr.Dataset, points: Sequence[Point], names: Iterable[str], ask: Ask
+    grid: xr.Dataset,
+    points: Sequence[Point],
+    names: Iterable[str],
+    request: FigureRequest,
 ) -> list[Run]:
     """Read what a figure needs, of all runs at once, narrowed by ``select``.
 
@@ -285,7 +302,7 @@ def read_runs(
             whole.isel(update=slice(int(whole[COUNT])), missing_dims="ignore"), dims
         )
         told = ({**labels, **beside}, scales, given, doubt.doubts(full))
-        runs.append(Run(run_id, labels, narrow(full, ask, set(dims)), (), *told))
+        runs.append(Run(run_id, labels, narrow(full, request, set(dims)), (), *told))
     return _with_states(runs)
 
 
@@ -404,7 +421,10 @@ def _cycle_labels(data: xr.Dataset) -> tuple[Label, ...]:
 
 
 def require(
-    runs: list[Run], names: Sequence[str], ask: Ask, ended: Mapping[str, int]
+    runs: list[Run],
+    names: Sequence[str],
+    request: FigureRequest,
+    ended: Mapping[str, int],
 ) -> list[Run]:
     """Return the runs that have all these variables.
 
@@ -437,9 +457,9 @@ def require(
             f"all ended before the depth of wear.until ({by}); y = 'max_wear_depth' "
             "shows how far they came"
         )
-        raise ask.wrong(f"{lacking}: {why}")
+        raise request.error(f"{lacking}: {why}")
     names = sorted({str(name) for run in runs for name in run.data.data_vars})
     known = (
         f"it takes {' and '.join(made)}" if made else nearest.choices(absent[0], names)
     )
-    raise ask.wrong(f"{lacking}; {known}")
+    raise request.error(f"{lacking}; {known}")

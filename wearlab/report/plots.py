@@ -8,7 +8,7 @@ import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.comparison.runs import phases_of
-from wearlab.figures.plot import NAMES, Curve, LegendEntry, Look, Panel, Pen, Plot
+from wearlab.figures.plot import NAMES, Curve, LegendEntry, LineStyle, Panel, Pen, Plot
 from wearlab.figures.render import rendered
 from wearlab.figures.wording import converted, cycles, first_of, scaled
 
@@ -109,7 +109,7 @@ def _waves(comparison: xr.Dataset) -> Iterator[Panel]:
 
 
 def _panel(
-    title: str, x: Array, values: xr.DataArray, across: str, line: Look = "line"
+    title: str, x: Array, values: xr.DataArray, across: str, line: LineStyle = "line"
 ) -> Panel:
     shown = values.attrs.get("display_units") or "1"
     sides = [

@@ -10,8 +10,8 @@ import numpy as np
 
 from wearlab import arrays, nearest
 from wearlab.figures.kind import (
-    Ask,
     FigureError,
+    FigureRequest,
     Kind,
     OnAxis,
     Run,
@@ -26,27 +26,34 @@ from wearlab.figures.wording import Label, converted, ordinal
 from wearlab.units import UnitError
 
 
-def over_cycles(run: Run, name: str, ask: Ask) -> Iterator[Series]:
+def over_cycles(run: Run, name: str, request: FigureRequest) -> Iterator[Series]:
     """Yield a variable over the wear states, by cycle or by the coordinate that ``x`` names."""
-    for piece in slices(run, name, ask, "update"):
+    for piece in slices(run, name, request, "update"):
         yield pointed(
-            piece.over(*at_states(run, ask, piece), hours=hours_a_cycle(run, ask)).known
+            piece.over(
+                *at_states(run, request, piece), hours=hours_a_cycle(run, request)
+            ).known
         )
 
 
 def pointed(curve: Series) -> Series:
     """Return a curve with its points marked, if they are few."""
-    return replace(curve, look="line-points") if len(curve.x) <= 30 else curve
+    return replace(curve, style="line-points") if len(curve.x) <= 30 else curve
 
 
 def at_states(
-    run: Run, ask: Ask, piece: Slice, by: str = "cycle", *, of_all: bool = False
+    run: Run,
+    request: FigureRequest,
+    piece: Slice,
+    by: str = "cycle",
+    *,
+    of_all: bool = False,
 ) -> OnAxis:
     """Return what ``x`` names at every wear state, by default the cycles or another.
 
     Parameters
     ----------
-    run, ask, piece : of the figure
+    run, request, piece : of the figure
     by : the default
     of_all : whether of several flanks the one that is worn most may stand for all
 
@@ -55,24 +62,24 @@ def at_states(
     FigureError
         When it is not one number per wear state.
     """
-    name = ask.x or by
-    x, across = companion(run, name, piece.place, ask)
+    name = request.x or by
+    x, x_scale = companion(run, name, piece.place, request)
     x = x.max(axis=1) if of_all and x.ndim > 1 else x
     if x.shape != np.shape(piece.values):
         remedy = (
             "leave it out for the cycles, or name what is, such as operating_hours or "
             "max_wear_depth"
         )
-        raise ask.wrong(f"x = {name!r} is not one number per wear state; {remedy}")
-    return x, across
+        raise request.error(f"x = {name!r} is not one number per wear state; {remedy}")
+    return x, x_scale
 
 
-def hours_a_cycle(run: Run, ask: Ask) -> float | None:
+def hours_a_cycle(run: Run, request: FigureRequest) -> float | None:
     """Return the operating hours of a wear cycle, None where x is another or it takes now more, now less."""
     cycle = run.data.get("cycle")
     hours = run.data.get("operating_hours")
     if (
-        ask.x not in (None, "cycle")
+        request.x not in (None, "cycle")
         or cycle is None
         or hours is None
         or hours.dims != cycle.dims
@@ -89,8 +96,8 @@ def hours_a_cycle(run: Run, ask: Ask) -> float | None:
     )
 
 
-def _number(run: Run, ask: Ask) -> Iterator[Series]:
-    return over_cycles(run, ask.y[0], ask)
+def _number(run: Run, request: FigureRequest) -> Iterator[Series]:
+    return over_cycles(run, request.y[0], request)
 
 
 EQUIVALENT_LOAD = kind(
@@ -136,28 +143,32 @@ FLUCTUATION = Label("fluctuation", "fluctuation")
 RMS = Label("RMS", "RMS of the fluctuation")
 
 
-def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Series]]:
+def _of(
+    prefix: str, subject: str, by: str
+) -> Callable[[Run, FigureRequest], Iterator[Series]]:
     shown: dict[str, tuple[str, dict[str, Label]]] = {
         "mean": (f"mean {subject}", {"part": Label("mean", "mean")}),
         "rms": (f"{subject} fluctuation", {"part": FLUCTUATION, "quantity": RMS}),
         "harmonics": (f"{subject} fluctuation", {"part": FLUCTUATION}),
     }
 
-    def series(run: Run, ask: Ask) -> Iterator[Series]:
+    def series(run: Run, request: FigureRequest) -> Iterator[Series]:
         for end, (words, named) in shown.items():
             name = f"{prefix}_{end}"
-            for piece in slices(run, name, ask, "update") if name in run.data else ():
+            for piece in (
+                slices(run, name, request, "update") if name in run.data else ()
+            ):
                 key = {**piece.key, **named}
                 if end == "harmonics":
                     order = int(key.pop("harmonic").value)
-                    if order > 3 and "harmonic" not in ask.select:
+                    if order > 3 and "harmonic" not in request.select:
                         continue
                     key["quantity"] = Label(
                         f"harmonic {order}", f"{ordinal(order)} harmonic"
                     )
                 told = piece._replace(key=key, scale=Scale(words, piece.scale.units))
                 yield told.over(
-                    *at_states(run, ask, piece, by, of_all=True), "line-points"
+                    *at_states(run, request, piece, by, of_all=True), "line-points"
                 ).known
 
     return series
@@ -214,60 +225,66 @@ FREQUENCY = "mesh_frequency"
     all_cases=True,
     over_sweeps=True,
 )
-def line(run: Run, ask: Ask) -> Iterator[Series]:
+def line(run: Run, request: FigureRequest) -> Iterator[Series]:
     """Any variable y over a dimension, a coordinate or a sweep x, with hue, rows and cols."""
-    several = len(ask.y) > 1
-    for order, name in enumerate(ask.y):
+    several = len(request.y) > 1
+    for order, name in enumerate(request.y):
         if name in run.data:
             extra = {"variable": Label(float(order), name)} if several else {}
-            for curve in _of_variable(run, name, ask):
+            for curve in _of_variable(run, name, request):
                 yield replace(curve, key={**curve.key, **extra})
 
 
-def _of_variable(run: Run, name: str, ask: Ask) -> Iterator[Series]:
-    if ask.x is not None and ask.x in run.along:
+def _of_variable(run: Run, name: str, request: FigureRequest) -> Iterator[Series]:
+    if request.x is not None and request.x in run.along:
         x, own = run.abscissa(
-            ask.x
+            request.x
         )  # a point at this run's place along a sweep, joined to curves afterwards
-        for piece in slices(run.thinned(), name, ask):
-            yield piece.over(np.array([x]), run.scales[ask.x], "line-points", own=own)
+        for piece in slices(run.thinned(), name, request):
+            yield piece.over(
+                np.array([x]), run.scales[request.x], "line-points", case_x=own
+            )
         return
-    dim, coordinate = _across(run, name, ask)
+    dim, coordinate = _across(run, name, request)
     run = run if dim == "update" else run.thinned()
     if coordinate in POSITIONS:
-        yield from along_path(run, name, ask)
+        yield from along_path(run, name, request)
         return
-    for piece in slices(run, name, ask, dim):
-        for extra, place, across in _positions(run, dim, coordinate, piece.place, ask):
+    for piece in slices(run, name, request, dim):
+        for extra, place, x_scale in _positions(
+            run, dim, coordinate, piece.place, request
+        ):
             yield pointed(
-                piece._replace(key={**piece.key, **extra}).over(place, across).known
+                piece._replace(key={**piece.key, **extra}).over(place, x_scale).known
             )
 
 
-def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
+def _across(run: Run, name: str, request: FigureRequest) -> tuple[str, str]:
     """Return the dimension that runs along x, and the coordinate that tells its values."""
     dims = [str(dim) for dim in run.data[name].dims]
-    if ask.x is None:
+    if request.x is None:
         if not dims:
             known = nearest.choices("", run.place)
-            raise ask.wrong(
+            raise request.error(
                 f"{name} is one number per run; x must name a sweep: {known}"
             )
-        free = [d for d in dims if d not in (ask.hue, ask.rows, ask.cols)] or dims
+        free = [
+            d for d in dims if d not in (request.hue, request.rows, request.cols)
+        ] or dims
         dim = next((d for d in ("phase", "profile", "update") if d in free), free[-1])
         return dim, DEFAULT_X.get(dim, dim)
-    if ask.x in dims:
-        return ask.x, DEFAULT_X.get(ask.x, ask.x)
-    shared = _shared(run, ask.x, dims) if ask.x in run.data.variables else []
+    if request.x in dims:
+        return request.x, DEFAULT_X.get(request.x, request.x)
+    shared = _shared(run, request.x, dims) if request.x in run.data.variables else []
     if not shared:
         valid = [
             *run.place,
             *dims,
             *(str(name) for name in run.data.coords if _shared(run, name, dims)),
         ]
-        known = nearest.choices(ask.x, dict.fromkeys(valid))
-        raise ask.wrong(f"x = {ask.x!r} does not run along {name}; {known}")
-    return shared[-1], ask.x
+        known = nearest.choices(request.x, dict.fromkeys(valid))
+        raise request.error(f"x = {request.x!r} does not run along {name}; {known}")
+    return shared[-1], request.x
 
 
 def _shared(run: Run, coordinate: Hashable, dims: Collection[str]) -> list[str]:
@@ -281,7 +298,11 @@ def _shared(run: Run, coordinate: Hashable, dims: Collection[str]) -> list[str]:
 
 
 def _positions(
-    run: Run, dim: str, coordinate: str, index: Mapping[str, int], ask: Ask
+    run: Run,
+    dim: str,
+    coordinate: str,
+    index: Mapping[str, int],
+    request: FigureRequest,
 ) -> Iterator[tuple[dict[str, Label], arrays.Array, Scale]]:
     """Yield abscissae along a dimension: one, or one for each place along dimensions that y has not."""
     if coordinate not in run.data.variables:
@@ -291,7 +312,7 @@ def _positions(
             Scale(dim.replace("_", " "), "1"),
         )
         return
-    units = ask.units.get("x") or ask.units.get("order", "1")
+    units = request.units.get("x") or request.units.get("order", "1")
     if coordinate == "order" and units != "1" and FREQUENCY in run.data:
         hertz = (
             run.data[FREQUENCY][index.get("mesh", 0)].values
@@ -300,14 +321,14 @@ def _positions(
         try:
             hertz = converted(hertz, "Hz", units)
         except UnitError as error:
-            raise ask.wrong(
+            raise request.error(
                 f"units of order: {error}; orders of the mesh, or a frequency"
             ) from error
         yield {}, hertz, Scale("frequency", units)
         return
     kept = {name: at for name, at in index.items() if name in run.data[coordinate].dims}
     for piece in slices(
-        replace(run, data=run.data.isel(kept)), coordinate, ask, dim, axis="x"
+        replace(run, data=run.data.isel(kept)), coordinate, request, dim, axis="x"
     ):
         extra = {
             name: label for name, label in piece.key.items() if name in piece.place
@@ -327,8 +348,8 @@ def joined(series: list[Series], axis: str) -> list[Series]:
         said = f"x = {axis!r} has names, not numbers"
         raise FigureError(f'{said}: kind = "cases" draws a number beside each name')
     curves = []
-    for curve in gathered(series, lambda one: (one.place, one.up, one.look)):
+    for curve in gathered(series, lambda one: (one.place, one.y_scale, one.style)):
         mixed = len(curve.x) > 10 and {-1.0, 1.0} <= set(np.sign(np.diff(curve.x)))
         ordered = curve.at(np.argsort(curve.x, kind="stable"))
-        curves.append(replace(ordered, look="dots") if mixed else ordered)
+        curves.append(replace(ordered, style="dots") if mixed else ordered)
     return curves

@@ -10,7 +10,7 @@ from wearlab.arrays import Array
 from wearlab.figures.kind import (
     ORBITS,
     STATES,
-    Ask,
+    FigureRequest,
     Run,
     Slice,
     companion,
@@ -33,25 +33,28 @@ QUANTITIES = (
 
 
 def along_path(
-    run: Run, name: str, ask: Ask, extra: Mapping[str, Label] | None = None
+    run: Run,
+    name: str,
+    request: FigureRequest,
+    extra: Mapping[str, Label] | None = None,
 ) -> Iterator[Series]:
     """Yield a variable along the flank, over the coordinate that ``x`` names."""
-    for piece in slices(run, name, ask, "profile"):
-        x, across = _positions(run, piece, ask)
+    for piece in slices(run, name, request, "profile"):
+        x, x_scale = _positions(run, piece, request)
         named = piece._replace(key={**piece.key, **(extra or {})})
-        yield named.over(x, across, marks=_marks(run, x, piece.place)).at(
+        yield named.over(x, x_scale, marks=_marks(run, x, piece.place)).at(
             np.isfinite(x)
         )
 
 
-def _positions(run: Run, piece: Slice, ask: Ask) -> tuple[Array, Scale]:
+def _positions(run: Run, piece: Slice, request: FigureRequest) -> tuple[Array, Scale]:
     """Return the coordinate along the flank that ``x`` names."""
-    name = ask.x or POSITIONS[0]
+    name = request.x or POSITIONS[0]
     if "profile" not in run.data[name].dims:
-        raise ask.wrong(
+        raise request.error(
             f"x = {name!r} does not run along the flank; {choices(name, POSITIONS)}"
         )
-    return companion(run, name, piece.place, ask)
+    return companion(run, name, piece.place, request)
 
 
 def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...]:
@@ -83,9 +86,9 @@ def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...
     ),
     titled="{} along the flank",
 )
-def wear_profile(run: Run, ask: Ask) -> Iterator[Series]:
+def wear_profile(run: Run, request: FigureRequest) -> Iterator[Series]:
     """Wear depth over path_position, diameter, roll_angle or distance_to_pitch_circle, with A–E marked."""
-    return along_path(run.thinned(), ask.y[0], ask)
+    return along_path(run.thinned(), request.y[0], request)
 
 
 @kind(
@@ -102,13 +105,13 @@ def wear_profile(run: Run, ask: Ask) -> Iterator[Series]:
     "in y), one row each, "
     "in the first and the last wear state; the first flank when none is selected",
 )
-def along_whole_path(run: Run, ask: Ask) -> Iterator[Series]:
+def along_whole_path(run: Run, request: FigureRequest) -> Iterator[Series]:
     """Quantities along the path, one row each."""
     run = run.thinned(2)  # the first and the last wear state
-    for order, name in enumerate(ask.y or QUANTITIES):
+    for order, name in enumerate(request.y or QUANTITIES):
         if name in run.data:
             yield from along_path(
-                run, name, ask, {"variable": Label(float(order), name)}
+                run, name, request, {"variable": Label(float(order), name)}
             )
 
 
@@ -142,20 +145,24 @@ def _engagement_marks(
     return tuple(Mark((s - at["A"]) / period, letter) for letter, s in at.items())
 
 
-def _engagements(run: Run, ask: Ask, name: str, *along: str) -> Iterator[Series]:
+def _engagements(
+    run: Run, request: FigureRequest, name: str, *along: str
+) -> Iterator[Series]:
     """Yield what one tooth pair goes through from A to E.
 
     Parameters
     ----------
-    run, ask : of the figure
+    run, request : of the figure
     name : a variable of the mesh period, repeated until the pair that entered at phase
         0 leaves, or of pairs
     along : its dimensions, of ``pair``, ``mesh_period`` and ``phase``; a curve for each
         mesh period
     """
     run = run.thinned()
-    for piece in slices(run, name, ask, *along):
-        phase, ratio, lag = (companion(run, of, piece.place, ask)[0] for of in ENGAGED)
+    for piece in slices(run, name, request, *along):
+        phase, ratio, lag = (
+            companion(run, of, piece.place, request)[0] for of in ENGAGED
+        )
         end = float(ratio)
         marks = _engagement_marks(run, piece.place, float(ratio))
         values = piece.values
@@ -168,15 +175,15 @@ def _engagements(run: Run, ask: Ask, name: str, *along: str) -> Iterator[Series]
             x, y = through_engagement(values, phase, end, float(lag), period)
             if "pair" not in along:  # to the end
                 x, y = np.append(x[x < end], end), np.append(y[x < end], y[x < end][-1])
-            across = Scale("mesh cycles since the pair enters at A", "1")
-            yield Series(piece.key, x, y, across, piece.scale, marks=marks)
+            x_scale = Scale("mesh cycles since the pair enters at A", "1")
+            yield Series(piece.key, x, y, x_scale, piece.scale, marks=marks)
 
 
-def _of_mesh(run: Run, ask: Ask) -> Iterator[Series]:
+def _of_mesh(run: Run, request: FigureRequest) -> Iterator[Series]:
     """Yield a variable of the mesh period, over an engagement or over the phase."""
-    if ask.x == "phase":
-        return over(run.thinned(), ask.y[0], ask, "phase", "phase")
-    return _engagements(run, ask, ask.y[0], "phase")
+    if request.x == "phase":
+        return over(run.thinned(), request.y[0], request, "phase", "phase")
+    return _engagements(run, request, request.y[0], "phase")
 
 
 TVMS = kind(
@@ -238,9 +245,9 @@ def through_engagement(
     ("pair", "phase"),
     roles=STATES,
 )
-def load_share(run: Run, ask: Ask) -> Iterator[Series]:
+def load_share(run: Run, request: FigureRequest) -> Iterator[Series]:
     """Share of the static mesh force that one tooth pair carries, from A to E."""
-    return _engagements(run, ask, "load_share", "pair", "phase")
+    return _engagements(run, request, "load_share", "pair", "phase")
 
 
 @kind(
@@ -250,22 +257,22 @@ def load_share(run: Run, ask: Ask) -> Iterator[Series]:
     ("pair", "mesh_period", "phase"),
     roles=ORBITS,
 )
-def pair_force(run: Run, ask: Ask) -> Iterator[Series]:
+def pair_force(run: Run, request: FigureRequest) -> Iterator[Series]:
     """Elastic force on the drive flanks of one tooth pair, from A to E, one curve per mesh period."""
-    return _engagements(run, ask, "pair_force", "pair", "mesh_period", "phase")
+    return _engagements(run, request, "pair_force", "pair", "mesh_period", "phase")
 
 
 MAPS = (("cols", "update"), ("cols", "*"), ("rows", "flank"), ("rows", "*"))
 
 
-def over_flank(run: Run, name: str, ask: Ask) -> Iterator[Series]:
+def over_flank(run: Run, name: str, request: FigureRequest) -> Iterator[Series]:
     """Yield a variable as maps over profile and face.
 
     What has no face is even across it.
     """
-    for piece in slices(run, name, ask, "face", "profile"):
-        x, across = _positions(run, piece, ask)
-        y, up = companion(run, "face_position", piece.place, ask)
+    for piece in slices(run, name, request, "face", "profile"):
+        x, x_scale = _positions(run, piece, request)
+        y, y_scale = companion(run, "face_position", piece.place, request)
         held = np.isfinite(x)
         wide, high = np.meshgrid(x[held], y)
         level: Any = {
@@ -275,8 +282,8 @@ def over_flank(run: Run, name: str, ask: Ask) -> Iterator[Series]:
             piece.key,
             wide.ravel(),
             high.ravel(),
-            across,
-            up,
+            x_scale,
+            y_scale,
             "map",
             colours=piece.scale,
             **level,
@@ -293,9 +300,9 @@ def over_flank(run: Run, name: str, ask: Ask) -> Iterator[Series]:
     titled="{} over the flank",
     shape="square",
 )
-def contact_pattern(run: Run, ask: Ask) -> Iterator[Series]:
+def contact_pattern(run: Run, request: FigureRequest) -> Iterator[Series]:
     """Pressure over profile and face as it is painted in a test, in the first and the last wear state."""
-    return over_flank(run.thinned(2), ask.y[0], ask)
+    return over_flank(run.thinned(2), request.y[0], request)
 
 
 @kind(
@@ -307,24 +314,24 @@ def contact_pattern(run: Run, ask: Ask) -> Iterator[Series]:
     titled="{} over the flank",
     shape="square",
 )
-def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
+def wear_map(run: Run, request: FigureRequest) -> Iterator[Series]:
     """Wear depth over profile and face in the last wear state or those selected, a measured one beside."""
     if run.data.sizes.get("update", 1) > 2:
         run = run.at_states([-1])
-    if ask.published is None:
-        yield from over_flank(run, ask.y[0], ask)
+    if request.published is None:
+        yield from over_flank(run, request.y[0], request)
         return
-    if ask.y[0] != "wear_depth":
-        raise ask.wrong(
-            f"published tells wear depths, and y = {ask.y[0]!r}: leave one out"
+    if request.y[0] != "wear_depth":
+        raise request.error(
+            f"published tells wear depths, and y = {request.y[0]!r}: leave one out"
         )
     if run.data.sizes["flank"] > 1:
         flanks = ", ".join(map(str, run.data["flank"].values))
-        raise ask.wrong(
+        raise request.error(
             f"published is of one flank: name it in select.flank, of {flanks}"
         )
-    flank = measured_flank(ask)
-    for curve in over_flank(run, ask.y[0], replace(ask, x=flank.along)):
+    flank = measured_flank(request)
+    for curve in over_flank(run, request.y[0], replace(request, x=flank.along)):
         for source in ("computed", "measured"):
             told = replace(curve, key={**curve.key, "source": Label(source, source)})
             yield beside_map(told, flank) if source == "measured" else told
@@ -338,9 +345,9 @@ def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
     roles=STATES,
     titled="{} over the face",
 )
-def face_load(run: Run, ask: Ask) -> Iterator[Series]:
+def face_load(run: Run, request: FigureRequest) -> Iterator[Series]:
     """Line load over the face, mean over the mesh period, as wear goes on."""
-    return over(run.thinned(), ask.y[0], ask, "face_position", "face")
+    return over(run.thinned(), request.y[0], request, "face_position", "face")
 
 
 @kind(
@@ -351,20 +358,20 @@ def face_load(run: Run, ask: Ask) -> Iterator[Series]:
     one_flank=True,
     shape="square",
 )
-def contact_lines(run: Run, ask: Ask) -> Iterator[Series]:
+def contact_lines(run: Run, request: FigureRequest) -> Iterator[Series]:
     """Lines of contact in the field of action, at four phases of the mesh."""
     place = {"flank": 0, "mesh": 0}
-    x, across = companion(run, "path_position", place, ask)
-    y, up = companion(run, "face_position", place, ask)
+    x, x_scale = companion(run, "path_position", place, request)
+    y, y_scale = companion(run, "face_position", place, request)
     begin = float(np.nanmin(x))
     end = float(np.nanmax(x))
-    pitch = (end - begin) / float(companion(run, "contact_ratio", place, ask)[0])
+    pitch = (end - begin) / float(companion(run, "contact_ratio", place, request)[0])
     slope = float(np.tan(run.data["base_helix_angle"].values[0]))
     frame = (
         np.array([begin, end, end, begin, begin]),
         np.array([y[0], y[0], y[-1], y[-1], y[0]]),
     )
-    yield Series(run.place, *frame, across, up, "level", text="field of action")
+    yield Series(run.place, *frame, x_scale, y_scale, "level", text="field of action")
     reach = int(np.ceil((end - begin + abs(slope) * np.ptp(y)) / pitch)) + 1
     along = np.append(np.linspace(y[0], y[-1], 201), np.nan)
     for phase in (0.0, 0.25, 0.5, 0.75):
@@ -380,6 +387,6 @@ def contact_lines(run: Run, ask: Ask) -> Iterator[Series]:
             {**run.place, "phase": Label(phase, f"phase {phase:g}")},
             s,
             height,
-            across,
-            up,
+            x_scale,
+            y_scale,
         )

@@ -24,8 +24,8 @@ from wearlab.arrays import Array
 from wearlab.figures import curves as of_samples
 from wearlab.figures import plot, runs, wording
 from wearlab.figures.kind import (
-    Ask,
     FigureError,
+    FigureRequest,
     Run,
     Slice,
     companion,
@@ -35,13 +35,13 @@ from wearlab.figures.kind import (
     slices,
 )
 from wearlab.figures.kinds.cycles import at_states, hours_a_cycle
-from wearlab.figures.plot import Look, Mark, Scale, Series, flat, grouped
+from wearlab.figures.plot import LineStyle, Mark, Scale, Series, flat, grouped
 from wearlab.nearest import choices
 
 DEPTH = "max_wear_depth"
 
 
-def _numbers(run: Run, ask: Ask) -> Iterator[Series]:
+def _numbers(run: Run, request: FigureRequest) -> Iterator[Series]:
     """One number of every run, at its last wear state, beside the run's name.
 
     Yield a run's number, at its last wear state where none is selected, named by its
@@ -50,7 +50,7 @@ def _numbers(run: Run, ask: Ask) -> Iterator[Series]:
     called = (
         ", ".join(dict.fromkeys(label.text for label in run.place.values())) or "run"
     )
-    for piece in slices(run.at_states([-1]), ask.y[0], ask):
+    for piece in slices(run.at_states([-1]), request.y[0], request):
         named = plot.without(piece.key, *run.place, "update") | {
             "run": wording.Label(called, called)
         }
@@ -84,7 +84,13 @@ def listed(series: list[Series]) -> list[Series]:
         level = flat((0.5, len(names) + 0.5), first.x[0])[::-1]
         rows.append(
             Series(
-                {}, *level, first.across, first.up, "reference", names[0], names=names
+                {},
+                *level,
+                first.x_scale,
+                first.y_scale,
+                "reference",
+                names[0],
+                names=names,
             )
         )
     return rows
@@ -104,12 +110,12 @@ CASES = kind(
 )(_numbers)
 
 
-def _points(run: Run, ask: Ask) -> Iterator[Series]:
+def _points(run: Run, request: FigureRequest) -> Iterator[Series]:
     """One point a run: a result y (at the last wear state) over an input or another result x."""
-    for piece in slices(run.at_states([-1]), ask.y[0], ask):
-        x, across, own = _abscissa(run, ask, piece)
-        key = plot.without(piece.key, *run.place, "update") | _kept(run.along, ask)
-        yield piece._replace(key=key).over(x, across, "points", own=own)
+    for piece in slices(run.at_states([-1]), request.y[0], request):
+        x, x_scale, own = _abscissa(run, request, piece)
+        key = plot.without(piece.key, *run.place, "update") | _kept(run.along, request)
+        yield piece._replace(key=key).over(x, x_scale, "points", case_x=own)
 
 
 def _inputs(run: Run) -> list[str]:
@@ -118,22 +124,24 @@ def _inputs(run: Run) -> list[str]:
     return [name for name in names if name not in ("sample", "scene")] or names
 
 
-def _abscissa(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, float | None]:
+def _abscissa(
+    run: Run, request: FigureRequest, piece: Slice
+) -> tuple[Array, Scale, float | None]:
     inputs = _inputs(run)
-    name = ask.x or next(iter(inputs), None)
+    name = request.x or next(iter(inputs), None)
     if name is None:
-        raise ask.wrong(
+        raise request.error(
             f"x must name an axis or a result; {choices('', run.data.data_vars)}"
         )
     if name in run.along:
         x, own = run.abscissa(name)
         return np.array([x]), run.scales[name], own
     if name not in run.data.variables:
-        raise ask.wrong(
+        raise request.error(
             f"x = {name!r} is not there; {choices(name, [*inputs, *run.data])}"
         )
     return *lone(
-        *companion(run.at_states([-1]), name, piece.place, ask), name, ask
+        *companion(run.at_states([-1]), name, piece.place, request), name, request
     ), None
 
 
@@ -142,14 +150,14 @@ def _gathered(series: list[Series]) -> list[Series]:
 
     A case without a place on x becomes a level.
     """
-    look: Look = "dots" if len(series) > 60 else "points"
+    style: LineStyle = "dots" if len(series) > 60 else "points"
     return [
-        replace(c, look=look) if c.look == "points" else c
+        replace(c, style=style) if c.style == "points" else c
         for c in plot.gathered(series)
     ]
 
 
-def _polyline(run: Run, ask: Ask) -> Iterator[Series]:
+def _polyline(run: Run, request: FigureRequest) -> Iterator[Series]:
     """One line a run across all inputs and the result y, coloured by the result.
 
     Yield a run's inputs and its result as they are; `_ranged` puts them on their
@@ -158,7 +166,7 @@ def _polyline(run: Run, ask: Ask) -> Iterator[Series]:
     names = _inputs(run)
     if any(isinstance(run.along[name].value, str) for name in names):
         return  # a case beside the axes
-    for piece in slices(run.at_states([-1]), ask.y[0], ask):
+    for piece in slices(run.at_states([-1]), request.y[0], request):
         result = np.atleast_1d(piece.values)
         if not np.isfinite(result).all():
             continue
@@ -196,7 +204,7 @@ def _ranged(series: list[Series]) -> list[Series]:
                 mark.x, f"{words}\n{a:.3g} … {b:.3g} {wording.typeset(units)}".rstrip()
             )
         )
-    told: Any = {"up": Scale("share of each range", "1"), "marks": tuple(marks)}
+    told: Any = {"y_scale": Scale("share of each range", "1"), "marks": tuple(marks)}
     return [replace(curve, y=(curve.y - low) / width, **told) for curve in series]
 
 
@@ -225,13 +233,13 @@ PARALLEL = kind(
 RANK = Scale("order of influence", "1")
 
 
-def _case(run: Run, ask: Ask) -> Iterator[Series]:
+def _case(run: Run, request: FigureRequest) -> Iterator[Series]:
     """Yield a run's value as one point.
 
     `ranked` puts the points of one influence on one line.
     """
-    name = ask.y[0]
-    values, scale = lone(*shown(run.data[name], name, ask), name, ask)
+    name = request.y[0]
+    values, scale = lone(*shown(run.data[name], name, request), name, request)
     if not np.isfinite(values).all():
         return
     case = run.place.get("case")
@@ -282,7 +290,7 @@ def ranked(series: list[Series]) -> list[Series]:
         )
     order = sorted(groups, key=lambda what: np.ptp(groups[what]), reverse=True)
     names = tuple(what.replace("_", " ") for what in order)
-    scales = (series[0].across, RANK)
+    scales = (series[0].x_scale, RANK)
     lines = [
         (groups[what], np.full(len(groups[what]), float(rank)))
         for rank, what in enumerate(order, 1)
@@ -408,17 +416,19 @@ def histogram(values: Array) -> tuple[Array, Array]:
     return edges, counts.astype(float)
 
 
-def _one_number(run: Run, ask: Ask) -> Iterator[Series]:
-    name = ask.y[0]
-    values, scale = lone(*shown(run.data[name], name, ask), name, ask)
-    yield OfRun(_kept(run.place, ask), values, np.zeros(1), scale, COUNT)
+def _one_number(run: Run, request: FigureRequest) -> Iterator[Series]:
+    name = request.y[0]
+    values, scale = lone(*shown(run.data[name], name, request), name, request)
+    yield OfRun(_kept(run.place, request), values, np.zeros(1), scale, COUNT)
 
 
-def _kept(key: Mapping[str, wording.Label], ask: Ask) -> dict[str, wording.Label]:
+def _kept(
+    key: Mapping[str, wording.Label], request: FigureRequest
+) -> dict[str, wording.Label]:
     """Return the labels that tell samples apart: those along the dimensions that the figure names."""
     return {
         name: key[name]
-        for name in (ask.hue, ask.rows, ask.cols)
+        for name in (request.hue, request.rows, request.cols)
         if name is not None and name in key
     }
 
@@ -440,7 +450,7 @@ def _histograms(series: list[Series]) -> list[Series]:
     for group in groups:
         values = _values(group)
         key = group[0].key
-        scales = (group[0].across, COUNT)
+        scales = (group[0].x_scale, COUNT)
         edges, counts = histogram(values)
         top = float(counts.max())
         units = scales[0].units
@@ -495,8 +505,8 @@ def _probabilities(series: list[Series]) -> list[Series]:
     for group in grouped(series).values():
         logs = np.log10(np.sort(_values(group)))
         first = group[0]
-        label, unit = first.across
-        across = Scale(
+        label, unit = first.x_scale
+        x_scale = Scale(
             f"log₁₀ of {label}" + (f" in {unit}" if unit != "1" else ""), "1"
         )
         n = len(logs)
@@ -509,7 +519,7 @@ def _probabilities(series: list[Series]) -> list[Series]:
             for p in (TAIL, 1.0 - TAIL)
         ]
         ends = scores[[0, -1]]
-        scales = (across, Scale("standard score of the share of runs", "1"))
+        scales = (x_scale, Scale("standard score of the share of runs", "1"))
         curves.append(Series(first.key, logs, scores, *scales, "dots"))
         curves.append(
             Series(first.key, *plot.band(scores, *limits)[::-1], *scales, "area")
@@ -518,15 +528,20 @@ def _probabilities(series: list[Series]) -> list[Series]:
     return curves
 
 
-def _over_life(run: Run, ask: Ask) -> Iterator[Series]:
-    name = ask.y[0]
-    for piece in slices(run, name, ask, "update"):
-        (x, across) = at_states(run, ask, piece)
-        hours = hours_a_cycle(run, ask)
-        scales = (across, piece.scale)
+def _over_life(run: Run, request: FigureRequest) -> Iterator[Series]:
+    name = request.y[0]
+    for piece in slices(run, name, request, "update"):
+        (x, x_scale) = at_states(run, request, piece)
+        hours = hours_a_cycle(run, request)
+        scales = (x_scale, piece.scale)
         ended = of_samples.ended_of(name)
         yield OfRun(
-            _kept(piece.key, ask), x, piece.values, *scales, hours=hours, ended=ended
+            _kept(piece.key, request),
+            x,
+            piece.values,
+            *scales,
+            hours=hours,
+            ended=ended,
         ).known
 
 

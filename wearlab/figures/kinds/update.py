@@ -12,8 +12,8 @@ import xarray as xr
 from wearlab import nearest, schema, units
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import WHERE
-from wearlab.figures.kind import Ask, Curves, Kind, Maker, kind
-from wearlab.figures.plot import DAYS, Look, Mark, Scale, Series, band, bars, flat
+from wearlab.figures.kind import Curves, FigureRequest, Kind, Maker, kind
+from wearlab.figures.plot import DAYS, LineStyle, Mark, Scale, Series, band, bars, flat
 from wearlab.figures.wording import Label, cycles, typeset
 
 if TYPE_CHECKING:
@@ -70,33 +70,33 @@ class Updated:
         That is where an update has a calendar: the remaining cycles begin at the last
         inspection.
         """
-        if not {curve.across, curve.up} & {CYCLES, REST}:
+        if not {curve.x_scale, curve.y_scale} & {CYCLES, REST}:
             return curve
         cycle = self["predictions"].get("seconds_per_cycle")
         days = self.calendar
         hours = None if cycle is None else float(cycle) / units.HOUR
-        if curve.up == REST and days is not None and hours is not None:
+        if curve.y_scale == REST and days is not None and hours is not None:
             curve = replace(
                 curve,
                 y=hours * curve.y,
-                up=Scale("remaining life in operating hours", "1"),
+                y_scale=Scale("remaining life in operating hours", "1"),
             )
-        if curve.across not in (CYCLES, REST):
+        if curve.x_scale not in (CYCLES, REST):
             return curve
         if days is None:
             return curve if curve.hours is not None else replace(curve, hours=hours)
-        begin = float(self["predictions"]["now"]) if curve.across == REST else 0.0
+        begin = float(self["predictions"]["now"]) if curve.x_scale == REST else 0.0
         marks = tuple(
             mark._replace(x=float(days(np.array(begin + mark.x))))
             for mark in curve.marks
         )
         return replace(
-            curve, x=days(begin + curve.x), across=DATE, marks=marks, hours=None
+            curve, x=days(begin + curve.x), x_scale=DATE, marks=marks, hours=None
         )
 
 
 def updated_cases(
-    subject: str, store: "Store", ask: Ask, needs: tuple[str, ...]
+    subject: str, store: "Store", request: FigureRequest, needs: tuple[str, ...]
 ) -> list[Updated]:
     """Return the cases of the latest update that is of a campaign's measurements and has what a kind needs.
 
@@ -108,7 +108,7 @@ def updated_cases(
     from wearlab.updating import report_text
 
     of_fleet = any(need.endswith(":unit") for need in needs)
-    wanted = ask.select.get("case")
+    wanted = request.select.get("case")
     labels = [wanted] if isinstance(wanted, str) else wanted
     for update in updates.updates_of(store, subject):
         tree = updates.read_update(store, update.id)
@@ -123,7 +123,7 @@ def updated_cases(
             if not (labels and label) or label in labels
         ]
         if not kept:
-            raise ask.wrong("select.case: the update has no such case")
+            raise request.error("select.case: the update has no such case")
         return [
             Updated({"case": Label(label, label)} if label else {}, groups)
             for label, groups in kept
@@ -136,7 +136,7 @@ def updated_cases(
         "no update of this campaign and its measurements as they stand is kept that "
         "shows it"
     )
-    raise ask.wrong(f"{said}: wearlab update FILE{words}")
+    raise request.error(f"{said}: wearlab update FILE{words}")
 
 
 def _has(tree: xr.DataTree, need: str) -> bool:
@@ -163,13 +163,15 @@ def density(values: Array) -> tuple[Array, Array]:
     return x, y / y.max()
 
 
-def unknowns_of(data: xr.Dataset, ask: Ask) -> list[str]:
+def unknowns_of(data: xr.Dataset, request: FigureRequest) -> list[str]:
     """Return what is drawn of a sample: what was asked for, else the unknowns and the life."""
     known = [str(name) for name in data.data_vars]
-    if unknown := [name for name in ask.y if name not in known]:
+    if unknown := [name for name in request.y if name not in known]:
         known_ones = nearest.choices(unknown[0], known)
-        raise ask.wrong(f"y = {unknown[0]!r} is nothing the update knows; {known_ones}")
-    return list(ask.y) or [
+        raise request.error(
+            f"y = {unknown[0]!r} is nothing the update knows; {known_ones}"
+        )
+    return list(request.y) or [
         n for n in known if n not in ("remaining_useful_life", "wear_coefficient")
     ]
 
@@ -196,8 +198,8 @@ def update_kind(
     roles = (*first, ("cols", "case"), ("rows", "case"), ("hue", "case"))
 
     def made(series: Curves) -> Kind:
-        def in_time(update: Updated, ask: Ask) -> Iterator[Series]:
-            return map(update.in_time, series(update, ask))
+        def in_time(update: Updated, request: FigureRequest) -> Iterator[Series]:
+            return map(update.in_time, series(update, request))
 
         return kind(name, title, needs, roles=roles, of="update")(
             wraps(series)(in_time)
@@ -207,14 +209,20 @@ def update_kind(
 
 
 def fan(
-    of: Updated, x: Array, q: Array, up: Scale, top: float, text: str, look: Look
+    of: Updated,
+    x: Array,
+    q: Array,
+    y_scale: Scale,
+    top: float,
+    text: str,
+    style: LineStyle,
 ) -> Iterator[Series]:
     """Yield areas between 5 and 95, and 25 and 75 %, and the median, over cycles, cut off at a value."""
     cut = np.minimum(q, top)
     for low, high in ((0, 4), (1, 3)):
-        yield Series(of.key, *band(x, cut[low], cut[high]), CYCLES, up, "area")
-    median = Series(of.key, x, cut[2], CYCLES, up, look, text)
-    yield median.at(q[2] <= top) if look == "line" else median
+        yield Series(of.key, *band(x, cut[low], cut[high]), CYCLES, y_scale, "area")
+    median = Series(of.key, x, cut[2], CYCLES, y_scale, style, text)
+    yield median.at(q[2] <= top) if style == "line" else median
 
 
 @update_kind(
@@ -223,39 +231,39 @@ def fan(
     ("posterior", "prior"),
     ("cols", "variable"),
 )
-def marginals(update: Updated, ask: Ask) -> Iterator[Series]:
+def marginals(update: Updated, request: FigureRequest) -> Iterator[Series]:
     """Density of every unknown and of the life, before and after."""
-    for name in unknowns_of(update["posterior"], ask):
+    for name in unknowns_of(update["posterior"], request):
         key = update.keyed("variable", name)
         for group in ("prior", "posterior"):
-            values, across = logs(update[group][name])
+            values, x_scale = logs(update[group][name])
             values = values[np.isfinite(values)]
             if len(values) < 2:
                 continue
             x, y = density(values)
             if group == "prior":
-                yield Series(key, x, y, across, DENSITY, "reference", "before")
+                yield Series(key, x, y, x_scale, DENSITY, "reference", "before")
             else:
-                yield Series(key, *band(x, 0.0 * y, y), across, DENSITY, "area")
-                yield Series(key, x, y, across, DENSITY)
+                yield Series(key, *band(x, 0.0 * y, y), x_scale, DENSITY, "area")
+                yield Series(key, x, y, x_scale, DENSITY)
 
 
 @update_kind(
     "pairs", "What is known of pairs of unknowns", ("posterior",), ("cols", "variable")
 )
-def pairs(update: Updated, ask: Ask) -> Iterator[Series]:
+def pairs(update: Updated, request: FigureRequest) -> Iterator[Series]:
     """Draws from the posterior, unknown against unknown."""
     data = update["posterior"]
-    names = [name for name in unknowns_of(data, ask) if name != "life"]
+    names = [name for name in unknowns_of(data, request) if name != "life"]
     for a, b in combinations(names if len(names) > 1 else ["factor", "life"], 2):
-        (x, across) = logs(data[a])
-        (y, up) = logs(data[b])
+        (x, x_scale) = logs(data[a])
+        (y, y_scale) = logs(data[b])
         yield Series(
             update.keyed("variable", f"{a}, {b}"),
             x[:1500],
             y[:1500],
-            across,
-            up,
+            x_scale,
+            y_scale,
             "dots",
         )
 
@@ -266,7 +274,7 @@ def pairs(update: Updated, ask: Ask) -> Iterator[Series]:
     ("observed_data", "posterior_predictive"),
     ("cols", "variable"),
 )
-def residuals(update: Updated, ask: Ask) -> Iterator[Series]:
+def residuals(update: Updated, request: FigureRequest) -> Iterator[Series]:
     """Measured less expected, over the standard deviation expected, at every inspection."""
     for name in map(str, update["posterior_predictive"].data_vars):
         (x, y) = _left_over(update, name)
@@ -317,7 +325,7 @@ BAND = 0.95
     ("calibration",),
     ("cols", "variable"),
 )
-def rank_histogram(update: Updated, ask: Ask) -> Iterator[Series]:
+def rank_histogram(update: Updated, request: FigureRequest) -> Iterator[Series]:
     """Ranks of the truths of synthetic twins, with the band that a calibrated method stays in."""
     from scipy.stats import binom
 
@@ -328,28 +336,30 @@ def rank_histogram(update: Updated, ask: Ask) -> Iterator[Series]:
         ranks = finite(data[f"{name}_rank"])
         key = update.keyed("variable", name)
         counts, edges = np.histogram(ranks, BINS, (0.0, 1.0))
-        across = Scale(
+        x_scale = Scale(
             f"posterior probability of a smaller {name} than the true one", "1"
         )
-        up = Scale(f"twins, of {len(ranks)}", "1")
-        yield Series(key, *bars(edges, counts), across, up, "area")
+        y_scale = Scale(f"twins, of {len(ranks)}", "1")
+        yield Series(key, *bars(edges, counts), x_scale, y_scale, "area")
         text = f"{100 * BAND:.0f} % of the bars of a calibrated method lie within"
         for level in binom(len(ranks), 1.0 / BINS).interval(BAND):
-            yield Series(key, *flat((0.0, 1.0), level), across, up, "reference", text)
+            yield Series(
+                key, *flat((0.0, 1.0), level), x_scale, y_scale, "reference", text
+            )
 
 
 @update_kind("posterior-fan", "Wear to come", ("predictions", "observed_data"))
-def posterior_fan(update: Updated, ask: Ask) -> Iterator[Series]:
+def posterior_fan(update: Updated, request: FigureRequest) -> Iterator[Series]:
     """Wear over the cycles: median, 50 and 90 %, measurements with errors, limit, what was known before."""
     predictions = update["predictions"]
     limited = str(predictions["limit"].attrs["quantity"])
-    name = ask.y[0] if ask.y else limited
+    name = request.y[0] if request.y else limited
     if f"{name}_quantile" not in predictions:
-        raise ask.wrong(
+        raise request.error(
             f"y = {name!r}: of the wear to come, max_wear_depth or worn_mass are kept"
         )
     declared = schema.VARIABLES[name]
-    up = Scale(declared.long_name, declared.display_units)
+    y_scale = Scale(declared.long_name, declared.display_units)
     scale = units.convert(1.0, declared.units, declared.display_units)
     x = predictions["cycle"].values
     quantiles = (predictions[f"{prior}{name}_quantile"] for prior in ("", "prior_"))
@@ -365,13 +375,13 @@ def posterior_fan(update: Updated, ask: Ask) -> Iterator[Series]:
     for row in before[[0, 2, 4]]:
         if (row <= top).sum() > 1:
             text = "before: median, 5 and 95 %"
-            yield Series(update.key, x, row, CYCLES, up, "reference", text).at(
+            yield Series(update.key, x, row, CYCLES, y_scale, "reference", text).at(
                 row <= top
             )
-    yield from fan(update, x, q, up, top, "now: median, 50 and 90 %", "line")
+    yield from fan(update, x, q, y_scale, top, "now: median, 50 and 90 %", "line")
     if limit is not None:
         yield Series(
-            update.key, *flat((x[0], x[-1]), limit), CYCLES, up, "level", "limit"
+            update.key, *flat((x[0], x[-1]), limit), CYCLES, y_scale, "level", "limit"
         )
     observed = update["observed_data"]
     for block in map(str, observed.data_vars):
@@ -379,23 +389,25 @@ def posterior_fan(update: Updated, ask: Ask) -> Iterator[Series]:
             continue
         at = observed[f"cycle_{block}"].values
         y, sd = (observed[part].values * scale for part in (block, f"sd_{block}"))
-        told: list[tuple[Array, Array, Look, str]] = [(y - sd, y + sd, "hairline", "")]
+        told: list[tuple[Array, Array, LineStyle, str]] = [
+            (y - sd, y + sd, "hairline", "")
+        ]
         if f"below_{block}" in observed:  # anywhere up to the limit of detection
             most = np.where(
                 np.isfinite(y), np.nan, observed[f"below_{block}"].values * scale
             )
             told.append((0.0 * most, most, "dashed", "below the limit of detection"))
-        for low, high, look, text in told:
+        for low, high, style, text in told:
             for n in np.flatnonzero(np.isfinite(low) & np.isfinite(high)):
                 yield Series(
                     update.key,
                     *flat((low[n], high[n]), at[n])[::-1],
                     CYCLES,
-                    up,
-                    look,
+                    y_scale,
+                    style,
                     text,
                 )
-        yield Series(update.key, at, y, CYCLES, up, "points")
+        yield Series(update.key, at, y, CYCLES, y_scale, "points")
 
 
 @update_kind(
@@ -405,7 +417,7 @@ def posterior_fan(update: Updated, ask: Ask) -> Iterator[Series]:
     ("hue", "inspection"),
     ("cols", "variable"),
 )
-def measured_profiles(update: Updated, ask: Ask) -> Iterator[Series]:
+def measured_profiles(update: Updated, request: FigureRequest) -> Iterator[Series]:
     """Wear measured along a flank at every inspection, with what is expected of it, median and 90 %."""
     from wearlab.updating import calendar
 
@@ -419,14 +431,16 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[Series]:
             continue
         place = observed[f"{where}_{name}"]
         cycle = observed[f"cycle_{name}"].values
-        across = Scale(
+        x_scale = Scale(
             schema.VARIABLES[where].long_name, schema.VARIABLES[where].display_units
         )
-        up = Scale(name.replace("_", " "), str(observed[name].attrs["display_units"]))
-        x = units.convert(place.values, str(place.attrs["units"]), across.units)
+        y_scale = Scale(
+            name.replace("_", " "), str(observed[name].attrs["display_units"])
+        )
+        x = units.convert(place.values, str(place.attrs["units"]), x_scale.units)
         unit = str(observed[name].attrs["units"])
-        y = units.convert(observed[name].values, unit, up.units)
-        drawn = units.convert(made[name].values, unit, up.units)
+        y = units.convert(observed[name].values, unit, y_scale.units)
+        drawn = units.convert(made[name].values, unit, y_scale.units)
         expected = np.quantile(
             drawn.reshape(-1, drawn.shape[-1]), [0.05, 0.5, 0.95], axis=0
         )
@@ -438,9 +452,9 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[Series]:
             day = None if days is None else calendar.day_text(float(days(at)))
             told = cycles(float(at)) if day is None else Label(float(at), day)
             key = update.keyed("variable", name) | {"inspection": told}
-            yield Series(key, *band(x[some], low, high), across, up, "area")
-            yield Series(key, x[some], middle, across, up)
-            yield Series(key, x[some], y[some], across, up, "points")
+            yield Series(key, *band(x[some], low, high), x_scale, y_scale, "area")
+            yield Series(key, x[some], middle, x_scale, y_scale)
+            yield Series(key, x[some], y[some], x_scale, y_scale, "points")
 
 
 CONE = 0.2
@@ -451,7 +465,7 @@ CONE = 0.2
     "Remaining life as it was foreseen",
     ("predictions:inspection", "observed_data"),
 )
-def alpha_lambda(update: Updated, ask: Ask) -> Iterator[Series]:
+def alpha_lambda(update: Updated, request: FigureRequest) -> Iterator[Series]:
     """Remaining life as foreseen after every inspection, 50 and 90 %, what came ±20 %, two simple rules."""
     stats = update["sample_stats"]
     rest = update["predictions"]["remaining_useful_life_quantile"]
@@ -481,17 +495,17 @@ def alpha_lambda(update: Updated, ask: Ask) -> Iterator[Series]:
             "reference",
             "what came, ±20 %",
         )
-    rules: tuple[tuple[str, str, Look], ...] = (
+    rules: tuple[tuple[str, str, LineStyle], ...] = (
         ("by_the_ratio", "by the ratio of wear to cycles", "dashed"),
         ("by_the_last_three", "by a line through the last three", "dash-dot"),
     )
-    for name, text, look in rules:
+    for name, text, style in rules:
         rule = predictions[name].values
         ok = np.isfinite(rule) & (rule >= 0.0)
         if ok.any():
             words = f"{text}{off(f'replay_error_{name}')}"
             yield Series(
-                update.key, x, np.minimum(rule, top), CYCLES, REST, look, words
+                update.key, x, np.minimum(rule, top), CYCLES, REST, style, words
             ).at(ok)
 
 
@@ -500,7 +514,7 @@ def alpha_lambda(update: Updated, ask: Ask) -> Iterator[Series]:
     "Remaining life after the last inspection",
     ("posterior", "predictions"),
 )
-def remaining_life(update: Updated, ask: Ask) -> Iterator[Series]:
+def remaining_life(update: Updated, request: FigureRequest) -> Iterator[Series]:
     """Density of the remaining life with its 5, 50 and 95 % quantiles."""
     from wearlab.updating import report_text
 
@@ -520,30 +534,30 @@ def remaining_life(update: Updated, ask: Ask) -> Iterator[Series]:
 @update_kind(
     "look-next", "When to look next", ("virtual_inspection",), ("hue", "instrument")
 )
-def look_next(update: Updated, ask: Ask) -> Iterator[Series]:
+def look_next(update: Updated, request: FigureRequest) -> Iterator[Series]:
     """Expected width of the remaining life's interval after one more inspection, over its time and error."""
     data = update["virtual_inspection"].transpose("instrument", "look", ...)
-    up = Scale(
+    y_scale = Scale(
         "expected width of the 90 % interval of the remaining life, over that now", "1"
     )
     for sd, width in zip(
         data["instrument"].values, data["expected_width"].values, strict=True
     ):
         key = update.keyed("instrument", float(sd), f"{float(sd):g} × the error")
-        yield Series(key, data["look"].values, width, CYCLES, up, "line-points")
+        yield Series(key, data["look"].values, width, CYCLES, y_scale, "line-points")
 
 
 @update_kind("decision", "When to change", ("decision",))
-def decision(update: Updated, ask: Ask) -> Iterator[Series]:
+def decision(update: Updated, request: FigureRequest) -> Iterator[Series]:
     """Expected cost per hour over the time of a planned change, and of a look before it."""
     data = update["decision"]
     least = float(data["best_rate"])
 
-    def cost(x: str, y: str, look: Look, text: str) -> Series:
+    def cost(x: str, y: str, style: LineStyle, text: str) -> Series:
         over = np.atleast_1d(data[x].values)
         of = np.atleast_1d(data[y].values)
-        up = Scale("expected cost per operating hour", "1")
-        return Series(update.key, over, of, CYCLES, up, look, text).at(
+        y_scale = Scale("expected cost per operating hour", "1")
+        return Series(update.key, over, of, CYCLES, y_scale, style, text).at(
             of <= 3.0 * least
         )
 
@@ -563,7 +577,7 @@ ANSWERS = {
 @update_kind(
     "fleet", "Which unit comes first", ("predictions:unit",), ("hue", "answer")
 )
-def fleet(update: Updated, ask: Ask) -> Iterator[Series]:
+def fleet(update: Updated, request: FigureRequest) -> Iterator[Series]:
     """When each unit of a fleet reaches the limit: median, 50 and 90 %.
 
     Also without what is flagged.
@@ -573,8 +587,8 @@ def fleet(update: Updated, ask: Ask) -> Iterator[Series]:
     data = update["predictions"]
     _, ends, dated = report_text.ends_of(data)
     in_hours = Scale("operating hours from the last inspection to the limit", "1")
-    across = Scale("date on which the limit is reached", DAYS) if dated else in_hours
-    up = Scale("unit, the first to reach the limit on top", "1")
+    x_scale = Scale("date on which the limit is reached", DAYS) if dated else in_hours
+    y_scale = Scale("unit, the first to reach the limit on top", "1")
     passed = np.where(
         data["end_passed"].values > report_text.MAYBE, data["worn"].values, 0.0
     )
@@ -596,12 +610,14 @@ def fleet(update: Updated, ask: Ask) -> Iterator[Series]:
         low, quarter, middle, three, high = np.minimum(
             report_text.ends_of(update[answer])[1][k], top
         )
-        looks: tuple[tuple[Look, list[float], str], ...] = (
+        looks: tuple[tuple[LineStyle, list[float], str], ...] = (
             ("hairline", [low, high], ""),
             ("line", [quarter, three], "50 %, thin 90 %"),
             ("points", [middle], "median"),
         )
-        for look, x, text in looks:
+        for style, x, text in looks:
             if np.isfinite(x).all():
                 y = np.full(len(x), rank - below)
-                yield Series(key, np.array(x), y, across, up, look, text, names=names)
+                yield Series(
+                    key, np.array(x), y, x_scale, y_scale, style, text, names=names
+                )
