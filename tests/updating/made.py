@@ -10,7 +10,7 @@ from wearlab.campaign.update_options import Data, ErrorModel, Limit, UpdateSpec
 from wearlab.updating.cases import FACTOR, Subject
 from wearlab.updating.likelihood import block_of
 from wearlab.updating.measurements import Observed
-from wearlab.updating.run_curves import Asked, RunCurve, RunHistory
+from wearlab.updating.run_curves import ObservationPoints, RunCurve, RunHistory
 
 RATE = 2e-8  # kg a cycle at factor 1
 LIMIT = Limit("worn_mass", 0.03, "sun")
@@ -51,7 +51,9 @@ def line(end=2e6, rate=RATE):
 
 def history(seen, *, end=2e6, rate=RATE, factor=1.0, run="made"):
     curve = line(end, rate)
-    asked = tuple(Asked(curve, np.zeros(len(one), np.intp), one.time) for one in seen)
+    asked = tuple(
+        ObservationPoints(curve, np.zeros(len(one), np.intp), one.time) for one in seen
+    )
     crossing = float(curve.first_above(np.array(LIMIT.value)))
     return RunHistory(
         run,

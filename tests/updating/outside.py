@@ -13,9 +13,9 @@ from scipy import stats
 from scipy.interpolate import PchipInterpolator
 
 from wearlab.campaign.distributions import read_distribution
-from wearlab.updating.answers import answered
-from wearlab.updating.run_curves import Asked, RunCurve
-from wearlab.updating.sampling import ALARM, checks, drawn
+from wearlab.updating.answers import answer_of
+from wearlab.updating.run_curves import ObservationPoints, RunCurve
+from wearlab.updating.sampling import ALARM, checks, draw
 
 BEND, END = 8e6, 6e6
 TIMES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 7.5e5])
@@ -105,15 +105,15 @@ def answer_to(case, value):
     asked = study(PRIOR, (seen,), accumulates)
     x = np.linspace(0.0, END, 13)
     curve = RunCurve(x, wear(x)[:, None], (RATE * (1.0 + 2.0 * x / BEND))[:, None])
-    one = Asked(curve, np.zeros(len(seen), np.intp), seen.time)
+    one = ObservationPoints(curve, np.zeros(len(seen), np.intp), seen.time)
     run = replace(
         history((seen,), end=END),
-        asked=(one,),
+        points=(one,),
         limit=curve,
         limit_cycle=float(own_time(LIMIT.value)),
         beside={"worn_mass": curve},
     )
-    return answered(asked, (run,), blocks((seen,), accumulating=accumulates != "none"))
+    return answer_of(asked, (run,), blocks((seen,), accumulating=accumulates != "none"))
 
 
 def log_normal_density(case, value, factor, sd, drift):
@@ -228,7 +228,7 @@ def twin(case, seed):
     value = np.where(value < case.below, np.nan, value)
     life = true_life(case, factor, drift, float(walk[-1]), rng)
     answer = answer_to(case, value)
-    each, courses = checks(drawn(answer, 300, rng))
+    each, courses = checks(draw(answer, 300, rng))
     called = (
         any(check.p < ALARM / len(each) for check in each)
         or min(courses.values(), default=1.0) < ALARM

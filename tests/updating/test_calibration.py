@@ -12,7 +12,7 @@ from scipy import stats
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.campaign.update_options import TrueModel
-from wearlab.updating.answers import answered
+from wearlab.updating.answers import answer_of
 from wearlab.updating.synthetic_data import calibrated
 
 CYCLES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 8e5])
@@ -28,7 +28,7 @@ def checked(error, discrepancy="none", told=None):
     seen = (observed(CYCLES, np.zeros(6), error),)
     asked = study(PRIOR, seen, discrepancy)
     made = blocks(seen, accumulating=discrepancy != "none")
-    answer = answered(asked, [history(seen)], made)
+    answer = answer_of(asked, [history(seen)], made)
     wrong = None if told is None else blocks((observed(CYCLES, np.zeros(6), told),))
     return calibrated(asked, answer.posterior, N, told=wrong)
 
@@ -82,7 +82,7 @@ def with_truth(error, believed, power=1.0):
     asked = study(PRIOR, seen)
     true = TrueModel(None if error is None else (error,), power)
     asked = replace(asked, spec=asked.spec.model_copy(update={"check": true}))
-    answer = answered(asked, [history(seen)], blocks(seen))
+    answer = answer_of(asked, [history(seen)], blocks(seen))
     return float(calibrated(asked, answer.posterior, 100)["factor_coverage_90"])
 
 

@@ -9,8 +9,8 @@ from made import ErrorModel, blocks, history, observed
 from scipy.integrate import quad
 from scipy.stats import multivariate_normal, norm
 
-from wearlab.updating.kalman import below
-from wearlab.updating.likelihood import Lanes, inspections_of, log_likelihood
+from wearlab.updating.kalman import below_limits
+from wearlab.updating.likelihood import ParameterBatch, inspections_of, log_likelihood
 
 SD, OFFSET, LIMIT = 0.3e-3, 0.5e-3, 1.0e-3
 
@@ -56,7 +56,7 @@ def test_the_likelihood_is_that_of_the_joint_normal(under):
     (block,) = blocks((one,))
     factor = np.array([0.7, 1.0, 1.3])
     found = log_likelihood(
-        block, run, 0, Lanes(factor, np.array(SD), np.array(0.0))
+        block, run, 0, ParameterBatch(factor, np.array(SD), np.array(0.0))
     ).log_likelihood
     for f, mine in zip(factor, found, strict=True):
         mean = run.limit.at(run.own_cycle(one.time, f))
@@ -74,7 +74,7 @@ def test_with_a_drift_it_is_so_to_a_hundredth(under, drift):
     factor = np.array([0.7, 1.0, 1.3])
     times = inspections_of(block, run, 0)
     found = log_likelihood(
-        block, run, 0, Lanes(factor, np.array(SD), np.array(drift)), times
+        block, run, 0, ParameterBatch(factor, np.array(SD), np.array(drift)), times
     )
     assert found.log_likelihood == pytest.approx(
         sum(step.log_likelihood for step in found.steps)
@@ -90,7 +90,7 @@ def test_what_the_first_value_below_tells_of_the_drift_is_exact():
     run = history((one,))
     (block,) = blocks((one,), accumulating=True)
     found = log_likelihood(
-        block, run, 0, Lanes(np.array([1.0]), np.array(SD), np.array(drift))
+        block, run, 0, ParameterBatch(np.array([1.0]), np.array(SD), np.array(drift))
     )
     model = run.limit.at(np.array([cycle]))[0]
     spread = drift * np.sqrt(cycle / 1e6)
@@ -115,7 +115,7 @@ def test_what_the_first_value_below_tells_of_the_drift_is_exact():
 def test_two_values_below_tell_the_same_as_the_integral_when_what_they_share_is_wide():
     offset = 100.0 * SD
     room = np.array([0.4 * SD, -3.0 * SD])
-    found = below(
+    found = below_limits(
         room, np.array([SD**2]), np.array([0, 1]), np.array(0.0), np.array(offset)
     )
     edges = [-9.0 * offset, -30.0 * SD, 0.0, 30.0 * SD, 9.0 * offset]

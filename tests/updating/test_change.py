@@ -7,8 +7,8 @@ from scipy import stats
 
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.update import read_update
-from wearlab.updating.answers import answered, facts_of
-from wearlab.updating.clocks import changing
+from wearlab.updating.answers import answer_of, facts_of
+from wearlab.updating.clocks import runs_with_change
 from wearlab.updating.grids import Posterior
 from wearlab.updating.measurements import UpdateError
 
@@ -26,10 +26,10 @@ def updated(values, kind="once"):
     seen = (observed(CYCLES, values, ErrorModel(SD)),)
     asked = study(PRIOR, seen)
     some = blocks(seen)
-    runs = changing(
+    runs = runs_with_change(
         history(seen), kind, lambda runs: Posterior(runs, some, asked.prior)
     )
-    return answered(asked, runs, some)
+    return answer_of(asked, runs, some)
 
 
 def by_grid(values, at, log_ratio, weight):
@@ -101,7 +101,7 @@ def test_running_in_is_found_and_does_not_shorten_the_life():
     low, high = answer.remaining(np.array([0.025, 0.975]))
     assert low < truth < high
     seen = (observed(CYCLES, values, ErrorModel(SD)),)
-    blind = answered(study(PRIOR, seen), [history(seen)], blocks(seen)).remaining(
+    blind = answer_of(study(PRIOR, seen), [history(seen)], blocks(seen)).remaining(
         np.array([0.5])
     )[0]
     assert blind < 0.9 * truth
@@ -136,4 +136,4 @@ def test_what_cannot_change_is_refused():
         )
     one = (observed(CYCLES[:1], RATE * CYCLES[:1], ErrorModel(SD)),)
     with pytest.raises(UpdateError, match="at least two inspections"):
-        changing(history(one), "once", lambda runs: None)
+        runs_with_change(history(one), "once", lambda runs: None)

@@ -8,10 +8,10 @@ from made import ErrorModel, blocks, history, observed, study
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating import answers, likelihood
-from wearlab.updating.answers import answered
-from wearlab.updating.likelihood import Lanes
+from wearlab.updating.answers import answer_of
+from wearlab.updating.likelihood import ParameterBatch
 from wearlab.updating.measurements import UpdateError
-from wearlab.updating.run_curves import Asked, RunCurve
+from wearlab.updating.run_curves import ObservationPoints, RunCurve
 
 KNOTS = np.array([0.0, 1e5, 1.3e5, 4e5, 4.001e5, 9e5, 1.2e6])
 PLACES = 3
@@ -36,7 +36,8 @@ def run_and(error, own=0.0, seed=0):
     )
     seen = replace(seen, sd=own * rng.uniform(0.5, 2.0, N))
     run = replace(
-        history((seen,)), asked=(Asked(curve, column.astype(np.intp), cycle),)
+        history((seen,)),
+        points=(ObservationPoints(curve, column.astype(np.intp), cycle),),
     )
     return run, seen
 
@@ -59,7 +60,7 @@ def test_the_sum_of_squares_is_that_of_all_values(monkeypatch, own, relative, ga
 
     def found():
         return likelihood.log_likelihood(
-            block, run, 0, Lanes(factor, np.array([[[4e-4]]]), np.zeros(1))
+            block, run, 0, ParameterBatch(factor, np.array([[[4e-4]]]), np.zeros(1))
         )
 
     short, whole = both(monkeypatch, found)
@@ -83,14 +84,14 @@ def test_rows_that_do_not_count_do_not():
     one = np.array([1.3])
     zero = np.zeros(1)
     less = likelihood.log_likelihood(
-        some, run, 0, Lanes(one, np.array([4e-4]), zero)
+        some, run, 0, ParameterBatch(one, np.array([4e-4]), zero)
     ).log_likelihood
     rest = replace(block, rows=np.arange(N - 250, N))
     rest_of = likelihood.log_likelihood(
-        rest, run, 0, Lanes(one, np.array([4e-4]), zero)
+        rest, run, 0, ParameterBatch(one, np.array([4e-4]), zero)
     ).log_likelihood
     all_of = likelihood.log_likelihood(
-        block, run, 0, Lanes(one, np.array([4e-4]), zero)
+        block, run, 0, ParameterBatch(one, np.array([4e-4]), zero)
     ).log_likelihood
     assert less + rest_of == pytest.approx(all_of, rel=1e-12)
 
@@ -99,7 +100,7 @@ def test_the_answer_is_the_same(monkeypatch):
     unknown = read_distribution({"loguniform": ["0.01 g", "5 g"]}, "sd")
     run, seen = run_and(ErrorModel(unknown))
     asked = study({"lognormal": {"median": 1.0, "cov": 3.0}}, (seen,))
-    short, whole = both(monkeypatch, lambda: answered(asked, [run], blocks((seen,))))
+    short, whole = both(monkeypatch, lambda: answer_of(asked, [run], blocks((seen,))))
     p = np.array([0.05, 0.5, 0.95])
     assert short.factor(p) == pytest.approx(whole.factor(p), rel=1e-10)
     assert short.posterior.evidence == pytest.approx(whole.posterior.evidence, abs=1e-7)

@@ -10,12 +10,12 @@ from scipy import stats
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.campaign.update_options import Decision
-from wearlab.updating.answers import outcome
+from wearlab.updating.answers import finding_of
 from wearlab.updating.decision import (
     STEPS,
     _costs_of_ages,
     before_change,
-    decided,
+    decision_of,
     over_horizon,
 )
 from wearlab.updating.layout import dataset
@@ -46,8 +46,8 @@ def advice():
     seen = (observed(CYCLES, value, ErrorModel(SD)),)
     asked = study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen, draws=8000)
     asked = replace(asked, spec=asked.spec.model_copy(update={"decision": COSTS}))
-    one = outcome(asked, (history(seen),))
-    return decided(one, COSTS, np.random.default_rng(0)), *posterior(value)
+    one = finding_of(asked, (history(seen),))
+    return decision_of(one, COSTS, np.random.default_rng(0)), *posterior(value)
 
 
 @pytest.fixture(scope="module")

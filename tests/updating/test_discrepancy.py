@@ -5,9 +5,9 @@ import pytest
 from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
-from wearlab.updating.answers import answered, outcome
+from wearlab.updating.answers import answer_of, finding_of
 from wearlab.updating.lives import first_passage
-from wearlab.updating.sampling import drawn, replicated
+from wearlab.updating.sampling import draw, replicated
 
 CYCLES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 8e5])
 TIGHT = {"normal": {"mean": 1.3, "sd": 1e-6}, "truncate": [1.2, 1.4]}
@@ -25,7 +25,7 @@ def test_lives_with_a_drift_agree_with_marched_paths():
     drift, sd = 2e-3, 1e-7
     values = 1.3 * RATE * CYCLES
     seen = (observed(CYCLES, values, ErrorModel(sd, drift=drift)),)
-    answer = answered(
+    answer = answer_of(
         study(TIGHT, seen, "accumulating"),
         [history(seen)],
         blocks(seen, accumulating=True),
@@ -52,7 +52,7 @@ def test_lives_with_a_drift_agree_with_marched_paths():
     p = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
     spread = np.std(now)
     assert np.abs(answer.life(p) - np.quantile(now, p)).max() < 0.08 * spread
-    lives = drawn(answer, 4000, rng).life
+    lives = draw(answer, 4000, rng).life
     assert np.abs(answer.life(p) - np.quantile(lives, p)).max() < 0.08 * spread
 
 
@@ -60,7 +60,7 @@ def test_an_end_that_is_over_is_said():
     values = 1.3 * RATE * CYCLES * 2.5
     seen = (observed(CYCLES, values, ErrorModel(1e-5)),)
     prior = {"lognormal": {"median": 3.0, "cov": 1.0}}
-    answer = answered(study(prior, seen), [history(seen)], blocks(seen))
+    answer = answer_of(study(prior, seen), [history(seen)], blocks(seen))
     assert (
         answer.passed == pytest.approx(1.0)
         and answer.remaining(np.array([0.95]))[0] == 0.0
@@ -74,7 +74,7 @@ def test_a_drift_widens_what_the_prior_leads_to_expect():
     values = 1.3 * RATE * CYCLES + 2.2 * whole
     seen = (observed(CYCLES, values, ErrorModel(sd, drift=drift)),)
     asked = study(TIGHT, seen, "accumulating", draws=40_000)
-    found = outcome(asked, (history(seen),)).stats["prior_predictive_p"]
+    found = finding_of(asked, (history(seen),)).stats["prior_predictive_p"]
     assert found == pytest.approx(2.0 * stats.norm.sf(2.2), abs=4e-3)
 
 
@@ -86,16 +86,16 @@ def test_replicas_stray_as_far_as_a_drift_says(since, passed):
     drift, sd = 2e-3, 1e-4
     made = RATE * CYCLES if since is None else RATE * passed
     seen = (observed(CYCLES, made, ErrorModel(sd, drift=drift), since=since),)
-    found = answered(
+    found = answer_of(
         study(TIGHT, seen, "accumulating"),
         [history(seen)],
         blocks(seen, accumulating=True),
     )
     rng = np.random.default_rng(1)
-    values, strayed = replicated(drawn(found, 4000, rng), 0, rng, known=False)
+    values, strayed = replicated(draw(found, 4000, rng), 0, rng, known=False)
     expected = np.hypot(sd, drift * np.sqrt(passed / 1e6))
     assert values.std(axis=0) == pytest.approx(expected, rel=0.05)
     assert strayed.std() == pytest.approx(drift * np.sqrt(passed[-1] / 1e6), rel=0.05)
     if since is not None:  # given what was measured, too: each step is new
-        again, _ = replicated(drawn(found, 4000, rng), 0, rng)
+        again, _ = replicated(draw(found, 4000, rng), 0, rng)
         assert again.std(axis=0) == pytest.approx(expected, rel=0.05)

@@ -120,7 +120,7 @@ def test_a_clean_fleet_is_rarely_flagged(kept):
 
 def test_hours_of_a_year_come_from_the_columns(tmp_path):
     first = studies(fleet(tmp_path))[0]
-    days = calendar_of(first.seen[0].data, "A", None)
+    days = calendar_of(first.observations[0].data, "A", None)
     assert day_text(days.day[-1]) == "2026-01-01" and days.time[-1] == 840.0
     assert (
         days.a_year == pytest.approx(560.0 * 365.2425 / 365.0)
@@ -144,7 +144,7 @@ def test_a_table_with_dates_alone_goes_by_the_calendar_of_one_with_hours(tmp_pat
     half = (
         840.0 - 560.0 * 183.0 / 365.0
     )  # 183 days before the last inspection, at the pace between the two
-    assert study.seen[1].time / 3600.0 == pytest.approx([half, 840.0])
+    assert study.observations[1].time / 3600.0 == pytest.approx([half, 840.0])
 
 
 def test_a_scene_of_its_own_is_a_run_of_its_own(tmp_path):

@@ -8,8 +8,8 @@ from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
 from wearlab.campaign.distributions import read_distribution
-from wearlab.updating.answers import answered, outcome
-from wearlab.updating.sampling import ALARM, checks, drawn
+from wearlab.updating.answers import answer_of, finding_of
+from wearlab.updating.sampling import ALARM, checks, draw
 
 WIDE = {"lognormal": {"median": 1.0, "cov": 14.0}}
 UNKNOWN = read_distribution({"lognormal": {"median": "0.05 g", "cov": 1.0}}, "sd")
@@ -18,8 +18,8 @@ UNKNOWN = read_distribution({"lognormal": {"median": "0.05 g", "cov": 1.0}}, "sd
 def judged(cycles, values, error, seed=0, draws=300, prior=WIDE):
     """Return whether any inspection, and whether the course of all, is called."""
     seen = (observed(cycles, values, error),)
-    answer = answered(study(prior, seen), [history(seen, end=4e6)], blocks(seen))
-    each, courses = checks(drawn(answer, draws, np.random.default_rng(seed)))
+    answer = answer_of(study(prior, seen), [history(seen, end=4e6)], blocks(seen))
+    each, courses = checks(draw(answer, draws, np.random.default_rng(seed)))
     return any(check.p < ALARM / len(each) for check in each), courses.get(
         0, 1.0
     ) < ALARM
@@ -84,7 +84,7 @@ def test_wear_does_not_come_back_is_not_said_of_sound_data():
             3000
         )
         seen = (observed(cycles, values, ErrorModel(4e-4)),)
-        assert outcome(study(WIDE, seen, draws=50), (history(seen),)).notes == ()
+        assert finding_of(study(WIDE, seen, draws=50), (history(seen),)).notes == ()
 
 
 def test_a_narrow_prior_far_from_the_truth_gives_way():
@@ -94,7 +94,7 @@ def test_a_narrow_prior_far_from_the_truth_gives_way():
     values = 8.0 * RATE * cycles
     seen = (observed(cycles, values, ErrorModel(1e-5)),)
     asked = study({"lognormal": {"median": 1.0, "cov": 0.05}}, seen)
-    found = outcome(asked, (history(seen, end=8e6),))
+    found = finding_of(asked, (history(seen, end=8e6),))
     grid = np.linspace(np.log(7.9), np.log(8.1), 200_001)
     logs = (
         -0.5 * (grid / sd) ** 2
@@ -116,10 +116,10 @@ def test_draws_of_an_unknown_sd_follow_no_staircase():
     values = 1.3 * RATE * cycles + 4e-4 * np.random.default_rng(5).standard_normal(6)
     wide = read_distribution({"loguniform": ["1e-6 g", "1e5 g"]}, "sd")
     seen = (observed(cycles, values, ErrorModel(wide)),)
-    answer = answered(
+    answer = answer_of(
         study({"uniform": [1e-3, 5.0]}, seen), [history(seen)], blocks(seen)
     )
-    sd = drawn(answer, 40_000, np.random.default_rng(0)).sd[0]
+    sd = draw(answer, 40_000, np.random.default_rng(0)).sd[0]
     slope = RATE * cycles
     rest = np.sum((values - slope * (slope @ values) / (slope @ slope)) ** 2)
     p = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
@@ -133,7 +133,7 @@ def test_an_unknown_sd_far_from_its_prior_is_said():
     cycles = np.linspace(5e4, 1.15e6, 23)
     values = RATE * 1.15e6 * (cycles / 1.15e6) ** 0.6
     seen = (observed(cycles, values, ErrorModel(UNKNOWN)),)
-    found = outcome(study(WIDE, seen, draws=300), (history(seen),))
+    found = finding_of(study(WIDE, seen, draws=300), (history(seen),))
     assert any("times the median of its prior" in note for note in found.notes)
 
 
@@ -145,7 +145,7 @@ def test_few_effective_runs_of_few_are_said():
     runs = tuple(
         history(seen, rate=RATE * f, run=str(f)) for f in np.linspace(1.25, 1.35, 8)
     )
-    found = outcome(replace(study(None, seen, draws=100)), runs)
+    found = finding_of(replace(study(None, seen, draws=100)), runs)
     assert 1.5 < found.stats["effective_runs"] < 8.0
     assert any("runs carry the answer" in note for note in found.notes)
 
@@ -157,7 +157,7 @@ def test_contradicting_sources_widen_the_interval():
         observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n)
         for n, f in ((1, 1.0), (2, 1.2))
     ]
-    found = outcome(study(WIDE, ones, draws=300), (history(ones),))
+    found = finding_of(study(WIDE, ones, draws=300), (history(ones),))
     low, middle, high = found.answer.factor(np.array([0.05, 0.5, 0.95]))
     assert low < 0.95 and high > 1.25 and 1.05 < middle < 1.15
     without = [one.factor(np.array([0.5]))[0] for one in found.sources.values()]
@@ -183,7 +183,7 @@ def test_sources_that_agree_are_pooled_as_before():
         observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n)
         for n, f in ((1, 1.0), (2, 1.01))
     ]
-    found = outcome(study(WIDE, ones, draws=100), (history(ones),))
+    found = finding_of(study(WIDE, ones, draws=100), (history(ones),))
     assert np.ptp(found.answer.factor(np.array([0.05, 0.95]))) == pytest.approx(
         3.29 * 0.01 / 2**0.5, rel=0.01
     )
@@ -203,8 +203,8 @@ def test_a_gain_of_its_own_is_no_misfit(n):
         cycles, heard, ErrorModel(4e-4, gain_sd=0.2), number=2, where="planet"
     )
     seen = (weighed, sensor)
-    answer = answered(study(WIDE, seen), [history(seen, end=4e6)], blocks(seen))
-    each, courses = checks(drawn(answer, 300, rng))
+    answer = answer_of(study(WIDE, seen), [history(seen, end=4e6)], blocks(seen))
+    each, courses = checks(draw(answer, 300, rng))
     assert min(check.p for check in each) > ALARM / len(each) and courses[1] > ALARM
 
 
@@ -214,7 +214,7 @@ def test_inspections_told_in_groups_surprise_as_chance_does():
     cycles = np.linspace(1e4, 1.2e6, 1000)
     values = RATE * cycles + np.hypot(2e-4, 3e-4) * rng.standard_normal(1000)
     seen = (observed(cycles, values, ErrorModel(2e-4, 0.0, 3e-4)),)
-    answer = answered(study(WIDE, seen), [history(seen)], blocks(seen))
-    each, _ = checks(drawn(answer, 100, rng))
+    answer = answer_of(study(WIDE, seen), [history(seen)], blocks(seen))
+    each, _ = checks(draw(answer, 100, rng))
     assert len(each) == 200 and all(check.count == 5 for check in each)
     assert np.std([check.surprise for check in each]) == pytest.approx(1.0, abs=0.15)

@@ -20,11 +20,17 @@ from units import (
 )
 
 import wearlab
-from wearlab.updating import population as room
-from wearlab.updating.fleet import DRAWS, UnitState, after, joint, states_now
-from wearlab.updating.grids import equally
-from wearlab.updating.population import factors, population
-from wearlab.updating.run_curves import Asked, Clock, RunCurve
+from wearlab.updating import fit_population as room
+from wearlab.updating.fleet import (
+    DRAWS,
+    UnitState,
+    joint_draws,
+    states_after,
+    states_now,
+)
+from wearlab.updating.grids import equal_draws
+from wearlab.updating.population import factors, fit_population
+from wearlab.updating.run_curves import Clock, ObservationPoints, RunCurve
 
 P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
 
@@ -32,7 +38,7 @@ P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
 def rules():
     """Return how far the others' median rate since the last inspection, and a line from 0, are off [mm]."""
     hours = [np.append(0.0, each.cycles) for each in liners()]
-    depth = [np.append(0.0, each.blocks[0].seen.value) for each in liners()]
+    depth = [np.append(0.0, each.blocks[0].observed.value) for each in liners()]
     rates = [np.diff(y) / np.diff(x) for x, y in zip(hours, depth, strict=True)]
     rate = []
     line = []
@@ -71,7 +77,7 @@ def beside_emcee(emcee):
     """
     units = liners()[:5]
     names = ("power", "straying", "spread", "median")
-    found = population(units, law("power", "straying"), 0)
+    found = fit_population(units, law("power", "straying"), 0)
 
     def log_probability(points):
         power, straying, spread, median = points[:, :4].T
@@ -94,7 +100,7 @@ def beside_emcee(emcee):
             rate = (np.exp(straying) * factor * RATE * 1.5e4) ** 2 / 1.5e4
             cov = rate[:, None, None] * np.minimum(equal[:, :, None], equal[:, None, :])
             root = np.linalg.cholesky(cov + 5e-5**2 * np.eye(len(each.cycles)))
-            off = each.blocks[0].seen.value - RATE * factor[:, None] * equal
+            off = each.blocks[0].observed.value - RATE * factor[:, None] * equal
             z = np.linalg.solve(root, off[..., None])[..., 0]
             total += -0.5 * (z**2).sum(axis=1) - np.log(
                 np.diagonal(root, axis1=1, axis2=2)
@@ -110,7 +116,7 @@ def beside_emcee(emcee):
     sampler.run_mcmc(start, 6000)
     chain = sampler.get_chain(discard=1000, thin=5, flat=True)
     mine = {name: np.log(quantile(found, name, P)) for name in names}
-    theta, factor = joint(found, 8000, rng)
+    theta, factor = joint_draws(found, 8000, rng)
     mine |= {
         each.name: np.quantile(own, P) for each, own in zip(units, factor, strict=True)
     }
@@ -167,7 +173,7 @@ def mixed():
             slope * (1.0 + 2.0 * bend * ends[:, None]),
         )
         clock = Clock(ends, faster * ends) if n == 1 else None
-        asked.append(Asked(run, column[n], cycles[n], clock))
+        asked.append(ObservationPoints(run, column[n], cycles[n], clock))
         x = factor * 1.5e4 * ((faster if clock else 1.0) * cycles[n] / 1.5e4) ** power
         s = slope[column[n]]
         c = bend[column[n]]
@@ -181,7 +187,7 @@ def mixed():
         own.append(np.full(len(x), errors[n].sd ** 2 + errors[n].offset_sd ** 2))
     one = unit("a", cycles[0], values[0])
     seen = tuple(observed(*each) for each in zip(cycles, values, errors, strict=True))
-    one = replace(one, run=replace(one.run, asked=tuple(asked)), blocks=blocks(seen))
+    one = replace(one, run=replace(one.run, points=tuple(asked)), blocks=blocks(seen))
     return one, *map(np.concatenate, (values, model, worn, equal, own))
 
 
@@ -232,7 +238,7 @@ def test_what_is_measured_of_a_unit_strays_together():
         (2, 3e4),
         (0, 4e4),
     ]
-    assert replace(one, asked=1).inspected(np.array([1e4, 2e4, 3e4])).tolist() == [
+    assert replace(one, foreseen=1).inspected(np.array([1e4, 2e4, 3e4])).tolist() == [
         1,
         3,
         5,
@@ -242,12 +248,12 @@ def test_what_is_measured_of_a_unit_strays_together():
 def test_a_finer_lattice_changes_nothing(monkeypatch):
     units = simulated(8, 4, 5)
     names = ("straying", "spread", "median")
-    coarse = population(units, law("straying"), 0)
+    coarse = fit_population(units, law("straying"), 0)
     known = [np.log(quantile(coarse, name, P)) for name in names]
     monkeypatch.setattr(room, "SPACING", {3: 0.3})
     monkeypatch.setattr(room, "RADIUS", 6.0)
     room.lattice.cache_clear()
-    fine = population(units, law("straying"), 0)
+    fine = fit_population(units, law("straying"), 0)
     exact = [np.log(quantile(fine, name, P)) for name in names]
     room.lattice.cache_clear()
     assert len(fine.theta) > 5 * len(coarse.theta)
@@ -268,7 +274,7 @@ def test_a_population_that_is_known_gives_each_unit_its_conjugate_law():
     known = law(sd=1e-4)._replace(
         parameters=tuple(room.Parameter(n, *tight[n]) for n in ("spread", "median"))
     )
-    found = population([one], known, 0)
+    found = fit_population([one], known, 0)
     u = np.linspace(-1.0, 1.0, 200_001)
     logs = stats.norm(0.0, 0.3).logpdf(u)
     logs += (
@@ -282,7 +288,8 @@ def test_a_population_that_is_known_gives_each_unit_its_conjugate_law():
     )
     rng = np.random.default_rng(0)
     mine = np.quantile(
-        factors(one, known, found.theta[equally(found.weight(), 20_000, rng)], rng), P
+        factors(one, known, found.theta[equal_draws(found.weight(), 20_000, rng)], rng),
+        P,
     )
     exact = np.interp(P, np.cumsum(mass) / mass.sum(), u)
     assert np.abs(mine - exact).max() < 0.05 * 0.02
@@ -318,8 +325,8 @@ def test_intervals_of_lives_hold_the_truth_as_often_as_they_say():
             over = worn >= LIMIT
             lives.append(grid[np.argmax(over)] if over.any() else np.inf)
             units.append(unit("a", grid[at], worn[at] + 5e-5 * rng.standard_normal(3)))
-        found = population(units, asked, seed)
-        states = states_now(found, *joint(found, DRAWS, rng))
+        found = fit_population(units, asked, seed)
+        states = states_now(found, *joint_draws(found, DRAWS, rng))
         ranks += [
             float(state.lives.life_below(life)[0])
             for state, life in zip(states, lives, strict=False)
@@ -332,9 +339,9 @@ def test_intervals_of_lives_hold_the_truth_as_often_as_they_say():
 
 def test_a_unit_that_was_not_measured_is_as_wide_as_the_population():
     units = [*simulated(10, 4, 6), unit("new", [], [])]
-    found = population(units, law("straying"), 0)
+    found = fit_population(units, law("straying"), 0)
     rng = np.random.default_rng(0)
-    states = states_now(found, *joint(found, DRAWS, rng))
+    states = states_now(found, *joint_draws(found, DRAWS, rng))
     new = states[10]
     old = states[0]
     assert np.std(np.log(new.factor)) > 1.1 * quantile(found, "spread", np.array(0.5))
@@ -353,14 +360,14 @@ def test_what_a_hundred_units_cost(monkeypatch):
         return seen
 
     monkeypatch.setattr(room.kalman, "filtered", counted)
-    found = population(units, law("straying"), 0)
+    found = fit_population(units, law("straying"), 0)
     assert quantile(found, "spread", np.array([0.05, 0.95])) == pytest.approx(
         [0.3, 0.3], rel=0.3
     )
     assert len(work) < 16 * 100 and sum(work) < 100 * 17_000
     work.clear()
     rng = np.random.default_rng(0)
-    after(found, 0, units[0].cycles, rng)
+    states_after(found, 0, units[0].cycles, rng)
     assert (
         len(work) == 4
     )  # twice to find the top, its table, the states: for all inspections at once

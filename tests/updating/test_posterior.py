@@ -12,11 +12,11 @@ from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
 from wearlab.campaign.distributions import read_distribution
-from wearlab.updating.answers import answered
+from wearlab.updating.answers import answer_of
 from wearlab.updating.grids import Posterior
-from wearlab.updating.likelihood import Lanes, inspections_of, log_likelihood
+from wearlab.updating.likelihood import ParameterBatch, inspections_of, log_likelihood
 from wearlab.updating.lives import Answer
-from wearlab.updating.sampling import drawn
+from wearlab.updating.sampling import draw
 
 P = np.array([0.001, 0.05, 0.25, 0.5, 0.75, 0.95, 0.999])
 CYCLES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 8e5])
@@ -42,7 +42,7 @@ def test_linear_wear_with_known_errors_is_conjugate(sd):
     seen = (observed(CYCLES, weighings(), ErrorModel(SD)),)
     prior = {"normal": {"mean": 1.2, "sd": sd}, "truncate": [1e-3, 10.0]}
     run = history(seen)
-    answer = answered(study(prior, seen), [run], blocks(seen))
+    answer = answer_of(study(prior, seen), [run], blocks(seen))
     exact = conjugate(weighings(), 1.2, sd)
     assert answer.factor(P) == pytest.approx(exact.ppf(P), rel=1e-6)
     assert answer.life(P) == pytest.approx(0.03 / RATE / exact.ppf(1.0 - P), rel=1e-6)
@@ -62,7 +62,7 @@ def test_an_offset_common_to_one_inspection_is_conjugate_too_and_ignoring_it_hal
     values = weighings(4, cycles=cycles)
     seen = (observed(cycles, values, ErrorModel(SD, 0.0, offset)),)
     prior = {"normal": {"mean": 1.2, "sd": 0.1}, "truncate": [1e-3, 10.0]}
-    answer = answered(study(prior, seen), [history(seen)], blocks(seen))
+    answer = answer_of(study(prior, seen), [history(seen)], blocks(seen))
     slope = RATE * cycles
     cov = SD**2 * np.eye(16) + offset**2
     precision = 1.0 / 0.1**2 + slope @ np.linalg.solve(cov, slope)
@@ -70,7 +70,7 @@ def test_an_offset_common_to_one_inspection_is_conjugate_too_and_ignoring_it_hal
     exact = stats.norm(mean, precision**-0.5)
     assert answer.factor(P) == pytest.approx(exact.ppf(P), rel=1e-6)
     without = (observed(cycles, values, ErrorModel(SD)),)
-    ignored = answered(study(prior, without), [history(without)], blocks(without))
+    ignored = answer_of(study(prior, without), [history(without)], blocks(without))
     width = np.ptp(answer.factor(np.array([0.05, 0.95])))
     narrow = np.ptp(ignored.factor(np.array([0.05, 0.95])))
     assert narrow == pytest.approx(0.5 * width, rel=0.02)
@@ -84,7 +84,7 @@ def test_an_accumulating_drift_is_conjugate():
     values = 1.3 * RATE * CYCLES + walk + sd * rng.standard_normal(6)
     seen = (observed(CYCLES, values, ErrorModel(sd, drift=drift)),)
     prior = {"normal": {"mean": 1.2, "sd": 0.1}, "truncate": [1e-3, 10.0]}
-    answer = answered(
+    answer = answer_of(
         study(prior, seen, "accumulating"),
         [history(seen)],
         blocks(seen, accumulating=True),
@@ -109,7 +109,7 @@ def test_an_unknown_error_gives_students_law():
     wide = read_distribution({"loguniform": ["1e-6 g", "1e5 g"]}, "sd")
     seen = (observed(CYCLES, values, ErrorModel(wide)),)
     prior = {"uniform": [1e-3, 5.0]}
-    answer = answered(study(prior, seen), [history(seen)], blocks(seen))
+    answer = answer_of(study(prior, seen), [history(seen)], blocks(seen))
     slope = RATE * CYCLES
     best = slope @ values / (slope @ slope)
     scale = np.sqrt(np.sum((values - best * slope) ** 2) / 5 / (slope @ slope))
@@ -130,7 +130,7 @@ def test_two_unknowns_agree_with_emcee():
         ),
     )
     prior = {"lognormal": {"median": 1.0, "cov": 1.0}}
-    answer = answered(study(prior, seen), [history(seen)], blocks(seen))
+    answer = answer_of(study(prior, seen), [history(seen)], blocks(seen))
 
     def log_probability(theta):
         u, v = theta
@@ -161,12 +161,12 @@ def test_halving_the_grid_changes_nothing(monkeypatch):
     unknown = read_distribution({"loguniform": ["0.01 g", "5 g"]}, "sd")
     seen = (observed(CYCLES, values, ErrorModel(unknown)),)
     prior = {"lognormal": {"median": 1.0, "cov": 14.0}}
-    whole = answered(study(prior, seen), [history(seen)], blocks(seen))
+    whole = answer_of(study(prior, seen), [history(seen)], blocks(seen))
     monkeypatch.setattr(
         "wearlab.updating.grids.NODES", 2 * len(whole.posterior.nodes[0]) - 1
     )
     monkeypatch.setattr("wearlab.updating.grids.SPREADS", 81)
-    finer = answered(study(prior, seen), [history(seen)], blocks(seen))
+    finer = answer_of(study(prior, seen), [history(seen)], blocks(seen))
     assert finer.posterior.place.shape[1] > whole.posterior.place.shape[1]
     inner = np.array([0.05, 0.5, 0.95])
     assert whole.factor(inner) == pytest.approx(finer.factor(inner), rel=1e-6)
@@ -179,7 +179,7 @@ def test_six_depths_take_a_moment():
     run = history(seen)
     asked = study({"lognormal": {"median": 1.0, "cov": 14.0}}, seen)
     clock = time.process_time()
-    answered(asked, [run], blocks(seen)).life(P)
+    answer_of(asked, [run], blocks(seen)).life(P)
     assert time.process_time() - clock < 0.3
 
 
@@ -189,7 +189,7 @@ def test_a_hundred_thousand_values_are_one_average(n):
     values = weighings(8, cycles=cycles)
     seen = (observed(cycles, values, ErrorModel(SD)),)
     prior = {"lognormal": {"median": 1.0, "cov": 14.0}}
-    answer = answered(study(prior, seen), [history(seen)], blocks(seen))
+    answer = answer_of(study(prior, seen), [history(seen)], blocks(seen))
     slope = RATE * cycles
     best = slope @ values / (slope @ slope)
     sd = SD / np.sqrt(slope @ slope)
@@ -203,7 +203,7 @@ def test_a_hundred_thousand_values_are_one_average(n):
 def test_few_values_leave_the_prior_wide(values):
     seen = (observed(CYCLES[: len(values)], values, ErrorModel(SD)),)
     prior = {"lognormal": {"median": 1.0, "cov": 1.0}}
-    answer = answered(study(prior, seen), [history(seen)], blocks(seen))
+    answer = answer_of(study(prior, seen), [history(seen)], blocks(seen))
     law = stats.lognorm(np.sqrt(np.log(2.0)))
     if not values:
         assert answer.factor(P) == pytest.approx(law.ppf(P), rel=1e-6)
@@ -219,7 +219,7 @@ def test_runs_are_weighted_by_their_evidence():
     seen = (observed(CYCLES, values, ErrorModel(SD)),)
     runs = [history(seen, rate=RATE, run="a"), history(seen, rate=1.5 * RATE, run="b")]
     prior = {"normal": {"mean": 1.0, "sd": 0.1}, "truncate": [1e-3, 10.0]}
-    answer = answered(study(prior, seen), runs, blocks(seen))
+    answer = answer_of(study(prior, seen), runs, blocks(seen))
     logs = []
     for rate in (RATE, 1.5 * RATE):
         slope = rate * CYCLES
@@ -254,17 +254,21 @@ def test_runs_judged_at_once_are_as_each_alone(error, later):
     some = blocks(seen, accumulating=True)
     prior = read_distribution({"lognormal": {"median": 1.0, "cov": 0.3}}, "factor")
     runs = [history(seen, rate=rate * RATE) for rate in (1.0, 1.1, 0.9)]
-    runs[1] = replace(runs[1], asked=(runs[1].asked[0]._replace(cycle=later * cycles),))
+    runs[1] = replace(
+        runs[1], points=(runs[1].points[0]._replace(cycle=later * cycles),)
+    )
     whole = Posterior(runs, some, prior)
     each = [Posterior([run], some, prior) for run in runs]
     assert whole.log_evidence == pytest.approx([one.evidence for one in each], abs=2e-6)
     if error == "many":
         return
-    draws = drawn(Answer(whole, 8e5, None), 30, np.random.default_rng(0))
-    steps = draws.seen(0, draws.inspections(0)).steps
+    draws = draw(Answer(whole, 8e5, None), 30, np.random.default_rng(0))
+    steps = draws.filtered(0, draws.inspections(0)).steps
     for i, run in enumerate(runs):
         mine = np.flatnonzero(draws.run == i)
-        lanes = Lanes(draws.factor[mine], draws.sd[0][mine], draws.drift[0][mine])
+        lanes = ParameterBatch(
+            draws.factor[mine], draws.sd[0][mine], draws.drift[0][mine]
+        )
         own = log_likelihood(
             some[0], run, 0, lanes, inspections_of(some[0], run, 0)
         ).steps

@@ -251,6 +251,6 @@ def test_masses_are_mixed_at_equal_mass(fleet):
         study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen), record=record
     )
     asked = replace(asked, spec=asked.spec.model_copy(update={"fleet": fleet}))
-    found = clocked_run(asked, own, [replace(deep, asked=heavy.asked)])
+    found = clocked_run(asked, own, [replace(deep, points=heavy.points)])
     assert found.equal(cycles) == pytest.approx(1.1 * cycles)
-    assert found.equal(cycles, found.asked[0].clock) == pytest.approx(1.05 * cycles)
+    assert found.equal(cycles, found.points[0].clock) == pytest.approx(1.05 * cycles)

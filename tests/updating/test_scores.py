@@ -7,9 +7,9 @@ from scipy import stats
 from scipy.integrate import quad
 from units import law, unit
 
-from wearlab.updating.answers import answered
-from wearlab.updating.fleet import joint, states_now
-from wearlab.updating.population import population
+from wearlab.updating.answers import answer_of
+from wearlab.updating.fleet import joint_draws, states_now
+from wearlab.updating.population import fit_population
 from wearlab.updating.scores import (
     EVEN,
     crps,
@@ -56,7 +56,9 @@ def test_scores_are_those_of_a_library():
     low, high = np.array([np.interp([0.05, 0.95], EVEN, q) for q in quantile]).T
     assert mine[:, 1] == pytest.approx(library.interval_score(truth, low, high, 0.1))
     one = unit("a", [1e4], [1.3e-3])
-    states = states_now(found := population([one], law(), 0), *joint(found, 400, rng))
+    states = states_now(
+        found := fit_population([one], law(), 0), *joint_draws(found, 400, rng)
+    )
     mean, sd = states[0].measured(2e4)
     draws = mean + sd * np.random.default_rng(2).standard_normal(len(mean))
     theirs = float(library.crps_ensemble(2e-3, draws))
@@ -68,7 +70,7 @@ def made(seed):
     values = 1.3 * RATE * CYCLES + 4e-4 * rng.standard_normal(len(CYCLES))
     seen = (observed(CYCLES, values, ErrorModel(4e-4)),)
     asked = study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen)
-    return asked, answered(asked, [history(seen)], blocks(seen)).posterior, values
+    return asked, answer_of(asked, [history(seen)], blocks(seen)).posterior, values
 
 
 def test_a_replay_is_scored_beside_simple_rules():
@@ -110,7 +112,7 @@ def test_twins_are_scored_beside_simple_rules_as_twins_of_one_s_own_are():
     seen = (observed(CYCLES, np.zeros(len(CYCLES)), ErrorModel(sd)),)
     asked = study({"lognormal": {"median": 1.0, "cov": 0.3}}, seen)
     found = calibrated(
-        asked, answered(asked, [history(seen)], blocks(seen)).posterior, 300
+        asked, answer_of(asked, [history(seen)], blocks(seen)).posterior, 300
     )
     factor = np.exp(np.sqrt(np.log1p(0.09)) * rng.standard_normal(n))
     values = RATE * factor[:, None] * CYCLES + sd * rng.standard_normal(

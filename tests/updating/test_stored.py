@@ -14,7 +14,7 @@ import wearlab as wl
 from wearlab.campaign.update_options import Limit
 from wearlab.store.updates import kept_updates, seal_of, update_files, verify_updates
 from wearlab.updating import UpdateError, update
-from wearlab.updating.cases import Subject, needed, studies
+from wearlab.updating.cases import Subject, required_variables, studies
 from wearlab.updating.report_text import _unknowns, answers, text_of
 from wearlab.updating.run_curves import history_of
 
@@ -172,7 +172,7 @@ def test_masses_and_largest_depths_are_as_far_off_as_the_life_says(
     scene = campaign.cases[0].scene
     run = store.run(scene.id)
     better = wl.simulate(scene.replace("numerics.tolerance", 1e-5))
-    seen = studies(campaign)[0].seen
+    seen = studies(campaign)[0].observations
     limit = studies(campaign)[0].limit
     history = history_of(run, scene, seen, limit)
     for name, dim in (("worn_mass", "member"), ("max_wear_depth", "flank")):
@@ -189,12 +189,12 @@ def test_depths_are_interpolated_with_the_wear_rates_of_their_run(
     """The life's run had not been asked for wear_rate: the life was off by 4.6e-3."""
     scene = campaign.cases[0].scene
     study = studies(campaign)[0]
-    assert {"wear_rate", "wear_depth"} <= needed((), study.limit)
+    assert {"wear_rate", "wear_depth"} <= required_variables((), study.limit)
     fine = scene.replace(
         "wear.snapshots",
         {"depth": [f"{n} um" for n in range(1, 20)], "flank": "pinion"},
     )
-    seen = study.seen
+    seen = study.observations
     coarse = history_of(store.run(scene.id), scene, seen, study.limit)
     better = history_of(wl.simulate(fine), fine, seen, study.limit)
     plain = history_of(

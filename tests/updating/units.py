@@ -9,7 +9,7 @@ from made import ErrorModel, blocks, observed
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating.grids import weighted_quantiles
 from wearlab.updating.population import FleetMember, Law, Parameter
-from wearlab.updating.run_curves import Asked, RunCurve, RunHistory
+from wearlab.updating.run_curves import ObservationPoints, RunCurve, RunHistory
 
 LINERS = (
     Path(__file__).parents[2] / "campaigns" / "measured" / "cylinder_liner_wear.csv"
@@ -53,7 +53,7 @@ def unit(name, cycle, value, sd=5e-5):
     )
     states = np.array([0.0, 5e4, 1e5])
     curve = RunCurve(states, RATE * states[:, None], np.full((3, 1), RATE))
-    asked = (Asked(curve, np.zeros(len(seen), np.intp), seen.time),)
+    asked = (ObservationPoints(curve, np.zeros(len(seen), np.intp), seen.time),)
     run = RunHistory(
         name,
         1.0,

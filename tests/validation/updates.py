@@ -34,10 +34,10 @@ from outside import (
 )
 
 from wearlab.campaign.update_options import TrueModel
-from wearlab.updating.answers import answered, outcome
+from wearlab.updating.answers import answer_of, finding_of
 from wearlab.updating.decision import virtual_inspection
 from wearlab.updating.report_text import _twins
-from wearlab.updating.sampling import ALARM, checks, drawn
+from wearlab.updating.sampling import ALARM, checks, draw
 from wearlab.updating.synthetic_data import calibrated
 
 TWINS, SETS, POWERED = 200, 20, 50
@@ -99,8 +99,8 @@ def answers() -> list[str]:
 def called(cycles: np.ndarray, values: np.ndarray, error: ErrorModel) -> bool:
     """Return whether an inspection or the course of all is called."""
     seen = (observed(cycles, values, error),)
-    answer = answered(study(WIDE, seen), [history(seen, end=4e6)], blocks(seen))
-    each, courses = checks(drawn(answer, 300, np.random.default_rng(0)))
+    answer = answer_of(study(WIDE, seen), [history(seen, end=4e6)], blocks(seen))
+    each, courses = checks(draw(answer, 300, np.random.default_rng(0)))
     return (
         any(check.p < ALARM / len(each) for check in each)
         or min(courses.values(), default=1.0) < ALARM
@@ -146,7 +146,7 @@ def contradicting_files(seed: int) -> bool:
         )
         for n, f in ((1, 1.0), (2, 1.2))
     ]
-    found = outcome(study(WIDE, ones, draws=50), (history(ones),))
+    found = finding_of(study(WIDE, ones, draws=50), (history(ones),))
     return any("contradict" in note for note in found.notes)
 
 
@@ -156,7 +156,7 @@ def check_fails(true: TrueModel, seed: int) -> bool:
     seen = (observed(cycles, np.zeros(24), ErrorModel(2e-4)),)
     asked = study(PRIOR, seen, seed=seed)
     asked = replace(asked, spec=asked.spec.model_copy(update={"check": true}))
-    answer = answered(asked, [history(seen)], blocks(seen))
+    answer = answer_of(asked, [history(seen)], blocks(seen))
     return any(
         off
         for _, shares in _twins(calibrated(asked, answer.posterior, 100))["shares"]
@@ -208,8 +208,8 @@ def looks() -> list[str]:
         case = replace(CASES[name], many=1)
         value = measured(case, 1.3, case.sd[0], 0.0, np.random.default_rng(2))
         asked = answer_to(case, value).posterior
-        one = outcome(
-            study(PRIOR, (asked.blocks[0].seen,), draws=4000), asked.histories
+        one = finding_of(
+            study(PRIOR, (asked.blocks[0].observed,), draws=4000), asked.histories
         )
         found = virtual_inspection(one, np.random.default_rng(0))
         mine = found["expected_width"].values[1]

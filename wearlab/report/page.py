@@ -188,7 +188,7 @@ def _measured(campaign: Campaign, store: Store) -> dict[str, Any]:
         return found | {"updated": report_text.answers(tree)}
     leads = [
         *(f"! {line}" for line in report_text.alerts(text)),
-        *report_text.opened(tree),
+        *report_text.units_to_open(tree),
     ]
     return found | {
         "updated": leads,

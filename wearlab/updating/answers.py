@@ -82,54 +82,59 @@ def blocks_of(study: Subject, runs: Runs) -> tuple[Block, ...]:
     UpdateError : there are too many whose errors cannot be condensed
     """
     blocks = []
-    for n, seen in enumerate(study.seen):
+    for n, observed in enumerate(study.observations):
         block = likelihood.block_of(
-            seen, accumulating=study.spec.discrepancy == ACCUMULATING
+            observed, accumulating=study.spec.discrepancy == ACCUMULATING
         )
         counts = likelihood.numerical_share(block, runs[0]) > likelihood.MATTERS
         block = replace(
-            block, numerical=runs[0].numerical_of(seen.data.quantity) if counts else 0.0
+            block,
+            numerical=runs[0].numerical_of(observed.data.quantity) if counts else 0.0,
         )
         blocks.append(block)
-        if len(seen) > MOST_ONE_BY_ONE and (
+        if len(observed) > MOST_ONE_BY_ONE and (
             study.spec.fleet or likelihood.one_by_one(block, runs[0], n)
         ):
-            said = (
-                f"{len(seen):,} values that share an error, or have each its own "
+            message = (
+                f"{len(observed):,} values that share an error, or have each its own "
                 "besides another, are "
             )
-            said += (
+            message += (
                 f"compared one by one, at most {MOST_ONE_BY_ONE:,}: take the mean of "
                 "each inspection, "
             )
-            raise UpdateError(f"{seen.data.place}: {said}or thin them out")
+            raise UpdateError(f"{observed.data.place}: {message}or thin them out")
     return tuple(blocks)
 
 
-def answered(study: Subject, runs: Runs, blocks: Blocks) -> Answer:
+def answer_of(study: Subject, runs: Runs, blocks: Blocks) -> Answer:
     """Return what is known after the observations that count in these blocks."""
-    now = float(max(likelihood.cycles_of(blocks, runs[0]), default=runs[0].start))
-    drift = (
+    last_cycle = float(
+        max(likelihood.cycles_of(blocks, runs[0]), default=runs[0].start)
+    )
+    drifting = (
         n
         for n, b in enumerate(blocks)
         if b.drift is not None and b.measures(study.limit)
     )
     post = grids.Posterior(runs, blocks, study.prior)
-    answer = Answer(post, now, next(drift, None))
-    told = likelihood.told(blocks)
-    if len(told) < 2 or study.prior is None:
+    answer = Answer(post, last_cycle, next(drifting, None))
+    measured = likelihood.measured_blocks(blocks)
+    if len(measured) < 2 or study.prior is None:
         return answer
-    each = [post.by(unseen(blocks, but=[n])) for n in told]
-    apart, *pair = contradiction(each)
-    answer = replace(answer, contradiction=apart, at_odds=tuple(told[n] for n in pair))
+    separate = [post.by(without_values(blocks, but=[n])) for n in measured]
+    distance, *pair = contradiction(separate)
+    answer = replace(
+        answer, contradiction=distance, at_odds=tuple(measured[n] for n in pair)
+    )
     return (
-        replace(answer, posterior=post.widened(each))
-        if apart > TENSION and _widens(answer)
+        replace(answer, posterior=post.widened(separate))
+        if distance > TENSION and _widens(answer)
         else answer
     )
 
 
-def unseen(blocks: Blocks, but: Collection[int] = ()) -> tuple[Block, ...]:
+def without_values(blocks: Blocks, but: Collection[int] = ()) -> tuple[Block, ...]:
     """Return blocks of which nothing counts, but of those with such numbers.
 
     Of none: the prior.
@@ -139,35 +144,36 @@ def unseen(blocks: Blocks, but: Collection[int] = ()) -> tuple[Block, ...]:
     )
 
 
-def outcome(study: Subject, runs: Runs, known: Answer | None = None) -> Finding:
+def finding_of(study: Subject, runs: Runs, answer: Answer | None = None) -> Finding:
     """Update one case.
 
     Parameters
     ----------
     study, runs : what was asked, and what the stored runs say
-    known : the answer by these runs, where it is known already
+    answer : the answer by these runs, where it is known already
     """
     rng = np.random.default_rng(study.spec.seed)
-    answer = known or answered(study, runs, blocks_of(study, runs))
+    answer = answer or answer_of(study, runs, blocks_of(study, runs))
     blocks = answer.posterior.blocks
-    draws = sampling.drawn(answer, study.spec.draws, rng)
-    before = answered(study, runs, unseen(blocks))
-    prior_draws = sampling.drawn(before, study.spec.draws, rng)
-    each, courses = sampling.checks(draws)
-    told = likelihood.told(blocks)
+    draws = sampling.draw(answer, study.spec.draws, rng)
+    prior = answer_of(study, runs, without_values(blocks))
+    prior_draws = sampling.draw(prior, study.spec.draws, rng)
+    checks, courses = sampling.checks(draws)
+    measured = likelihood.measured_blocks(blocks)
     sources = {}
-    for n in told if len(told) > 1 else ():
+    for n in measured if len(measured) > 1 else ():
         sources[n] = replace(
-            answered(study, runs, unseen(blocks, but={*told} - {n})), now=answer.now
+            answer_of(study, runs, without_values(blocks, but={*measured} - {n})),
+            now=answer.now,
         )
     stats = _stats(study, answer) | {
-        "prior_predictive_p": _prior_p(before, prior_draws, blocks, rng)
+        "prior_predictive_p": _prior_predictive_p(prior, prior_draws, blocks, rng)
     }
     notes = tuple(
         _notes(study, answer, stats, tuple(_larger_errors(blocks, draws, prior_draws)))
     )
     return Finding(
-        study, answer, draws, before, prior_draws, each, courses, sources, notes, stats
+        study, answer, draws, prior, prior_draws, checks, courses, sources, notes, stats
     )
 
 
@@ -175,7 +181,9 @@ def _stats(study: Subject, answer: Answer) -> dict[str, float]:
     post = answer.posterior
     blocks = answer.posterior.blocks
     run = answer.posterior.histories[0]
-    off = [run.numerical_of(block.data.quantity) for block in blocks if len(block.seen)]
+    off = [
+        run.numerical_of(block.data.quantity) for block in blocks if len(block.observed)
+    ]
     share = [likelihood.numerical_share(block, run) for block in blocks]
     stats = {"log_evidence": post.evidence, "effective_runs": post.effective_runs}
     stats |= {
@@ -210,7 +218,7 @@ def facts_of(post: grids.Posterior) -> dict[str, float]:
     at, ratio, width = np.array(
         [run.change for run in post.histories if run.change is not None]
     ).T
-    found = {
+    facts = {
         "log_evidence_of_change": float(
             logsumexp(relative[changed]) - logsumexp(relative[~changed])
         )
@@ -219,44 +227,50 @@ def facts_of(post: grids.Posterior) -> dict[str, float]:
     for name, values in (("change_cycle", inside), ("change_ratio", ratio)):
         weight = np.broadcast_to(post.weight[changed], values.shape).ravel()
         ends = grids.weighted_quantiles(values.ravel(), weight, ENDS).tolist()
-        found |= {
+        facts |= {
             f"{name}_{p}": value for p, value in zip((5, 50, 95), ends, strict=True)
         }
-    return found
+    return facts
 
 
-def _prior_p(
-    before: Answer, draws: sampling.Draws, blocks: Blocks, rng: Random
+def _prior_predictive_p(
+    prior_answer: Answer, draws: sampling.Draws, blocks: Blocks, rng: Random
 ) -> float:
     """Return how probable values as far out as each block's last were before: the least, two-sided."""
-    least = 1.0
-    run = before.posterior.histories[0]
+    smallest = 1.0
+    run = prior_answer.posterior.histories[0]
     for number in (
-        n for n in likelihood.told(blocks) if not blocks[n].seen.censored.any()
+        n
+        for n in likelihood.measured_blocks(blocks)
+        if not blocks[n].observed.censored.any()
     ):
         block = blocks[number]
-        cycle = run.asked[number].cycle[blocks[number].rows]
+        cycle = run.points[number].cycle[blocks[number].rows]
         latest = block.rows[np.flatnonzero(cycle == cycle.max())[-1:]]
-        alone = [
+        single = [
             replace(b, rows=latest if n == number else b.rows[:0])
             for n, b in enumerate(blocks)
         ]
-        prior = replace(draws, posterior=before.posterior.but(blocks=alone))
-        made = sampling.replicated(prior, number, rng, known=False)[0]
-        below = (np.sum(made <= block.seen.value[latest]) + 0.5) / (len(draws) + 1.0)
-        least = min(least, 2.0 * min(below, 1.0 - below))
-    return float(least)
+        block_draws = replace(
+            draws, posterior=prior_answer.posterior.but(blocks=single)
+        )
+        replicas = sampling.replicated(block_draws, number, rng, known=False)[0]
+        below = (np.sum(replicas <= block.observed.value[latest]) + 0.5) / (
+            len(draws) + 1.0
+        )
+        smallest = min(smallest, 2.0 * min(below, 1.0 - below))
+    return float(smallest)
 
 
-def contradiction(each: Sequence[grids.Posterior]) -> tuple[float, int, int]:
+def contradiction(posts: Sequence[grids.Posterior]) -> tuple[float, int, int]:
     """Return by how many standard deviations of ln k the two sources most at odds differ, and which."""
-    means = [float(np.sum(post.mass * post.log_factor)) for post in each]
-    both = zip(each, means, strict=True)
+    means = [float(np.sum(post.mass * post.log_factor)) for post in posts]
+    posts_with_means = zip(posts, means, strict=True)
     sds = [
         float(np.sqrt(np.sum(post.mass * (post.log_factor - mean) ** 2)))
-        for post, mean in both
+        for post, mean in posts_with_means
     ]
-    pairs = combinations(range(len(each)), 2)
+    pairs = combinations(range(len(posts)), 2)
     return max(
         (abs(means[i] - means[j]) / max(np.hypot(sds[i], sds[j]), 1e-12), i, j)
         for i, j in pairs
@@ -284,7 +298,7 @@ def _notes(
     }
     values |= {"hardly": HARDLY, "tension": TENSION, "matters": likelihood.MATTERS}
     values |= {
-        "nothing": not likelihood.told(blocks),
+        "nothing": not likelihood.measured_blocks(blocks),
         "few": stats["runs"] > 1.0 and few,
     }
     values |= {
@@ -292,7 +306,9 @@ def _notes(
         "widened": _widens(answer),
     }
     values["oddities"] = [
-        one for n, block in enumerate(blocks) for one in oddities(n, block, runs[0])
+        oddity
+        for n, block in enumerate(blocks)
+        for oddity in oddities(n, block, runs[0])
     ]
     values["hours"] = study.record and study.record.excess(
         study.calendar and study.calendar.a_year
@@ -302,27 +318,31 @@ def _notes(
 
 
 def _larger_errors(
-    blocks: Blocks, draws: sampling.Draws, before: sampling.Draws
+    blocks: Blocks, draws: sampling.Draws, prior_draws: sampling.Draws
 ) -> Iterator[Larger]:
     """Yield which unknown errors came out far from what was thought, and how many times that."""
-    for n, side, spread, _ in likelihood.unknown(blocks):
-        prior = (before.sd, before.drift)[side][n]
-        after = (draws.sd, draws.drift)[side][n]
-        middle = float(np.median(after))
-        if not np.quantile(prior, HARDLY) <= middle <= np.quantile(prior, 1.0 - HARDLY):
-            yield spread.name.replace("_", " "), middle / float(np.median(prior))
+    for n, side, spread, _ in likelihood.unknown_errors(blocks):
+        prior_values = (prior_draws.sd, prior_draws.drift)[side][n]
+        posterior_values = (draws.sd, draws.drift)[side][n]
+        middle = float(np.median(posterior_values))
+        if (
+            not np.quantile(prior_values, HARDLY)
+            <= middle
+            <= np.quantile(prior_values, 1.0 - HARDLY)
+        ):
+            yield spread.name.replace("_", " "), middle / float(np.median(prior_values))
 
 
 def oddities(number: int, block: Block, run: RunHistory) -> Iterator[dict[str, Any]]:
     """Yield what is odd about the values of a block: none, copies, below nothing, falling."""
-    seen = block.seen
+    seen = block.observed
     data = block.data
     error = block.data.error
     if not len(seen):
         yield {"what": "empty", "data": data}
         return
     value = np.where(seen.censored, 0.0, seen.value)
-    asked = run.asked[number]
+    asked = run.points[number]
     whole = np.column_stack(
         [asked.cycle, asked.column, np.where(seen.censored, -seen.below, value)]
     )

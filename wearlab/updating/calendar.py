@@ -69,10 +69,10 @@ class Calendar(NamedTuple):
             days.hours_per_year,
         )
 
-    def joined(self, others: "Sequence[Calendar]") -> "Calendar":
+    def joined(self, calendars: "Sequence[Calendar]") -> "Calendar":
         """Return the calendar of all days that some know; it goes on as this one."""
-        day = np.concatenate([one.day for one in (self, *others)])
-        time = np.concatenate([one.time for one in (self, *others)])
+        day = np.concatenate([calendar.day for calendar in (self, *calendars)])
+        time = np.concatenate([calendar.time for calendar in (self, *calendars)])
         order = np.lexsort((day, time))
         return Calendar(day[order], time[order], self.a_year)
 
@@ -87,12 +87,14 @@ class Calendar(NamedTuple):
         )
 
     def in_cycles(
-        self, start: float, now: float, seconds_per_cycle: float
+        self, start: float, last_cycle: float, seconds_per_cycle: float
     ) -> "Calendar":
         """Return the calendar over cycles of a run from its start, with a last inspection at one of them."""
-        each = HOUR / seconds_per_cycle
-        cycles = np.where(np.isnan(self.time), now, start + self.time * each)
-        return Calendar(self.day, cycles, self.a_year * each)
+        cycles_per_hour = HOUR / seconds_per_cycle
+        cycles = np.where(
+            np.isnan(self.time), last_cycle, start + self.time * cycles_per_hour
+        )
+        return Calendar(self.day, cycles, self.a_year * cycles_per_hour)
 
     def texts(self, time: Array) -> np.ndarray:
         """Return the days after hours as texts."""

@@ -49,7 +49,7 @@ class Subject:
     scene : as the campaign has it
     spec : the campaign's [update]
     limit : what ends the life
-    seen : the observations that belong to this case
+    observations : those that belong to this case
     record : what really ran until now
     calendar : which day it was after how many operating hours
     drawn : values of the unknowns that cost runs, by key, as a campaign file would
@@ -62,7 +62,7 @@ class Subject:
     scene: Scene
     spec: UpdateSpec
     limit: Limit
-    seen: tuple[Observed, ...]
+    observations: tuple[Observed, ...]
     record: OperatingRecord | None = None
     calendar: Calendar | None = None
     drawn: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
@@ -98,7 +98,7 @@ class Subject:
             yield base
             return
         lean = base.replace(
-            "store.variables", sorted(needed(self.seen, self.limit))
+            "store.variables", sorted(required_variables(self.observations, self.limit))
         )  # draws are many
         assert (
             lean.id
@@ -145,11 +145,13 @@ def studies(campaign: Campaign) -> tuple[Subject, ...]:
         )
     if spec.fleet is not None:
         return _units(campaign.cases[0].scene, spec, spec.fleet)
-    (seen, record, calendar) = _measured(spec, None, spec.calendar)
-    made = []
+    (observations, record, calendar) = _measured(spec, None, spec.calendar)
+    subjects = []
     for case in campaign.cases:
-        own = tuple(
-            one for one in seen if not one.data.cases or case.label in one.data.cases
+        case_observations = tuple(
+            observed
+            for observed in observations
+            if not observed.data.cases or case.label in observed.data.cases
         )
         label = ", ".join(
             [case.label, *(f"{k}={v}" for k, v in place(campaign, case).items())]
@@ -157,8 +159,10 @@ def studies(campaign: Campaign) -> tuple[Subject, ...]:
         limit = _limit(
             case.scene, spec, "" if len(campaign.cases) == 1 else f"case {label!r}: "
         )
-        refuse_too_deep(case.scene, own, limit)
-        study = Subject(label, case.scene, spec, limit, own, record, calendar)
+        refuse_too_deep(case.scene, case_observations, limit)
+        study = Subject(
+            label, case.scene, spec, limit, case_observations, record, calendar
+        )
         if study.costly:
             if record is not None:
                 key = next(iter(study.costly))
@@ -167,11 +171,13 @@ def studies(campaign: Campaign) -> tuple[Subject, ...]:
                 )
             table = SampleTable(method="sobol", n=spec.draws, seed=spec.seed)
             study = replace(study, drawn=draw(table, study.costly, "update.unknown"))
-        made.append(study)
-    return tuple(made)
+        subjects.append(study)
+    return tuple(subjects)
 
 
-def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> None:
+def refuse_too_deep(
+    scene: Scene, observations: Sequence[Observed], limit: Limit
+) -> None:
     """Refuse wear, measured or a limit, that is deeper than the teeth are thick: it is in another unit.
 
     Raises
@@ -190,17 +196,21 @@ def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> Non
             "look at its unit, or give less",
         )
     ]
-    for block in (each for each in seen if each.data.quantity in DEPTHS and len(each)):
+    for block in (
+        observed
+        for observed in observations
+        if observed.data.quantity in DEPTHS and len(observed)
+    ):
         i = int(np.argmax(np.nan_to_num(block.value)))
-        own = block.data
-        said = f"{own.file}: line {block.row[i]}: {own.quantity} of {{}} mm"
+        data = block.data
+        text = f"{data.file}: line {block.row[i]}: {data.quantity} of {{}} mm"
         deep.append(
-            (said, block.value[i], own.where, f"look at its unit, {own.place}.units")
+            (text, block.value[i], data.where, f"look at its unit, {data.place}.units")
         )
-    for said, value, where, remedy in deep[limit.quantity != "max_wear_depth" :]:
-        if value >= (most := contact.thickest(gears, where)):
-            thick = f"is deeper than a tooth is thick, {1e3 * most:.4g} mm"
-            raise UpdateError(f"{said.format(f'{1e3 * value:.4g}')} {thick}: {remedy}")
+    for text, value, where, remedy in deep[limit.quantity != "max_wear_depth" :]:
+        if value >= (thickest := contact.thickest(gears, where)):
+            thick = f"is deeper than a tooth is thick, {1e3 * thickest:.4g} mm"
+            raise UpdateError(f"{text.format(f'{1e3 * value:.4g}')} {thick}: {remedy}")
 
 
 def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
@@ -210,24 +220,24 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
             f"update.unknown.{FACTOR}: required of a fleet: what is known of its "
             "median before"
         )
-    own = {unit.name: unit for unit in fleet.units}
+    named = {unit.name: unit for unit in fleet.units}
     names = dict.fromkeys(
-        [*(name for data in spec.data for name in measurements.units_of(data)), *own]
+        [*(name for data in spec.data for name in measurements.units_of(data)), *named]
     )
-    made = []
+    subjects = []
     for name in names:
-        unit = own.get(name, UnitBlock(name=name))
+        unit = named.get(name, UnitBlock(name=name))
         changed = scene.replace(dict(unit.scene)) if unit.scene else scene
         limit = _limit(changed, spec, f"unit {name!r}: ")
         measured = _measured(spec, name, unit.calendar or spec.calendar)
         refuse_too_deep(changed, measured[0], limit)
-        made.append(Subject(name, changed, spec, limit, *measured))
-    return tuple(made)
+        subjects.append(Subject(name, changed, spec, limit, *measured))
+    return tuple(subjects)
 
 
 def _measured(spec: UpdateSpec, unit: str | None, days: Days | None) -> Known:
     """Return the observations, the record and the calendar of an [update], or of one unit."""
-    given, a_year = (
+    stated, a_year = (
         (None, None) if days is None else (Calendar.of(days), days.hours_per_year)
     )
     record = (
@@ -235,9 +245,9 @@ def _measured(spec: UpdateSpec, unit: str | None, days: Days | None) -> Known:
         if spec.record is None
         else measurements.read_record(spec.record, unit, a_year)
     )
-    if own := record and record.calendar(a_year):
+    if calendar := record and record.calendar(a_year):
         # of what follows it nothing is told without hours of a year
-        counted: Calendar | None = own._replace(
+        counted: Calendar | None = calendar._replace(
             a_year=np.nan if a_year is None else a_year
         )
     else:
@@ -246,14 +256,14 @@ def _measured(spec: UpdateSpec, unit: str | None, days: Days | None) -> Known:
                 None, (measurements.calendar_of(data, unit, days) for data in spec.data)
             )
         ]
-        own = tables[0].joined(tables[1:]) if tables else given
-        counted = own if days is None or days.hours is None else given
+        calendar = tables[0].joined(tables[1:]) if tables else stated
+        counted = calendar if days is None or days.hours is None else stated
     return (
         tuple(
             measurements.read_observations(data, counted, unit) for data in spec.data
         ),
         record,
-        own,
+        calendar,
     )
 
 
@@ -271,15 +281,17 @@ def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
     except UpdateError as error:
         raise UpdateError(f"{about}{error}") from None
     if FACTOR in spec.unknown and isinstance(scene.wear.coefficient, dict):
-        said = (
+        message = (
             "the members have coefficients of their own: name one, such as "
             '"wear.coefficient.sun.factor"; '
         )
-        said += "it costs runs, as the other flanks go on as they are"
-        raise UpdateError(f"{about}update.unknown.{FACTOR}: {said}")
+        message += "it costs runs, as the other flanks go on as they are"
+        raise UpdateError(f"{about}update.unknown.{FACTOR}: {message}")
     if spec.limit is None and until.depth is None:
-        said = 'required: wear.until has no depth; such as limit = { depth = "200 um" }'
-        raise UpdateError(f"{about}update.limit: {said}")
+        message = (
+            'required: wear.until has no depth; such as limit = { depth = "200 um" }'
+        )
+        raise UpdateError(f"{about}update.limit: {message}")
     return spec.limit or Limit("max_wear_depth", float(until.depth or 0.0), until.flank)
 
 
@@ -310,9 +322,12 @@ def _lengthened(scene: Scene, times: float) -> Scene:
     return scene.replace(longer)
 
 
-def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
+def required_variables(observations: Sequence[Observed], limit: Limit) -> set[str]:
     """Return the variables that an update reads."""
-    quantities = {limit.quantity, *(inspections.data.quantity for inspections in seen)}
+    quantities = {
+        limit.quantity,
+        *(inspections.data.quantity for inspections in observations),
+    }
     rates = (
         {"wear_depth", "wear_rate"} if quantities & {*DEPTHS} else set()
     )  # a depth goes with its rate
@@ -323,19 +338,27 @@ def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
     )
 
 
-def wanted_of(study: Subject) -> set[str]:
+def history_variables(study: Subject) -> set[str]:
     """Return the variables that the histories of a study are made of."""
-    wanted = needed(study.seen, study.limit) | {"cycle", "operating_hours"}
-    wanted |= {
-        each for block in study.seen for each in (block.place_kind, block.clock) if each
+    names = required_variables(study.observations, study.limit) | {
+        "cycle",
+        "operating_hours",
     }
-    wanted |= {"roll_angle" for block in study.seen if block.data.quantity == THICKNESS}
-    wanted |= (
+    names |= {
+        name
+        for block in study.observations
+        for name in (block.place_kind, block.clock)
+        if name
+    }
+    names |= {
+        "roll_angle" for block in study.observations if block.data.quantity == THICKNESS
+    }
+    names |= (
         {"wear_depth", "wear_rate", "path_position", "worn_mass"}
         if study.spec.replaced
         else set()
     )
-    return wanted - {"verdict", "end_reason"}  # those are for people
+    return names - {"verdict", "end_reason"}  # those are for people
 
 
 def histories(study: Subject, store: Store) -> run_curves.Runs:
@@ -345,34 +368,34 @@ def histories(study: Subject, store: Store) -> run_curves.Runs:
     ------
     UpdateError : none of them is there
     """
-    wanted = wanted_of(study)
+    names = history_variables(study)
     ids = [scene.id for scene in study.scenes]
-    runs = run_curves.read_runs(store, dict.fromkeys(ids), wanted - ERRORS, ERRORS)
+    runs = run_curves.read_runs(store, dict.fromkeys(ids), names - ERRORS, ERRORS)
     if len(ids) == 1 and not runs:
         entry = store.heads(ids).get(ids[0])
-        told = (
+        reason = (
             "is not there"
             if entry is None
             else f"{entry.state} {last_line(store.find(ids[0]).reason)}"
         )
-        raise UpdateError(f"{study.label}: its run {told}".strip())
-    read = []
+        raise UpdateError(f"{study.label}: its run {reason}".strip())
+    found_histories = []
     for i, (run_id, scene) in enumerate(zip(ids, study.scenes, strict=True)):
         try:
             if run_id in runs:
-                own = run_curves.history_of(
-                    runs[run_id], scene, study.seen, study.limit
+                history = run_curves.history_of(
+                    runs[run_id], scene, study.observations, study.limit
                 )
-                read.append(replace(own, draw=i))
+                found_histories.append(replace(history, draw=i))
         except UpdateError:
             if i == 0:
                 raise
-    if not read:
+    if not found_histories:
         raise UpdateError(f"{study.label}: none of its {len(ids)} runs has data")
-    return read
+    return found_histories
 
 
-def stored(
+def stored_runs(
     study: Subject, scenes: Mapping[str, Scene], store: Store
 ) -> list[xr.Dataset]:
     """Return what is stored of scenes, each under what it is called.
@@ -382,15 +405,15 @@ def stored(
     UpdateError : one of them has no data
     """
     ids = dict.fromkeys(scene.id for scene in scenes.values())
-    found = run_curves.read_runs(store, ids, wanted_of(study))
+    runs = run_curves.read_runs(store, ids, history_variables(study))
     for name, scene in scenes.items():
-        if scene.id not in found:
+        if scene.id not in runs:
             raise UpdateError(
                 f"{study.label}: {name}: {last_line(store.find(scene.id).reason)}"
             )
-    return [found[scene.id] for scene in scenes.values()]
+    return [runs[scene.id] for scene in scenes.values()]
 
 
-def plain(value: float | str) -> float:
+def plain_number(value: float | str) -> float:
     """Return the number of a value as a campaign file writes it, in its own unit."""
     return float(split(value)[0]) if is_quantity(value) else float(value)

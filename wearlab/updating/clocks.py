@@ -47,7 +47,7 @@ CLOCKS = ("cycle", "operating_hours", "mesh_cycles")
 DIGITS = 2
 FAR = 1e6  # times a run's length that a clock reaches
 
-Judge = Callable[[Runs], grids.Posterior]
+PosteriorFunction = Callable[[Runs], grids.Posterior]
 
 
 def clock_of(
@@ -76,7 +76,7 @@ def clock_of(
     which = which[begins]
     passed = np.add.reduceat(passed, begins)
     wear, *worn_by = (
-        run.limit if block is None else run.asked[block].curve for run in (own, *runs)
+        run.limit if block is None else run.points[block].curve for run in (own, *runs)
     )
     equal = [0.0]
     for condition, seconds in zip(which, passed, strict=True):
@@ -101,55 +101,57 @@ def clock_of(
     )
 
 
-def clocked_run(study: Subject, own: RunHistory, conditions: Runs) -> RunHistory:
+def clocked_run(study: Subject, run: RunHistory, condition_runs: Runs) -> RunHistory:
     """Return a run with the clock of its record, at the factor that the measurements tell with it."""
     assert study.record is not None
     factors = np.ones(3)
     weighed = [
         n
-        for n, seen in enumerate(study.seen)
-        if seen.data.quantity == "worn_mass" and len(seen)
+        for n, observed in enumerate(study.observations)
+        if observed.data.quantity == "worn_mass" and len(observed)
     ]
-    for _ in range(3 if any(len(seen) for seen in study.seen) else 1):
+    for _ in range(3 if any(len(observed) for observed in study.observations) else 1):
         clocks = [
-            clock_of(study.record, own, conditions, float(factor), None)
+            clock_of(study.record, run, condition_runs, float(factor), None)
             for factor in factors
         ]
-        ends = [clock.equal[-2] - own.start for clock in clocks]
+        ends = [clock.equal[-2] - run.start for clock in clocks]
         off = float(abs(ends[2] - ends[0]) / max(ends[1], 1e-300))
-        asked = list(own.asked)
+        points = list(run.points)
         for n in weighed:
-            asked[n] = asked[n]._replace(
-                clock=clock_of(study.record, own, conditions, float(factors[1]), n)
+            points[n] = points[n]._replace(
+                clock=clock_of(study.record, run, condition_runs, float(factors[1]), n)
             )
-        clocked = replace(own, clock=clocks[1]._replace(off=off), asked=tuple(asked))
-        factors = answers.answered(
+        clocked = replace(run, clock=clocks[1]._replace(off=off), points=tuple(points))
+        factors = answers.answer_of(
             study, (clocked,), answers.blocks_of(study, (clocked,))
         ).factor(ENDS)
     return clocked
 
 
-def stepped(run: RunHistory, at: float, ratio: float, width: float = 0.0) -> RunHistory:
+def with_step_in_k(
+    run: RunHistory, at: float, ratio: float, width: float = 0.0
+) -> RunHistory:
     """Return a run with k ``ratio`` times what it is until a cycle, and as it is from then on.
 
     ``width`` is that of the cycles which this one stands for.
     """
     ends = np.array([run.start, run.end])
-    own = Clock(ends, ends) if run.clock is None else run.clock
+    clock = Clock(ends, ends) if run.clock is None else run.clock
     knots = np.unique(
-        np.append(own.cycle, [at, max(at, float(own.cycle[-1])) + run.end])
+        np.append(clock.cycle, [at, max(at, float(clock.cycle[-1])) + run.end])
     )
     equal = run.equal(knots)
     until = float(run.equal(np.array(at)))
     passed = ratio * np.minimum(equal, until) + np.maximum(equal - until, 0.0)
     return replace(
         run,
-        clock=Clock(knots, run.start + passed, own.off),
+        clock=Clock(knots, run.start + passed, clock.off),
         change=(at, 1.0 / ratio, width),
     )
 
 
-def changing(run: RunHistory, kind: str, judge: Judge) -> Runs:
+def runs_with_change(run: RunHistory, kind: str, judge: PosteriorFunction) -> Runs:
     """Return a run of constant k and those with a change that counts, which say how often each stands.
 
     Parameters
@@ -163,7 +165,7 @@ def changing(run: RunHistory, kind: str, judge: Judge) -> Runs:
     UpdateError : there are fewer than two inspections
     """
     cycles = np.unique(
-        np.concatenate([[run.start], *(asked.cycle for asked in run.asked)])
+        np.concatenate([[run.start], *(asked.cycle for asked in run.points)])
     )
     if len(cycles) < 3:
         raise UpdateError(
@@ -196,7 +198,9 @@ def changing(run: RunHistory, kind: str, judge: Judge) -> Runs:
             low[:, None] + step[:, None] * (np.arange(RATIOS) + inside[:, None])
         )[moved]
         some = tuple(
-            stepped(run, float(at[t]), float(np.exp(r))) for t in moved for r in grid[t]
+            with_step_in_k(run, float(at[t]), float(np.exp(r)))
+            for t in moved
+            for r in grid[t]
         )
         evidence[moved] = judge(some).log_evidence.reshape(-1, RATIOS)
         logs = evidence - 0.5 * grid**2
@@ -213,25 +217,27 @@ def changing(run: RunHistory, kind: str, judge: Judge) -> Runs:
     runs = (
         run,
         *(
-            stepped(run, float(at[t]), float(np.exp(grid[t, r])), float(width[t]))
+            with_step_in_k(
+                run, float(at[t]), float(np.exp(grid[t, r])), float(width[t])
+            )
             for t, r in kept
         ),
     )
     often = -np.append(np.log(0.5), before[tuple(kept.T)]) - np.log(len(runs))
     return [
-        replace(one, often=ratio)
+        replace(one, log_weight=ratio)
         for one, ratio in zip(runs, often.tolist(), strict=True)
     ]
 
 
-class Era(NamedTuple):
+class ServiceInterval(NamedTuple):
     """A gear in service: the cycle at which it was new, and a run of its wear since."""
 
     begin: float
     run: xr.Dataset
 
 
-def renewed(
+def with_replacements(
     study: Subject, compute: Callable[[Scene], xr.Dataset]
 ) -> tuple[Subject, RunHistory]:
     """Return a study whose measurements are parted by the gears they are of, and its history.
@@ -250,15 +256,18 @@ def renewed(
     first = compute(study.first)
     flanks = first["flank"].astype(str).values.tolist()
     gears = list(dict.fromkeys(map(run_curves.gear, flanks)))
-    eras = {gear: [Era(float(first["cycle"].values[0]), first)] for gear in gears}
+    eras = {
+        gear: [ServiceInterval(float(first["cycle"].values[0]), first)]
+        for gear in gears
+    }
     _gear_of(study.limit.where, gears, "update.limit")
     told = []
     for number, (members, at) in enumerate(_events(study, first, gears)):
         known, history = _history(study, scene, eras)
-        before = likelihood.held(
+        before = likelihood.select_by_cycle(
             answers.blocks_of(known, (history,)), history, np.less_equal, at
         )
-        answer = answers.answered(known, (history,), before)
+        answer = answers.answer_of(known, (history,), before)
         factor = float(f"{answer.factor(np.array([0.5]))[0]:.{DIGITS}g}")
         own = {
             gear: (at - each[-1].begin) * factor / history.factor
@@ -275,7 +284,7 @@ def renewed(
         )
         for gear, each in eras.items():
             if gear in members:
-                each.append(Era(at, then))
+                each.append(ServiceInterval(at, then))
             else:
                 each[-1] = each[-1]._replace(run=_joined(each[-1].run, own[gear], then))
         told.append(f"{' and '.join(members)} new at {at:.6g} cycles")
@@ -296,7 +305,7 @@ def _events(
     study: Subject, first: xr.Dataset, gears: list[str]
 ) -> list[tuple[Sequence[str], float]]:
     """Return which gears were replaced when, in order: their names, cycle."""
-    found = []
+    events = []
     for number, event in enumerate(study.spec.replaced):
         place = f"update.replaced[{number}]"
         for gear in event.members:
@@ -313,25 +322,27 @@ def _events(
                     if study.calendar is None
                     else float(study.calendar.hours(event.date))
                 )
-                said = (
+                message = (
                     "needs update.calendar = { date, hours, hours_per_year }; or give "
                     "hours"
                 )
                 if hours < 0.0:
-                    said = (
+                    message = (
                         f"{event.date} is before the first operating hour, by "
                         "update.calendar"
                     )
                 if not hours >= 0.0:
-                    raise UpdateError(f"{place}.date: {said}")
-            each = run_curves.per_cycle(first, "operating_hours")
-            at = float(first["cycle"].values[0]) + hours * units.HOUR / each
-        found.append((event.members, at))
-    return sorted(found, key=lambda one: one[1])
+                    raise UpdateError(f"{place}.date: {message}")
+            seconds_per_cycle = run_curves.per_cycle(first, "operating_hours")
+            at = (
+                float(first["cycle"].values[0]) + hours * units.HOUR / seconds_per_cycle
+            )
+        events.append((event.members, at))
+    return sorted(events, key=lambda one: one[1])
 
 
 def _history(
-    study: Subject, scene: Scene, eras: Mapping[str, list[Era]]
+    study: Subject, scene: Scene, eras: Mapping[str, list[ServiceInterval]]
 ) -> tuple[Subject, RunHistory]:
     """Return the study with its measurements parted, and its history.
 
@@ -339,31 +350,38 @@ def _history(
     """
     gears = list(eras)
     parts = []
-    asked = []
+    points = []
     last = eras[_gear_of(study.limit.where, gears, "update.limit")][-1]
-    own = run_curves.history_of(last.run, scene, (), study.limit)
-    for seen in study.seen:
-        mine = eras[_gear_of(seen.data.where, gears, seen.data.place)]
-        cycles = run_curves.cycles_of(mine[0].run, seen)
-        which = np.searchsorted([era.begin for era in mine[1:]], cycles, side="left")
-        for k, (begin, run) in reversed([*enumerate(mine)]):
-            rows = np.flatnonzero(which == k)
-            if len(rows) or k == len(mine) - 1:
+    latest = run_curves.history_of(last.run, scene, (), study.limit)
+    for observed in study.observations:
+        intervals = eras[_gear_of(observed.data.where, gears, observed.data.place)]
+        cycles = run_curves.cycles_of(intervals[0].run, observed)
+        interval_of_value = np.searchsorted(
+            [era.begin for era in intervals[1:]], cycles, side="left"
+        )
+        for k, (begin, run) in reversed([*enumerate(intervals)]):
+            rows = np.flatnonzero(interval_of_value == k)
+            if len(rows) or k == len(intervals) - 1:
                 names = ("time", "value", "sd", "below", "place", "row")
                 parts.append(
-                    replace(seen, **{name: getattr(seen, name)[rows] for name in names})
+                    replace(
+                        observed,
+                        **{name: getattr(observed, name)[rows] for name in names},
+                    )
                 )
-                ended = own.limit if run is last.run else None
-                one = run_curves.asked_of(
+                ended = latest.limit if run is last.run else None
+                block_points = run_curves.points_of(
                     run_curves.distinct(run), parts[-1], study.limit, ended
                 )
-                asked.append(
-                    one._replace(clock=_clock(begin, own.start, own.end), begin=begin)
+                points.append(
+                    block_points._replace(
+                        clock=_clock(begin, latest.start, latest.end), begin=begin
+                    )
                 )
     history = replace(
-        own, asked=tuple(asked), clock=_clock(last.begin, own.start, own.end)
+        latest, points=tuple(points), clock=_clock(last.begin, latest.start, latest.end)
     )
-    return replace(study, seen=tuple(parts)), history
+    return replace(study, observations=tuple(parts)), history
 
 
 def _clock(begin: float, start: float, end: float) -> Clock:
@@ -373,34 +391,37 @@ def _clock(begin: float, start: float, end: float) -> Clock:
     return Clock(cycle, np.array([start, start, start + ahead]))
 
 
-def _profile(run: xr.Dataset, flank: str, own: float) -> dict[str, Any]:
+def _profile(run: xr.Dataset, flank: str, at_cycle: float) -> dict[str, Any]:
     """Return the wear of a flank at a cycle of a run, as a scene writes it."""
-    mine = run_curves.distinct(run).sel(flank=flank).sortby("path_position")
+    flank_data = run_curves.distinct(run).sel(flank=flank).sortby("path_position")
     names = ("cycle", "wear_depth", "wear_rate", "path_position")
     cycle, depth, rate, position = (
-        np.asarray(mine[name].values, float) for name in names
+        np.asarray(flank_data[name].values, float) for name in names
     )
     held = np.flatnonzero(np.isfinite(position))
     worn = np.maximum(
-        run_curves.RunCurve(cycle, depth, rate).at(np.full(len(held), own), held), 0.0
+        run_curves.RunCurve(cycle, depth, rate).at(np.full(len(held), at_cycle), held),
+        0.0,
     )
     if not worn.any():
         return {}
     x, y = (
-        tuple(map(options.Stored, each.tolist())) for each in (position[held], worn)
+        tuple(map(options.Stored, values.tolist())) for values in (position[held], worn)
     )
     named = {"shape": "measured", "x": "path_position", "y": "depth"}
     return {**named, "abscissa": x, "ordinate": y, "continuation": "hold"}
 
 
-def _joined(run: xr.Dataset, own: float, then: xr.Dataset) -> xr.Dataset:
+def _joined(run: xr.Dataset, cycle: float, continuation: xr.Dataset) -> xr.Dataset:
     """Return a run until one of its cycles, and from there on another."""
-    held = run.isel(update=run["cycle"].values < own * (1.0 - 1e-9))
+    held = run.isel(update=run["cycle"].values < cycle * (1.0 - 1e-9))
     shifts = {
-        name: own * run_curves.per_cycle(run, name)
+        name: cycle * run_curves.per_cycle(run, name)
         for name in CLOCKS
-        if name in run and name in then
+        if name in run and name in continuation
     }
-    later = then.assign({name: then[name] + shift for name, shift in shifts.items()})
+    later = continuation.assign(
+        {name: continuation[name] + shift for name, shift in shifts.items()}
+    )
     how: Any = {"data_vars": "minimal", "coords": "minimal", "compat": "override"}
     return xr.concat([held, later], "update", **how)

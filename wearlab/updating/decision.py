@@ -69,7 +69,7 @@ def virtual_inspection(outcome: answers.Finding, rng: Random) -> xr.Dataset | No
         return None
     expected = np.empty((len(INSTRUMENTS), len(looks)))
     for k, (value, life, sd) in enumerate(
-        states_at(answer.drifting, draws, number, looks, rng)
+        states_at_looks(answer.drifting, draws, number, looks, rng)
     ):
         expected[:, k] = [
             expected_width(value, life - looks[k], n * sd, rng) / present
@@ -77,8 +77,8 @@ def virtual_inspection(outcome: answers.Finding, rng: Random) -> xr.Dataset | No
         ]
     safe = looks <= max(early, looks[0])
     best = looks[safe][np.argmin(expected[1][safe])]
-    found = {"expected_width": expected, "present_width": present, "recommended": best}
-    return layout.dataset("ahead", found, instrument=list(INSTRUMENTS), look=looks)
+    values = {"expected_width": expected, "present_width": present, "recommended": best}
+    return layout.dataset("ahead", values, instrument=list(INSTRUMENTS), look=looks)
 
 
 def before_change(ahead: xr.Dataset, change: float) -> xr.Dataset:
@@ -105,27 +105,27 @@ def virtual_block(outcome: answers.Finding) -> int | None:
         (
             n
             for n, b in enumerate(blocks)
-            if b.seen.place_kind is None and not b.data.since
+            if b.observed.place_kind is None and not b.data.since
         ),
         None,
     )
 
 
-def states_at(
+def states_at_looks(
     drifting: int | None, draws: Draws, number: int, looks: Array, rng: Random
 ) -> Iterator[Seen]:
     """Yield for some draws the quantity at later cycles, the life as it then is, and a value's error."""
     n = len(draws)
     block = draws.posterior.blocks[number]
     drift = draws.drift[number]
-    own = (
-        float(np.median(block.seen.sd)) if len(block.seen) else 0.0
+    column_error = (
+        float(np.median(block.observed.sd)) if len(block.observed) else 0.0
     )  # of its column, as until now
     gain = sampling.gains(draws, number, rng)
     runs = draws.by_run()
     rate = drift**2 / likelihood.PER
     w = np.zeros(n)
-    last = draws.seen(number) if drift.any() else None
+    last = draws.filtered(number) if drift.any() else None
     for look in map(float, looks):
         mean = np.empty(n)
         life = draws.life.copy()
@@ -133,13 +133,19 @@ def states_at(
             w = last.drawn(look, rate, rng)
         for run, mine in runs:
             factor = draws.factor[mine]
-            asked = run.asked[number]
-            mean[mine] = asked.curve.at(
-                run.own_cycle(np.array(look), factor, asked.clock)
+            points = run.points[number]
+            mean[mine] = points.curve.at(
+                run.own_cycle(np.array(look), factor, points.clock)
             )
             if drifting == number:
-                life[mine] = lives.ended(run, factor, w[mine], look, rate[mine], rng)
-        square = draws.sd[number] ** 2 + own**2 + (block.relative * gain * mean) ** 2
+                life[mine] = lives.draw_lives(
+                    run, factor, w[mine], look, rate[mine], rng
+                )
+        square = (
+            draws.sd[number] ** 2
+            + column_error**2
+            + (block.relative * gain * mean) ** 2
+        )
         yield mean * gain + w, life, np.sqrt(square + block.data.error.offset_sd**2)
 
 
@@ -172,51 +178,55 @@ def virtual_weights(value: Array, sd: Array, rng: Random) -> NDArray[np.float32]
     """
     truths = ((np.arange(TRUTHS) + rng.random()) / TRUTHS * len(value)).astype(int)
     error = rng.permutation(ndtri((np.arange(TRUTHS) + 0.5) / TRUTHS))
-    seen = value[truths] + sd[truths] * error
+    measured = value[truths] + sd[truths] * error
     middle = value.mean()
     share = (1.0 / sd).astype(np.float32)
-    own = ((value - middle) / sd).astype(np.float32)
-    off = np.multiply.outer((seen - middle).astype(np.float32), share) - own
+    standardised = ((value - middle) / sd).astype(np.float32)
+    off = (
+        np.multiply.outer((measured - middle).astype(np.float32), share) - standardised
+    )
     # a truth explains its own value: no row is nothing
     return np.exp(np.float32(-0.5) * off * off) * (share * np.float32(sd.min()))
 
 
-def decided(
+def decision_of(
     outcome: answers.Finding, costs: Decision, rng: Random
 ) -> xr.Dataset | None:
     """Return the cost per hour of changes and looks, None where no end is to be expected."""
     answer = outcome.answer
     run = outcome.posterior.histories[0]
-    found = changes(answer, run, costs)
+    result = change_costs(answer, run, costs)
     number = virtual_block(outcome)
-    if found is None or costs.inspection is None or number is None:
-        return found
+    if result is None or costs.inspection is None or number is None:
+        return result
     hour = run.seconds_per_cycle / HOUR
     draws = outcome.draws
     age = hour * (answer.now - run.start)
     looks = np.linspace(answer.now, float(answer.life(np.array([0.5]))[0]), LOOKS + 1)[
         1:
     ]
-    states = states_at(answer.drifting, draws, number, looks, rng)
+    states = states_at_looks(answer.drifting, draws, number, looks, rng)
     rates = []
-    for look, seen in zip(looks.tolist(), states, strict=True):
-        rest = hour * (np.where(draws.life <= look, draws.life, seen[1]) - answer.now)
+    for look, state in zip(looks.tolist(), states, strict=True):
+        rest = hour * (np.where(draws.life <= look, draws.life, state[1]) - answer.now)
         rates.append(
-            with_a_look(rest, seen, hour * (look - answer.now), age, costs, rng)
+            rate_with_inspection(
+                rest, state, hour * (look - answer.now), age, costs, rng
+            )
         )
     best = (
         looks[int(np.argmin(rates))]
-        if min(rates) < float(found["best_rate"])
+        if min(rates) < float(result["best_rate"])
         else np.nan
     )
-    return found.merge(
+    return result.merge(
         layout.dataset(
             "decision", {"rate_with_look": rates, "best_look": best}, look=looks
         )
     )
 
 
-def changes(
+def change_costs(
     known: lives.Lives, run: RunHistory, costs: Decision, places: int = PLACES
 ) -> xr.Dataset | None:
     """Return the cost per hour of planned changes, the best, and its sensitivity.
@@ -277,32 +287,32 @@ def over_horizon(
     for left in range(1, len(new)):
         value[left] = value[left - 1]  # for failures within the first step
         value[left] = min(_costs_of_ages(new[: left + 1], value, costs)[1:])
-    own = _costs_of_ages(below, value, costs)
-    best = int(np.argmin(own)) if planned else len(own) - 1
-    return best, float(own[best])
+    costs_by_age = _costs_of_ages(below, value, costs)
+    best = int(np.argmin(costs_by_age)) if planned else len(costs_by_age) - 1
+    return best, float(costs_by_age[best])
 
 
 def _costs_of_ages(below: Array, value: Array, costs: Decision) -> Array:
     """Return the cost to go of a change planned after 0, 1, … steps, of none in the last place."""
     left = len(below) - 1
-    gone = np.diff(below)  # in each step; half of them lie before its middle
+    failing = np.diff(below)  # in each step; half of them lie before its middle
     to_go = value[left::-1]
-    failed = gone * (costs.failure + 0.5 * (to_go[:-1] + to_go[1:]))
+    failed = failing * (costs.failure + 0.5 * (to_go[:-1] + to_go[1:]))
     forced = below[0] * (costs.failure + to_go[0]) + np.append(0.0, np.cumsum(failed))
-    own: Array = forced + (1.0 - below) * (costs.planned + to_go)
-    own[-1] = forced[-1]
-    return own
+    totals: Array = forced + (1.0 - below) * (costs.planned + to_go)
+    totals[-1] = forced[-1]
+    return totals
 
 
-def with_a_look(
-    rest: Array, seen: Seen, look: float, age: float, costs: Decision, rng: Random
+def rate_with_inspection(
+    rest: Array, measured: Seen, look: float, age: float, costs: Decision, rng: Random
 ) -> float:
     """Return the least cost per hour with a look, after which the change is chosen.
 
     Parameters
     ----------
     rest : of each draw, the life from now [h]
-    seen : what would be measured at the look, the life as it then is, and the error
+    measured : what would be measured at the look, the life as it then is, and the error
     look, age : time of it from now, and age now [h]
     costs : of changes, failures and looks
     rng : of the errors
@@ -314,21 +324,23 @@ def with_a_look(
     if early.all():
         return costs.failure / (age + lost)
     order = np.argsort((rest - look)[~early])
-    left, value, sd = (each[~early][order] for each in (rest - look, seen[0], seen[2]))
+    left, value, sd = (
+        values[~early][order] for values in (rest - look, measured[0], measured[2])
+    )
     time = np.linspace(0.0, float(np.quantile(left, LAST)), PLACES + 1)
     at = np.searchsorted(left, time, side="right")
     mass = np.cumsum(virtual_weights(value, sd, rng), axis=1, dtype=float)
-    gone = np.insert(mass, 0, 0.0, axis=1)[:, at] / mass[:, -1:]
-    cost = costs.planned * (1.0 - gone) + costs.failure * gone
-    length = cumulative_trapezoid(1.0 - gone, time, initial=0.0)
+    failed_share = np.insert(mass, 0, 0.0, axis=1)[:, at] / mass[:, -1:]
+    cost = costs.planned * (1.0 - failed_share) + costs.failure * failed_share
+    length = cumulative_trapezoid(1.0 - failed_share, time, initial=0.0)
 
     def excess(rate: float) -> float:
-        after = float(np.min(cost - rate * length, axis=1).mean())
+        later_cost = float(np.min(cost - rate * length, axis=1).mean())
         return (
             costs.failure * failed
-            + (1.0 - failed) * (inspection + after)
+            + (1.0 - failed) * (inspection + later_cost)
             - rate * (age + lost)
         )
 
-    most = (costs.failure + inspection + costs.planned) / max(age + lost, 1e-9)
-    return float(brentq(excess, 0.0, most, xtol=1e-12 * most))
+    highest_rate = (costs.failure + inspection + costs.planned) / max(age + lost, 1e-9)
+    return float(brentq(excess, 0.0, highest_rate, xtol=1e-12 * highest_rate))

@@ -21,7 +21,7 @@ from wearlab.updating import (
     sampling,
 )
 from wearlab.updating.cases import Subjects
-from wearlab.updating.grids import along, equally
+from wearlab.updating.grids import draws_along_grid, equal_draws
 from wearlab.updating.population import FleetMember, Law, Population
 from wearlab.updating.scores import held_by
 
@@ -41,7 +41,7 @@ class UnitState:
     factor : (n,) on the wear coefficient, at the reference time
     block : what is asked, at first what was measured last; None of a unit without any
         block
-    strayed, variance : (n,) mean and variance of W after the last inspection
+    drift_mean, drift_variance : (n,) mean and variance of W after the last inspection
     since : (n,) equal wear time of that
     """
 
@@ -49,8 +49,8 @@ class UnitState:
     shared: population.Shared
     factor: Array
     block: int | None
-    strayed: Array
-    variance: Array
+    drift_mean: Array
+    drift_variance: Array
     since: Array
 
     def _equal(self, cycle: float) -> Array:
@@ -64,14 +64,18 @@ class UnitState:
         """
         run = self.unit.run
         none = (np.zeros(0, np.intp), np.zeros(0))
-        own = run_curves.Asked(run.limit, *none) if block is None else run.asked[block]
-        mean = self.shared.mean(run, own, self.factor[:, None], np.array([cycle]))[
+        points = (
+            run_curves.ObservationPoints(run.limit, *none)
+            if block is None
+            else run.points[block]
+        )
+        mean = self.shared.mean(run, points, self.factor[:, None], np.array([cycle]))[
             :, 0, 0
         ]
-        worn = self.shared.worn(run, own.curve, self.factor)
+        worn = self.shared.worn(run, points.curve, self.factor)
         left = np.maximum(self._equal(cycle) - self.since, 0.0)
-        return mean + worn * self.strayed, worn**2 * (
-            self.variance + self.shared.rate[:, 0] * left
+        return mean + worn * self.drift_mean, worn**2 * (
+            self.drift_variance + self.shared.rate[:, 0] * left
         )
 
     def measured(self, cycle: float, count: int = 1) -> tuple[Array, Array]:
@@ -79,13 +83,13 @@ class UnitState:
         mean, variance = self.wear(cycle, self.block)
         if self.block is not None:
             block = self.unit.blocks[self.block]
-            column = float(np.median(block.seen.sd)) if len(block.seen) else 0.0
-            own = (
+            column = float(np.median(block.observed.sd)) if len(block.observed) else 0.0
+            value_variance = (
                 self.shared.sd[self.block][:, 0] ** 2
                 + column**2
                 + (block.relative * mean) ** 2
             )
-            variance = variance + own / count + block.data.error.offset_sd**2
+            variance = variance + value_variance / count + block.data.error.offset_sd**2
         return mean, np.sqrt(variance)
 
     def value(self, cycle: float, p: Array) -> Array:
@@ -93,15 +97,17 @@ class UnitState:
         mean, sd = self.measured(cycle)
         low = float(np.min(mean - 9.0 * sd))
         high = float(np.max(mean + 9.0 * sd))
-        return run_curves.risen(lambda x: _below(x, mean, sd), p, low, high, 1e-6)
+        return run_curves.invert_rising(
+            lambda x: _mean_probability(x, mean, sd), p, low, high, 1e-6
+        )
 
     def crps(self, cycle: float, value: float, rng: Random) -> float:
         """Return the continuous ranked probability score of a value: E|x − y| − ½ E|x − x′|."""
         (mean, sd) = self.measured(cycle)
         n = len(self.factor)
         x = np.sort(mean + sd * rng.standard_normal(n))
-        apart = 2.0 * float((2.0 * np.arange(n) - n + 1.0) @ x) / n**2
-        return float(np.mean(np.abs(x - value)) - 0.5 * apart)
+        mean_difference = 2.0 * float((2.0 * np.arange(n) - n + 1.0) @ x) / n**2
+        return float(np.mean(np.abs(x - value)) - 0.5 * mean_difference)
 
     @cached_property
     def lives(self) -> lives.Passage:
@@ -109,7 +115,9 @@ class UnitState:
         run = self.unit.run
         (nodes, heights) = STATES
         worn = self.shared.worn(run, run.limit, self.factor)  # what W is told in
-        w = (worn * (self.strayed + nodes[:, None] * np.sqrt(self.variance))).ravel()
+        w = (
+            worn * (self.drift_mean + nodes[:, None] * np.sqrt(self.drift_variance))
+        ).ravel()
         weight = np.repeat(heights, len(self.factor))
         each = self.factor / run.factor, worn**2 * self.shared.rate[:, 0], self.since
         factor, rate, since = (np.tile(one, len(nodes)) for one in each)
@@ -123,7 +131,7 @@ class UnitState:
         )
 
 
-def _below(value: Array, mean: Array, sd: Array) -> Array:
+def _mean_probability(value: Array, mean: Array, sd: Array) -> Array:
     return np.asarray(
         ndtr((value[:, None] - mean) / np.maximum(sd, 1e-300)).mean(axis=1)
     )
@@ -150,25 +158,27 @@ def states_of(
     none = np.zeros(log_factor.shape[1])
     lanes = law.shared(theta.reshape(-1, theta.shape[-1]))
     states = []
-    seen = []
+    filter_steps = []
     if unit.inspections:
-        seen = population.seen_by(
+        filter_steps = population.unit_likelihood(
             unit, lanes, log_factor.reshape(-1, 1), steps=True
         ).steps
     for k, (cycle, count) in enumerate(
         zip(cycles, unit.inspected(cycles), strict=True)
     ):
-        before = unit.inspections[:count]
+        inspections = unit.inspections[:count]
         shared = law.shared(theta[k])
         state = (none, none, none)
         block = next(
-            (number for number, _ in reversed(before) if number in whole),
+            (number for number, _ in reversed(inspections) if number in whole),
             next(iter(whole), None),
         )
-        if before:
+        if inspections:
             mine = slice(k * n, (k + 1) * n)
-            step = seen[count - 1]
-            since = shared.equal(unit.run.equal(np.array(before[-1][1].cycle)))[:, 0]
+            step = filter_steps[count - 1]
+            since = shared.equal(unit.run.equal(np.array(inspections[-1][1].cycle)))[
+                :, 0
+            ]
             state = (
                 step.mean[mine, 0],
                 step.variance[mine, 0],
@@ -180,49 +190,59 @@ def states_of(
     return states
 
 
-def joint(found: Population, n: int, rng: Random) -> tuple[Array, Array]:
+def joint_draws(fleet: Population, n: int, rng: Random) -> tuple[Array, Array]:
     """Return draws of what units share, (n, parameters), and of ln f of each unit with it, (units, n)."""
-    theta, near = found.parameters(n, rng)
+    theta, near = fleet.parameters(n, rng)
     return theta, np.stack(
-        [population.factors(unit, found.law, near, rng) for unit in found.units]
+        [population.factors(unit, fleet.law, near, rng) for unit in fleet.units]
     )
 
 
-def states_now(found: Population, theta: Array, log_factor: Array) -> States:
+def states_now(fleet: Population, theta: Array, log_factor: Array) -> States:
     """Return the states of all units after all measurements, of some of such draws.
 
     They lie in order.
     """
-    some = np.linspace(0, len(theta) - 1, min(len(theta), DRAWS)).astype(int)
+    chosen = np.linspace(0, len(theta) - 1, min(len(theta), DRAWS)).astype(int)
     last = np.array([np.inf])
-    both = zip(found.units, log_factor, strict=True)
+    pairs = zip(fleet.units, log_factor, strict=True)
     return [
-        states_of(found.law, unit, theta[None, some], own[None, some], last)[0]
-        for unit, own in both
+        states_of(
+            fleet.law, unit, theta[None, chosen], log_factors[None, chosen], last
+        )[0]
+        for unit, log_factors in pairs
     ]
 
 
-def after(
-    found: Population, number: int, until: Array, rng: Random, asked: int | None = None
+def states_after(
+    fleet: Population,
+    number: int,
+    until: Array,
+    rng: Random,
+    foreseen: int | None = None,
 ) -> States:
     """Return `FEW` states of a unit after its inspections up to cycles, all of the other units being known.
 
     With a block that is asked they are those before its inspections at these cycles.
     """
-    unit = replace(found.units[number], asked=asked).up_to(until[-1])
-    theta = found.theta[equally(found.weight(number), FEW, rng)]
+    unit = replace(fleet.units[number], foreseen=foreseen).up_to(until[-1])
+    theta = fleet.theta[equal_draws(fleet.weight(number), FEW, rng)]
     if not len(unit.cycles):
-        log_factor = population.factors(unit, found.law, theta, rng)
-        return states_of(found.law, unit, theta[None], log_factor[None], until)
-    points, which = np.unique(theta, axis=0, return_inverse=True)
-    u, mass, marginal = population.masses(unit, found.law, points, until)
-    likely = np.exp(marginal - marginal.max(axis=1, keepdims=True))[:, which.ravel()]
-    picks = [rng.choice(FEW, FEW, p=own / own.sum()) for own in likely]
-    each = [
-        along(u, own, which.ravel()[pick], rng)
-        for own, pick in zip(mass, picks, strict=True)
+        log_factor = population.factors(unit, fleet.law, theta, rng)
+        return states_of(fleet.law, unit, theta[None], log_factor[None], until)
+    points, point_numbers = np.unique(theta, axis=0, return_inverse=True)
+    u, mass, marginal = population.masses(unit, fleet.law, points, until)
+    likely = np.exp(marginal - marginal.max(axis=1, keepdims=True))[
+        :, point_numbers.ravel()
     ]
-    return states_of(found.law, unit, theta[np.array(picks)], np.array(each), until)
+    picks = [rng.choice(FEW, FEW, p=row / row.sum()) for row in likely]
+    log_factors = [
+        draws_along_grid(u, row, point_numbers.ravel()[pick], rng)
+        for row, pick in zip(mass, picks, strict=True)
+    ]
+    return states_of(
+        fleet.law, unit, theta[np.array(picks)], np.array(log_factors), until
+    )
 
 
 PLACES = 200  # times at which a change is considered
@@ -242,52 +262,55 @@ def fleet_groups(
     """
     spec = studies[0].spec
     prior = studies[0].prior
-    both = zip(studies, runs, strict=True)
+    pairs = zip(studies, runs, strict=True)
     assert spec.fleet is not None and prior is not None
     units = [
-        FleetMember(one.label, run, answers.blocks_of(one, [run])) for one, run in both
+        FleetMember(study.label, run, answers.blocks_of(study, [run]))
+        for study, run in pairs
     ]
-    found = population.population(
+    fleet = population.fit_population(
         units, population.law_of(spec.fleet, prior, units), spec.seed
     )
     rng = np.random.default_rng([spec.seed, 1])
-    blanks = _blanks(found, rng)
-    (theta, each) = joint(found, spec.draws, rng)
-    rows = _observed(found, blanks, rng)
+    blanks = _blanks(fleet, rng)
+    (theta, log_factors) = joint_draws(fleet, spec.draws, rng)
+    rows = _inspection_table(fleet, blanks, rng)
     stats: dict[str, Any] = {
-        "log_evidence": found.evidence,
-        "points": float(len(found.theta)),
+        "log_evidence": fleet.evidence,
+        "points": float(len(fleet.theta)),
     }
     stats |= {
-        "notes": " | ".join(_notes(studies, found)),
+        "notes": " | ".join(_notes(studies, fleet)),
         **(_scores(rows) if replay else {}),
     }
-    now = _predictions(studies, found, states_now(found, theta, each), blanks)
+    predictions = _predictions(
+        studies, fleet, states_now(fleet, theta, log_factors), blanks
+    )
     groups = {
-        "posterior": _posterior(found, theta, each, rng),
-        "predictions": now,
+        "posterior": _posterior(fleet, theta, log_factors, rng),
+        "predictions": predictions,
         "observed_data": rows,
     }
     groups["sample_stats"] = layout.dataset("statistics", stats)
     if rows and rows["flagged"].values.any():
-        sound = _without(found, rows.isel(observation=rows["flagged"].values))
-        rest = population.population(sound, found.law, 0)
-        states = states_now(rest, *joint(rest, DRAWS, rng))
+        sound = _without(fleet, rows.isel(observation=rows["flagged"].values))
+        rest = population.fit_population(sound, fleet.law, 0)
+        states = states_now(rest, *joint_draws(rest, DRAWS, rng))
         groups["predictions_without"] = _predictions(
             studies, rest, states, _blanks(rest, rng)
         )
     return groups
 
 
-def _blanks(found: Population, rng: Random) -> States:
+def _blanks(fleet: Population, rng: Random) -> States:
     """Return the states of units by what is known of the others alone."""
     return [
-        after(found, number, np.array([-np.inf]), rng)[0]
-        for number in range(len(found.units))
+        states_after(fleet, number, np.array([-np.inf]), rng)[0]
+        for number in range(len(fleet.units))
     ]
 
 
-def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
+def _without(fleet: Population, flagged: xr.Dataset) -> list[FleetMember]:
     """Return the units without the inspections that are flagged."""
     out = set(
         zip(
@@ -296,40 +319,44 @@ def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
         )
     )
 
-    def kept(unit: FleetMember, n: int, block: likelihood.Block) -> likelihood.Block:
-        cycle = unit.run.asked[n].cycle[block.rows]
+    def sound_block(
+        unit: FleetMember, n: int, block: likelihood.Block
+    ) -> likelihood.Block:
+        cycle = unit.run.points[n].cycle[block.rows]
         return replace(
             block,
             rows=block.rows[[(unit.name, n, at) not in out for at in cycle.tolist()]],
         )
 
-    each = [
-        (unit, [kept(unit, n, one) for n, one in enumerate(unit.blocks)])
-        for unit in found.units
+    selections = [
+        (unit, [sound_block(unit, n, block) for n, block in enumerate(unit.blocks)])
+        for unit in fleet.units
     ]
-    return [replace(unit, blocks=tuple(blocks)) for unit, blocks in each]
+    return [replace(unit, blocks=tuple(blocks)) for unit, blocks in selections]
 
 
-def _posterior(found: Population, theta: Array, each: Array, rng: Random) -> xr.Dataset:
+def _posterior(
+    fleet: Population, theta: Array, log_factors: Array, rng: Random
+) -> xr.Dataset:
     """Return equally probable draws of what the units share, and of each unit's factor."""
     n = len(theta)
     shown = {}
-    for (name, *_), value in zip(found.law.parameters, np.exp(theta.T), strict=True):
+    for (name, *_), value in zip(fleet.law.parameters, np.exp(theta.T), strict=True):
         shown[name] = value
         if (number := name.removeprefix("sd_")).isdigit():
-            data = found.units[0].blocks[int(number)].data
+            data = fleet.units[0].blocks[int(number)].data
             shown[f"sd_{data.label}"] = layout.variable(
                 "sample", "sd", shown.pop(name), units=data.si
             )
-    shown["factor"] = np.exp(each.T)
+    shown["factor"] = np.exp(log_factors.T)
     shown["factor_of_another"] = np.exp(
         theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(n)
     )
-    return layout.sample(shown, n, "fleet", unit=_names(found))
+    return layout.sample(shown, n, "fleet", unit=_names(fleet))
 
 
-def _names(found: Population) -> np.ndarray:
-    return np.array([unit.name for unit in found.units], dtype=object)
+def _names(fleet: Population) -> np.ndarray:
+    return np.array([unit.name for unit in fleet.units], dtype=object)
 
 
 def _predictions(
@@ -358,7 +385,9 @@ def _predictions(
             )
         rows.append(layout.dataset("predictions", row, quantile=layout.P))
         advice = (
-            None if costs is None else decision.changes(state.lives, run, costs, PLACES)
+            None
+            if costs is None
+            else decision.change_costs(state.lives, run, costs, PLACES)
         )
         if advice is not None:
             advice = layout.dated(advice, days)
@@ -377,21 +406,23 @@ def _predictions(
     )
 
 
-def _like_the_others(found: Population, number: int, blank: UnitState) -> float:
+def _like_the_others(fleet: Population, number: int, blank: UnitState) -> float:
     """Return the probability of a last value as far off, by what the other units tell.
 
     NaN without any.
     """
-    unit = found.units[number]
-    others = sum(len(each.cycles) > 0 for each in found.units) - (len(unit.cycles) > 0)
-    told = (
+    unit = fleet.units[number]
+    measured_units = sum(len(member.cycles) > 0 for member in fleet.units) - (
+        len(unit.cycles) > 0
+    )
+    inspections = (
         []
-        if others < FEWEST or blank.block is None
+        if measured_units < FEWEST or blank.block is None
         else _inspections(unit, blank.block)
     )
     return (
-        _two_sided(blank, *told[-1])
-        if told and np.isfinite(told[-1][1])
+        _two_sided_p(blank, *inspections[-1])
+        if inspections and np.isfinite(inspections[-1][1])
         else float("nan")
     )
 
@@ -399,8 +430,8 @@ def _like_the_others(found: Population, number: int, blank: UnitState) -> float:
 def _inspections(unit: FleetMember, number: int) -> list[tuple[float, float, int]]:
     """Return cycle, mean value and number of values of each inspection of a block."""
     block = unit.blocks[number]
-    cycle = unit.run.asked[number].cycle[block.rows]
-    value = block.seen.value[block.rows]
+    cycle = unit.run.points[number].cycle[block.rows]
+    value = block.observed.value[block.rows]
     times, count = np.unique(cycle, return_counts=True)
     return [
         (float(t), float(value[cycle == t].mean()), int(n))
@@ -408,13 +439,17 @@ def _inspections(unit: FleetMember, number: int) -> list[tuple[float, float, int
     ]
 
 
-def _two_sided(state: UnitState, cycle: float, value: float, count: int) -> float:
+def _two_sided_p(state: UnitState, cycle: float, value: float, count: int) -> float:
     """Return the probability that the mean of so many values measured at a cycle is as far off."""
-    below = float(_below(np.array([value]), *state.measured(cycle, count))[0])
+    below = float(
+        _mean_probability(np.array([value]), *state.measured(cycle, count))[0]
+    )
     return 2.0 * min(below, 1.0 - below)
 
 
-def _observed(found: Population, blanks: list[UnitState], rng: Random) -> xr.Dataset:
+def _inspection_table(
+    found: Population, blanks: list[UnitState], rng: Random
+) -> xr.Dataset:
     """Return every inspection that is foreseen: its value, what those before and the other units tell.
 
     Two simple rules stand beside it: the others' median rate between inspections, a
@@ -426,10 +461,10 @@ def _observed(found: Population, blanks: list[UnitState], rng: Random) -> xr.Dat
             values = _inspections(unit, n)
             # at the very first inspection of a unit the others alone tell what to
             # expect
-            new = int(not len(replace(unit, asked=n).up_to(values[0][0]).cycles))
+            new = int(not len(replace(unit, foreseen=n).up_to(values[0][0]).cycles))
             later = [at for at, *_ in values[new:]]
             states = [blank] * new + (
-                after(found, number, np.array(later), rng, n) if later else []
+                states_after(found, number, np.array(later), rng, n) if later else []
             )
             for known, (cycle, value, count) in zip(states, values, strict=True):
                 state = replace(known, block=n)
@@ -448,7 +483,7 @@ def _observed(found: Population, blanks: list[UnitState], rng: Random) -> xr.Dat
                 row["foreseen"] = state.value(cycle, layout.P)
                 if np.isfinite(value):
                     off = (
-                        _two_sided(state, cycle, value, count),
+                        _two_sided_p(state, cycle, value, count),
                         state.crps(cycle, value, rng),
                     )
                 rows.append(
@@ -499,7 +534,7 @@ def _named(unit: FleetMember, number: int | None) -> str:
     """
     assert number is not None
     data = unit.blocks[number].data
-    several = sum(len(block.seen) > 0 for block in unit.blocks) > 1
+    several = sum(len(block.observed) > 0 for block in unit.blocks) > 1
     return f"{data.label.replace('_', ' ')} ({data.file.name})" if several else ""
 
 
@@ -508,9 +543,11 @@ def _scores(rows: xr.Dataset) -> dict[str, float]:
     if not rows:
         return {}
     # averages over several blocks would mix quantities
-    same = rows["block"].values == np.bincount(rows["block"].values).argmax()
+    main_block = rows["block"].values == np.bincount(rows["block"].values).argmax()
     held = rows.isel(
-        observation=same & ~rows["first"].values & np.isfinite(rows["value"].values)
+        observation=main_block
+        & ~rows["first"].values
+        & np.isfinite(rows["value"].values)
     )
     q = held["foreseen"].values.T
     value = held["value"].values
@@ -522,19 +559,21 @@ def _scores(rows: xr.Dataset) -> dict[str, float]:
         "error_of_line": held["by_a_line"],
     }
     mean = {"crps": held["crps"]} | {
-        name: np.abs(np.asarray(each) - value) for name, each in off.items()
+        name: np.abs(np.asarray(forecast) - value) for name, forecast in off.items()
     }
-    found = {
+    means = {
         f"replay_{name}": float(np.nanmean(values)) for name, values in mean.items()
     }
-    return {"replay_count": float(len(value)), **found, **held_by(q, value)}
+    return {"replay_count": float(len(value)), **means, **held_by(q, value)}
 
 
-def _notes(studies: Subjects, found: Population) -> list[str]:
+def _notes(studies: Subjects, fleet: Population) -> list[str]:
     """Return what a reader must know of the whole fleet, most important first."""
     units = []
-    for one, unit in zip(studies, found.units, strict=True):
-        hours = one.record and one.record.excess(one.calendar and one.calendar.a_year)
+    for study, unit in zip(studies, fleet.units, strict=True):
+        hours = study.record and study.record.excess(
+            study.calendar and study.calendar.a_year
+        )
         odd = [
             answers.oddities(n, block, unit.run)
             for n, block in enumerate(unit.blocks)
@@ -549,6 +588,6 @@ def _notes(studies: Subjects, found: Population) -> list[str]:
                 "ends": ends,
             }
         )
-    nothing = not any(len(unit.cycles) for unit in found.units)
-    told = {"units": units, "nothing": nothing, "resolved": found.resolved}
-    return layout.rendered("fleet_notes.txt", told)
+    nothing = not any(len(unit.cycles) for unit in fleet.units)
+    values = {"units": units, "nothing": nothing, "resolved": fleet.resolved}
+    return layout.rendered("fleet_notes.txt", values)

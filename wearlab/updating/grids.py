@@ -29,12 +29,12 @@ from wearlab.updating.kalman import Filtered
 from wearlab.updating.likelihood import (
     Block,
     Blocks,
-    Lanes,
+    ParameterBatch,
     Spread,
     log_density,
     log_likelihood,
 )
-from wearlab.updating.run_curves import Runs, risen
+from wearlab.updating.run_curves import Runs, invert_rising
 
 COARSE, COARSE_SPREAD, CENTRED = (
     101,
@@ -115,10 +115,10 @@ class Posterior:
         self.prior = prior
         self._all = np.arange(len(self.histories))
         self.resolved = True
-        each = likelihood.unknown(self.blocks)
+        errors = likelihood.unknown_errors(self.blocks)
         self._axes = {
-            (n, side): range_of(prior, len(self._all), own.scale)
-            for n, side, own, prior in each
+            (n, side): range_of(prior, len(self._all), spread.scale)
+            for n, side, spread, prior in errors
         }
         self.centre, self.width = (
             np.log([run.factor for run in self.histories]),
@@ -138,9 +138,9 @@ class Posterior:
 
     def but(self, **changed: Any) -> "Posterior":
         """Return it with other histories or blocks, and all else as it is."""
-        other = copy(self)
-        vars(other).update(changed)
-        return other
+        posterior = copy(self)
+        vars(posterior).update(changed)
+        return posterior
 
     def by(self, blocks: Blocks) -> "Posterior":
         """Return what is known after other observations."""
@@ -149,7 +149,7 @@ class Posterior:
     @property
     def relative(self) -> Array:
         """Logs of evidence over how much more often each run was drawn than its prior has it, (runs,)."""
-        return self.log_evidence - np.array([run.often for run in self.histories])
+        return self.log_evidence - np.array([run.log_weight for run in self.histories])
 
     @property
     def evidence(self) -> float:
@@ -191,17 +191,19 @@ class Posterior:
                 np.broadcast_to(u, (len(self.weight), len(u)))
             )
 
-        return np.exp(risen(smaller, np.asarray(p, float), low, high))
+        return np.exp(invert_rising(smaller, np.asarray(p, float), low, high))
 
     def conditional(self, i: int, number: int) -> tuple[Array, Filtered]:
         """Return log p(y_b, ln sd, ln drift | factor) of a run's block at its nodes, and what is filtered."""
         sd, drift = (grid[[i]] for grid in self.spreads[number])
         runs = self.histories[i : i + 1]
         nodes = self.nodes[[i]]
-        found, seen = conditional(runs, self.blocks[number], number, nodes, (sd, drift))
-        mean = np.broadcast_to(seen.mean, found.shape)[0]
-        variance = np.broadcast_to(seen.variance, found.shape)[0]
-        return found[0], Filtered(found[0], mean, variance, seen.cycle)
+        logs, filtered = conditional(
+            runs, self.blocks[number], number, nodes, (sd, drift)
+        )
+        mean = np.broadcast_to(filtered.mean, logs.shape)[0]
+        variance = np.broadcast_to(filtered.variance, logs.shape)[0]
+        return logs[0], Filtered(logs[0], mean, variance, filtered.cycle)
 
     def _norm(self, place: Array, logs: Array) -> None:
         """Set densities, evidences and weights by logs at places.
@@ -233,16 +235,18 @@ class Posterior:
         mass = self.density * even_weights(n)
         self.mass = mass / mass.sum(axis=1, keepdims=True) * self.weight[:, None]
 
-    def _even(self, n: int, some: Any = slice(None)) -> Array:
+    def _even(self, n: int, chosen: Any = slice(None)) -> Array:
         """Return n even values of s over the range of the factor, (some, n)."""
         low, high = (
             np.arcsinh((end - self.centre) / self.width) for end in self._factor[:2]
         )
-        return np.linspace(low[some], high[some], n, axis=1)
+        return np.linspace(low[chosen], high[chosen], n, axis=1)
 
-    def _at(self, s: Array, some: Any = slice(None)) -> Array:
+    def _at(self, s: Array, chosen: Any = slice(None)) -> Array:
         """Return ln factor at s, (some, n)."""
-        return np.asarray(self.centre[some, None] + self.width[some, None] * np.sinh(s))
+        return np.asarray(
+            self.centre[chosen, None] + self.width[chosen, None] * np.sinh(s)
+        )
 
     def _spreads(self, n: int) -> tuple[Grids, ...]:
         """Return grids over the errors: n points of an unknown one."""
@@ -260,18 +264,19 @@ class Posterior:
             for k, block in enumerate(self.blocks)
         )
 
-    def _tables(self, points: Array, some: Index) -> dict[int, Array]:
+    def _tables(self, points: Array, chosen: Index) -> dict[int, Array]:
         """Return the conditional of each block at points (some, n), as many runs at once as memory allows."""
         tables = {}
-        for number in likelihood.told(self.blocks):
+        for number in likelihood.measured_blocks(self.blocks):
             block = self.blocks[number]
-            (sd, drift) = (grid[some] for grid in self.spreads[number])
+            (sd, drift) = (grid[chosen] for grid in self.spreads[number])
             parts = []
             size = points.shape[1] * len(block.rows) * sd.shape[1] * drift.shape[1]
             for mine in np.array_split(
-                np.arange(len(some)), min(len(some), 1 + len(some) * size // AT_ONCE)
+                np.arange(len(chosen)),
+                min(len(chosen), 1 + len(chosen) * size // AT_ONCE),
             ):
-                runs = [self.histories[i] for i in some[mine]]
+                runs = [self.histories[i] for i in chosen[mine]]
                 parts.append(
                     conditional(
                         runs, block, number, points[mine], (sd[mine], drift[mine])
@@ -280,9 +285,9 @@ class Posterior:
             tables[number] = np.concatenate(parts)
         return tables
 
-    def _log_likelihood(self, points: Array, some: Index) -> Array:
+    def _log_likelihood(self, points: Array, chosen: Index) -> Array:
         total = np.zeros(points.shape)
-        for table in self._tables(points, some).values():
+        for table in self._tables(points, chosen).values():
             total += (
                 table[:, :, 0, 0]
                 if table[0, 0].size == 1
@@ -299,44 +304,50 @@ class Posterior:
         self.spreads = self._spreads(COARSE_SPREAD)
         for _ in range(1 + (len(self._axes) > 0)):
             if self.prior is not None:
-                _settle(self._factor_moved, len(self._all))
-                self.centre, self.width = peak(self._log_density, *self._factor[:2])
+                _repeat_until_settled(self._factor_moved, len(self._all))
+                self.centre, self.width = find_peaks(
+                    self._log_density, *self._factor[:2]
+                )
             if self._axes:
-                _settle(self._errors_moved, len(self._all))
+                _repeat_until_settled(self._errors_moved, len(self._all))
 
-    def _log_density(self, points: Array, some: Index) -> Array:
+    def _log_density(self, points: Array, chosen: Index) -> Array:
         assert self.prior is not None
-        return log_density(self.prior, points) + self._log_likelihood(points, some)
+        return log_density(self.prior, points) + self._log_likelihood(points, chosen)
 
-    def _factor_moved(self, some: Index) -> Flags:
+    def _factor_moved(self, chosen: Index) -> Flags:
         """Fit the range of the factor once; say of which runs it moved."""
         points = np.linspace(
-            self._factor.low[some], self._factor.high[some], COARSE, axis=1
+            self._factor.low[chosen], self._factor.high[chosen], COARSE, axis=1
         )
-        return _narrowed(self._factor, some, points, self._log_density(points, some))
+        return _narrow_range(
+            self._factor, chosen, points, self._log_density(points, chosen)
+        )
 
-    def _errors_moved(self, some: Index) -> Flags:
+    def _errors_moved(self, chosen: Index) -> Flags:
         """Fit the ranges of unknown errors once; say of which runs any moved."""
-        points = self.centre[some, None]
-        own = np.zeros((len(some), 1))
+        points = self.centre[chosen, None]
+        prior_logs = np.zeros((len(chosen), 1))
         if self.prior is not None:
-            s = self._even(COARSE, some)
-            points = self._at(s, some)
-            own = log_density(self.prior, points) + np.log(np.cosh(s))
-        tables = self._tables(points, some)
-        alone = {
+            s = self._even(COARSE, chosen)
+            points = self._at(s, chosen)
+            prior_logs = log_density(self.prior, points) + np.log(np.cosh(s))
+        tables = self._tables(points, chosen)
+        block_logs = {
             number: logsumexp(table, axis=(2, 3)) for number, table in tables.items()
         }
-        together = own + sum(alone.values(), np.zeros(points.shape))
-        moved = np.zeros(len(some), bool)
+        together = prior_logs + sum(block_logs.values(), np.zeros(points.shape))
+        moved = np.zeros(len(chosen), bool)
         for (number, side), axis in self._axes.items():
             if number in tables:
                 grid = self.spreads[number][side]
-                table = tables[number] + (together - alone[number])[:, :, None, None]
+                table = (
+                    tables[number] + (together - block_logs[number])[:, :, None, None]
+                )
                 margin = logsumexp(table, axis=(1, 3 - side)) - np.log(
                     even_weights(grid.shape[1])
                 )
-                moved |= _narrowed(axis, some, grid[some], margin)
+                moved |= _narrow_range(axis, chosen, grid[chosen], margin)
         self.spreads = self._spreads(COARSE_SPREAD)
         return moved
 
@@ -368,13 +379,13 @@ class Posterior:
                 break
             self.nodes = self._at(self._even(2 * n - 1))
             coarse = values
-            values = _between(coarse, 0.5 * np.arange(2 * n - 1))
+            values = _interpolated(coarse, 0.5 * np.arange(2 * n - 1))
             values[:, ::2] = coarse
             values[rough, 1::2] = self._log_likelihood(self.nodes[rough, 1::2], rough)
         s = self._even(FINER * (n - 1) + 1)
-        logs = _between(values, np.linspace(0.0, n - 1.0, s.shape[1])) + log_density(
-            prior, self._at(s)
-        )
+        logs = _interpolated(
+            values, np.linspace(0.0, n - 1.0, s.shape[1])
+        ) + log_density(prior, self._at(s))
         return s, logs + np.log(self.width[:, None] * np.cosh(s))
 
     def widened(self, alone: "Sequence[Posterior]") -> "Posterior":
@@ -441,7 +452,7 @@ def even_weights(n: int) -> Array:
     return weights
 
 
-def equally(probability: Array, n: int, rng: Random) -> Index:
+def equal_draws(probability: Array, n: int, rng: Random) -> Index:
     """Return the places of ``n`` equally probable draws from probabilities, (n,), in their order."""
     below = np.cumsum(probability)
     return np.minimum(
@@ -449,13 +460,13 @@ def equally(probability: Array, n: int, rng: Random) -> Index:
     )
 
 
-def along(u: Array, mass: Array, rows: Index, rng: Random) -> Array:
+def draws_along_grid(u: Array, mass: Array, rows: Index, rng: Random) -> Array:
     """Return draws from laws on one grid, (n,), each from its row of the masses (p, grid)."""
     below = np.cumsum(0.5 * (mass[:, 1:] + mass[:, :-1]), axis=1)
     at = rng.random(len(rows)) * below[rows, -1]
     i = np.minimum((below[rows] < at[:, None]).sum(axis=1), below.shape[1] - 1)
-    before = np.where(i > 0, below[rows, i - 1], 0.0)
-    share = (at - before) / np.maximum(below[rows, i] - before, 1e-300)
+    mass_before = np.where(i > 0, below[rows, i - 1], 0.0)
+    share = (at - mass_before) / np.maximum(below[rows, i] - mass_before, 1e-300)
     return np.asarray(u[i] + share * (u[i + 1] - u[i]))
 
 
@@ -471,19 +482,19 @@ def conditional(
     grids : (runs, n) over ln of the errors
     """
     sd, drift = map(np.exp, grids)
-    lanes = Lanes(
+    lanes = ParameterBatch(
         np.exp(u)[:, :, None, None], sd[:, None, :, None], drift[:, None, None, :]
     )
-    seen = log_likelihood(
+    filtered = log_likelihood(
         block, [(run, [i]) for i, run in enumerate(runs)], number, lanes
     )
     priors = [
         _log_prior(s, grid)
         for s, grid in zip((block.sd, block.drift), grids, strict=True)
     ]
-    return seen.log_likelihood + priors[0][:, None, :, None] + priors[1][
+    return filtered.log_likelihood + priors[0][:, None, :, None] + priors[1][
         :, None, None, :
-    ], seen
+    ], filtered
 
 
 def _log_prior(spread: Spread | None, grid: Array) -> Array:
@@ -497,7 +508,7 @@ def _log_prior(spread: Spread | None, grid: Array) -> Array:
     return log_density(spread.prior, grid, spread.scale) + np.log(weights)
 
 
-def peak(
+def find_peaks(
     logs_at: Callable[[Array, Index], Array], low: Array, high: Array
 ) -> tuple[Array, Array]:
     """Return where densities are largest within ranges, (rows,), and their standard deviations there.
@@ -507,51 +518,51 @@ def peak(
     logs_at : their logs at points (some, n), of some of the rows
     low, high : (rows,)
     """
-    low, high, found = low.copy(), high.copy(), np.empty((2, len(low)))
+    low, high, top = low.copy(), high.copy(), np.empty((2, len(low)))
 
-    def moved(some: Index) -> Flags:
-        points = np.linspace(low[some], high[some], CENTRED, axis=1)
-        rows = np.arange(len(some))
-        logs = logs_at(points, some)
+    def moved(chosen: Index) -> Flags:
+        points = np.linspace(low[chosen], high[chosen], CENTRED, axis=1)
+        rows = np.arange(len(chosen))
+        logs = logs_at(points, chosen)
         best = np.argmax(logs, axis=1)
         near = logs > logs[rows, best][:, None] - 0.5
         first = near.argmax(axis=1)
         last = CENTRED - 1 - near[:, ::-1].argmax(axis=1)
-        found[:, some] = (
+        top[:, chosen] = (
             points[rows, best],
             0.5 * (points[rows, last] - points[rows, first]),
         )
-        low[some] = points[rows, np.maximum(best - 2, 0)]
-        high[some] = points[rows, np.minimum(best + 2, CENTRED - 1)]
+        low[chosen] = points[rows, np.maximum(best - 2, 0)]
+        high[chosen] = points[rows, np.minimum(best + 2, CENTRED - 1)]
         return np.asarray(near.sum(axis=1) <= 4)
 
-    _settle(moved, len(low))
-    return found[0], found[1]
+    _repeat_until_settled(moved, len(low))
+    return top[0], top[1]
 
 
-def _settle(moved: Callable[[Index], Flags], count: int) -> None:
+def _repeat_until_settled(moved: Callable[[Index], Flags], count: int) -> None:
     """Take steps of so many rows, of each until one did not move it."""
-    some = np.arange(count)
+    chosen = np.arange(count)
     for _ in range(ROUNDS):
-        some = some[moved(some)]
-        if not len(some):
+        chosen = chosen[moved(chosen)]
+        if not len(chosen):
             break
 
 
-def _between(values: Array, at: Array) -> Array:
+def _interpolated(values: Array, at: Array) -> Array:
     """Return values of evenly spaced nodes, (runs, n), at places between them."""
     safe = np.maximum(values, values.max(axis=1, keepdims=True) - 1e6)
     return np.asarray(CubicSpline(np.arange(values.shape[1]), safe, axis=1)(at))
 
 
-def _narrowed(axis: Range, some: Index, points: Array, logs: Array) -> Flags:
+def _narrow_range(axis: Range, chosen: Index, points: Array, logs: Array) -> Flags:
     """Fit ranges of some runs to all within `DEPTH` of the top of logs, (some, points).
 
     Say which moved.
     """
-    rows = np.arange(len(some))
+    rows = np.arange(len(chosen))
     end = logs.shape[1] - 1
-    (low, high, least, most) = (e[some] for e in axis)
+    (low, high, smallest, largest) = (e[chosen] for e in axis)
     held = logs > logs.max(axis=1, keepdims=True) - DEPTH
     top = np.argmax(logs, axis=1)
     first = held.argmax(axis=1)
@@ -559,8 +570,8 @@ def _narrowed(axis: Range, some: Index, points: Array, logs: Array) -> Flags:
     width = (high - low) * np.where((top == 0) | (top == end), 4.0, 1.0)
     left = points[rows, np.maximum(first - 1, 0)]
     right = points[rows, np.minimum(last + 1, end)]
-    down = (first == 0) & (left > least + 1e-9)
-    up = (last == end) & (right < most - 1e-9)
-    axis.low[some] = np.where(down, np.maximum(least, left - width), left)
-    axis.high[some] = np.where(up, np.minimum(most, right + width), right)
+    down = (first == 0) & (left > smallest + 1e-9)
+    up = (last == end) & (right < largest - 1e-9)
+    axis.low[chosen] = np.where(down, np.maximum(smallest, left - width), left)
+    axis.high[chosen] = np.where(up, np.minimum(largest, right + width), right)
     return (right - left < 0.6 * (high - low)) | down | up

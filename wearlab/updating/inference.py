@@ -79,9 +79,9 @@ def update(
     StoreError : the store cannot be read or written
     """
     wanted = cases.studies(campaign)
-    if (known := kept(wanted, store, replay=replay, check=check)) is not None:
+    if (known := stored_update(wanted, store, replay=replay, check=check)) is not None:
         return known
-    about = subject(wanted)
+    about = subject_hash(wanted)
     name = identity(about, replay=replay, check=check)
     runner = Runner(campaign.title, store, progress, workers)
     if wanted[0].spec.fleet is not None:
@@ -105,7 +105,7 @@ def update(
             )
         )
     else:
-        outcomes = [updated(study, runner) for study in wanted]
+        outcomes = [update_case(study, runner) for study in wanted]
         made = tree.tree_of(campaign, outcomes, replay=replay, check=check)
         runs = [run for outcome in outcomes for run in outcome.posterior.histories]
         told = [
@@ -144,30 +144,30 @@ class Runner(NamedTuple):
     progress: bool = True
     workers: int | None = None
 
-    def run(self, wanted: cases.Subjects) -> list[run_curves.Runs]:
+    def run(self, studies: cases.Subjects) -> list[run_curves.Runs]:
         """Return the histories of each study; what is missing is run together."""
-        conditions = [study.conditions for study in wanted]
-        asked = [
-            *(study.scenes for study in wanted),
+        conditions = [study.conditions for study in studies]
+        scene_groups = [
+            *(study.scenes for study in studies),
             *(scenes.values() for scenes in conditions),
         ]
-        self._compute(wanted, [scene for scenes in asked for scene in scenes])
-        found = []
-        for study, scenes in zip(wanted, conditions, strict=True):
+        self._compute(studies, [scene for scenes in scene_groups for scene in scenes])
+        all_histories = []
+        for study, scenes in zip(studies, conditions, strict=True):
             runs = cases.histories(study, self.store)
             if scenes:
                 read = zip(
-                    cases.stored(study, scenes, self.store),
+                    cases.stored_runs(study, scenes, self.store),
                     scenes.values(),
                     strict=True,
                 )
-                each = [
-                    run_curves.history_of(run, scene, study.seen, study.limit)
+                condition_runs = [
+                    run_curves.history_of(run, scene, study.observations, study.limit)
                     for run, scene in read
                 ]
-                runs = [clocks.clocked_run(study, runs[0], each)]
-            found.append(runs)
-        return found
+                runs = [clocks.clocked_run(study, runs[0], condition_runs)]
+            all_histories.append(runs)
+        return all_histories
 
     def stored(self, study: cases.Subject, worn: Scene) -> xr.Dataset:
         """Return what is stored of a scene with worn mates.
@@ -175,51 +175,53 @@ class Runner(NamedTuple):
         Where it is missing, it is run.
         """
         self._compute([study], [worn])
-        return cases.stored(
+        return cases.stored_runs(
             study, {"update.replaced: its run with worn mates": worn}, self.store
         )[0]
 
-    def _compute(self, wanted: cases.Subjects, scenes: Sequence[Scene]) -> None:
+    def _compute(self, studies: cases.Subjects, scenes: Sequence[Scene]) -> None:
         from wearlab import runner
 
-        campaign = wanted[0].campaign(
+        campaign = studies[0].campaign(
             self.title, list({scene.id: scene for scene in scenes}.values())
         )
-        campaign = campaign if len(wanted) == 1 else replace(campaign, title=self.title)
+        campaign = (
+            campaign if len(studies) == 1 else replace(campaign, title=self.title)
+        )
         runner.run(campaign, self.store, progress=self.progress, workers=self.workers)
 
 
-def updated(study: cases.Subject, runner: Runner) -> answers.Finding:
+def update_case(study: cases.Subject, runner: Runner) -> answers.Finding:
     """Update one case: run what is missing, make runs longer, draw once more where few carry the weight."""
     (runs,) = runner.run([study])
     if study.spec.replaced:
-        study, history = clocks.renewed(study, partial(runner.stored, study))
-        return answers.outcome(study, [history])
+        study, history = clocks.with_replacements(study, partial(runner.stored, study))
+        return answers.finding_of(study, [history])
     while True:
-        answer = answers.answered(study, runs, answers.blocks_of(study, runs))
+        answer = answers.answer_of(study, runs, answers.blocks_of(study, runs))
         if answer.beyond <= ENOUGH or study.longer >= MOST_LONGER:
             break
         try:
             longer = replace(study, longer=2.0 * study.longer)
-            (after,) = runner.run([longer])
+            (longer_runs,) = runner.run([longer])
         except (SceneError, measurements.UpdateError):
             break
-        if after[0].end <= runs[0].end * 1.01:
+        if longer_runs[0].end <= runs[0].end * 1.01:
             break
-        study, runs = longer, after
+        study, runs = longer, longer_runs
     if study.spec.change != "none":
         judge = partial(
             grids.Posterior, blocks=answers.blocks_of(study, runs), prior=study.prior
         )
-        return answers.outcome(
-            study, clocks.changing(runs[0], study.spec.change, judge)
+        return answers.finding_of(
+            study, clocks.runs_with_change(runs[0], study.spec.change, judge)
         )
     if len(runs) > 1 and answer.posterior.effective_runs < min(FEWEST, 0.5 * len(runs)):
-        return _again(study, answer.posterior, runner)
-    return answers.outcome(study, runs, answer)
+        return _with_second_round(study, answer.posterior, runner)
+    return answers.finding_of(study, runs, answer)
 
 
-def _again(
+def _with_second_round(
     study: cases.Subject, post: grids.Posterior, runner: Runner
 ) -> answers.Finding:
     """Return what a study comes to with a second round of draws, whose runs say how often they were drawn."""
@@ -232,7 +234,7 @@ def _again(
     covariance = WIDER**2 * (spread + 1e-4 * np.eye(len(mean)))
     size = 1 << max(first - 1, 0).bit_length()
     inside = qmc.Sobol(len(mean), rng=study.spec.seed + 1).random(size)[:first]
-    more = (
+    new_scores = (
         mean
         + ndtri(np.clip(inside, 1e-9, 1.0 - 1e-9)) @ np.linalg.cholesky(covariance).T
     )
@@ -245,58 +247,58 @@ def _again(
             ),
         )
         for (key, old), prior, column in zip(
-            study.drawn.items(), study.costly.values(), more.T, strict=True
+            study.drawn.items(), study.costly.values(), new_scores.T, strict=True
         )
     }
-    both = replace(study, drawn=values)
-    (runs,) = runner.run([both])
+    extended = replace(study, drawn=values)
+    (runs,) = runner.run([extended])
     # how often two equal rounds have draws there, over the prior
-    z = scores_of(both, runs)
+    z = scores_of(extended, runs)
     log_ratio = multivariate_normal(mean, covariance).logpdf(z) - norm.logpdf(z).sum(
         axis=1
     )
-    often = np.logaddexp(0.0, log_ratio) - np.log(2.0)
+    log_weights = np.logaddexp(0.0, log_ratio) - np.log(2.0)
     drawn = [
-        replace(run, often=ratio)
-        for run, ratio in zip(runs, often.tolist(), strict=True)
+        replace(run, log_weight=ratio)
+        for run, ratio in zip(runs, log_weights.tolist(), strict=True)
     ]
-    return answers.outcome(both, drawn)
+    return answers.finding_of(extended, drawn)
 
 
 def scores_of(study: cases.Subject, runs: run_curves.Runs) -> Array:
     """Return the standard scores of the draws that runs are of, (runs, keys), 0 at the prior's median."""
     values = (
-        np.array([cases.plain(study.drawn[key][run.draw]) for run in runs])
+        np.array([cases.plain_number(study.drawn[key][run.draw]) for run in runs])
         for key in study.costly
     )
     columns = [
-        prior.below(own)
-        for prior, own in zip(study.costly.values(), values, strict=True)
+        prior.below(column)
+        for prior, column in zip(study.costly.values(), values, strict=True)
     ]
     return np.asarray(ndtri(np.clip(np.array(columns).T, 1e-12, 1.0 - 1e-12)))
 
 
 def identity(about: str, *, replay: bool, check: int) -> str:
-    """Return the identity of an update: what it is of (`subject`), how it was asked for, this room's code."""
-    return _hash([FORMAT, code(), replay, check, about])
+    """Return the identity of an update: its subject, how it was asked for, the code."""
+    return _hash([FORMAT, code_hash(), replay, check, about])
 
 
-def subject(wanted: cases.Subjects) -> str:
+def subject_hash(studies: cases.Subjects) -> str:
     """Return the identity of what an update is of: its runs, the files' contents, its words.
 
     A campaign's title is none of it: what is kept belongs to whatever asks the same,
     and to nothing else.
     """
     parts: list[Any] = []
-    for study in wanted:
+    for study in studies:
         spec = study.spec.model_copy(update={"limit": None, "data": ()})
         parts += [study.label, [study.first.id], repr(study.limit), repr(spec)]
         parts += [repr(study.record and study.record.fingerprint)]
         parts += [np.asarray(part).tolist() for part in study.calendar or ()]
-        for seen in study.seen:
+        for observed in study.observations:
             parts += [
-                repr(seen.data.model_copy(update={"file": Path(), "case": None})),
-                seen.fingerprint,
+                repr(observed.data.model_copy(update={"file": Path(), "case": None})),
+                observed.fingerprint,
             ]
     return _hash(parts)
 
@@ -308,7 +310,7 @@ def subject_of(campaign: Campaign) -> str:
     ------
     UpdateError : it has no [update], or a file cannot be read
     """
-    return subject(cases.studies(campaign))
+    return subject_hash(cases.studies(campaign))
 
 
 def _hash(parts: list[Any]) -> str:
@@ -318,17 +320,17 @@ def _hash(parts: list[Any]) -> str:
 
 
 @cache
-def code() -> str:
+def code_hash() -> str:
     """Return the hash of the sources of this room."""
     return sources.hash_of(
         sorted(file for file in Path(__file__).parent.iterdir() if file.is_file())
     )
 
 
-def kept(
-    wanted: cases.Subjects, store: Store, *, replay: bool, check: int
+def stored_update(
+    studies: cases.Subjects, store: Store, *, replay: bool, check: int
 ) -> xr.DataTree | None:
     """Return the update when it was made before, None otherwise."""
     return updates.read_update(
-        store, identity(subject(wanted), replay=replay, check=check)
+        store, identity(subject_hash(studies), replay=replay, check=check)
     )

@@ -131,7 +131,7 @@ def filtered(
     lanes = np.broadcast_shapes(
         *(part.shape[:-1] for part in (residual, variance, a)), np.shape(rate)
     )
-    limited = hidden(room)
+    limited = censored_values(room)
     # each grows to the lanes that it depends on
     total = known.log_likelihood
     mean = known.mean
@@ -150,13 +150,13 @@ def filtered(
         under = values[limited[values]]
         told = values[~limited[values]]
         if len(told):
-            sums = _sums(residual, variance, told, loading)
-            off, chi, gained, shared, shared_spread = learned(
+            sums = _weighted_sums(residual, variance, told, loading)
+            off, chi, gained, shared, shared_spread = update_state(
                 shared, shared_spread, sums
             )
         if len(under):
             wide = [np.broadcast_to(part, lanes) for part in (shared, shared_spread)]
-            log_below, shared, shared_spread = below(
+            log_below, shared, shared_spread = below_limits(
                 room, variance, under, wide[0], np.sqrt(wide[1])
             )
             gained = gained + log_below
@@ -181,12 +181,12 @@ def filtered(
     return Filtered(total, mean, spread, last, kept)
 
 
-def hidden(room: Array) -> Flags:
+def censored_values(room: Array) -> Flags:
     """Return which values are known by a limit alone."""
     return np.asarray(~np.isnan(room[(0,) * (room.ndim - 1)]))
 
 
-def _sums(
+def _weighted_sums(
     residual: Array, variance: Array, values: Index, loading: Array | None
 ) -> Sums:
     """Return Σ r²/v, Σ a r/v, Σ a²/v and Σ ln 2πv of some values with their loadings a.
@@ -199,8 +199,8 @@ def _sums(
     v = variance if variance.shape[-1] == 1 else variance[..., values]
     a = np.ones(1) if loading is None else loading[..., values]
 
-    def whole(each: Array) -> Array:
-        return np.asarray(each.sum(axis=-1) * (n / each.shape[-1]))
+    def whole(terms: Array) -> Array:
+        return np.asarray(terms.sum(axis=-1) * (n / terms.shape[-1]))
 
     if n == 1 and loading is None:
         return (
@@ -213,7 +213,7 @@ def _sums(
     return square, whole(a * r / v), whole(a * a / v), whole(np.log(v) + LOG_TWO_PI)
 
 
-def learned(
+def update_state(
     mean: Any, spread: Any, sums: Sums
 ) -> tuple[Array, Array, Array, Array, Array]:
     """Return what values tell of a state: surprise, chi², their log likelihood, its mean and variance after.
@@ -228,9 +228,9 @@ def learned(
     sums : Σ r²/v, Σ a r/v, Σ a²/v, Σ ln 2πv
     """
     square, cross, precision, logs = sums
-    least = np.maximum(precision, 1e-300)
-    fits = cross / least
-    expected = spread + 1.0 / least
+    safe_precision = np.maximum(precision, 1e-300)
+    fits = cross / safe_precision
+    expected = spread + 1.0 / safe_precision
     scale = 1.0 + spread * precision
     off = fits - mean
     chi = off * off / expected
@@ -262,28 +262,31 @@ def with_gain(
     times : inspections in order of time
     error : with s, and the standard error in parts of gain times model
     """
-    known = Filtered(0.0, 1.0, error.gain_sd**2)
+    state = Filtered(0.0, 1.0, error.gain_sd**2)
     room = np.full_like(value, np.nan)
     if not error.relative or not times:
-        return filtered((value, variance, room), times, known, 0.0, model, steps=True)
+        return filtered((value, variance, room), times, state, 0.0, model, steps=True)
     v = np.broadcast_to(variance, np.broadcast_shapes(variance.shape, model.shape))
     until = [
-        np.concatenate([one.values for one in times[: n + 1]])
+        np.concatenate([inspection.values for inspection in times[: n + 1]])
         for n in range(len(times))
     ]
-    laws = [_over_gain(value[..., n], model[..., n], v[..., n], error) for n in until]
+    laws = [
+        _integrated_over_gain(value[..., n], model[..., n], v[..., n], error)
+        for n in until
+    ]
     v = v + (error.relative * laws[-1][1][..., None] * model) ** 2
-    seen = filtered((value, v, room), times, known, 0.0, model, steps=True)
-    before = np.zeros(())
+    result = filtered((value, v, room), times, state, 0.0, model, steps=True)
+    earlier = np.zeros(())
     for n, (logs, mean, spread) in enumerate(laws):
-        seen.steps[n] = replace(
-            seen.steps[n], log_likelihood=logs - before, mean=mean, variance=spread
+        result.steps[n] = replace(
+            result.steps[n], log_likelihood=logs - earlier, mean=mean, variance=spread
         )
-        before = logs
-    return Filtered(*laws[-1], seen.cycle, seen.steps)
+        earlier = logs
+    return Filtered(*laws[-1], result.cycle, result.steps)
 
 
-def _over_gain(
+def _integrated_over_gain(
     y: Array, model: Array, own: Array, error: ErrorModel
 ) -> tuple[Array, Array, Array]:
     """Return ln ∫ Π N(y; γ m, v) N(γ; 1, s²) dγ with v = own + (r γ m)², and mean and variance of γ.
@@ -329,7 +332,7 @@ def _over_gain(
     )
 
 
-def below(
+def below_limits(
     room: Array, variance: Array, values: Index, mean: Array, spread: Array
 ) -> tuple[Array, ...]:
     """Return log probability that all these values are below, and mean and variance of u given that.

@@ -44,21 +44,26 @@ def variable(
     named = f"{over} {dims}".replace("*", of).split()
     data = data[None] if named[:2] == ["chain", "draw"] else data
     text = data.dtype.kind in "OU"
-    own = {"long_name": about, **({} if text else {"units": units or "1"}), **attrs}
-    return xr.Variable(named, data.astype(object) if text else data, own)
+    described = {
+        "long_name": about,
+        **({} if text else {"units": units or "1"}),
+        **attrs,
+    }
+    return xr.Variable(named, data.astype(object) if text else data, described)
 
 
 def dataset(
     group: str, values: Mapping[str, Any], of: str = "", over: str = "", **coords: Any
 ) -> xr.Dataset:
     """Return the variables of a group, those that are labelled already as they are, with coordinates."""
-    own = {
+    variables = {
         n: v if isinstance(v, xr.Variable) else variable(group, n, v, of, over)
         for n, v in values.items()
     }
-    found = {name.replace("*", of): one for name, one in own.items()}
+    by_name = {name.replace("*", of): value for name, value in variables.items()}
     return xr.Dataset(
-        found, {name: variable("coordinates", name, at) for name, at in coords.items()}
+        by_name,
+        {name: variable("coordinates", name, at) for name, at in coords.items()},
     )
 
 
@@ -69,10 +74,10 @@ def sample(
     return dataset(group, values, chain=[0], draw=np.arange(count), **coords)
 
 
-def joined(each: Sequence[xr.Dataset], along: str) -> xr.Dataset:
+def joined(datasets: Sequence[xr.Dataset], along: str) -> xr.Dataset:
     """Return datasets along a new dimension, with what any of them has."""
     return xr.concat(
-        each, along, data_vars="all", coords="minimal", join="outer", **MERGED
+        datasets, along, data_vars="all", coords="minimal", join="outer", **MERGED
     )
 
 
@@ -88,31 +93,31 @@ def stacked(rows: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:
 
 
 def lives(
-    known: Lives, factor: arrays.Array, run: RunHistory, calendar: Calendar | None
+    answer: Lives, factor: arrays.Array, run: RunHistory, calendar: Calendar | None
 ) -> dict[str, Any]:
     """Return quantiles of life, remaining life and factor, and the day by cycles, of one unit."""
-    life = known.life(P)
-    rest = np.maximum(life - known.now, 0.0)
-    found: dict[str, Any] = {
+    life = answer.life(P)
+    rest = np.maximum(life - answer.now, 0.0)
+    values: dict[str, Any] = {
         "life_quantile": life,
         "remaining_useful_life_quantile": rest,
     }
-    found |= {
+    values |= {
         "factor_quantile": factor,
-        "now": known.now,
+        "now": answer.now,
         "seconds_per_cycle": run.seconds_per_cycle,
     }
     return (
-        found
+        values
         if calendar is None
-        else found | {"end_of_life_quantile": calendar.texts(known.now + rest)}
+        else values | {"end_of_life_quantile": calendar.texts(answer.now + rest)}
     )
 
 
-def calendar_of(study: Subject, run: RunHistory, now: float) -> Calendar | None:
+def calendar_of(study: Subject, run: RunHistory, last_cycle: float) -> Calendar | None:
     """Return the calendar of a unit in cycles of its run."""
     return study.calendar and study.calendar.in_cycles(
-        run.start, now, run.seconds_per_cycle
+        run.start, last_cycle, run.seconds_per_cycle
     )
 
 
@@ -131,7 +136,7 @@ def limit_of(limit: Limit) -> xr.Variable:
     return variable("predictions", "limit", limit.value, **named)
 
 
-def dated(found: xr.Dataset, calendar: Calendar | None) -> xr.Dataset:
+def dated(advice: xr.Dataset, calendar: Calendar | None) -> xr.Dataset:
     """Return advice with the days of what it advises."""
     for name in (
         "recommended",
@@ -140,24 +145,24 @@ def dated(found: xr.Dataset, calendar: Calendar | None) -> xr.Dataset:
         "best_look",
         "horizon_change",
     ):
-        if calendar is not None and name in found and np.isfinite(found[name]).all():
-            on = calendar.texts(np.atleast_1d(found[name].values))
-            about = {"long_name": f"day of: {found[name].attrs['long_name']}"}
-            found[f"{name}_day"] = xr.Variable(
-                found[name].dims, on.reshape(found[name].shape), about
+        if calendar is not None and name in advice and np.isfinite(advice[name]).all():
+            on = calendar.texts(np.atleast_1d(advice[name].values))
+            about = {"long_name": f"day of: {advice[name].attrs['long_name']}"}
+            advice[f"{name}_day"] = xr.Variable(
+                advice[name].dims, on.reshape(advice[name].shape), about
             )
-    return found
+    return advice
 
 
 @cache
 def _templates() -> Any:
     from jinja2 import Environment, FileSystemLoader
 
-    here = FileSystemLoader(Path(__file__).parent)
-    found = Environment(
-        loader=here, trim_blocks=True, lstrip_blocks=True, autoescape=False
+    loader = FileSystemLoader(Path(__file__).parent)
+    environment = Environment(
+        loader=loader, trim_blocks=True, lstrip_blocks=True, autoescape=False
     )
-    found.filters |= {
+    environment.filters |= {
         "g": digits,
         "p": lambda value, count: (
             f"p = {digits(value, count)}" if value > TINY else f"p < {TINY:g}"
@@ -169,7 +174,7 @@ def _templates() -> Any:
             (hours_text(seconds) or "0 h") if np.isfinite(seconds) else NEVER
         ),
     }
-    return found
+    return environment
 
 
 def rendered(name: str, values: Mapping[str, Any]) -> list[str]:
@@ -185,7 +190,7 @@ def digits(value: float, count: int = 4) -> str:
 def _spread(five: arrays.Array, unit: str = "") -> str:
     """Return a median with its 50 and 90 % interval, from five quantiles."""
     low, quarter, middle, three, high = (
-        each if isinstance(each, str) else f"{each:.4g}" for each in five
+        value if isinstance(value, str) else f"{value:.4g}" for value in five
     )
     return (
         f"{middle}{f' {unit}' if unit else ''} (50 %: {quarter} to {three}; 90 %: "

@@ -28,7 +28,7 @@ from wearlab.campaign.distributions import Distribution
 from wearlab.campaign.update_options import PREVIOUS, Data, Limit
 from wearlab.units import convert
 from wearlab.updating import kalman, measurements
-from wearlab.updating.run_curves import Asked, RunHistory
+from wearlab.updating.run_curves import ObservationPoints, RunHistory
 
 PER = 1e6  # cycles over which ``drift`` is said
 MANY = 4000  # values from which independent ones are condensed
@@ -55,8 +55,8 @@ def log_density(prior: Distribution, log_value: Array, scale: float = 1.0) -> Ar
 
     However far out.
     """
-    own = log_value - math.log(scale)
-    return np.asarray(prior.log_density(np.exp(own)) + own)
+    log_in_unit = log_value - math.log(scale)
+    return np.asarray(prior.log_density(np.exp(log_in_unit)) + log_in_unit)
 
 
 OfRuns = Sequence[tuple[RunHistory, Any]]  # each run with the lanes that are its own
@@ -68,13 +68,13 @@ class Block:
 
     Parameters
     ----------
-    seen : the observations
+    observed : the observations
     rows : which of them count, (n,)
     sd, drift : spreads; a drift that is None is left out
     numerical : relative error of the runs, 0 where it is of no weight
     """
 
-    seen: measurements.Observed
+    observed: measurements.Observed
     rows: Index
     sd: Spread
     drift: Spread | None
@@ -83,15 +83,15 @@ class Block:
     @property
     def data(self) -> Data:
         """What the file says of them."""
-        return self.seen.data
+        return self.observed.data
 
     def measures(self, limit: Limit) -> bool:
         """Whether it is of the totals of what ends a life, of the same place where one is named."""
-        own = self.data
+        data = self.data
         return (
-            own.quantity == limit.quantity
-            and limit.where in (None, own.where)
-            and own.since is None
+            data.quantity == limit.quantity
+            and limit.where in (None, data.where)
+            and data.since is None
         )
 
     @property
@@ -107,12 +107,12 @@ class Block:
     def drifting(self, drifts: bool) -> "Block":
         """Return it with the drift that is given for it, or without one."""
         return replace(
-            block_of(self.seen, accumulating=drifts),
+            block_of(self.observed, accumulating=drifts),
             rows=self.rows,
             numerical=self.numerical,
         )
 
-    def bins(self, asked: Asked, sd: float) -> tuple["Condensed", float]:
+    def bins(self, asked: ObservationPoints, sd: float) -> tuple["Condensed", float]:
         """Return its values in bins, and the sum of the logs of their variances where a column tells them.
 
         The last ones are kept: they are asked for again and again.
@@ -122,13 +122,13 @@ class Block:
         asked : what it asks of a run
         sd : of a value, where a column tells another of each
         """
-        own = self.seen.sd[self.rows]
+        own = self.observed.sd[self.rows]
         kept = self.__dict__.get("_bins")
         if kept is None or kept[0] is not asked.cycle or kept[1] != (own.any() and sd):
             variance = own**2 + sd**2 if own.any() else np.ones(len(own))
             cycle = asked.cycle[self.rows]
             column = asked.column[self.rows]
-            value = self.seen.value[self.rows]
+            value = self.observed.value[self.rows]
             made = (
                 condensed(cycle, column, value, 1.0 / variance),
                 float(np.sum(np.log(variance))),
@@ -140,12 +140,12 @@ class Block:
 Blocks = Sequence[Block]
 
 
-def told(blocks: Blocks) -> list[int]:
+def measured_blocks(blocks: Blocks) -> list[int]:
     """Return the numbers of the blocks of which any value counts."""
     return [n for n, block in enumerate(blocks) if len(block.rows)]
 
 
-def unknown(blocks: Blocks) -> Iterator[tuple[int, int, Spread, Distribution]]:
+def unknown_errors(blocks: Blocks) -> Iterator[tuple[int, int, Spread, Distribution]]:
     """Yield the unknown errors: number of the block, 0 of its sd or 1 of its drift, it, and its prior."""
     for n, block in enumerate(blocks):
         for side, spread in enumerate((block.sd, block.drift)):
@@ -156,30 +156,31 @@ def unknown(blocks: Blocks) -> Iterator[tuple[int, int, Spread, Distribution]]:
 def cycles_of(blocks: Blocks, run: RunHistory) -> Array:
     """Return the times of values that count in any block, rising [cycles]."""
     return np.unique(
-        [at for n, b in enumerate(blocks) for at in run.asked[n].cycle[b.rows]]
+        [at for n, b in enumerate(blocks) for at in run.points[n].cycle[b.rows]]
     )
 
 
-def held(
+def select_by_cycle(
     blocks: Blocks, run: RunHistory, holds: Callable[..., Any], cycle: float
 ) -> tuple[Block, ...]:
     """Return blocks of which those values count that did and whose cycles compare so with one."""
-    both = zip(blocks, run.asked, strict=True)
+    pairs = zip(blocks, run.points, strict=True)
     return tuple(
-        replace(b, rows=b.rows[holds(asked.cycle[b.rows], cycle)]) for b, asked in both
+        replace(b, rows=b.rows[holds(points.cycle[b.rows], cycle)])
+        for b, points in pairs
     )
 
 
-def block_of(seen: measurements.Observed, *, accumulating: bool) -> Block:
+def block_of(observed: measurements.Observed, *, accumulating: bool) -> Block:
     """Return a block with all its observations."""
-    error = seen.data.error
-    data = seen.data
+    error = observed.data.error
+    data = observed.data
 
-    def spread(name: str, given: float | Distribution) -> Spread:
-        if not isinstance(given, Distribution):
-            return Spread(f"{name}_{data.label}", given)
-        scale = 1.0 if given.unit is None else convert(1.0, given.unit, data.si)
-        return Spread(f"{name}_{data.label}", given.at(0.5) * scale, given, scale)
+    def spread(name: str, value: float | Distribution) -> Spread:
+        if not isinstance(value, Distribution):
+            return Spread(f"{name}_{data.label}", value)
+        scale = 1.0 if value.unit is None else convert(1.0, value.unit, data.si)
+        return Spread(f"{name}_{data.label}", value.at(0.5) * scale, value, scale)
 
     drift = (
         spread("drift", error.drift)
@@ -187,8 +188,8 @@ def block_of(seen: measurements.Observed, *, accumulating: bool) -> Block:
         else None
     )
     return Block(
-        seen,
-        np.arange(len(seen)),
+        observed,
+        np.arange(len(observed)),
         spread("sd", 0.0 if error.sd is None else error.sd),
         drift,
     )
@@ -197,41 +198,42 @@ def block_of(seen: measurements.Observed, *, accumulating: bool) -> Block:
 def numerical_share(block: Block, history: RunHistory) -> float:
     """Return the largest numerical error of the run over the smallest error of a value."""
     error = block.data.error
-    seen = block.seen
+    observed = block.observed
     value = np.nanmax(
-        np.abs(np.where(seen.censored, seen.below, seen.value)), initial=0.0
+        np.abs(np.where(observed.censored, observed.below, observed.value)), initial=0.0
     )
-    least = (
+    smallest_sd = (
         block.sd.known
         if block.sd.prior is None
         else block.sd.prior.at(0.05) * block.sd.scale
     )
-    own = float(
+    smallest_error = float(
         np.min(
-            np.hypot(seen.sd, np.hypot(least, error.relative * value)), initial=math.inf
+            np.hypot(observed.sd, np.hypot(smallest_sd, error.relative * value)),
+            initial=math.inf,
         )
     )
     return (
-        float(history.numerical_of(block.data.quantity) * value / own)
-        if own > 0.0
+        float(history.numerical_of(block.data.quantity) * value / smallest_error)
+        if smallest_error > 0.0
         else 0.0
     )
 
 
 def inspections_of(
-    block: Block, run: RunHistory, number: int, most: float = math.inf
+    block: Block, run: RunHistory, number: int, max_count: float = math.inf
 ) -> kalman.Inspections:
     """Return the times of a block's values that count, each with the places of its values among those.
 
     Of more than ``most`` times whose values share no error, neighbouring ones are one,
     in their middle.
     """
-    cycle = run.asked[number].cycle[block.rows]
+    cycle = run.points[number].cycle[block.rows]
     offset = block.data.error.offset_sd**2
     times, first = np.unique(np.sort(cycle), return_index=True)
     if not len(times):
         return []
-    count = len(times) if block.shares else int(min(len(times), most))
+    count = len(times) if block.shares else int(min(len(times), max_count))
     begins = np.linspace(0, len(times), count, endpoint=False).astype(np.intp)
     parts = np.split(np.argsort(cycle, kind="stable"), first[begins][1:])
     middles = np.add.reduceat(times, begins) / np.diff(begins, append=len(times))
@@ -241,7 +243,7 @@ def inspections_of(
     ]
 
 
-class Lanes(NamedTuple):
+class ParameterBatch(NamedTuple):
     """What a likelihood is asked for, any number of them at once: arrays that go together by broadcasting.
 
     Parameters
@@ -258,21 +260,21 @@ class Lanes(NamedTuple):
 
 def modelled(block: Block, run: RunHistory, number: int, factor: Array) -> Array:
     """Return what the model says of each value that counts, (…, n), for factors on the coefficient (…)."""
-    asked = run.asked[number]
+    points = run.points[number]
     f = np.asarray(factor)[..., None]
-    cycle = asked.cycle[block.rows]
-    column = asked.column[block.rows]
+    cycle = points.cycle[block.rows]
+    column = points.column[block.rows]
     since = block.data.since
-    depth = asked.curve.at(run.own_cycle(cycle, f, asked.clock), column)
+    depth = points.curve.at(run.own_cycle(cycle, f, points.clock), column)
     if since is None:
         return depth
     first = (
-        _previous(cycle, run.begin(number))
+        _previous_inspection(cycle, run.begin(number))
         if since == PREVIOUS
         else np.full_like(cycle, float(since))
     )
     return np.asarray(
-        depth - asked.curve.at(run.own_cycle(first, f, asked.clock), column)
+        depth - points.curve.at(run.own_cycle(first, f, points.clock), column)
     )
 
 
@@ -288,26 +290,26 @@ def compared(block: Block, model: Array, sd: Array) -> kalman.Compared:
     model : what is said of each value that counts, (…, n)
     sd : (…) of a value
     """
-    seen = block.seen
+    observed = block.observed
     rows = block.rows
-    own = seen.sd[rows]
+    column_sd = observed.sd[rows]
     variance = np.asarray(sd**2)[..., None]
-    variance = variance + own**2 if own.any() else variance
+    variance = variance + column_sd**2 if column_sd.any() else variance
     relative = block.numerical if block.data.error.gain_sd else block.relative
     variance = variance + (relative * model) ** 2 if relative else variance
-    which = seen.censored[rows]
-    residual = seen.value[rows] - model
+    censored = observed.censored[rows]
+    residual = observed.value[rows] - model
     nothing = np.full(len(rows), np.nan)
-    if not which.any():
+    if not censored.any():
         return residual, variance, nothing
     return (
-        np.where(which, 0.0, residual),
+        np.where(censored, 0.0, residual),
         variance,
-        np.where(which, seen.below[rows], nothing) - model,
+        np.where(censored, observed.below[rows], nothing) - model,
     )
 
 
-def _previous(cycle: Array, start: float) -> Array:
+def _previous_inspection(cycle: Array, start: float) -> Array:
     times = np.unique(cycle)
     return np.asarray(np.append(start, times[:-1])[np.searchsorted(times, cycle)])
 
@@ -316,7 +318,7 @@ def log_likelihood(
     block: Block,
     runs: RunHistory | OfRuns,
     number: int,
-    lanes: Lanes,
+    lanes: ParameterBatch,
     steps: kalman.Inspections = (),
 ) -> kalman.Filtered:
     """Return how probable the block is, and what is known of its drift or gain.
@@ -345,16 +347,16 @@ def log_likelihood(
             found[mine] = one
         return found
 
-    cycles = [run.asked[number].cycle[rows] for run, _ in pairs]
+    cycles = [run.points[number].cycle[rows] for run, _ in pairs]
     begins = [run.begin(number) for run, _ in pairs]
     cycle = of_lanes(cycles)
     start = of_lanes(begins)
     last = np.maximum(cycle.max(axis=-1, initial=-np.inf), start)
-    if not steps and condenses(block, pairs[0][0].asked[number], sd):
+    if not steps and condenses(block, pairs[0][0].points[number], sd):
         sums = np.empty((3, *shape))
         for run, mine in pairs:
-            sums[:, mine] = _condensed(
-                block, run, run.asked[number], factor[mine], sd[mine]
+            sums[:, mine] = _condensed_log_likelihood(
+                block, run, run.points[number], factor[mine], sd[mine]
             )
         return kalman.Filtered(sums[0], sums[1], sums[2], last)
     model = np.empty((*np.shape(factor), len(rows)))
@@ -362,7 +364,7 @@ def log_likelihood(
         model[mine] = modelled(block, run, number, factor[mine])
     residual, variance, room = compared(block, model, sd)
     if data.since == PREVIOUS:
-        gone = cycle - of_lanes(list(map(_previous, cycles, begins)))
+        gone = cycle - of_lanes(list(map(_previous_inspection, cycles, begins)))
         variance = variance + rate[..., None] * gone
         rate = np.zeros_like(rate)
     elif data.since is not None:
@@ -373,7 +375,7 @@ def log_likelihood(
     if data.error.gain_sd:
         whole = [kalman.Inspection(last, np.arange(len(rows)))][: len(rows)]
         return kalman.with_gain(
-            block.seen.value[rows], model, variance, steps or whole, data.error
+            block.observed.value[rows], model, variance, steps or whole, data.error
         )
     times = steps or inspections_of(block, pairs[0][0], number)
     times = [
@@ -392,7 +394,7 @@ def _independent(residual: Array, variance: Array, room: Array) -> Array:
     Of probabilities where values are below.
     """
     n = residual.shape[-1]
-    hidden = kalman.hidden(room)
+    hidden = kalman.censored_values(room)
     if variance.shape[-1] == 1 and not hidden.any():
         square = np.einsum("...i,...i->...", residual, residual)
         v = variance[..., 0]
@@ -401,28 +403,30 @@ def _independent(residual: Array, variance: Array, room: Array) -> Array:
     for part in (slice(begin, begin + PIECE) for begin in range(0, n, PIECE)):
         r = residual[..., part]
         v = variance if variance.shape[-1] == 1 else variance[..., part]
-        each = -0.5 * (r**2 / v + np.log(v) + kalman.LOG_TWO_PI)
+        logs = -0.5 * (r**2 / v + np.log(v) + kalman.LOG_TWO_PI)
         if hidden[part].any():
-            each = np.where(hidden[part], log_ndtr(room[..., part] / np.sqrt(v)), each)
-        total = total + each.sum(axis=-1)
+            logs = np.where(hidden[part], log_ndtr(room[..., part] / np.sqrt(v)), logs)
+        total = total + logs.sum(axis=-1)
     return total
 
 
-def condenses(block: Block, asked: Asked, sd: Array) -> bool:
+def condenses(block: Block, points: ObservationPoints, sd: Array) -> bool:
     """Whether the values are very many, and their errors differ by the model alone."""
-    seen = block.seen
+    observed = block.observed
     rows = block.rows
     error = block.data.error
-    if len(rows) <= MANY or _size(len(rows)) * asked.curve.value.shape[-1] > len(rows):
+    if len(rows) <= MANY or _size(len(rows)) * points.curve.value.shape[-1] > len(rows):
         return False
-    alone = (
-        not block.shares and block.data.since is None and not seen.censored[rows].any()
+    independent = (
+        not block.shares
+        and block.data.since is None
+        and not observed.censored[rows].any()
     )
-    if not alone or (
+    if not independent or (
         error.gain_sd and error.relative
     ):  # the variance goes with the gain
         return False
-    return not seen.sd[rows].any() or (
+    return not observed.sd[rows].any() or (
         not block.relative and bool((sd == sd.flat[0]).all())
     )
 
@@ -431,7 +435,7 @@ def one_by_one(block: Block, run: RunHistory, number: int) -> bool:
     """Whether values have to be compared one by one: they share an error, or their errors differ by more."""
     return not condenses(
         block,
-        run.asked[number],
+        run.points[number],
         np.array([1.0] if block.sd.prior is None else [1.0, 2.0]),
     )
 
@@ -505,15 +509,15 @@ def condensed(cycle: Array, column: Index, value: Array, weight: Array) -> Conde
     )
 
 
-def _condensed(
-    block: Block, run: RunHistory, asked: Asked, factor: Array, sd: Array
+def _condensed_log_likelihood(
+    block: Block, run: RunHistory, points: ObservationPoints, factor: Array, sd: Array
 ) -> Array:
     """Return the log likelihood of very many values, and mean and variance of what the gain is more than 1.
 
     Factors go along the first of the lanes only.
     """
-    bins, constant = block.bins(asked, float(np.ravel(sd)[0]))
-    sd = np.ones(1) if block.seen.sd[block.rows].any() else sd
+    bins, constant = block.bins(points, float(np.ravel(sd)[0]))
+    sd = np.ones(1) if block.observed.sd[block.rows].any() else sd
     shape = np.broadcast_shapes(np.shape(factor), np.shape(sd))
     flat = np.ravel(factor)
     spread = np.broadcast_to(sd, shape).reshape(flat.size, -1)
@@ -521,22 +525,23 @@ def _condensed(
         np.arange(flat.size), max(flat.size * bins.node.size // NUMBERS, 1)
     )
     parts = [
-        _sums(bins, run, asked, flat[some], spread[some], block) for some in pieces
+        _piece_sums(bins, run, points, flat[chosen], spread[chosen], block)
+        for chosen in pieces
     ]
-    logs, chi, *more = np.concatenate(parts, axis=1).reshape(-1, *shape)
-    if more:
+    logs, chi, *gain_sums = np.concatenate(parts, axis=1).reshape(-1, *shape)
+    if gain_sums:
         return np.stack(
-            kalman.learned(
-                1.0, block.data.error.gain_sd**2, (chi, *more, logs + constant)
+            kalman.update_state(
+                1.0, block.data.error.gain_sd**2, (chi, *gain_sums, logs + constant)
             )[2:]
         )
     return np.stack([-0.5 * (chi + logs + constant), np.zeros(shape), np.zeros(shape)])
 
 
-def _sums(
+def _piece_sums(
     bins: Condensed,
     run: RunHistory,
-    asked: Asked,
+    asked: ObservationPoints,
     factor: Array,
     sd: Array,
     block: Block,
@@ -564,10 +569,10 @@ def _sums(
         least = np.abs(model).min(axis=-1)
         largest = np.abs(model).max(axis=-1)
         smooth &= largest - least <= SMOOTH * least
-    held = smooth[..., None]
-    total = _added(
-        [np.where(held, each, 0.0) for each in sums],
-        held * bins.many,
+    select_by_cycle = smooth[..., None]
+    total = _summed_over_bins(
+        [np.where(select_by_cycle, each, 0.0) for each in sums],
+        select_by_cycle * bins.many,
         model,
         sd,
         block.relative,
@@ -588,18 +593,20 @@ def _sums(
             else ((value - own) ** 2,)
         )
         each = [(weight * one)[:, None] for one in squares]
-        more = _added(each, bins.real[b][:, None], own[:, None], sd[i], block.relative)
+        more = _summed_over_bins(
+            each, bins.real[b][:, None], own[:, None], sd[i], block.relative
+        )
         np.add.at(total, np.s_[:, i], more)  # type: ignore[arg-type]
     return total
 
 
-def _added(
+def _summed_over_bins(
     sums: Sequence[Array], count: Array, model: Array, sd: Array, relative: float
 ) -> Array:
     """Return Σ count ln 2πv and sums over v, of bins and their places, (1 + sums, lanes, deviations)."""
     parts = [np.broadcast_to(count, sums[0].shape), *sums]
     if not relative:  # all have one variance
-        parts = [each.sum(axis=(1, 2), keepdims=True) for each in parts]
+        parts = [terms.sum(axis=(1, 2), keepdims=True) for terms in parts]
         model = np.zeros((1, 1, 1))
     total = np.empty((len(parts), *sd.shape))
     for j, column in enumerate(sd.T):
@@ -609,6 +616,6 @@ def _added(
         logs = parts[0] * np.log(2.0 * np.pi * variance)
         total[:, :, j] = [
             logs.sum(axis=(1, 2)),
-            *((each / variance).sum(axis=(1, 2)) for each in parts[1:]),
+            *((terms / variance).sum(axis=(1, 2)) for terms in parts[1:]),
         ]
     return total

@@ -16,7 +16,7 @@ from scipy.special import log_ndtr, logsumexp, ndtr
 
 from wearlab.arrays import Array, Random
 from wearlab.updating import grids, likelihood
-from wearlab.updating.run_curves import RunHistory, risen
+from wearlab.updating.run_curves import RunHistory, invert_rising
 
 LEAST = 1e-8  # probability of a run that still counts for a life with a drift
 DROPPED = 1e-6  # probability of all states of a run that do not
@@ -67,15 +67,17 @@ class Answer:
             return self.passage.life(p)
         post = self.posterior
         p = np.asarray(p, float)
-        both = zip(post.histories, post.log_factor[:, [0, -1]], strict=True)
-        lives = np.stack([run.life(np.exp(u)) for run, u in both])
+        pairs = zip(post.histories, post.log_factor[:, [0, -1]], strict=True)
+        lives = np.stack([run.life(np.exp(u)) for run, u in pairs])
         finite = lives[np.isfinite(lives) & (lives > 0.0)]
         if not len(finite):
             return np.full(p.shape, np.inf)
         low = np.log(finite.min()) - 1e-6
         high = np.log(finite.max()) + 1e-6
-        found = np.exp(risen(lambda u: self.life_below(np.exp(u)), p, low, high))
-        return np.where(p > self.life_below(np.exp(high))[0], np.inf, found)
+        cycles = np.exp(
+            invert_rising(lambda u: self.life_below(np.exp(u)), p, low, high)
+        )
+        return np.where(p > self.life_below(np.exp(high))[0], np.inf, cycles)
 
     def life_below(self, cycle: Array | float) -> Array:
         """Return the probability of a shorter life, (q,)."""
@@ -190,15 +192,15 @@ class Passage:
                 [self.below(self.now + float(np.exp(each)), thinned) for each in u]
             )
 
-        begun, ended = below(np.array([low, high]))
-        held = (p > begun) & (p <= ended)
+        begun, draw_lives = below(np.array([low, high]))
+        held = (p > begun) & (p <= draw_lives)
         found = np.where(p > begun, np.inf, self.now)
         thinned = max(len(self.weight) // SOME, 1)
-        guess = risen(lambda u: below(u, thinned), p[held], low, high, 1e-3)
-        near = risen(below, p[held], guess - NEAR, guess + NEAR, 1e-5)
+        guess = invert_rising(lambda u: below(u, thinned), p[held], low, high, 1e-3)
+        near = invert_rising(below, p[held], guess - NEAR, guess + NEAR, 1e-5)
         off = np.abs(near - guess) >= NEAR
         if off.any():
-            near[off] = risen(below, p[held][off], low, high)
+            near[off] = invert_rising(below, p[held][off], low, high)
         found[held] = self.now + np.exp(near)
         return found
 
@@ -220,13 +222,13 @@ def first_passage(ahead: Array | float, mean: Array, shape: Array) -> Array:
     root = np.sqrt(shape) / np.sqrt(ahead)
     with np.errstate(over="ignore"):  # what is reached at once
         share = ahead / mean
-    there = ndtr((share - 1.0) * root)
+    direct = ndtr((share - 1.0) * root)
     back = np.exp(np.minimum(2.0 * shape / mean + log_ndtr(-(share + 1.0) * root), 0.0))
-    return np.asarray(np.minimum(there + back, 1.0))
+    return np.asarray(np.minimum(direct + back, 1.0))
 
 
 def present_state(
-    run: RunHistory, factor: Array, mean: Array, now: float
+    run: RunHistory, factor: Array, mean: Array, cycle: float
 ) -> tuple[Array, Array]:
     """Return how far the limit is and in how many cycles the mean course gets there.
 
@@ -235,62 +237,62 @@ def present_state(
     run : the stored run
     factor : on the wear coefficient
     mean : W now, by how much the wear is more than the model's
-    now : cycle
+    cycle : cycle
 
     Returns
     -------
     gap [SI of the quantity] and cycles; a gap that is not positive has been closed.
     """
-    gap = run.level - mean - run.limit.at(run.own_cycle(np.array(now), factor))
+    gap = run.level - mean - run.limit.at(run.own_cycle(np.array(cycle), factor))
     return gap, np.maximum(
-        run.after(run.limit.first_above(run.level - mean), factor) - now, 1e-300
+        run.after(run.limit.first_above(run.level - mean), factor) - cycle, 1e-300
     )
 
 
-def ended(
-    run: RunHistory, factor: Array, mean: Array, now: float, rate: Array, rng: Random
+def draw_lives(
+    run: RunHistory, factor: Array, mean: Array, cycle: float, rate: Array, rng: Random
 ) -> Array:
     """Return draws of the cycle at which a Wiener process from W now on reaches the limit; ``now`` if it has.
 
     Parameters
     ----------
-    run, factor, mean, now : see `present_state`
+    run, factor, mean, cycle : see `present_state`
     rate : variance of W per cycle
     rng : of its ways
     """
-    gap, ahead = present_state(run, factor, mean, now)
+    gap, ahead = present_state(run, factor, mean, cycle)
     with np.errstate(over="ignore", divide="ignore"):
         shape = np.clip(
             np.where(gap <= 0.0, 1.0, gap) ** 2 / np.maximum(rate, 1e-300),
             1e-300,
             1e300,
         )
-    return now + np.where(
+    return cycle + np.where(
         gap <= 0.0, 0.0, rng.wald(np.where(np.isfinite(ahead), ahead, 1e300), shape)
     )
 
 
 def _states(
-    post: grids.Posterior, i: int, number: int, now: float
+    post: grids.Posterior, i: int, number: int, cycle: float
 ) -> tuple[Array, Array, Array, Array]:
     """Return weight, gap, mean cycles and rate of all that counts in one run."""
     run = post.histories[i]
     nodes = post.nodes[i]
-    joint, seen = post.conditional(i, number)
+    joint, filtered = post.conditional(i, number)
     at, every = (np.linspace(0.0, 1.0, n) for n in (len(nodes), post.place.shape[1]))
-    own = np.log(np.maximum(np.interp(at, every, post.density[i]), 1e-300))
-    mass = np.exp(joint + (own - logsumexp(joint, axis=(1, 2)))[:, None, None])
+    log_density = np.log(np.maximum(np.interp(at, every, post.density[i]), 1e-300))
+    mass = np.exp(joint + (log_density - logsumexp(joint, axis=(1, 2)))[:, None, None])
     mass *= post.weight[i] / mass.sum()
     ordered = np.sort(mass, axis=None)
-    kept = np.nonzero(
+    counted = np.nonzero(
         mass > ordered[np.searchsorted(np.cumsum(ordered), DROPPED * ordered.sum())]
     )
-    rate = np.exp(post.spreads[number][1][i])[kept[2]] ** 2 / likelihood.PER
-    spread = np.sqrt(seen.variance[kept] + rate * (now - seen.cycle))
+    rate = np.exp(post.spreads[number][1][i])[counted[2]] ** 2 / likelihood.PER
+    spread = np.sqrt(filtered.variance[counted] + rate * (cycle - filtered.cycle))
     z, heights = np.polynomial.hermite_e.hermegauss(STATES)
-    mean = seen.mean[kept] + np.multiply.outer(z, spread)
-    gap, ahead = present_state(run, np.exp(nodes)[kept[0]], mean, now)
-    weight = np.multiply.outer(heights / heights.sum(), mass[kept])
+    mean = filtered.mean[counted] + np.multiply.outer(z, spread)
+    gap, ahead = present_state(run, np.exp(nodes)[counted[0]], mean, cycle)
+    weight = np.multiply.outer(heights / heights.sum(), mass[counted])
     return (
         weight.ravel(),
         gap.ravel(),

@@ -111,26 +111,31 @@ class MeasuredColumns:
     def numbers(self, role: str, unit: str, *, empty: bool = False) -> Array:
         """Return the numbers of a role in SI, NaN where a cell may be empty."""
         column = self.names[role]
-        given = {
-            self.table.find(written): own for written, own in self.block.units.items()
+        stated_units = {
+            self.table.find(written): column_unit
+            for written, column_unit in self.block.units.items()
         }
-        own = (
-            given.get(column)
+        column_unit = (
+            stated_units.get(column)
             or self.table.units[column]
             or ("h" if unit == "s" else None)
         )
-        if own is None and unit not in ("1", ""):
+        if column_unit is None and unit not in ("1", ""):
             bare = re.fullmatch(r"[A-Za-z0-9_-]+", column)
-            said = (
+            example = (
                 f"units = {{ "
                 f'{column if bare else json.dumps(column, ensure_ascii=False)} = "…" }}'
             )
             raise UpdateError(
-                f"{self.block.place}.units: column {column!r} needs its unit: {said}"
+                f"{self.block.place}.units: column {column!r} needs its unit: {example}"
             )
         try:
             numbers = self.table.numbers(column, empty=empty)
-            return numbers if own is None else in_unit(numbers, own, unit, column)
+            return (
+                numbers
+                if column_unit is None
+                else in_unit(numbers, column_unit, unit, column)
+            )
         except TableError as error:
             raise self._at(error) from None
 
@@ -159,7 +164,7 @@ class MeasuredColumns:
         )
 
     def refuse(
-        self, wrong: Flags, role: str, said: str, values: Array | None = None
+        self, wrong: Flags, role: str, message: str, values: Array | None = None
     ) -> None:
         """Refuse what cannot be, by line and column.
 
@@ -175,7 +180,7 @@ class MeasuredColumns:
                 else f"{self.table.cells[self.names[role]][i]} ".lstrip()
             )
             place = f"{self.path}: line {self.lines[i]}, column {self.names[role]!r}"
-            raise UpdateError(f"{place}: {shown}{said}")
+            raise UpdateError(f"{place}: {shown}{message}")
 
 
 @dataclass(frozen=True)
@@ -225,25 +230,27 @@ def columns_of(
     ------
     UpdateError : the file cannot be read, or a column is not there
     """
-    own = data.columns
+    named = data.columns
     columns = MeasuredColumns(data)
     usual = {
         name: columns.table.meant(name, {})
         for name in ("cycle", "hours", "date", data.quantity)
     }
-    when = {name: column for name in WHEN if (column := getattr(own, name)) is not None}
+    when = {
+        name: column for name in WHEN if (column := getattr(named, name)) is not None
+    }
     when = when or {
         name: column for name in WHEN if (column := usual.get(name)) is not None
     }
     clock = next(iter(when), "cycle")
-    place = next((name for name in WHERE if getattr(own, name) is not None), None)
-    wanted = {
+    place = next((name for name in WHERE if getattr(named, name) is not None), None)
+    roles = {
         "time": when.get(clock, clock),
-        "value": own.value or usual[data.quantity] or data.quantity,
+        "value": named.value or usual[data.quantity] or data.quantity,
     }
-    wanted |= {"sd": own.sd, "below": own.below, "unit": own.unit}
-    wanted |= {"date": when.get("date") if clock == "hours" else None}
-    columns.find(wanted | {"place": getattr(own, place) if place else None}, unit)
+    roles |= {"sd": named.sd, "below": named.below, "unit": named.unit}
+    roles |= {"date": when.get("date") if clock == "hours" else None}
+    columns.find(roles | {"place": getattr(named, place) if place else None}, unit)
     return columns, clock, place
 
 
@@ -319,25 +326,25 @@ def _seconds(columns: MeasuredColumns, calendar: Calendar | None) -> Array:
     """Return the operating seconds at dates, by a record, or by the hours of a year in operation."""
     dates = columns.dates("time")
     if calendar is None or np.isnan(calendar.time[-1]):
-        said = (
+        message = (
             "dates need update.calendar = { date, hours, hours_per_year }: a day, the "
             "operating hours on "
         )
         raise UpdateError(
-            f"{columns.block.place}.columns.date: {said}it, and how they go on"
+            f"{columns.block.place}.columns.date: {message}it, and how they go on"
         )
     hours = calendar.hours(dates)
-    said = (
+    message = (
         f"is before the first operating hour: {calendar.time[-1]:g} h on "
         f"{day_text(calendar.day[-1])}, "
     )
-    said += f"{calendar.a_year:g} h a year, by update.calendar"
+    message += f"{calendar.a_year:g} h a year, by update.calendar"
     if calendar.recorded:
-        said = (
+        message = (
             "lies outside update.record: let it begin earlier, or give update.calendar "
             "for what follows"
         )
-    columns.refuse(~(hours >= 0.0), "time", said, hours)
+    columns.refuse(~(hours >= 0.0), "time", message, hours)
     return hours * units.HOUR
 
 
@@ -374,25 +381,25 @@ def calendar_of(data: Data, unit: str | None, days: Days | None) -> Calendar | N
     hours = hours[order]
     lines = columns.lines[order]
     if (back := np.diff(day) < 0.0).any():
-        both = (
+        text = (
             "line {1} has more hours than line {0}, and an earlier date: look at both"
         )
-        raise UpdateError(f"{data.file}: {both.format(*lines[int(np.argmax(back)) :])}")
+        raise UpdateError(f"{data.file}: {text.format(*lines[int(np.argmax(back)) :])}")
     if days is not None:
         return Calendar(day, hours, days.hours_per_year)
     rate = (
         float(np.ptp(hours) / np.ptp(day)) * DAYS_A_YEAR if np.ptp(day) > 0.0 else 0.0
     )
     if rate > 1.01 * HOURS_A_YEAR:
-        said = (
+        message = (
             f"line {lines[-1]}: {'it' if unit is None else f'unit {unit!r}'} ran "
             f"{rate:.0f} hours a year "
         )
-        said += (
+        message += (
             "since its first inspection, more than a year has: look at its dates and "
             "hours"
         )
-        raise UpdateError(f"{data.file}: {said}")
+        raise UpdateError(f"{data.file}: {message}")
     return Calendar(day, hours, rate) if rate > 0.0 else None
 
 
@@ -423,44 +430,44 @@ class OperatingRecord:
 
         −1 without wear.
         """
-        which = np.full(len(self.torque), -1)
+        numbers = np.full(len(self.torque), -1)
         works = np.flatnonzero((self.torque > 0.0) & (self.speed > 0.0))
-        both = np.stack([self.torque, self.speed], axis=1)[works]
-        distinct, index = np.unique(both, axis=0, return_inverse=True)
+        operating = np.stack([self.torque, self.speed], axis=1)[works]
+        distinct, index = np.unique(operating, axis=0, return_inverse=True)
         if len(distinct) > MOST:
             counts = np.array([TORQUES, SPEEDS])
-            low = both.min(axis=0)
-            share = (both - low) / np.maximum(np.ptp(both, axis=0), 1e-300)
+            low = operating.min(axis=0)
+            share = (operating - low) / np.maximum(np.ptp(operating, axis=0), 1e-300)
             classes = np.minimum((counts * share).astype(np.intp), counts - 1)
             _, index = np.unique(classes @ [SPEEDS, 1], return_inverse=True)
             weight = (np.diff(self.time) * self.speed)[works]
             sums = [
                 np.bincount(index, weight * column) / np.bincount(index, weight)
-                for column in both.T
+                for column in operating.T
             ]
             distinct = np.stack(sums, axis=1)
-        which[works] = index.ravel()
-        return distinct, which
+        numbers[works] = index.ravel()
+        return distinct, numbers
 
     def scenes(self, scene: Scene) -> dict[str, Scene]:
         """Return a scene with each of its conditions, under what it is called."""
         assert scene.operation is not None
-        given = scene.operation.model_dump()
-        made = {}
-        gone = {
+        operation = scene.operation.model_dump()
+        scenes = {}
+        removed = {
             f"operation.{key}": None
             for key in ("duty", "power")
-            if given.get(key) is not None
+            if operation.get(key) is not None
         }
         for n, (torque, speed) in enumerate(self.conditions()[0].tolist(), 1):
-            own = {
+            condition = {
                 "operation.torque": f"{torque!r} N*m",
                 "operation.speed": f"{speed!r} rad/s",
             }
-            made[f"update.record: its run {n} at {torque:g} N m"] = scene.replace(
-                {**gone, **own}
+            scenes[f"update.record: its run {n} at {torque:g} N m"] = scene.replace(
+                {**removed, **condition}
             )
-        return made
+        return scenes
 
     def calendar(self, a_year: float | None) -> Calendar | None:
         """Return its calendar, which goes on at so many hours a year, else at its own.
@@ -483,8 +490,8 @@ class OperatingRecord:
         if self.dates is None or a_year is None or self.share < 1.0:
             return None
         hours = float(self.time[-1]) / units.HOUR
-        told = float(np.ptp(day_number(self.dates))) / DAYS_A_YEAR * a_year
-        return None if abs(hours - told) <= UNLIKE * told else (hours, told)
+        expected = float(np.ptp(day_number(self.dates))) / DAYS_A_YEAR * a_year
+        return None if abs(hours - expected) <= UNLIKE * expected else (hours, expected)
 
 
 def read_record(

@@ -30,7 +30,7 @@ from wearlab.campaign.distributions import Distribution
 from wearlab.campaign.update_options import Fleet
 from wearlab.units import HOUR
 from wearlab.updating import grids, kalman, likelihood, measurements
-from wearlab.updating.run_curves import Asked, RunCurve, RunHistory
+from wearlab.updating.run_curves import ObservationPoints, RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
 NODES, FINER = 65, 2  # of a unit's grid; times as fine as it is integrated
@@ -68,14 +68,14 @@ class FleetMember:
     Parameters
     ----------
     name, run, blocks : of the unit
-    asked : block of which an inspection is foreseen: at a cycle it, and blocks after
+    foreseen : block of which an inspection is foreseen: at a cycle it, and blocks after
         it, do not count yet
     """
 
     name: str
     run: RunHistory
     blocks: likelihood.Blocks
-    asked: int | None = None
+    foreseen: int | None = None
 
     @property
     def now(self) -> float:
@@ -88,18 +88,18 @@ class FleetMember:
 
         Those of one time in order of blocks.
         """
-        both = enumerate(self.blocks)
-        told = [
-            (n, one)
-            for n, block in both
-            for one in likelihood.inspections_of(block, self.run, n)
+        numbered = enumerate(self.blocks)
+        inspections = [
+            (n, inspection)
+            for n, block in numbered
+            for inspection in likelihood.inspections_of(block, self.run, n)
         ]
-        return sorted(told, key=lambda one: one[1].cycle)
+        return sorted(inspections, key=lambda inspection: inspection[1].cycle)
 
     @cached_property
     def cycles(self) -> Array:
         """The times of inspections, rising [cycles]."""
-        return np.unique([own.cycle for _, own in self.inspections])
+        return np.unique([inspection.cycle for _, inspection in self.inspections])
 
     @property
     def whole(self) -> list[int]:
@@ -107,18 +107,24 @@ class FleetMember:
 
         What was measured, and what ends the life, first.
         """
-        found = [
-            n for n, block in enumerate(self.blocks) if block.seen.place_kind is None
+        numbers = [
+            n
+            for n, block in enumerate(self.blocks)
+            if block.observed.place_kind is None
         ]
-        curves = [asked.curve is not self.run.limit for asked in self.run.asked]
-        return sorted(found, key=lambda n: (not len(self.blocks[n].seen), curves[n]))
+        curves = [points.curve is not self.run.limit for points in self.run.points]
+        return sorted(
+            numbers, key=lambda n: (not len(self.blocks[n].observed), curves[n])
+        )
 
     def inspected(self, cycles: Array) -> Index:
         """Return how many inspections there had been by cycles."""
-        count = len(self.blocks) if self.asked is None else self.asked
+        count = len(self.blocks) if self.foreseen is None else self.foreseen
         at = cycles[:, None]
         cycle, later = (
-            np.array([(own.cycle, n >= count) for n, own in self.inspections])
+            np.array(
+                [(inspection.cycle, n >= count) for n, inspection in self.inspections]
+            )
             .reshape(-1, 2)
             .T
         )
@@ -126,10 +132,10 @@ class FleetMember:
 
     def up_to(self, cycle: float) -> "FleetMember":
         """Return the unit with what had been measured by a cycle."""
-        n = len(self.blocks) if self.asked is None else self.asked
-        by = likelihood.held(self.blocks, self.run, np.less_equal, cycle)
-        before = likelihood.held(self.blocks, self.run, np.less, cycle)
-        return replace(self, blocks=(*by[:n], *before[n:]))
+        n = len(self.blocks) if self.foreseen is None else self.foreseen
+        until = likelihood.select_by_cycle(self.blocks, self.run, np.less_equal, cycle)
+        earlier = likelihood.select_by_cycle(self.blocks, self.run, np.less, cycle)
+        return replace(self, blocks=(*until[:n], *earlier[n:]))
 
 
 class Shared(NamedTuple):
@@ -155,27 +161,27 @@ class Shared(NamedTuple):
 
     def worn(self, run: RunHistory, curve: RunCurve, factor: Array) -> Array:
         """Return what is worn of a quantity at T, of a profile in the mean."""
-        own = run.start + self.reference * factor[..., None] / run.factor
+        cycles = run.start + self.reference * factor[..., None] / run.factor
         return np.maximum(
-            curve.at(own, np.arange(curve.value.shape[1])).mean(axis=-1), 1e-100
+            curve.at(cycles, np.arange(curve.value.shape[1])).mean(axis=-1), 1e-100
         )
 
     def mean(
         self,
         run: RunHistory,
-        asked: Asked,
+        points: ObservationPoints,
         factor: Array,
         cycle: Array,
         column: Any = 0,
     ) -> Array:
         """Return the mean course of what is asked at cycles, (…, n), for factors (…)."""
-        equal = self.equal(run.equal(cycle, asked.clock))
-        return asked.curve.at(
+        equal = self.equal(run.equal(cycle, points.clock))
+        return points.curve.at(
             run.start + equal * (factor[..., None] / run.factor), column
         )
 
 
-def seen_by(
+def unit_likelihood(
     unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool = False
 ) -> kalman.Filtered:
     """Return how probable a unit's measurements are, and what is known of its W, for lanes (p, nodes)."""
@@ -183,31 +189,38 @@ def seen_by(
     factor = np.exp(log_factor)
     begins = [0]
     parts = []
-    for asked, block, sd in zip(run.asked, unit.blocks, shared.sd, strict=False):
+    for points, block, sd in zip(run.points, unit.blocks, shared.sd, strict=False):
         model = shared.mean(
-            run, asked, factor, asked.cycle[block.rows], asked.column[block.rows]
+            run, points, factor, points.cycle[block.rows], points.column[block.rows]
         )
         parts.append(likelihood.compared(block, model, sd))
         begins.append(begins[-1] + len(block.rows))
-    worn = [shared.worn(run, asked.curve, factor) for asked in run.asked]
-    when = ((n, own, shared.equal(run.equal(own.cycle))) for n, own in unit.inspections)
+    worn = [shared.worn(run, points.curve, factor) for points in run.points]
+    when = (
+        (n, inspection, shared.equal(run.equal(inspection.cycle)))
+        for n, inspection in unit.inspections
+    )
     times = [
-        own._replace(cycle=t, values=own.values + begins[n], scale=worn[n])
-        for n, own, t in when
+        inspection._replace(
+            cycle=t, values=inspection.values + begins[n], scale=worn[n]
+        )
+        for n, inspection, t in when
     ]
-    seen = parts[0] if len(parts) == 1 else _side_by_side(parts)
-    return kalman.filtered(seen, times, kalman.Filtered(), shared.rate, steps=steps)
+    residuals = parts[0] if len(parts) == 1 else _side_by_side(parts)
+    return kalman.filtered(
+        residuals, times, kalman.Filtered(), shared.rate, steps=steps
+    )
 
 
 def _side_by_side(parts: Sequence[kalman.Compared]) -> kalman.Compared:
     """Return residuals, variances and limits of several blocks as those of one."""
-    shape = np.broadcast_shapes(*(each.shape[:-1] for part in parts for each in part))
+    shape = np.broadcast_shapes(*(array.shape[:-1] for part in parts for array in part))
     wide = [
-        [np.broadcast_to(each, (*shape, part[0].shape[-1])) for each in part]
+        [np.broadcast_to(array, (*shape, part[0].shape[-1])) for array in part]
         for part in parts
     ]
     residual, variance, room = (
-        np.concatenate(each, axis=-1) for each in zip(*wide, strict=True)
+        np.concatenate(array, axis=-1) for array in zip(*wide, strict=True)
     )
     return residual, variance, room
 
@@ -233,14 +246,14 @@ class Law(NamedTuple):
     def shared(self, theta: Array) -> Shared:
         """Return what the units share at points (p, parameters)."""
         names = [parameter.name for parameter in self.parameters]
-        one = np.ones((len(theta), 1))
+        ones = np.ones((len(theta), 1))
         columns = dict(zip(names, np.exp(theta.T)[..., None], strict=True))
         sd = tuple(
-            columns.get(f"sd_{n}", known * one) for n, known in enumerate(self.sd)
+            columns.get(f"sd_{n}", value * ones) for n, value in enumerate(self.sd)
         )
         power = columns.get(POWER, np.full((1, 1), self.power))
         return Shared(
-            power, columns.get(STRAYING, self.straying * one), sd, self.reference
+            power, columns.get(STRAYING, self.straying * ones), sd, self.reference
         )
 
 
@@ -251,37 +264,43 @@ def law_of(fleet: Fleet, prior: Distribution, units: Sequence[FleetMember]) -> L
     ------
     UpdateError : that is more than five numbers
     """
-    given = {POWER: fleet.power, STRAYING: fleet.straying}
+    options = {POWER: fleet.power, STRAYING: fleet.straying}
     sds = [block.sd for block in units[0].blocks]
     parameters = [
-        Parameter(n, one) for n, one in given.items() if isinstance(one, Distribution)
+        Parameter(n, value)
+        for n, value in options.items()
+        if isinstance(value, Distribution)
     ]
-    known = {n: one for n, one in given.items() if not isinstance(one, Distribution)}
+    numbers = {
+        n: value for n, value in options.items() if not isinstance(value, Distribution)
+    }
     parameters += [
         Parameter(f"sd_{n}", sd.prior, sd.scale) for n, sd in enumerate(sds) if sd.prior
     ]
     parameters += [Parameter(SPREAD, fleet.spread), Parameter(MEDIAN, prior)]
     if len(parameters) > MOST:
-        said = (
+        message = (
             f"{len(parameters)} numbers are unknown to all units, at most {MOST} can "
             "be: give power or "
         )
         raise measurements.UpdateError(
-            f"update.population: {said}straying as a number, or an error.sd"
+            f"update.population: {message}straying as a number, or an error.sd"
         )
-    seen = np.concatenate([unit.run.equal(unit.cycles) for unit in units])
+    times = np.concatenate([unit.run.equal(unit.cycles) for unit in units])
     run = units[0].run
     reference = (
-        float(np.median(seen[seen > 0.0]))
-        if (seen > 0.0).any()
+        float(np.median(times[times > 0.0]))
+        if (times > 0.0).any()
         else run.end - run.start
     )
     if fleet.reference is not None:
         reference = fleet.reference * HOUR / run.seconds_per_cycle
-    return Law(tuple(parameters), reference, sd=tuple(sd.known for sd in sds), **known)
+    return Law(
+        tuple(parameters), reference, sd=tuple(sd.known for sd in sds), **numbers
+    )
 
 
-def _table(
+def _likelihood_on_grid(
     unit: FleetMember, shared: Shared, ends: Array, cycles: Array | None
 ) -> tuple[Array, Array]:
     """Return ln f on a fine grid of a unit, (n,), and the log of its likelihood times the spacing, (p, n).
@@ -292,7 +311,7 @@ def _table(
 
     def log_likelihood(lanes: Shared, u: Array, cycles: Array | None = None) -> Array:
         shape = (len(lanes.straying), u.shape[1])
-        seen = seen_by(unit, lanes, u, steps=cycles is not None)
+        seen = unit_likelihood(unit, lanes, u, steps=cycles is not None)
         if cycles is None:
             return np.broadcast_to(seen.log_likelihood, shape)
         gained = [np.broadcast_to(step.log_likelihood, shape) for step in seen.steps]
@@ -309,7 +328,7 @@ def _table(
         np.exp(np.mean(logs, axis=0, keepdims=True)) for logs in each
     )
     middle = Shared(power, straying, tuple(sd), shared.reference)
-    found = grids.peak(lambda u, _: log_likelihood(middle, u), ends[:1], ends[1:])
+    found = grids.find_peaks(lambda u, _: log_likelihood(middle, u), ends[:1], ends[1:])
     centre = float(found[0][0])
     width = float(np.clip(found[1][0], 1e-4, 0.25 * (ends[1] - ends[0])))
     first, last = np.arcsinh((ends - centre) / width).tolist()
@@ -342,12 +361,12 @@ def masses(
     spread = np.exp(theta[:, -2])
     median = theta[:, -1]
     ends = np.array([np.min(median - REACH * spread), np.max(median + REACH * spread)])
-    _, first, which = np.unique(
+    _, first, lane = np.unique(
         np.round(theta[:, :-2], 10), axis=0, return_index=True, return_inverse=True
     )
-    u, logs = _table(unit, law.shared(theta[first]), ends, cycles)
+    u, logs = _likelihood_on_grid(unit, law.shared(theta[first]), ends, cycles)
     z = (u - median[:, None]) / spread[:, None]
-    logs = logs[..., which.ravel(), :]
+    logs = logs[..., lane.ravel(), :]
     logs -= 0.5 * z * z + np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
     top = logs.max(axis=-1)
     mass = np.exp(
@@ -422,17 +441,17 @@ class Population:
         few.
         """
         points, probability = self._between
-        z = points[grids.equally(probability, n, rng)]
+        z = points[grids.equal_draws(probability, n, rng)]
         spacing = SPACING[z.shape[1]]
         errors = z.shape[1] - 2
         theta, near = (
-            self.mean + each @ self.root.T
-            for each in (z, spacing * np.round(z / spacing))
+            self.mean + scores @ self.root.T
+            for scores in (z, spacing * np.round(z / spacing))
         )
         return theta, np.hstack([near[:, :errors], theta[:, errors:]])
 
 
-def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
+def fit_population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
     """Return what is known of all units together.
 
     Parameters
@@ -518,9 +537,9 @@ def lattice(d: int) -> Array:
     return np.asarray(points[np.linalg.norm(points, axis=1) <= RADIUS])
 
 
-def _surplus(share: float, before: Array, seen: Array) -> float:
+def _surplus(share: float, log_prior: Array, log_likelihood: Array) -> float:
     """Return by how many the effective points are more than `FIT` where so much counts of what was seen."""
-    return float(1.0 / np.sum(softmax(before + share * seen) ** 2)) - FIT
+    return float(1.0 / np.sum(softmax(log_prior + share * log_likelihood) ** 2)) - FIT
 
 
 def _fitted(theta: Array, logs: Array) -> tuple[Array, Array]:
@@ -537,6 +556,6 @@ def factors(unit: FleetMember, law: Law, theta: Array, rng: Random) -> Array:
         return np.asarray(
             theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(len(theta))
         )
-    points, which = np.unique(theta, axis=0, return_inverse=True)
+    points, point_numbers = np.unique(theta, axis=0, return_inverse=True)
     u, mass, _ = masses(unit, law, points)
-    return grids.along(u, mass, which.ravel(), rng)
+    return grids.draws_along_grid(u, mass, point_numbers.ravel(), rng)

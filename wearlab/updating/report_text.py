@@ -65,12 +65,13 @@ def text_of(tree: xr.DataTree) -> list[str]:
     lines = [str(tree.attrs.get("title", ""))]
     for label, groups in cases_of(tree).items():
         lines += ["", f"case {label}"] if label else []
-        alone = (
+        prefix = (
             f"  ! case {label}: " if label else "  ! "
         )  # a warning is read alone, too
-        told = [f"  {line}" for line in rendered("case.txt", _case(groups))]
+        case_lines = [f"  {line}" for line in rendered("case.txt", _case(groups))]
         lines += [
-            alone + line[4:] if line.startswith("  ! ") else line for line in told
+            prefix + line[4:] if line.startswith("  ! ") else line
+            for line in case_lines
         ]
     if "comparison" in tree.children:
         lines += ["", *text_of_models(tree["comparison"].to_dataset())]
@@ -82,7 +83,7 @@ def answers(tree: xr.DataTree) -> list[str]:
     if "unit" in tree["predictions"].dims:
         rows = _rows(tree["predictions"].to_dataset())
         return [
-            *opened(tree),
+            *units_to_open(tree),
             *rendered("answers.txt", {"rows": rows, "passed": PASSED}),
         ]
     lines = []
@@ -120,14 +121,14 @@ def _days(predictions: xr.Dataset) -> list[str]:
     Of what has passed, that it was before the last look.
     """
     days = predictions["end_of_life_quantile"].values
-    both = zip(days, _last(predictions["remaining_useful_life_quantile"]), strict=True)
-    return [f"{'before ' if left <= 0.0 else ''}{day}" for day, left in both]
+    pairs = zip(days, _last(predictions["remaining_useful_life_quantile"]), strict=True)
+    return [f"{'before ' if left <= 0.0 else ''}{day}" for day, left in pairs]
 
 
-def text_of_models(found: xr.Dataset) -> list[str]:
+def text_of_models(comparison: xr.Dataset) -> list[str]:
     """Return the models beside each other as a table and one sentence."""
     names = ("model", "log_evidence", "left_out_difference", "left_out_error")
-    model, gain, off, error = (found[name].values for name in names)
+    model, gain, off, error = (comparison[name].values for name in names)
     labels = (name.ljust(max(map(len, model))) for name in model)
     return rendered(
         "models.txt",
@@ -138,16 +139,16 @@ def text_of_models(found: xr.Dataset) -> list[str]:
 def cases_of(tree: xr.DataTree) -> dict[str, dict[str, xr.Dataset]]:
     """Return the groups of each case under its label, "" where there is one case."""
     groups = {name: node.to_dataset() for name, node in tree.children.items()}
-    found = {}
+    by_label = {}
     for label in (
         groups["predictions"].coords.get("case", xr.DataArray([""], dims="case")).values
     ):
-        each = (
-            (name, one.sel(case=label) if "case" in one.dims else one)
-            for name, one in groups.items()
+        selected = (
+            (name, dataset.sel(case=label) if "case" in dataset.dims else dataset)
+            for name, dataset in groups.items()
         )
-        found[str(label)] = dict(each)
-    return found
+        by_label[str(label)] = dict(selected)
+    return by_label
 
 
 def latest(values: xr.DataArray) -> xr.DataArray:
@@ -157,8 +158,8 @@ def latest(values: xr.DataArray) -> xr.DataArray:
     """
     if "inspection" not in values.dims:
         return values
-    known = np.flatnonzero(values.notnull().any("quantile").values)
-    return values.isel(inspection=int(known[-1]) if len(known) else -1)
+    filled = np.flatnonzero(values.notnull().any("quantile").values)
+    return values.isel(inspection=int(filled[-1]) if len(filled) else -1)
 
 
 def _last(values: xr.DataArray) -> Array:
@@ -168,9 +169,9 @@ def _last(values: xr.DataArray) -> Array:
 def _numbers(data: xr.Dataset) -> dict[str, Any]:
     """Return the single values of a group."""
     return {
-        str(name): one.values.item()
-        for name, one in data.data_vars.items()
-        if not one.dims
+        str(name): variable.values.item()
+        for name, variable in data.data_vars.items()
+        if not variable.dims
     }
 
 
@@ -265,8 +266,8 @@ def _foreseen(cycle: float, rest: Array, calendar: Calendar | None) -> str:
     low, middle, high = rest[::2]
     if calendar is None:
         return f"{digits(middle)} cycles, 90 %: {digits(low)} to {digits(high)}"
-    told = calendar.texts(cycle + rest[::2])
-    return f"limit on {told[1]}, 90 %: {told[0]} to {told[2]}"
+    dates = calendar.texts(cycle + rest[::2])
+    return f"limit on {dates[1]}, 90 %: {dates[0]} to {dates[2]}"
 
 
 def _unknowns(
@@ -279,23 +280,25 @@ def _unknowns(
         unit = sample[name].attrs.get("units", "1")
         shown = sample[name].attrs.get("display_units", "1")
         scale = convert(1.0, unit, shown) if shown not in ("1", unit) else 1.0
-        after = scale * np.quantile(sample[name], P)
-        before = scale * np.quantile(prior[name], P)
+        after_q = scale * np.quantile(sample[name], P)
+        before_q = scale * np.quantile(prior[name], P)
         if name == "factor":
-            after, before = (
+            after_q, before_q = (
                 _last(predictions[f"{p}factor_quantile"]) for p in ("", "prior_")
             )
-        if not before[4] > before[0]:
+        if not before_q[4] > before_q[0]:
             continue
         wide, narrow = (
-            np.log([before, after]) if before[0] > 0.0 < after[0] else (before, after)
+            np.log([before_q, after_q])
+            if before_q[0] > 0.0 < after_q[0]
+            else (before_q, after_q)
         )
-        own = {
+        described = {
             "name": name.replace("_", " "),
             "unit": "" if shown == "1" else shown_unit(shown),
         }
         narrowed = np.ptp(wide) / max(np.ptp(narrow), 1e-300)
-        yield {**own, "after": after, "before": before, "narrowed": narrowed}
+        yield {**described, "after": after_q, "before": before_q, "narrowed": narrowed}
 
 
 def _checks(stats: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float, str]]]]:
@@ -333,7 +336,9 @@ def _twins(data: xr.Dataset) -> dict[str, Any]:
     """Return how often intervals of twins hold the truth, and whether that is as it should."""
     n = data.sizes["twin"]
     shares = []
-    for name in (each for each in ("factor", "life") if f"{each}_rank" in data):
+    for name in (
+        quantity for quantity in ("factor", "life") if f"{quantity}_rank" in data
+    ):
         held = [(w, float(data[f"{name}_coverage_{w}"])) for w in (50, 90)]
         off = (
             abs(s - w / 100) > 3.0 * np.sqrt(w / 100 * (1.0 - w / 100) / n)
@@ -387,7 +392,7 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     found |= {
         "table": _table([heads, *told]),
         "about": fleet_about(tree),
-        "first": _first(predictions),
+        "first": _units_to_open(predictions),
     }
     found |= {
         "shared": list(_shared(sample)),
@@ -396,7 +401,7 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
         "scale": scale,
     }
     for _, heads, rest in without:
-        own = _first(tree["predictions_without"].to_dataset())
+        own = _units_to_open(tree["predictions_without"].to_dataset())
         found["without"] = [
             *_table([heads, *(row for row in rest if row not in told)]),
             *own,
@@ -411,8 +416,11 @@ def fleet_tables(
 
     Nothing of one gear set.
     """
-    found = []
-    for name, words in (("predictions", ""), ("predictions_without", f"{IF_WRONG}:")):
+    tables = []
+    for name, condition in (
+        ("predictions", ""),
+        ("predictions_without", f"{IF_WRONG}:"),
+    ):
         if name in tree.children and "unit" in tree[name].dims:
             predictions = tree[name].to_dataset()
             heads = (
@@ -420,8 +428,8 @@ def fleet_tables(
                 if "best_change" in predictions
                 else HEADS
             )
-            found.append((words, heads, _rows(predictions)))
-    return found
+            tables.append((condition, heads, _rows(predictions)))
+    return tables
 
 
 def fleet_about(tree: xr.DataTree) -> str:
@@ -434,15 +442,15 @@ def alerts(text: Sequence[str]) -> list[str]:
     return [line.strip()[2:] for line in text if line.strip().startswith("! ")]
 
 
-def opened(tree: xr.DataTree) -> list[str]:
+def units_to_open(tree: xr.DataTree) -> list[str]:
     """Return which units of a fleet to open first.
 
     Also where what contradicts the others is wrong.
     """
     without = tree.get("predictions_without")
-    wrong = [] if without is None else _first(without.to_dataset())
+    wrong = [] if without is None else _units_to_open(without.to_dataset())
     return [
-        *_first(tree["predictions"].to_dataset()),
+        *_units_to_open(tree["predictions"].to_dataset()),
         *(f"{IF_WRONG}: {line}" for line in wrong),
     ]
 
@@ -465,10 +473,10 @@ def ends_of(predictions: xr.Dataset) -> tuple[np.ndarray, Array, bool]:
     hour = predictions["seconds_per_cycle"].values[:, None] / HOUR
     rest = hour * predictions["remaining_useful_life_quantile"].values
     over = (rest <= 0.0) & (predictions["now"].values[:, None] > 0.0)
-    told = [
+    hour_texts = [
         [f"{h:,.0f} h more" if np.isfinite(h) else NEVER for h in row] for row in rest
     ]
-    texts = np.array(told, dtype=object)
+    texts = np.array(hour_texts, dtype=object)
     days = np.full(rest.shape, "")
     if "end_of_life_quantile" in predictions:
         days = predictions["end_of_life_quantile"].values.astype(str)
@@ -486,34 +494,39 @@ def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
     (texts, *_) = ends_of(predictions)
     rows = list[tuple[str, ...]]()
     for k in np.argsort(predictions["end_passed"].values <= MAYBE, kind="stable"):
-        own = {
-            str(name): one.values[()]
-            for name, one in predictions.isel(unit=k).variables.items()
+        unit_values = {
+            str(name): variable.values[()]
+            for name, variable in predictions.isel(unit=k).variables.items()
         }
-        hours = own["now"] * own["seconds_per_cycle"] / HOUR
+        hours = unit_values["now"] * unit_values["seconds_per_cycle"] / HOUR
         (low, _, middle, _, high) = texts[k]
-        end = PASSED if own["end_passed"] > OVER else middle
-        measured = f"{100.0 * own['worn']:.0f} %" if hours > 0.0 else "not measured"
+        end = PASSED if unit_values["end_passed"] > OVER else middle
+        measured = (
+            f"{100.0 * unit_values['worn']:.0f} %" if hours > 0.0 else "not measured"
+        )
         between = low if low == high else f"{low} and {high}"
         rows.append(
             (
-                str(own["unit"]),
+                str(unit_values["unit"]),
                 f"{hours:,.0f}",
                 measured,
                 end,
                 between,
-                f"{own['pace']:.2f}",
+                f"{unit_values['pace']:.2f}",
             )
         )
-        if "best_change" in own:
-            left = own["best_change"] * own["seconds_per_cycle"] / HOUR - hours
-            other = "now" if end == PASSED else "not known"
-            told = f"{left:,.0f} h more" if np.isfinite(left) else other
-            rows[-1] += (str(own.get("best_change_day", "")) or told,)
+        if "best_change" in unit_values:
+            left = (
+                unit_values["best_change"] * unit_values["seconds_per_cycle"] / HOUR
+                - hours
+            )
+            fallback = "now" if end == PASSED else "not known"
+            remaining = f"{left:,.0f} h more" if np.isfinite(left) else fallback
+            rows[-1] += (str(unit_values.get("best_change_day", "")) or remaining,)
     return rows
 
 
-def _first(predictions: xr.Dataset) -> list[str]:
+def _units_to_open(predictions: xr.Dataset) -> list[str]:
     """Return which units to open first, and why: those of which 1 in 20 has reached the limit soonest."""
     texts, ends, _ = ends_of(predictions)
     sure = predictions["end_passed"].values <= MAYBE

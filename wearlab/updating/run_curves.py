@@ -110,8 +110,8 @@ class RunCurve:
             0,
             len(self.cycle) - 2,
         )
-        found = np.polyval(self._cubics.c[:, i, column], inside - self.cycle[i])
-        return np.asarray(found + beyond * self.slope[-1, column])
+        values = np.polyval(self._cubics.c[:, i, column], inside - self.cycle[i])
+        return np.asarray(values + beyond * self.slope[-1, column])
 
     @cached_property
     def _cubics(self) -> CubicHermiteSpline:
@@ -128,7 +128,7 @@ class RunCurve:
         rate = self.slope[-1, 0]
         low = np.clip(i, 1, len(highest) - 1) - 1
         piece = self._cubics.c[:, low, 0]
-        within = risen(
+        within = invert_rising(
             lambda x: np.polyval(piece, x), level, 0.0, np.diff(self.cycle)[low]
         )
         ahead = (
@@ -140,9 +140,9 @@ class RunCurve:
         return np.where((i > 0) & (i < len(highest)), self.cycle[low] + within, beyond)
 
 
-def risen(
+def invert_rising(
     rising: Callable[..., Array],
-    wanted: Array,
+    targets: Array,
     low: Any,
     high: Any,
     close: float = CLOSE,
@@ -153,31 +153,31 @@ def risen(
 
     ``close`` is the last move over the range; it converges faster than linearly.
     """
-    left = np.broadcast_to(np.asarray(low, float), np.shape(wanted))
-    right = np.broadcast_to(np.asarray(high, float), np.shape(wanted))
-    short = rising(left) - wanted
-    over = rising(right) - wanted
-    found = np.full(left.shape, np.inf)
+    left = np.broadcast_to(np.asarray(low, float), np.shape(targets))
+    right = np.broadcast_to(np.asarray(high, float), np.shape(targets))
+    short = rising(left) - targets
+    over = rising(right) - targets
+    estimate = np.full(left.shape, np.inf)
     range_ = right - left
     for _ in range(BITS):
         middle = 0.5 * (left + right)
-        off = rising(middle) - wanted
+        off = rising(middle) - targets
         root = np.sqrt(np.maximum(off * off - short * over, 1e-300))
-        before = found
-        found = np.clip(middle - (middle - left) * off / root, left, right)
-        if np.all(np.abs(found - before) <= close * range_):
+        previous = estimate
+        estimate = np.clip(middle - (middle - left) * off / root, left, right)
+        if np.all(np.abs(estimate - previous) <= close * range_):
             break
-        for at, y in ((middle, off), (found, rising(found) - wanted)):
+        for at, y in ((middle, off), (estimate, rising(estimate) - targets)):
             under = (y < 0.0) & (at > left)
             above = (y >= 0.0) & (at < right)
             left = np.where(under, at, left)
             short = np.where(under, y, short)
             right = np.where(above, at, right)
             over = np.where(above, y, over)
-    return found
+    return estimate
 
 
-class Asked(NamedTuple):
+class ObservationPoints(NamedTuple):
     """What a block of observations asks of a run: a curve, and of each value its column and cycle.
 
     A gear that was replaced has a clock of its own, and a cycle at which it was new.
@@ -221,7 +221,7 @@ class RunHistory:
         1 [m²/N]
     start, end : first and last stored cycle
     seconds_per_cycle : operating time of one cycle [s]
-    asked : by block of observations
+    points : what each block of observations compares with it
     limit : the quantity that ends the life
     level : of it at which it does [SI]
     limit_cycle : cycle of this run at which it does, ∞ never
@@ -233,7 +233,7 @@ class RunHistory:
     change : at which cycle the coefficient changed, the ratio of that after it to that
         before, and the width of the cycles that this one stands for
     draw : which draw it is of the unknowns that cost runs
-    often : ln of how much more often it was drawn than its prior has it
+    log_weight : ln of how much more often it was drawn than its prior has it
     """
 
     id: str
@@ -242,7 +242,7 @@ class RunHistory:
     start: float
     end: float
     seconds_per_cycle: float
-    asked: tuple[Asked, ...]
+    points: tuple[ObservationPoints, ...]
     limit: RunCurve
     level: float
     limit_cycle: float
@@ -251,7 +251,7 @@ class RunHistory:
     clock: Clock | None = None
     change: tuple[float, float, float] | None = None
     draw: int = 0
-    often: float = 0.0
+    log_weight: float = 0.0
 
     def numerical_of(self, quantity: str) -> float:
         """Return the relative numerical error of a quantity: of one number, or of any place of a profile."""
@@ -259,7 +259,7 @@ class RunHistory:
 
     def begin(self, number: int) -> float:
         """Return the cycle from which a block's wear counts."""
-        begin = self.asked[number].begin
+        begin = self.points[number].begin
         return self.start if begin is None else begin
 
     def equal(self, cycle: Array, clock: Clock | None = None) -> Array:
@@ -279,10 +279,10 @@ class RunHistory:
         """
         return self.start + self.equal(cycle, clock) * (factor / self.factor)
 
-    def after(self, own: Array, factor: Array) -> Array:
+    def after(self, run_cycle: Array, factor: Array) -> Array:
         """Return the cycle after which wear with a factor is as at a cycle of this run."""
         with np.errstate(divide="ignore", over="ignore"):
-            equal = self.start + (own - self.start) * (self.factor / factor)
+            equal = self.start + (run_cycle - self.start) * (self.factor / factor)
         return np.asarray(equal if self.clock is None else self.clock.inverse(equal))
 
     def life(self, factor: Array) -> Array:
@@ -301,15 +301,15 @@ def refuse_stages(scene: Scene) -> None:
     UpdateError : it has stages of operation
     """
     if scene.operation is not None and scene.operation.stage:
-        said = (
+        message = (
             "stages begin at given cycles, so that the wear is no function of k·N and "
             "one run does not "
         )
-        said += (
+        message += (
             "serve every k; update a campaign with operation.duty, mixed within each "
             "cycle"
         )
-        raise UpdateError(f"operation.stage: {said}")
+        raise UpdateError(f"operation.stage: {message}")
 
 
 def history_of(
@@ -336,13 +336,13 @@ def history_of(
     run = distinct(run)
     ended = curve_of(run, limit.quantity, limit.where, {}, "update.limit")
     factor = float(getattr(scene.wear and scene.wear.coefficient, "factor", 1.0))
-    asked = tuple(asked_of(run, inspection, limit, ended) for inspection in seen)
+    asked = tuple(points_of(run, inspection, limit, ended) for inspection in seen)
     start, end, limit_cycle = map(
         float, (*ended.cycle[[0, -1]], ended.first_above(np.array(limit.value)))
     )
     known = str(scene.id), factor, _coefficient(run, limit.where) / factor
     over = start, end, per_cycle(run, "operating_hours")
-    beside = _beside(run, limit, ended), _numerical(run, limit_cycle)
+    beside = _predicted_curves(run, limit, ended), _numerical_errors(run, limit_cycle)
     return RunHistory(*known, *over, asked, ended, limit.value, limit_cycle, *beside)
 
 
@@ -353,44 +353,48 @@ def distinct(run: xr.Dataset) -> xr.Dataset:
     return run if keep.all() else run.isel(update=keep)
 
 
-def cycles_of(run: xr.Dataset, seen: Observed) -> Array:
+def cycles_of(run: xr.Dataset, observed: Observed) -> Array:
     """Return the cycles of a run at which a block was measured."""
-    cycle = np.asarray(seen.time, float)
+    cycle = np.asarray(observed.time, float)
     start = float(run["cycle"].values[0])
-    if seen.clock != "cycle":
+    if observed.clock != "cycle":
         cycle = start + cycle / per_cycle(
-            run, "operating_hours" if seen.clock == "hours" else "mesh_cycles"
+            run, "operating_hours" if observed.clock == "hours" else "mesh_cycles"
         )
     if len(cycle) and cycle.min() < start:
-        row = seen.row[int(np.argmin(cycle))]
+        row = observed.row[int(np.argmin(cycle))]
         raise UpdateError(
-            f"{seen.data.file}: line {row}: is before the cycle at which the run starts"
+            f"{observed.data.file}: line {row}: is before the cycle at which the run starts"
         )
     return cycle
 
 
-def asked_of(
-    run: xr.Dataset, seen: Observed, limit: Limit, ended: RunCurve | None
-) -> Asked:
+def points_of(
+    run: xr.Dataset, observed: Observed, limit: Limit, limit_curve: RunCurve | None
+) -> ObservationPoints:
     """Return what a block of observations asks of a run.
 
     Parameters
     ----------
-    run, seen : the run, the block
-    limit, ended : what ends the life, and its curve, where it is of this run
+    run, observed : the run, the block
+    limit, limit_curve : what ends the life, and its curve, where it is of this run
     """
-    data = seen.data
-    cycle = cycles_of(run, seen)
-    if seen.place_kind is None:
-        same = (data.quantity, data.where) == (
+    data = observed.data
+    cycle = cycles_of(run, observed)
+    if observed.place_kind is None:
+        is_limit = (data.quantity, data.where) == (
             limit.quantity,
             limit.where,
         ) and not data.select
-        if ended is None or not same:
-            ended = curve_of(run, data.quantity, data.where, data.select, data.place)
-        return Asked(ended, np.zeros(len(seen), np.intp), cycle)
-    places, column = np.unique(seen.place, return_inverse=True)
-    return Asked(_profile(run, seen, places), column.astype(np.intp), cycle)
+        if limit_curve is None or not is_limit:
+            limit_curve = curve_of(
+                run, data.quantity, data.where, data.select, data.place
+            )
+        return ObservationPoints(limit_curve, np.zeros(len(observed), np.intp), cycle)
+    places, column = np.unique(observed.place, return_inverse=True)
+    return ObservationPoints(
+        _profile(run, observed, places), column.astype(np.intp), cycle
+    )
 
 
 def curve_of(
@@ -445,42 +449,48 @@ def _rate_at_the_deepest(run: xr.Dataset, where: str | None) -> Array:
 
     Of unworn flanks, where it is fastest.
     """
-    own = run if where is None else run.sel(flank=where)
-    each = (own["wear_depth"], own["wear_rate"])
-    deep, fast = (np.nan_to_num(one.values.reshape(len(one), -1)) for one in each)
+    flank_run = run if where is None else run.sel(flank=where)
+    fields = (flank_run["wear_depth"], flank_run["wear_rate"])
+    deep, fast = (
+        np.nan_to_num(field.values.reshape(len(field), -1)) for field in fields
+    )
     at = np.where(deep.max(axis=1) > 0.0, deep.argmax(axis=1), fast.argmax(axis=1))
     return np.asarray(fast[np.arange(len(at)), at])
 
 
-def _profile(run: xr.Dataset, seen: Observed, places: Array) -> RunCurve:
+def _profile(run: xr.Dataset, observed: Observed, places: Array) -> RunCurve:
     """Return the wear at places on a flank over the cycles.
 
     Of a thickness, what the arc has lost.
     """
-    data = seen.data
+    data = observed.data
     flanks = run["flank"].astype(str).values.tolist()
     if data.where not in flanks:
         raise UpdateError(
             f"{data.place}.flank: {data.where!r} is not one of {', '.join(flanks)}"
         )
-    flank = run.isel(flank=flanks.index(data.where)).sortby(str(seen.place_kind))
-    flank = flank.isel(profile=np.isfinite(flank[seen.place_kind].values))
-    x = flank[seen.place_kind].values
-    outside = (seen.place < x[0] - TINY) | (seen.place > x[-1] + TINY)
+    flank = run.isel(flank=flanks.index(data.where)).sortby(str(observed.place_kind))
+    flank = flank.isel(profile=np.isfinite(flank[observed.place_kind].values))
+    x = flank[observed.place_kind].values
+    outside = (observed.place < x[0] - TINY) | (observed.place > x[-1] + TINY)
     if outside.any():
         i = int(np.argmax(outside))
-        said = f"outside the active flank, which goes from {x[0]:g} to {x[-1]:g} (SI)"
-        raise UpdateError(
-            f"{data.file}: line {seen.row[i]}, {seen.place_kind} {seen.place[i]:g}: "
-            f"{said}"
+        message = (
+            f"outside the active flank, which goes from {x[0]:g} to {x[-1]:g} (SI)"
         )
-    both = [flank[name].values for name in ("wear_depth", "wear_rate")]
+        raise UpdateError(
+            f"{data.file}: line {observed.row[i]}, {observed.place_kind} {observed.place[i]:g}: "
+            f"{message}"
+        )
+    fields = [flank[name].values for name in ("wear_depth", "wear_rate")]
     if (
         data.quantity == THICKNESS
     ):  # along the arc: 1/cos of the pressure angle there, whose tan is the roll
-        both = [values * np.hypot(1.0, flank["roll_angle"].values) for values in both]
+        fields = [
+            values * np.hypot(1.0, flank["roll_angle"].values) for values in fields
+        ]
     value, slope = (
-        np.stack([np.interp(places, x, state) for state in values]) for values in both
+        np.stack([np.interp(places, x, state) for state in values]) for values in fields
     )
     return RunCurve(np.asarray(run["cycle"].values, float), value, slope)
 
@@ -498,11 +508,13 @@ def per_cycle(run: xr.Dataset, clock: str) -> float:
     if clock not in run:
         return np.nan
     cycle = run["cycle"].values
-    other = run[clock].values
-    return float((other[-1] - other[0]) / (cycle[-1] - cycle[0]))
+    reading = run[clock].values
+    return float((reading[-1] - reading[0]) / (cycle[-1] - cycle[0]))
 
 
-def _beside(run: xr.Dataset, limit: Limit, ended: RunCurve) -> dict[str, RunCurve]:
+def _predicted_curves(
+    run: xr.Dataset, limit: Limit, ended: RunCurve
+) -> dict[str, RunCurve]:
     """Return depth and mass of the gear that ends the life, where the run has them."""
     curves: dict[str, RunCurve] = {}
     member = limit.where and gear(limit.where)
@@ -530,7 +542,7 @@ def _coefficient(run: xr.Dataset, where: str | None) -> float:
     return float((values.isel(flank=mine) if any(mine) else values).max())
 
 
-def _numerical(run: xr.Dataset, limit_cycle: float) -> tuple[float, float]:
+def _numerical_errors(run: xr.Dataset, limit_cycle: float) -> tuple[float, float]:
     """Return the relative error of the depth anywhere, and that of the largest depth and of masses.
 
     The second is that of the run's life, where it tells one.
@@ -539,10 +551,10 @@ def _numerical(run: xr.Dataset, limit_cycle: float) -> tuple[float, float]:
     if "error_estimate_wear_depth" in run and "max_wear_depth" in run:
         depth = run["max_wear_depth"].max("flank").values
         error = run["error_estimate_wear_depth"].values
-        before = run["cycle"].values <= max(limit_cycle, run["cycle"].values[1]) * (
-            1.0 + 1e-9
-        )
-        late = before & (depth > 0.05 * depth[before][-1])
+        until_limit = run["cycle"].values <= max(
+            limit_cycle, run["cycle"].values[1]
+        ) * (1.0 + 1e-9)
+        late = until_limit & (depth > 0.05 * depth[until_limit][-1])
         ratio = error[late] / depth[late]
         anywhere = float(np.nanmax(ratio)) if np.isfinite(ratio).any() else 0.0
     if "life" not in run or "error_estimate_life" not in run:

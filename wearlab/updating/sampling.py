@@ -13,7 +13,12 @@ from scipy.special import gammaincc, kolmogorov, ndtr
 from wearlab.arrays import Array, Index, Random
 from wearlab.campaign.update_options import PREVIOUS
 from wearlab.updating import kalman, likelihood, lives
-from wearlab.updating.grids import Posterior, along, equally, even_weights
+from wearlab.updating.grids import (
+    Posterior,
+    draws_along_grid,
+    equal_draws,
+    even_weights,
+)
 
 PIECE = 400  # draws whose errors are drawn at once
 FINE = 16  # times as fine as its grid an error is drawn
@@ -42,17 +47,17 @@ class Draws:
     def __len__(self) -> int:
         return len(self.run)
 
-    def __getitem__(self, some: slice | Index) -> "Draws":
+    def __getitem__(self, chosen: slice | Index) -> "Draws":
         """Return some of them."""
-        sd = tuple(x[some] for x in self.sd)
-        drift = tuple(x[some] for x in self.drift)
+        sd = tuple(x[chosen] for x in self.sd)
+        drift = tuple(x[chosen] for x in self.drift)
         return Draws(
             self.posterior,
-            self.run[some],
-            self.factor[some],
+            self.run[chosen],
+            self.factor[chosen],
             sd,
             drift,
-            self.life[some],
+            self.life[chosen],
         )
 
     def by_run(self) -> likelihood.OfRuns:
@@ -62,26 +67,30 @@ class Draws:
             (runs[int(i)], np.flatnonzero(self.run == i)) for i in np.unique(self.run)
         ]
 
-    def inspections(self, number: int, most: float = np.inf) -> kalman.Inspections:
+    def inspections(self, number: int, max_count: float = np.inf) -> kalman.Inspections:
         """Return the inspections of a block, of more neighbouring ones together."""
         post = self.posterior
         return likelihood.inspections_of(
-            post.blocks[number], post.histories[0], number, most
+            post.blocks[number], post.histories[0], number, max_count
         )
 
-    def seen(self, number: int, steps: kalman.Inspections = ()) -> kalman.Filtered:
+    def filtered(self, number: int, steps: kalman.Inspections = ()) -> kalman.Filtered:
         """Return how probable a block is, and what is known of its drift or gain, of each draw."""
         block = self.posterior.blocks[number]
-        lanes = likelihood.Lanes(self.factor, self.sd[number], self.drift[number])
+        lanes = likelihood.ParameterBatch(
+            self.factor, self.sd[number], self.drift[number]
+        )
         return likelihood.log_likelihood(block, self.by_run(), number, lanes, steps)
 
     def paths(self, number: int, times: kalman.Inspections, rng: Random) -> Array:
         """Return draws of how far the wear strays at inspections of a block, given those, (times, n)."""
         rate = self.drift[number] ** 2 / likelihood.PER
-        return kalman.smoothed_paths(self.seen(number, times).steps, times, rate, rng)
+        return kalman.smoothed_paths(
+            self.filtered(number, times).steps, times, rate, rng
+        )
 
 
-def drawn(answer: lives.Answer, n: int, rng: Random) -> Draws:
+def draw(answer: lives.Answer, n: int, rng: Random) -> Draws:
     """Return draws of everything unknown, and of the life that follows.
 
     Parameters
@@ -91,7 +100,7 @@ def drawn(answer: lives.Answer, n: int, rng: Random) -> Draws:
     rng : of the draws
     """
     post = answer.posterior
-    run = equally(post.weight, n, rng)
+    run = equal_draws(post.weight, n, rng)
     log_factor = post.centre[run]
     for i in np.unique(run) if post.prior is not None else ():
         mine = np.flatnonzero(run == i)
@@ -101,22 +110,22 @@ def drawn(answer: lives.Answer, n: int, rng: Random) -> Draws:
         _errors(post, number, run, log_factor, rng)
         for number in range(len(post.blocks))
     ]
-    sd = tuple(each[0] for each in spreads)
-    drift = tuple(each[1] for each in spreads)
-    found = Draws(post, run, np.exp(log_factor), sd, drift, np.empty(n))[
+    sd = tuple(errors[0] for errors in spreads)
+    drift = tuple(errors[1] for errors in spreads)
+    draws = Draws(post, run, np.exp(log_factor), sd, drift, np.empty(n))[
         rng.permutation(n)
     ]
     if (number := answer.drifting) is not None:
-        rate = found.drift[number] ** 2 / likelihood.PER
-        present = found.seen(number).drawn(answer.now, rate, rng)
-    for history, mine in found.by_run():
-        own = found.factor[mine]
-        found.life[mine] = history.life(own)
+        rate = draws.drift[number] ** 2 / likelihood.PER
+        present = draws.filtered(number).drawn(answer.now, rate, rng)
+    for history, mine in draws.by_run():
+        factors = draws.factor[mine]
+        draws.life[mine] = history.life(factors)
         if number is not None:
-            found.life[mine] = lives.ended(
-                history, own, present[mine], answer.now, rate[mine], rng
+            draws.life[mine] = lives.draw_lives(
+                history, factors, present[mine], answer.now, rate[mine], rng
             )
-    return found
+    return draws
 
 
 def _errors(
@@ -126,14 +135,16 @@ def _errors(
 
     The known ones as they are.
     """
-    unknown = [side for n, side, *_ in likelihood.unknown(post.blocks) if n == number]
+    unknown = [
+        side for n, side, *_ in likelihood.unknown_errors(post.blocks) if n == number
+    ]
     sd, drift = (np.exp(grid[run, 0]) for grid in post.spreads[number])
     for i in np.unique(run) if unknown else ():
         sd_grid, drift_grid = (grid[i] for grid in post.spreads[number])
         table, _ = post.conditional(i, number)
         table = np.maximum(table, table.max() - 1e4)
         mine = np.flatnonzero(run == i)
-        along = (
+        draws_along_grid = (
             CubicSpline(post.nodes[i], table, axis=0)
             if len(post.nodes[i]) > 1
             else None
@@ -141,13 +152,13 @@ def _errors(
         for some in np.array_split(mine, max(len(mine) // PIECE, 1)):
             own = (
                 np.repeat(table, len(some), axis=0)
-                if along is None
-                else along(log_factor[some])
+                if draws_along_grid is None
+                else draws_along_grid(log_factor[some])
             )
             weight = np.exp(own - own.max(axis=(1, 2), keepdims=True))
             place = np.zeros(len(some))
             if 0 in unknown:
-                sd[some], place = _of_logs(sd_grid, weight.sum(axis=2), rng)
+                sd[some], place = _draws_of_logs(sd_grid, weight.sum(axis=2), rng)
             if 1 in unknown:
                 j = np.minimum(place.astype(np.intp), max(weight.shape[1] - 2, 0))
                 share = (place - j)[:, None]
@@ -156,28 +167,28 @@ def _errors(
                 between = (1.0 - share) * weight[which, j] + share * weight[
                     which, after
                 ]
-                drift[some], _ = _of_logs(drift_grid, between, rng)
+                drift[some], _ = _draws_of_logs(drift_grid, between, rng)
     return sd, drift
 
 
-def _of_logs(grid: Array, weight: Array, rng: Random) -> tuple[Array, Array]:
+def _draws_of_logs(grid: Array, weight: Array, rng: Random) -> tuple[Array, Array]:
     """Return draws from laws known on a grid of logs, one a row, and where on the grid."""
     logs = np.log(np.maximum(weight, 1e-290)) - np.log(even_weights(len(grid)))
     places = np.linspace(0.0, len(grid) - 1.0, FINE * (len(grid) - 1) + 1)
     fine = np.exp(CubicSpline(np.arange(len(grid)), logs, axis=1)(places))
-    at = along(places, fine, np.arange(len(fine)), rng)
+    at = draws_along_grid(places, fine, np.arange(len(fine)), rng)
     return np.exp(np.interp(at, np.arange(len(grid)), grid)), at
 
 
-def gains(draws: Draws, number: int, rng: Random, *, known: bool = True) -> Array:
+def gains(draws: Draws, number: int, rng: Random, *, conditional: bool = True) -> Array:
     """Return a draw of a block's gain for every draw, (n,): given its values, or as it was before them."""
     block = draws.posterior.blocks[number]
     if not (sd := block.data.error.gain_sd):
         return np.ones(len(draws))
-    if not known or not len(block.rows):
+    if not conditional or not len(block.rows):
         return 1.0 + sd * rng.standard_normal(len(draws))
-    seen = draws.seen(number)
-    return seen.drawn(seen.cycle, 0.0, rng)
+    filtered = draws.filtered(number)
+    return filtered.drawn(filtered.cycle, 0.0, rng)
 
 
 def over_cycles(
@@ -205,10 +216,14 @@ def over_cycles(
         kalman.Inspection(max(float(cycle), start), np.zeros(0, np.intp))
         for cycle in cycles
     ]
-    times = sorted([*draws.inspections(drifting), *looks], key=lambda one: one.cycle)
+    times = sorted(
+        [*draws.inspections(drifting), *looks], key=lambda inspection: inspection.cycle
+    )
     return (
         depths
-        + draws.paths(drifting, times, rng)[[not len(one.values) for one in times]]
+        + draws.paths(drifting, times, rng)[
+            [not len(inspection.values) for inspection in times]
+        ]
     )
 
 
@@ -230,11 +245,11 @@ def replicated(
     run = draws.posterior.histories[0]
     n = len(draws)
     model = np.empty((n, len(block.rows)))
-    strayed = np.zeros(n)
+    last_drift = np.zeros(n)
     for history, mine in draws.by_run():
         model[mine] = likelihood.modelled(block, history, number, draws.factor[mine])
-    model *= gains(draws, number, rng, known=known)[:, None]
-    square = draws.sd[number][:, None] ** 2 + block.seen.sd[block.rows] ** 2
+    model *= gains(draws, number, rng, conditional=known)[:, None]
+    square = draws.sd[number][:, None] ** 2 + block.observed.sd[block.rows] ** 2
     values = model + np.sqrt(
         square + (block.relative * model) ** 2
     ) * rng.standard_normal(model.shape)
@@ -255,12 +270,12 @@ def replicated(
                 else [time._replace(values=time.values[:0]) for time in times]
             )
             paths = draws.paths(number, told, rng)
-        strayed = paths[-1]
+        last_drift = paths[-1]
         for time, w in zip(times, paths, strict=True):
             values[:, time.values] += w[:, None]
     for time in times if offset else []:
         values[:, time.values] += offset * rng.standard_normal((n, 1))
-    return values, strayed
+    return values, last_drift
 
 
 # probability of a false alarm, of all inspections of a block together, and of their
@@ -314,9 +329,9 @@ def checks(draws: Draws) -> tuple[list[Check], dict[int, float]]:
     mean(z) (Kolmogorov's law), by the correlation of neighbours, and by the sum of
     squares; the least of the three probabilities counts three times.
     """
-    each: list[Check] = []
+    results: list[Check] = []
     courses: dict[int, float] = {}
-    for number in likelihood.told(draws.posterior.blocks):
+    for number in likelihood.measured_blocks(draws.posterior.blocks):
         cycles, counts, z, chi, hidden = _innovations(draws, number)
         for t, (cycle, count) in enumerate(zip(cycles, counts, strict=True)):
             if count:
@@ -325,27 +340,29 @@ def checks(draws: Draws) -> tuple[list[Check], dict[int, float]]:
                 p = min(p, shift) if count == 1 else min(1.0, 2.0 * min(p, shift))
             else:  # nothing but values below their limits
                 p = float(np.mean(hidden[t]))
-            each.append(
+            results.append(
                 Check(number, float(cycle), int(count), p, float(np.median(z[t])))
             )
-        told = counts > 0
-        if told.sum() >= FEWEST:
-            courses[number] = _course(z[told], chi[told], counts[told])
-    return each, courses
+        counted = counts > 0
+        if counted.sum() >= FEWEST:
+            courses[number] = _course(z[counted], chi[counted], counts[counted])
+    return results, courses
 
 
 def _course(z: Array, chi: Array, counts: Array) -> float:
     """Return the probability of a course as far off, (inspections, draws) averaged over draws."""
     root = np.sqrt(len(z))
-    after = z[1:]
-    before = z[:-1]
-    together = kolmogorov(
+    later = z[1:]
+    earlier = z[:-1]
+    p_course = kolmogorov(
         np.abs(np.cumsum(z - z.mean(axis=0), axis=0) / root).max(axis=0) + 0.12 / root
     )
-    squares = np.sum(after**2, axis=0) * np.sum(before**2, axis=0)
-    alike = ndtr(-np.sum(after * before, axis=0) / np.sqrt(squares) * root)
-    whole = gammaincc(0.5 * counts.sum(), 0.5 * chi.sum(axis=0))
-    return float(min(1.0, 3.0 * min(np.mean(p) for p in (together, alike, whole))))
+    squares = np.sum(later**2, axis=0) * np.sum(earlier**2, axis=0)
+    neighbours = ndtr(-np.sum(later * earlier, axis=0) / np.sqrt(squares) * root)
+    p_squares = gammaincc(0.5 * counts.sum(), 0.5 * chi.sum(axis=0))
+    return float(
+        min(1.0, 3.0 * min(np.mean(p) for p in (p_course, neighbours, p_squares)))
+    )
 
 
 def _innovations(draws: Draws, number: int) -> tuple[Array, Array, Array, Array, Array]:
@@ -356,17 +373,17 @@ def _innovations(draws: Draws, number: int) -> tuple[Array, Array, Array, Array,
     pieces = np.array_split(
         np.arange(len(few)), max(len(few) * len(block.rows) // AT_ONCE, 1)
     )
-    each = [few[some].seen(number, times).steps for some in pieces]
+    piece_steps = [few[chosen].filtered(number, times).steps for chosen in pieces]
     groups = np.array_split(np.arange(len(times)), min(len(times), MOST))
-    count = np.array([sum(each[0][t].count for t in group) for group in groups])
+    count = np.array([sum(piece_steps[0][t].count for t in group) for group in groups])
     parts = []
-    told = ("surprise", "chi_square", "log_likelihood")
-    for name in told:
-        own = [
-            np.concatenate([getattr(steps[t], name) for steps in each])
+    fields = ("surprise", "chi_square", "log_likelihood")
+    for name in fields:
+        by_time = [
+            np.concatenate([getattr(steps[t], name) for steps in piece_steps])
             for t in range(len(times))
         ]
-        parts.append(np.stack([sum(own[t] for t in group) for group in groups]))
+        parts.append(np.stack([sum(by_time[t] for t in group) for group in groups]))
     z, chi, logs = parts
     middle = np.array([np.mean([times[t].cycle for t in group]) for group in groups])
     hidden = np.exp(np.minimum(logs, 0.0)) if few is draws else np.ones_like(z)

@@ -58,7 +58,7 @@ def held_by(q: Array, truth: Array) -> dict[str, float]:
 
 
 def simple_rules(
-    study: cases.Subject, post: grids.Posterior, now: float
+    study: cases.Subject, post: grids.Posterior, last_cycle: float
 ) -> tuple[float, float]:
     """Return the remaining life by the ratio of wear to cycles, and by a line through three values."""
     limit = study.limit
@@ -69,18 +69,18 @@ def simple_rules(
     if number is None:
         return ratio, line
     rows = post.blocks[number].rows
-    rows = rows[np.argsort(run.asked[number].cycle[rows], kind="stable")]
-    cycle = run.asked[number].cycle[rows]
-    value = post.blocks[number].seen.value[rows]
+    rows = rows[np.argsort(run.points[number].cycle[rows], kind="stable")]
+    cycle = run.points[number].cycle[rows]
+    value = post.blocks[number].observed.value[rows]
     cycle, value = (
-        each[np.isfinite(value) & (cycle <= now)] for each in (cycle, value)
+        array[np.isfinite(value) & (cycle <= last_cycle)] for array in (cycle, value)
     )
     if len(cycle) and value[-1] > 0.0:
         begin = run.begin(number)
-        ratio = begin + (cycle[-1] - begin) * limit.value / value[-1] - now
+        ratio = begin + (cycle[-1] - begin) * limit.value / value[-1] - last_cycle
     if len(cycle) > 2 and np.ptp(cycle[-3:]) > 0.0:
         slope, at = np.polyfit(cycle[-3:], value[-3:], 1)
-        line = (limit.value - at) / slope - now if slope > 0.0 else np.nan
+        line = (limit.value - at) / slope - last_cycle if slope > 0.0 else np.nan
     return ratio, line
 
 
@@ -99,16 +99,18 @@ def replayed(
     if len(cycles) > MOST:
         cycles = cycles[np.linspace(0, len(cycles) - 1, MOST).astype(int)]
     rng = np.random.default_rng([study.spec.seed, 3])
-    prior = answers.answered(study, post.histories, answers.unseen(post.blocks))
-    known = sampling.drawn(prior, DRAWS, rng)
+    prior = answers.answer_of(
+        study, post.histories, answers.without_values(post.blocks)
+    )
+    known = sampling.draw(prior, DRAWS, rng)
     middle = float(prior.life(np.array([0.5]))[0])
     rows: list[dict[str, Any]] = []
     for cycle in map(float, cycles):
-        until = likelihood.held(post.blocks, run, np.less_equal, cycle)
-        answer = answers.answered(study, post.histories, until)
+        until = likelihood.select_by_cycle(post.blocks, run, np.less_equal, cycle)
+        answer = answers.answer_of(study, post.histories, until)
         each, _ = sampling.checks(replace(known, posterior=answer.posterior))
         last = [check.p for check in each if check.cycle == cycle]
-        known = sampling.drawn(answer, DRAWS, rng)
+        known = sampling.draw(answer, DRAWS, rng)
         life = answer.life(layout.P)
         row: dict[str, Any] = {
             "life_quantile": life,
@@ -145,27 +147,30 @@ def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
     end : cycle at which the limit was measured, NaN where it was not: then there is
         nothing to say
     """
-    before = replay.isel(inspection=np.flatnonzero(replay["inspection"].values < end))
-    if not np.isfinite(end) or not before.sizes["inspection"]:
+    early = replay.isel(inspection=np.flatnonzero(replay["inspection"].values < end))
+    if not np.isfinite(end) or not early.sizes["inspection"]:
         return xr.Dataset()
-    truth = end - before["inspection"].values
+    truth = end - early["inspection"].values
     rest = (
-        before["remaining_useful_life_quantile"]
+        early["remaining_useful_life_quantile"]
         .transpose("quantile", "inspection")
         .values
     )
-    own = np.abs(rest[2] - truth) / truth
-    score = {"replay_inspections": float(len(truth)), "replay_mean_error": np.mean(own)}
+    relative_error = np.abs(rest[2] - truth) / truth
+    score = {
+        "replay_inspections": float(len(truth)),
+        "replay_mean_error": np.mean(relative_error),
+    }
     score |= held_by(rest, truth)
-    score["replay_crps"] = np.mean(before["crps"].values / truth)
+    score["replay_crps"] = np.mean(early["crps"].values / truth)
     score["replay_interval_score"] = np.mean(
         interval_score(rest[0], rest[4], truth) / truth
     )
     for rule in RULES:
-        off = np.abs(before[rule] - truth) / truth
+        off = np.abs(early[rule] - truth) / truth
         score[f"replay_error_{rule}"] = float(off.mean())
         score[f"replay_own_{rule}"] = float(
-            (own + 0.0 * off).mean()
+            (relative_error + 0.0 * off).mean()
         )  # of those that have the rule
     return layout.dataset("statistics", score)
 
@@ -203,7 +208,7 @@ def models_of(outcome: answers.Finding) -> Iterator[Model]:
             [block.drifting(not accumulates) for block in post.blocks],
         )
     if changes:
-        constant = post.but(histories=(replace(post.histories[0], often=0.0),))
+        constant = post.but(histories=(replace(post.histories[0], log_weight=0.0),))
         yield name(errors[0], "k constant"), constant, post.blocks
 
 
@@ -214,16 +219,16 @@ def left_out(post: grids.Posterior) -> Array:
     """
     run = post.histories[0]
     if (
-        len(post.histories) * sum(len(asked.cycle) for asked in run.asked)
+        len(post.histories) * sum(len(points.cycle) for points in run.points)
         > MOST_LEFT_OUT
     ):
         return np.full(1, np.nan)
     cycles = likelihood.cycles_of(post.blocks, run)
-    others = [
-        post.by(likelihood.held(post.blocks, run, np.not_equal, cycle))
+    posteriors = [
+        post.by(likelihood.select_by_cycle(post.blocks, run, np.not_equal, cycle))
         for cycle in cycles
     ]
-    return post.evidence - np.array([one.evidence for one in others])
+    return post.evidence - np.array([posterior.evidence for posterior in posteriors])
 
 
 def compared(outcomes: Sequence[answers.Finding]) -> xr.Dataset | None:
@@ -231,27 +236,29 @@ def compared(outcomes: Sequence[answers.Finding]) -> xr.Dataset | None:
 
     None of a single one.
     """
-    each = [model for outcome in outcomes for model in models_of(outcome)]
-    if len(each) < 2 or not likelihood.told(each[0][2]):
+    models = [model for outcome in outcomes for model in models_of(outcome)]
+    if len(models) < 2 or not likelihood.measured_blocks(models[0][2]):
         return None
-    known = sorted(
-        ((post.by(blocks), name) for name, post, blocks in each),
-        key=lambda one: -one[0].evidence,
+    ranked = sorted(
+        ((post.by(blocks), name) for name, post, blocks in models),
+        key=lambda logs: -logs[0].evidence,
     )
-    posts, names = zip(*known, strict=True)
-    alone = [left_out(post) for post in posts]
+    posts, names = zip(*ranked, strict=True)
+    left_out_logs = [left_out(post) for post in posts]
     off = [
-        one - alone[0] if len(one) == len(alone[0]) else np.full(1, np.nan)
-        for one in alone
+        logs - left_out_logs[0]
+        if len(logs) == len(left_out_logs[0])
+        else np.full(1, np.nan)
+        for logs in left_out_logs
     ]
     error = [
         np.sqrt(len(o)) * float(np.std(o, ddof=1)) if len(o) > 1 else np.nan
         for o in off
     ]
     values = {"log_evidence": [post.evidence for post in posts]}
-    values["log_left_out"] = [float(np.sum(one)) for one in alone]
+    values["log_left_out"] = [float(np.sum(logs)) for logs in left_out_logs]
     values |= {
-        "left_out_difference": [float(np.sum(one)) for one in off],
+        "left_out_difference": [float(np.sum(logs)) for logs in off],
         "left_out_error": error,
     }
     return layout.dataset("comparison", values, model=np.array(names, dtype=object))

@@ -55,20 +55,23 @@ def calibrated(
     true = study.spec.check
     source = post
     if true is not None:
-        runs = tuple(_bent(run, true.power) for run in post.histories)
+        runs = tuple(_with_power(run, true.power) for run in post.histories)
         source = post.but(histories=runs, blocks=_true_blocks(post, true))
         told = told or post.blocks
-    before = answers.answered(study, source.histories, answers.unseen(source.blocks))
-    truths = replace(sampling.drawn(before, n, rng), posterior=source)
+    before = answers.answer_of(
+        study, source.histories, answers.without_values(source.blocks)
+    )
+    truths = replace(sampling.draw(before, n, rng), posterior=source)
     unmeasured = before.life(scores.EVEN)
     ranks: dict[str, list[float]] = {"factor": [], "life": []}
     scored: list[tuple[tuple[float, float], ...]] = []
     foreseen: list[tuple[float, ...]] = []
     for t in range(n):
-        made, life = twin(truths[t : t + 1], before, rng)
+        made, life = made_twin(truths[t : t + 1], before, rng)
         both = zip(told or made, made, strict=True)
         made = tuple(
-            replace(own, seen=replace(real.seen, data=own.data)) for own, real in both
+            replace(own, observed=replace(real.observed, data=own.data))
+            for own, real in both
         )
         # its own run knows too much
         kept = [
@@ -76,7 +79,7 @@ def calibrated(
             for i, run in enumerate(post.histories)
             if not study.costly or i != truths.run[t]
         ]
-        answer = answers.answered(study, kept, made)
+        answer = answers.answer_of(study, kept, made)
         if study.prior is not None:
             ranks["factor"].append(answer.factor_below(float(truths.factor[t])))
         over = life <= answer.now and answer.drifting is not None
@@ -122,9 +125,9 @@ def calibrated(
     return found if true is None else found.assign_attrs(true_model=repr(true))
 
 
-def _bent(run: run_curves.RunHistory, power: float) -> run_curves.RunHistory:
+def _with_power(run: run_curves.RunHistory, power: float) -> run_curves.RunHistory:
     """Return a run whose wear goes as the cycles to a power, and is its own at the last inspection."""
-    ends = [float(asked.cycle.max()) for asked in run.asked if len(asked.cycle)]
+    ends = [float(points.cycle.max()) for points in run.points if len(points.cycle)]
     last = max(ends, default=run.end) - run.start
     share = np.concatenate([np.linspace(0.0, 2.0, 401), np.geomspace(2.1, 1e4, 400)])
     bent = run.start + run.equal(run.start + last * share**power)
@@ -139,51 +142,55 @@ def _true_blocks(
     post: grids.Posterior, true: update_options.TrueModel
 ) -> tuple[likelihood.Block, ...]:
     """Return the blocks with the errors that are true of twins."""
-    made = []
+    blocks = []
     for block in post.blocks:
         error = (
             block.data.error
             if true.errors is None
             else true.errors[block.data.number - 1]
         )
-        seen = replace(block.seen, data=block.data.model_copy(update={"error": error}))
-        made.append(replace(block, seen=seen).drifting(True))
-    return post.blocks if true.errors is None else tuple(made)
+        observed = replace(
+            block.observed, data=block.data.model_copy(update={"error": error})
+        )
+        blocks.append(replace(block, observed=observed).drifting(True))
+    return post.blocks if true.errors is None else tuple(blocks)
 
 
-def twin(
-    truth: sampling.Draws, before: lives.Answer, rng: arrays.Random
+def made_twin(
+    truth: sampling.Draws, prior: lives.Answer, rng: arrays.Random
 ) -> tuple[likelihood.Blocks, float]:
     """Return the blocks with made-up values of one truth, and its life.
 
     Parameters
     ----------
     truth : one draw, with runs and blocks
-    before : the prior, for what drifts on to the limit
+    prior : the prior, for what drifts on to the limit
     rng : of errors and drift
     """
     post = truth.posterior
-    made = []
+    blocks = []
     life = float(truth.life[0])
     run = post.histories[int(truth.run[0])]
     last = [
-        run.asked[n].cycle[b.rows].max(initial=run.start)
+        run.points[n].cycle[b.rows].max(initial=run.start)
         for n, b in enumerate(post.blocks)
     ]
-    now = float(max(last))
+    last_cycle = float(max(last))
     for number, block in enumerate(post.blocks):
         value, w = sampling.replicated(truth, number, rng, known=False)
-        values = block.seen.value.copy()
-        below = block.seen.below[block.rows]
+        values = block.observed.value.copy()
+        below = block.observed.below[block.rows]
         values[block.rows] = np.where(
             value[0] < below, np.nan, value[0]
         )  # a file says the limit alone
-        made.append(replace(block, seen=replace(block.seen, value=values)))
-        if number == before.drifting:
+        blocks.append(replace(block, observed=replace(block.observed, value=values)))
+        if number == prior.drifting:
             rate = truth.drift[number] ** 2 / likelihood.PER
-            w = w + np.sqrt(rate * (now - last[number])) * rng.standard_normal(1)
-            life = float(lives.ended(run, truth.factor, w, now, rate, rng)[0])
-    return tuple(made), life
+            w = w + np.sqrt(rate * (last_cycle - last[number])) * rng.standard_normal(1)
+            life = float(
+                lives.draw_lives(run, truth.factor, w, last_cycle, rate, rng)[0]
+            )
+    return tuple(blocks), life
 
 
 def twin_files(
@@ -205,7 +212,7 @@ def twin_files(
 
     wanted = studies(campaign)
     found: dict[tuple[object, ...], Observed] = {}  # those of all cases, each once
-    for seen in (seen for study in wanted for seen in study.seen):
+    for seen in (seen for study in wanted for seen in study.observations):
         found.setdefault(
             (seen.data.file, seen.data.columns.value, seen.data.label), seen
         )
@@ -213,7 +220,7 @@ def twin_files(
     measured = tuple(found.values())
     run = run_curves.history_of(simulate(scene), scene, measured, wanted[0].limit)
     for number, seen in enumerate(measured):
-        if run.asked[number].cycle.max(initial=0.0) > run.end:
+        if run.points[number].cycle.max(initial=0.0) > run.end:
             raise UpdateError(
                 f"{seen.data.file}: goes on beyond the twin's run, {run.end:g} cycles"
             )
@@ -223,32 +230,38 @@ def twin_files(
         for b in blocks
     ]
     sd, drift = zip(*known, strict=True)
-    post = grids.Posterior((run,), answers.unseen(blocks), None).but(blocks=blocks)
+    post = grids.Posterior((run,), answers.without_values(blocks), None).but(
+        blocks=blocks
+    )
     factor = np.full(1, run.factor)
     life = np.full(1, run.limit_cycle)
     true_draw = sampling.Draws(post, np.zeros(1, np.intp), factor, sd, drift, life)
-    made, true_life = twin(
+    made, true_life = made_twin(
         true_draw, lives.Answer(post, run.start, None), np.random.default_rng(seed)
     )
     texts: dict[Path, str] = {}
     for block in made:
         file = Path(block.data.file)
-        texts[file] = _with(
-            texts.get(file) or file.read_text(encoding="utf-8"), block.seen
+        texts[file] = _with_values(
+            texts.get(file) or file.read_text(encoding="utf-8"), block.observed
         )
     return texts, true_life
 
 
-def _with(text: str, seen: Observed) -> str:
+def _with_values(text: str, observed: Observed) -> str:
     """Return a file's text with the values of one column replaced."""
-    data = seen.data
-    column = seen.data.columns.value or seen.data.quantity
-    own = data.units.get(column)
-    shown = seen.value if own is None else seen.value / units.convert(1.0, own, data.si)
+    data = observed.data
+    column = observed.data.columns.value or observed.data.quantity
+    unit = data.units.get(column)
+    shown = (
+        observed.value
+        if unit is None
+        else observed.value / units.convert(1.0, unit, data.si)
+    )
     table = tables.read_table(Path(data.file))
     at = table.names.index(str(table.find(column)))
     lines = text.splitlines()
-    for row, number in zip(seen.row, shown, strict=True):
+    for row, number in zip(observed.row, shown, strict=True):
         cells = lines[row - 1].split(table.separator or None)
         cells[at] = (
             ""
@@ -269,22 +282,26 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "truth", nargs="*", metavar="KEY=VALUE", help="what is true of the twin"
     )
     parser.add_argument("--seed", type=int, default=0, help="of the errors")
-    given = parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
     truth = {
         key: _number(value)
-        for key, _, value in (pair.partition("=") for pair in given.truth)
+        for key, _, value in (pair.partition("=") for pair in options.truth)
     }
-    texts, life = twin_files(load(given.file), truth, given.seed)
-    words = " ".join(f'"{word}"' if " " in word else word for word in given.truth)
-    made = (
-        f"{MADE}python -m wearlab.updating.synthetic_data {given.file} {words} --seed "
-        f"{given.seed}"
+    texts, life = twin_files(load(options.file), truth, options.seed)
+    words = " ".join(f'"{word}"' if " " in word else word for word in options.truth)
+    command = (
+        f"{MADE}python -m wearlab.updating.synthetic_data {options.file} {words} --seed "
+        f"{options.seed}"
     )
     for file, text in texts.items():
-        kept = [line for line in text.splitlines() if not line.startswith(MADE)]
-        head = next(i for i, line in enumerate(kept) if not line.startswith("#"))
-        told = [*kept[:head], f"{made} (true life: {life:.5g} cycles)", *kept[head:]]
-        file.write_text("\n".join(told) + "\n", encoding="utf-8")
+        old_lines = [line for line in text.splitlines() if not line.startswith(MADE)]
+        head = next(i for i, line in enumerate(old_lines) if not line.startswith("#"))
+        new_lines = [
+            *old_lines[:head],
+            f"{command} (true life: {life:.5g} cycles)",
+            *old_lines[head:],
+        ]
+        file.write_text("\n".join(new_lines) + "\n", encoding="utf-8")
         print(file)
 
 

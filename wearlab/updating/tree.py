@@ -41,31 +41,31 @@ def tree_of(
     replay : also the answers as after every inspection
     check : number of twins that calibrate the study
     """
-    each = [_groups(outcome, replay, check) for outcome in outcomes]
-    joined = each[0]
-    if len(each) > 1:
+    case_groups = [_groups(outcome, replay, check) for outcome in outcomes]
+    joined = case_groups[0]
+    if len(case_groups) > 1:
         labels = xr.Variable(
             "case", [outcome.study.label for outcome in outcomes], {"long_name": "case"}
         )
-        for name in dict.fromkeys(name for groups in each for name in groups):
-            own = [groups.get(name, xr.Dataset()) for groups in each]
-            joined[name] = layout.joined(own, "case").assign_coords(case=labels)
-    same = (
+        for name in dict.fromkeys(name for groups in case_groups for name in groups):
+            datasets = [groups.get(name, xr.Dataset()) for groups in case_groups]
+            joined[name] = layout.joined(datasets, "case").assign_coords(case=labels)
+    same_data = (
         len(
             {
-                tuple(seen.fingerprint for seen in outcome.study.seen)
+                tuple(observed.fingerprint for observed in outcome.study.observations)
                 for outcome in outcomes
             }
         )
         == 1
     )
-    beside = scores.compared(outcomes if same else outcomes[:1])
+    beside = scores.compared(outcomes if same_data else outcomes[:1])
     joined |= {} if beside is None else {"comparison": beside}
     tree = tree_of_groups(campaign, [outcome.study for outcome in outcomes], joined)
     tree.attrs |= {
-        f"notes_{n}": " | ".join(one.notes)
-        for n, one in enumerate(outcomes)
-        if one.notes
+        f"notes_{n}": " | ".join(outcome.notes)
+        for n, outcome in enumerate(outcomes)
+        if outcome.notes
     }
     return tree
 
@@ -75,11 +75,14 @@ def tree_of_groups(
 ) -> xr.DataTree:
     """Return the tree of groups by name, with what it says of itself."""
     spec = studies[0].spec
-    now = datetime.now(UTC).isoformat(timespec="seconds")
+    time = datetime.now(UTC).isoformat(timespec="seconds")
     measured = dict.fromkeys(data.quantity.replace("_", " ") for data in spec.data)
-    same = {
-        tuple((seen.data.label, seen.fingerprint) for seen in one.seen)
-        for one in studies
+    measurement_sets = {
+        tuple(
+            (observed.data.label, observed.fingerprint)
+            for observed in study.observations
+        )
+        for study in studies
     }
     about = (
         f"What is known of {', '.join(spec.unknown)} and of the remaining life after "
@@ -96,7 +99,7 @@ def tree_of_groups(
         "Bayesian update",
         *measured,
     ]
-    own = version.__version__
+    release = version.__version__
     code = sources.source_hash()
     metadata = campaign.metadata or {}
     attrs: dict[str, Any] = {
@@ -104,31 +107,33 @@ def tree_of_groups(
         "summary": about,
         "keywords": ", ".join(words),
     }
-    attrs["history"] = f"{now} wearlab {own}: updated from stored runs and measurements"
+    attrs["history"] = (
+        f"{time} wearlab {release}: updated from stored runs and measurements"
+    )
     attrs["references"] = campaign.reference or ""
     attrs |= {str(key): str(value) for key, value in metadata.items()} | credited(
         metadata
     )
     attrs["processing_level"] = "posterior: model output updated with measurements"
     attrs |= {
-        "source": f"wearlab {own}, sources {code}",
-        "created_at": now,
-        "date_created": now,
+        "source": f"wearlab {release}, sources {code}",
+        "created_at": time,
+        "date_created": time,
     }
     attrs |= {
         "inference_library": "wearlab",
-        "inference_library_version": own,
-        "wearlab_version": own,
+        "inference_library_version": release,
+        "wearlab_version": release,
     }
     attrs |= {"source_hash": code, "discrepancy": spec.discrepancy, "seed": spec.seed}
     attrs |= {
-        "same_measurements": int(len(same) == 1),
+        "same_measurements": int(len(measurement_sets) == 1),
         "Conventions": "CF-1.11, ACDD-1.3",
     }
-    told = {
+    filled = {
         key: value for key, value in attrs.items() if value != ""
     }  # CF: no attribute is an empty text
-    return xr.DataTree.from_dict({"/": xr.Dataset(attrs=told), **groups})
+    return xr.DataTree.from_dict({"/": xr.Dataset(attrs=filled), **groups})
 
 
 def _groups(outcome: Finding, replay: bool, check: int) -> dict[str, xr.Dataset]:
@@ -141,7 +146,7 @@ def _groups(outcome: Finding, replay: bool, check: int) -> dict[str, xr.Dataset]
         "observed_data": _observed_data(outcome),
     }
     groups["sample_stats"] = _statistics(outcome)
-    if told := likelihood.told(post.blocks):
+    if told := likelihood.measured_blocks(post.blocks):
         groups["posterior_predictive"] = xr.merge(
             [_replicas(outcome, n, rng) for n in told], **layout.MERGED
         )
@@ -151,7 +156,9 @@ def _groups(outcome: Finding, replay: bool, check: int) -> dict[str, xr.Dataset]
     days = layout.calendar_of(outcome.study, post.histories[0], outcome.answer.now)
     look = decision.virtual_inspection(outcome, rng)
     change = (
-        None if spec.decision is None else decision.decided(outcome, spec.decision, rng)
+        None
+        if spec.decision is None
+        else decision.decision_of(outcome, spec.decision, rng)
     )
     if look is not None and change is not None:
         look = decision.before_change(look, float(change["best_change"]))
@@ -209,9 +216,9 @@ def _sample(outcome: Finding, *, before: bool = False) -> xr.Dataset:
             continue
         written = outcome.study.drawn[key]
         own = outcome.study.spec.unknown[key].unit
-        values = np.array([cases.plain(written[run.draw]) for run in post.histories])[
-            draws.run
-        ]
+        values = np.array(
+            [cases.plain_number(written[run.draw]) for run in post.histories]
+        )[draws.run]
         unit = next(
             (kind.unit for kind in units.KINDS.values() if own in kind.units),
             own or "1",
@@ -231,7 +238,7 @@ def _sample(outcome: Finding, *, before: bool = False) -> xr.Dataset:
                     "sample", name, values, **_units(block)
                 )
         if block.data.error.gain_sd:
-            gains = sampling.gains(draws, number, rng, known=not before)
+            gains = sampling.gains(draws, number, rng, conditional=not before)
             found[f"gain_{block.data.label}"] = layout.variable("sample", "gain", gains)
     return layout.sample(found, len(draws))
 
@@ -243,13 +250,15 @@ def _replicas(outcome: Finding, number: int, rng: Random) -> xr.Dataset:
     """
     blocks = outcome.posterior.blocks
     name = block_name(outcome, number)
-    most = max(len(each.rows) for each in blocks)
+    largest = max(len(block.rows) for block in blocks)
     draws = outcome.draws[
-        : max(min(len(outcome.draws), MOST_VALUES // max(most, 1)), 1)
+        : max(min(len(outcome.draws), MOST_VALUES // max(largest, 1)), 1)
     ]
     values, _ = sampling.replicated(draws, number, rng)
-    made = layout.variable("sample", "replica", values, name, **_units(blocks[number]))
-    return layout.sample({name: made}, len(draws))
+    replica = layout.variable(
+        "sample", "replica", values, name, **_units(blocks[number])
+    )
+    return layout.sample({name: replica}, len(draws))
 
 
 def _pointwise(outcome: Finding, number: int) -> xr.Dataset:
@@ -260,23 +269,25 @@ def _pointwise(outcome: Finding, number: int) -> xr.Dataset:
     draws = outcome.draws
     name = block_name(outcome, number)
     block = outcome.posterior.blocks[number]
-    asked = outcome.posterior.histories[0].asked[number]
-    cycles = np.unique(asked.cycle[block.rows])
+    points = outcome.posterior.histories[0].points[number]
+    cycles = np.unique(points.cycle[block.rows])
     if len(cycles) > MOST_STEPS:
-        condensed = likelihood.condenses(block, asked, draws.sd[number])
+        condensed = likelihood.condenses(block, points, draws.sd[number])
         pieces = 1 if condensed else max(len(draws) * len(block.rows) // MOST_VALUES, 1)
-        parts = [draws[some] for some in np.array_split(np.arange(len(draws)), pieces)]
-        whole = np.concatenate([part.seen(number).log_likelihood for part in parts])
+        parts = [
+            draws[chosen] for chosen in np.array_split(np.arange(len(draws)), pieces)
+        ]
+        whole = np.concatenate([part.filtered(number).log_likelihood for part in parts])
         return layout.sample(
             {name: layout.variable("sample", "log_likelihood_of_all", whole)},
             len(draws),
         )
-    steps = draws.seen(number, draws.inspections(number)).steps
+    steps = draws.filtered(number, draws.inspections(number)).steps
     values = np.stack([step.log_likelihood for step in steps], axis=-1)
-    found = layout.sample(
+    result = layout.sample(
         {name: layout.variable("sample", "log_likelihood", values, name)}, len(draws)
     )
-    return found.assign_coords(
+    return result.assign_coords(
         {f"cycle_{name}": layout.variable("statistics", "cycle_*", cycles, name)}
     )
 
@@ -338,39 +349,42 @@ def _observed_data(outcome: Finding) -> xr.Dataset:
     run = outcome.posterior.histories[0]
     for number, block in enumerate(outcome.posterior.blocks):
         name = block_name(outcome, number)
-        seen = block.seen
+        observed = block.observed
         error = block.data.error
         median = float(np.median(outcome.draws.sd[number]))
-        own = (
+        error_parts = (
             median,
-            seen.sd,
-            error.relative * np.nan_to_num(seen.value),
+            observed.sd,
+            error.relative * np.nan_to_num(observed.value),
             error.offset_sd,
         )
         sd: Array = np.sqrt(
-            np.sum([np.broadcast_to(part, len(seen)) ** 2 for part in own], axis=0)
+            np.sum(
+                [np.broadcast_to(part, len(observed)) ** 2 for part in error_parts],
+                axis=0,
+            )
         )
-        told = {
-            "*": seen.value,
+        columns = {
+            "*": observed.value,
             "sd_*": sd,
-            **({"below_*": seen.below} if seen.censored.any() else {}),
+            **({"below_*": observed.below} if observed.censored.any() else {}),
         }
         shown = {**_units(block), "file": block.data.file.name}
-        found = {
-            key: layout.variable("observed", key, one, name, **shown)
-            for key, one in told.items()
+        variables = {
+            key: layout.variable("observed", key, values, name, **shown)
+            for key, values in columns.items()
         }
         about = f"measured: {name.replace('_', ' ')}"
-        found["*"].attrs |= {
+        variables["*"].attrs |= {
             "long_name": about,
             "accumulating": int(block.drift is not None),
         }
         part = layout.dataset(
-            "observed", {**found, "cycle_*": run.asked[number].cycle}, name
+            "observed", {**variables, "cycle_*": run.points[number].cycle}, name
         )
-        if kind := seen.place_kind:
+        if kind := observed.place_kind:
             places = xr.Variable(
-                f"observation_{name}", seen.place, schema.attributes(kind)
+                f"observation_{name}", observed.place, schema.attributes(kind)
             )
             part = part.assign_coords({f"{kind}_{name}": places})
         parts.append(part.set_coords(f"cycle_{name}"))
@@ -382,14 +396,14 @@ def _observed_life(outcome: Finding) -> float:
     """Return the cycle at which measurements of the limit's own quantity reach it, NaN where they do not."""
     limit = outcome.study.limit
     run = outcome.posterior.histories[0]
-    for asked, block in zip(run.asked, outcome.posterior.blocks, strict=True):
-        order = np.argsort(asked.cycle, kind="stable")
-        cycle = asked.cycle[order]
-        value = block.seen.value[order]
+    for points, block in zip(run.points, outcome.posterior.blocks, strict=True):
+        order = np.argsort(points.cycle, kind="stable")
+        cycle = points.cycle[order]
+        value = block.observed.value[order]
         over = value >= limit.value * (1.0 - 1e-9)
-        if over.any() and block.measures(limit) and not block.seen.censored.any():
-            some = slice(max(int(np.argmax(over)) - 1, 0), int(np.argmax(over)) + 1)
-            return float(np.interp(limit.value, value[some], cycle[some]))
+        if over.any() and block.measures(limit) and not block.observed.censored.any():
+            bracket = slice(max(int(np.argmax(over)) - 1, 0), int(np.argmax(over)) + 1)
+            return float(np.interp(limit.value, value[bracket], cycle[bracket]))
     return float("nan")
 
 
@@ -402,7 +416,7 @@ def _statistics(outcome: Finding) -> xr.Dataset:
         values |= {"run_weight": outcome.posterior.weight, "run_id": ids}
     parts = [layout.dataset("statistics", values)]
     for number in range(len(outcome.posterior.blocks)):
-        own = [check for check in outcome.checks if check.block == number]
+        block_checks = [check for check in outcome.checks if check.block == number]
         name = block_name(outcome, number)
         columns = {
             "check_p_*": "p",
@@ -410,21 +424,21 @@ def _statistics(outcome: Finding) -> xr.Dataset:
             "check_*": "verdict",
             "cycle_*": "cycle",
         }
-        told: dict[str, Any] = {}
-        if own:
-            told = {
-                key: [getattr(check, part) for check in own]
+        block_values: dict[str, Any] = {}
+        if block_checks:
+            block_values = {
+                key: [getattr(check, part) for check in block_checks]
                 for key, part in columns.items()
             }
         if number in outcome.courses:
-            told["course_p_*"] = outcome.courses[number]
+            block_values["course_p_*"] = outcome.courses[number]
         if number in outcome.sources:
-            told["remaining_without_*"] = outcome.sources[number].remaining(
+            block_values["remaining_without_*"] = outcome.sources[number].remaining(
                 layout.P[[0, 2, 4]]
             )
         parts.append(
-            layout.dataset("statistics", told, name).set_coords(
-                [f"cycle_{name}"] if own else []
+            layout.dataset("statistics", block_values, name).set_coords(
+                [f"cycle_{name}"] if block_checks else []
             )
         )
     return xr.merge(parts, **layout.MERGED)

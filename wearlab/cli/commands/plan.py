@@ -190,7 +190,7 @@ def _update(campaign: "Campaign") -> output.Text:
             cost = "" if key not in study.costly else f", {study.spec.draws} runs"
             before = f"{prior.at(0.05):.4g} to {prior.at(0.95):.4g} {prior.unit or ''}"
             yield f"  unknown: {key}, before {before}{cost}"
-        for blocks in zip(*(one.seen for one in some), strict=True):
+        for blocks in zip(*(one.observations for one in some), strict=True):
             data = blocks[0].data
             count = sum(map(len, blocks))
             each = ", ".join(
@@ -378,10 +378,13 @@ def _for_the_update(
     """Yield which runs `wearlab update` would need, and whether its answer is there already."""
     from wearlab.runner.plan import WORDS, plan
     from wearlab.updating.cases import studies
-    from wearlab.updating.inference import kept
+    from wearlab.updating.inference import stored_update
 
     wanted = studies(campaign)
-    if store.path.exists() and kept(wanted, store, replay=False, check=0) is not None:
+    if (
+        store.path.exists()
+        and stored_update(wanted, store, replay=False, check=0) is not None
+    ):
         yield "\nwearlab update: made before, it would be read"
         return
     yield "\nwearlab update needs"
