@@ -11,7 +11,7 @@ os.environ.setdefault(
     "OPENBLAS_NUM_THREADS", "1"
 )  # on busy cores threads wait for each other
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE / folder) for folder in ("support", "validation")]
+sys.path[:0] = [str(HERE / folder) for folder in ("support", "benchmarks")]
 
 LONG = (
     "gradients/test_gradient.py",

@@ -13,7 +13,7 @@ COUNTS = {"files": 12, "conditions": 200, "stores": 12, "flips": 20}
 def attack():
     """The script beside, as a module."""
     spec = importlib.util.spec_from_file_location(
-        "attack", Path(__file__).with_name("attack.py")
+        "attack", Path(__file__).parents[1] / "benchmarks" / "faults" / "attack.py"
     )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

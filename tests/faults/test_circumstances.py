@@ -8,7 +8,7 @@ from pathlib import Path
 import fake_campaign
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks" / "faults"))
 
 import circumstances
 from circumstances import SHAPES, forked

@@ -13,7 +13,7 @@ COUNTS = {"checkpoints": 60, "facts": 12, "bits": 12, "answers": 12}
 def planted():
     """The script beside, as a module."""
     spec = importlib.util.spec_from_file_location(
-        "planted", Path(__file__).with_name("planted.py")
+        "planted", Path(__file__).parents[1] / "benchmarks" / "faults" / "planted.py"
     )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

@@ -234,10 +234,10 @@ def together(twins: Sequence[Rougher | None], shares: Array) -> Rougher | None:
 
 FORCE_SHARE = 2.0
 """Weight of the change by half the steps and nodes, set on seed 1 of
-`tests/validation/estimates.py`."""
+`tests/benchmarks/estimates.py`."""
 INSTANT_SHARE = 1.75
 """Weight of the largest error at any instant, set on seed 129943 of
-`tests/validation/estimates.py`."""
+`tests/benchmarks/estimates.py`."""
 LARGEST_SHARE = 0.4
 """Weight of the error where the largest force may lie: errors are largest beside jumps,
 not there."""

@@ -342,7 +342,7 @@ WEIGHT, OF_ENDS = 0.5, 1.5
 """Of the rougher twin's change of rate: a third is what halving a grid of second order
 leaves. At the ends of the face of spur gears, and of slices apart, an outermost slice
 has the gap of its middle: that is of first order at most, and leaves all of it or more
-(tests/validation/face_life_estimates.py)."""
+(tests/benchmarks/face_life_estimates.py)."""
 
 
 BUSY = 0.5

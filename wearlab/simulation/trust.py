@@ -196,7 +196,7 @@ def scene_validity(
     return tuple(flags)
 
 
-TABLE = "tests/validation/defaults_table.py"
+TABLE = "tests/benchmarks/defaults_table.py"
 SHARE_OFF, ERROR_OFF, FORCE_OFF = 0.027, 0.007, 0.08
 """Largest model errors of the defaults from elements: of the share of a pair, of the
 mean static transmission error, of the largest vibrating mesh force [1]."""

@@ -67,7 +67,7 @@ class PasternakCoupling(FaceCouplingModel):
         "5 modules by up to 16 % under a tilted load and 9 % under one on the last "
         "eighth, near their root "
         "by 23 and 12 %; of helical teeth by up to 35 and 63 %: choose elements there "
-        "(tests/validation/face_elements.py)"
+        "(tests/benchmarks/face_elements.py)"
     )
 
     model: Literal["pasternak"] = "pasternak"
@@ -88,7 +88,7 @@ class ElementsCoupling(FaceCouplingModel):
     model_error: ClassVar[str] = (
         "teeth of solid elements with free ends: within 3 % of a finer mesh under "
         "even and tilted loads and "
-        "one on the last eighth of the face (tests/validation/face_elements.py)"
+        "one on the last eighth of the face (tests/benchmarks/face_elements.py)"
     )
 
     model: Literal["elements"] = "elements"

@@ -87,7 +87,7 @@ class FiniteElementStiffness(StiffnessModel):
     @property
     def model_error(self) -> str:
         """How far it is known to be off: its contact decides."""
-        table = "tests/validation/defaults_table.py"
+        table = "tests/benchmarks/defaults_table.py"
         if self.hertz == "weber":
             off = (
                 f"within {100 * STIFFNESS_OFF:.2g} % of converged plane elements, worn "
@@ -145,7 +145,7 @@ class PotentialEnergyStiffness(StiffnessModel):
     @property
     def model_error(self) -> str:
         """How far it is known to be off: whether pairs share the bodies decides."""
-        table = "tests/validation/defaults_table.py"
+        table = "tests/benchmarks/defaults_table.py"
         if self.coupling == "shared":
             return f"up to 26 % off plane elements, most under light loads ({table})"
         return (
