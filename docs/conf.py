@@ -71,8 +71,14 @@ def stack_tables(app, page, source):
         source[0] = reference_pages.stacked(source[0])
 
 
+def make_checks(app):
+    """Write the list of all checks, which only the site has."""
+    reference_pages.write_checks(Path(app.srcdir) / "reference")
+
+
 def setup(app):
-    """Shape docstrings and tables for the site; the reference pages are committed."""
+    """Shape docstrings and tables for the site; other reference pages are committed."""
+    app.connect("builder-inited", make_checks)
     app.connect(
         "autodoc-process-docstring", spread_raises, priority=400
     )  # before napoleon

@@ -1,7 +1,7 @@
 """Record how far checks are from what they expect: ``python docs/measured.py gears wear …``.
 
 Runs the tests of these rooms and keeps, for each test, the comparison that came nearest
-to its tolerance: ``docs/measured.json`` has tolerance and error, relative where the
+to its tolerance: ``docs/evidence/measured.json`` has tolerance and error, relative where the
 tolerance is.
 """
 
@@ -14,7 +14,7 @@ import pytest
 
 ApproxScalar = type(pytest.approx(1.0))
 TOP = Path(__file__).parents[1]
-FILE = TOP / "docs" / "measured.json"
+FILE = TOP / "docs" / "evidence" / "measured.json"
 
 
 class Recorder:

@@ -19,7 +19,12 @@ from wearlab.scene.identity import MODEL_VERSION
 TOP = Path(__file__).parents[1]
 DOCS = TOP / "docs"
 PAGES = sorted(
-    {TOP / "README.md", *DOCS.glob("*.md"), *(DOCS / "tutorials").glob("*.md")}
+    {
+        TOP / "README.md",
+        *DOCS.glob("*.md"),
+        *(DOCS / "evidence").glob("*.md"),
+        *(DOCS / "tutorials").glob("*.md"),
+    }
 )
 BLOCK = re.compile(r"^```(\w+) *([^\n]*)\n(.+?)^```", re.DOTALL | re.MULTILINE)
 DRIVER = """

@@ -1,7 +1,7 @@
 """Published, static and coupled lives of W23's Figs. 9–12, from the stored runs of their campaigns.
 
 ``python tests/benchmarks/coupled_table.py STORE`` writes the tables into
-docs/coupled_lives.md, between the lines that name this file. Every row names the wear
+docs/evidence/coupled_lives.md, between the lines that name this file. Every row names the wear
 coefficient, the contact patch, how a pair enters and the harmonics of its runs, as
 their scenes have them.
 """
@@ -19,7 +19,7 @@ from wearlab.campaign import load
 from wearlab.scene.identity import MODEL_VERSION
 
 TOP = Path(__file__).parents[2]
-PAGE = TOP / "docs" / "coupled_lives.md"
+PAGE = TOP / "docs" / "evidence" / "coupled_lives.md"
 BEGIN = "<!-- written by tests/benchmarks/coupled_table.py: begin -->"
 END = "<!-- written by tests/benchmarks/coupled_table.py: end -->"
 HEADINGS = "| runs | k [1e-16 m²/N] | patch | entry | harmonics |"

@@ -1,7 +1,7 @@
 """The defaults against finite elements, in one command: stiffness, slow speed, onset of contact.
 
 ``python tests/benchmarks/defaults_table.py FOLDER [--drawn 12] [--seconds 240] [--page
-docs/defaults.md]`` judges the six meshes of the four papers and some drawn ones,
+docs/evidence/defaults.md]`` judges the six meshes of the four papers and some drawn ones,
 
 1. the error of the stiffness (:mod:`.stiffness_table`),
 2. the largest mesh force at 5 rpm over the static one (:mod:`.slow_table`),
@@ -217,7 +217,7 @@ PAGE = """# The defaults against finite elements
 This page is written by
 
 ```sh
-python tests/benchmarks/defaults_table.py FOLDER --page docs/defaults.md
+python tests/benchmarks/defaults_table.py FOLDER --page docs/evidence/defaults.md
 ```
 
 which keeps what it found in a folder, so that it may be stopped and asked again. What is judged are the six

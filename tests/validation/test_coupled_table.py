@@ -1,4 +1,7 @@
-"""docs/coupled_lives.md: its tables say their model version, and today's code gives some of their lives."""
+"""Tables of docs/evidence/coupled_lives.md say their model version.
+
+Today's code gives some of their lives.
+"""
 
 import re
 
