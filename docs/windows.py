@@ -28,7 +28,7 @@ def pages(window: Window) -> dict[str, tuple[str, dict[str, object], str]]:
     """Return name, address and what is waited for of every page."""
     store = window.store
     counted = "SELECT campaign FROM members GROUP BY campaign ORDER BY count(*) DESC"
-    key = next(row[0] for row in store.catalogue.read(counted))
+    key = next(row[0] for row in store.archive.catalogue.read(counted))
     condition = "torque >= 340 N*m"
     longest = store.query(condition, sort="-life", limit=3)["id"]
     told = kept_updates(store)

@@ -19,10 +19,10 @@ def ask(capsys, tmp_path):
     """Return a function that lists a store of four runs, one of them failed."""
     campaign = alter(sweep(4), 3, act="fail")
     store = Store(tmp_path / "a store of Größe")
-    store.create()
-    with store.presence() as presence:
+    store.archive.create()
+    with store.archive.presence() as presence:
         for case in campaign.cases:
-            store.save(
+            store.archive.save(
                 [execute(Task(case.id, case.scene), fake_campaign.SIMULATE)],
                 presence.token,
             )
@@ -30,7 +30,7 @@ def ask(capsys, tmp_path):
         (case.id, case.label, {"speed": f"{case.scene.speed:g} rpm"})
         for case in campaign.cases
     ]
-    store.catalogue.record_campaign("five speeds", None, None, members)
+    store.archive.catalogue.record_campaign("five speeds", None, None, members)
     capsys.readouterr()
 
     def asked(*words):

@@ -112,8 +112,8 @@ def test_a_run_whose_process_died_is_interrupted_in_every_table(
 ):
     command("run", "any.toml")
     store = Store("wearlab-store")
-    with store.presence() as dead:
-        store.claim(["c" * 32], dead.token, lambda entry: False)
+    with store.archive.presence() as dead:
+        store.archive.claim(["c" * 32], dead.token, lambda entry: False)
     listed = command("ls", "--columns", name)
     states = [line.split()[1] for line in listed.out.splitlines()[-4:]]
     assert sorted(states) == ["done", "done", "done", "interrupted"]
@@ -158,7 +158,7 @@ def test_show_keeps_long_texts_out_of_the_table(command, tmp_path):
         "mesh": {"stiffness": {"abscissa": [number / 500 for number in range(500)]}},
     }
     store = Store(tmp_path / "wearlab-store")
-    store.create()
+    store.archive.create()
     data = made_up.run(1.0).assign(
         validity=((), "\n".join(flags)), verdict=((), "completed")
     )

@@ -25,11 +25,11 @@ def study(tmp_path):
     )
     campaign = wl.load(file)
     store = Store(tmp_path / "store")
-    store.create()
+    store.archive.create()
     put(store, campaign.cases[0].id, run(800.0).assign_attrs(id=campaign.cases[0].id))
     put(store, "e" * 20, run(1.0).assign_attrs(id="e" * 20))
     members = [(case.id, case.label, {}) for case in campaign.cases]
-    store.catalogue.record_campaign("Study", None, str(file), members)
+    store.archive.catalogue.record_campaign("Study", None, str(file), members)
     return file, store, campaign
 
 
@@ -64,10 +64,12 @@ def test_prune_says_before_it_does(study, capsys):
     _, store, campaign = study
     status, out, _ = asked(capsys, "prune", "--store", store.path)
     assert status == 0 and "1 runs can go" in out and "--yes" in out
-    assert len(store.entries()) == 2
+    assert len(store.archive.entries()) == 2
     status, out, _ = asked(capsys, "prune", "--store", store.path, "--yes", "--json")
     assert json.loads(out)["runs"][0]["id"] == "e" * 20
-    assert set(store.entries()) == {campaign.cases[0].id} and store.verify() == []
+    assert (
+        set(store.archive.entries()) == {campaign.cases[0].id} and store.verify() == []
+    )
 
 
 def test_merge_and_reindex(study, tmp_path, capsys):
@@ -75,9 +77,12 @@ def test_merge_and_reindex(study, tmp_path, capsys):
     status, out, _ = asked(capsys, "merge", store.path, "--store", tmp_path / "new")
     assert status == 0 and "2 runs copied" in out
     new = Store(tmp_path / "new")
-    shutil.copy(new.files.path("e" * 20), new.files.folder / "ee" / ("f" * 20 + ".nc"))
-    (new.files.folder / "ff").mkdir()
-    shutil.copy(new.files.path("e" * 20), new.files.path("f" * 20))
+    shutil.copy(
+        new.archive.files.path("e" * 20),
+        new.archive.files.folder / "ee" / ("f" * 20 + ".nc"),
+    )
+    (new.archive.files.folder / "ff").mkdir()
+    shutil.copy(new.archive.files.path("e" * 20), new.archive.files.path("f" * 20))
     status, out, err = asked(capsys, "reindex", "--store", new.path)
     assert status == 1 and "2 runs in the catalogue" in out and "not its name" in err
     assert asked(capsys, "merge", tmp_path / "none", "--store", new.path)[0] == 2

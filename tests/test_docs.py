@@ -173,7 +173,9 @@ def test_every_claim_of_every_campaign_holds(papers):
     for name, (campaign, record, version, _) in kept.items():
         checked, lacking = check_record(campaign, record, stale(campaign, record))
         assert [
-            (name, one.claim.name, one.reason) for one in checked if not one.holds
+            (name, one.archive.claim.name, one.reason)
+            for one in checked
+            if not one.holds
         ] == []
         assert (name, lacking, version) == (name, [], MODEL_VERSION)
 
@@ -196,7 +198,7 @@ def test_papers_have_a_row_for_each_figure_table_and_conclusion(papers):
         "y23": (20, 1, 4),
         "b23": (12, 2, 4),
     }
-    for file in made.files():
+    for file in made.archive.files():
         paper = tomllib.loads(file.read_text())
         shown = {row[0] for row in made.rows(paper, kept)}
         for word, count in zip(

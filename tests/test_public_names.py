@@ -47,3 +47,12 @@ def test_type_checkers_take_every_name_of_the_stub_as_public():
             assert [name.name for name in stated.names] == [
                 name.asname for name in stated.names
             ]
+
+
+def test_a_store_shows_what_users_may_call():
+    """What the runner does with a store stands in its archive."""
+    shown = {name for name in dir(wearlab.Store) if not name.startswith("_")}
+    public = """
+        address close features names note open path query reindex remarks run tag verify
+    """
+    assert shown == set(public.split())

@@ -98,7 +98,7 @@ def drawn_store(tmp_path_factory):
     from wearlab.store import Store
 
     store = Store(tmp_path_factory.mktemp("browsing") / "drawn")
-    store.create()
+    store.archive.create()
     axis = made_up.Axis("speed", made_up.SPEEDS, "rpm", "operation.speed")
     cases = []
     for number, speed in enumerate(made_up.SPEEDS):
@@ -113,7 +113,7 @@ def drawn_store(tmp_path_factory):
         (case.id, case.label, {"speed": f"{made_up.SPEEDS[i]:g} rpm"})
         for i, case in enumerate(cases)
     ]
-    store.catalogue.record_campaign(
+    store.archive.catalogue.record_campaign(
         campaign.title, "doi:1", None, members, {}, with_figures(campaign)
     )
     return store.path

@@ -28,7 +28,7 @@ READY = f"""() => {{ {EVERY} return Bokeh.documents.length > 0 && Bokeh.document
 
 def pages(drawn, measured):
     """Return what each page is called, its address and what is waited for."""
-    (first, second, _) = drawn.store.entries()
+    (first, second, _) = drawn.store.archive.entries()
     (update,) = kept(measured)
     key = re.search(r"key=([0-9a-f]+)", drawn.page(""))[1]
     drawn.store.tag(first, "good")
@@ -121,7 +121,7 @@ def test_every_control_of_every_page_has_a_name_and_is_reached_by_keys(
 
 
 def test_the_slider_is_named_and_moved_by_keys_alone(page, drawn):
-    page.goto(drawn.at("run", id=next(iter(drawn.store.entries()))))
+    page.goto(drawn.at("run", id=next(iter(drawn.store.archive.entries()))))
     handle = page.get_by_role("slider", name="Wear state")
     handle.wait_for()
     for _ in range(60):

@@ -134,7 +134,7 @@ def test_a_sweep_is_drawn_over_axes_of_choice_and_tells_what_is_pointed_at(page,
 
 
 def test_a_tag_is_put_on_and_found_by_command(page, small, capsys):
-    run = next(iter(small.store.entries()))
+    run = next(iter(small.store.archive.entries()))
     page.goto(small.at("run", id=run))
     page.get_by_role("textbox", name="Tag").fill("for the paper")
     page.get_by_role("button", name="Put on").click()
@@ -162,10 +162,10 @@ def test_a_wrong_token_shows_nothing(page, small):
 
 def test_text_of_strangers_stays_text(page, drawn):
     store = drawn.store
-    run = next(iter(store.entries()))
+    run = next(iter(store.archive.entries()))
     store.tag(run, "".join(PLANTED[:99]))
     store.note(run, PLANTED)
-    second = list(store.entries())[1]
+    second = list(store.archive.entries())[1]
     axis = {
         "name": "speed",
         "values": [PLANTED, "b"],
@@ -189,7 +189,7 @@ def test_text_of_strangers_stays_text(page, drawn):
         ],
     }
     members = [(run, PLANTED, {"speed": PLANTED}), (second, PLANTED, {"speed": "b"})]
-    key = store.catalogue.record_campaign(
+    key = store.archive.catalogue.record_campaign(
         PLANTED, PLANTED, PLANTED, members, {}, record
     )
     for path, more in (
@@ -260,7 +260,7 @@ def test_a_campaign_under_way_is_watched(page, tmp_path, opened):
     finally:
         process.kill()
         process.wait()
-    assert len(Store(store.path).entries()) == 6 and store.verify() == []
+    assert len(Store(store.path).archive.entries()) == 6 and store.verify() == []
 
 
 def test_a_copy_needs_no_window(page, drawn, tmp_path):

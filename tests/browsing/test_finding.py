@@ -149,7 +149,7 @@ def test_a_campaign_without_figures_is_shown_by_a_result_over_its_axis(drawn):
     assert asked[0].table["kind"] == "line" and len(asked) == figures.MOST_AT_ONCE
     assert (asked[0].table["y"], asked[0].table["x"]) == ("life", "speed")
     assert "Which lives longest" in drawn.page(
-        "compare", run=list(drawn.store.entries())
+        "compare", run=list(drawn.store.archive.entries())
     )
 
 
@@ -202,7 +202,7 @@ def test_the_page_says_why_one_lives_longer(opened, tmp_path):
     store = wl.Store(tmp_path / "store")
     campaign = wl.load(table)
     wl.run(campaign, store, workers=1, progress=False)
-    first, second = (store.find(case.scene.id) for case in campaign.cases)
+    first, second = (store.archive.find(case.scene.id) for case in campaign.cases)
     places = [worn_place(store, entry) for entry in (first, second)]
     for place, entry in zip(places, (first, second), strict=True):
         assert place.rate * entry.summary["life"] == pytest.approx(2e-6, rel=1e-9)

@@ -77,8 +77,8 @@ def test_a_path_leads_nowhere_else(small, path):
 
 
 def test_a_linked_run_is_not_followed(small, tmp_path):
-    entry = next(iter(small.store.entries().values()))
-    path = small.store.files.path(entry.id)
+    entry = next(iter(small.store.archive.entries().values()))
+    path = small.store.archive.files.path(entry.id)
     path.rename(tmp_path / "elsewhere.nc")
     path.symlink_to(tmp_path / "elsewhere.nc")
     status, _, content = small.send("data", id=entry.id)
@@ -105,12 +105,12 @@ def test_pages_load_nothing_from_elsewhere(drawn):
 
 def test_text_of_strangers_is_never_markup(small):
     store = small.store
-    run = next(iter(store.entries()))
+    run = next(iter(store.archive.entries()))
     store.tag(run, PLANTED)
     store.note(run, PLANTED)
     store.tag("five speeds", PLANTED, campaign=True)
     members = [(run, PLANTED, {PLANTED: PLANTED})]
-    key = store.catalogue.record_campaign(
+    key = store.archive.catalogue.record_campaign(
         PLANTED, PLANTED, PLANTED, members, {"author": PLANTED}
     )
     shown = [
@@ -148,7 +148,7 @@ def test_a_failed_trace_is_not_told(small, monkeypatch):
 
 
 def test_a_window_writes_tags_and_notes_alone(small):
-    run = next(iter(small.store.entries()))
+    run = next(iter(small.store.archive.entries()))
     before = sorted(path for path in small.store.path.rglob("*") if path.is_file())
     status, headers, _ = small.send(
         "remark", "POST", body={"subject": run, "what": "tag", "text": "good"}
@@ -182,13 +182,13 @@ def test_no_code_of_a_store_is_run(drawn, tmp_path):
     file = tmp_path / "campaign.toml"
     file.write_text(f"plugins = [{str(planted)!r}]\n")
     store = drawn.store
-    run = next(iter(store.entries()))
+    run = next(iter(store.archive.entries()))
     scene = {
         "plugins": {str(planted): "ab"},
         "wear": {"law": {"model": PLANTED}},
         "operation": {"speed": 1.0},
     }
-    with store.catalogue._transaction() as connection:
+    with store.archive.catalogue._transaction() as connection:
         named = (json.dumps(scene), run)
         connection.execute(
             "UPDATE documents SET scene = ? WHERE number = (SELECT number FROM runs "
@@ -204,7 +204,7 @@ def test_no_code_of_a_store_is_run(drawn, tmp_path):
         "figures": [],
     }
     record["written"] = {"operation.speed": [PLANTED, "1 rpm", 5], "operation": PLANTED}
-    key = store.catalogue.record_campaign(
+    key = store.archive.catalogue.record_campaign(
         "t", None, str(file), [(run, "base", {})], {}, record
     )
     pages = [
@@ -213,7 +213,7 @@ def test_no_code_of_a_store_is_run(drawn, tmp_path):
         drawn.page("run", id=run),
         drawn.page("runs"),
     ]
-    pages.append(drawn.page("compare", run=list(store.entries())[:2]))
+    pages.append(drawn.page("compare", run=list(store.archive.entries())[:2]))
     assert not marker.exists() and "plug.py" in pages[2]
     assert all(
         "<script>plug" not in page and "<script>alert" not in page for page in pages

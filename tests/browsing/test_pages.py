@@ -25,13 +25,15 @@ write_copy = copy.write_copy
 
 
 def runs(asked):
-    return list(asked.store.entries())
+    return list(asked.store.archive.entries())
 
 
 def test_a_campaign_is_counted(tmp_path, opened):
     campaign = alter(alter(sweep(4), 1, act="fail"), 2, act="refuse")
     store = filled(tmp_path / "store", campaign)
-    store.catalogue.record_campaign("absent", None, None, [("ab" * 10, "base", {})])
+    store.archive.catalogue.record_campaign(
+        "absent", None, None, [("ab" * 10, "base", {})]
+    )
     told = {each.title: dict(each.states) for each in recorded.campaigns(store)[0]}
     assert told == {
         "five speeds": {"done": 2, "failed": 1, "refused": 1},
@@ -59,8 +61,8 @@ def test_doubtful_runs_are_counted_as_figures_mark_them(tmp_path):
         Outcome(i, "done", "now", 1.0, "{}", summary=s)
         for i, s in zip(ids, summaries, strict=True)
     ]
-    store.catalogue.record(done)
-    store.catalogue.record_campaign(
+    store.archive.catalogue.record(done)
+    store.archive.catalogue.record_campaign(
         "doubts", None, None, [(i, "base", {}) for i in ids]
     )
     (told,) = [each for each in recorded.campaigns(store)[0] if each.title == "doubts"]
@@ -69,9 +71,9 @@ def test_doubtful_runs_are_counted_as_figures_mark_them(tmp_path):
 
 def test_a_file_that_was_run_again_is_one_campaign(tmp_path):
     store = filled(tmp_path / "store", sweep(2))
-    ids = list(store.entries())
+    ids = list(store.archive.entries())
     for count in (1, 2):
-        store.catalogue.record_campaign(
+        store.archive.catalogue.record_campaign(
             "t", None, "a.toml", [(run, "base", {}) for run in ids[:count]]
         )
     told = [each for each in recorded.campaigns(store)[0] if each.title == "t"]
@@ -82,7 +84,7 @@ def test_axes_come_back_with_and_without_a_record(drawn):
     store = drawn.store
     (told,) = recorded.campaigns(store)[0]
     with_record = recorded.campaign_of(store, told.key)
-    with store.catalogue._transaction() as connection:
+    with store.archive.catalogue._transaction() as connection:
         connection.execute("DROP TABLE records")
     without = recorded.campaign_of(store, told.key)
     for campaign in (with_record, without):
@@ -246,18 +248,20 @@ def test_what_failed_says_why(tmp_path, opened):
     asked = opened(store)
     states = {
         entry.state: run
-        for run, entry in store.entries().items()
+        for run, entry in store.archive.entries().items()
         if entry.state != "done"
     }
     assert "the shooting did not converge" in asked.page("run", id=states["failed"])
-    warned = next(run for run, entry in store.entries().items() if entry.warnings)
+    warned = next(
+        run for run, entry in store.archive.entries().items() if entry.warnings
+    )
     assert "the film is thin" in asked.page("run", id=warned)
     assert asked.send("data", id=states["failed"])[0] == 400
 
 
 def test_a_damaged_run_is_told_and_the_rest_goes_on(drawn):
     first, second, _ = runs(drawn)
-    path = drawn.store.files.path(first)
+    path = drawn.store.archive.files.path(first)
     image = bytearray(path.read_bytes())
     image[len(image) // 2] ^= 0xFF
     path.write_bytes(bytes(image))
@@ -279,7 +283,7 @@ def test_a_damaged_run_is_told_and_the_rest_goes_on(drawn):
 def test_what_is_taken_along_is_what_is_stored(drawn):
     run = runs(drawn)[0]
     _, headers, content = drawn.send("data", id=run)
-    assert content == drawn.store.files.path(run).read_bytes()
+    assert content == drawn.store.archive.files.path(run).read_bytes()
     assert headers["Content-Disposition"] == f'attachment; filename="{run}.nc"'
     assert run in drawn.send("citation", id=run)[2].decode()
     for ending, start in (
@@ -294,12 +298,12 @@ def test_what_is_taken_along_is_what_is_stored(drawn):
 
 def test_runs_under_way_say_how_far_they_are(tmp_path, opened):
     store = filled(tmp_path / "store", sweep(2))
-    with store.presence() as presence:
-        store.claim(["ab" * 10, "cd" * 10], presence.token, lambda entry: False)
-        store.checkpoints.write(
+    with store.archive.presence() as presence:
+        store.archive.claim(["ab" * 10, "cd" * 10], presence.token, lambda entry: False)
+        store.archive.checkpoints.write(
             "ab" * 10, b"image", "code", ReachedCycle(2.5e6, 7.5e-6)
         )
-        assert store.checkpoints.read("ab" * 10, "code") == b"image"
+        assert store.archive.checkpoints.read("ab" * 10, "code") == b"image"
         page = opened(store).page("progress")
     assert "2.5e+06" in page and "7.5 µm" in page and "not told yet" in page
 
@@ -342,7 +346,7 @@ def test_a_copy_is_whole_and_asks_for_nothing(drawn, tmp_path):
 
 def test_a_copy_has_two_hundred_runs_at_most(small, tmp_path):
     run = runs(small)[0]
-    small.store.catalogue.record_campaign(
+    small.store.archive.catalogue.record_campaign(
         "large", None, None, [(run, f"c{n}", {}) for n in range(201)]
     )
     with pytest.raises(StoreError, match="201 cases are more than the 200"):
@@ -369,7 +373,7 @@ def test_a_figure_of_too_many_runs_is_refused(small):
 
 
 def test_a_damaged_catalogue_is_told(small):
-    with small.store.catalogue._transaction() as connection:
+    with small.store.archive.catalogue._transaction() as connection:
         connection.execute("UPDATE members SET position = '[1'")
     key = recorded.campaigns(small.store)[0][0].key
     for path, more in (("campaign", {"key": key}), ("runs", {})):

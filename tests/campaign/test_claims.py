@@ -64,7 +64,7 @@ def file(tmp_path, request):
 @pytest.fixture
 def store(file, tmp_path):
     made = Store(tmp_path / "store")
-    made.create()
+    made.archive.create()
     for case, speed in zip(load(file).cases, (800.0, 1100.0, 3720.0), strict=True):
         put(made, case.id, run(speed))
     return made
@@ -189,7 +189,7 @@ def test_three_numbers_changed_in_a_stored_run_make_three_claims_fail(
         (ids[1], (1, 1)),
         (ids[2], (2, 1)),
     ):
-        path = store.files.path(run_id)
+        path = store.archive.files.path(run_id)
         data = xr.load_dataset(path)
         data["max_wear_depth"][place] = 2e-7
         path.unlink()

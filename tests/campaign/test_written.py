@@ -30,9 +30,9 @@ def scene(case):
 def recorded(tmp_path, table):
     campaign = wl.load(table)
     store = wl.Store(tmp_path / "store")
-    store.create()
+    store.archive.create()
     members = [(case.id, case.label, {}) for case in campaign.cases]
-    store.catalogue.record_campaign(
+    store.archive.catalogue.record_campaign(
         campaign.title, None, None, members, {}, with_figures(campaign)
     )
     return campaign, store

@@ -29,7 +29,7 @@ def run(speed):
 @pytest.fixture(scope="module")
 def store(tmp_path_factory) -> Store:
     store = Store(tmp_path_factory.mktemp("compare") / "store")
-    store.create()
+    store.archive.create()
     for index, speed in enumerate((*SPEEDS, None)):
         put(store, f"{index}" * 20, run(speed))
         worse = run(speed)

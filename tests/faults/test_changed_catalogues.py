@@ -49,7 +49,7 @@ def store(tmp_path, monkeypatch):
 )
 def test_what_was_changed_in_the_catalogue_is_found_and_mended(store, statement):
     with closing(
-        sqlite3.connect(store.catalogue.path, isolation_level=None)
+        sqlite3.connect(store.archive.catalogue.path, isolation_level=None)
     ) as connection:
         if "999" in statement:
             key = (
@@ -73,7 +73,7 @@ def test_texts_that_were_changed_are_found(store, name):
         "summary": '{"life": 3.0}',
         "scene": "{}",
     }[name]
-    change_texts(store.catalogue.path, name, lambda text: changed)
+    change_texts(store.archive.catalogue.path, name, lambda text: changed)
     assert [problem.kind for problem in store.verify()] == ["altered"] * 3
     assert status_of(["verify", "--store", str(store.path)]) == 1
     assert store.reindex() == [] and store.verify() == []
@@ -89,7 +89,7 @@ def told(store):
 def test_a_flipped_bit_of_the_catalogue_gives_no_other_number_in_silence(store):
     """What still answers otherwise than before is named by ``verify``."""
     dice = random.Random(32)
-    sound = store.catalogue.path.read_bytes()
+    sound = store.archive.catalogue.path.read_bytes()
     before = told(store)
     silent = []
     for _ in range(60):
@@ -97,7 +97,7 @@ def test_a_flipped_bit_of_the_catalogue_gives_no_other_number_in_silence(store):
         bit = dice.randrange(8 * len(sound))
         content = bytearray(sound)
         content[bit // 8] ^= 1 << bit % 8
-        store.catalogue.path.write_bytes(content)
+        store.archive.catalogue.path.write_bytes(content)
         try:
             if told(store) != before and not store.verify():
                 silent.append(bit)
@@ -105,7 +105,7 @@ def test_a_flipped_bit_of_the_catalogue_gives_no_other_number_in_silence(store):
             continue
         finally:
             store.close()
-    store.catalogue.path.write_bytes(sound)
+    store.archive.catalogue.path.write_bytes(sound)
     assert silent == []
 
 
@@ -129,7 +129,7 @@ def test_a_catalogue_that_another_process_is_about_to_make_is_not_set_aside(tmp_
     (folder / "catalogue.sqlite").touch()
     with closing(Store(str(folder))) as store:
         assert store.reindex() == []
-        assert store.entries() == {} and store.catalogue.exists()
+        assert store.archive.entries() == {} and store.archive.catalogue.exists()
     assert not (folder / "catalogue.damaged").exists()
 
 
@@ -146,17 +146,17 @@ def test_a_catalogue_made_anew_beside_four_writers_stays_readable(tmp_path):
     with closing(Store(folder)) as store:
         while any(writer.is_alive() for writer in writers):
             time.sleep(0.2)
-            if store.catalogue.exists():
+            if store.archive.catalogue.exists():
                 assert [
                     problem
                     for problem in store.reindex()
                     if problem.kind != "unfinished"
                 ] == []
-                store.entries()
+                store.archive.entries()
         for writer in writers:
             writer.join()
         assert [writer.exitcode for writer in writers] == [0] * 4
-        entries = store.entries()
+        entries = store.archive.entries()
         assert len(entries) >= 9 and {entry.state for entry in entries.values()} == {
             "done"
         }

@@ -65,11 +65,11 @@ def test_a_store_is_as_open_as_the_umask_says_and_locks_can_be_read(tmp_path, ma
     before = os.umask(mask)
     try:
         store = Store(tmp_path / "store")
-        store.create()
-        with store.presence() as here:
+        store.archive.create()
+        with store.archive.presence() as here:
             (lock,) = (tmp_path / "store" / "runners").glob("*.lock")
             assert stat.S_IMODE(lock.stat().st_mode) == 0o644
-            assert store.is_alive(here.token)
+            assert store.archive.is_alive(here.token)
         store.close()
     finally:
         os.umask(before)

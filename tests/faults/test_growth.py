@@ -18,11 +18,13 @@ def test_one_more_run_takes_few_bytes(tmp_path, monkeypatch):
     some = Runs()
     sizes = []
     with closing(Store(tmp_path / "store")) as store:
-        store.create()
-        with store.presence() as here:
+        store.archive.create()
+        with store.archive.presence() as here:
             for at in (0, 400):
-                store.save([some[number] for number in range(at, at + 400)], here.token)
-                sizes.append(store.catalogue.path.stat().st_size)
-        facts = store.catalogue.read("SELECT count(*) FROM facts")[0][0] / 800
+                store.archive.save(
+                    [some[number] for number in range(at, at + 400)], here.token
+                )
+                sizes.append(store.archive.catalogue.path.stat().st_size)
+        facts = store.archive.catalogue.read("SELECT count(*) FROM facts")[0][0] / 800
     assert facts > 90
     assert (sizes[1] - sizes[0]) / 400 < MOST_BYTES

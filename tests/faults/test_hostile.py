@@ -34,7 +34,7 @@ def store(tmp_path, monkeypatch):
 def crafted(store, *statements):
     """Change a catalogue as its owner never would."""
     with closing(
-        sqlite3.connect(store.catalogue.path, isolation_level=None)
+        sqlite3.connect(store.archive.catalogue.path, isolation_level=None)
     ) as connection:
         for statement, *values in statements:
             connection.execute(statement, values)
@@ -75,7 +75,7 @@ def test_owners_that_would_be_paths(tmp_path, store):
 
 def test_links_lead_nowhere(tmp_path, store):
     """A file, or the folder of a file, that is a link is neither read nor written."""
-    first, second = (store.files.path(case.id) for case in sweep(2).cases)
+    first, second = (store.archive.files.path(case.id) for case in sweep(2).cases)
     first.replace(tmp_path / "secret")
     first.symlink_to(tmp_path / "secret")
     second.parent.replace(tmp_path / "folder")
@@ -90,7 +90,7 @@ def test_links_lead_nowhere(tmp_path, store):
         with pytest.raises(StoreError, match="is a link"):
             grid[name].load()
     problems = store.reindex()
-    assert store.entries() == {} and all(
+    assert store.archive.entries() == {} and all(
         "is a link" in problem.message for problem in problems
     )
     other = Store(tmp_path / "other")
@@ -108,7 +108,7 @@ def test_links_lead_nowhere(tmp_path, store):
 
 def test_a_file_that_claims_more_than_it_holds(store):
     """A variable that was never written costs nothing in a file and everything in memory."""
-    path = store.files.path(sweep(2).cases[0].id)
+    path = store.archive.files.path(sweep(2).cases[0].id)
     path.unlink()
     with netCDF4.Dataset(path, "w") as file:
         file.id = path.stem
@@ -140,7 +140,9 @@ def test_a_file_that_claims_more_than_it_holds(store):
 )
 def test_a_catalogue_that_claims_more_than_the_files_hold(store, column, change, said):
     change_texts(
-        store.catalogue.path, column, lambda text: json.dumps(change(json.loads(text)))
+        store.archive.catalogue.path,
+        column,
+        lambda text: json.dumps(change(json.loads(text))),
     )
     with pytest.raises(StoreError, match=said):
         store.open(sweep(2)).wear_depth.load()
@@ -150,7 +152,7 @@ def test_a_catalogue_that_claims_more_than_the_files_hold(store, column, change,
     "dtype", ["O", "f8,(99999999,)f8", "V9999999999", "<U99999999", "object"]
 )
 def test_types_that_no_run_has(store, dtype):
-    ((key, text),) = store.catalogue.read("SELECT key, layout FROM layouts")
+    ((key, text),) = store.archive.catalogue.read("SELECT key, layout FROM layouts")
     layout = json.loads(text)
     layout["variables"]["wear_depth"]["dtype"] = dtype
     crafted(
@@ -173,13 +175,15 @@ def test_triggers_and_views_are_refused(store, capsys):
         "holds 1 views or triggers, which no wearlab makes" in capsys.readouterr().err
     )
     assert status_of(["reindex", "--store", str(store.path)]) == 0
-    assert len(store.entries()) == 2
+    assert len(store.archive.entries()) == 2
 
 
 @pytest.mark.parametrize("column", ["sizes", "digests", "summary", "scene"])
 def test_texts_that_are_no_json(store, column, capsys):
     change_texts(
-        store.catalogue.path, column, lambda text: "__import__('os').system('true')"
+        store.archive.catalogue.path,
+        column,
+        lambda text: "__import__('os').system('true')",
     )
     assert status_of(["show", sweep(1).cases[0].id, "--store", str(store.path)]) == 2
     assert "cannot be understood" in capsys.readouterr().err
@@ -228,7 +232,7 @@ def test_conditions_are_read_by_the_grammar_alone(store, condition):
         assert len(str(error)) < 1000
     else:
         assert len(found) <= 2
-    assert len(store.entries()) == 2
+    assert len(store.archive.entries()) == 2
 
 
 def test_quotes_in_values_stay_values(store):

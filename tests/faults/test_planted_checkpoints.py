@@ -53,8 +53,8 @@ def test_a_planted_pickle_calls_nothing(tmp_path, module, name):
     (case,) = sweep(1).cases
     for image in planted(module, name, ["touch", str(witness)]):
         with closing(Store(tmp_path / "store")) as store:
-            store.create()
-            store.checkpoints.write(case.id, image, source_hash())
+            store.archive.create()
+            store.archive.checkpoints.write(case.id, image, source_hash())
             with in_progress(case.id, image, lambda message: None):
                 assert fake_life.simulate(case.scene).cycle.size > 10
             assert wearlab.run(
@@ -140,11 +140,11 @@ def test_a_checkpoint_of_another_shape_begins_anew(tmp_path):
 def test_checkpoints_of_earlier_versions_begin_anew(tmp_path):
     (case,) = sweep(1).cases
     with closing(Store(tmp_path / "store")) as store:
-        store.create()
+        store.archive.create()
         image = pickle.dumps(
             {hashlib.sha256(b"life").hexdigest(): pickle.dumps({"integration": {}})}
         )
-        store.checkpoints.write(case.id, image, source_hash())
+        store.archive.checkpoints.write(case.id, image, source_hash())
         assert wearlab.run(
             sweep(1), store, simulate=fake_life.SIMULATE, progress=False
         ).ok

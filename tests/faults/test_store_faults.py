@@ -61,11 +61,11 @@ def test_a_full_disk_stops_in_order_and_the_rest_follows(tmp_path):
         assert store.verify() == []
         kept = {
             i: entry.sha256
-            for i, entry in store.entries().items()
+            for i, entry in store.archive.entries().items()
             if entry.state == "done"
         }
         assert 3 < len(kept) < 60
-        assert not list(store.files.folder.rglob("*.part"))
+        assert not list(store.archive.files.folder.rglob("*.part"))
         subprocess.run(
             ["mount", "-o", "remount,size=20000000", str(tmp_path / "disk")], check=True
         )
@@ -73,7 +73,7 @@ def test_a_full_disk_stops_in_order_and_the_rest_follows(tmp_path):
         assert store.verify() == []
         assert (
             kept.items()
-            <= {i: entry.sha256 for i, entry in store.entries().items()}.items()
+            <= {i: entry.sha256 for i, entry in store.archive.entries().items()}.items()
         )
 
 
@@ -139,7 +139,7 @@ def test_any_name_of_a_folder_will_do(tmp_path, name, capsys):
 @pytest.mark.parametrize("place", [0.1, 0.5, 0.9])
 def test_a_flipped_bit_is_found(store, place, capsys):
     run(sweep(3), store)
-    file = store.files.path(sweep(3).cases[1].id)
+    file = store.archive.files.path(sweep(3).cases[1].id)
     content = bytearray(file.read_bytes())
     content[int(place * len(content))] ^= 4
     file.write_bytes(content)
@@ -152,7 +152,7 @@ def test_a_flipped_bit_is_found(store, place, capsys):
 
 def test_a_truncated_file_is_found_and_made_again(store, capsys):
     run(sweep(3), store)
-    file = store.files.path(sweep(3).cases[1].id)
+    file = store.archive.files.path(sweep(3).cases[1].id)
     whole = file.read_bytes()
     file.write_bytes(whole[: len(whole) // 2])
     assert [problem.kind for problem in store.verify()] == ["truncated"]
@@ -165,7 +165,7 @@ def test_a_truncated_file_is_found_and_made_again(store, capsys):
 def test_a_catalogue_that_was_deleted_is_made_anew(store, capsys):
     run(sweep(3), store)
     store.close()
-    store.catalogue.path.unlink()
+    store.archive.catalogue.path.unlink()
     assert status_of(["ls", "--store", str(store.path)]) == 2
     assert "is missing; 'wearlab reindex' makes it anew" in capsys.readouterr().err
     report = run(sweep(4), store)
@@ -180,14 +180,14 @@ def test_a_catalogue_that_was_deleted_is_made_anew(store, capsys):
 def test_a_damaged_catalogue_is_said_and_made_anew(store, damage, capsys):
     run(sweep(12), store)
     store.close()
-    content = bytearray(store.catalogue.path.read_bytes())
+    content = bytearray(store.archive.catalogue.path.read_bytes())
     if damage == "text":
         content[:100] = b"x" * 100
     elif damage == "cut":
         del content[len(content) // 2 :]
     else:
         content[4096:8192] = bytes(reversed(content[4096:8192]))
-    store.catalogue.path.write_bytes(content)
+    store.archive.catalogue.path.write_bytes(content)
     said = status_of(["ls", "--store", str(store.path)])
     assert said == 2
     assert "'wearlab reindex' makes it anew" in capsys.readouterr().err
@@ -201,7 +201,9 @@ def test_a_catalogue_that_another_process_holds(store, monkeypatch):
     run(sweep(1), store)
     store.close()
     monkeypatch.setattr(database, "PATIENCE", 0.05)
-    with closing(sqlite3.connect(store.catalogue.path, isolation_level=None)) as other:
+    with closing(
+        sqlite3.connect(store.archive.catalogue.path, isolation_level=None)
+    ) as other:
         other.execute("BEGIN EXCLUSIVE")
         with pytest.raises(StoreError, match="another process holds it; try again"):
             run(sweep(2), store)
@@ -222,7 +224,7 @@ def test_a_clock_that_was_set_back(store, monkeypatch, capsys):
     assert (report.computed, report.done) == (2, 4)
     assert run(sweep(4), store).computed == 0
     assert store.verify() == []
-    assert [member.run for member in store.catalogue.members()][:4] == [
+    assert [member.run for member in store.archive.catalogue.members()][:4] == [
         case.id for case in sweep(4).cases
     ]
     assert (

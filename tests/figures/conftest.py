@@ -16,7 +16,7 @@ from wearlab.store import Store
 @pytest.fixture(scope="session")
 def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
     store = Store(tmp_path_factory.mktemp("figures") / "store")
-    store.create()
+    store.archive.create()
     for index, speed in enumerate((*SPEEDS, None)):
         put(store, f"{index}" * 32, run(speed))
     put(store, "f" * 32, None)

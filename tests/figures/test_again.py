@@ -79,7 +79,7 @@ def test_runs_made_by_other_code_are_stale(asked, store, tmp_path, monkeypatch):
 
 def test_a_run_that_went_is_missing(asked, own, tmp_path):
     (first,) = draw(asked, own, tmp_path)
-    with own.catalogue._transaction() as connection:
+    with own.archive.catalogue._transaction() as connection:
         connection.execute("DELETE FROM runs WHERE id = ?", ("1" * 32,))
     one = redraw(first, own, tmp_path / "two")
     assert one.missing == ("1100 rpm: missing",) and not one.same
@@ -87,7 +87,7 @@ def test_a_run_that_went_is_missing(asked, own, tmp_path):
 
 def test_a_run_computed_again_has_changed(asked, own, tmp_path):
     (first,) = draw(asked, own, tmp_path)
-    with own.catalogue._transaction() as connection:
+    with own.archive.catalogue._transaction() as connection:
         connection.execute("DELETE FROM runs WHERE id = ?", ("1" * 32,))
     put(own, "1" * 32, run(1200.0))
     one = redraw(first, own, tmp_path / "two")

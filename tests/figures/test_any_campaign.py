@@ -50,7 +50,7 @@ def made(index):
 @pytest.fixture(scope="module")
 def many(tmp_path_factory):
     store = Store(tmp_path_factory.mktemp("many") / "store")
-    store.create()
+    store.archive.create()
     for index in range(COUNT):
         put(store, f"{index:032d}", made(index))
     return store
@@ -388,7 +388,7 @@ def _with_a_state_more(data):
 def test_a_set_that_turns_freely_and_one_under_a_duty_have_modes(many, tmp_path):
     """Were 0 Hz divided by 0 rpm, an empty figure; and a fault of ours."""
     store = Store(tmp_path / "store")
-    store.create()
+    store.archive.create()
     free = made(0)
     for name in MODES:
         free[name] = free[name] * xr.DataArray([0.0, 1.0, 1.0], dims="mode")
@@ -407,7 +407,7 @@ def test_a_set_that_turns_freely_and_one_under_a_duty_have_modes(many, tmp_path)
 
 def test_natural_frequencies_that_differ_stand_side_by_side(many, tmp_path):
     store = Store(tmp_path / "store")
-    store.create()
+    store.archive.create()
     for index in range(2):
         data = made(index)
         for name in MODES:
@@ -419,7 +419,7 @@ def test_natural_frequencies_that_differ_stand_side_by_side(many, tmp_path):
 def test_many_speeds_of_a_response_are_thinned_and_it_is_said(many, tmp_path):
     """Was refused: too many to tell apart."""
     store = Store(tmp_path / "store")
-    store.create()
+    store.archive.create()
     data = run(1000.0).isel(response_speed=[0, 1, 2, 3, 4, 5, 5, 5])
     speeds = (
         "response_speed",

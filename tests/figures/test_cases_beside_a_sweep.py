@@ -28,7 +28,7 @@ def scene(relief, load="instant"):
 def store(tmp_path_factory):
     """Lives of 1 to 5 and 7; the fourth run is also that of the case "as built"."""
     store = Store(tmp_path_factory.mktemp("sweep") / "store")
-    store.create()
+    store.archive.create()
     for index, relief in enumerate(RELIEF):
         data = run(1000.0)
         data["life"] = ((), float(index + 1), data["life"].attrs)
@@ -127,7 +127,7 @@ def test_the_base_is_called_what_it_is(store, campaign):
 def test_the_base_is_told_from_the_cases_that_change_little(tmp_path, campaign):
     """A static case changes three choices, too many to be told."""
     store = Store(tmp_path / "store")
-    store.create()
+    store.archive.create()
     given = (
         {"load": "equivalent", "error": "loaded", "model": "modulated"},
         {"load": "equivalent", "error": "unloaded", "model": "modulated"},

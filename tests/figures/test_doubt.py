@@ -51,7 +51,7 @@ def made(torque):
 @pytest.fixture(scope="module")
 def grid(tmp_path_factory):
     store = Store(tmp_path_factory.mktemp("doubt") / "store")
-    store.create()
+    store.archive.create()
     for index, torque in enumerate(TORQUES):
         put(store, f"{index}" * 32, made(torque))
     cases = tuple(Case("base", f"{i}" * 32, {"torque": i}) for i in range(3))
@@ -65,7 +65,7 @@ def test_a_motion_whose_error_nobody_could_tell_is_drawn(tmp_path):
     data = made(60.0)
     data["error_estimate_mesh_force"][-1] = np.nan
     store = Store(tmp_path / "store")
-    store.create()
+    store.archive.create()
     put(store, "0" * 32, data)
     grid = store.open(Campaign((Case("base", "0" * 32),)))
     plot = plot_of(grid, kind="mesh-force")

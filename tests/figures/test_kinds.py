@@ -212,7 +212,7 @@ def test_an_abscissa_with_a_dimension_of_its_own_gives_a_panel_for_each_place(
 
 def test_of_a_motion_that_never_repeats_the_first_periods_are_shown(tmp_path):
     store = Store(tmp_path / "store")
-    store.create()
+    store.archive.create()
     put(store, "0" * 32, run(800.0, mesh_period=200))
     grid = store.open(Campaign((Case("base", "0" * 32, {}),)))
     plot = plotted(grid, read(SimpleNamespace(kind="mesh-force"), 1, None))[0]

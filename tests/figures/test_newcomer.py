@@ -24,7 +24,7 @@ def asked(**wishes):
 def ended(tmp_path_factory):
     """Three speeds whose lives ended at the limit of their work, and a static case with a life, made up."""
     store = Store(tmp_path_factory.mktemp("ended") / "store")
-    store.create()
+    store.archive.create()
     for index, speed in enumerate(SPEEDS):
         data = (
             run(speed)
@@ -90,9 +90,9 @@ def test_the_outer_words_of_parallel_axes_stay_within_the_figure():
 def test_what_a_killed_process_left_is_interrupted(ended, tmp_path):
     _, campaign, _ = ended
     store = Store(tmp_path / "store")
-    store.create()
-    with store.presence() as here:
-        store.claim(["0" * 32], here.token, lambda entry: False)
+    store.archive.create()
+    with store.archive.presence() as here:
+        store.archive.claim(["0" * 32], here.token, lambda entry: False)
         assert "running" in store.open(campaign).status.values
     assert "interrupted" in store.open(campaign).status.values
 

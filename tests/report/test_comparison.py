@@ -14,7 +14,7 @@ from wearlab.store import Store
 @pytest.fixture(scope="module")
 def store(tmp_path_factory) -> Store:
     store = Store(tmp_path_factory.mktemp("comparison") / "store")
-    store.create()
+    store.archive.create()
     put(
         store,
         "a" * 20,

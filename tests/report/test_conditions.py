@@ -92,7 +92,7 @@ def stored(tmp_path_factory):
         sweep=[{"operation.torque": ["60 N*m", "80 N*m"]}],
     )
     store = Store(folder / "store")
-    store.create()
+    store.archive.create()
     for case, hours in zip(campaign.cases, (100.0, 50.0), strict=True):
         data = run(1000.0)
         data["max_wear_depth"] = data["max_wear_depth"].copy(
@@ -109,7 +109,7 @@ def stored(tmp_path_factory):
 
 def test_the_flank_and_its_first_wear_are_named(stored):
     campaign, store = stored
-    entries = store.entries(case.id for case in campaign.cases)
+    entries = store.archive.entries(case.id for case in campaign.cases)
     said = " ".join(answer(campaign, entries, 2.0, store).sentences)
     assert "20 µm of wear on the pinion is reached after 50 h" in said
     assert (

@@ -52,14 +52,14 @@ def study(tmp_path_factory):
     (folder / "study.toml").write_text(STUDY)
     campaign = wl.load(folder / "study.toml")
     store = Store(folder / "store")
-    store.create()
+    store.archive.create()
     flags = "bore_diameter <assumed>\nroot profile radial"
     for case, speed in zip(campaign.cases[:2], (800.0, 1100.0), strict=True):
         data = run(speed).assign(
             verdict=((), "completed"), validity=((), flags), run_time_total=((), 1.5)
         )
         put(store, case.id, data.assign_attrs(commit="c0ffee"))
-    store.catalogue.record(
+    store.archive.catalogue.record(
         [
             Outcome(
                 campaign.cases[2].id,
@@ -80,11 +80,11 @@ def study(tmp_path_factory):
         ]
     )
     members = [(case.id, case.label, place(campaign, case)) for case in campaign.cases]
-    key = store.catalogue.record_campaign(
+    key = store.archive.catalogue.record_campaign(
         campaign.title, None, str(campaign.path), members
     )
     missed = Comparison("refused", "completed", "refused", False)
-    store.catalogue.record_comparisons(key, [None, None, None, missed])
+    store.archive.catalogue.record_comparisons(key, [None, None, None, missed])
     return campaign, store
 
 
@@ -166,7 +166,7 @@ def test_what_it_tells(page, study):
 
 def test_remarks_that_differ_in_one_number_are_one(study):
     campaign, store = study
-    entries = store.entries(case.id for case in campaign.cases[:2])
+    entries = store.archive.entries(case.id for case in campaign.cases[:2])
     one, other = entries.values()
     said = {
         "one": [

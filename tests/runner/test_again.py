@@ -56,7 +56,7 @@ def test_an_interruption_leaves_the_old_run(tmp_path, monkeypatch):
     before = store.run(campaign.cases[0].id)
 
     def interrupted(task, simulate, send):
-        assert store.entries()[task.id].state == "running"
+        assert store.archive.entries()[task.id].state == "running"
         raise KeyboardInterrupt
 
     monkeypatch.setattr(running, "execute", interrupted)

@@ -70,7 +70,7 @@ def kept(tmp_path_factory):
 
 def test_the_run_names_what_calibrated_it(kept):
     store, own, by = kept
-    assert set(store.entries()) == {own, by}
+    assert set(store.archive.entries()) == {own, by}
     data = store.run(own)
     assert (
         data.attrs["calibration"] == by
@@ -90,7 +90,7 @@ def test_the_run_names_what_calibrated_it(kept):
 
 def test_the_stored_scene_is_the_calibration(kept):
     store, _, by = kept
-    again = Scene.from_canonical(store.entries([by])[by].scene)
+    again = Scene.from_canonical(store.archive.entries([by])[by].scene)
     assert again.id == by and calibrating(again) is None
 
 
@@ -100,7 +100,7 @@ def test_the_next_campaign_finds_it(kept, monkeypatch):
     assert [one.id for one in planned.runs] == [scene("340 N*m").id]
     monkeypatch.setattr(simulating, "_lived", None)  # nothing may be lived again
     report = run(campaign("340 N*m"), store, workers=1, progress=False)
-    assert report.computed == 1 and len(store.entries()) == 3
+    assert report.computed == 1 and len(store.archive.entries()) == 3
     found = store.run(scene("340 N*m").id)
     assert found.attrs["calibration"] == by and float(found.life) == pytest.approx(
         1e7, rel=1e-5
@@ -117,8 +117,8 @@ def test_it_stays_as_long_as_what_rests_on_it(kept, tmp_path):
     copy = Store(tmp_path / "copy")
     assert by in merge(copy, store).copied
     assert prunable(copy) == []
-    for run_id in {*copy.entries()} - {by}:
-        copy.catalogue.forget([run_id])
+    for run_id in {*copy.archive.entries()} - {by}:
+        copy.archive.catalogue.forget([run_id])
     assert [one.id for one in prunable(copy)] == [by]
 
 
@@ -137,7 +137,7 @@ def test_a_store_elsewhere_lives_it_again(kept, tmp_path):
         elsewhere.run(own).attrs["calibration_life"]
         == store.run(own).attrs["calibration_life"]
     )
-    assert set(elsewhere.entries()) == {own, by}
+    assert set(elsewhere.archive.entries()) == {own, by}
 
 
 def test_a_calibration_that_failed_is_tried_again_though_its_campaign_is_complete(
@@ -146,8 +146,8 @@ def test_a_calibration_that_failed_is_tried_again_though_its_campaign_is_complet
     store, _, by = kept
     copy = Store(tmp_path / "copy")
     merge(copy, store)
-    known = copy.entries([by])[by]
-    copy.catalogue.record(
+    known = copy.archive.entries([by])[by]
+    copy.archive.catalogue.record(
         [
             Outcome(
                 by,
@@ -160,9 +160,9 @@ def test_a_calibration_that_failed_is_tried_again_though_its_campaign_is_complet
         ]
     )
     assert run(campaign("170 N*m"), copy, workers=1, progress=False).ok
-    assert copy.heads([by])[by].state == "failed"
+    assert copy.archive.heads([by])[by].state == "failed"
     assert run(campaign("170 N*m"), copy, workers=1, progress=False, retry=True).ok
-    assert copy.heads([by])[by].state == "done" and copy.verify() == []
+    assert copy.archive.heads([by])[by].state == "done" and copy.verify() == []
 
 
 def test_equal_needs_are_one_run():

@@ -38,7 +38,7 @@ CHILD = Scene(SimpleNamespace(run=PARENT, cycle=5.0, life_fraction=None))
 @pytest.fixture
 def store(tmp_path) -> Store:
     store = Store(tmp_path / "store")
-    store.create()
+    store.archive.create()
     data = xr.Dataset(
         {
             "wear_depth": (
@@ -53,11 +53,11 @@ def store(tmp_path) -> Store:
         },
         attrs={"id": PARENT},
     )
-    with store.presence() as presence:
+    with store.archive.presence() as presence:
         outcome = Outcome(
             PARENT, "done", "now", 1.0, "{}", *to_image(data), **describe(data)
         )
-        store.save([outcome], presence.token)
+        store.archive.save([outcome], presence.token)
     return store
 
 
@@ -69,18 +69,18 @@ def test_the_wear_is_handed_over(store):
 
 def test_a_finished_case_needs_no_parent(store):
     data = xr.Dataset(attrs={"id": "b" * 20})
-    with store.presence() as presence:
+    with store.archive.presence() as presence:
         outcome = Outcome(
             "b" * 20, "done", "now", 1.0, "{}", *to_image(data), **describe(data)
         )
-        store.save([outcome], presence.token)
-    store.catalogue.forget([PARENT])
+        store.archive.save([outcome], presence.token)
+    store.archive.catalogue.forget([PARENT])
     made = with_parents({"b" * 20: Task("b" * 20, CHILD)}, store)
     assert made["b" * 20].scene.wear is None
 
 
 def test_an_absent_parent_stops_before_anything_is_written(store, tmp_path):
-    store.catalogue.forget([PARENT])
+    store.archive.catalogue.forget([PARENT])
     with pytest.raises(
         RunnerError,
         match=f"1 cases continue runs that are not in the store: {PARENT}; run",

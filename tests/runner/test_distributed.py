@@ -163,7 +163,7 @@ def test_killed_and_strange_workers_lose_nothing(there, edited, tmp_path):
     assert (report.total, report.computed, report.done) == (80, 80, 80)
     assert strange.pid not in begun(log)
     assert store.verify() == []
-    assert all(entry.source_hash == "abc" for entry in store.entries().values())
+    assert all(entry.source_hash == "abc" for entry in store.archive.entries().values())
     store.close()
 
 
@@ -195,7 +195,7 @@ def test_a_worker_with_other_code_is_refused(there, edited, tmp_path):
     assert f"here it is {source_hash()}; install the same version there" in str(
         caught.value
     )
-    assert store.entries() == {}
+    assert store.archive.entries() == {}
     fit = there.worker()
     until(lambda: two_workers(there))
     report = run(campaign, store, there)

@@ -88,12 +88,12 @@ def test_measured_stands_beside_expected_in_words_and_in_the_store(store):
     assert comparison.verdict == "completed"
     assert comparison.expected == "completed, wear_depth = 1.0 ± 0.5"
     assert comparison.measured == f"completed, wear_depth = {DEEPEST:.6g}"
-    (member,) = store.catalogue.members()
+    (member,) = store.archive.catalogue.members()
     assert member.comparison == comparison
 
 
 def test_an_expectation_that_is_taken_back_is_forgotten(store):
     compared(expecting(Expectation("completed")), store)
     wearlab.run(expecting(None), store, simulate=SIMULATE, progress=False)
-    (member,) = store.catalogue.members()
+    (member,) = store.archive.catalogue.members()
     assert member.comparison is None

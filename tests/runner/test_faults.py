@@ -69,7 +69,7 @@ class Scene:
             time.sleep(0.02)
 
     def done(self):
-        return [i for i, e in self.store.entries().items() if e.state == "done"]
+        return [i for i, e in self.store.archive.entries().items() if e.state == "done"]
 
 
 @pytest.fixture
@@ -104,9 +104,9 @@ def test_killed_then_completed(scene):
     first.communicate(timeout=PATIENCE)
     workers = {worker for _, worker in scene.simulations()}
     scene.until(lambda: not any(map(running, workers)))
-    entries = scene.store.entries().values()
+    entries = scene.store.archive.entries().values()
     assert entries
-    assert all(scene.store.is_stale(entry) for entry in entries)
+    assert all(scene.store.archive.is_stale(entry) for entry in entries)
     scene.gate.touch()
     second = scene.start(6)
     output, _ = second.communicate(timeout=PATIENCE)
@@ -126,7 +126,7 @@ def test_interrupted_then_completed(scene, whole_group):
         130,
         "interrupted: 0 done, 5 to go; run again to continue\n",
     )
-    assert scene.store.entries() == {}
+    assert scene.store.archive.entries() == {}
     assert not any(running(worker) for _, worker in scene.simulations())
     if whole_group:
         scene.gate.touch()
@@ -189,5 +189,5 @@ def test_a_full_disk_is_said_and_leaves_nothing_half_written(scene):
         command, capture_output=True, text=True, env=environment, check=True
     ).stdout
     assert "cannot be written (File too large)" in output
-    assert scene.store.entries() == {}
+    assert scene.store.archive.entries() == {}
     assert scene.store.verify() == []

@@ -42,7 +42,9 @@ def test_an_interrupted_life_goes_on_where_it_was(tmp_path, undisturbed):
         run(campaign, store)
     (case,) = campaign.cases
     assert (store.path / "checkpoints" / f"{case.id}.life").exists()
-    assert case.id not in store.heads([case.id])  # no finished run, and none that runs
+    assert case.id not in store.archive.heads(
+        [case.id]
+    )  # no finished run, and none that runs
     assert run(campaign, store).ok
     assert not (store.path / "checkpoints").exists()
     whole, other, all_rates = undisturbed

@@ -74,7 +74,7 @@ def test_imports_begin_early_when_workers_will_be_wanted(
     )
     foresee(campaign, store, scheduler)  # type: ignore[arg-type]
     assert len(calls) == begun
-    store.catalogue.exists = lambda: False
+    store.archive.catalogue.exists = lambda: False
     calls.clear()
     foresee(campaign, store, scheduler)  # type: ignore[arg-type]
     assert len(calls) == (scheduler is None)

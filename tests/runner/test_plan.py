@@ -34,12 +34,12 @@ def store(tmp_path):
     One failed, one refused.
     """
     made = Store(tmp_path / "store")
-    made.create()
+    made.archive.create()
     campaign = alter(alter(sweep(4), 2, act="fail"), 3, act="refuse")
-    with made.presence() as presence:
+    with made.archive.presence() as presence:
         for case, seconds in zip(campaign.cases, (2.0, 4.0, 1.0, 1.0), strict=True):
             outcome = execute(Task(case.id, case.scene), fake_campaign.SIMULATE)
-            made.save([replace(outcome, seconds=seconds)], presence.token)
+            made.archive.save([replace(outcome, seconds=seconds)], presence.token)
     return made
 
 
@@ -60,15 +60,15 @@ def test_what_is_known_of_each_run(store):
         False,
         False,
     ]
-    store.files.path(campaign.cases[0].id).unlink()
+    store.archive.files.path(campaign.cases[0].id).unlink()
     assert states(plan(campaign, store))[0] == "lost"
 
 
 def test_what_another_process_computes_and_what_a_dead_one_left(store):
     campaign = sweep(6)
-    with store.presence() as presence:
-        store.claim([campaign.cases[4].id], presence.token, lambda head: False)
-        store.claim([campaign.cases[5].id], "dead", lambda head: False)
+    with store.archive.presence() as presence:
+        store.archive.claim([campaign.cases[4].id], presence.token, lambda head: False)
+        store.archive.claim([campaign.cases[5].id], "dead", lambda head: False)
         assert states(plan(campaign, store))[4:] == ["running", "new"]
 
 
@@ -80,7 +80,8 @@ def test_a_plan_writes_nothing_and_needs_no_store(tmp_path):
 
 def test_time_and_size_come_from_runs_with_the_same_parts(store):
     sizes = [
-        head.size for head in store.heads(case.id for case in sweep(2).cases).values()
+        head.size
+        for head in store.archive.heads(case.id for case in sweep(2).cases).values()
     ]
     found = plan(
         sweep(7), store, workers=2
@@ -184,7 +185,7 @@ def test_what_has_changed_since_a_case_ran(store):
         (case.id, case.label, {"speed": f"{case.scene.speed:g} rpm"})
         for case in campaign.cases
     ]
-    store.catalogue.record_campaign(campaign.title, None, "a.toml", members)
+    store.archive.catalogue.record_campaign(campaign.title, None, "a.toml", members)
     found = plan(alter(campaign, 1, updates=4), store)
     assert [(run.state, run.changed) for run in found.runs[:2]] == [
         ("cached", ()),
@@ -214,7 +215,7 @@ def test_a_scene_that_asks_for_too_much_is_told_without_any_record(
 
 
 def test_only_the_model_has_changed(store):
-    entry = store.find(sweep(1).cases[0].id)
+    entry = store.archive.find(sweep(1).cases[0].id)
     assert differing(entry, entry.scene) == ("the version of the model",)
 
 

@@ -79,7 +79,7 @@ def test_two_workers_end_to_end(store, log):
     assert warm.split()[1] in processes
     assert store.verify() == []
     assert not any((store.path / "runners").iterdir())
-    assert {m.position.get("speed") for m in store.catalogue.members()} >= {
+    assert {m.position.get("speed") for m in store.archive.catalogue.members()} >= {
         "800 rpm",
         None,
     }
@@ -128,7 +128,10 @@ def test_equal_scenes_are_one_run(store, log, alone):
     scene = Scene(log=str(log))
     report = run(Campaign((Case("one", scene), Case("two", scene))), store)
     assert (report.total, report.computed) == (1, 1)
-    assert {member.label for member in store.catalogue.members()} == {"one", "two"}
+    assert {member.label for member in store.archive.catalogue.members()} == {
+        "one",
+        "two",
+    }
 
 
 @pytest.mark.parametrize("act", ["fail", "refuse"])
@@ -143,9 +146,9 @@ def test_trouble_is_kept_and_retried_on_request(store, log, alone, act):
 
 def test_what_a_dead_process_left_running_is_computed(store, log, alone):
     campaign = sweep(2, log=str(log))
-    store.create()
-    with store.presence() as dead:
-        store.claim([campaign.cases[0].id], dead.token, lambda entry: False)
+    store.archive.create()
+    with store.archive.presence() as dead:
+        store.archive.claim([campaign.cases[0].id], dead.token, lambda entry: False)
     assert run(campaign, store).ok
     assert set(simulated(log)) == {800.0, 900.0}
 
@@ -154,7 +157,7 @@ def test_what_a_dead_process_left_running_is_computed(store, log, alone):
 def test_a_file_that_was_lost_is_made_again(store, log, alone, damage):
     campaign = sweep(2, log=str(log))
     run(campaign, store)
-    file = store.files.path(campaign.cases[0].id)
+    file = store.archive.files.path(campaign.cases[0].id)
     file.unlink() if damage == "gone" else file.write_bytes(file.read_bytes()[:-1])
     assert run(campaign, store).computed == 1
     assert store.verify() == []
@@ -166,7 +169,7 @@ def test_ctrl_c_releases_what_was_running(store, alone, monkeypatch):
         KeyboardInterrupt, match=r"1 done, 2 to go; run again to continue"
     ):
         run(sweep(3), store)
-    assert [entry.state for entry in store.entries().values()] == ["done"]
+    assert [entry.state for entry in store.archive.entries().values()] == ["done"]
     monkeypatch.undo()
     monkeypatch.setattr(
         running._Work, "_begin", lambda self, tasks, cluster, more: None

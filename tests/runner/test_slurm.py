@@ -85,5 +85,5 @@ def test_a_campaign_is_run_by_jobs(example, tmp_path, monkeypatch):
     ]
     monkeypatch.chdir(tmp_path)
     assert example.main(words) == 0
-    entries = Store(tmp_path / "store").entries()
+    entries = Store(tmp_path / "store").archive.entries()
     assert [entry.state for entry in entries.values()] == ["done", "done"]

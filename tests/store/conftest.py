@@ -21,12 +21,12 @@ def fill(store: Store) -> Callable[[Any], Store]:
     """Return a function that computes all cases of a campaign into the store, without the runner."""
 
     def filled(campaign: Any) -> Store:
-        store.create()
-        with store.presence() as presence:
+        store.archive.create()
+        with store.archive.presence() as presence:
             for case in campaign.cases:
-                if store.claim([case.id], presence.token, lambda entry: False):
+                if store.archive.claim([case.id], presence.token, lambda entry: False):
                     outcome = execute(Task(case.id, case.scene), fake_campaign.SIMULATE)
-                    store.save([outcome], presence.token)
+                    store.archive.save([outcome], presence.token)
         return store
 
     return filled

@@ -210,19 +210,19 @@ def test_catalogues_of_earlier_versions_answer_alike(tmp_path, caplog, version):
     """Their runs are read from the files again, as by a reindex."""
     store = filled(tmp_path / "store", sweep(3))
     assert store.reindex() == [] == store.verify()
-    before = store.entries()
-    facts = {run: store.catalogue.facts(run) for run in before}
+    before = store.archive.entries()
+    facts = {run: store.archive.catalogue.facts(run) for run in before}
     ids = store.query("life > 0")["id"]
-    members = store.catalogue.members()
+    members = store.archive.catalogue.members()
     store.close()
-    make_older(store.catalogue.path, version)
-    assert store.entries() == before and len(before) == 3
-    assert {run: store.catalogue.facts(run) for run in before} == facts
+    make_older(store.archive.catalogue.path, version)
+    assert store.archive.entries() == before and len(before) == 3
+    assert {run: store.archive.catalogue.facts(run) for run in before} == facts
     assert (
         sorted(store.query("life > 0")["id"]) == sorted(ids)
-        and store.catalogue.members() == members
+        and store.archive.catalogue.members() == members
     )
-    assert store.catalogue.read("PRAGMA user_version") == [(VERSION,)]
+    assert store.archive.catalogue.read("PRAGMA user_version") == [(VERSION,)]
     (said,) = [record.getMessage() for record in caplog.records]
     assert (
         f"catalogue version {version}" in said
@@ -230,7 +230,7 @@ def test_catalogues_of_earlier_versions_answer_alike(tmp_path, caplog, version):
     )
     tables = {
         name
-        for (name,) in store.catalogue.read(
+        for (name,) in store.archive.catalogue.read(
             "SELECT name FROM sqlite_master WHERE type = 'table'"
         )
     }
@@ -242,12 +242,16 @@ def test_an_older_catalogue_elsewhere_is_left_to_its_own_machine(tmp_path, monke
     monkeypatch.setenv("WEARLAB_CACHE", str(tmp_path / "cache"))
     there = filled(tmp_path / "store", sweep(1))
     there.close()
-    make_older(there.catalogue.path, 5)
+    make_older(there.archive.catalogue.path, 5)
     with pytest.raises(
         StoreError, match=r"older wearlab \(catalogue version 5\); 'wearlab ls' there"
     ):
-        Store(f"file://{there.path}").entries()
-    assert len(there.entries()) == 1 == len(Store(f"file://{there.path}").entries())
+        Store(f"file://{there.path}").archive.entries()
+    assert (
+        len(there.archive.entries())
+        == 1
+        == len(Store(f"file://{there.path}").archive.entries())
+    )
 
 
 def test_heads_tell_states_without_contents(catalogue):

@@ -11,14 +11,14 @@ def test_a_citation_names_the_run_the_code_and_both_hashes(fill, tmp_path):
     store = fill(campaign)
     run_id = campaign.cases[0].id
     file = tmp_path / "gone.toml"
-    store.catalogue.record_campaign(
+    store.archive.catalogue.record_campaign(
         "Wear & 100 % {µ}",
         "doi:10/x",
         str(file),
         [(run_id, "base", {"speed": "1 rpm"})],
     )
     facts = facts_of(store, run_id[:8])
-    entry = store.entries([run_id])[run_id]
+    entry = store.archive.entries([run_id])[run_id]
     assert facts["sha256"] == entry.sha256
     assert facts["content_sha256"] == store.run(run_id).attrs["content_sha256"]
     told = citation(facts)
@@ -48,11 +48,11 @@ def test_the_campaign_that_names_its_authors_speaks_for_its_runs(fill, tmp_path)
     store = fill(campaign)
     run_id = campaign.cases[0].id
     case = [(run_id, "base", {"speed": "1 rpm"})]
-    store.catalogue.record_campaign(
+    store.archive.catalogue.record_campaign(
         "Ours", None, "a.toml", case, {"author": "A. Author; B. Writer"}
     )
-    store.catalogue.record_campaign("Later", None, "b.toml", case)
-    store.catalogue.record_campaign(
+    store.archive.catalogue.record_campaign("Later", None, "b.toml", case)
+    store.archive.catalogue.record_campaign(
         "2 scenes", None, None, [(run_id, "base", {"scene": "0"})]
     )
     facts = facts_of(store, run_id)

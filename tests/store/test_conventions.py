@@ -57,9 +57,9 @@ def test_runs_of_every_kind_of_gear_set(tmp_path, base):
     path.write_bytes(outcome.image)
     check(path)
     store = wl.Store(tmp_path / "store")
-    store.create()
-    with store.presence() as here:
-        store.save([outcome], here.token)
+    store.archive.create()
+    with store.archive.presence() as here:
+        store.archive.save([outcome], here.token)
     check(export(campaign, store, tmp_path / "out.nc"))
 
 

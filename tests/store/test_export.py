@@ -57,7 +57,7 @@ def test_the_file_is_the_grid(campaign, fill, tmp_path):
     export(campaign, store, tmp_path / "out.nc", told.append)
     with xr.open_dataset(tmp_path / "out.nc") as found:
         same(store.open(campaign), found.load())
-    done = {i for i, e in store.entries().items() if e.state == "done"}
+    done = {i for i, e in store.archive.entries().items() if e.state == "done"}
     assert set(told) == done
     assert [path.name for path in tmp_path.iterdir() if path.name != "store"] == [
         "out.nc"
@@ -174,7 +174,7 @@ def test_zarr(fill, tmp_path):
     export(two_axes(), store, tmp_path / "out.zarr")
     with xr.open_zarr(tmp_path / "out.zarr", chunks=None) as found:
         scenes = [
-            store.entries([i])[i].scene if i else ""
+            store.archive.entries([i])[i].scene if i else ""
             for i in found["run_id"].values.ravel()
         ]
         assert found["scene"].values.ravel().tolist() == scenes and any(scenes)
@@ -184,7 +184,7 @@ def test_zarr(fill, tmp_path):
 
 def test_nothing_half_written_remains(fill, tmp_path):
     store = fill(sweep(2))
-    path = store.files.path(sweep(2).cases[1].id)
+    path = store.archive.files.path(sweep(2).cases[1].id)
     path.write_bytes(path.read_bytes()[:1000])
     with pytest.raises(StoreError, match="is not what was written"):
         export(sweep(2), store, tmp_path / "out.nc")

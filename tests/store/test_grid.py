@@ -240,7 +240,7 @@ def test_points_without_data_say_why(fill):
 def test_a_file_of_another_length_is_refused(fill):
     campaign = sweep(2)
     store = fill(campaign)
-    path = store.files.path(campaign.cases[1].id)
+    path = store.archive.files.path(campaign.cases[1].id)
     path.write_bytes(path.read_bytes() + b"\0")
     grid = store.open(campaign)
     assert np.isfinite(grid.wear_depth.isel(speed=0).compute()).all()
@@ -299,8 +299,8 @@ def test_texts_of_runs_are_texts_and_need_no_file(fill, monkeypatch):
 
 def test_one_text_of_a_lazy_variable_is_no_array(fill):
     store = fill(sweep(1))
-    (run,) = store.entries([sweep(1).cases[0].id]).values()
-    file = reading.RunFile(str(store.files.path(run.id)), run.sha256, 0)
+    (run,) = store.archive.entries([sweep(1).cases[0].id]).values()
+    file = reading.RunFile(str(store.archive.files.path(run.id)), run.sha256, 0)
     numbers = np.zeros(1, np.intp)
     text = reading.LazyVariable(
         "verdict", numbers, [file], {0: ()}, (), np.dtype(object), ""

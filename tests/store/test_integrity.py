@@ -85,7 +85,7 @@ def test_every_way_to_read_a_run_looks(fill, tmp_path):
     store = fill(sweep(2))
     case = sweep(2).cases[1]
     grid = store.open(sweep(2)).load()
-    path = store.files.path(case.id)
+    path = store.archive.files.path(case.id)
     flip(path, 8 * path.stat().st_size // 2)
     with pytest.raises(StoreError, match="is not what was written"):
         store.run(case.id)

@@ -38,9 +38,9 @@ def outcome(run_id, start, **attributes):
 @pytest.fixture
 def store(tmp_path):
     store = Store(tmp_path / "store")
-    store.create()
-    with store.presence() as presence:
-        store.save(
+    store.archive.create()
+    with store.archive.presence() as presence:
+        store.archive.save(
             [
                 outcome(FIRST, {"run": GONE, "life_fraction": 0.5}),
                 outcome(
@@ -57,15 +57,17 @@ def store(tmp_path):
         "orcid": "0000-0002-1825-0097",
         "licence": "CC-BY-4.0",
     }
-    store.catalogue.record_campaign(
+    store.archive.catalogue.record_campaign(
         "More torque", "doi:10/x", None, [(SECOND, "base", {"speed": "9 rpm"})]
     )
-    store.catalogue.record_campaign("Tail", None, None, [(THIRD, "base", {})], who)
+    store.archive.catalogue.record_campaign(
+        "Tail", None, None, [(THIRD, "base", {})], who
+    )
     return store
 
 
 def test_a_chain_is_told_to_its_end(store):
-    steps = lineage(store, store.find(THIRD))
+    steps = lineage(store, store.archive.find(THIRD))
     assert [step.run for step in steps] == [SECOND, FIRST, GONE]
     assert [step.at for step in steps] == [
         "cycle 1.23457e+06",
@@ -81,9 +83,9 @@ def test_a_chain_is_told_to_its_end(store):
 
 
 def test_runs_that_continue_themselves_end(store):
-    with store.presence() as presence:
-        store.save([outcome(GONE, {"run": GONE})], presence.token)
-    assert len(lineage(store, store.find(GONE))) <= 100
+    with store.archive.presence() as presence:
+        store.archive.save([outcome(GONE, {"run": GONE})], presence.token)
+    assert len(lineage(store, store.archive.find(GONE))) <= 100
 
 
 def test_the_cycle_of_the_parent_can_be_asked_for(store):
@@ -112,19 +114,19 @@ def test_show_and_cite_tell_who_and_from_where(store):
 
 
 def test_what_a_kept_run_goes_on_from_stays(store):
-    with store.presence() as presence:
-        store.save([outcome("e" * 20, None)], presence.token)
-    store.catalogue.record_campaign("More torque", None, None, [])
+    with store.archive.presence() as presence:
+        store.archive.save([outcome("e" * 20, None)], presence.token)
+    store.archive.catalogue.record_campaign("More torque", None, None, [])
     assert [run.id for run in prunable(store)] == ["e" * 20]
 
 
 def calibrated_on(store, cycles):
-    with store.presence() as presence:
+    with store.archive.presence() as presence:
         found = [
             outcome(FOURTH, None),
             outcome("e" * 20, None, calibration=FOURTH, calibration_life=cycles),
         ]
-        store.save(found, presence.token)
+        store.archive.save(found, presence.token)
 
 
 @pytest.mark.parametrize(("cycles", "problems"), [("5000.0", 0), ("5001.0", 1)])

@@ -37,14 +37,15 @@ def test_what_we_lack_comes_verified(two):
     assert not made.conflicting and not made.damaged and made.campaigns == 1
     assert ours.verify() == []
     assert (
-        ours.entries([ids[5]])[ids[5]].reason == others.entries([ids[5]])[ids[5]].reason
+        ours.archive.entries([ids[5]])[ids[5]].reason
+        == others.archive.entries([ids[5]])[ids[5]].reason
     )
     xr.testing.assert_identical(ours.run(ids[4]), others.run(ids[4]))
     assert (
         len(
             [
                 member
-                for member in ours.catalogue.members()
+                for member in ours.archive.catalogue.members()
                 if member.campaign == "theirs"
             ]
         )
@@ -80,8 +81,11 @@ def test_a_merge_that_was_killed_leaves_no_unknown_run(two):
     dying.join()
     assert dying.exitcode == 9 and ours.verify() == []
     merge(ours, others)
-    assert ours.verify() == [] and len(ours.entries()) == 6
-    assert {entry.state for entry in ours.entries().values()} == {"done", "failed"}
+    assert ours.verify() == [] and len(ours.archive.entries()) == 6
+    assert {entry.state for entry in ours.archive.entries().values()} == {
+        "done",
+        "failed",
+    }
 
 
 def test_a_merge_that_is_interrupted_keeps_what_it_wrote(two, monkeypatch):
@@ -93,27 +97,27 @@ def test_a_merge_that_is_interrupted_keeps_what_it_wrote(two, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         merge(ours, others, stop)
     assert ours.verify() == [] and "running" not in {
-        head.state for head in ours.entries().values()
+        head.state for head in ours.archive.entries().values()
     }
 
 
 def test_what_was_spoilt_is_left_there(two):
     ours, others, campaign = two
-    cut, flipped = (others.files.path(case.id) for case in campaign.cases[3:5])
+    cut, flipped = (others.archive.files.path(case.id) for case in campaign.cases[3:5])
     cut.write_bytes(cut.read_bytes()[:-1])
     image = bytearray(flipped.read_bytes())
     image[len(image) // 2] ^= 1
     flipped.write_bytes(image)
     made = merge(ours, others)
     assert set(made.damaged) == {cut.stem, flipped.stem}
-    assert not ours.files.path(cut.stem).exists() and ours.verify() == []
+    assert not ours.archive.files.path(cut.stem).exists() and ours.verify() == []
 
 
 def test_a_damaged_run_of_ours_is_replaced_by_theirs(two):
     """Was 'the same', and stayed damaged."""
     ours, others, campaign = two
     run_id = campaign.cases[0].id
-    path = ours.files.path(run_id)
+    path = ours.archive.files.path(run_id)
     image = bytearray(path.read_bytes())
     image[len(image) // 2] ^= 1
     path.write_bytes(image)
@@ -144,20 +148,22 @@ def test_other_results_under_one_id_are_flagged_and_ours_stay(two):
     forged = forged.assign(wear_depth=2 * forged.wear_depth).assign_attrs(id=run_id)
     image, sha256 = to_image(forged)
     outcome = execute(Task(run_id, campaign.cases[0].scene), SIMULATE)
-    before = ours.files.path(run_id).read_bytes()
-    with others.presence() as presence:
-        others.save([replace(outcome, image=image, sha256=sha256)], presence.token)
+    before = ours.archive.files.path(run_id).read_bytes()
+    with others.archive.presence() as presence:
+        others.archive.save(
+            [replace(outcome, image=image, sha256=sha256)], presence.token
+        )
     made = merge(ours, others)
     assert made.conflicting == [run_id]
-    assert ours.files.path(run_id).read_bytes() == before
+    assert ours.archive.files.path(run_id).read_bytes() == before
 
 
 def test_a_name_never_leaves_the_store(two, tmp_path):
     ours, others, campaign = two
     (tmp_path / "secret.nc").write_bytes(
-        others.files.path(campaign.cases[4].id).read_bytes()
+        others.archive.files.path(campaign.cases[4].id).read_bytes()
     )
-    with others.catalogue._transaction() as connection:
+    with others.archive.catalogue._transaction() as connection:
         connection.execute(
             "UPDATE runs SET id = '../../../secret' WHERE id = ?",
             (campaign.cases[4].id,),

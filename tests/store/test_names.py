@@ -14,14 +14,14 @@ MEASURED = (
 @pytest.fixture(scope="module")
 def store(tmp_path_factory) -> Store:
     store = Store(tmp_path_factory.mktemp("names") / "store")
-    store.create()
+    store.archive.create()
     for letter, scene in zip("ab", (MEASURED, '{"wear":{}}'), strict=True):
         put(store, letter * 20, run(800.0), scene)
     places = [
         ("a" * 20, "base", {"k": "1e-10 mm^3/Nm"}),
         ("b" * 20, "base", {"k": "9e-11 mm^3/Nm"}),
     ]
-    store.catalogue.record_campaign("Decade", None, None, places)
+    store.archive.catalogue.record_campaign("Decade", None, None, places)
     return store
 
 

@@ -33,18 +33,18 @@ def test_a_run_of_version_3_is_found_shown_opened_and_read(tmp_path):
     scene = Scene.from_mapping(TABLE)
     text, old = version_3(scene)
     store = Store(tmp_path / "store")
-    store.create()
+    store.archive.create()
     data = made_up.run(800.0).assign_attrs(model_version="3", scene=text)
     made_up.put(store, old, data, text)
     store = Store(tmp_path / "store")
     assert MODEL_VERSION > 3 and old != scene.id
-    assert store.find(old[:8]).id == old
+    assert store.archive.find(old[:8]).id == old
     assert list(store.query("operation.torque = 340 N*m")["id"]) == [old]
     assert store.run(old).attrs["model_version"] == "3"
     again = Scene.from_canonical(store.run(old).attrs["scene"])
     assert again == scene and again.id == scene.id
     assert store.verify() == []
     store.close()
-    store.catalogue.path.unlink()
+    store.archive.catalogue.path.unlink()
     assert Store(store.path).reindex() == []
-    assert store.find(old[:8]).id == old
+    assert store.archive.find(old[:8]).id == old

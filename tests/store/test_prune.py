@@ -9,7 +9,7 @@ from wearlab.store.upkeep import prunable, prune
 
 def recorded(store, campaign, path):
     members = [(case.id, case.label, {}) for case in campaign.cases]
-    store.catalogue.record_campaign(campaign.title, None, path, members)
+    store.archive.catalogue.record_campaign(campaign.title, None, path, members)
 
 
 def test_only_what_no_campaign_asks_for_now(fill):
@@ -26,11 +26,11 @@ def test_only_what_no_campaign_asks_for_now(fill):
         and "no campaign" in found[ids[3]].reason
     )
     assert {one.id for one in prunable(store, kept=[ids[4]])} == set(ids[2:4])
-    size = sum(store.files.size(i) for i in ids[2:])
+    size = sum(store.archive.files.size(i) for i in ids[2:])
     assert sum(one.bytes for one in found.values()) == size
     assert prune(store, found.values()) == size
     assert (
-        set(store.entries()) == set(ids[:2])
+        set(store.archive.entries()) == set(ids[:2])
         and store.verify() == []
         and prunable(store) == []
     )
@@ -38,9 +38,9 @@ def test_only_what_no_campaign_asks_for_now(fill):
 
 def test_what_is_being_computed_stays(fill):
     store = fill(sweep(1))
-    store.catalogue.record_campaign("other", None, "other.toml", [])
-    with store.presence() as presence:
-        store.claim(["a" * 20], presence.token, lambda entry: False)
+    store.archive.catalogue.record_campaign("other", None, "other.toml", [])
+    with store.archive.presence() as presence:
+        store.archive.claim(["a" * 20], presence.token, lambda entry: False)
         assert [one.id for one in prunable(store)] == [sweep(1).cases[0].id]
     assert {one.id for one in prunable(store)} == {sweep(1).cases[0].id, "a" * 20}
 
@@ -50,10 +50,10 @@ def test_what_a_kept_run_continues_stays(fill, monkeypatch):
     store = fill(two)
     recorded(store, sweep(1), "a.toml")
     child, parent = (case.id for case in two.cases)
-    entry = store.entries([child])[child]
+    entry = store.archive.entries([child])[child]
     object.__setattr__(entry, "scene", f'{{"start":{{"run":"{parent}"}}}}')
-    every = store.entries() | {child: entry}
-    monkeypatch.setattr(type(store), "entries", lambda self, ids=None: every)
+    every = store.archive.entries() | {child: entry}
+    monkeypatch.setattr(type(store.archive), "entries", lambda self, ids=None: every)
     assert prunable(store) == []
 
 
@@ -63,7 +63,7 @@ def test_without_any_campaign_nothing_is_offered(tmp_path):
     for file in (tmp_path / "store").glob("catalogue*"):
         file.unlink()
     store = Store(tmp_path / "store")
-    assert store.reindex() == [] and len(store.entries()) == 3
+    assert store.reindex() == [] and len(store.archive.entries()) == 3
     with pytest.raises(StoreError, match="knows no campaign"):
         prunable(store)
     assert prunable(store, [case.id for case in sweep(3).cases]) == []

@@ -17,7 +17,7 @@ def store(tmp_path):
 
 
 def ids(store):
-    return [entry.id for entry in store.entries().values()]
+    return [entry.id for entry in store.archive.entries().values()]
 
 
 def found(store, where):
@@ -59,12 +59,12 @@ def test_a_tag_of_a_campaign_is_said_of_its_runs(store):
 
 
 def test_nothing_of_it_is_part_of_a_run(store):
-    before = {path: path.read_bytes() for path in store.files}
+    before = {path: path.read_bytes() for path in store.archive.files}
     names = ids(store)
     store.tag(names[0], "good")
     assert (
         ids(store) == names
-        and {path: path.read_bytes() for path in store.files} == before
+        and {path: path.read_bytes() for path in store.archive.files} == before
     )
     assert store.verify() == []
 
@@ -96,7 +96,7 @@ def test_reindex_finds_them_again(store):
     store.tag(first, "good", "late")
     store.tag(first, remove=["late"])
     store.tag("five speeds", "all", campaign=True)
-    with store.catalogue._transaction() as connection:
+    with store.archive.catalogue._transaction() as connection:
         connection.execute("DROP TABLE remarks")
     assert found(store, "tag = good") == []
     assert [problem.kind for problem in store.verify()] == ["unknown", "unknown"]
@@ -108,7 +108,7 @@ def test_reindex_finds_them_again(store):
 def test_reindex_makes_a_table_anew_that_no_wearlab_made(store):
     first = ids(store)[0]
     store.tag(first, "good")
-    with store.catalogue._transaction() as connection:
+    with store.archive.catalogue._transaction() as connection:
         connection.execute("DROP TABLE remarks")
         connection.execute("CREATE TABLE remarks (subject, other)")
     with pytest.raises(StoreError, match="no such column"):
@@ -120,15 +120,15 @@ def test_reindex_makes_a_table_anew_that_no_wearlab_made(store):
 def test_lines_are_added_and_never_written_over(store):
     first = ids(store)[0]
     store.tag(first, "one")
-    before = files_of(store.catalogue).path(first).read_bytes()
+    before = files_of(store.archive.catalogue).path(first).read_bytes()
     store.tag(first, "two", remove=["one"])
-    assert files_of(store.catalogue).path(first).read_bytes().startswith(before)
+    assert files_of(store.archive.catalogue).path(first).read_bytes().startswith(before)
 
 
 def test_a_torn_and_a_changed_line_are_told_and_the_rest_stays(store):
     first = ids(store)[0]
     store.tag(first, "one")
-    path = files_of(store.catalogue).path(first)
+    path = files_of(store.archive.catalogue).path(first)
     with path.open("ab") as file:
         file.write(b'{"subject": "half')
     store.tag(first, "two")
@@ -171,7 +171,7 @@ def test_a_damaged_line_of_another_store_stays_there(store, tmp_path):
     other = filled(tmp_path / "other", sweep(3))
     first = ids(store)[0]
     other.tag(first, "theirs")
-    with other.catalogue._transaction() as connection:
+    with other.archive.catalogue._transaction() as connection:
         connection.execute(
             "UPDATE remarks SET line = replace(line, 'theirs', 'planted')"
         )
@@ -214,7 +214,7 @@ def test_an_older_store_without_any_is_asked_all_the_same(store):
 
 def test_a_link_is_not_followed(store, tmp_path):
     first = ids(store)[0]
-    path = files_of(store.catalogue).path(first)
+    path = files_of(store.archive.catalogue).path(first)
     path.parent.mkdir(parents=True)
     (tmp_path / "elsewhere").write_text("kept")
     path.symlink_to(tmp_path / "elsewhere")

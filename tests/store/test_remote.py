@@ -50,7 +50,9 @@ def test_it_is_asked_opened_and_read(elsewhere):
     np.testing.assert_array_equal(
         grid.wear_depth.values, there.open(sweep(5)).wear_depth.values
     )
-    assert not here.is_lost(here.find(ids[0])) and here.path != there.path
+    assert (
+        not here.archive.is_lost(here.archive.find(ids[0])) and here.path != there.path
+    )
     here.close()
 
 
@@ -58,7 +60,7 @@ def test_what_was_computed_since_is_there_when_it_is_opened_again(elsewhere):
     there, address = elsewhere
     Store(address).run(sweep(5).cases[0].id)
     filled(there.path, sweep(7))
-    assert len(Store(address).entries()) == 7
+    assert len(Store(address).archive.entries()) == 7
     Store(address).run(sweep(7).cases[6].id)
 
 
@@ -66,11 +68,11 @@ def test_a_run_computed_again_is_copied_again(elsewhere):
     there, address = elsewhere
     case = sweep(5).cases[0]
     before = Store(address).run(case.id)
-    with there.presence() as here:
-        there.claim([case.id], here.token, lambda head: True)
+    with there.archive.presence() as here:
+        there.archive.claim([case.id], here.token, lambda head: True)
         again = execute(Task(case.id, case.scene), SIMULATE)
-        there.save([again], here.token)
-    assert there.entries([case.id])[case.id].sha256 == again.sha256
+        there.archive.save([again], here.token)
+    assert there.archive.entries([case.id])[case.id].sha256 == again.sha256
     assert (
         Store(address).run(case.id).attrs["date_created"]
         != before.attrs["date_created"]
@@ -81,10 +83,10 @@ def test_an_altered_copy_is_fetched_anew_and_an_altered_original_refused(elsewhe
     there, address = elsewhere
     here = Store(address)
     run_id = sweep(5).cases[1].id
-    copy = here.file_of(run_id)
+    copy = here.archive.file_of(run_id)
     copy.write_bytes(b"x" + copy.read_bytes()[1:])
     xr.testing.assert_identical(here.run(run_id), there.run(run_id))
-    original = there.files.path(run_id)
+    original = there.archive.files.path(run_id)
     original.write_bytes(b"x" + original.read_bytes()[1:])
     copy.unlink()
     with pytest.raises(StoreError, match="is not what was written"):
@@ -96,8 +98,8 @@ def test_nothing_is_written_there(elsewhere):
     here = Store(address)
     before = {path: path.stat().st_mtime_ns for path in there.path.rglob("*")}
     for act in (
-        here.create,
-        lambda: here.catalogue.forget(["x"]),
+        here.archive.create,
+        lambda: here.archive.catalogue.forget(["x"]),
         here.verify,
         here.reindex,
     ):
@@ -111,9 +113,9 @@ def test_it_is_pulled(elsewhere, tmp_path):
     there, address = elsewhere
     with closing(Store(tmp_path / "ours")) as ours:
         made = merge(ours, Store(address))
-        assert made.copied == list(there.entries()) and not made.damaged
+        assert made.copied == list(there.archive.entries()) and not made.damaged
         assert ours.verify() == []
-        assert merge(ours, Store(address)).same == list(there.entries())
+        assert merge(ours, Store(address)).same == list(there.archive.entries())
 
 
 def test_commands_take_addresses(elsewhere, tmp_path, capsys):
@@ -126,7 +128,9 @@ def test_commands_take_addresses(elsewhere, tmp_path, capsys):
         status_of(["push", str(tmp_path / "third"), "--store", str(tmp_path / "mine")])
         == 0
     )
-    assert set(Store(tmp_path / "third").entries()) == set(there.entries())
+    assert set(Store(tmp_path / "third").archive.entries()) == set(
+        there.archive.entries()
+    )
     capsys.readouterr()
     assert status_of(["verify", "--store", address]) == 2
     assert status_of(["ls", "--store", f"{address}-none"]) == 2
@@ -148,7 +152,7 @@ def test_a_reader_finds_whole_catalogues_while_one_writes(elsewhere):
     writer.start()
     while not ended.is_set():
         reader = Store(address)
-        found.append(len(reader.entries()))
+        found.append(len(reader.archive.entries()))
         reader.open(sweep(5)).wear_depth.load()
         reader.close()
     writer.join()
@@ -160,7 +164,7 @@ def test_only_copies_are_fetched(tmp_path):
     store = filled(tmp_path / "store", sweep(1))
     (store.path / "origin").write_text(f"file://{tmp_path}/secret")
     run_id = sweep(1).cases[0].id
-    store.files.path(run_id).unlink()
+    store.archive.files.path(run_id).unlink()
     secret = Path(tmp_path / "secret" / "runs" / run_id[:2] / f"{run_id}.nc")
     secret.parent.mkdir(parents=True)
     secret.write_text("secret")
@@ -215,7 +219,7 @@ def test_a_catalogue_longer_than_its_head_says_is_not_read_whole(
     monkeypatch.setenv("WEARLAB_CACHE", str(tmp_path / "cache"))
     there = filled(tmp_path / "there", sweep(1))
     there.close()
-    monkeypatch.setattr(answer, "head", there.catalogue.path.read_bytes())
+    monkeypatch.setattr(answer, "head", there.archive.catalogue.path.read_bytes())
     with pytest.raises(
         StoreError, match=r"is larger than the .* bytes that the catalogue says"
     ):
@@ -227,7 +231,7 @@ def test_a_run_larger_than_the_catalogue_says_is_not_read_whole(elsewhere):
     there, address = elsewhere
     here = Store(address)
     run_id = sweep(5).cases[1].id
-    with there.files.path(run_id).open("ab") as file:
+    with there.archive.files.path(run_id).open("ab") as file:
         file.truncate(10**8)
     with pytest.raises(
         StoreError, match=r"is larger than the .* bytes that the catalogue says"

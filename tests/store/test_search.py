@@ -55,12 +55,12 @@ def outcome(number, torque, life, state="done", **more):
 def asked(tmp_path):
     """Return a function from a condition to the numbers of the runs it finds."""
     store = Store(tmp_path / "store")
-    store.create()
+    store.archive.create()
     runs = [outcome(1, 100.0, 1e7), outcome(2, 200.0, 2e7), outcome(3, 300.0, None)]
-    store.catalogue.record([*runs, outcome(4, 400.0, None, "failed")])
+    store.archive.catalogue.record([*runs, outcome(4, 400.0, None, "failed")])
     members = [(run.id, "base", {"torque": i}) for i, run in enumerate(runs)]
-    store.catalogue.record_campaign("Torques", None, "a.toml", members)
-    store.catalogue.record_campaign(
+    store.archive.catalogue.record_campaign("Torques", None, "a.toml", members)
+    store.archive.catalogue.record_campaign(
         "Other", None, "b.toml", [(runs[0].id, "first", {})]
     )
 
@@ -117,7 +117,9 @@ def test_conditions_find_runs(asked, where, found):
 
 def test_torque_is_that_of_the_operation_whatever_else_has_one(asked):
     duty = {"operation": {"torque": 500.0, "duty": [{"torque": 900.0, "share": 1.0}]}}
-    asked.store.catalogue.record([outcome(5, 0.0, None, scene=json.dumps(duty))])
+    asked.store.archive.catalogue.record(
+        [outcome(5, 0.0, None, scene=json.dumps(duty))]
+    )
     assert asked("torque > 250 N*m") == [3, 4, 5]
     assert asked("torque = 500 N*m and duty.0.torque = 900 N*m") == [5]
 
@@ -127,14 +129,14 @@ def test_conditions_are_asked_everywhere_alike(asked):
     from wearlab.query.keys import flat
     from wearlab.store.search import CatalogueSearch
 
-    vocabulary = CatalogueSearch(asked.store.catalogue).vocabulary
+    vocabulary = CatalogueSearch(asked.store.archive.catalogue).vocabulary
     for where in (
         "not life < 1.5e7",
         "life < 3e7 or torque > 350 N*m",
         "not (life > 1 and torque > 150 N*m)",
     ):
         tree = read_condition(where, vocabulary)
-        entries = asked.store.entries().values()
+        entries = asked.store.archive.entries().values()
         values = [dict(flat(json.loads(e.scene))) | e.summary for e in entries]
         assert asked(where) == [
             i + 1 for i, known in enumerate(values) if tree.holds(known)
@@ -220,7 +222,7 @@ def test_what_does_not_fit_is_refused(asked, where, said):
 
 def test_many_values_in_one_question(asked):
     runs = [outcome(9, 1.0, 1.0, summary={f"count_{i}": i for i in range(90)})]
-    asked.store.catalogue.record(runs)
+    asked.store.archive.catalogue.record(runs)
     assert asked(" and ".join(f"count_{i} >= {i}" for i in range(90))) == [9]
 
 
@@ -228,25 +230,29 @@ def test_numbers_of_keys_are_those_of_now_when_another_process_made_the_tables_a
     asked,
 ):
     other = Store(asked.store.path)
-    other.catalogue.record([outcome(5, 500.0, 1e7)])
-    asked.store.catalogue.make_anew((), lambda owner: False)
-    asked.store.catalogue.record([outcome(9, 1.0, 1.0, summary={"first_here": 4.0})])
-    other.catalogue.record([outcome(5, 500.0, 1e7)])
+    other.archive.catalogue.record([outcome(5, 500.0, 1e7)])
+    asked.store.archive.catalogue.make_anew((), lambda owner: False)
+    asked.store.archive.catalogue.record(
+        [outcome(9, 1.0, 1.0, summary={"first_here": 4.0})]
+    )
+    other.archive.catalogue.record([outcome(5, 500.0, 1e7)])
     assert asked("first_here = 4") == [9] and asked("life = 1e7") == [5]
     assert asked("torque = 500 N*m") == [5]
     other.close()
 
 
 def test_a_run_computed_again_is_asked_for_as_it_is_now(asked):
-    asked.store.catalogue.record([outcome(1, 100.0, 5e8, summary={"life": 5e8})])
+    asked.store.archive.catalogue.record(
+        [outcome(1, 100.0, 5e8, summary={"life": 5e8})]
+    )
     assert asked("life > 1e8") == [1]
     assert asked("max_wear_depth > 0 um") == [2, 3]
-    assert asked.store.catalogue.forget(["0" * 19 + "1", "unknown"]) == 1
+    assert asked.store.archive.catalogue.forget(["0" * 19 + "1", "unknown"]) == 1
     assert asked("life > 1e8") == [] and asked("torque = 100 N*m") == []
 
 
 def test_a_failed_transaction_does_not_spoil_the_numbers_of_keys(asked):
-    catalogue = asked.store.catalogue
+    catalogue = asked.store.archive.catalogue
     bad = outcome(7, 1.0, 1.0, summary={"new_result": 3.0})
     with pytest.raises(StoreError):
         catalogue.record([bad, replace(bad, id="x", state="nonsense")])
@@ -280,7 +286,7 @@ def test_first_cycles_are_found_as_if_every_history_were_looked_through(
 ):
     rng = np.random.default_rng(7)
     store = Store(tmp_path / "store")
-    store.create()
+    store.archive.create()
     lines = []
     runs = []
     for number in range(60):
@@ -292,7 +298,7 @@ def test_first_cycles_are_found_as_if_every_history_were_looked_through(
         summary = {"max_wear_depth": depth.max()}
         histories = {"max_wear_depth": both.tobytes(), "cycle": cycles.tobytes()}
         runs.append(outcome(number, 1.0, None, summary=summary, histories=histories))
-    store.catalogue.record(runs)
+    store.archive.catalogue.record(runs)
     for limit in (-0.5, 0.0, 1.0, float(lines[5][0][7])):
         exact = {
             n: first_cycle(beyond, limit, a.tobytes(), b.tobytes())
@@ -319,7 +325,7 @@ def test_runs_are_found_by_the_quantity_that_their_file_wrote(tmp_path):
     """Forty runs at 1100 rpm, and eighty at drawn speeds: equality asks the stored twelve digits."""
     dice = np.random.default_rng(5)
     store = Store(tmp_path / "store")
-    store.create()
+    store.archive.create()
     texts = ["1100 rpm"] * 40 + [
         f"{speed:.7g} rpm" for speed in dice.uniform(10.0, 9999.0, 80)
     ]
@@ -332,7 +338,7 @@ def test_runs_are_found_by_the_quantity_that_their_file_wrote(tmp_path):
                 made, scene=json.dumps({"operation": {"speed": kept, "torque": kept}})
             )
         )
-    store.catalogue.record(runs)
+    store.archive.catalogue.record(runs)
     for where in (
         "speed = 1100 rpm",
         "speed = 115.191730632 rad/s",
@@ -404,7 +410,7 @@ def test_pages_are_the_parts_of_the_whole_answer(
     """However many runs are read at once, and whether SQLite or this code puts them in order."""
     whole = asked(where, sort=sort)
     monkeypatch.setattr(search, "AT_ONCE", at_once)
-    some = search.CatalogueSearch(asked.store.catalogue)
+    some = search.CatalogueSearch(asked.store.archive.catalogue)
     pages = [some.page(where, ["torque"], sort, 2, skip) for skip in (0, 2, 4)]
     assert [int(run, 16) for page in pages for run in page.table["id"]] == whole
     assert {page.total for page in pages} == {len(whole)}
@@ -438,7 +444,7 @@ def test_no_more_of_a_catalogue_is_read_than_a_page_shows(asked, monkeypatch):
         return original(self, name, runs)
 
     monkeypatch.setattr(search.CatalogueSearch, "_column", column)
-    search.CatalogueSearch(asked.store.catalogue).page(
+    search.CatalogueSearch(asked.store.archive.catalogue).page(
         "", ["torque", "life"], "-life", 2, 1
     )
     assert set(read) == {2}

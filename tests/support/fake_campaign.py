@@ -179,13 +179,13 @@ def filled(path, campaign):
     from wearlab.store import Store
 
     store = Store(path)
-    store.create()
-    with store.presence() as presence:
+    store.archive.create()
+    with store.archive.presence() as presence:
         for case in campaign.cases:
-            if store.claim([case.id], presence.token, lambda entry: False):
-                store.save(
+            if store.archive.claim([case.id], presence.token, lambda entry: False):
+                store.archive.save(
                     [execute(Task(case.id, case.scene), SIMULATE)], presence.token
                 )
     members = [(case.id, case.label, {}) for case in campaign.cases]
-    store.catalogue.record_campaign(campaign.title, None, None, members)
+    store.archive.catalogue.record_campaign(campaign.title, None, None, members)
     return store

@@ -156,8 +156,8 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
 
 
 def put(store: Store, run_id: str, data: xr.Dataset | None, scene: str = "{}") -> None:
-    with store.presence() as here:
-        store.claim([run_id], here.token, lambda entry: False)
+    with store.archive.presence() as here:
+        store.archive.claim([run_id], here.token, lambda entry: False)
         if data is None:
             outcome = Outcome(run_id, "failed", "now", 1.0, "{}", reason="no")
         else:
@@ -165,4 +165,4 @@ def put(store: Store, run_id: str, data: xr.Dataset | None, scene: str = "{}") -
             outcome = Outcome(
                 run_id, "done", "now", 1.0, scene, *to_image(data), **made
             )
-        store.save([outcome], here.token)
+        store.archive.save([outcome], here.token)

@@ -36,9 +36,9 @@ def run_id(number):
 def filled(path, count, title="Very many"):
     """Return a store whose catalogue has ``count`` runs of one campaign."""
     store = Store(path)
-    store.create()
+    store.archive.create()
     scene = json.dumps({"operation": {"torque": 1.0}})
-    with store.catalogue._transaction() as connection:
+    with store.archive.catalogue._transaction() as connection:
         for at, (name, source) in enumerate(SOURCES.items(), 1):
             key = keys.key_of(name, source, "text" if name == "verdict" else "number")
             told = (
@@ -70,5 +70,5 @@ def filled(path, count, title="Very many"):
         (run_id(n), "base", {"torque": f"{100 + n % 500} N*m"})
         for n in range(1, count + 1)
     ]
-    store.catalogue.record_campaign(title, None, None, members)
+    store.archive.catalogue.record_campaign(title, None, None, members)
     return store

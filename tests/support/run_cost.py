@@ -62,10 +62,10 @@ def measured(runs: int) -> dict[str, float]:
 
     with tempfile.TemporaryDirectory() as folder:
         store = Store(Path(folder) / "store")
-        store.create()
-        with store.presence() as here:
+        store.archive.create()
+        with store.archive.presence() as here:
             for case, other in zip(cases[::2], cases[1::2], strict=True):
-                store.claim([case.id], here.token, lambda entry: False)
+                store.archive.claim([case.id], here.token, lambda entry: False)
                 data = timed("simulate", lambda case=case: simulate(case.scene))
                 image, _ = timed("file", lambda data=data: to_image(data))
                 timed("describe", lambda data=data: describe(data))
@@ -73,8 +73,11 @@ def measured(runs: int) -> dict[str, float]:
                     "whole run",
                     lambda other=other: execute(Task(other.id, other.scene)),
                 )
-                timed("save", lambda outcome=outcome: store.save([outcome], here.token))
-        size = store.catalogue.path.stat().st_size
+                timed(
+                    "save",
+                    lambda outcome=outcome: store.archive.save([outcome], here.token),
+                )
+        size = store.archive.catalogue.path.stat().st_size
     found = {name: statistics.median(values[2:]) for name, values in parts.items()}
     return found | {
         "bytes of the file": len(image),

@@ -65,7 +65,9 @@ def done(path):
             return {}
         assert problems == []
         ids = [
-            run_id for run_id, entry in store.entries().items() if entry.state == "done"
+            run_id
+            for run_id, entry in store.archive.entries().items()
+            if entry.state == "done"
         ]
         runs = {run_id: store.run(run_id) for run_id in ids}
         assert all(is_intact(run) for run in runs.values())

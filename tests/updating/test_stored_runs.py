@@ -13,7 +13,7 @@ NAMES = ("cycle", "max_wear_depth", "wear_depth", "no such variable")
 @pytest.fixture
 def store(tmp_path):
     store = Store(tmp_path / "store")
-    store.create()
+    store.archive.create()
     made_up.put(store, "a" * 20, made_up.run(800.0))
     made_up.put(store, "b" * 20, None)
     yield store
@@ -37,7 +37,7 @@ def test_what_is_read_is_what_the_dataset_has(store):
 
 
 def test_an_altered_file_is_refused(store):
-    path = store.files.path("a" * 20)
+    path = store.archive.files.path("a" * 20)
     image = bytearray(path.read_bytes())
     image[len(image) // 2] ^= 1
     path.write_bytes(image)

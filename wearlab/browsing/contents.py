@@ -53,7 +53,7 @@ def campaigns(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     told, count = recorded.campaigns(store, CARDS, (number - 1) * CARDS)
     said: dict[str, list[remarks.Remark]] = {}
     for remark in remarks.remarks_on(
-        store.catalogue, [remarks.subject_of(each.title) for each in told]
+        store.archive.catalogue, [remarks.subject_of(each.title) for each in told]
     ):
         said.setdefault(remark.campaign, []).append(remark)
     return {
@@ -118,7 +118,7 @@ def campaign(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
         "pages": max(1, -(-told.cases // most)),
     }
     shown |= {"figures": drawn, "others": others, "subject": subject}
-    return shown | {"remarked": remarks.remarks_on(store.catalogue, [subject])}
+    return shown | {"remarked": remarks.remarks_on(store.archive.catalogue, [subject])}
 
 
 def cases(store: Store, key: str, sort: str, skip: int, limit: int) -> tuple[Any, Any]:
@@ -136,14 +136,14 @@ def cases(store: Store, key: str, sort: str, skip: int, limit: int) -> tuple[Any
         "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY number "
         "LIMIT ? OFFSET ?"
     )
-    members = store.catalogue.read(question, [key, *some])
+    members = store.archive.catalogue.read(question, [key, *some])
     what = "a campaign in the catalogue"
     places = [
         database.understood(what, database.place, position)
         for _, _, position in members
     ]
     axes = list(dict.fromkeys(name for place in places for name in place))
-    entries = store.entries(run for run, _, _ in members)
+    entries = store.archive.entries(run for run, _, _ in members)
     heads = ("case", *axes, "state", "verdict", "result", "error")
     rows = []
     for (run, label, _), place in zip(members, places, strict=True):
@@ -157,7 +157,7 @@ def cases(store: Store, key: str, sort: str, skip: int, limit: int) -> tuple[Any
             verdict = str(
                 entry.summary.get("verdict") or outcome.last_line(entry.reason)
             )
-            came = (store.state_of(entry), verdict, told.text, told.margin)
+            came = (store.archive.state_of(entry), verdict, told.text, told.margin)
         rows.append(
             (
                 str(run),
@@ -206,7 +206,7 @@ def run(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     StoreError : no such run
     """
     first = figures.first(asked)
-    entry = store.find(_named(asked, "id", "run"))
+    entry = store.archive.find(_named(asked, "id", "run"))
     told = one_run.content(store, entry)
     kinds = list[str]()
     drawn = list[figures.ShownFigure]()
@@ -224,7 +224,7 @@ def run(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
         if place.live
     ]
     beside = (
-        [row[0] for row in store.catalogue.read(BESIDE, [entry.id])]
+        [row[0] for row in store.archive.catalogue.read(BESIDE, [entry.id])]
         if place.live
         else []
     )

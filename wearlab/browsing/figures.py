@@ -477,7 +477,7 @@ def follow(store: Store) -> Callable[[Document], None]:
             0
         ].decode("utf-8", "replace")
         try:
-            Follower(store, store.find(run_id).id, document)
+            Follower(store, store.archive.find(run_id).id, document)
         except PROBLEMS as error:
             document.add_root(
                 Div(text=f'<p role="alert">{escape(str(error))}</p>', **WIDE)

@@ -119,7 +119,7 @@ def listed(store: Store, arguments: Mapping[str, str]) -> Listed:
     arguments : where, columns (joined by commas), sort, page; add: a column; word,
         sign, value: a condition
     """
-    search = CatalogueSearch(store.catalogue)
+    search = CatalogueSearch(store.archive.catalogue)
     known = search.vocabulary
     given = {name: text.strip() for name, text in arguments.items()}
     names = filter(None, map(str.strip, given.get("columns", "").split(",")))
@@ -161,8 +161,8 @@ def rows_of(store: Store, page: Page) -> tuple[Any, Any]:
     heads, rows = page.table.displayed()
     names = [column.name for column in page.table.columns]
     states = {
-        head.id: store.state_of(head)
-        for head in store.heads(row[0] for row in rows).values()
+        head.id: store.archive.state_of(head)
+        for head in store.archive.heads(row[0] for row in rows).values()
     }
     at = names.index("status")
     told = []

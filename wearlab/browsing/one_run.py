@@ -58,7 +58,7 @@ def content(store: Store, entry: catalogue.Entry) -> dict[str, Any]:
     entry : the run as the catalogue has it
     """
     alone = {entry.id: entry}
-    layouts = store.catalogue.layouts([entry.layout] if entry.layout else [])
+    layouts = store.archive.catalogue.layouts([entry.layout] if entry.layout else [])
     stored = layouts[entry.layout]["variables"] if entry.layout else {}
     written = reported.written_in(store, entry.id)
     facts = [
@@ -79,7 +79,7 @@ def content(store: Store, entry: catalogue.Entry) -> dict[str, Any]:
         "reason": (entry.reason or "").strip(),
     }
     said |= {
-        "state": store.state_of(entry),
+        "state": store.archive.state_of(entry),
         "verdict": verdict(store, entry),
         "doubts": doubts(entry),
     }
@@ -98,12 +98,12 @@ def content(store: Store, entry: catalogue.Entry) -> dict[str, Any]:
     ]
     said["facts"] = {name: values for name, values in known if name not in TOLD_ABOVE}
     said |= {"citation": citation(store, entry), "stored": reported.groups(stored)}
-    return said | {"remarked": remarks.remarks_on(store.catalogue, [entry.id])}
+    return said | {"remarked": remarks.remarks_on(store.archive.catalogue, [entry.id])}
 
 
 def verdict(store: Store, entry: catalogue.Entry) -> str:
     """Return in a sentence what became of a run."""
-    state = store.state_of(entry)
+    state = store.archive.state_of(entry)
     if state != "done":
         reason = outcome.last_line(entry.reason)
         return {
@@ -146,8 +146,8 @@ def changes(
         f"SELECT run FROM members WHERE campaign = {CAMPAIGN_OF_RUN} ORDER BY number "
         "LIMIT 1"
     )
-    runs = [run for (run,) in store.catalogue.read(question, [entry.id])]
-    base = next(iter(store.entries(runs).values()), None)
+    runs = [run for (run,) in store.archive.catalogue.read(question, [entry.id])]
+    base = next(iter(store.archive.entries(runs).values()), None)
     if base is None:
         return []
     first = base.values
@@ -182,10 +182,12 @@ def citation(store: Store, entry: catalogue.Entry) -> tuple[str, str]:
 
 def side_by_side(store: Store, ids: Sequence[str]) -> dict[str, Any]:
     """Return what differs between runs, and what they came to: a row a key, a column a run."""
-    entries = list(store.entries(ids).values())
+    entries = list(store.archive.entries(ids).values())
     scenes = [entry.values for entry in entries]
     keys = differing_keys(scenes)[:200]
-    layouts = store.catalogue.layouts(entry.layout for entry in entries if entry.layout)
+    layouts = store.archive.catalogue.layouts(
+        entry.layout for entry in entries if entry.layout
+    )
     results = {
         name: [_result(name, entry, layouts) for entry in entries] for name in SUMMED
     }

@@ -212,7 +212,7 @@ class TakenFile(WindowPage):
 
     def get(self, what: str) -> None:
         """Give it."""
-        entry = self.store.find(self.get_query_argument("id"))
+        entry = self.store.archive.find(self.get_query_argument("id"))
         if entry.state != "done":
             raise StoreError(f"run {entry.id} has no data: {entry.state}")
         if what == "citation":
@@ -223,7 +223,9 @@ class TakenFile(WindowPage):
                 f"citation-{entry.id[:10]}.txt",
             )
         else:
-            image = reading.checked_bytes(self.store.file_of(entry.id), entry.sha256)
+            image = reading.checked_bytes(
+                self.store.archive.file_of(entry.id), entry.sha256
+            )
             self.give(image, "application/x-netcdf", f"{entry.id}.nc")
 
 
@@ -247,7 +249,7 @@ class RemarkPage(WindowPage):
         text = self.get_body_argument("text", "")
         if what not in remarks.KINDS:
             raise StoreError(f"{what[:20]!r} is no remark: tag, untag or note")
-        catalogue = self.store.catalogue
+        catalogue = self.store.archive.catalogue
         rows = catalogue.read("SELECT title, key FROM campaigns ORDER BY recorded")
         about = {
             remarks.subject_of(str(title)): (str(title), str(key))
@@ -257,7 +259,7 @@ class RemarkPage(WindowPage):
             title, key = about[subject]
             remarks.add(catalogue, subject, what, text, title)
             page = self.place.url("campaign", key=key)
-        elif entry := self.store.heads([subject]).get(subject):
+        elif entry := self.store.archive.heads([subject]).get(subject):
             remarks.add(catalogue, entry.id, what, text)
             page = self.place.url("run", id=entry.id)
         else:
@@ -348,7 +350,7 @@ def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
         )
     place = Folder(
         store,
-        store.entries(
+        store.archive.entries(
             run for run, _ in contents.cases(store, told.key, "", 0, MOST)[1]
         ),
     )

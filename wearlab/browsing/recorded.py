@@ -81,7 +81,7 @@ def campaigns(
         "SELECT key, title, reference, path, recorded FROM campaigns ORDER BY path IS "
         "NULL, recorded DESC"
     )
-    for row in store.catalogue.read(known):
+    for row in store.archive.catalogue.read(known):
         latest.setdefault((str(row[1]), str(row[3] or "")), row)
     shown = list(latest.values())[skip:][:limit]
     counts = _counts(store, [row[0] for row in shown])
@@ -95,10 +95,10 @@ def campaigns(
 
 
 def _counts(store: Store, keys: Sequence[str]) -> dict[str, dict[str, Any]]:
-    owners = store.catalogue.read(
+    owners = store.archive.catalogue.read(
         "SELECT DISTINCT owner FROM runs WHERE state = 'running'"
     )
-    alive = [owner for (owner,) in owners if store.is_alive(str(owner or ""))]
+    alive = [owner for (owner,) in owners if store.archive.is_alive(str(owner or ""))]
     question = (
         "SELECT m.campaign, CASE WHEN r.state IS NULL THEN 'missing' WHEN r.state = "
         "'running' AND "
@@ -112,7 +112,7 @@ def _counts(store: Store, keys: Sequence[str]) -> dict[str, dict[str, Any]]:
     counts: dict[str, dict[str, Any]] = {
         key: {"cases": 0, "changed": ""} for key in keys
     }
-    for key, state, runs, cases, started, seconds in store.catalogue.read(
+    for key, state, runs, cases, started, seconds in store.archive.catalogue.read(
         question, [*alive, *keys]
     ):
         own = counts[key]
@@ -139,7 +139,7 @@ def _doubtful(store: Store, keys: Sequence[str]) -> list[tuple[Any, ...]]:
         "> 0)) "
         f"AND m.campaign IN ({database.marks(len(keys))}) GROUP BY 1"
     )
-    return store.catalogue.read(question, keys)
+    return store.archive.catalogue.read(question, keys)
 
 
 def campaign_of(store: Store, key: str) -> RecordedCampaign:
@@ -149,13 +149,13 @@ def campaign_of(store: Store, key: str) -> RecordedCampaign:
     ------
     StoreError : there is none, or it cannot be understood
     """
-    rows = store.catalogue.read(
+    rows = store.archive.catalogue.read(
         "SELECT title, reference FROM campaigns WHERE key = ?", [key]
     )
     if not rows:
         raise StoreError(f"campaign {key[:40]!r} is not in this store")
     title, reference = (str(text or "") for text in rows[0])
-    record = store.catalogue.record_of(key)
+    record = store.archive.catalogue.record_of(key)
     try:
         if record:
             figures = tuple(_figures(record.get("figures") or ()))
@@ -166,7 +166,7 @@ def campaign_of(store: Store, key: str) -> RecordedCampaign:
             "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY "
             "number"
         )
-        rows = store.catalogue.read(question, [key])
+        rows = store.archive.catalogue.read(question, [key])
         cases = [
             (str(run), str(label), dict(json.loads(place or "{}")))
             for run, label, place in rows
@@ -181,7 +181,8 @@ def campaign_of(store: Store, key: str) -> RecordedCampaign:
         for name, text in position.items():
             texts.setdefault(name, {}).setdefault(str(text), len(texts[name]))
     scenes = [
-        entry.values for entry in store.entries(run for run, _, _ in cases[:1]).values()
+        entry.values
+        for entry in store.archive.entries(run for run, _, _ in cases[:1]).values()
     ]
     axes = tuple(_axis(name, list(own), *scenes) for name, own in texts.items())
     recorded = (
@@ -228,7 +229,7 @@ def together(store: Store, ids: Iterable[str]) -> RecordedCampaign:
     StoreError : one of them is not in the store
     """
     wanted = list(dict.fromkeys(ids))
-    entries = store.entries(wanted)
+    entries = store.archive.entries(wanted)
     if absent := [run for run in wanted if run not in entries]:
         raise StoreError(f"run {absent[0][:40]!r}: no such run")
     scenes = [entry.values for entry in entries.values()]
@@ -308,15 +309,19 @@ def progress(store: Store) -> dict[str, Any]:
     )
     present = datetime.now(UTC)
     told = []
-    for run, owner, started in store.catalogue.read(question):
-        at = store.checkpoints.reached(run) if files.NAME.fullmatch(str(run)) else None
+    for run, owner, started in store.archive.catalogue.read(question):
+        at = (
+            store.archive.checkpoints.reached(run)
+            if files.NAME.fullmatch(str(run))
+            else None
+        )
         since = ""
         with suppress(ValueError, TypeError):
             since = outcome.seconds_text(
                 (present - datetime.fromisoformat(str(started))).total_seconds()
             )
         name = provenance.name_of(store, run) or str(run)[:10]
-        alive = store.is_alive(str(owner or ""))
+        alive = store.archive.is_alive(str(owner or ""))
         cycles, depth = (
             ("", "") if at is None else (f"{at.cycle:.4g}", f"{1e6 * at.depth:.3g} µm")
         )

@@ -157,6 +157,6 @@ def browse(store: "Store | str | PathLike[str]", *, port: int = 0) -> Window:
         if isinstance(store, Store)
         else open_store(store)
     )
-    if not own.catalogue.exists():
+    if not own.archive.catalogue.exists():
         raise StoreError(f"{own.path}: there is no store here; wearlab.run makes one")
     return Window(own, port).start()

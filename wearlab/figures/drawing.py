@@ -176,7 +176,9 @@ def file_of(
 
     plot, runs, missing = plot_of(asked, grid, store)
     return rendered(
-        plot, texts(asked, store.entries(run.id for run in runs), missing), ending
+        plot,
+        texts(asked, store.archive.entries(run.id for run in runs), missing),
+        ending,
     ), missing
 
 
@@ -581,7 +583,7 @@ def redraw(figure: Path, store: "Store", out: Path) -> Redrawn:
     image, missing = file_of(asked, store.open(asked.campaign), store, ending)  # type: ignore[arg-type]
     write_whole(path := out / f"{asked.name}.{ending}", image)
     recorded = asked.runs or {}
-    entries = store.entries(recorded)
+    entries = store.archive.entries(recorded)
     stale = tuple(
         i[:SHORT_ID] for i, entry in entries.items() if is_other_code(entry.source_hash)
     )

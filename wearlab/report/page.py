@@ -110,7 +110,7 @@ def content(campaign: Campaign, store: Store) -> dict[str, Any]:
     ------
     StoreError : there is no store
     """
-    entries = store.entries(case.id for case in campaign.cases)
+    entries = store.archive.entries(case.id for case in campaign.cases)
     compared = _comparisons(campaign, store)
     rows = [
         _row(campaign, case, entries.get(case.id), store, compared)
@@ -212,7 +212,7 @@ def _comparisons(campaign: Campaign, store: Store) -> Comparisons:
             member.label,
             json.dumps(member.position, sort_keys=True),
         ): member.comparison
-        for member in reversed(store.catalogue.members())  # the latest counts
+        for member in reversed(store.archive.catalogue.members())  # the latest counts
         if member.comparison is not None and member.campaign == campaign.title
     }
 
@@ -234,7 +234,7 @@ def _row(
     return dict(
         case=case.label,
         places=tuple(where.get(axis.name, "all") for axis in campaign.axes),
-        state="missing" if entry is None else store.state_of(entry),
+        state="missing" if entry is None else store.archive.state_of(entry),
         verdict=str(summary.get("verdict") or ""),
         result=", ".join(text.text for text in told),
         error=", ".join(

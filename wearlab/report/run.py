@@ -88,8 +88,8 @@ def written_in(store: Store, run_id: str) -> Written:
     """Return quantities as the file of the last campaign with this run wrote them, or {}."""
     joined = "members JOIN campaigns ON campaign = key WHERE run = ?"
     question = f"SELECT DISTINCT key, recorded FROM {joined} ORDER BY recorded DESC"
-    for key, _ in store.catalogue.read(question, [run_id]):
-        told = store.catalogue.record_of(key).get("written")
+    for key, _ in store.archive.catalogue.read(question, [run_id]):
+        told = store.archive.catalogue.record_of(key).get("written")
         if isinstance(told, dict) and told:
             return {
                 name: texts for name, texts in told.items() if isinstance(texts, list)
@@ -169,7 +169,7 @@ def facts(store: Store, entry: "Entry") -> dict[str, Any]:
     from wearlab.scene.summary import REMEDY
     from wearlab.store import provenance
 
-    members = store.catalogue.members([entry.id])
+    members = store.archive.catalogue.members([entry.id])
     metadata = members[0].metadata if members else {}
     said = store.remarks(entry.id)
     # whether its flanks may wear, and nothing says until when
@@ -181,7 +181,7 @@ def facts(store: Store, entry: "Entry") -> dict[str, Any]:
     )
     return {
         "id": entry.id,
-        "state": store.state_of(entry),
+        "state": store.archive.state_of(entry),
         "wear states": f"one: no cycles pass; {REMEDY}" if one_state else None,
         "verdict": entry.summary.get("verdict"),
         "result": [
@@ -197,7 +197,9 @@ def facts(store: Store, entry: "Entry") -> dict[str, Any]:
         "calibrated by": entry.calibration or None,
         "calibrates": provenance.children(store, entry.id, outcome.CALIBRATION),
         **{key: metadata[key] for key in provenance.WHO if key in metadata},
-        "file": str(store.files.path(entry.id)) if entry.state == "done" else None,
+        "file": str(store.archive.files.path(entry.id))
+        if entry.state == "done"
+        else None,
         **{"bytes": entry.size, "sha256": entry.sha256},
         **{"started": entry.started, "run time": outcome.seconds_text(entry.seconds)},
         **{"source hash": entry.source_hash, "wearlab": entry.wearlab_version},

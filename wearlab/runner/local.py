@@ -99,8 +99,8 @@ def foresee(campaign: "Campaign", store: "Store", scheduler: str | None) -> None
     campaign, store, scheduler : as `wearlab.runner.run` is about to get them
     """
     wanted = {case.id for case in campaign.cases}
-    if scheduler is None and store.catalogue.exists():
-        wanted -= set(store.heads(wanted))
+    if scheduler is None and store.archive.catalogue.exists():
+        wanted -= set(store.archive.heads(wanted))
     if scheduler is None and len(wanted) > 1:
         begin_imports()
 

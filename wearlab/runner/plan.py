@@ -73,13 +73,13 @@ def with_parents(
         return dict(tasks)
     from wearlab.store import align
 
-    known = store.entries(
+    known = store.archive.entries(
         [*continuing, *(task.scene.start.run for task in continuing.values())]
     )
     done = {
         i
         for i, entry in known.items()
-        if entry.state == "done" and not store.is_lost(entry)
+        if entry.state == "done" and not store.archive.is_lost(entry)
     }
     waiting = {i: task for i, task in continuing.items() if i not in done}
     absent = sorted({task.scene.start.run for task in waiting.values()} - done)
@@ -121,8 +121,14 @@ def with_calibrations(
     tasks : cases
     needed : as `calibrations` finds them
     """
-    known = store.entries({task.id for task in needed.values()}) if needed else {}
-    there = (e.id for e in known.values() if e.state == "done" and not store.is_lost(e))
+    known = (
+        store.archive.entries({task.id for task in needed.values()}) if needed else {}
+    )
+    there = (
+        e.id
+        for e in known.values()
+        if e.state == "done" and not store.archive.is_lost(e)
+    )
     lives = {run_id: _life(store, run_id) for run_id in there}
     found = (
         (task, lives.get(needed[task.id].id) if task.id in needed else None)
@@ -288,8 +294,8 @@ def plan(
 
     campaign = reading.campaign_of(campaign)
     store = store_of(store)
-    exists = store.catalogue.exists()
-    heads = store.heads(case.id for case in campaign.cases) if exists else {}
+    exists = store.archive.catalogue.exists()
+    heads = store.archive.heads(case.id for case in campaign.cases) if exists else {}
     runs: dict[str, PlannedRun] = {}
     scenes: dict[str, Any] = {}
     for case in campaign.cases:
@@ -316,7 +322,11 @@ def plan(
     again = ("new", "lost", "failed", "refused") if retry else ("new", "lost")
     tasks = [worker.Task(i, scenes[i]) for i, run in runs.items() if run.state in again]
     for task in calibrations(tasks).values():
-        state = _state(store, store.heads([task.id]).get(task.id)) if exists else "new"
+        state = (
+            _state(store, store.archive.heads([task.id]).get(task.id))
+            if exists
+            else "new"
+        )
         if state in again:
             scenes[task.id], runs[task.id] = (
                 task.scene,
@@ -356,7 +366,7 @@ def _changed(
     """Return those of the new runs whose case has run before, with the keys that have changed since."""
     path = None if campaign.path is None else str(campaign.path)
     earlier: dict[str, str] = {}
-    for member in store.catalogue.members() if new else ():
+    for member in store.archive.catalogue.members() if new else ():
         if member.path == path and member.campaign == campaign.title:
             earlier.setdefault(_case(member.label, member.position), member.run)
     before = [
@@ -364,7 +374,7 @@ def _changed(
         for r in new
         if (was := earlier.get(_case(r.label, r.position), r.id)) != r.id
     ]
-    known = store.entries({was for _, was in before})
+    known = store.archive.entries({was for _, was in before})
     pairs = ((run, known[was]) for run, was in before if was in known)
     return {
         run.id: run._replace(changed=differing(was, scenes[run.id].canonical()))
@@ -387,7 +397,7 @@ def differing(entry: catalogue.Entry, scene: str) -> tuple[str, ...]:
 
 
 def _state(store: Store, head: catalogue.Entry | None) -> str:
-    state = "new" if head is None else store.state_of(head)
+    state = "new" if head is None else store.archive.state_of(head)
     return {"interrupted": "new", "done": "cached"}.get(state, state)
 
 
@@ -433,10 +443,10 @@ def _estimate(
 ) -> tuple[Amount | None, Amount | None, str]:
     """Return time and size of scenes from recorded runs: those with the same parts, else all."""
     recorded: dict[tuple[Any, ...], list[tuple[float, float]]] = {}
-    latest = store.catalogue.read(
+    latest = store.archive.catalogue.read(
         "SELECT id FROM runs WHERE state = 'done' ORDER BY number DESC LIMIT 1000"
     )
-    for entry in store.entries(run_id for (run_id,) in latest).values():
+    for entry in store.archive.entries(run_id for (run_id,) in latest).values():
         cost = entry.seconds or 0.0, entry.size or 0.0
         recorded.setdefault(parts_of(entry.scene or "{}"), []).append(cost)
     everything = list(chain.from_iterable(recorded.values()))

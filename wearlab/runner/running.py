@@ -78,7 +78,7 @@ def run(
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
     tasks = plan.with_parents(tasks, store)
     cluster.refuse_unreachable(
-        None if store.catalogue.exists() else scheduler, dashboard
+        None if store.archive.catalogue.exists() else scheduler, dashboard
     )
     wanting = _wanting(tasks, store, again)
     used = plan.plugins_of(task.scene for task in wanting)
@@ -88,7 +88,7 @@ def run(
     notes = _opened(store)
     plan.declare(used, store.path)
     key = _record(campaign, store)
-    with store.presence() as lock, watched(progress) as bar:
+    with store.archive.presence() as lock, watched(progress) as bar:
         work = _Work(store, lock.token, again, bar, simulate)
 
         def tell(text: str) -> None:
@@ -118,7 +118,9 @@ def run(
                 work.complete(plan.with_calibrations(calibrated, needed, store), staff)
         except KeyboardInterrupt:
             work.tidy()
-            done = sum(head.state != "running" for head in store.heads(tasks).values())
+            done = sum(
+                head.state != "running" for head in store.archive.heads(tasks).values()
+            )
             said = (
                 f"interrupted: {done} done, {len(tasks) - done} to go; run again to "
                 "continue"
@@ -136,11 +138,13 @@ def run(
 
 def _wanting(tasks: dict[str, Task], store: Store, again: Again) -> list[Task]:
     """Return the tasks that are not finished, as far as can be told before: only these need plug-ins run."""
-    known = store.heads(tasks).values() if store.catalogue.exists() else ()
+    known = (
+        store.archive.heads(tasks).values() if store.archive.catalogue.exists() else ()
+    )
     finished = {
         h.id
         for h in known
-        if h.state != "running" and not again(h) and not store.is_lost(h)
+        if h.state != "running" and not again(h) and not store.archive.is_lost(h)
     }
     return [task for i, task in tasks.items() if i not in finished]
 
@@ -150,12 +154,14 @@ def _opened(store: Store) -> list[str]:
 
     Make its catalogue anew where only that has gone.
     """
-    lost = not store.catalogue.exists() and any(True for _ in store.files)
-    store.create()
+    lost = not store.archive.catalogue.exists() and any(
+        True for _ in store.archive.files
+    )
+    store.archive.create()
     if not lost:
         return []
     left_out = store.reindex()
-    count = len(store.entries())
+    count = len(store.archive.entries())
     more = (
         f"; {len(left_out)} were left out: 'wearlab verify' tells why"
         if left_out
@@ -238,9 +244,9 @@ class _Work:
         """
         done = {finished.id for finished in outcomes}
         asked = [task.id for task in wanted if task.id not in done]
-        taken = set(self.store.save(outcomes, self.owner, asked, self._free))
+        taken = set(self.store.archive.save(outcomes, self.owner, asked, self._free))
         self.finished |= done
-        self.store.checkpoints.forget(done)
+        self.store.archive.checkpoints.forget(done)
         for finished in outcomes:
             self.bar.advance(finished)
         return [task for task in wanted if task.id in taken]
@@ -250,17 +256,19 @@ class _Work:
 
         Keep what has its file, written just now or long ago.
         """
-        self.store.give_back(self.owner, self.taken_again - self.finished)
+        self.store.archive.give_back(self.owner, self.taken_again - self.finished)
 
     def resumed(self, task: Task) -> Task:
         """Return a task with what was kept of it when it last stopped."""
-        return task._replace(resumed=self.store.checkpoints.read(task.id, self.code))
+        return task._replace(
+            resumed=self.store.archive.checkpoints.read(task.id, self.code)
+        )
 
     def receive(self, message: dict[str, Any]) -> None:
         """Keep what a run under way needs to go on, and show how far it is."""
         if message["id"] not in self.finished:
             reached = locks.ReachedCycle(message["cycle"], message["depth"])
-            self.store.checkpoints.write(
+            self.store.archive.checkpoints.write(
                 message["id"], message["image"], self.code, reached
             )
             text = (
@@ -279,11 +287,11 @@ class _Work:
             if entry.state == "done":
                 self.taken_again.add(entry.id)
             return True
-        return self.store.is_lost(entry)
+        return self.store.archive.is_lost(entry)
 
     def _left(self, tasks: Sequence[Task]) -> list[tuple[Task, bool]]:
         """Return the tasks nobody has finished, each with whether a living process is at it."""
-        known = self.store.heads(task.id for task in tasks)
+        known = self.store.archive.heads(task.id for task in tasks)
         left = []
         for task in (task for task in tasks if task.id not in self.finished):
             if (
@@ -294,7 +302,7 @@ class _Work:
                 elsewhere = (
                     head is not None
                     and head.state == "running"
-                    and not self.store.is_stale(head)
+                    and not self.store.archive.is_stale(head)
                 )
                 left.append((task, elsewhere))
         return left
@@ -315,7 +323,9 @@ def _record(campaign: "Campaign", store: Store) -> str:
         metadata,
         campaigns.with_figures(campaign),
     )
-    return store.catalogue.record_campaign(campaign.title, campaign.reference, *told)
+    return store.archive.catalogue.record_campaign(
+        campaign.title, campaign.reference, *told
+    )
 
 
 def _report(
@@ -326,7 +336,7 @@ def _report(
     seconds: float,
     notes: tuple[str, ...],
 ) -> report.Report:
-    heads = store.heads(case.id for case in campaign.cases)
+    heads = store.archive.heads(case.id for case in campaign.cases)
     labels = {case.id: case.label for case in reversed(campaign.cases)}
     states = [head.state for head in heads.values()]
     noted = [
@@ -334,20 +344,20 @@ def _report(
         for h in heads.values()
         if h.state != "done" or (h.warnings and h.id in computed)
     ]
-    known = store.entries(noted).values()
+    known = store.archive.entries(noted).values()
     troubled = tuple(
         report.CaseReport(e.id, labels[e.id], e.state, e.reason, e.warnings)
         for e in known
     )
     counts = (states.count("done"), states.count("failed"), states.count("refused"))
     wanted = [(case, getattr(case, "expect", None)) for case in campaign.cases]
-    entries = store.entries(
+    entries = store.archive.entries(
         case.id for case, expectation in wanted if expectation is not None
     )
     compared = [
         e and report.compare(e, case, store, entries.get(case.id)) for case, e in wanted
     ]
-    store.catalogue.record_comparisons(key, compared)
+    store.archive.catalogue.record_comparisons(key, compared)
     told = (
         (c, met)
         for c, met in zip(campaign.cases, compared, strict=True)

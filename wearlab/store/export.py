@@ -61,7 +61,7 @@ def export(
     ------
     StoreError : there is no store, a run is damaged, or the disk refuses
     """
-    entries = store.entries(case.id for case in campaign.cases)
+    entries = store.archive.entries(case.id for case in campaign.cases)
     grid = store.open(campaign)
     # with the scene of each run, so that its file needs no store
     scenes = [
@@ -88,7 +88,7 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
     """
     from wearlab.campaign.inheritance import fingerprint, source_text
 
-    entries = store.entries(case.id for case in campaign.cases)
+    entries = store.archive.entries(case.id for case in campaign.cases)
     text = source_text(campaign.path)
     dates = sorted(entry.started for entry in entries.values() if entry.started)
     code = sorted(
@@ -116,7 +116,7 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
         sorted({entry.calibration for entry in entries.values()} - {""})
     )
     told = remarks.remarks_on(
-        store.catalogue, [remarks.subject_of(campaign.title), *entries]
+        store.archive.catalogue, [remarks.subject_of(campaign.title), *entries]
     )
     for what in ("tag", "note"):
         own = [r for r in told if r.what == what]

@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 
 from wearlab.arrays import Array
 from wearlab.query.keys import declared_key, differing_keys, scene_key
-from wearlab.store import kept_runs, reading
+from wearlab.store import reading
 from wearlab.store.files import StoreError
 from wearlab.store.table import Column, Table
 
 if TYPE_CHECKING:
     from wearlab.store import catalogue
+    from wearlab.store.store import Store
 
 ORDERS = 5
 STILL = 1e-12  # of the mean: what moves less does not move
@@ -195,7 +196,7 @@ def _has_columns(
 
 
 def features(
-    store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str] | None = None
+    store: "Store", where: str = "", variables: Sequence[str] | None = None
 ) -> Table:
     """Return the features of the runs that meet a condition.
 
@@ -217,7 +218,9 @@ def features(
     """
     ids = store.query(where, columns=())["id"]
     done = {
-        key: entry for key, entry in store.entries(ids).items() if entry.state == "done"
+        key: entry
+        for key, entry in store.archive.entries(ids).items()
+        if entry.state == "done"
     }
     if not done:
         raise StoreError(
@@ -225,13 +228,15 @@ def features(
             f"{'that is done meets the condition' if where else 'is done'}"
         )
     inputs = _differing(done)
-    layouts = store.catalogue.layouts(run.layout for run in done.values() if run.layout)
+    layouts = store.archive.catalogue.layouts(
+        run.layout for run in done.values() if run.layout
+    )
     alike = {
         run.form: _Alike(layouts[run.layout or ""], run.sizes, variables)
         for run in done.values()
     }
     blocks = [
-        alike[e.form].rows(e, str(store.files.path(e.id)), inputs[e.id])
+        alike[e.form].rows(e, str(store.archive.files.path(e.id)), inputs[e.id])
         for e in done.values()
     ]
     columns = tuple(

@@ -28,7 +28,7 @@ from wearlab.units import KINDS, convert, is_number
 
 if TYPE_CHECKING:
     from wearlab.campaign import Axis, Campaign, Coordinate
-    from wearlab.store import kept_runs
+    from wearlab.store.store import Store
 
 BASE = "base"
 MISSING, EXCLUDED, DONE = "missing", "excluded", "done"
@@ -52,9 +52,7 @@ PLACED = catalogue.OF_DOCUMENTS.replace(
 Variables = dict[str, Any]
 
 
-def open_grid(
-    campaign: "Campaign", store: "kept_runs.KeptRuns", si: bool = False
-) -> xr.Dataset:
+def open_grid(campaign: "Campaign", store: "Store", si: bool = False) -> xr.Dataset:
     """Return the lazy dataset of a campaign.
 
     Parameters
@@ -73,21 +71,23 @@ def open_grid(
     place, not repeated along axes; points without data are NaN (text: "");
     ``attrs["missing"]`` names the first of them.
     """
-    known = store.catalogue.entries((case.id for case in campaign.cases), PLACED)
+    known = store.archive.catalogue.entries(
+        (case.id for case in campaign.cases), PLACED
+    )
     runs = {
-        i: replace(run, state="interrupted") if store.is_stale(run) else run
+        i: replace(run, state="interrupted") if store.archive.is_stale(run) else run
         for i, run in known.items()
     }
-    layouts = store.catalogue.layouts(
+    layouts = store.archive.catalogue.layouts(
         run.layout for run in known.values() if run.layout
     )
     of_cases = {case.label: case.id for case in reversed(campaign.cases)}
     scenes = {
         run_id: entry.scene or ""
-        for run_id, entry in store.entries(of_cases.values()).items()
+        for run_id, entry in store.archive.entries(of_cases.values()).items()
     }
     cases = _Cases(campaign, runs, si)
-    stored = _Stored(cases, layouts, store.files.folder.absolute())
+    stored = _Stored(cases, layouts, store.archive.files.folder.absolute())
     variables = cases.states()
     coordinates = cases.axis_coordinates()
     updates = np.array(

@@ -12,7 +12,7 @@ from wearlab.store import netcdf
 
 if TYPE_CHECKING:
     from wearlab.store import catalogue, updates
-    from wearlab.store.kept_runs import KeptRuns
+    from wearlab.store.store import Store
 
 LONGEST = 100  # runs of a chain
 
@@ -43,7 +43,7 @@ class Ancestor(NamedTuple):
         return f"run {self.run}{name} from {self.at}{new}{there}"
 
 
-def lineage(store: "KeptRuns", entry: "catalogue.Entry") -> list[Ancestor]:
+def lineage(store: "Store", entry: "catalogue.Entry") -> list[Ancestor]:
     """Return the runs that a run goes on from: its parent, that one's parent, and so on.
 
     Parameters
@@ -60,14 +60,14 @@ def lineage(store: "KeptRuns", entry: "catalogue.Entry") -> list[Ancestor]:
     ):
         parent = str(start["run"])
         at = _at(start, current.summary)
-        current = store.entries([parent]).get(parent)
+        current = store.archive.entries([parent]).get(parent)
         state = current.state if current is not None else "not in this store"
         new = tuple(map(str, start.get("replace") or ()))
         steps.append(Ancestor(parent, name_of(store, parent), at, new, state))
     return steps
 
 
-def children(store: "KeptRuns", run_id: str, by: str = "start.run") -> list[str]:
+def children(store: "Store", run_id: str, by: str = "start.run") -> list[str]:
     """Return the ids of the runs that go on from a run, or that another key says were made by it."""
     if by not in store.names():
         return []
@@ -77,16 +77,16 @@ def children(store: "KeptRuns", run_id: str, by: str = "start.run") -> list[str]
     ]
 
 
-def rests_on(store: "KeptRuns", entry: "catalogue.Entry") -> set[str]:
+def rests_on(store: "Store", entry: "catalogue.Entry") -> set[str]:
     """Return the ids of all runs that a run needs to be made again: those before it, those that calibrate."""
     before = {step.run for step in lineage(store, entry)}
-    known = store.entries(before)
+    known = store.archive.entries(before)
     return (before | {each.calibration for each in (entry, *known.values())}) - {""}
 
 
-def name_of(store: "KeptRuns", run_id: str) -> str:
+def name_of(store: "Store", run_id: str) -> str:
     """Return what the campaign recorded last calls a run: its title, the label and the place."""
-    member = next(iter(store.catalogue.members([run_id])), None)
+    member = next(iter(store.archive.catalogue.members([run_id])), None)
     if member is None:
         return ""
     places = [f"{axis}={value}" for axis, value in member.position.items()]
@@ -132,7 +132,7 @@ FILE = (netcdf.SEAL, "wearlab_version", "source_hash")
 CODE = ("commit", "dirty", "model_version", "packages", "parents")
 
 
-def facts_of(store: "KeptRuns", prefix: str) -> dict[str, str]:
+def facts_of(store: "Store", prefix: str) -> dict[str, str]:
     """Return what a citation needs, as texts.
 
     Parameters
@@ -151,13 +151,13 @@ def facts_of(store: "KeptRuns", prefix: str) -> dict[str, str]:
     return {key: value for key, value in facts.items() if value}
 
 
-def _of_run(store: "KeptRuns", prefix: str) -> dict[str, str]:
+def _of_run(store: "Store", prefix: str) -> dict[str, str]:
     """Return what a citation of a run needs: who and what, and the code that made it."""
     from wearlab.store import catalogue
 
-    entry = store.find(prefix)
+    entry = store.archive.find(prefix)
     attributes = store.run(entry.id).attrs
-    members = store.catalogue.members([entry.id])
+    members = store.archive.catalogue.members([entry.id])
     # the campaign that names its authors speaks for its runs, or one that is a file
     some = members[::-1] or [catalogue.Member("", None, "", "", {})]
     member = max(
@@ -184,7 +184,7 @@ def _of_run(store: "KeptRuns", prefix: str) -> dict[str, str]:
     return facts | _among(attributes, CODE) | _among(member.metadata, WHO)
 
 
-def _of_update(store: "KeptRuns", update: "updates.KeptUpdate") -> dict[str, str]:
+def _of_update(store: "Store", update: "updates.KeptUpdate") -> dict[str, str]:
     """Return what a citation of an update needs: who and what, and the runs that it was made from."""
     from wearlab.store import updates
 

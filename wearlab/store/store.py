@@ -1,4 +1,4 @@
-"""A store: runs kept on disk, asked as one, and checked."""
+"""A store: a folder of runs that are queried together, and checked."""
 
 from collections.abc import Sequence
 from html import escape
@@ -6,20 +6,20 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearlab.store import kept_runs
+from wearlab.store.archive import RunArchive
 from wearlab.store.files import Problem, StoreError
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from wearlab.campaign.reading import Given
-    from wearlab.store import remarks, table
-
+    from wearlab.store import remarks, search, table
 
 LATEST = 20  # runs that a notebook shows
+RUN_HEADS = ("run", "what", "state", "result", "reason")
 
 
-class Store(kept_runs.KeptRuns):
+class Store:
     """A folder of runs.
 
     Nothing is written before the first run is: naming a store that does not exist makes
@@ -27,7 +27,12 @@ class Store(kept_runs.KeptRuns):
 
     Parameters
     ----------
-    path : the folder
+    path : the folder; or an address that fsspec knows, ``https://…``, ``s3://…``, of a
+        store that is written elsewhere: it is read from a copy, as it is now
+
+    Raises
+    ------
+    StoreError : an address cannot be read
 
     Examples
     --------
@@ -35,54 +40,140 @@ class Store(kept_runs.KeptRuns):
     >>> grid = store.open(campaign)                     # doctest: +SKIP
     """
 
+    archive: RunArchive
+    """Files, catalogue and locks, as wearlab itself uses them."""
+
+    def __init__(self, path: str | PathLike[str]) -> None:
+        self.archive = RunArchive(path)
+
+    @property
+    def path(self) -> Path:
+        """The folder; of a store elsewhere, that of its copy."""
+        return self.archive.path
+
+    @property
+    def address(self) -> str | None:
+        """The address of a store that is written elsewhere, None where it is here."""
+        return self.archive.address
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.address or str(self.path)!r})"
+
     def _repr_html_(self) -> str:
-        """Say how many runs there are in which state, and the latest.
+        """Return how many runs there are in which state, and the latest, as HTML.
 
         States as ``wearlab ls`` lists them.
         """
-        from wearlab.store import outcome, provenance, table
+        from wearlab.store import table
 
         name = escape(repr(self))
-        if not self.catalogue.exists():
+        catalogue = self.archive.catalogue
+        if not catalogue.exists():
             return f"<p>{name}: nothing is stored yet</p>"
-        heads = self.heads(
-            row[0] for row in self.catalogue.read("SELECT id FROM runs ORDER BY number")
-        )
+
+        rows = catalogue.read("SELECT id FROM runs ORDER BY number")
+        heads = self.archive.heads(run_id for (run_id,) in rows)
         sizes: dict[str, list[int]] = {}
         for head in heads.values():
-            sizes.setdefault(self.state_of(head), []).append(head.size or 0)
+            sizes.setdefault(self.archive.state_of(head), []).append(head.size or 0)
         states = [
-            (state, len(some), f"{sum(some) / 1e6:.1f} MB")
-            for state, some in sizes.items()
+            (state, len(bytes_of_runs), f"{sum(bytes_of_runs) / 1e6:.1f} MB")
+            for state, bytes_of_runs in sizes.items()
         ]
-        latest = self.entries(list(heads)[: -LATEST - 1 : -1]).values()
-        results = (
-            next((told.text for told in outcome.headlines(entry.summary)), "")
-            for entry in latest
-        )
-        rows = [
+        latest = self._latest_rows(list(heads)[: -LATEST - 1 : -1])
+        omitted = ""
+        if len(heads) > LATEST:
+            omitted = f"<p>the latest {LATEST} of {len(heads)} runs</p>"
+        return "".join(
             (
-                e.id[:10],
-                provenance.name_of(self, e.id),
-                self.state_of(e),
-                result,
-                e.reason or "",
+                f"<p><b>{name}</b></p>",
+                table.table_html(("state", "runs", "size"), states),
+                table.table_html(RUN_HEADS, latest),
+                omitted,
             )
-            for e, result in zip(latest, results, strict=True)
-        ]
-        more = (
-            f"<p>the latest {LATEST} of {len(heads)} runs</p>"
-            if len(heads) > LATEST
-            else ""
         )
-        runs = table.table_html(("run", "what", "state", "result", "reason"), rows)
-        return f"<p><b>{name}</b></p>{table.table_html(('state', 'runs', 'size'), states)}{runs}{more}"
+
+    def _latest_rows(self, ids: Sequence[str]) -> list[tuple[str, ...]]:
+        """Return what a notebook shows of runs, a row for each."""
+        from wearlab.store import outcome, provenance
+
+        rows: list[tuple[str, ...]] = []
+        for entry in self.archive.entries(ids).values():
+            headlines = (headline.text for headline in outcome.headlines(entry.summary))
+            rows.append(
+                (
+                    entry.id[:10],
+                    provenance.name_of(self, entry.id),
+                    self.archive.state_of(entry),
+                    next(headlines, ""),
+                    entry.reason or "",
+                )
+            )
+        return rows
+
+    def close(self) -> None:
+        """Let go of the catalogue; it opens again when needed."""
+        self.archive.catalogue.close()
+
+    def query(
+        self,
+        where: str = "",
+        *,
+        columns: Sequence[str] | None = None,
+        sort: str | None = None,
+        limit: int | None = None,
+    ) -> "table.Table":
+        """Return the runs that meet a condition.
+
+        Such as ``"torque > 100 N*m and life < 2e7"``.
+
+        Parameters
+        ----------
+        where : condition on scene keys, results, states and histories [all runs]
+        columns : what to show beside id and status [what the condition names]
+        sort : a column; ``"-life"`` has the longest first
+        limit : at most so many rows
+
+        Raises
+        ------
+        QueryError : the condition cannot be read, or a name is unknown
+        StoreError : there is no store
+        """
+        return self._search().page(where, columns, sort, limit).table
+
+    def names(self) -> list[str]:
+        """Return everything that a condition of `query` may ask for here."""
+        return sorted(self._search().vocabulary.keys)
+
+    def _search(self) -> "search.CatalogueSearch":
+        """Return what answers conditions, for the catalogue as it is now."""
+        from wearlab.store import search
+
+        return search.CatalogueSearch(self.archive.catalogue)
+
+    def run(self, run_id: str) -> "xr.Dataset":
+        """Return one run, loaded, its file closed.
+
+        Parameters
+        ----------
+        run_id : the identity, or a beginning of it that no other run shares
+
+        Raises
+        ------
+        StoreError : no such run, more than one, not done, or its file is damaged
+        """
+        from wearlab.store import reading
+
+        head = self.archive.find(run_id)
+        if head.state != "done":
+            raise StoreError(f"run {head.id} has no data: {head.state}")
+        return reading.read_run(self.archive.files.path(head.id), head.sha256)
 
     def open(self, campaign: "Given", *, si: bool = False) -> "xr.Dataset":
-        """Return a campaign's runs as one lazy dataset: sweep axes, ``case``, then the run's dimensions.
+        """Return a campaign's runs as one lazy dataset.
 
-        What a file gives stands in the file's units, results in SI; each says which in
-        ``attrs["units"]``.
+        Along sweep axes, ``case``, then the run's dimensions. What a file gives stands
+        in the file's units, results in SI; each says which in ``attrs["units"]``.
 
         Parameters
         ----------
@@ -97,7 +188,7 @@ class Store(kept_runs.KeptRuns):
         from wearlab.campaign.reading import campaign_of
         from wearlab.store import database, grid
 
-        what = f"{self.catalogue.path}: what it says of these runs"
+        what = f"{self.archive.catalogue.path}: what it says of these runs"
         return database.understood(
             what, grid.open_grid, campaign_of(campaign), self, si
         )
@@ -105,7 +196,9 @@ class Store(kept_runs.KeptRuns):
     def features(
         self, where: str = "", *, variables: Sequence[str] | None = None
     ) -> "table.Table":
-        """Return one row for each wear state of each run: harmonics, indicators, orders as columns.
+        """Return one row for each wear state of each run.
+
+        Harmonics, indicators and orders are columns.
 
         Parameters
         ----------
@@ -148,30 +241,43 @@ class Store(kept_runs.KeptRuns):
         """
         from wearlab.store import remarks
 
-        subject, title = self._meant(run_id, campaign)
-        for what, texts in (("tag", tags), ("untag", remove)):
+        subject, title = self._subject(run_id, campaign)
+        for kind, texts in (("tag", tags), ("untag", remove)):
             for text in texts:
-                remarks.add(self.catalogue, subject, what, text, title)
+                remarks.add(self.archive.catalogue, subject, kind, text, title)
 
     def note(self, run_id: str, text: str, *, campaign: bool = False) -> None:
-        """Write a note on a run or a campaign, as `tag`; what is written stays."""
+        """Write a note on a run or a campaign; what is written stays.
+
+        Parameters
+        ----------
+        run_id : the run or, with ``campaign``, the title, as `tag` takes it
+        text : the note
+        campaign : whether a campaign is meant
+        """
         from wearlab.store import remarks
 
-        subject, title = self._meant(run_id, campaign)
-        remarks.add(self.catalogue, subject, "note", text, title)
+        subject, title = self._subject(run_id, campaign)
+        remarks.add(self.archive.catalogue, subject, "note", text, title)
 
     def remarks(self, run_id: str, *, campaign: bool = False) -> "list[remarks.Remark]":
-        """Return tags and notes on a run or a campaign, the latest last, as `tag` takes it."""
+        """Return tags and notes on a run or a campaign, the latest last.
+
+        Parameters
+        ----------
+        run_id : the run or, with ``campaign``, the title, as `tag` takes it
+        campaign : whether a campaign is meant
+        """
         from wearlab.store import remarks
 
-        return remarks.remarks_on(self.catalogue, [self._meant(run_id, campaign)[0]])
+        subject, _ = self._subject(run_id, campaign)
+        return remarks.remarks_on(self.archive.catalogue, [subject])
 
-    def _meant(self, name: str, campaign: bool) -> tuple[str, str]:
+    def _subject(self, name: str, campaign: bool) -> tuple[str, str]:
         """Return the subject that a name means, and the title where it is a campaign.
 
         Parameters
         ----------
-        store : where it is
         name : id of a run, its beginning, or a condition that one run meets; title of a
             campaign, or its file
         campaign : whether it is a campaign
@@ -184,18 +290,18 @@ class Store(kept_runs.KeptRuns):
         from wearlab.store import remarks
 
         if not campaign:
-            return self.find(name).id, ""
-        known = dict.fromkeys(
-            self.catalogue.read(
-                "SELECT title, path FROM campaigns ORDER BY recorded DESC"
-            )
+            return self.archive.find(name).id, ""
+
+        rows = self.archive.catalogue.read(
+            "SELECT title, path FROM campaigns ORDER BY recorded DESC"
         )
-        titles = {str(title): str(path or "") for title, path in reversed(known)}
-        for title, path in titles.items():
+        oldest_first = reversed(dict.fromkeys(rows))
+        paths = {str(title): str(path or "") for title, path in oldest_first}
+        for title, path in paths.items():
             if name == title or (path and name in (path, Path(path).name)):
                 return remarks.subject_of(title), title
         raise StoreError(
-            f"campaign {name!r} is not in this store; {choices(name, titles)}"
+            f"campaign {name!r} is not in this store; {choices(name, paths)}"
         )
 
     def verify(self) -> list[Problem]:
@@ -230,6 +336,7 @@ def open_store(path: str | PathLike[str]) -> Store:
     StoreError : there is none; ``Store(path)`` names one that is to be
     """
     store = Store(path)
-    if not store.catalogue.exists() and not store.files.folder.is_dir():
+    archive = store.archive
+    if not archive.catalogue.exists() and not archive.files.folder.is_dir():
         raise StoreError(f"{store.path}: there is no store here; wearlab.run makes one")
     return store

@@ -11,13 +11,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from wearlab.store import catalogue, files, kept_runs
+from wearlab.store import catalogue, files
 from wearlab.store.database import marks, understood
 from wearlab.store.files import Problem, RunFiles, StoreError
 from wearlab.store.netcdf import SEAL, content_hash, datasets_of, encoded
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from wearlab.store.store import Store
 
 
 SUBJECT, NAMES = "subject", "SELECT name FROM pragma_table_info('updates')"
@@ -46,7 +48,7 @@ class KeptUpdate(NamedTuple):
     summary: dict[str, Any]
 
 
-def update_files(store: kept_runs.KeptRuns) -> RunFiles:
+def update_files(store: "Store") -> RunFiles:
     """Return the folder of the updates."""
     return RunFiles(store.path / "updates")
 
@@ -59,7 +61,7 @@ def seal_of(tree: "xr.DataTree") -> str:
     return digest.hexdigest()
 
 
-def keep_update(store: kept_runs.KeptRuns, tree: "xr.DataTree") -> Path:
+def keep_update(store: "Store", tree: "xr.DataTree") -> Path:
     """Write an update and record it; what is there under this identity is replaced.
 
     Parameters
@@ -98,17 +100,17 @@ def _update_of(tree: "xr.DataTree", image: bytes, recorded: str) -> KeptUpdate:
     )
 
 
-def _keep(store: kept_runs.KeptRuns, update: KeptUpdate, image: bytes) -> None:
-    with store.presence() as presence:
+def _keep(store: "Store", update: KeptUpdate, image: bytes) -> None:
+    with store.archive.presence() as presence:
         update_files(store).write(
             [files.Image(update.id, image, update.sha256)], presence.token
         )
     _record(store, update)
 
 
-def _record(store: kept_runs.KeptRuns, update: KeptUpdate) -> None:
+def _record(store: "Store", update: KeptUpdate) -> None:
     row = (*update[:-2], json.dumps(update.runs), json.dumps(update.summary))
-    with store.catalogue._transaction() as connection:
+    with store.archive.catalogue._transaction() as connection:
         if (SUBJECT,) not in connection.execute(NAMES).fetchall():
             connection.execute(f"ALTER TABLE updates ADD COLUMN {SUBJECT} TEXT")
         connection.execute(
@@ -116,15 +118,15 @@ def _record(store: kept_runs.KeptRuns, update: KeptUpdate) -> None:
         )
 
 
-def kept_updates(store: kept_runs.KeptRuns) -> dict[str, KeptUpdate]:
+def kept_updates(store: "Store") -> dict[str, KeptUpdate]:
     """Return the updates that the catalogue knows, by id, the latest last."""
-    if not store.catalogue.exists():
+    if not store.archive.catalogue.exists():
         return {}
-    is_told = (SUBJECT,) in store.catalogue.read(NAMES)
+    is_told = (SUBJECT,) in store.archive.catalogue.read(NAMES)
     told = (
         COLUMNS if is_told else COLUMNS.replace(SUBJECT, "''")
     )  # of stores before it was
-    rows = store.catalogue.read(f"SELECT {told} FROM updates ORDER BY recorded")
+    rows = store.archive.catalogue.read(f"SELECT {told} FROM updates ORDER BY recorded")
     return {
         row[0]: understood("an update in the catalogue", _of_row, *row) for row in rows
     }
@@ -136,7 +138,7 @@ def _of_row(*row: Any) -> KeptUpdate:
     )
 
 
-def updates_of(store: kept_runs.KeptRuns, subject: str) -> list[KeptUpdate]:
+def updates_of(store: "Store", subject: str) -> list[KeptUpdate]:
     """Return the updates that are of something, by its identity, the latest first."""
     return [
         update
@@ -145,7 +147,7 @@ def updates_of(store: kept_runs.KeptRuns, subject: str) -> list[KeptUpdate]:
     ]
 
 
-def find_update(store: kept_runs.KeptRuns, prefix: str) -> KeptUpdate | None:
+def find_update(store: "Store", prefix: str) -> KeptUpdate | None:
     """Return the update whose id begins so, None without one or with several."""
     matching = [
         update
@@ -155,7 +157,7 @@ def find_update(store: kept_runs.KeptRuns, prefix: str) -> KeptUpdate | None:
     return matching[0] if len(matching) == 1 else None
 
 
-def read_update(store: kept_runs.KeptRuns, update_id: str) -> "xr.DataTree | None":
+def read_update(store: "Store", update_id: str) -> "xr.DataTree | None":
     """Return a kept update, loaded, its file closed; None when there is none.
 
     Raises
@@ -201,9 +203,7 @@ def _sealed(path: Path, update_id: str) -> "xr.DataTree":
     return tree
 
 
-def adopt_update(
-    store: kept_runs.KeptRuns, other: kept_runs.KeptRuns, update: KeptUpdate
-) -> None:
+def adopt_update(store: "Store", other: "Store", update: KeptUpdate) -> None:
     """Take in another store's update, as it lies there.
 
     Raises
@@ -219,7 +219,7 @@ def adopt_update(
     _keep(store, update, path.read_bytes())
 
 
-def verify_updates(store: kept_runs.KeptRuns) -> Iterator[Problem]:
+def verify_updates(store: "Store") -> Iterator[Problem]:
     """Yield everything wrong with the updates of a store."""
     folder = update_files(store)
     known = kept_updates(store)
@@ -238,7 +238,7 @@ def verify_updates(store: kept_runs.KeptRuns) -> Iterator[Problem]:
             )
 
 
-def reindex_updates(store: kept_runs.KeptRuns) -> list[Problem]:
+def reindex_updates(store: "Store") -> list[Problem]:
     """Record every update whose file is what was sealed in it; return the others."""
     problems: list[Problem] = []
     for path in update_files(store).held():

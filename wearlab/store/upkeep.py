@@ -22,15 +22,15 @@ from wearlab.store import (
     remarks,
     updates,
 )
-from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.outcome import CALIBRATION_LIFE, Outcome
+from wearlab.store.store import Store
 
 OF_FILE = ("scene", "sizes", "digests", "summary", "source_hash", "wearlab_version")
 Entry = catalogue.Entry
 SAME = 1e-9  # of two lives of one scene on two machines
 
 
-def verify(store: KeptRuns) -> Iterator[files.Problem]:
+def verify(store: Store) -> Iterator[files.Problem]:
     """Yield all that is wrong with a store: damaged files, entries unlike their files, then foreign files.
 
     A file has its recorded size and hash, and what the catalogue says of a run follows
@@ -42,12 +42,14 @@ def verify(store: KeptRuns) -> Iterator[files.Problem]:
     ------
     StoreError : there is no store, or its catalogue cannot be read
     """
-    entries = store.catalogue.entries()
+    entries = store.archive.catalogue.entries()
     for run_id in [run_id for run_id in entries if not files.NAME.fullmatch(run_id)]:
         del entries[run_id]
         said = f"names {run_id[:40]!r}, which is no identity of a run"
-        yield files.Problem(store.catalogue.path, "foreign", said)
-    done = {store.files.path(e.id): e for e in entries.values() if e.state == "done"}
+        yield files.Problem(store.archive.catalogue.path, "foreign", said)
+    done = {
+        store.archive.files.path(e.id): e for e in entries.values() if e.state == "done"
+    }
     for path, entry in done.items():
         if problem := files.damage(path, entry.size, entry.sha256) or check_entry(
             store, path, entry
@@ -57,15 +59,15 @@ def verify(store: KeptRuns) -> Iterator[files.Problem]:
     yield from _uncalibrated(done, entries)
     begun = [e for e in entries.values() if e.state == "running"]
     parts = {
-        store.files.part(e.id, e.owner or "")
+        store.archive.files.part(e.id, e.owner or "")
         for e in begun
         if files.WRITER.fullmatch(e.owner or "")
     }
-    unrecorded = {store.files.path(e.id) for e in begun}
+    unrecorded = {store.archive.files.path(e.id) for e in begun}
     for path in [
-        path for path in store.files if path not in done and path not in parts
+        path for path in store.archive.files if path not in done and path not in parts
     ]:
-        if (problem := store.files.stray(path)) is None:
+        if (problem := store.archive.files.stray(path)) is None:
             said = (
                 "a run that the catalogue does not know; 'wearlab reindex' takes it in"
             )
@@ -78,7 +80,7 @@ def verify(store: KeptRuns) -> Iterator[files.Problem]:
             yield problem
 
     yield from updates.verify_updates(store)
-    yield from remarks.verify(store.catalogue)
+    yield from remarks.verify(store.archive.catalogue)
 
 
 def _uncalibrated(
@@ -101,7 +103,7 @@ def _uncalibrated(
             yield files.Problem(path, "altered", said)
 
 
-def check_entry(store: KeptRuns, path: Path, entry: Entry) -> files.Problem | None:
+def check_entry(store: Store, path: Path, entry: Entry) -> files.Problem | None:
     """Return how the catalogue's entry of a run, and what can be asked of it, differ from its sealed file.
 
     Parameters
@@ -119,12 +121,12 @@ def check_entry(store: KeptRuns, path: Path, entry: Entry) -> files.Problem | No
         for name in OF_FILE
         if getattr(outcome, name) not in ("", getattr(entry, name))
     ]
-    layouts = store.catalogue.read(
+    layouts = store.archive.catalogue.read(
         "SELECT layout FROM layouts WHERE key = ?", [entry.layout]
     )
     if layouts != [(outcome.layout,)]:
         wrong.append("variables")
-    told = store.catalogue.facts(entry.id)
+    told = store.archive.catalogue.facts(entry.id)
     for source, name, value in description.facts_of(
         outcome.scene, outcome.summary, outcome.histories
     ):
@@ -153,13 +155,13 @@ def check_entry(store: KeptRuns, path: Path, entry: Entry) -> files.Problem | No
     return files.Problem(path, "altered", said) if wrong else None
 
 
-def _other_units(store: KeptRuns) -> Iterator[files.Problem]:
+def _other_units(store: Store) -> Iterator[files.Problem]:
     """Yield the keys of the catalogue that have other units than scenes and results are kept in."""
     question, what = (
         "SELECT name, source, kind, unit, quantity FROM keys",
         "a key in the catalogue",
     )
-    for name, source, kind, *told in store.catalogue.read(question):
+    for name, source, kind, *told in store.archive.catalogue.read(question):
         key = database.understood(
             what, keys.key_of, name.removesuffix(evaluate.HISTORY), source, kind
         )
@@ -168,7 +170,7 @@ def _other_units(store: KeptRuns) -> Iterator[files.Problem]:
                 f"has {name} in {told[0]!r}, not in {key.unit!r}; 'wearlab reindex' "
                 "mends it"
             )
-            yield files.Problem(store.catalogue.path, "altered", said)
+            yield files.Problem(store.archive.catalogue.path, "altered", said)
 
 
 def _shown(value: Any) -> str:
@@ -181,7 +183,7 @@ def _unlike(path: Path, error: files.StoreError, said: str = "") -> files.Proble
     return files.Problem(path, kind, said + str(error).removeprefix(f"{path}: "))
 
 
-def reindex(store: KeptRuns) -> list[files.Problem]:
+def reindex(store: Store) -> list[files.Problem]:
     """Make the catalogue's runs anew from the run files.
 
     Return the files that were left out, and why.
@@ -191,15 +193,19 @@ def reindex(store: KeptRuns) -> list[files.Problem]:
     process computes stay its own. Failed and refused cases are in no file: they are
     forgotten and computed again by the next ``run``.
     """
-    if store.catalogue.exists() and not store.catalogue.is_sound():
-        store.catalogue.set_aside()
-    store.create()
+    if store.archive.catalogue.exists() and not store.archive.catalogue.is_sound():
+        store.archive.catalogue.set_aside()
+    store.archive.create()
     problems: list[files.Problem] = []
 
-    store.catalogue.make_anew(
-        description.outcomes_of(store.files, problems), store.is_alive
+    store.archive.catalogue.make_anew(
+        description.outcomes_of(store.archive.files, problems), store.archive.is_alive
     )
-    return problems + updates.reindex_updates(store) + remarks.reindex(store.catalogue)
+    return (
+        problems
+        + updates.reindex_updates(store)
+        + remarks.reindex(store.archive.catalogue)
+    )
 
 
 LARGEST = 10_000_000  # bytes of what a plug-in declares
@@ -231,7 +237,7 @@ class Merged:
 
 
 def merge(
-    store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda run_id: None
+    store: Store, other: Store, tell: Callable[[str], None] = lambda run_id: None
 ) -> Merged:
     """Copy another store's runs, failures and campaigns into this one.
 
@@ -247,12 +253,12 @@ def merge(
     ------
     StoreError : there is no other store, or ours cannot be written
     """
-    theirs = other.entries()
+    theirs = other.archive.entries()
     if store.path.resolve() == other.path.resolve():
         raise files.StoreError(f"{other.path}: a store cannot be merged into itself")
-    store.create()
+    store.archive.create()
     made = Merged()
-    with store.presence() as presence:
+    with store.archive.presence() as presence:
         try:
             for entry in theirs.values():
                 try:
@@ -263,17 +269,17 @@ def merge(
                     outcome = None
                 # a file that appears is never one that nobody knows, wherever this is
                 # interrupted
-                if outcome and store.claim(
+                if outcome and store.archive.claim(
                     [entry.id], presence.token, lambda head: head.state != "running"
                 ):
-                    store.save([outcome], presence.token)
+                    store.archive.save([outcome], presence.token)
                     outcome = None
                 if word and outcome is None:
                     getattr(made, word).append(entry.id)
                 tell(entry.id)
         finally:
-            store.give_back(presence.token)
-    made.campaigns = store.catalogue.adopt_campaigns(other.catalogue)
+            store.archive.give_back(presence.token)
+    made.campaigns = store.archive.catalogue.adopt_campaigns(other.archive.catalogue)
     if other.address is None:
         ours = updates.kept_updates(store)
         for update in updates.kept_updates(other).values():
@@ -284,14 +290,12 @@ def merge(
                 except (files.StoreError, OSError) as error:
                     made.damaged[update.id[:40]] = str(error)
         _plugins(store, other)
-    made.remarks, left = remarks.adopt(store.catalogue, other.catalogue)
+    made.remarks, left = remarks.adopt(store.archive.catalogue, other.archive.catalogue)
     made.damaged |= left
     return made
 
 
-def _judged(
-    store: KeptRuns, other: KeptRuns, entry: Entry
-) -> tuple[str, Outcome | None]:
+def _judged(store: Store, other: Store, entry: Entry) -> tuple[str, Outcome | None]:
     """Return what becomes of a run of the other store, "" of one that stays there.
 
     And what is to be saved.
@@ -302,16 +306,16 @@ def _judged(
     """
     if not files.NAME.fullmatch(entry.id):
         raise files.StoreError("is no identity of a run")
-    ours = store.entries([entry.id]).get(entry.id)
+    ours = store.archive.entries([entry.id]).get(entry.id)
     if entry.state != "done":
         stays = entry.state == "running" or ours is not None
         return ("", None) if stays else ("copied", entry.without_data())
-    path = other.file_of(entry.id)
+    path = other.archive.file_of(entry.id)
     if problem := files.damage(path, entry.size, entry.sha256):
         raise files.StoreError(problem.message)
-    if ours is None or ours.state != "done" or store.is_lost(ours):
+    if ours is None or ours.state != "done" or store.archive.is_lost(ours):
         return "copied", description.outcome_of(path)
-    if files.damage(store.file_of(entry.id), ours.size, ours.sha256):
+    if files.damage(store.archive.file_of(entry.id), ours.size, ours.sha256):
         return "repaired", description.outcome_of(path)
     same = netcdf.results_hash(store.run(entry.id)) == netcdf.results_hash(
         other.run(entry.id)
@@ -319,7 +323,7 @@ def _judged(
     return "same" if same else "conflicting", None
 
 
-def _plugins(store: KeptRuns, other: KeptRuns) -> None:
+def _plugins(store: Store, other: Store) -> None:
     """Copy what plug-ins declare.
 
     One whose source is not what its name says stays there.
@@ -345,7 +349,7 @@ class Prunable(NamedTuple):
     reason: str
 
 
-def prunable(store: KeptRuns, kept: Iterable[str] = ()) -> list[Prunable]:
+def prunable(store: Store, kept: Iterable[str] = ()) -> list[Prunable]:
     """Return the runs that no campaign refers to.
 
     A campaign file refers to what it asked for when it was last run; what earlier
@@ -362,12 +366,12 @@ def prunable(store: KeptRuns, kept: Iterable[str] = ()) -> list[Prunable]:
     StoreError : there is no store, or it knows no campaign at all, as after its
         catalogue was lost
     """
-    entries = store.entries()
+    entries = store.archive.entries()
     kept = set(kept)
     if (
         entries
         and not kept
-        and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1")
+        and not store.archive.catalogue.read("SELECT 1 FROM campaigns LIMIT 1")
     ):
         said = "as after a reindex without the old one, so that every run would go"
         remedy = (
@@ -379,32 +383,32 @@ def prunable(store: KeptRuns, kept: Iterable[str] = ()) -> list[Prunable]:
     wanted = referred(store) | kept
     for run_id in [asked for asked in wanted if asked in entries]:
         wanted |= provenance.rests_on(store, entries[run_id])
-    known = {member.run for member in store.catalogue.members()}
+    known = {member.run for member in store.archive.catalogue.members()}
     left = [
         e
         for e in entries.values()
-        if e.id not in wanted and (e.state != "running" or store.is_stale(e))
+        if e.id not in wanted and (e.state != "running" or store.archive.is_stale(e))
     ]
     why = ("no campaign asked for it", "an earlier version of a campaign asked for it")
     return [
-        Prunable(e.id, e.state, store.files.size(e.id) or 0, why[e.id in known])
+        Prunable(e.id, e.state, store.archive.files.size(e.id) or 0, why[e.id in known])
         for e in left
     ]
 
 
-def referred(store: KeptRuns) -> set[str]:
+def referred(store: Store) -> set[str]:
     """Return the ids that the latest version of every campaign file asked for."""
-    campaigns = store.catalogue.read(
+    campaigns = store.archive.catalogue.read(
         "SELECT key, title, path FROM campaigns ORDER BY recorded"
     )
     latest = {path or f"\0{title}": key for key, title, path in campaigns}
-    rows = store.catalogue.read_many(
+    rows = store.archive.catalogue.read_many(
         "SELECT run FROM members WHERE campaign IN", sorted(latest.values())
     )
     return {row[0] for row in rows}
 
 
-def prune(store: KeptRuns, runs: Iterable[Prunable]) -> int:
+def prune(store: Store, runs: Iterable[Prunable]) -> int:
     """Remove runs: out of the catalogue first, then their files.
 
     Return the bytes freed.
@@ -414,9 +418,9 @@ def prune(store: KeptRuns, runs: Iterable[Prunable]) -> int:
     """
     freed = 0
     for some in database.batched(runs, database.CHUNK):
-        store.catalogue.forget([run.id for run in some])
+        store.archive.catalogue.forget([run.id for run in some])
         for run in some:
             with suppress(FileNotFoundError):
-                store.files.path(run.id).unlink()
+                store.archive.files.path(run.id).unlink()
                 freed += run.bytes
     return freed

@@ -372,11 +372,11 @@ def histories(study: Subject, store: Store) -> run_curves.Runs:
     ids = [scene.id for scene in study.scenes]
     runs = run_curves.read_runs(store, dict.fromkeys(ids), names - ERRORS, ERRORS)
     if len(ids) == 1 and not runs:
-        entry = store.heads(ids).get(ids[0])
+        entry = store.archive.heads(ids).get(ids[0])
         reason = (
             "is not there"
             if entry is None
-            else f"{entry.state} {last_line(store.find(ids[0]).reason)}"
+            else f"{entry.state} {last_line(store.archive.find(ids[0]).reason)}"
         )
         raise UpdateError(f"{study.label}: its run {reason}".strip())
     found_histories = []
@@ -409,7 +409,7 @@ def stored_runs(
     for name, scene in scenes.items():
         if scene.id not in runs:
             raise UpdateError(
-                f"{study.label}: {name}: {last_line(store.find(scene.id).reason)}"
+                f"{study.label}: {name}: {last_line(store.archive.find(scene.id).reason)}"
             )
     return [runs[scene.id] for scene in scenes.values()]
 

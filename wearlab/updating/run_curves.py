@@ -52,15 +52,17 @@ def read_runs(
     """
     placed = {
         run.id: run
-        for run in store.heads(ids).values()
+        for run in store.archive.heads(ids).values()
         if run.state == "done" and run.layout
     }
-    layouts = store.catalogue.layouts(str(run.layout) for run in placed.values())
+    layouts = store.archive.catalogue.layouts(
+        str(run.layout) for run in placed.values()
+    )
     runs: dict[str, xr.Dataset] = {}
     coords: dict[Any, xr.Coordinates] = {}
     for run_id in (each for each in ids if each in placed):
         layout = layouts[str(placed[run_id].layout)]
-        path = str(store.file_of(run_id))
+        path = str(store.archive.file_of(run_id))
         known = layout["variables"]
         wanted = names if runs else {*names, *once}
         dims = {name: known[name]["dims"] for name in wanted if name in known}

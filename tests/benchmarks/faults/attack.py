@@ -249,10 +249,10 @@ def filled(folder: Path, only: Sequence[str] = ()) -> Path:
     whole = made_up.run(800.0)
     data = whole[list(only)].assign_attrs(whole.attrs) if only else whole
     with closing(Store(folder)) as store:
-        store.create()
+        store.archive.create()
         made_up.put(store, "a" * 20, data, scene='{"operation":{"speed":3.0}}')
         made_up.put(store, "b" * 20, None)
-        store.catalogue.record_campaign(
+        store.archive.catalogue.record_campaign(
             "t", None, "x.toml", [("a" * 20, "base", {}), ("b" * 20, "base", {})]
         )
     return folder
@@ -391,7 +391,7 @@ def flips(count: int, dice: random.Random, folder: Path) -> Tally:
     run_id = "a" * 20
     campaign = made_up.Campaign((made_up.Case("base", run_id),))
     with closing(Store(filled(folder / "flipped"))) as store:
-        path = store.files.path(run_id)
+        path = store.archive.files.path(run_id)
         image = path.read_bytes()
         sound = store.run(run_id)
         for _ in range(count):

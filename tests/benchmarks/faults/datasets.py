@@ -355,7 +355,7 @@ def acts(folder):
     def reindex():
         with store() as one:
             one.reindex()
-            one.entries()
+            one.archive.entries()
             one.query("speed > 0 rpm")
 
     def found():
@@ -430,10 +430,12 @@ def prepared(folder, craft) -> bool:
     """
     folder.mkdir()
     with closing(Store(folder / "store")) as store:
-        store.create()
+        store.archive.create()
         made_up.put(store, RUN, made_up.run(800.0), scene='{"operation":{"speed":3.0}}')
-        store.catalogue.record_campaign("t", None, "x.toml", [(RUN, "base", {})])
-        path = store.files.path(RUN)
+        store.archive.catalogue.record_campaign(
+            "t", None, "x.toml", [(RUN, "base", {})]
+        )
+        path = store.archive.files.path(RUN)
         store.run(RUN).to_netcdf(
             path
         )  # ours lack the order of creation, without which netCDF does not append
@@ -441,7 +443,7 @@ def prepared(folder, craft) -> bool:
         if not crafted(craft, path):
             return False
         with closing(
-            sqlite3.connect(store.catalogue.path, isolation_level=None)
+            sqlite3.connect(store.archive.catalogue.path, isolation_level=None)
         ) as connection:
             connection.execute(
                 "UPDATE runs SET sha256 = ?, size = ?",

@@ -90,32 +90,35 @@ def measure(count: int, folder: Path) -> dict[str, float]:
     some_runs = Runs()
     filled = 0.0
     with closing(Store(folder)) as store:
-        store.create()
-        with store.presence() as here:
+        store.archive.create()
+        with store.archive.presence() as here:
             for at in range(0, count, BATCH):
                 some = [
                     some_runs[number] for number in range(at, min(at + BATCH, count))
                 ]
-                filled += seconds(lambda some=some: store.save(some, here.token))
+                filled += seconds(
+                    lambda some=some: store.archive.save(some, here.token)
+                )
         cases = [
             made_up.Case("base", some_runs[number].id)
             for number in range(min(count, OPENED))
         ]
         members = [(case.id, "base", {}) for case in cases]
-        store.catalogue.record_campaign("growth", None, "growth.toml", members)
-        size = store.catalogue.path.stat().st_size
+        store.archive.catalogue.record_campaign("growth", None, "growth.toml", members)
+        size = store.archive.catalogue.path.stat().st_size
         store.query(
             "torque > 150 N*m", sort="life", limit=10
         )  # the first question makes an index
         half = some_runs[count // 2].id
         found = {
             "write a run": filled / count,
-            "find a run": seconds(lambda: [store.find(half) for _ in range(20)]) / 20,
+            "find a run": seconds(lambda: [store.archive.find(half) for _ in range(20)])
+            / 20,
             "ten, sorted": seconds(
                 lambda: store.query("torque > 150 N*m", sort="life", limit=10)
             ),
             "one by its torque": seconds(
-                lambda: store.find(f"torque = {100 + count // 2} N*m")
+                lambda: store.archive.find(f"torque = {100 + count // 2} N*m")
             ),
             "all of a query": seconds(lambda: store.query("torque > 150 N*m")),
             "ls": seconds(lambda: status_of(["ls", "--store", str(folder)])),
@@ -127,7 +130,7 @@ def measure(count: int, folder: Path) -> dict[str, float]:
         }
         going = prunable(store)
         found["prune"] = seconds(lambda: prune(store, going))
-        assert len(store.entries()) == len(cases)
+        assert len(store.archive.entries()) == len(cases)
     return found | {"memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3}
 
 

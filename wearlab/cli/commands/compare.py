@@ -66,7 +66,7 @@ def _meant(word: str, store: Store) -> Any:
     """Return the campaign of a file, or else the full id of a run."""
     if Path(word).is_file() or word.endswith(".toml"):
         return output.read_campaign(word)
-    return store.find(word).id
+    return store.archive.find(word).id
 
 
 def _write(

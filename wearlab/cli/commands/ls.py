@@ -102,8 +102,8 @@ def _columns(
     ]
     if state is not None or places:
         states = {
-            run_id: store.state_of(entry)
-            for run_id, entry in store.entries(table["id"]).items()
+            run_id: store.archive.state_of(entry)
+            for run_id, entry in store.archive.entries(table["id"]).items()
         }
         kept = [
             (row, states[row[0]])
@@ -140,11 +140,11 @@ def _in_si(table: "tables.Table") -> dict[str, Any]:
 def _rows(store: Store, ids: Sequence[str] | None = None) -> list[dict[str, Any]]:
     from wearlab.store import catalogue
 
-    entries = store.entries(ids)
+    entries = store.archive.entries(ids)
     once: dict[
         tuple[Any, ...], catalogue.Member
     ] = {}  # however often a file was extended and run again
-    for m in store.catalogue.members(ids):
+    for m in store.archive.catalogue.members(ids):
         if m.run in entries:
             once.setdefault(
                 (m.campaign, m.path, m.run, m.label, *m.position.items()), m
@@ -181,7 +181,7 @@ def _row(
     row |= {
         "label": member.label,
         "position": member.position,
-        "state": store.state_of(entry),
+        "state": store.archive.state_of(entry),
     }
     row |= {name: came.get(name) for name in ("life", "max_wear_depth")}
     row |= {"error_estimates": errors, "result": result, "relative_error": error}
@@ -237,8 +237,8 @@ def show(run: str, store: Store, variables: bool = False) -> output.Findings:
 
     if (update := updates.find_update(store, run)) is not None:
         return show_update(store, update)
-    entry = store.find(run)
-    layouts = store.catalogue.layouts([entry.layout] if entry.layout else [])
+    entry = store.archive.find(run)
+    layouts = store.archive.catalogue.layouts([entry.layout] if entry.layout else [])
     stored = layouts[entry.layout]["variables"] if entry.layout else {}
     facts = told.facts(store, entry)
     scene = loads(entry.scene or "{}")

@@ -45,7 +45,7 @@ def export(file: str, out: Path, store: Store) -> output.Findings:
                 files.write_whole(out, image)
             else:
                 exports.export(campaign, store, out, tell)
-        entries = store.entries(case.id for case in campaign.cases).values()
+        entries = store.archive.entries(case.id for case in campaign.cases).values()
     done = sum(entry.state == "done" for entry in entries)
     content = {"file": str(out), "runs": total, "done": done}
     if done == total:
@@ -72,7 +72,7 @@ def _merged(theirs: Store, store: Store) -> output.Findings:
     """Take runs from one store into another."""
     from wearlab.store import upkeep
 
-    with output.bar(len(theirs.entries()), "runs") as tell:
+    with output.bar(len(theirs.archive.entries()), "runs") as tell:
         made = upkeep.merge(store, theirs, tell)
     runs = f"{len(made.copied)} runs copied, {len(made.same)} were here already"
     remarks = f", {made.remarks} tags and notes" if made.remarks else ""
@@ -157,12 +157,12 @@ def prune(
 @app.command()
 def reindex(store: Store) -> output.Findings:
     """Make the catalogue anew from the run files."""
-    if not store.files.folder.is_dir():
+    if not store.archive.files.folder.is_dir():
         raise output.Stop(f"{store.path}: there is no store here")
     problems = store.reindex()
-    count = len(store.entries())
+    count = len(store.archive.entries())
     wrong = [f"left out: {problem.message}" for problem in problems]
-    if count and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
+    if count and not store.archive.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
         anew = "'wearlab run FILE' records one anew, and computes nothing that is there"
         later = "until then prune does not know what is wanted"
         wrong.append(f"campaigns stand in no run's file: {anew}; {later}")
@@ -200,7 +200,7 @@ def cite(run: str, store: Store) -> output.Findings:
 def verify(store: Store) -> output.Findings:
     """Compare every run file with the hash of what was written."""
     problems = store.verify()
-    done = sum(entry.state == "done" for entry in store.entries().values())
+    done = sum(entry.state == "done" for entry in store.archive.entries().values())
     text = [
         f"{problem.kind:<11}{problem.path}: {problem.message}" for problem in problems
     ]
