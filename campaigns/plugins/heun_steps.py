@@ -10,7 +10,8 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from wearlab.life.step import Node, Step, growth
+from wearlab.life.limits import CountedRate
+from wearlab.life.step import Node, Step, Stepper, growth
 from wearlab.life.steps import StepMethod
 from wearlab.options import POSITIVE, Depth
 
@@ -20,10 +21,10 @@ class HeunStep(StepMethod):
 
     method: Literal["heun"] = "heun"
     """second order, two rates a step. Source: a user"""
-    threshold: Annotated[Depth, POSITIVE] = "1 um"
+    threshold: Annotated[Depth, POSITIVE] = 1e-6
     """wear of a step"""
 
-    def build(self):
+    def build(self) -> "Heun":
         """Return the method."""
         return Heun(self.threshold)
 
@@ -34,31 +35,30 @@ class Heun:
 
     threshold: float
 
-    def start(self, node, rate, tolerance, scale):
+    def start(
+        self, node: Node, rate: CountedRate, tolerance: float, scale: float
+    ) -> "HeunStepper":
         """Return the stepper of one life."""
         return HeunStepper(rate, self.threshold)
 
 
-class HeunStepper:
+class HeunStepper(Stepper):
     """Takes step after step, none rejected."""
 
-    rejected, saw_tooth, hurried, wave_growth = 0, False, False, 0.0
+    def __init__(self, rate: CountedRate, threshold: float) -> None:
+        self.rate = rate
+        self.threshold = threshold
 
-    def __init__(self, rate, threshold):
-        self.rate, self.threshold = rate, threshold
-        self.trying, self.longest = 0.0, np.inf
-
-    def advance(self, node, largest):
+    def advance(self, node: Node, largest: float) -> tuple[Step, None]:
         """Return the step from ``node``, at most ``largest`` cycles long, and no jump."""
         fastest = float(node.rate.max())
-        wanted = self.threshold / fastest if fastest > 0.0 else np.inf
-        self.trying = size = min(wanted, largest, self.longest)
+        by_threshold = self.threshold / fastest if fastest > 0.0 else np.inf
+        size = min(by_threshold, largest, self.max_size)
+        self.trying = size
+
         first = self.rate(node.depth + size * node.rate)
         depth = node.depth + 0.5 * size * (node.rate + first)
         end = Node(node.cycle + size, depth, self.rate(depth))
+
         error = size * (end.rate - first) / 6.0
         return Step(node, end, (node.rate, end.rate), error, growth(node, end)), None
-
-    def shorten(self, size):
-        """Take no step longer than ``size`` next: the last one led where the gears cannot run."""
-        self.longest = size

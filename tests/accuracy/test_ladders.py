@@ -9,7 +9,7 @@ from wearlab.accuracy.ladder import Rung, WorkPrecision, interpolated, timing
 from wearlab.accuracy.steady import Steady, reference
 from wearlab.dynamics.methods import Newmark, RungeKutta4
 from wearlab.gears.specification import GearError
-from wearlab.life.adaptive import Euler
+from wearlab.life.euler import Euler
 
 
 @pytest.fixture(autouse=True)

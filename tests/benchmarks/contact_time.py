@@ -12,7 +12,7 @@ import numpy as np
 from wearlab.accuracy.ladder import timing
 from wearlab.assembly import build
 from wearlab.scene import Scene
-from wearlab.wear.initials import quadratic
+from wearlab.wear.initials.quadratic import quadratic
 
 PHASES, NODES = 256, 201
 DEPTH = 5e-6

@@ -3,7 +3,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from wearlab.life import stiffness
-from wearlab.life.adaptive import zigzag
+from wearlab.life.euler import zigzag
 from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from wearlab.life.adaptive import Euler
 from wearlab.life.checkpoint import checkpoints
+from wearlab.life.euler import Euler
 from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits, Snapshots
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from wearlab.life.adaptive import Euler, Fixed, stability_limit, zigzag
+from wearlab.life.euler import Euler, Fixed, stability_limit, zigzag
 from wearlab.life.integrate import integrate
 from wearlab.life.limits import CountedRate, Limits
 from wearlab.life.step import Node

@@ -3,7 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wearlab.life.adaptive import Adaptive, Euler, Fixed
+from wearlab.life.adaptive import Adaptive
+from wearlab.life.euler import Euler, Fixed
 from wearlab.life.history import worn
 from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits, Snapshots, StopWear

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wearlab.life.loads import equivalent_load
+from wearlab.life.loads.equivalent import equivalent_load
 
 LOADS = st.lists(st.floats(0.0, 1e5), min_size=1, max_size=20)
 

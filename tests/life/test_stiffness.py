@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from wearlab.life.adaptive import grows_saw, swings, zigzag
+from wearlab.life.euler import grows_saw, swings, zigzag
 from wearlab.life.stiffness import random_direction, spectrum
 
 

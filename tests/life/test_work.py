@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearlab.life.adaptive import Fixed
+from wearlab.life.euler import Fixed
 from wearlab.life.integrate import integrate
 from wearlab.life.limits import CountedRate, Limits
 from wearlab.life.step import Node

@@ -6,13 +6,15 @@ import pytest
 
 from wearlab.campaign import load
 from wearlab.dynamics.models.pair import Spur3dofDynamics, TorsionalDynamics
-from wearlab.life.steps import AdaptiveStep, EulerStep
+from wearlab.life.steps.adaptive import AdaptiveStep
+from wearlab.life.steps.euler import EulerStep
 from wearlab.mesh.contacts import DisplacementContact
 from wearlab.mesh.excitations import FourierExcitation, PairsExcitation
 from wearlab.mesh.stiffnesses import ConstantStiffness, FiniteElementStiffness
 from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
 from wearlab.scene.merge import merge, nested, without
-from wearlab.wear.coefficients import ConstantCoefficient, HardnessCoefficient
+from wearlab.wear.coefficients.constant import ConstantCoefficient
+from wearlab.wear.coefficients.hardness import HardnessCoefficient
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 

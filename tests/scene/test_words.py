@@ -3,12 +3,12 @@
 import pytest
 
 from wearlab.campaign import load
-from wearlab.life.loads import StaticLoad
+from wearlab.life.loads.static import StaticLoad
 from wearlab.plugins import forget
 from wearlab.scene import Scene
 from wearlab.scene.merge import merge
 from wearlab.slots import Slot
-from wearlab.wear.patches import OneWayPatch
+from wearlab.wear.patches.one_way import OneWayPatch
 
 CHOICES = {
     "wear.load": "static",

@@ -7,7 +7,7 @@ import numpy as np
 
 from wearlab.campaign import load
 from wearlab.simulation import simulate
-from wearlab.wear.patches import NoPatch
+from wearlab.wear.patches.none import NoPatch
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "extended_contact.toml"
 COARSE = {"profile_points": 81, "phase_points": 128}

@@ -5,8 +5,9 @@ from scipy.integrate import quad
 from wearlab.wear import law as wear_law
 from wearlab.wear.law import FlankLaw, WearLaw, prepare, wear_rate
 from wearlab.wear.path import contact_half_width, mean_pressure, peak_pressure
-from wearlab.wear.pressures import PeakPressure
-from wearlab.wear.projections import NormalProjection, OverCosine
+from wearlab.wear.pressures.peak import PeakPressure
+from wearlab.wear.projections.normal import NormalProjection
+from wearlab.wear.projections.over_cosine import OverCosine
 from wearlab.wear.setting import PowerOfLoad
 
 

@@ -3,14 +3,12 @@ import pytest
 
 from wearlab.options import Stored
 from wearlab.slots import VariantError
-from wearlab.wear.coefficients import (
-    CoefficientModel,
-    ConstantCoefficient,
-    HardnessCoefficient,
-    JanakiramanCoefficient,
-    regression,
-)
-from wearlab.wear.films import Film, film_factor, film_thickness
+from wearlab.wear.coefficients import CoefficientModel
+from wearlab.wear.coefficients.constant import ConstantCoefficient
+from wearlab.wear.coefficients.hardness import HardnessCoefficient
+from wearlab.wear.coefficients.janakiraman import JanakiramanCoefficient, regression
+from wearlab.wear.films import Film, film_thickness
+from wearlab.wear.films.dowson_higginson import film_factor
 from wearlab.wear.law import (
     FlankLaw,
     WearLaw,

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from wearlab.wear.films import Film, composite_rq, film_factor, film_thickness
+from wearlab.wear.films import Film, composite_rq, film_thickness
+from wearlab.wear.films.dowson_higginson import film_factor
 
 FILM = Film(viscosity=0.012, pressure_viscosity=1.6e-8, roughness=0.5e-6)
 

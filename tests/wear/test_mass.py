@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from wearlab.wear.initials import quadratic
+from wearlab.wear.initials.quadratic import quadratic
 from wearlab.wear.path import worn_area, worn_mass
 
 

@@ -39,8 +39,9 @@ from wearlab.dynamics.integrators import count, kernel
 from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.steady.response import Response
 from wearlab.gears.specification import GearError
-from wearlab.life import adaptive, history, integrate
+from wearlab.life import adaptive, euler, history, integrate
 from wearlab.life.limits import CountedRate, Limits
+from wearlab.life.step import Method
 from wearlab.scene import Scene, mesh
 from wearlab.simulation import companion_runs, life_run
 
@@ -450,7 +451,7 @@ def has_life(scene: Scene) -> bool:
     )
 
 
-def lived(problem: Wearing, method: integrate.Method, tolerance: float) -> TimedLife:
+def lived(problem: Wearing, method: Method, tolerance: float) -> TimedLife:
     """Return the life by a method of stepping over cycles, timed a few times where it is short."""
     given: Any = {"limits": problem.limits, "method": method, "tolerance": tolerance}
     given["max_evaluations"] = MOST_ANALYSES
@@ -571,7 +572,7 @@ def life_curves(
     published = []
     for parts in EULER_PARTS:
         published.append(
-            (deepest / parts, lived(problem, adaptive.Euler(deepest / parts), 1e-3))
+            (deepest / parts, lived(problem, euler.Euler(deepest / parts), 1e-3))
         )
         if published[-1][1].seconds > ENOUGH:
             break

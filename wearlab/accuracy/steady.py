@@ -19,7 +19,7 @@ from wearlab.mesh import excitation, stages
 from wearlab.mesh.force import Deflections
 from wearlab.scene import Scene
 from wearlab.simulation.life_run import initial_wear
-from wearlab.wear.initials import quadratic
+from wearlab.wear.initials.quadratic import quadratic
 
 NEIGHBOUR = 1e-7
 """How much deeper the flanks of the neighbouring wear state are worn [m]."""

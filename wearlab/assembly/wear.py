@@ -14,6 +14,8 @@ from wearlab.assembly import mesh, sets, vibration
 from wearlab.gears.gear import GearPair
 from wearlab.life import coupled, limits, loads
 from wearlab.life.coupling import FaceKind
+from wearlab.life.loads.instant import InstantLoad
+from wearlab.life.loads.static import StaticLoad
 from wearlab.mesh import clock, contact, gear_set
 from wearlab.mesh.face.contact import FaceContact
 from wearlab.scene import Scene
@@ -224,7 +226,7 @@ def of_user(variant: slots.Variant, built: Any) -> Any:
 def build_load(scene: Scene) -> loads.LoadModel:
     """Return which force wears the flanks, or would."""
     if scene.wear is None:
-        return loads.StaticLoad() if scene.dynamics is None else loads.InstantLoad()
+        return StaticLoad() if scene.dynamics is None else InstantLoad()
     return scene.wear.load.build(scene.wear.wohler_slope)
 
 

@@ -19,6 +19,7 @@ from wearlab.dynamics import system
 from wearlab.dynamics.steady.periodic import Unbounded
 from wearlab.dynamics.steady.response import Response, coordinates_at, deflection_at
 from wearlab.life import limits, loads
+from wearlab.life.loads.static import StaticLoad
 from wearlab.mesh import clock, contact, excitations, stages
 from wearlab.mesh.excitation import Between, MeshFlanks, stage_tables
 from wearlab.mesh.force import Deflections
@@ -375,7 +376,7 @@ class OneCondition(Coupled):
     def static_only(self) -> Self | None:
         """Return what wears under the static load alone, None where it does so already."""
         return (
-            replace(self, vibration=None, load=loads.StaticLoad())
+            replace(self, vibration=None, load=StaticLoad())
             if self.load.moving
             else None
         )

@@ -24,6 +24,7 @@ from wearlab.life.coupled import (
     Wear,
     WearState,
 )
+from wearlab.life.loads.static import static_forces
 from wearlab.mesh import clock, excitation, stiffness
 from wearlab.mesh.face.contact import FaceContact, FaceFlanks, LineLoads, face_flanks
 from wearlab.mesh.force import Deflections, flank_forces, normal_forces
@@ -71,7 +72,7 @@ class Coupling(OneCondition):
             forces = [
                 self._forces(kind, flanks, responses)
                 if responses
-                else loads.still(flanks, state)
+                else static_forces(flanks, state)
                 for kind, flanks, state in zip(self.kinds, worn, static, strict=True)
             ]
         states = []

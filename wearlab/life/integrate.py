@@ -25,11 +25,17 @@ from wearlab.life.limits import (
     Snapshots,
     StopWear,
 )
-from wearlab.life.step import Jump, Node, Step, Stepper, crossing, depth_at
+from wearlab.life.step import (
+    Jump,
+    Method,
+    Node,
+    SawTooth,
+    Step,
+    Stepper,
+    crossing,
+    depth_at,
+)
 
-Method = adaptive.Adaptive | adaptive.Euler | adaptive.Fixed
-"""Ways to step over cycles, or a plug-in's: ``start(node, rate, tolerance, scale)``
-returns a stepper."""
 Progress = Callable[[Node], None] | None
 """Called with every accepted state."""
 
@@ -311,7 +317,7 @@ class _Integration:
                         self.node, self.rate, self.tolerance, self.scale
                     )
                 self._advance(self.stepper)
-            except adaptive.SawTooth:
+            except SawTooth:
                 self.reason = "saw-tooth"
             except OutOfEvaluations as out:
                 nearly = self.limits._replace(
@@ -444,7 +450,8 @@ class _Integration:
     def recorded(self, snapshots: Snapshots) -> Life:
         """Return the record, with the snapshots read off the curves."""
         cycle, depth = read_off(snapshots, self.nodes, self.curves)
-        done = self.stepper or Stepper()  # none, at its limit from the beginning
+        # without a step, at its limit from the beginning
+        done = Stepper if self.stepper is None else self.stepper
         return Life(
             cycle=np.array([node.cycle for node in self.nodes]),
             depth=np.stack([node.depth for node in self.nodes]),

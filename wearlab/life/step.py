@@ -1,6 +1,6 @@
 """States and steps over cycles, the curve between the ends of a step, jumps, and a step taken once more."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -79,26 +79,71 @@ class Jump(NamedTuple):
     after: Array
 
 
-class Stepper:
-    """What takes a life from state to state: of a method, or of a plug-in, whose has the same names.
+class SawTooth(Exception):
+    """A step is beyond the stability limit: its wear alternates and does not die out."""
 
-    ``trying`` is the size of the last try, ``rejected`` counts tries, ``most`` bounds
-    the next step; ``saw_tooth``, ``hurried`` and ``wave_growth`` are what the `Life`
-    says of them.
+
+class Stepper(Protocol):
+    """What takes a life from one state to the next; a subclass has its ``advance``.
+
+    Parameters
+    ----------
+    trying : size of the last step that was tried [cycles]
+    max_size : bound on the next step [cycles]
+    rejected : how many steps were tried and rejected
+    saw_tooth : whether steps beyond the stability limit left their mark
+    hurried : whether steps were as long as the work left paid for
+    wave_growth : fastest growth of a wave of wear, where it is too fast to foresee its
+        end; else 0 [1/cycle]
     """
 
-    rejected = 0
-    trying = 0.0
-    most = np.inf
-    saw_tooth, hurried, wave_growth = False, False, 0.0
+    trying: float = 0.0
+    max_size: float = np.inf
+    rejected: int = 0
+    saw_tooth: bool = False
+    hurried: bool = False
+    wave_growth: float = 0.0
 
     def advance(self, node: Node, largest: float) -> tuple[Step, Jump | None]:
-        """Return the accepted step from ``node``, at most so many cycles long, and any jump it crosses."""
+        """Return the accepted step from a state, and any jump of the rate that it crosses.
+
+        Parameters
+        ----------
+        node : the state
+        largest : bound on the size of the step [cycles]
+
+        Raises
+        ------
+        SawTooth
+            When the step is beyond the stability limit and the method ends the life
+            there.
+        """
         raise NotImplementedError(f"{type(self).__name__} has no advance")
 
     def shorten(self, size: float) -> None:
-        """Take no step longer than ``size`` next: the last one led where the gears cannot run."""
-        self.most = size
+        """Take no step longer than ``size`` [cycles] next.
+
+        The last one led where the gears cannot run.
+        """
+        self.max_size = size
+
+
+class Method(Protocol):
+    """A way to step over cycles: what `wearlab.life.steps.StepMethod.build` returns."""
+
+    def start(
+        self, node: Node, rate: limits.CountedRate, tolerance: float, scale: float
+    ) -> Stepper:
+        """Return the stepper of one life.
+
+        Parameters
+        ----------
+        node : the first state
+        rate : the wear rate, called with depths (n,) [m]
+        tolerance : relative error in depth and life [1]
+        scale : depth below which errors are no longer relative [m]
+        """
+        ...
 
 
 def depth_at(step: Step, cycle: float) -> Array:

@@ -8,7 +8,7 @@ from typing import Any
 from wearlab.mesh import contacts, stiffnesses
 from wearlab.mesh.damping_laws import ViscousDamping
 from wearlab.scene import gears, mesh, sections
-from wearlab.wear.coefficients import CalibratedCoefficient
+from wearlab.wear.coefficients.calibrated import CalibratedCoefficient
 
 Problems = Iterator[tuple[str, str]]
 WIDTHS = 0.03, 1000.0  # modules

@@ -24,8 +24,12 @@ from wearlab.scene.wear import (
     Until,
     WearSection,
 )
-from wearlab.wear import coefficients
-from wearlab.wear.coefficients import CalibrationLife
+from wearlab.wear.coefficients.calibrated import (
+    UNCALIBRATED,
+    CalibratedCoefficient,
+    CalibrationLife,
+)
+from wearlab.wear.coefficients.constant import ConstantCoefficient
 
 RESOLVED = ("operation", "lubricant")
 """Sections that put what follows from their options beside these: they are always read
@@ -333,10 +337,10 @@ def _renew() -> None:
 slots.WHEN_CHANGED.append(_renew)
 
 
-def calibrated_coefficient(scene: Any) -> coefficients.CalibratedCoefficient | None:
+def calibrated_coefficient(scene: Any) -> CalibratedCoefficient | None:
     """Return the coefficient of a scene that is to be calibrated, None where it is given."""
     given = getattr(getattr(scene, "wear", None), "coefficient", None)
-    return given if isinstance(given, coefficients.CalibratedCoefficient) else None
+    return given if isinstance(given, CalibratedCoefficient) else None
 
 
 def calibrating(scene: Scene) -> Scene | None:
@@ -352,9 +356,9 @@ def calibrating(scene: Scene) -> Scene | None:
     wear = scene.wear
     dynamics = scene.dynamics
     assert wear is not None
-    constant = coefficients.ConstantCoefficient(
+    constant = ConstantCoefficient(
         model="constant",
-        value=options.Stored(coefficients.UNCALIBRATED),
+        value=options.Stored(UNCALIBRATED),
         film=given.film,
     )
     worn = {

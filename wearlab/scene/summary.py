@@ -9,7 +9,7 @@ from typing import Any
 
 from wearlab.scene.gears import LEAD_KEYS
 from wearlab.scene.scene import Scene
-from wearlab.wear.coefficients import HardnessCoefficient
+from wearlab.wear.coefficients.hardness import HardnessCoefficient
 
 OF_OIL = {"lubricant", "lambda_ratio", "temperature"}
 """What a wear law may need that the oil says."""

@@ -11,8 +11,13 @@ from annotated_types import Le, MinLen
 
 from wearlab import options, units
 from wearlab.life import loads, steps
+from wearlab.life.steps.adaptive import AdaptiveStep
 from wearlab.scene import gears, identity
 from wearlab.wear import coefficients, initials, laws, patches, pressures, projections
+from wearlab.wear.laws.archard import ArchardLaw
+from wearlab.wear.patches.elastic import ElasticPatch
+from wearlab.wear.pressures.mean import MeanPressure
+from wearlab.wear.projections.normal import NormalProjection
 
 NAMES = (*dict.fromkeys((*gears.ALL_TOOTHED, *gears.ALL_FLANKS)), "carrier")
 OneCoefficient = coefficients.CoefficientModel
@@ -170,7 +175,7 @@ class WearSection(options.Part):
 
     coefficient: Coefficient | None = None
     """wear coefficient k; required with until [nothing wears]. Source: Archard 1953"""
-    law: laws.LawModel = laws.ArchardLaw()
+    law: laws.LawModel = ArchardLaw()
     """how much is worn away in a cycle. Source: Archard 1953"""
     load: loads.LoadModel = options.option(None)
     """force that wears: when the point is in contact, L16's Miner torque, or static
@@ -178,11 +183,11 @@ class WearSection(options.Part):
     wohler_slope: Positive | None = None
     """Wöhler slope of the equivalent load; not printed in L16 [no equivalent_load].
     Source: L16 Eq. 25"""
-    pressure: pressures.PressureModel = pressures.MeanPressure()
+    pressure: pressures.PressureModel = MeanPressure()
     """Hertz pressure in the law; peak is 4/π times. Source: Archard 1953"""
-    projection: projections.ProjectionModel = projections.NormalProjection()
+    projection: projections.ProjectionModel = NormalProjection()
     """direction of the depth: along the normal, or W23's h/cos α. Source: W23 Eq. 33"""
-    contact_patch: patches.PatchModel = patches.ElasticPatch()
+    contact_patch: patches.PatchModel = ElasticPatch()
     """over the width of contact wear is: taken point by point; spread; spread and felt;
     spread, felt and levelled by the pressure that redistributes inside. Source: Johnson
     1985"""
@@ -198,7 +203,7 @@ class WearSection(options.Part):
     """where the life ends [one wear state]"""
     snapshots: SnapshotOptions | None = None
     """states stored on the way [accepted steps]"""
-    step: steps.StepMethod = steps.AdaptiveStep()
+    step: steps.StepMethod = AdaptiveStep()
     """how the wear is stepped over cycles. Source: wearlab"""
 
     @classmethod

@@ -22,7 +22,7 @@ from wearlab import results, schema, sources
 from wearlab.scene import Scene, identity
 from wearlab.variable import Result
 from wearlab.version import __version__
-from wearlab.wear.coefficients import CalibrationLife
+from wearlab.wear.coefficients.calibrated import CalibrationLife
 
 
 class Refused(ValueError):

@@ -23,7 +23,8 @@ from wearlab.simulation import (
     trust,
     vibration,
 )
-from wearlab.wear.coefficients import UNCALIBRATED, CalibrationLife, ConstantCoefficient
+from wearlab.wear.coefficients.calibrated import UNCALIBRATED, CalibrationLife
+from wearlab.wear.coefficients.constant import ConstantCoefficient
 
 LABELS: dict[str, Any] = {"axis": ["x", "y", "z"], "part": ["real", "imaginary"]}
 ALONG_STATES = ("mesh_cycles", "operating_hours", "preset_depth")

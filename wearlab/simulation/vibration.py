@@ -27,7 +27,8 @@ from wearlab.dynamics.forces import energy, mesh_forces
 from wearlab.dynamics.steady.response import Response, step_of
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.gears.specification import GearError
-from wearlab.life import coupled, history, loads
+from wearlab.life import coupled, history
+from wearlab.life.loads.equivalent import equivalent_force
 from wearlab.mesh import clock, excitation, force, gear_set, harmonics, stages
 from wearlab.scene import Scene
 from wearlab.simulation import label
@@ -119,7 +120,7 @@ def _values_of(
         }
     if (slope := parts.wohler_slope) is not None:
         equals = [
-            loads.equivalent_force(k.flanks.analysis, k.weight, k.drive, slope)
+            equivalent_force(k.flanks.analysis, k.weight, k.drive, slope)
             for k in state.kind
         ]
         values["equivalent_load"] = [

@@ -24,7 +24,8 @@ from wearlab.wear.path import (
     mean_pressure,
     sliding_velocity,
 )
-from wearlab.wear.projections import NormalProjection, ProjectionModel
+from wearlab.wear.projections import ProjectionModel
+from wearlab.wear.projections.normal import NormalProjection
 from wearlab.wear.setting import FlankState, PowerOfLoad
 
 Coefficient = PowerOfLoad | Callable[[FlankState], Array]

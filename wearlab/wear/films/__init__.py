@@ -94,13 +94,6 @@ def film_thickness(film: Film, path: WearPath, force: ArrayLike) -> Array:
     )
 
 
-def film_factor(lambda_ratio: ArrayLike) -> Array:
-    """Return the share of wear the film leaves: 1 to λ = ½, (2/7)(4 − λ), 0 from λ = 4 (L16 Eq. 27)."""
-    return np.asarray(
-        np.clip((2.0 / 7.0) * (4.0 - np.asarray(lambda_ratio, float)), 0.0, 1.0)
-    )
-
-
 class FilmModel(Variant):
     """Any film: its thickness under a load, and the share of wear it leaves.
 
@@ -123,14 +116,3 @@ class FilmModel(Variant):
     def build(self, setting: Setting) -> Callable[[Array], Array]:
         """Return the share of wear that the film leaves, a function of λ (n,) [1] to (n,) within 0 and 1."""
         raise NotImplementedError(f"{type(self).__name__} has no build")
-
-
-class DowsonHigginsonFilm(FilmModel):
-    """Minimum film of a line contact; wear fades from λ = ½ and ends at λ = 4."""
-
-    model: Literal["dowson-higginson"] = "dowson-higginson"
-    """Dowson and Higginson's film, share 2/7 (4 − λ). Source: L16 Eq. 27"""
-
-    def build(self, setting: Setting) -> Callable[[Array], Array]:
-        """Return L16's share of wear."""
-        return film_factor

@@ -39,15 +39,3 @@ class LawModel(Variant):
         [m per cycle], ≥ 0
         """
         raise NotImplementedError(f"{type(self).__name__} has no build")
-
-
-class ArchardLaw(LawModel):
-    """Depth proportional to pressure and sliding."""
-
-    proportional: ClassVar[bool] = True
-
-    model: Literal["archard"] = "archard"
-    """depth k times pressure times sliding. Source: Archard 1953"""
-
-    def build(self, setting: Setting) -> None:
-        """Return nothing: :func:`wearlab.wear.law.wear_per_cycle` is this law."""

@@ -17,21 +17,3 @@ class PressureModel(Variant):
 
     slot: ClassVar[Slot] = Slot("wear.pressure", __name__, default="mean", by_name=True)
     factor: ClassVar[float]
-
-
-class MeanPressure(PressureModel):
-    """The mean over the width of contact."""
-
-    factor: ClassVar[float] = 1.0
-
-    model: Literal["mean"] = "mean"
-    """mean Hertz pressure. Source: Archard 1953"""
-
-
-class PeakPressure(PressureModel):
-    """The pressure in the middle of the contact."""
-
-    factor: ClassVar[float] = 4.0 / pi
-
-    model: Literal["peak"] = "peak"
-    """peak Hertz pressure. Source: Johnson 1985"""

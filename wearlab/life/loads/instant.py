@@ -1,0 +1,25 @@
+"""The force at the moment when a point is in contact wears it."""
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from wearlab.arrays import Array
+from wearlab.life.loads import Forces, LoadModel
+
+if TYPE_CHECKING:
+    from wearlab.mesh.contact import Quasistatic
+    from wearlab.mesh.excitation import MeshFlanks
+
+
+class InstantLoad(LoadModel):
+    """The force when the point is in contact."""
+
+    model: Literal["instant"] = "instant"
+    """when the point is in contact. Source: L16"""
+
+    def at_nodes(
+        self, flanks: "MeshFlanks", static: "Quasistatic", force: Forces
+    ) -> Array:
+        """Return the force on a pair at every node, (n_rows, n) [N]."""
+        return np.stack([flanks.analysis.force_at_nodes(pair) for pair in force.pair])

@@ -1,0 +1,27 @@
+"""Initial wear that grows with the square of the distance from the pitch point."""
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from wearlab.arrays import Array
+from wearlab.wear.initials import ShapedWear
+
+if TYPE_CHECKING:
+    from wearlab.gears.gear import GearPair
+
+
+class QuadraticWear(ShapedWear):
+    """``depth (s/s_far)²``: zero at the pitch point, ``depth`` at the far end of the path."""
+
+    shape: Literal["quadratic"] = "quadratic"
+    """depth·(s/s_far)² from the pitch point. Source: W23"""
+
+    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
+        """Return ``depth (s/s_far)²``, s_far the end of the path farther from the pitch point, (n,) [m]."""
+        return quadratic(position, self.depth)
+
+
+def quadratic(position: Array, depth: float) -> Array:
+    """Return ``depth (s/s_far)²`` at path positions (n,) that reach from end to end of the path, (n,) [m]."""
+    return np.asarray(depth * (position / np.abs(position).max()) ** 2)
