@@ -48,12 +48,12 @@ class Side(NamedTuple):
     single: bool = False
 
 
-def side(given: Any, store: Store | None, name: str) -> Side:
+def side(subject: Any, store: Store | None, name: str) -> Side:
     """Return what was given as named runs.
 
     Parameters
     ----------
-    given : dataset of a run, grid, `Campaign`, or the id of a run
+    subject : dataset of a run, grid, `Campaign`, or the id of a run
     store : where campaigns and ids are looked up
     name : A or B
 
@@ -61,18 +61,20 @@ def side(given: Any, store: Store | None, name: str) -> Side:
     ------
     CompareError : it is none of these, or needs a store and has none
     """
-    if isinstance(given, xr.Dataset):
-        return _of_grid(given, name) if "run_id" in given else _of_run(given, name)
+    if isinstance(subject, xr.Dataset):
+        return (
+            _of_grid(subject, name) if "run_id" in subject else _of_run(subject, name)
+        )
     if store is None:
         raise runs.CompareError(
-            f"{name}: {given!r} is looked up in a store: give store = Store(...)"
+            f"{name}: {subject!r} is looked up in a store: give store = Store(...)"
         )
-    if isinstance(given, str):
-        return _of_run(store.run(given), name)
-    if hasattr(given, "cases"):
-        return _of_grid(store.open(given), name, store.run)
+    if isinstance(subject, str):
+        return _of_run(store.run(subject), name)
+    if hasattr(subject, "cases"):
+        return _of_grid(store.open(subject), name, store.run)
     raise runs.CompareError(
-        f"{name}: {type(given).__name__} is no run, no id and no campaign"
+        f"{name}: {type(subject).__name__} is no run, no id and no campaign"
     )
 
 
@@ -181,11 +183,13 @@ def pairs(
     """
     if len(a.members) == len(b.members) == 1:
         return [(a.members[0], b.members[0])], list(a.absent), list(b.absent)
-    others = {member.key: member for member in b.members}
-    matched = [(own, others[own.key]) for own in a.members if own.key in others]
-    taken = {own.key for own, _ in matched}
-    left = [*(m.name for m in a.members if m.key not in taken), *a.absent]
-    right = [*(m.name for m in b.members if m.key not in taken), *b.absent]
+    partners = {member.key: member for member in b.members}
+    matched = [
+        (member, partners[member.key]) for member in a.members if member.key in partners
+    ]
+    matched_keys = {member.key for member, _ in matched}
+    left = [*(m.name for m in a.members if m.key not in matched_keys), *a.absent]
+    right = [*(m.name for m in b.members if m.key not in matched_keys), *b.absent]
     return matched, left, right
 
 
@@ -292,9 +296,9 @@ def _reduced(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:
 
 def _shared(texts: Sequence[str]) -> str:
     """Return the scene's differences that every pair has alike."""
-    first, *others = (json.loads(text) for text in texts)
+    first, *remaining = (json.loads(text) for text in texts)
     return json.dumps(
-        [key for key in first if all(key in t for t in others)], ensure_ascii=False
+        [key for key in first if all(key in t for t in remaining)], ensure_ascii=False
     )
 
 

@@ -208,18 +208,20 @@ def common(a: Array, b: Array, on: str) -> Array:
     low = max(a[0], b[0])
     high = min(a[-1], b[-1])
     if low > high:
-        said = (
+        message = (
             f"A runs over {on} {a[0]:.6g} to {a[-1]:.6g}, B over {b[0]:.6g} to "
             f"{b[-1]:.6g}"
         )
-        raise CompareError(f"{said}: nothing in common")
+        raise CompareError(f"{message}: nothing in common")
     inside = np.unique(np.concatenate([a, b, [low, high]]))
     inside = inside[(inside >= low) & (inside <= high)]
-    apart = np.diff(inside, prepend=-np.inf) > SAME * max(abs(high), abs(low), 1e-300)
-    return np.asarray(inside[apart])
+    is_distinct = np.diff(inside, prepend=-np.inf) > SAME * max(
+        abs(high), abs(low), 1e-300
+    )
+    return np.asarray(inside[is_distinct])
 
 
-def at_positions(values: xr.DataArray, stands: Stands, wanted: Array) -> xr.DataArray:
+def at_positions(values: xr.DataArray, stands: Stands, targets: Array) -> xr.DataArray:
     """Return values at wanted positions, linear between stored states.
 
     The dim ``state`` comes first.
@@ -228,19 +230,21 @@ def at_positions(values: xr.DataArray, stands: Stands, wanted: Array) -> xr.Data
     ----------
     values : with the dim ``update``, or without it: the same at every state
     stands : (n,) positions of the run's states, and their indices
-    wanted : (m,) positions, within those given
+    targets : (m,) positions, within those given
     """
     if "update" not in values.dims:
-        return values.expand_dims(state=len(wanted))
-    given, states = stands
+        return values.expand_dims(state=len(targets))
+    positions, states = stands
     stored = values.transpose("update", ...).isel(update=states)
     above = np.clip(
-        np.searchsorted(given, wanted), min(1, len(given) - 1), len(given) - 1
+        np.searchsorted(positions, targets),
+        min(1, len(positions) - 1),
+        len(positions) - 1,
     )
     below = np.maximum(above - 1, 0)
-    width = given[above] - given[below]
+    width = positions[above] - positions[below]
     share = np.where(
-        width > 0, (wanted - given[below]) / np.where(width > 0, width, 1.0), 0.0
+        width > 0, (targets - positions[below]) / np.where(width > 0, width, 1.0), 0.0
     )
     share = np.where(np.abs(share - np.round(share)) < SAME, np.round(share), share)
     share = share.reshape(-1, *(1,) * (stored.ndim - 1))
@@ -249,8 +253,8 @@ def at_positions(values: xr.DataArray, stands: Stands, wanted: Array) -> xr.Data
     mixed = np.where(
         share == 0.0, low, np.where(share == 1.0, high, low + share * (high - low))
     )
-    kept = {n: c for n, c in stored.coords.items() if "update" not in c.dims}
-    return xr.DataArray(mixed, dims=("state", *stored.dims[1:]), coords=kept)
+    coordinates = {n: c for n, c in stored.coords.items() if "update" not in c.dims}
+    return xr.DataArray(mixed, dims=("state", *stored.dims[1:]), coords=coordinates)
 
 
 def same_nodes(a: xr.DataArray, b: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
@@ -260,9 +264,9 @@ def same_nodes(a: xr.DataArray, b: xr.DataArray) -> tuple[xr.DataArray, xr.DataA
     ------
     CompareError : they have no flank, mesh or member in common
     """
-    both = {dim for dim in a.dims if dim in b.dims}
+    shared_dims = {dim for dim in a.dims if dim in b.dims}
     for dim in ("flank", "mesh", "member", "harmonic", "order"):
-        if dim in both and dim in a.coords and dim in b.coords:
+        if dim in shared_dims and dim in a.coords and dim in b.coords:
             shared = [label for label in a[dim].values if label in b[dim].values]
             if not shared:
                 raise CompareError(
@@ -271,8 +275,8 @@ def same_nodes(a: xr.DataArray, b: xr.DataArray) -> tuple[xr.DataArray, xr.DataA
                 )
             a = a.sel({dim: shared})
             b = b.sel({dim: shared})
-    b = _on_phases(a, b) if "phase" in both else b
-    return a, _on_profile(a, b) if "profile" in both else b
+    b = _on_phases(a, b) if "phase" in shared_dims else b
+    return a, _on_profile(a, b) if "profile" in shared_dims else b
 
 
 def _on_phases(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
@@ -280,15 +284,19 @@ def _on_phases(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
 
     Phase 0 is where a pair of mesh 1 enters at A.
     """
-    own = phases_of(b)
-    wanted = phases_of(a)
-    if own.shape == wanted.shape and np.allclose(own, wanted, rtol=0.0, atol=1e-12):
+    phases = phases_of(b)
+    target_phases = phases_of(a)
+    if phases.shape == target_phases.shape and np.allclose(
+        phases, target_phases, rtol=0.0, atol=1e-12
+    ):
         return b
     moved = b.transpose(..., "phase")
     waves = np.apply_along_axis(
-        lambda wave: np.interp(wanted, own, wave, period=1.0), -1, moved.values
+        lambda wave: np.interp(target_phases, phases, wave, period=1.0),
+        -1,
+        moved.values,
     )
-    return _laid(b, moved, waves).assign_coords(phase=wanted)
+    return _laid(b, moved, waves).assign_coords(phase=target_phases)
 
 
 def phases_of(wave: xr.DataArray) -> Array:
@@ -304,14 +312,17 @@ def _on_profile(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
 
     NaN where B's path does not reach.
     """
-    wanted = _path(a)
-    own = _path(b)
+    target_path = _path(a)
+    path = _path(b)
     if (
-        wanted is None
-        or own is None
-        or (own.shape == wanted.shape and np.allclose(own, wanted, atol=1e-12))
+        target_path is None
+        or path is None
+        or (
+            path.shape == target_path.shape
+            and np.allclose(path, target_path, atol=1e-12)
+        )
     ):
-        if wanted is None and a.sizes["profile"] != b.sizes["profile"]:
+        if target_path is None and a.sizes["profile"] != b.sizes["profile"]:
             raise CompareError(
                 "the runs have different nodes and no path_position to match them"
             )
@@ -319,7 +330,7 @@ def _on_profile(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
     moved = b.transpose("flank", ..., "profile")
     flanks = [
         np.apply_along_axis(partial(_interpolated, new, old), -1, rows)
-        for new, old, rows in zip(wanted, own, moved.values, strict=True)
+        for new, old, rows in zip(target_path, path, moved.values, strict=True)
     ]
     return _laid(b, moved, np.stack(flanks)).assign_coords(
         path_position=a["path_position"]
@@ -331,10 +342,12 @@ def _interpolated(new: Array, old: Array, row: Array) -> Array:
     return np.interp(new, old, row, left=np.nan, right=np.nan)
 
 
-def _laid(given: xr.DataArray, moved: xr.DataArray, values: Array) -> xr.DataArray:
+def _laid(template: xr.DataArray, moved: xr.DataArray, values: Array) -> xr.DataArray:
     """Return other values along the last dimension of a transposed array, laid out as it was given."""
-    kept = {name: c for name, c in moved.coords.items() if moved.dims[-1] not in c.dims}
-    return xr.DataArray(values, kept, moved.dims).transpose(*given.dims)
+    coordinates = {
+        name: c for name, c in moved.coords.items() if moved.dims[-1] not in c.dims
+    }
+    return xr.DataArray(values, coordinates, moved.dims).transpose(*template.dims)
 
 
 def _path(values: xr.DataArray) -> Array | None:
@@ -426,11 +439,11 @@ def compare_runs(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> xr.
 
 def _of(quantity: Quantity, run: xr.Dataset) -> xr.DataArray:
     values = run[quantity.source]
-    kept = [n for n in values.coords if n in values.dims]
+    coordinates = [n for n in values.coords if n in values.dims]
     if "profile" in values.dims and "path_position" in run:
-        kept.append("path_position")
+        coordinates.append("path_position")
     return quantity.of(
-        values.reset_coords(drop=True).assign_coords({n: run[n] for n in kept})
+        values.reset_coords(drop=True).assign_coords({n: run[n] for n in coordinates})
     )
 
 
@@ -446,10 +459,12 @@ def _relative(a: Array, b: Array) -> Array:
     scale = max(
         float(np.max(np.abs(x), initial=0.0, where=~np.isnan(x))) for x in (a, b)
     )
-    apart = np.abs(b - a).reshape(len(a), -1)
-    held = np.isfinite(apart)
+    distance = np.abs(b - a).reshape(len(a), -1)
+    is_finite = np.isfinite(distance)
     largest = np.where(
-        held.any(axis=1), np.max(apart, axis=1, initial=0.0, where=held), np.nan
+        is_finite.any(axis=1),
+        np.max(distance, axis=1, initial=0.0, where=is_finite),
+        np.nan,
     )
     return largest / scale if scale > 0.0 else np.where(np.isnan(largest), np.nan, 0.0)
 

@@ -132,8 +132,8 @@ def _with_interval(table: Array, rng: np.random.Generator) -> Array:
     """Return S, its ends, T, its ends, (6, inputs), from f of complete base points, (points, inputs + 2)."""
     whole = table[np.isfinite(table).all(axis=1)]
     if len(whole) < 2:
-        told = f"{len(whole)} of {len(table)} base points"
-        raise CompareError(f"sobol_indices: {told} have all their runs; at least 2")
+        message = f"{len(whole)} of {len(table)} base points"
+        raise CompareError(f"sobol_indices: {message} have all their runs; at least 2")
     picked = rng.integers(len(whole), size=(1000, len(whole)))
     drawn = np.stack([indices(whole[index]) for index in picked])
     low, high = np.nanpercentile(drawn, [2.5, 97.5], axis=0)

@@ -59,37 +59,37 @@ def alike(value: float) -> tuple[float, ...]:
     return rounded(value * (1.0 - ROUND_OFF)), rounded(value * (1.0 + ROUND_OFF))
 
 
-def met(sign: str, value: float, other: float) -> bool:
+def met(sign: str, value: float, limit: float) -> bool:
     """Return whether ``value sign other`` holds to the digits of identity, sign one of < <= > >= = !=."""
-    close = abs(value - other) <= CLOSE * abs(other)
-    same = value == other or (close and rounded(value) in alike(other))
-    return COMPARED[sign](0.0 if same else value - other, 0.0)
+    is_close = abs(value - limit) <= CLOSE * abs(limit)
+    is_equal = value == limit or (is_close and rounded(value) in alike(limit))
+    return COMPARED[sign](0.0 if is_equal else value - limit, 0.0)
 
 
 def index_of_quantity(
-    asked: Any, values: Sequence[Any], units: str | None, key: str = ""
+    label: Any, values: Sequence[Any], units: str | None, key: str = ""
 ) -> int | None:
     """Return where a label stands among the values of an axis, None where it does not.
 
     Parameters
     ----------
-    asked : a label, a number, or a quantity with its unit
+    label : a label, a number, or a quantity with its unit
     values : labels, or numbers in ``units``
     units : of the values, None for plain ones
     key : dotted key of a scene that the values were given to; tells that ``1/min`` are
         revolutions
     """
-    wanted = _in_units(asked, units, key) if units else asked
+    target = _in_units(label, units, key) if units else label
     for index, value in enumerate(values):
-        if value == wanted and isinstance(value, bool) == isinstance(wanted, bool):
+        if value == target and isinstance(value, bool) == isinstance(target, bool):
             return index
-    if not is_number(wanted):
+    if not is_number(target):
         return None
-    gaps = [abs(value - wanted) if is_number(value) else math.inf for value in values]
+    gaps = [abs(value - target) if is_number(value) else math.inf for value in values]
     near = min(
         gaps, default=math.inf
     )  # both the axis and what is asked may have been rounded
-    return gaps.index(near) if near <= CLOSE * abs(wanted) else None
+    return gaps.index(near) if near <= CLOSE * abs(target) else None
 
 
 def _in_units(label: Any, units: str, key: str) -> Any:
@@ -184,25 +184,25 @@ def meets(sign: str, left: Any, right: Any, values: Mapping[str, Any]) -> bool |
     limit = value_of(right, values)
     if value is None or limit is None:
         return None
-    some = value if isinstance(value, tuple) else (value,)
+    items = value if isinstance(value, tuple) else (value,)
     # a date without a time means the whole day
     day = (
         DAY
         if isinstance(right, Literal) and right.is_date and len(str(limit)) == DAY
         else None
     )
-    return any(compared(sign, each[:day] if day else each, limit) for each in some)
+    return any(compared(sign, item[:day] if day else item, limit) for item in items)
 
 
-def compared(sign: str, value: Any, other: Any) -> bool:
+def compared(sign: str, value: Any, limit: Any) -> bool:
     """Return ``one sign other``.
 
     Numbers to the digits in which scenes are told apart.
     """
-    if sign != "contains" and is_number(value) and is_number(other):
-        return met(sign, value, other)
-    return isinstance(value, str) == isinstance(other, str) and COMPARED[sign](
-        value, other
+    if sign != "contains" and is_number(value) and is_number(limit):
+        return met(sign, value, limit)
+    return isinstance(value, str) == isinstance(limit, str) and COMPARED[sign](
+        value, limit
     )
 
 

@@ -96,9 +96,9 @@ def parse_formula(text: str) -> Formula:
     return Formula(tuple(reader.names), worked_out)
 
 
-def _in_python(found: re.Match[str]) -> str:
+def _in_python(match: re.Match[str]) -> str:
     """Return what stands for a part of a formula where Python reads it, of the same length."""
-    part = found[0]
+    part = match[0]
     if part.isspace():
         return " "
     if part in "=:#\\":
@@ -108,8 +108,8 @@ def _in_python(found: re.Match[str]) -> str:
 
 def spelled_out(text: str, meanings: Mapping[str, str]) -> str:
     """Return a formula in which names that stand for formulas are replaced by these, in brackets."""
-    found = [(n.at, n.name) for n in parse_formula(text).names if n.name in meanings]
-    for at, name in sorted(found, reverse=True):
+    places = [(n.at, n.name) for n in parse_formula(text).names if n.name in meanings]
+    for at, name in sorted(places, reverse=True):
         text = f"{text[:at]}({meanings[name]}){text[at + len(name) :]}"
     return text
 
@@ -171,11 +171,11 @@ class _FormulaReader:
     def place(self, node: ast.expr) -> tuple[str, float | str]:
         match node:
             case ast.Slice(ast.Name() as dim, ast.expr(), None):
-                given = self.part(node).partition("=")[2].strip()
-                if NUMBER.fullmatch(given):
-                    return self.part(dim), float(given.replace(" ", ""))
-                if WORD.fullmatch(given) or TEXT.fullmatch(given):
-                    return self.part(dim), given if WORD.fullmatch(given) else given[
+                label = self.part(node).partition("=")[2].strip()
+                if NUMBER.fullmatch(label):
+                    return self.part(dim), float(label.replace(" ", ""))
+                if WORD.fullmatch(label) or TEXT.fullmatch(label):
+                    return self.part(dim), label if WORD.fullmatch(label) else label[
                         1:-1
                     ]
         raise self.fail(
@@ -206,26 +206,26 @@ def amount(text: str, grid: Any, units: str = "") -> float:
     AmountError : a name or a label is not there, units do not fit, no run has it, or
         several numbers remain
     """
-    found = parse_formula(text).worked_out(grid, {})
-    values = np.unique(np.asarray(found.values, float))
+    measured = parse_formula(text).worked_out(grid, {})
+    values = np.unique(np.asarray(measured.values, float))
     values = values[np.isfinite(values)]
     if not values.size:
         raise AmountError(f"{text}: no stored run has it")
     if np.ptp(values) > 1e-12 * np.abs(values).max():
         dims = [
-            f"{dim} ({size})" for dim, size in found.values.sizes.items() if size > 1
+            f"{dim} ({size})" for dim, size in measured.values.sizes.items() if size > 1
         ]
         raise AmountError(
             f"{text}: {values.size} numbers, not one: choose along {', '.join(dims)}"
         )
-    return _converted(float(values[0]), found.units, units, text)
+    return _converted(float(values[0]), measured.units, units, text)
 
 
-def _converted(value: Any, given: str, wanted: str, text: str) -> Any:
-    if given in PLAIN and wanted in PLAIN:
+def _converted(value: Any, unit: str, target: str, text: str) -> Any:
+    if unit in PLAIN and target in PLAIN:
         return value
     try:
-        return units.convert(value, given or "1", wanted or "1")
+        return units.convert(value, unit or "1", target or "1")
     except units.UnitError as error:
         raise AmountError(f"{text}: {error}") from None
 
@@ -236,17 +236,17 @@ def _number(value: float, grid: Any, places: Places) -> Measured:
     return Measured(xr.DataArray(value), "1")
 
 
-def _placed(inner: WorkedOut, own: Places, grid: Any, places: Places) -> Measured:
+def _placed(inner: WorkedOut, chosen: Places, grid: Any, places: Places) -> Measured:
     """Return a formula at places: of every variable in it, the part along these dimensions."""
-    return inner(grid, {**own, **places})
+    return inner(grid, {**chosen, **places})
 
 
 def _joined(
-    sign: str, one: WorkedOut, other: WorkedOut, grid: Any, places: Places
+    sign: str, first: WorkedOut, second: WorkedOut, grid: Any, places: Places
 ) -> Measured:
     """Return a sum in the unit of its left side, a product of which one side is plain, or a ratio."""
-    (a, left) = one(grid, places)
-    (b, right) = other(grid, places)
+    (a, left) = first(grid, places)
+    (b, right) = second(grid, places)
     if sign in "+-":
         units = right if left in PLAIN and not np.any(a) else left
         b = _converted(b, right, units, f"the two sides of {sign}")
@@ -291,8 +291,12 @@ def _variable(name: str, grid: Any, places: Places) -> Measured:
         raise AmountError(f"{name}: {_not_there(name, grid.variables)}")
     if grid[name].dtype.kind not in "fiub":
         raise AmountError(f"{name} holds text, not numbers")
-    known = [other for other in (name, "n_updates", *STATES) if other in grid.variables]
-    part = grid[known].reset_coords()
+    present = [
+        candidate
+        for candidate in (name, "n_updates", *STATES)
+        if candidate in grid.variables
+    ]
+    part = grid[present].reset_coords()
     if "case" not in places and "case" in grid.coords and BASE in grid["case"].values:
         part = part.sel(case=BASE)
     for dim, label in places.items():
@@ -333,15 +337,17 @@ def _at(part: Any, name: str, dim: str, label: Any, grid: Any) -> Any:
         at = part["n_updates"] * (label < 0) + int(label)
         return part.isel(update=at.clip(min=0).reset_coords(drop=True))
     # without a coordinate counted from 0
-    own = list(grid[dim].values)
-    told = grid[dim].attrs
+    labels = list(grid[dim].values)
+    attributes = grid[dim].attrs
     index = evaluate.index_of_quantity(
-        label, own, told.get("units"), told.get("key", "")
+        label, labels, attributes.get("units"), attributes.get("key", "")
     )
     if index is None and dim in part[name].dims:
-        raise AmountError(f"{dim} = {label}: {_not_there(str(label), map(str, own))}")
+        raise AmountError(
+            f"{dim} = {label}: {_not_there(str(label), map(str, labels))}"
+        )
     return part if index is None else part.isel({dim: index})
 
 
-def _not_there(name: str, known: Any) -> str:
-    return f"is not there{nearest.meant(name, [str(one) for one in known], '')}"
+def _not_there(name: str, names: Any) -> str:
+    return f"is not there{nearest.meant(name, [str(candidate) for candidate in names], '')}"

@@ -90,29 +90,29 @@ def tokens(text: str) -> list[Token]:
         raise QueryError(
             f"{len(text)} characters, more than {LONGEST}", text[:40] + "…", 0
         )
-    read: list[Token] = []
+    words: list[Token] = []
     at = 0
-    while found := TOKEN.match(text, at):
-        part = found[0]
-        kind = "number" if found["number"] else str(found.lastgroup)
+    while match := TOKEN.match(text, at):
+        part = match[0]
+        kind = "number" if match["number"] else str(match.lastgroup)
         if kind == "name" and part.lower() in KEYWORDS:
             kind = "keyword"
             part = part.lower()
         elif kind == "text":
             part = part[1:-1].replace(2 * part[0], part[0])
         elif kind == "number":
-            part = found["number"]
+            part = match["number"]
         if kind != "space":
-            unit = f"{'1/' if found['over'] else ''}{found['unit'] or ''}"
-            read.append(
+            unit = f"{'1/' if match['over'] else ''}{match['unit'] or ''}"
+            words.append(
                 Token(kind, SIGNS.get(part, part) if kind == "sign" else part, at, unit)
             )
-        at = found.end()
+        at = match.end()
     if at < len(text):
         alien = f"{text[at]!r} belongs nowhere here; texts stand in quotes"
         open_text = f"the text that begins with {text[at]} does not end"
         raise QueryError(open_text if text[at] in "'\"" else alien, text, at)
-    return [*read, Token("end", "", len(text))]
+    return [*words, Token("end", "", len(text))]
 
 
 DEEPEST = 40
@@ -169,14 +169,14 @@ class _Grammar:
         self.place += 1
         return word
 
-    def fail(self, wanted: str) -> QueryError:
+    def fail(self, expected: str) -> QueryError:
         word = f"not {self.word.text!r}" if self.word.kind != "end" else "but it ends"
-        return QueryError(f"expected {wanted}, {word}", self.text, self.word.at)
+        return QueryError(f"expected {expected}, {word}", self.text, self.word.at)
 
-    def expect(self, wanted: str, kind: str, *texts: str) -> Token:
+    def expect(self, expected: str, kind: str, *texts: str) -> Token:
         """Step over the next word, which has to be one of these."""
         if (word := self.take(kind, *texts)) is None:
-            raise self.fail(wanted)
+            raise self.fail(expected)
         return word
 
     def condition(self, depth: int) -> Holds:
@@ -206,10 +206,12 @@ class _Grammar:
         if sign := self.take("sign", *COMPARISONS):
             middle = self.operand()
             first = self._compared(sign.text, left, middle)
-            if then := self.take("sign", *COMPARISONS):  # 100 N*m < torque < 200 N*m
+            if second_sign := self.take(
+                "sign", *COMPARISONS
+            ):  # 100 N*m < torque < 200 N*m
                 return partial(
                     joined,
-                    (first, self._compared(then.text, middle, self.operand())),
+                    (first, self._compared(second_sign.text, middle, self.operand())),
                     False,
                 )
             return first
@@ -234,12 +236,12 @@ class _Grammar:
         if self.take("keyword", "contains"):
             return self._compared("contains", left, self.operand())
         if not opposite and self.take("keyword", "is"):
-            other = bool(self.take("keyword", "not"))
+            is_negated = bool(self.take("keyword", "not"))
             self.expect("'missing'", "keyword", "missing")
             absent = partial(missing, self.bound(left))
-            return partial(negated, absent) if other else absent
-        alone = self.word.kind == "end" or self.word.text in (")", "and", "or")
-        if alone and not opposite and isinstance(left, Token):  # a switch by itself
+            return partial(negated, absent) if is_negated else absent
+        is_bare = self.word.kind == "end" or self.word.text in (")", "and", "or")
+        if is_bare and not opposite and isinstance(left, Token):  # a switch by itself
             return self._compared("=", left, Literal(True, left.at))
         raise self.fail(
             "a comparison (<, <=, >, >=, =, !=, in, between, contains, is missing)"
@@ -306,16 +308,16 @@ class _Grammar:
                 "first_cycle(…) compares a name with a value", self.text, word.at
             )
         if not key.history:
-            known = sorted(
+            names = sorted(
                 key.name for key in self.vocabulary.keys.values() if key.history
             )
-            remedy = f"there are {listed(known, 'and')}" if known else "no run has any"
+            remedy = f"there are {listed(names, 'and')}" if names else "no run has any"
             raise QueryError(
                 f"{key.name!r} is not kept along a life; {remedy}", self.text, word.at
             )
-        found = FirstCycle(beyond, key, float(limit.value), word.at)
-        self.keys |= dict.fromkeys(found.keys)
-        return found
+        operand = FirstCycle(beyond, key, float(limit.value), word.at)
+        self.keys |= dict.fromkeys(operand.keys)
+        return operand
 
     def bound(self, operand: Any) -> Any:
         """Return the key that a name means, or a ``first_cycle(…)`` as it is."""
@@ -329,63 +331,65 @@ class _Grammar:
         self.keys[key] = None
         return key
 
-    def value(self, given: Any, key: Key) -> Any:
+    def value(self, operand: Any, key: Key) -> Any:
         """Return what a key is compared with: a literal in its unit, or another key of the same unit."""
-        if isinstance(given, Token) and key.kind != "number":
-            return Literal(given.text, given.at)  # a word without quotes
-        if not isinstance(given, Literal):
-            other = self.bound(given)
+        if isinstance(operand, Token) and key.kind != "number":
+            return Literal(operand.text, operand.at)  # a word without quotes
+        if not isinstance(operand, Literal):
+            bound_operand = self.bound(operand)
             if (
-                isinstance(other, Key)
-                and other.kind == key.kind
-                and _same(other.unit, key.unit)
+                isinstance(bound_operand, Key)
+                and bound_operand.kind == key.kind
+                and _same(bound_operand.unit, key.unit)
             ):
-                return other
+                return bound_operand
             raise QueryError(
-                f"{key.name!r} and this have different units", self.text, given.at
+                f"{key.name!r} and this have different units", self.text, operand.at
             )
-        if isinstance(given.value, str):
+        if isinstance(operand.value, str):
             if key.kind == "number":
                 example = f", such as {_example(key)}" if key.unit not in PLAIN else ""
                 raise QueryError(
-                    f"{key.name!r} is a number{example}", self.text, given.at
+                    f"{key.name!r} is a number{example}", self.text, operand.at
                 )
-            return given
+            return operand
         if key.kind != "number":
             raise QueryError(
                 f"{key.name!r} is a text: write the value in quotes",
                 self.text,
-                given.at,
+                operand.at,
             )
         return (
-            given
-            if isinstance(given.value, bool)
-            else given._replace(value=self._number(given, key))
+            operand
+            if isinstance(operand.value, bool)
+            else operand._replace(value=self._number(operand, key))
         )
 
-    def _number(self, given: Literal, key: Key) -> float:
-        number = float(given.value)
-        if not given.unit and key.unit not in PLAIN and number != 0.0:
+    def _number(self, literal: Literal, key: Key) -> float:
+        number = float(literal.value)
+        if not literal.unit and key.unit not in PLAIN and number != 0.0:
             raise QueryError(
                 f"{key.name!r} needs a unit, such as {_example(key)}",
                 self.text,
-                given.at,
+                literal.at,
             )
-        if not given.unit or (given.unit in ("cycle", "cycles") and key.unit in PLAIN):
+        if not literal.unit or (
+            literal.unit in ("cycle", "cycles") and key.unit in PLAIN
+        ):
             return number
         try:
             if key.quantity:
-                return units.quantity(f"{number!r} {given.unit}", key.quantity)
-            return float(units.convert(number, given.unit, key.unit or "1"))
+                return units.quantity(f"{number!r} {literal.unit}", key.quantity)
+            return float(units.convert(number, literal.unit, key.unit or "1"))
         except units.UnitError as error:
-            raise QueryError(str(error), self.text, given.at) from None
+            raise QueryError(str(error), self.text, literal.at) from None
 
 
-def _same(name: str, other: str) -> bool:
-    if name == other or {name, other} <= set(PLAIN):
+def _same(unit: str, other_unit: str) -> bool:
+    if unit == other_unit or {unit, other_unit} <= set(PLAIN):
         return True
     with suppress(units.UnitError):
-        return math.isclose(float(units.convert(1.0, name, other)), 1.0)
+        return math.isclose(float(units.convert(1.0, unit, other_unit)), 1.0)
     return False
 
 

@@ -304,24 +304,24 @@ def differences(a: str, b: str) -> list[SceneDifference]:
     """
     flat_a = dict(flat(json.loads(a or "{}")))
     flat_b = dict(flat(json.loads(b or "{}")))
-    told = []
+    found_differences = []
     for key in sorted({*flat_a, *flat_b}):
         if flat_a.get(key) != flat_b.get(key):
-            own = in_usual_unit(key, flat_a.get(key))[0]
-            other = in_usual_unit(key, flat_b.get(key))[0]
-            told.append(
+            value_a = in_usual_unit(key, flat_a.get(key))[0]
+            value_b = in_usual_unit(key, flat_b.get(key))[0]
+            found_differences.append(
                 SceneDifference(
-                    key, own, other, scene_key(key, False).display_unit or None
+                    key, value_a, value_b, scene_key(key, False).display_unit or None
                 )
             )
-    return told
+    return found_differences
 
 
 def in_usual_unit(key: str, value: Any) -> tuple[Any, str]:
     """Return a value of a scene as it is usually written, to the digits that a scene keeps, and its unit."""
-    known = scene_key(key, False)
-    if known.quantity and units.is_number(value):
+    declared = scene_key(key, False)
+    if declared.quantity and units.is_number(value):
         value = float(
-            f"{units.convert(float(value), known.unit, known.display_unit):.9g}"
+            f"{units.convert(float(value), declared.unit, declared.display_unit):.9g}"
         )
-    return value, known.display_unit
+    return value, declared.display_unit

@@ -49,18 +49,18 @@ class Crew:
         ------
         RunnerError : there are workers, and every one runs other code
         """
-        here = set(self.client.scheduler_info(n_workers=-1)["workers"])
-        if strangers := sorted(here - self.fit - set(self.refused)):
+        addresses = set(self.client.scheduler_info(n_workers=-1)["workers"])
+        if strangers := sorted(addresses - self.fit - set(self.refused)):
             answers = self.client.run(source_hash, workers=strangers, on_error="return")
             for address, answer in answers.items():
                 self.learn(address, answer)
-        if here and not here & self.fit:
+        if addresses and not addresses & self.fit:
             raise RunnerError(
                 "\n".join(
                     ["no worker is left that runs the same code", *self.reasons()]
                 )
             )
-        return sorted(here & self.fit)
+        return sorted(addresses & self.fit)
 
     def learn(self, address: str, code: object) -> None:
         """Take note of a worker's source hash, or of the error it answered with."""
@@ -73,10 +73,11 @@ class Crew:
 
     def reasons(self) -> list[str]:
         """Return one sentence about each worker that was refused."""
-        here = f"here it is {source_hash()}; install the same version there"
-        said = "worker {} is refused: the source hash of its wearlab is {}, {}"
+        remedy = f"here it is {source_hash()}; install the same version there"
+        template = "worker {} is refused: the source hash of its wearlab is {}, {}"
         return [
-            said.format(address, code, here) for address, code in self.refused.items()
+            template.format(address, code, remedy)
+            for address, code in self.refused.items()
         ]
 
     def choice(self, fit: list[str]) -> dict[str, Any]:
@@ -118,17 +119,17 @@ def wait_while_present(
     ------
     RunnerError : nobody was there for `ABSENT_SECONDS`
     """
-    looked = seen = time.monotonic()
+    last_check = last_present = time.monotonic()
     while not flow.has_ready():
         with flow.thread_condition:
             flow.thread_condition.wait(0.1)
-        if time.monotonic() - looked < 0.5 or flow.has_ready():
+        if time.monotonic() - last_check < 0.5 or flow.has_ready():
             continue
-        here = set(present())
-        looked = time.monotonic()
-        seen = looked if here else seen
-        if bounded and looked - seen > ABSENT_SECONDS:
-            said = (
+        living = set(present())
+        last_check = time.monotonic()
+        last_present = last_check if living else last_present
+        if bounded and last_check - last_present > ABSENT_SECONDS:
+            message = (
                 "all worker processes ended, and none could be started for "
                 f"{ABSENT_SECONDS:g} s"
             )
@@ -136,9 +137,9 @@ def wait_while_present(
                 "is there memory enough? What was finished is kept; run again, with "
                 "fewer workers"
             )
-            raise RunnerError(f"{said}: {remedy}")
+            raise RunnerError(f"{message}: {remedy}")
         for future, names in named.items():
-            if names and here.isdisjoint(names) and not future.done():
+            if names and living.isdisjoint(names) and not future.done():
                 future.cancel()
 
 
@@ -206,15 +207,15 @@ class Cluster:
         from dask.distributed import as_completed
 
         names = self.workers()
-        asked = {}
+        workers_of_future = {}
         for turn, name in enumerate(names):
             words = (scenes, self.simulate, turn, len(names))
-            asked[self.client.submit(warm_up, *words, workers=[name], pure=False)] = [
-                name
-            ]
-        flow = as_completed(asked)
+            workers_of_future[
+                self.client.submit(warm_up, *words, workers=[name], pure=False)
+            ] = [name]
+        flow = as_completed(workers_of_future)
         while not flow.is_empty():
-            wait_while_present(flow, asked, self.workers, bounded=False)
+            wait_while_present(flow, workers_of_future, self.workers, bounded=False)
             flow.next_batch()
 
     def compute(self, tasks: Sequence[Task], settle: Settle) -> None:
@@ -233,34 +234,40 @@ class Cluster:
         finished: list[Outcome] = []
         while True:
             fit = self.workers()
-            wanted = self._next_batches(AHEAD * max(1, len(fit)))
-            if finished or wanted:
+            batches = self._next_batches(AHEAD * max(1, len(fit)))
+            if finished or batches:
                 granted = {
                     task.id
                     for task in settle(
-                        finished, [task for batch in wanted for task in batch]
+                        finished, [task for batch in batches for task in batch]
                     )
                 }
                 finished = []
-                for batch in wanted:
+                for batch in batches:
                     self._send([task for task in batch if task.id in granted], fit)
-                if wanted and len(self.in_progress) < AHEAD * len(fit) and self.waiting:
+                if (
+                    batches
+                    and len(self.in_progress) < AHEAD * len(fit)
+                    and self.waiting
+                ):
                     continue
             # once more: what came back, or one suspect when all else is done
-            again = self.returned
+            repeated = self.returned
             self.returned = []
-            self.on_trial = not again and not self.in_progress and bool(self.suspects)
-            for batch in [[self.suspects.popleft()]] if self.on_trial else again:
+            self.on_trial = (
+                not repeated and not self.in_progress and bool(self.suspects)
+            )
+            for batch in [[self.suspects.popleft()]] if self.on_trial else repeated:
                 self._send(batch, fit)
             if not self.in_progress:
                 return
             finished = self._returned()
 
-    def _next_batches(self, most: int) -> list[list[Task]]:
+    def _next_batches(self, limit: int) -> list[list[Task]]:
         """Take batches until so many are under way."""
         batches: list[list[Task]] = []
-        while self.waiting and len(batches) + len(self.in_progress) < most:
-            size = self.pace.batch(len(self.waiting), most // AHEAD)
+        while self.waiting and len(batches) + len(self.in_progress) < limit:
+            size = self.pace.batch(len(self.waiting), limit // AHEAD)
             batches.append([self.waiting.popleft() for _ in range(size)])
         return batches
 
@@ -278,7 +285,7 @@ class Cluster:
     def _returned(self) -> list[Outcome]:
         """Wait for batches and return the outcomes of all that came back."""
         finished: list[Outcome] = []
-        alone = len(self.in_progress) == 1 and self.on_trial
+        is_single = len(self.in_progress) == 1 and self.on_trial
         wait_while_present(
             self.flow, self.named, self.workers, bounded=self.crew is None
         )
@@ -303,7 +310,7 @@ class Cluster:
             elif isinstance(result, OtherCode) and self.crew is not None:
                 self.crew.learn(*result.args)
                 self.returned.append(batch)
-            elif alone and self._is_given_up(batch[0], result):
+            elif is_single and self._is_given_up(batch[0], result):
                 finished.append(_lost(batch[0], result))
             # a case took its process down, and others with it: each is tried by itself
             else:
@@ -394,8 +401,10 @@ def _opened(scheduler: "str | Client") -> "Iterator[Client]":
 
     if isinstance(scheduler, Client):
         if scheduler.status != "running" or scheduler.asynchronous:
-            said = f"the client is {scheduler.status} or asynchronous; give an open one"
-            raise RunnerError(f"scheduler: {said}")
+            message = (
+                f"the client is {scheduler.status} or asynchronous; give an open one"
+            )
+            raise RunnerError(f"scheduler: {message}")
         yield scheduler
         return
     if not isinstance(scheduler, str):
@@ -416,12 +425,12 @@ def _refuse_threads(client: "Client") -> None:
     """Refuse workers that run several cases in one process: HDF5 cannot be written by two threads of it."""
     for name, worker in client.scheduler_info(n_workers=-1)["workers"].items():
         if worker["nthreads"] > 1:
-            said = (
+            message = (
                 f"scheduler: worker {name} has {worker['nthreads']} threads; wearlab "
                 "needs one a process"
             )
             raise RunnerError(
-                f"{said}: dask worker --nthreads 1, or threads_per_worker=1"
+                f"{message}: dask worker --nthreads 1, or threads_per_worker=1"
             )
 
 

@@ -43,8 +43,8 @@ def steady_dask() -> Iterator[None]:
     try:
         yield
     finally:
-        for holder, before in changed:
-            holder.time = before
+        for holder, clock in changed:
+            holder.time = clock
 
 
 def _changed() -> list[tuple[Any, Any]]:
@@ -98,10 +98,10 @@ def foresee(campaign: "Campaign", store: "Store", scheduler: str | None) -> None
     ----------
     campaign, store, scheduler : as `wearlab.runner.run` is about to get them
     """
-    wanted = {case.id for case in campaign.cases}
+    missing = {case.id for case in campaign.cases}
     if scheduler is None and store.archive.catalogue.exists():
-        wanted -= set(store.archive.heads(wanted))
-    if scheduler is None and len(wanted) > 1:
+        missing -= set(store.archive.heads(missing))
+    if scheduler is None and len(missing) > 1:
         begin_imports()
 
 
@@ -119,15 +119,19 @@ def begin_imports() -> None:
     # another ``wearlab`` that lies there would compute the runs of this one. It is to
     # find modules where this process does.
     folders = dict.fromkeys(os.path.abspath(folder) for folder in sys.path)
-    its = {**ONE_THREAD, "PYTHONSAFEPATH": "1", "PYTHONPATH": os.pathsep.join(folders)}
-    kept = dict(os.environ)
-    os.environ.update(its)
+    settings = {
+        **ONE_THREAD,
+        "PYTHONSAFEPATH": "1",
+        "PYTHONPATH": os.pathsep.join(folders),
+    }
+    environment = dict(os.environ)
+    os.environ.update(settings)
     try:
         forkserver.ensure_running()
     finally:
-        for name in its:
+        for name in settings:
             del os.environ[name]
-        os.environ.update(kept)
+        os.environ.update(environment)
 
 
 @contextmanager
@@ -311,7 +315,7 @@ def _main_module_hidden() -> Iterator[None]:
     anew in every worker.
     """
     main: dict[str, Any] = sys.modules["__main__"].__dict__
-    kept: dict[str, Any] = {
+    hidden: dict[str, Any] = {
         name: main[name] for name in ("__file__", "__spec__") if name in main
     }
     main["__spec__"] = None
@@ -319,18 +323,18 @@ def _main_module_hidden() -> Iterator[None]:
     try:
         yield
     finally:
-        main.update(kept)
+        main.update(hidden)
 
 
 @contextmanager
 def quiet_logs() -> Iterator[None]:
     """Keep dask's goodbyes, and its tracebacks about what is told in one message, off the screen."""
-    known = [
+    noisy = [
         name for name in logging.root.manager.loggerDict if name.split(".")[0] in NOISY
     ]
     # those within have levels of their own
     levels = {
-        logger: logger.level for logger in map(logging.getLogger, {*NOISY, *known})
+        logger: logger.level for logger in map(logging.getLogger, {*NOISY, *noisy})
     }
     for logger in levels:
         logger.setLevel(logging.CRITICAL + 1)

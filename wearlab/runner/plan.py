@@ -73,27 +73,27 @@ def with_parents(
         return dict(tasks)
     from wearlab.store import align
 
-    known = store.archive.entries(
+    entries = store.archive.entries(
         [*continuing, *(task.scene.start.run for task in continuing.values())]
     )
-    done = {
+    finished = {
         i
-        for i, entry in known.items()
+        for i, entry in entries.items()
         if entry.state == "done" and not store.archive.is_lost(entry)
     }
-    waiting = {i: task for i, task in continuing.items() if i not in done}
-    absent = sorted({task.scene.start.run for task in waiting.values()} - done)
+    waiting = {i: task for i, task in continuing.items() if i not in finished}
+    absent = sorted({task.scene.start.run for task in waiting.values()} - finished)
     if absent:
-        said = (
+        message = (
             f"{len(waiting)} cases continue runs that are not in the store: "
             f"{', '.join(absent[:4])}"
         )
-        raise report.RunnerError(f"{said}; run their campaign first")
-    made = dict(tasks)
+        raise report.RunnerError(f"{message}; run their campaign first")
+    prepared = dict(tasks)
     for run_id, task in waiting.items():
         wear = align.start_wear(store.run(task.scene.start.run), task.scene.start)
-        made[run_id] = worker.Task(run_id, task.scene.with_start_wear(wear))
-    return made
+        prepared[run_id] = worker.Task(run_id, task.scene.with_start_wear(wear))
+    return prepared
 
 
 def calibrations(tasks: Iterable[worker.Task]) -> dict[str, worker.Task]:
@@ -121,22 +121,22 @@ def with_calibrations(
     tasks : cases
     needed : as `calibrations` finds them
     """
-    known = (
+    entries = (
         store.archive.entries({task.id for task in needed.values()}) if needed else {}
     )
-    there = (
+    available = (
         e.id
-        for e in known.values()
+        for e in entries.values()
         if e.state == "done" and not store.archive.is_lost(e)
     )
-    lives = {run_id: _life(store, run_id) for run_id in there}
-    found = (
+    lives = {run_id: _life(store, run_id) for run_id in available}
+    pairs = (
         (task, lives.get(needed[task.id].id) if task.id in needed else None)
         for task in tasks
     )
     return [
         t if life is None else t._replace(scene=t.scene.with_calibration(life))
-        for t, life in found
+        for t, life in pairs
     ]
 
 
@@ -369,13 +369,13 @@ def _changed(
     for member in store.archive.catalogue.members() if new else ():
         if member.path == path and member.campaign == campaign.title:
             earlier.setdefault(_case(member.label, member.position), member.run)
-    before = [
+    former_runs = [
         (r, was)
         for r in new
         if (was := earlier.get(_case(r.label, r.position), r.id)) != r.id
     ]
-    known = store.archive.entries({was for _, was in before})
-    pairs = ((run, known[was]) for run, was in before if was in known)
+    entries = store.archive.entries({was for _, was in former_runs})
+    pairs = ((run, entries[was]) for run, was in former_runs if was in entries)
     return {
         run.id: run._replace(changed=differing(was, scenes[run.id].canonical()))
         for run, was in pairs
@@ -409,24 +409,31 @@ def least_bytes(scene: Any) -> int:
     """
     table = json.loads(scene.canonical())
     numerics = table.get("numerics") or {}
-    given = map(numerics.get, ("phase_points", "profile_points"))
-    points = max((value for value in given if isinstance(value, int)), default=FEWEST)
+    counts = map(numerics.get, ("phase_points", "profile_points"))
+    points = max((value for value in counts if isinstance(value, int)), default=FEWEST)
     snapshots = (table.get("wear") or {}).get("snapshots") or {}
     states = 1 + max(
-        (len(some) for some in snapshots.values() if isinstance(some, list)), default=0
+        (
+            len(snapshot)
+            for snapshot in snapshots.values()
+            if isinstance(snapshot, list)
+        ),
+        default=0,
     )
     return int(states * points * ALONG_PHASE * FLOAT // 2)
 
 
-def _warnings(count: int, size: Amount | None, least: int, free: int) -> Iterable[str]:
+def _warnings(
+    count: int, size: Amount | None, minimum: int, free: int
+) -> Iterable[str]:
     if count > MANY:
         yield (
             f"{count:,} runs are more than {MANY:,}: is every value of every axis "
             "needed?"
         )
-    if (wanted := max(least, size.value if size is not None else 0.0)) > free:
+    if (needed := max(minimum, size.value if size is not None else 0.0)) > free:
         yield (
-            f"the disk will be full: about {wanted:.3g} bytes to write, {free:.3g} "
+            f"the disk will be full: about {needed:.3g} bytes to write, {free:.3g} "
             "bytes free"
         )
 

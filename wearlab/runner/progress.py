@@ -57,9 +57,9 @@ class Progress(ExitStack):
     def note(self, text: str) -> None:
         """Say something that stays to be read."""
 
-    def start(self, total: int, what: str = CASES) -> None:
+    def start(self, total: int, noun: str = CASES) -> None:
         """Say how many cases there are, or what else is computed."""
-        self.text, self.what, self.total, self.done = "", what, total, 0
+        self.text, self.what, self.total, self.done = "", noun, total, 0
         self.show()
 
     def advance(self, outcome: Outcome) -> None:
@@ -105,9 +105,9 @@ class Lines(Progress):
         self.enter_context(repeated(self._tell, every, "wearlab-progress"))
 
     def _tell(self) -> None:
-        done = f"{self.done} of {self.total} {self.what} done"
+        summary = f"{self.done} of {self.total} {self.what} done"
         print(
-            "; ".join([self.text or done, *list(self.at.values())[-4:]]),
+            "; ".join([self.text or summary, *list(self.at.values())[-4:]]),
             file=self._stream,
             flush=True,
         )

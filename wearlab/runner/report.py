@@ -40,9 +40,9 @@ def compare(
     ones the largest modulus); of the response period, the one farthest from the
     expected.
     """
-    done = entry is not None and entry.state == "done"
+    has_data = entry is not None and entry.state == "done"
     verdict: str = "not computed" if entry is None else entry.state
-    if entry is not None and done:
+    if entry is not None and has_data:
         verdict = str(entry.summary.get("verdict") or "completed")
     checks: list[
         tuple[str, str, bool]
@@ -56,7 +56,9 @@ def compare(
         )
     for name, value in expectation.values.items():
         measured = (
-            _measured(store, entry, name, value) if entry is not None and done else None
+            _measured(store, entry, name, value)
+            if entry is not None and has_data
+            else None
         )
         near = measured is not None and bool(
             abs(measured - value.value) <= value.tolerance
@@ -64,13 +66,15 @@ def compare(
         checks.append(
             (f"{name} = {value.written}", f"{name} = {_shown(measured, value)}", near)
         )
-    wanted = ", ".join(wanted for wanted, _, _ in checks)
-    came = ", ".join(came for _, came, _ in checks)
-    return outcome.Comparison(verdict, wanted, came, all(near for _, _, near in checks))
+    expected_text = ", ".join(expected_text for expected_text, _, _ in checks)
+    measured_text = ", ".join(measured_text for _, measured_text, _ in checks)
+    return outcome.Comparison(
+        verdict, expected_text, measured_text, all(near for _, _, near in checks)
+    )
 
 
 def _measured(
-    store: Store, entry: catalogue.Entry, name: str, wanted: "Wanted"
+    store: Store, entry: catalogue.Entry, name: str, expected: "Wanted"
 ) -> float | None:
     """Return the value that counts, in the stored unit.
 
@@ -88,16 +92,16 @@ def _measured(
     if "part" in variable.dims:
         variable = (variable**2).sum("part", skipna=False) ** 0.5
     values = variable.values[np.isfinite(variable.values)]
-    far = np.abs(values - (wanted.value if name == "response_period" else 0.0))
+    far = np.abs(values - (expected.value if name == "response_period" else 0.0))
     return float(values[np.argmax(far)]) if values.size else None
 
 
-def _shown(measured: float | None, wanted: "Wanted") -> str:
+def _shown(measured: float | None, expected: "Wanted") -> str:
     if measured is None:
         return "absent"
-    if wanted.units is None:
+    if expected.units is None:
         return f"{measured:.6g}"
-    stored, written = wanted.units
+    stored, written = expected.units
     return f"{convert(measured, stored, written):.6g} {written}"
 
 
@@ -169,13 +173,15 @@ class Report:
         return f"<Report: {self.headline}>"
 
     def __str__(self) -> str:
-        told = [
+        reasons = [
             f"{c.label}: {c.state}: {c.headline}"
             for c in self.troubled
             if c.state != "done"
         ]
-        more = [f"and {len(told) - MOST_TOLD} more"] if len(told) > MOST_TOLD else []
-        return "\n  ".join([self.headline, *told[:MOST_TOLD], *more])
+        omitted = (
+            [f"and {len(reasons) - MOST_TOLD} more"] if len(reasons) > MOST_TOLD else []
+        )
+        return "\n  ".join([self.headline, *reasons[:MOST_TOLD], *omitted])
 
     @property
     def headline(self) -> str:
@@ -204,10 +210,10 @@ class Report:
 
     def to_dict(self) -> dict[str, Any]:
         """Return counts, times and troubled cases as plain data."""
-        told = asdict(replace(self, campaign=None, store=None))
+        fields = asdict(replace(self, campaign=None, store=None))
         return {
             name: value
-            for name, value in told.items()
+            for name, value in fields.items()
             if name not in ("campaign", "store")
         }
 

@@ -136,15 +136,15 @@ def run(
     )
 
 
-def _wanting(tasks: dict[str, Task], store: Store, again: Again) -> list[Task]:
+def _wanting(tasks: dict[str, Task], store: Store, is_due: Again) -> list[Task]:
     """Return the tasks that are not finished, as far as can be told before: only these need plug-ins run."""
-    known = (
+    heads = (
         store.archive.heads(tasks).values() if store.archive.catalogue.exists() else ()
     )
     finished = {
         h.id
-        for h in known
-        if h.state != "running" and not again(h) and not store.archive.is_lost(h)
+        for h in heads
+        if h.state != "running" and not is_due(h) and not store.archive.is_lost(h)
     }
     return [task for i, task in tasks.items() if i not in finished]
 
@@ -162,13 +162,13 @@ def _opened(store: Store) -> list[str]:
         return []
     left_out = store.reindex()
     count = len(store.archive.entries())
-    more = (
+    omitted = (
         f"; {len(left_out)} were left out: 'wearlab verify' tells why"
         if left_out
         else ""
     )
     return [
-        f"the catalogue had gone: {count} runs were taken back from their files{more}"
+        f"the catalogue had gone: {count} runs were taken back from their files{omitted}"
     ]
 
 
@@ -291,11 +291,11 @@ class _Work:
 
     def _left(self, tasks: Sequence[Task]) -> list[tuple[Task, bool]]:
         """Return the tasks nobody has finished, each with whether a living process is at it."""
-        known = self.store.archive.heads(task.id for task in tasks)
+        heads = self.store.archive.heads(task.id for task in tasks)
         left = []
         for task in (task for task in tasks if task.id not in self.finished):
             if (
-                (head := known.get(task.id)) is None
+                (head := heads.get(task.id)) is None
                 or head.state == "running"
                 or self._free(head)
             ):

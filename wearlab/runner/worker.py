@@ -50,15 +50,15 @@ def in_progress(
 
     last = time.monotonic()
 
-    def tell(told: Any, image: Callable[[], bytes]) -> None:
+    def tell(state: Any, image: Callable[[], bytes]) -> None:
         nonlocal last
         if time.monotonic() - last < EVERY:
             return
         send(
             {
                 "id": run_id,
-                "cycle": float(told.cycle),
-                "depth": float(told.depth),
+                "cycle": float(state.cycle),
+                "depth": float(state.depth),
                 "image": image(),
             }
         )
@@ -125,18 +125,20 @@ def _kept_by_scheduler(task: Task, simulate: str, send: Send) -> outcome.Outcome
     client = get_client()
     place = [KEPT, task.id]
     last = client.get_metadata(place, default=None)
-    kept = last is not None
+    is_kept = last is not None
 
-    def both(message: dict[str, Any]) -> None:
-        nonlocal kept
+    def send_and_keep(message: dict[str, Any]) -> None:
+        nonlocal is_kept
         send(message)
-        kept = True
+        is_kept = True
         client.set_metadata(place, message["image"])
 
-    made = execute(task._replace(resumed=last or task.resumed), simulate, both)
-    if kept:
+    outcome_made = execute(
+        task._replace(resumed=last or task.resumed), simulate, send_and_keep
+    )
+    if is_kept:
         client.set_metadata(place, None)
-    return made
+    return outcome_made
 
 
 def execute(
@@ -165,8 +167,8 @@ def execute(
                 dataset = getattr(import_module(module), name)(task.scene)
             # attributes that let a catalogue be made from the files alone, where they
             # are not there
-            own = {"id": task.id, "scene": scene, "date_created": started}
-            dataset = dataset.assign_attrs(own | dataset.attrs)
+            identity = {"id": task.id, "scene": scene, "date_created": started}
+            dataset = dataset.assign_attrs(identity | dataset.attrs)
             result = description.recorded(dataset, netcdf.to_image(dataset)[0])
         except Exception as error:
             from wearlab.gears.specification import GearError

@@ -54,15 +54,15 @@ def align(
     if values.ndim != 1 or not values.size or (np.diff(values) <= 0.0).any():
         raise StoreError(f"align: {on} must be given as increasing numbers")
     along = [str(n) for n, v in grid.variables.items() if UPDATE in v.dims]
-    kept = [
+    chosen = [
         n
         for n in along
         if n not in (UPDATE, on) and (variables is None or n in variables)
     ]
-    numbers = [name for name in kept if grid[name].dtype.kind in "fiu"]
+    numbers = [name for name in chosen if grid[name].dtype.kind in "fiu"]
     aligned = {name: _aligned(grid[name], progress, values, on) for name in numbers}
-    others = grid.drop_vars(along)
-    return others.assign(aligned).assign_coords(
+    unaligned = grid.drop_vars(along)
+    return unaligned.assign(aligned).assign_coords(
         {on: xr.Variable((on,), values, progress.attrs)}
     )
 
@@ -105,23 +105,23 @@ def _aligned(
     # a dim in several pieces is one of the grid, whether progress differs along it or
     # not
     whole = [dim for dim in variable.dims if len(variable.chunksizes.get(dim, ())) < 2]
-    own = [dim for dim in whole if dim not in progress.dims]
-    how: dict[str, Any] = {
+    core_dims = [dim for dim in whole if dim not in progress.dims]
+    options: dict[str, Any] = {
         "vectorize": True,
         "dask": "parallelized",
         "keep_attrs": "override",
     }
-    how |= {
-        "input_core_dims": [[UPDATE], [*own, UPDATE]],
-        "output_core_dims": [[*own, on]],
+    options |= {
+        "input_core_dims": [[UPDATE], [*core_dims, UPDATE]],
+        "output_core_dims": [[*core_dims, on]],
     }
-    how |= {
+    options |= {
         "output_dtypes": [float],
         "dask_gufunc_kwargs": {"output_sizes": {on: len(values)}},
     }
     numbers = variable.astype(float)
     aligned: xr.DataArray = xr.apply_ufunc(
-        _interpolated, progress, numbers, kwargs={"at": values}, **how
+        _interpolated, progress, numbers, kwargs={"at": values}, **options
     )
     extra = [dim for dim in aligned.dims if dim not in variable.dims and dim != on]
     order = [*extra, *(on if dim == UPDATE else dim for dim in variable.dims)]
@@ -130,13 +130,13 @@ def _aligned(
 
 def _interpolated(x: NDArray[Any], y: NDArray[Any], at: Array) -> Array:
     """Interpolate y (own…, update) of one run over x (update) at common values, where x goes on rising."""
-    known = np.flatnonzero(np.isfinite(x))
-    known = known[np.diff(np.maximum.accumulate(x[known]), prepend=-np.inf) > 0.0]
-    if not known.size:
+    rising = np.flatnonzero(np.isfinite(x))
+    rising = rising[np.diff(np.maximum.accumulate(x[rising]), prepend=-np.inf) > 0.0]
+    if not rising.size:
         return np.full(y.shape[:-1] + at.shape, np.nan)
-    lines = y.reshape(-1, len(x))[:, known]
+    lines = y.reshape(-1, len(x))[:, rising]
     values = [
-        np.interp(at, x[known], line, left=np.nan, right=np.nan) for line in lines
+        np.interp(at, x[rising], line, left=np.nan, right=np.nan) for line in lines
     ]
     return np.reshape(values, y.shape[:-1] + at.shape)
 
@@ -182,37 +182,44 @@ def start_wear(parent: "xr.Dataset", start: "Start") -> StartWear:
     )
     flanks = [str(flank) for flank in depths["flank"].values]
     position = parent["path_position"].transpose("flank", "profile").values
-    held = [
+    is_known = [
         np.isfinite(position[i]) & np.isfinite(depth[i]) for i in range(len(flanks))
     ]
-    sided = {flank: str(side) for flank, side in zip(flanks, sides, strict=True)}
-    along = {
-        flank: tuple(position[i][held[i]].tolist()) for i, flank in enumerate(flanks)
+    side_of_flank = {
+        flank: str(side) for flank, side in zip(flanks, sides, strict=True)
     }
-    worn = {flank: tuple(depth[i][held[i]].tolist()) for i, flank in enumerate(flanks)}
-    known = (
+    positions = {
+        flank: tuple(position[i][is_known[i]].tolist())
+        for i, flank in enumerate(flanks)
+    }
+    depths_of_flank = {
+        flank: tuple(depth[i][is_known[i]].tolist()) for i, flank in enumerate(flanks)
+    }
+    parent_error = (
         np.interp(cycle, parent["cycle"].values, parent[ERROR].values)
         if ERROR in parent
         else np.nan
     )
-    return StartWear(cycle, error, sided, along, worn, float(known))
+    return StartWear(
+        cycle, error, side_of_flank, positions, depths_of_flank, float(parent_error)
+    )
 
 
 def _cycle(parent: "xr.Dataset", start: "Start", name: str) -> float:
     last = float(parent["cycle"].values[-1])
-    wanted = last if start.cycle is None else start.cycle
+    cycle = last if start.cycle is None else start.cycle
     if start.life_fraction is not None:
-        wanted = start.life_fraction * float(parent.get("life", np.nan))
-        if not np.isfinite(wanted):
+        cycle = start.life_fraction * float(parent.get("life", np.nan))
+        if not np.isfinite(cycle):
             raise StoreError(
                 f"{name} did not reach the end of its life: start from a 'cycle' "
                 "instead"
             )
-    if wanted > last * (1.0 + 1e-9):
+    if cycle > last * (1.0 + 1e-9):
         raise StoreError(
-            f"{name} ends at cycle {last:.6g}: it has no wear at cycle {wanted:.6g}"
+            f"{name} ends at cycle {last:.6g}: it has no wear at cycle {cycle:.6g}"
         )
-    return min(wanted, last)
+    return min(cycle, last)
 
 
 def _at(parent: "xr.Dataset", cycle: float) -> tuple[Array, float]:

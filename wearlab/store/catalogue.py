@@ -78,7 +78,7 @@ class Entry:
 
     def without_data(self) -> Outcome:
         """Return the outcome of a case that failed or was refused, to be recorded elsewhere."""
-        told = (
+        identity = (
             self.id,
             self.state,
             self.started or "",
@@ -88,7 +88,7 @@ class Entry:
         code: dict[str, Any] = {
             n: getattr(self, n) or "" for n in ("source_hash", "wearlab_version")
         }
-        return Outcome(*told, reason=self.reason, warnings=self.warnings, **code)
+        return Outcome(*identity, reason=self.reason, warnings=self.warnings, **code)
 
 
 @dataclass(frozen=True)
@@ -137,16 +137,16 @@ class Catalogue(rows.Database):
         version = super()._prepare(connection, create)
         if not 0 < version < VERSION:
             return version
-        said = f"written by an older wearlab (catalogue version {version})"
+        reason = f"written by an older wearlab (catalogue version {version})"
         if self.address is not None:
             remedy = (
                 "'wearlab ls' there, or on a copy of it here, makes it one of today"
             )
-            raise files.StoreError(f"{self.address}: {said}; {remedy}")
+            raise files.StoreError(f"{self.address}: {reason}; {remedy}")
         remedy = (
             "made anew from the run files; what failed or was refused is computed again"
         )
-        logging.getLogger("wearlab").warning("%s: %s: %s", self.path, said, remedy)
+        logging.getLogger("wearlab").warning("%s: %s: %s", self.path, reason, remedy)
         with self._transaction():
             if connection.execute("PRAGMA user_version").fetchone()[0] == VERSION:
                 return VERSION  # another process has done it
@@ -180,28 +180,32 @@ class Catalogue(rows.Database):
         ids : of runs
         texts : which are read; a few are little even for many runs
         """
-        told = ", ".join(
+        columns = ", ".join(
             name if name in texts else "NULL" for name in OF_DOCUMENTS.split(", ")
         )
         question = (
-            f"SELECT {OF_RUNS}, {told} FROM runs LEFT JOIN documents USING (number)"
+            f"SELECT {OF_RUNS}, {columns} FROM runs LEFT JOIN documents USING (number)"
         )
         ids = None if ids is None else list(dict.fromkeys(ids))
-        some = self.read_many(f"{question} WHERE id IN", ids or ())
-        found = self.read(f"{question} ORDER BY started, id") if ids is None else some
-        known: dict[str, Entry] = {}
-        for row in found:
-            what = f"the catalogue's entry of run {str(row[0])[:40]!r}"
-            known[row[0]] = understood(what, ENTRY.validate_python, ArgsKwargs(row))
+        matching = self.read_many(f"{question} WHERE id IN", ids or ())
+        rows_found = (
+            self.read(f"{question} ORDER BY started, id") if ids is None else matching
+        )
+        entries: dict[str, Entry] = {}
+        for row in rows_found:
+            subject = f"the catalogue's entry of run {str(row[0])[:40]!r}"
+            entries[row[0]] = understood(
+                subject, ENTRY.validate_python, ArgsKwargs(row)
+            )
         return (
-            known
+            entries
             if ids is None
-            else {run_id: known[run_id] for run_id in ids if run_id in known}
+            else {run_id: entries[run_id] for run_id in ids if run_id in entries}
         )
 
     def facts(self, run_id: str) -> dict[str, tuple[str, str, Any]]:
         """Return source, kind and value of every fact of a run by its key, histories marked by their name."""
-        return {name: tuple(told) for name, *told in self.read(FACTS_OF, [run_id])}
+        return {name: tuple(fact) for name, *fact in self.read(FACTS_OF, [run_id])}
 
     def matching(self, prefix: str) -> list[str]:
         """Return the ids that begin with ``prefix``."""
@@ -210,12 +214,14 @@ class Catalogue(rows.Database):
 
     def layouts(self, keys: Iterable[str]) -> dict[str, dict[str, Any]]:
         """Return the tables of variables with these keys."""
-        wanted = sorted(set(keys))
-        known = dict(
-            self.read_many("SELECT key, layout FROM layouts WHERE key IN", wanted)
+        sorted_keys = sorted(set(keys))
+        texts = dict(
+            self.read_many("SELECT key, layout FROM layouts WHERE key IN", sorted_keys)
         )
-        what = "a table of variables in the catalogue"
-        return {key: understood(what, rows.layout, known.get(key)) for key in wanted}
+        subject = "a table of variables in the catalogue"
+        return {
+            key: understood(subject, rows.layout, texts.get(key)) for key in sorted_keys
+        }
 
     def record(
         self,
@@ -244,15 +250,15 @@ class Catalogue(rows.Database):
         with self._transaction() as connection:
             for outcome in outcomes:
                 self._record(connection, outcome)
-            known = self.entries(ids, "warnings")
+            recorded = self.entries(ids, "warnings")
             free_ids = [
                 i
                 for i in ids
-                if i not in known or (free is not None and free(known[i]))
+                if i not in recorded or (free is not None and free(recorded[i]))
             ]
             begun = [(run_id, "running", owner, now()) for run_id in free_ids]
             connection.executemany(_renewing("id, state, owner, started"), begun)
-        return {i: known[i].owner if i in known else None for i in free_ids}
+        return {i: recorded[i].owner if i in recorded else None for i in free_ids}
 
     def _record(self, connection: sqlite3.Connection, outcome: Outcome) -> None:
         key = None if outcome.layout is None else key_of(outcome.layout)
@@ -261,8 +267,8 @@ class Catalogue(rows.Database):
                 "INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout)
             )
         size = None if outcome.image is None else len(outcome.image)
-        told = {**vars(outcome), "owner": None, "size": size, "layout": key}
-        row = [told[name] for name in OF_RUNS.split(", ")]
+        values = {**vars(outcome), "owner": None, "size": size, "layout": key}
+        row = [values[name] for name in OF_RUNS.split(", ")]
         ((number,),) = connection.execute(
             f"{_renewing(OF_RUNS)} RETURNING number", row
         ).fetchall()
@@ -298,13 +304,13 @@ class Catalogue(rows.Database):
         runs = connection.execute(
             f"SELECT number, id FROM runs WHERE {condition}", values
         ).fetchall()
-        for told in (
+        for table in (
             description.FACTS,
             "runs WHERE number = ?",
             "documents WHERE number = ?",
         ):
             connection.executemany(
-                f"DELETE FROM {told}", [(number,) for number, _ in runs]
+                f"DELETE FROM {table}", [(number,) for number, _ in runs]
             )
         return [run_id for _, run_id in runs]
 
@@ -324,11 +330,11 @@ class Catalogue(rows.Database):
         question = f"SELECT {OF_RUNS} FROM runs"
         with self._transaction() as connection:
             rows.run_all(connection, "DELETE FROM facts; DELETE FROM keys")
-            before = {row[0]: row for row in connection.execute(question)}
+            former = {row[0]: row for row in connection.execute(question)}
 
         def is_left(row: tuple[Any, ...]) -> bool:
             busy = row[1] == "running" and isinstance(row[2], str) and alive(row[2])
-            return row == before.get(row[0]) and not busy
+            return row == former.get(row[0]) and not busy
 
         adopted = set[str]()
         for outcome in outcomes:
@@ -370,11 +376,11 @@ class Catalogue(rows.Database):
         A ``record`` holds its axes and figures, so that these can be drawn where its
         file is not.
         """
-        told = [
+        cases = [
             (run_id, label, json.dumps(dict(position)))
             for run_id, label, position in members
         ]
-        key = key_of(json.dumps([title, path, told]))
+        key = key_of(json.dumps([title, path, cases]))
         with self._transaction() as connection:
             ((latest,),) = connection.execute(
                 "SELECT max(recorded) FROM campaigns"
@@ -390,7 +396,7 @@ class Catalogue(rows.Database):
             connection.execute(
                 "INSERT OR REPLACE INTO campaigns VALUES (?, ?, ?, ?, ?, ?)", row
             )
-            numbered = [(key, number, *one) for number, one in enumerate(told)]
+            numbered = [(key, number, *case) for number, case in enumerate(cases)]
             connection.executemany(
                 "INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)", numbered
             )
@@ -403,10 +409,10 @@ class Catalogue(rows.Database):
 
     def record_of(self, key: str) -> dict[str, Any]:
         """Return what was recorded of a campaign's axes and figures, {} where nothing was."""
-        told = self.read("SELECT record FROM records WHERE campaign = ?", [key])
+        found_rows = self.read("SELECT record FROM records WHERE campaign = ?", [key])
         return (
-            understood("a campaign in the catalogue", rows.table, told[0][0])
-            if told
+            understood("a campaign in the catalogue", rows.table, found_rows[0][0])
+            if found_rows
             else {}
         )
 
@@ -436,8 +442,8 @@ class Catalogue(rows.Database):
             "records": records,
         }
         with self._transaction() as connection:
-            for table, some in copied.items():
-                for row in some:
+            for table, table_rows in copied.items():
+                for row in table_rows:
                     connection.execute(
                         f"INSERT OR IGNORE INTO {table} VALUES ({marks(len(row))})", row
                     )
@@ -447,35 +453,35 @@ class Catalogue(rows.Database):
         self, campaign: str, comparisons: Sequence[Comparison | None]
     ) -> None:
         """Write how a campaign's cases, in their order, compare with what it expects of them."""
-        told = [
-            (campaign, number, *each)
-            for number, each in enumerate(comparisons)
-            if each is not None
+        compared_rows = [
+            (campaign, number, *comparison)
+            for number, comparison in enumerate(comparisons)
+            if comparison is not None
         ]
         with self._transaction() as connection:
             connection.execute(
                 "DELETE FROM expectations WHERE campaign = ?", (campaign,)
             )
             connection.executemany(
-                "INSERT INTO expectations VALUES (?, ?, ?, ?, ?, ?)", told
+                "INSERT INTO expectations VALUES (?, ?, ?, ?, ?, ?)", compared_rows
             )
 
     def members(self, runs: Sequence[str] | None = None) -> list[Member]:
         """Return the cases of campaigns with these runs (all when None), the campaign recorded last first."""
-        found = (
+        selected = (
             self.read(MEMBERS)
             if runs is None
             else self.read_many(f"{MEMBERS} WHERE run IN", runs)
         )
-        ordered = sorted(found, key=lambda row: row[12:])
+        ordered = sorted(selected, key=lambda row: row[12:])
         ordered.sort(key=lambda row: str(row[11]), reverse=True)
-        told = (
+        arguments = (
             ArgsKwargs((*row[:7], None if row[10] is None else row[7:11]))
             for row in ordered
         )
         return [
-            understood("a campaign in the catalogue", MEMBER.validate_python, one)
-            for one in told
+            understood("a campaign in the catalogue", MEMBER.validate_python, argument)
+            for argument in arguments
         ]
 
 
@@ -486,11 +492,11 @@ def key_of(text: str) -> str:
 
 def _renewing(columns: str) -> str:
     """Return the statement that writes these columns of a run, the id first, whether it is known or not."""
-    told = [f"{name} = excluded.{name}" for name in columns.split(", ")]
-    places = f"({columns}) VALUES ({marks(len(told))})"
+    assignments = [f"{name} = excluded.{name}" for name in columns.split(", ")]
+    places = f"({columns}) VALUES ({marks(len(assignments))})"
     return (
         f"INSERT INTO runs {places} ON CONFLICT (id) DO UPDATE SET "
-        f"{', '.join(told[1:])}"
+        f"{', '.join(assignments[1:])}"
     )
 
 

@@ -74,9 +74,9 @@ PAGES = -32_000  # kB of pages kept in memory
 
 def batched(values: Iterable[Value], size: int) -> Iterator[tuple[Value, ...]]:
     """Yield values in tuples of a size, the last one shorter."""
-    rest = iter(values)
-    while some := tuple(islice(rest, size)):
-        yield some
+    iterator = iter(values)
+    while batch := tuple(islice(iterator, size)):
+        yield batch
 
 
 def marks(count: int) -> str:
@@ -131,8 +131,8 @@ class Database:
         self, question: str, values: Iterable[str]
     ) -> Iterator[tuple[Any, ...]]:
         """Yield the rows that answer a question ending in ``IN``, for any number of values."""
-        for some in batched(values, CHUNK):
-            yield from self.read(f"{question} ({marks(len(some))})", some)
+        for batch in batched(values, CHUNK):
+            yield from self.read(f"{question} ({marks(len(batch))})", batch)
 
     @contextmanager
     def _transaction(self, *, create: bool = False) -> Iterator[sqlite3.Connection]:
@@ -156,10 +156,10 @@ class Database:
                 with suppress(OSError):  # SQLite then says what is wrong
                     os.close(os.open(self.path, os.O_CREAT | os.O_RDWR, 0o666))
             elif not self.exists():
-                said = f"{self.path}: is missing; {ANEW}"
+                message = f"{self.path}: is missing; {ANEW}"
                 lost = (self.path.parent / "runs").is_dir()
                 raise StoreError(
-                    said if lost else f"{self.path.parent}: there is no store here"
+                    message if lost else f"{self.path.parent}: there is no store here"
                 )
             uri = f"{self.path.absolute().as_uri()}?mode={'rwc' if create else 'rw'}"
             shared: dict[str, Any] = {
@@ -194,8 +194,8 @@ class Database:
         )  # the cheapest of the rollback journals
         connection.execute(f"PRAGMA cache_size = {PAGES}")
         if additions:
-            said = f"holds {additions} views or triggers, which no wearlab makes"
-            raise Damaged(f"{self.path}: {said}; {ANEW}")
+            reason = f"holds {additions} views or triggers, which no wearlab makes"
+            raise Damaged(f"{self.path}: {reason}; {ANEW}")
         if version > VERSION:
             raise StoreError(
                 f"{self.path}: written by a newer wearlab (catalogue version {version})"
@@ -227,16 +227,16 @@ class Database:
 
     def _unusable(self, error: Exception) -> StoreError:
         name = getattr(error, "sqlite_errorname", "")
-        said = f"{self.path}: the catalogue cannot be used ({error})"
+        message = f"{self.path}: the catalogue cannot be used ({error})"
         if name.startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")) or isinstance(
             error, UnicodeDecodeError
         ):
-            return Damaged(f"{said}; {ANEW}")
+            return Damaged(f"{message}; {ANEW}")
         busy = name.startswith("SQLITE_BUSY")
         return StoreError(
-            f"{said}: another process holds it; try again when it has ended"
+            f"{message}: another process holds it; try again when it has ended"
             if busy
-            else said
+            else message
         )
 
 
@@ -246,7 +246,7 @@ def run_all(connection: sqlite3.Connection, statements: str) -> None:
         connection.execute(statement)
 
 
-def understood(what: str, read: Callable[..., Read], *values: Any) -> Read:
+def understood(subject: str, read: Callable[..., Read], *values: Any) -> Read:
     """Return what a reader makes of values.
 
     Raises
@@ -260,10 +260,8 @@ def understood(what: str, read: Callable[..., Read], *values: Any) -> Read:
         if isinstance(error, ValidationError):
             first = error.errors(include_url=False)[0]
             reason = f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
-        said = (
-            f"{what} cannot be understood ({reason[:100]}); 'wearlab reindex' mends it"
-        )
-        raise StoreError(said) from error
+        message = f"{subject} cannot be understood ({reason[:100]}); 'wearlab reindex' mends it"
+        raise StoreError(message) from error
 
 
 # What rows may hold, which anybody may have written: tables and lists stand there as

@@ -145,19 +145,19 @@ def write_facts(
     run, facts : the number of the run, and what can be asked of it
     """
     connection.execute(f"DELETE FROM {FACTS}", (run,))
-    known = {
-        name: told
-        for name, *told in connection.execute("SELECT name, number, kind FROM keys")
+    key_of_name = {
+        name: columns
+        for name, *columns in connection.execute("SELECT name, number, kind FROM keys")
     }
     rows = {}
     for source, name, value in facts:
-        if name not in known:
+        if name not in key_of_name:
             kind = kind_of(value)
             key = keys.key_of(name.removesuffix(evaluate.HISTORY), source, kind)
-            told = (name, source, kind, key.unit, key.quantity, key.display_unit)
-            ((number,),) = connection.execute(NEW_KEY, told).fetchall()
-            known[name] = [number, kind]
-        number, kind = known[name]
+            columns = (name, source, kind, key.unit, key.quantity, key.display_unit)
+            ((number,),) = connection.execute(NEW_KEY, columns).fetchall()
+            key_of_name[name] = [number, kind]
+        number, kind = key_of_name[name]
         rows[number] = (number, run, stored(value, kind))
     connection.executemany("INSERT INTO facts VALUES (?, ?, ?)", rows.values())
 
@@ -190,10 +190,12 @@ def facts_of(
     histories : per variable its values at all wear states, the lower ones first where
         there are two of each
     """
-    given = dict(keys.flat(json.loads(scene or "{}")))
-    told = [("scene", *pair) for pair in given.items()]
-    told += [("result", *pair) for pair in summary.items() if pair[0] not in given]
-    for source, name, value in told:
+    scene_values = dict(keys.flat(json.loads(scene or "{}")))
+    facts = [("scene", *pair) for pair in scene_values.items()]
+    facts += [
+        ("result", *pair) for pair in summary.items() if pair[0] not in scene_values
+    ]
+    for source, name, value in facts:
         if isinstance(value, int | float) or (
             isinstance(value, str) and len(value) <= LONGEST
         ):
@@ -225,22 +227,22 @@ def outcome_of(path: Path) -> outcome.Outcome:
     with files.readable(f"{path}:", "is no run of wearlab"):
         for dim, size in dataset.sizes.items():
             if dim in dataset.coords and size > MOST_LABELS:
-                said = (
+                message = (
                     f"the dimension {str(dim)[:40]} has {size} labels, more than any "
                     "run"
                 )
-                raise files.StoreError(f"{path}: {said}")
+                raise files.StoreError(f"{path}: {message}")
         if netcdf.is_intact(dataset) is False:
             raise files.StoreError(f"{path}: its content is not what was sealed in it")
         if (name := str(dataset.attrs.get("id", path.stem))) != path.stem:
             raise ForeignRun(f"{path}: holds run {name}, which is not its name")
         begun = str(dataset.attrs.get("date_created", ""))
         seconds = float(dataset.get("run_time_total", 0.0))
-        told = {
+        contents = {
             "scene": str(dataset.attrs.get("scene", "{}")),
             **recorded(dataset, path.read_bytes()),
         }
-        return outcome.Outcome(path.stem, "done", begun, seconds, **told)
+        return outcome.Outcome(path.stem, "done", begun, seconds, **contents)
 
 
 def outcomes_of(
@@ -259,8 +261,8 @@ def outcomes_of(
 
 def recorded(dataset: "xr.Dataset", image: bytes) -> dict[str, Any]:
     """Return what an outcome has of a run's dataset and its file."""
-    known = ("source_hash", "wearlab_version")
-    code = {name: str(dataset.attrs[name]) for name in known if name in dataset.attrs}
+    names = ("source_hash", "wearlab_version")
+    code = {name: str(dataset.attrs[name]) for name in names if name in dataset.attrs}
     return {
         "image": image,
         "sha256": hashlib.sha256(image).hexdigest(),

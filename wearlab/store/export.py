@@ -115,16 +115,18 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
     attributes["calibration"] = "; ".join(
         sorted({entry.calibration for entry in entries.values()} - {""})
     )
-    told = remarks.remarks_on(
+    stored_remarks = remarks.remarks_on(
         store.archive.catalogue, [remarks.subject_of(campaign.title), *entries]
     )
-    for what in ("tag", "note"):
-        own = [r for r in told if r.what == what]
-        some = [
-            {"of": r.campaign or r.subject, what: r.text, "by": r.who, "when": r.when}
-            for r in own
+    for kind in ("tag", "note"):
+        selected = [r for r in stored_remarks if r.what == kind]
+        entries_of_kind = [
+            {"of": r.campaign or r.subject, kind: r.text, "by": r.who, "when": r.when}
+            for r in selected
         ]
-        attributes[f"{what}s"] = json.dumps(some, ensure_ascii=False) if some else ""
+        attributes[f"{kind}s"] = (
+            json.dumps(entries_of_kind, ensure_ascii=False) if entries_of_kind else ""
+        )
     attributes |= credited(getattr(campaign, "metadata", None) or {})
     return {key: value for key, value in attributes.items() if value}
 
@@ -137,10 +139,12 @@ def credited(metadata: Mapping[str, str]) -> dict[str, str]:
     >>> credited({"author": "Ada", "orcid": "0000-0002-1825-0097"})
     {'creator_name': 'Ada', 'creator_url': 'https://orcid.org/0000-0002-1825-0097'}
     """
-    told = {ACDD[key]: str(value) for key, value in metadata.items() if key in ACDD}
-    if told.get("creator_url", "://").find("://") < 0:
-        told["creator_url"] = f"https://orcid.org/{told['creator_url']}"
-    return told
+    attributes = {
+        ACDD[key]: str(value) for key, value in metadata.items() if key in ACDD
+    }
+    if attributes.get("creator_url", "://").find("://") < 0:
+        attributes["creator_url"] = f"https://orcid.org/{attributes['creator_url']}"
+    return attributes
 
 
 def _netcdf(
@@ -151,14 +155,15 @@ def _netcdf(
     Read in this thread alone.
     """
     for variable in grid.variables.values():
-        told = {
+        attributes = {
             key: value for key, value in variable.attrs.items() if value is not None
         }
         plain = (str, int, float)
         variable.attrs = {
-            k: v if isinstance(v, plain) else json.dumps(v) for k, v in told.items()
+            k: v if isinstance(v, plain) else json.dumps(v)
+            for k, v in attributes.items()
         }
-    done = [
+    exported = [
         i
         for i in dict.fromkeys(grid["run_id"].values.ravel())
         if i in entries and entries[i].sha256
@@ -172,8 +177,10 @@ def _netcdf(
             xr.Dataset({name: variable}).to_netcdf(
                 part, mode="a", engine="netcdf4", encoding=encoding
             )
-            share = [len(done) * n // len(grid.variables) for n in (number, number + 1)]
-            for run in done[slice(*share)]:
+            share = [
+                len(exported) * n // len(grid.variables) for n in (number, number + 1)
+            ]
+            for run in exported[slice(*share)]:
                 tell(run)
 
 
@@ -181,16 +188,16 @@ def _encoding(grid: xr.Dataset, name: Any) -> dict[str, Any]:
     """Return how a variable is kept: what is read from runs in chunks of one run, numbers deflated."""
     variable = grid.variables[name]
     lacks = variable.dtype.kind == "f" and name not in grid.coords
-    own: dict[str, Any] = {"_FillValue": np.nan if lacks else None}
+    encoding: dict[str, Any] = {"_FillValue": np.nan if lacks else None}
     if variable.dtype.kind in "OUS" or not variable.ndim:
-        return own
+        return encoding
     along = grid["run_id"].dims
     chunks = tuple(
         1 if d in along else max(1, n)
         for d, n in zip(variable.dims, variable.shape, strict=True)
     )
     by_run = any(dim in along for dim in variable.dims)
-    return own | {
+    return encoding | {
         "zlib": True,
         "complevel": 1,
         **({"chunksizes": chunks} if by_run else {}),
@@ -251,15 +258,15 @@ def export_crate(
     ------
     StoreError : there is no store, a run is damaged, or the disk refuses
     """
-    said = export_attributes(campaign, store)
+    attributes = export_attributes(campaign, store)
     with TemporaryDirectory(prefix="wearlab-") as folder:
         data = export(campaign, store, Path(folder) / "runs.nc", tell)
         parts: dict[str, tuple[bytes | Path, str]] = {}
         parts["runs.nc"] = (data, "all runs of the campaign, by its sweeps and cases")
-        parts["CITATION.txt"] = (_citation(said).encode(), "how to cite it")
-        if said.get("campaign"):
+        parts["CITATION.txt"] = (_citation(attributes).encode(), "how to cite it")
+        if attributes.get("campaign"):
             parts["campaign.toml"] = (
-                said["campaign"].encode(),
+                attributes["campaign"].encode(),
                 "the campaign file, and all that it extends",
             )
         for figure in figures:
@@ -267,7 +274,9 @@ def export_crate(
                 figure,
                 f"figure {figure.stem.replace('_', ' ')}",
             )
-        metadata = _metadata(said, {name: told for name, (_, told) in parts.items()})
+        metadata = _metadata(
+            attributes, {name: description for name, (_, description) in parts.items()}
+        )
         written = {DESCRIPTOR: metadata.encode()} | {
             name: content for name, (content, _) in parts.items()
         }
@@ -283,12 +292,16 @@ def export_crate(
     return out
 
 
-def _citation(said: Mapping[str, str]) -> str:
+def _citation(attributes: Mapping[str, str]) -> str:
     """Return a sentence that cites the data, and where they come from."""
-    who = said.get("creator_name") or said.get("institution", "")
-    after = f" After {said['references']}." if "references" in said else ""
-    head = provenance.head_of(who, said.get("date_created", ""), said["title"])
-    return f"{head}, computed by {said.get('source', 'wearlab')}.{after}\n"
+    who = attributes.get("creator_name") or attributes.get("institution", "")
+    reference = (
+        f" After {attributes['references']}." if "references" in attributes else ""
+    )
+    head = provenance.head_of(
+        who, attributes.get("date_created", ""), attributes["title"]
+    )
+    return f"{head}, computed by {attributes.get('source', 'wearlab')}.{reference}\n"
 
 
 def _metadata(said: Mapping[str, str], parts: Mapping[str, str]) -> str:
@@ -337,22 +350,35 @@ def _metadata(said: Mapping[str, str], parts: Mapping[str, str]) -> str:
     )
 
 
-def _entity(name: str, kind: str, told: str, **more: Any) -> Entity:
-    return {"@id": name, "@type": kind, "name": told, **more}
+def _entity(name: str, kind: str, label: str, **more: Any) -> Entity:
+    return {"@id": name, "@type": kind, "name": label, **more}
 
 
-def _person(name: str, said: Mapping[str, str]) -> Entity:
+def _person(name: str, attributes: Mapping[str, str]) -> Entity:
     """Return an author; the address given belongs to the one of a single author."""
     name = name.strip()
-    address = said.get("creator_url", "") if ";" not in said["creator_name"] else ""
-    own = {"affiliation": said["institution"]} if "institution" in said else {}
+    address = (
+        attributes.get("creator_url", "")
+        if ";" not in attributes["creator_name"]
+        else ""
+    )
+    affiliation = (
+        {"affiliation": attributes["institution"]}
+        if "institution" in attributes
+        else {}
+    )
     return _entity(
-        address if "://" in address else f"#{quote(name)}", "Person", name, **own
+        address if "://" in address else f"#{quote(name)}",
+        "Person",
+        name,
+        **affiliation,
     )
 
 
 def _format(name: str) -> str:
-    known = {".nc": "application/x-netcdf", ".toml": "application/toml"}.get(
+    encoding_format = {".nc": "application/x-netcdf", ".toml": "application/toml"}.get(
         Path(name).suffix
     )
-    return known or mimetypes.guess_type(name)[0] or "application/octet-stream"
+    return (
+        encoding_format or mimetypes.guess_type(name)[0] or "application/octet-stream"
+    )

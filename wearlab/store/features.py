@@ -129,7 +129,7 @@ class _Alike:
         ]
 
     def rows(
-        self, run: "catalogue.Entry", path: str, given: Mapping[Column, Any]
+        self, run: "catalogue.Entry", path: str, inputs: Mapping[Column, Any]
     ) -> Values:
         """Return the values of each column of one run, one a wear state, None for what is not finite."""
         times = [
@@ -142,7 +142,7 @@ class _Alike:
         )
         block: Values = {RUN: [run.id] * self.states, NUMBER: list(range(self.states))}
         block |= {time: _plain(stored[time.name]) for time in times}
-        block |= {column: [value] * self.states for column, value in given.items()}
+        block |= {column: [value] * self.states for column, value in inputs.items()}
         for name in self.names:
             block |= {
                 column: _plain(values)
@@ -179,18 +179,20 @@ class _Alike:
 
 
 def _has_columns(
-    name: str, told: Mapping[str, Any], wanted: Sequence[str] | None
+    name: str, description: Mapping[str, Any], chosen: Sequence[str] | None
 ) -> bool:
-    asked = not name.startswith(LEFT_OUT) if wanted is None else name in wanted
-    number = np.dtype(told["dtype"]).kind in "fiu" and set(told["dims"]) <= {
+    is_chosen = not name.startswith(LEFT_OUT) if chosen is None else name in chosen
+    is_numeric = np.dtype(description["dtype"]).kind in "fiu" and set(
+        description["dims"]
+    ) <= {
         STATE,
         *NAMED,
         *ALONG,
     }
     return (
-        asked
-        and number
-        and not told.get("coordinate")
+        is_chosen
+        and is_numeric
+        and not description.get("coordinate")
         and declared_key(name) is not None
     )
 
@@ -217,27 +219,27 @@ def features(
     StoreError : there is no store, no such run, or no run has a variable
     """
     ids = store.query(where, columns=())["id"]
-    done = {
+    finished = {
         key: entry
         for key, entry in store.archive.entries(ids).items()
         if entry.state == "done"
     }
-    if not done:
+    if not finished:
         raise StoreError(
             "features: no run "
-            f"{'that is done meets the condition' if where else 'is done'}"
+            f"{'that is finished meets the condition' if where else 'is done'}"
         )
-    inputs = _differing(done)
+    inputs = _differing(finished)
     layouts = store.archive.catalogue.layouts(
-        run.layout for run in done.values() if run.layout
+        run.layout for run in finished.values() if run.layout
     )
-    alike = {
+    groups = {
         run.form: _Alike(layouts[run.layout or ""], run.sizes, variables)
-        for run in done.values()
+        for run in finished.values()
     }
     blocks = [
-        alike[e.form].rows(e, str(store.archive.files.path(e.id)), inputs[e.id])
-        for e in done.values()
+        groups[e.form].rows(e, str(store.archive.files.path(e.id)), inputs[e.id])
+        for e in finished.values()
     ]
     columns = tuple(
         dict.fromkeys(
@@ -264,17 +266,17 @@ def _plain(values: NDArray[Any]) -> list[float | None]:
 
 
 def _refuse_unknown(
-    variables: Sequence[str] | None, columns: Iterable[Column], known: set[str]
+    variables: Sequence[str] | None, columns: Iterable[Column], available: set[str]
 ) -> None:
     for name in variables or ():
         if declared_key(name) is None:
-            near = get_close_matches(name, sorted(known), 1)
-            meant = (
+            near = get_close_matches(name, sorted(available), 1)
+            remedy = (
                 f"did you mean {near[0]!r}?"
                 if near
                 else "'wearlab variables' lists them"
             )
-            raise StoreError(f"features: {name!r}: there is no such variable; {meant}")
+            raise StoreError(f"features: {name!r}: there is no such variable; {remedy}")
         if not any(column.name.startswith(name) for column in columns):
             raise StoreError(
                 f"features: {name!r}: no run here has it as numbers at its wear states"
@@ -288,10 +290,12 @@ def _differing(
     scenes = {run_id: entry.values for run_id, entry in entries.items()}
     columns = {}
     for key in differing_keys(list(scenes.values()), ALWAYS):
-        known = scene_key(
+        description = scene_key(
             key, any(isinstance(scene.get(key), str) for scene in scenes.values())
         )
-        columns[key] = Column(key, known.unit, known.display_unit, given=True)
+        columns[key] = Column(
+            key, description.unit, description.display_unit, given=True
+        )
     return {
         run_id: {
             column: scene[key]

@@ -82,7 +82,7 @@ def refuse_oversized(path: str | Path, claimed: int, size: int | None = None) ->
 
 
 @contextmanager
-def readable(what: str, said: str = "cannot be read") -> Iterator[None]:
+def readable(subject: str, complaint: str = "cannot be read") -> Iterator[None]:
     """Say what cannot be read, such as ``runs/ab.nc:``, or what else it is not.
 
     Raises
@@ -95,12 +95,12 @@ def readable(what: str, said: str = "cannot be read") -> Iterator[None]:
         raise
     except Exception as error:  # whatever HDF5 and xarray make of a stranger's file
         raise StoreError(
-            f"{what} {said} ({str(error)[:300]}); try 'wearlab verify'"
+            f"{subject} {complaint} ({str(error)[:300]}); try 'wearlab verify'"
         ) from error
 
 
 @contextmanager
-def written(path: Path, said: str = "cannot be written") -> Iterator[None]:
+def written(path: Path, complaint: str = "cannot be written") -> Iterator[None]:
     """Say which file the disk refuses.
 
     Raises
@@ -110,7 +110,7 @@ def written(path: Path, said: str = "cannot be written") -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise StoreError(f"{path}: {said} ({error.strerror or error})") from error
+        raise StoreError(f"{path}: {complaint} ({error.strerror or error})") from error
 
 
 @contextmanager
@@ -298,10 +298,10 @@ def damage(path: Path, size: int | None, sha256: str | None) -> Problem | None:
     wrong: tuple[str, str] | None = None
     try:
         refuse_links(path)
-        if (found := path.stat().st_size) != size:
+        if (length := path.stat().st_size) != size:
             wrong = (
-                "truncated" if found < (size or 0) else "altered",
-                f"{found} bytes instead of {size}",
+                "truncated" if length < (size or 0) else "altered",
+                f"{length} bytes instead of {size}",
             )
         elif hash_of(path) != sha256:
             wrong = "altered", "its bytes are not those that were written"

@@ -71,15 +71,15 @@ def open_grid(campaign: "Campaign", store: "Store", si: bool = False) -> xr.Data
     place, not repeated along axes; points without data are NaN (text: "");
     ``attrs["missing"]`` names the first of them.
     """
-    known = store.archive.catalogue.entries(
+    entries = store.archive.catalogue.entries(
         (case.id for case in campaign.cases), PLACED
     )
     runs = {
         i: replace(run, state="interrupted") if store.archive.is_stale(run) else run
-        for i, run in known.items()
+        for i, run in entries.items()
     }
     layouts = store.archive.catalogue.layouts(
-        run.layout for run in known.values() if run.layout
+        run.layout for run in entries.values() if run.layout
     )
     of_cases = {case.label: case.id for case in reversed(campaign.cases)}
     scenes = {
@@ -256,8 +256,8 @@ class _Cases:
             names.append(
                 f"{where or self.campaign.cases[number].id}: {self.status[number]}"
             )
-        more = len(lacking) - len(names)
-        return [*names, f"and {more} more, by status"] if more > 0 else names
+        omitted = len(lacking) - len(names)
+        return [*names, f"and {omitted} more, by status"] if omitted > 0 else names
 
 
 class _Stored:
@@ -396,8 +396,8 @@ def _dtype(stored: str, whole: bool) -> tuple[np.dtype[Any], Any]:
     if stored == "str":
         return TEXT, ""
     if not NUMBER.fullmatch(stored):
-        said = f"{stored[:40]!r} as a type of numbers"
-        raise StoreError(f"the catalogue names {said}; 'wearlab reindex' mends it")
+        reason = f"{stored[:40]!r} as a type of numbers"
+        raise StoreError(f"the catalogue names {reason}; 'wearlab reindex' mends it")
     return (
         (np.dtype(stored), 0)
         if whole and np.dtype(stored).kind != "f"
@@ -423,16 +423,16 @@ def _base_text(campaign: "Campaign", scenes: Mapping[str, str]) -> str:
     first = {case.label: scenes.get(case.id, "") for case in reversed(campaign.cases)}
     swept = {along.key for axis in campaign.axes for along in _along(axis).values()}
     base = first.pop(BASE, "")
-    told: dict[str, str] = {}
+    replaced: dict[str, str] = {}
     for words in sorted(
         (_changed(base, text, swept) for text in first.values() if text and base),
         key=len,
     ):
-        if len(told | words) <= MOST_WORDS:
-            told |= words
-    if told:
-        kinds = (key.removesuffix(".model").rpartition(".")[2] for key in told)
-        values = ("no" if word == "none" else word for word in told.values())
+        if len(replaced | words) <= MOST_WORDS:
+            replaced |= words
+    if replaced:
+        kinds = (key.removesuffix(".model").rpartition(".")[2] for key in replaced)
+        values = ("no" if word == "none" else word for word in replaced.values())
         return ", ".join(map(" ".join, zip(values, kinds, strict=True))).replace(
             "_", " "
         )
@@ -471,10 +471,10 @@ def _along(axis: "Axis", si: bool = False) -> "dict[str, Coordinate]":
 
 def own_values(grid: xr.Dataset) -> dict[str, dict[str, Any]]:
     """Return what each case that is not swept has of the keys that are, by case and coordinate."""
-    told = (
+    text = (
         grid["computed"].attrs.get("own_values") if "computed" in grid.coords else None
     )
-    return dict(json.loads(told)) if told else {}
+    return dict(json.loads(text)) if text else {}
 
 
 def _own_value(stored: Any, along: "Coordinate") -> Any:
@@ -497,11 +497,11 @@ def key_text(key: str) -> str:
     ('speed', 'wear coefficient')
     """
     words = key.split(".")
-    some = (
+    telling = (
         words[-3:-1]
         if words[-1] == "value"
         else words[-2:]
         if words[-1] in UNSAID
         else words[-1:]
     )
-    return " ".join(some or words).replace("_", " ")
+    return " ".join(telling or words).replace("_", " ")

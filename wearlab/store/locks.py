@@ -162,8 +162,8 @@ class Checkpoints:
             suppress(OSError, ValueError, IndexError),
             self._path(run_id).open("rb") as file,
         ):
-            told = file.readline(LONGEST_HEAD).split()
-            return ReachedCycle(float(told[2]), float(told[3]))
+            words = file.readline(LONGEST_HEAD).split()
+            return ReachedCycle(float(words[2]), float(words[3]))
         return None
 
     def forget(self, run_ids: Iterable[str]) -> None:

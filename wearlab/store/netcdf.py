@@ -126,13 +126,13 @@ def is_intact(dataset: "xr.Dataset") -> bool | None:
     return None if seal is None else seal == content_hash(dataset)
 
 
-def content_hash(dataset: "xr.Dataset", besides: tuple[str, ...] = ()) -> str:
+def content_hash(dataset: "xr.Dataset", ignored: tuple[str, ...] = ()) -> str:
     """Return the SHA-256 over every variable's name, dims, values and attributes, and the global attributes.
 
     Numbers are hashed as little-endian bytes of their stored type, texts as JSON: the
     hash does not depend on compression or on the version of the file format. Run times
     and dates are left out: the same run computed twice by the same code bears the same
-    seal. Left out too are attributes whose names begin as ``besides``.
+    seal. Left out too are attributes whose names begin as ``ignored``.
     """
     digest = hashlib.sha256()
     for name in sorted(
@@ -150,13 +150,13 @@ def content_hash(dataset: "xr.Dataset", besides: tuple[str, ...] = ()) -> str:
             digest.update(
                 values.dtype.kind.encode() + bytes(np.ascontiguousarray(stored).data)
             )
-    left_out = (SEAL, *PASSING, *besides)
-    kept = {
+    left_out = (SEAL, *PASSING, *ignored)
+    attributes = {
         str(name): value
         for name, value in dataset.attrs.items()
         if not str(name).startswith(left_out)
     }
-    digest.update(_json(kept))
+    digest.update(_json(attributes))
     return digest.hexdigest()
 
 
@@ -253,17 +253,22 @@ class _Walk:
                 self.refuse(inside, "is a type and no variable")
 
     def variable(self, dataset: Any, where: str) -> None:
-        made = dataset.get_create_plist()
+        properties = dataset.get_create_plist()
         kind = dataset.get_type()
-        if leads_elsewhere(made):
+        if leads_elsewhere(properties):
             self.refuse(where, "has its values in other files")
         if not _is_plain(kind):
             self.refuse(where, "holds neither numbers, as a run has them, nor texts")
-        if made.get_layout() == h5d.CHUNKED:
+        if properties.get_layout() == h5d.CHUNKED:
             refuse_oversized(
-                self.path, math.prod(made.get_chunk()) * kind.get_size(), self.size
+                self.path,
+                math.prod(properties.get_chunk()) * kind.get_size(),
+                self.size,
             )
-            used = [made.get_filter(number)[0] for number in range(made.get_nfilters())]
+            used = [
+                properties.get_filter(number)[0]
+                for number in range(properties.get_nfilters())
+            ]
             if len(used) > len(set(used)) or not set(used) <= set(FILTERS):
                 self.refuse(where, "is stored by other filters than a run")
         self.attributes(dataset, where)
@@ -274,19 +279,21 @@ class _Walk:
         """Read the texts of attributes: of all others HDF5 tells the size."""
         if (count := h5a.get_num_attrs(entry)) > MOST_ATTRIBUTES:
             self.refuse(where, f"has {count} attributes")
-        told: dict[bytes, Any] = {}
-        h5a.iterate(entry, told.__setitem__, info=True)
-        for name, about in told.items():
-            usual = name == DIMENSIONS and about.data_size <= MOST_DIMS * self.reference
-            if usual or about.data_size % self.reference:
+        information: dict[bytes, Any] = {}
+        h5a.iterate(entry, information.__setitem__, info=True)
+        for name, details in information.items():
+            usual = (
+                name == DIMENSIONS and details.data_size <= MOST_DIMS * self.reference
+            )
+            if usual or details.data_size % self.reference:
                 continue
             attribute = h5a.open(entry, name)
             kind = attribute.get_type()
-            many = math.prod(attribute.shape)
+            count = math.prod(attribute.shape)
             is_long = kind.get_class() == h5t.VLEN or _is_text(
                 kind
             )  # its values stand elsewhere in the file
-            if is_long and many > 1 and many * self.size > HARMLESS:
+            if is_long and count > 1 and count * self.size > HARMLESS:
                 self.refuse(where, "has lists that may be far larger than the file")
             if _is_text(kind):
                 texts = np.empty(attribute.shape, attribute.dtype)
@@ -298,9 +305,9 @@ class _Walk:
         space = entry.get_space()
         shape = entry.shape
         count = math.prod(shape)
-        some = max(1, HARMLESS // self.size)
-        for at in range(0, count, some):
-            places = np.arange(at, min(at + some, count))
+        batch_size = max(1, HARMLESS // self.size)
+        for first in range(0, count, batch_size):
+            places = np.arange(first, min(first + batch_size, count))
             if shape:
                 space.select_elements(np.stack(np.unravel_index(places, shape), axis=1))
             texts = np.empty(len(places), entry.dtype)
@@ -313,9 +320,11 @@ class _Walk:
             self.refuse(where, "has texts that are far larger than the file")
 
 
-def leads_elsewhere(made: Any) -> bool:
+def leads_elsewhere(properties: Any) -> bool:
     """Say whether a variable that is made so has its values in other files."""
-    return bool(made.get_layout() == h5d.VIRTUAL or made.get_external_count() > 0)
+    return bool(
+        properties.get_layout() == h5d.VIRTUAL or properties.get_external_count() > 0
+    )
 
 
 def _is_plain(kind: Any) -> bool:

@@ -197,17 +197,17 @@ def headlines(summary: Mapping[str, Any]) -> list[Headline]:
         is 0 wears nothing
     """
     kinds = (FORCE, STE, WEAR) if summary.get("cycle") == 0.0 else (LIFE, WEAR)
-    told = [
+    numbers = [
         _headline(kind, summary)
         for kind in (*kinds, RIVAL)
         if summary.get(kind.name) is not None
     ]
     end = unasked_end(summary)
     if not end:
-        return told
+        return numbers
     if summary["end_reason"] == NO_WEAR:
-        return [Headline(end, NO_WEAR, "", None), *told]
-    return [*told, Headline(end, f"ended: {summary['end_reason']}", "", None)]
+        return [Headline(end, NO_WEAR, "", None), *numbers]
+    return [*numbers, Headline(end, f"ended: {summary['end_reason']}", "", None)]
 
 
 def _headline(kind: _Kind, summary: Mapping[str, Any]) -> Headline:

@@ -39,8 +39,8 @@ class Ancestor(NamedTuple):
     def __str__(self) -> str:
         name = f" ({self.name})" if self.name else ""
         new = f", new flanks: {', '.join(self.replaced)}" if self.replaced else ""
-        there = "" if self.state == "done" else f", {self.state}"
-        return f"run {self.run}{name} from {self.at}{new}{there}"
+        state = "" if self.state == "done" else f", {self.state}"
+        return f"run {self.run}{name} from {self.at}{new}{state}"
 
 
 def lineage(store: "Store", entry: "catalogue.Entry") -> list[Ancestor]:
@@ -79,9 +79,9 @@ def children(store: "Store", run_id: str, by: str = "start.run") -> list[str]:
 
 def rests_on(store: "Store", entry: "catalogue.Entry") -> set[str]:
     """Return the ids of all runs that a run needs to be made again: those before it, those that calibrate."""
-    before = {step.run for step in lineage(store, entry)}
-    known = store.archive.entries(before)
-    return (before | {each.calibration for each in (entry, *known.values())}) - {""}
+    ancestors = {step.run for step in lineage(store, entry)}
+    entries = store.archive.entries(ancestors)
+    return (ancestors | {run.calibration for run in (entry, *entries.values())}) - {""}
 
 
 def name_of(store: "Store", run_id: str) -> str:
@@ -159,19 +159,21 @@ def _of_run(store: "Store", prefix: str) -> dict[str, str]:
     attributes = store.run(entry.id).attrs
     members = store.archive.catalogue.members([entry.id])
     # the campaign that names its authors speaks for its runs, or one that is a file
-    some = members[::-1] or [catalogue.Member("", None, "", "", {})]
+    candidates = members[::-1] or [catalogue.Member("", None, "", "", {})]
     member = max(
-        some, key=lambda each: ("author" in each.metadata, each.path is not None)
+        candidates, key=lambda each: ("author" in each.metadata, each.path is not None)
     )
     label = [] if member.label == BASE else [member.label]
     places = [f"{name} {value}" for name, value in member.position.items()]
-    others = dict.fromkeys(m.campaign for m in members if m.campaign != member.campaign)
+    other_campaigns = dict.fromkeys(
+        m.campaign for m in members if m.campaign != member.campaign
+    )
     facts = {
         "id": entry.id,
         "campaign": member.campaign,
         "case": ", ".join(label + places),
     }
-    facts |= {"also_in": "; ".join(others), "reference": member.reference}
+    facts |= {"also_in": "; ".join(other_campaigns), "reference": member.reference}
     facts["date"] = (entry.started or str(attributes.get("date_created", "")))[:10]
     facts |= {
         "sha256": entry.sha256 or "",
@@ -207,8 +209,8 @@ def _of_update(store: "Store", update: "updates.KeptUpdate") -> dict[str, str]:
     return facts | _among(attributes, WHO)
 
 
-def _among(told: Mapping[str, Any], names: Iterable[str]) -> dict[str, str]:
-    return {name: str(told[name]) for name in names if told.get(name)}
+def _among(values: Mapping[str, Any], names: Iterable[str]) -> dict[str, str]:
+    return {name: str(values[name]) for name in names if values.get(name)}
 
 
 def _title(facts: dict[str, str]) -> str:
@@ -240,7 +242,7 @@ def citation(facts: dict[str, str]) -> str:
     names = ", ".join(_authors(facts))
     who = f"{names}{orcid}" if names else facts.get("institution", "")
     head = head_of(who, facts.get("date", ""), _title(facts))
-    told = "".join(
+    sentences = "".join(
         text.format(facts[key]) for key, text in SENTENCES.items() if key in facts
     )
     code = (
@@ -253,13 +255,13 @@ def citation(facts: dict[str, str]) -> str:
         else ""
     )
     changed = " with changes" if facts.get("dirty") == "true" else ""
-    what = f"{facts.get('kind', 'Run')} {facts['id']}"
+    subject = f"{facts.get('kind', 'Run')} {facts['id']}"
     file = (
         f"SHA-256 of the file {facts.get('sha256', '?')}, of its content "
         f"{facts.get(netcdf.SEAL, '?')}"
     )
     return (
-        f"{head}. {what}, computed by {code}.{told}\nprovenance: "
+        f"{head}. {subject}, computed by {code}.{sentences}\nprovenance: "
         f"{code}{commit}{changed}; {file}"
     )
 
@@ -292,8 +294,8 @@ def bibtex(facts: dict[str, str]) -> str:
         "title": f"wearlab: {SUBJECT}",
         "version": version,
     }
-    own = _entry(f"misc{{wearlab-{facts['id'][:10]}", escaped)
-    return f"{own}\n\n{_entry('software{wearlab', software)}"
+    dataset_entry = _entry(f"misc{{wearlab-{facts['id'][:10]}", escaped)
+    return f"{dataset_entry}\n\n{_entry('software{wearlab', software)}"
 
 
 def _entry(head: str, fields: dict[str, str]) -> str:

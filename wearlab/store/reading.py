@@ -51,7 +51,7 @@ def checked_bytes(path: str | Path, sha256: str | None) -> bytes:
     if sha256 is not None:
         if hashlib.sha256(document).hexdigest() != sha256:
             _sound.pop(str(path), None)
-            said = (
+            reason = (
                 "is not what was written: its bytes do not have the recorded hash "
                 f"{sha256[:12]}…"
             )
@@ -59,7 +59,7 @@ def checked_bytes(path: str | Path, sha256: str | None) -> bytes:
                 "'wearlab verify' names all such files, 'wearlab run' computes anew "
                 "what is removed"
             )
-            raise StoreError(f"{path}: {said}; {remedy}")
+            raise StoreError(f"{path}: {reason}; {remedy}")
         _sound[str(path)] = _mark(status, sha256)
     return document
 
@@ -123,10 +123,10 @@ def read_run(path: Path, sha256: str | None = None) -> xr.Dataset:
         with NETCDFC_LOCK, HDF5_LOCK:  # of a file in memory xarray asks for none
             opened = NetCDF4DataStore.open(image)
         with closing(opened):
-            kept = opened.ds.variables.values()  # of texts, 16 bytes refer to each
+            variables = opened.ds.variables.values()  # of texts, 16 bytes refer to each
             claimed = (
                 math.prod(v.shape) * (16 if v.dtype is str else v.dtype.itemsize)
-                for v in kept
+                for v in variables
             )
             refuse_oversized(path, sum(claimed), len(image))
             dataset = xr.open_dataset(opened).load()

@@ -51,15 +51,15 @@ class Remark(NamedTuple):
     @property
     def line(self) -> str:
         """The line that tells it, with its hash."""
-        told = {key: value for key, value in self._asdict().items() if value}
+        fields = {key: value for key, value in self._asdict().items() if value}
         return json.dumps(
-            told | {"seal": _seal(told)}, ensure_ascii=False, sort_keys=True
+            fields | {"seal": _seal(fields)}, ensure_ascii=False, sort_keys=True
         )
 
 
-def _seal(told: Mapping[str, Any]) -> str:
-    words = {key: value for key, value in told.items() if key != "seal"}
-    return key_of(json.dumps(words, ensure_ascii=False, sort_keys=True))
+def _seal(fields: Mapping[str, Any]) -> str:
+    sealed = {key: value for key, value in fields.items() if key != "seal"}
+    return key_of(json.dumps(sealed, ensure_ascii=False, sort_keys=True))
 
 
 def subject_of(title: str) -> str:
@@ -80,10 +80,10 @@ def read_line(line: str, subject: str) -> Remark:
     ------
     ValueError : no wearlab wrote it, it is damaged, or about another subject
     """
-    told = json.loads(line)
-    if not isinstance(told, dict) or told.get("seal") != _seal(told):
+    fields = json.loads(line)
+    if not isinstance(fields, dict) or fields.get("seal") != _seal(fields):
         raise ValueError("its hash is not that of its words")
-    values = {key: told.get(key, "") for key in Remark._fields}
+    values = {key: fields.get(key, "") for key in Remark._fields}
     if values["subject"] != subject or values["what"] not in KINDS:
         raise ValueError("is about another run, or no remark")
     if not all(isinstance(value, str) for value in values.values()):
@@ -99,28 +99,28 @@ def remarks_on(
     """Return the tags that stand and the notes on some runs or campaigns, all when None, the latest last."""
     if not catalogue.exists():
         return []
-    told = f"SELECT {COLUMNS} FROM remarks WHERE stands AND what != 'untag'"
-    of_some = f"{told} AND subject IN"
+    question = f"SELECT {COLUMNS} FROM remarks WHERE stands AND what != 'untag'"
+    restricted = f"{question} AND subject IN"
     rows = (
-        catalogue.read(told)
+        catalogue.read(question)
         if subjects is None
-        else catalogue.read_many(of_some, subjects)
+        else catalogue.read_many(restricted, subjects)
     )
     texts = [Remark(*(str(value or "") for value in row)) for row in rows]
     return sorted(texts, key=lambda remark: (remark.when, remark.text))
 
 
 def texts_of(
-    catalogue: Catalogue, run_ids: Iterable[str], what: str
+    catalogue: Catalogue, run_ids: Iterable[str], kind: str
 ) -> dict[str, tuple[str, ...]]:
     """Return the tags, or the notes, of runs: their own, and those of the campaigns that they belong to."""
     rows = catalogue.read_many(
-        f"{OF_RUNS} WHERE stands AND what = '{what}' AND run IN", run_ids
+        f"{OF_RUNS} WHERE stands AND what = '{kind}' AND run IN", run_ids
     )
-    told: dict[str, dict[str, None]] = {}
+    texts_of_run: dict[str, dict[str, None]] = {}
     for run_id, text, _ in sorted(rows, key=lambda row: (str(row[2]), str(row[1]))):
-        told.setdefault(run_id, {})[str(text)] = None
-    return {run_id: tuple(texts) for run_id, texts in told.items()}
+        texts_of_run.setdefault(run_id, {})[str(text)] = None
+    return {run_id: tuple(texts) for run_id, texts in texts_of_run.items()}
 
 
 def files_of(catalogue: Catalogue) -> RunFiles:
@@ -129,7 +129,7 @@ def files_of(catalogue: Catalogue) -> RunFiles:
 
 
 def add(
-    catalogue: Catalogue, subject: str, what: str, text: str, campaign: str = ""
+    catalogue: Catalogue, subject: str, kind: str, text: str, campaign: str = ""
 ) -> None:
     """Write a tag, take one off, or write a note.
 
@@ -149,25 +149,27 @@ def add(
             f"{catalogue.address}: is only read from here; its own machine writes it"
         )
     # without what no reader sees
-    seen = (
+    characters = (
         c
         for c in text
         if c in "\n\t" or unicodedata.category(c) not in ("Cc", "Cf", "Cs")
     )
-    kept = "".join(seen).strip()
-    if not kept:
-        raise StoreError(f"{what}: write a word or a sentence")
-    if len(kept) > LONGEST[what]:
+    visible = "".join(characters).strip()
+    if not visible:
+        raise StoreError(f"{kind}: write a word or a sentence")
+    if len(visible) > LONGEST[kind]:
         raise StoreError(
-            f"{what}: {len(kept)} characters are more than {LONGEST[what]}"
+            f"{kind}: {len(visible)} characters are more than {LONGEST[kind]}"
         )
-    if what != "note" and ("\n" in kept or "\t" in kept):
-        raise StoreError(f"{what}: a tag is one line; write a note")
-    who = ""
+    if kind != "note" and ("\n" in visible or "\t" in visible):
+        raise StoreError(f"{kind}: a tag is one line; write a note")
+    author = ""
     with suppress(OSError, KeyError, ImportError):
-        who = getpass.getuser()
+        author = getpass.getuser()
     _append(
-        catalogue, subject, [Remark(subject, what, kept, who, now(), campaign).line]
+        catalogue,
+        subject,
+        [Remark(subject, kind, visible, author, now(), campaign).line],
     )
 
 
@@ -198,17 +200,17 @@ def _read(path: Path) -> tuple[dict[str, Remark], list[Problem]]:
         return {}, []
     except (OSError, StoreError) as error:
         return {}, [Problem(path, "unreadable", str(error))]
-    found: dict[str, Remark] = {}
+    read_remarks: dict[str, Remark] = {}
     problems = []
     for number, line in enumerate(lines, 1):
         try:
             if line:
-                found[line] = read_line(line, path.stem)
+                read_remarks[line] = read_line(line, path.stem)
         except (ValueError, TypeError, RecursionError) as error:
             problems.append(
                 Problem(path, "altered", f"line {number} is left out: {error}")
             )
-    return found, problems
+    return read_remarks, problems
 
 
 def _index(catalogue: Catalogue, subject: str) -> list[Problem]:
@@ -216,12 +218,12 @@ def _index(catalogue: Catalogue, subject: str) -> list[Problem]:
 
     Return what is wrong with the file.
     """
-    found, problems = _read(files_of(catalogue).path(subject))
-    ordered = sorted(found.items(), key=lambda both: both[1].when)
+    read_remarks, problems = _read(files_of(catalogue).path(subject))
+    ordered = sorted(read_remarks.items(), key=lambda both: both[1].when)
     latest = {remark.text: line for line, remark in ordered if remark.what != "note"}
     rows = [
         (*r, line, r.what == "note" or latest[r.text] == line)
-        for line, r in found.items()
+        for line, r in read_remarks.items()
     ]
     with catalogue._transaction() as connection:
         connection.execute("DELETE FROM remarks WHERE subject = ?", (subject,))
@@ -241,23 +243,23 @@ def _indexed(catalogue: Catalogue) -> dict[str, list[str]]:
     return lines
 
 
-def adopt(catalogue: Catalogue, other: Catalogue) -> tuple[int, dict[str, str]]:
+def adopt(catalogue: Catalogue, source: Catalogue) -> tuple[int, dict[str, str]]:
     """Take in another store's remarks on runs that are here and on campaigns, line by line.
 
     Returns
     -------
     How many lines came, and by subject why some did not.
     """
-    if not other.exists():
+    if not source.exists():
         return 0, {}
-    theirs = _indexed(other)
-    known = catalogue.entries(theirs, "")
+    theirs = _indexed(source)
+    recorded = catalogue.entries(theirs, "")
     count = 0
     damaged = {}
     for subject, lines in theirs.items():
         try:
             read = [read_line(line, subject) for line in lines]
-            if subject not in known and not all(remark.campaign for remark in read):
+            if subject not in recorded and not all(remark.campaign for remark in read):
                 continue
             ours, _ = _read(files_of(catalogue).path(subject))
         except (ValueError, TypeError, RecursionError, StoreError) as error:
@@ -278,11 +280,13 @@ def verify(catalogue: Catalogue) -> Iterator[Problem]:
         if problem := files.stray(path):
             yield problem
             continue
-        found, problems = _read(path)
+        read_remarks, problems = _read(path)
         yield from problems
-        if set(indexed.pop(path.stem, ())) != found.keys():
-            said = "the catalogue has other remarks than this file; 'wearlab reindex'"
-            yield Problem(path, "unknown", said)
+        if set(indexed.pop(path.stem, ())) != read_remarks.keys():
+            message = (
+                "the catalogue has other remarks than this file; 'wearlab reindex'"
+            )
+            yield Problem(path, "unknown", message)
     for subject in indexed:
         yield Problem(
             files.path(subject),

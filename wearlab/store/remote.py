@@ -58,24 +58,24 @@ def copy_of(address: str) -> Path:
         rest
     """
     folder = copies() / hashlib.sha256(address.encode()).hexdigest()[:16]
-    said = (
+    message = (
         f"{address}: its catalogue is being written all the time, or damaged; try again"
     )
     for _ in range(ATTEMPTS):
-        before = (_, idle, size) = _state(address)
+        state = (_, idle, size) = _state(address)
         if idle:
             try:
                 with replaced(folder / "catalogue.sqlite") as part:
                     _copy(f"{address}/catalogue.sqlite", part, size)
-                    if before != _state(address) or not Database(part).is_sound():
-                        raise StoreError(said)
+                    if state != _state(address) or not Database(part).is_sound():
+                        raise StoreError(message)
                     write_whole(folder / ORIGIN, address.encode())
                 return folder
             except StoreError:
-                if before == _state(address):  # else it has grown meanwhile
+                if state == _state(address):  # else it has grown meanwhile
                     raise
         time.sleep(PAUSE)
-    raise StoreError(said)
+    raise StoreError(message)
 
 
 def fetch(path: Path) -> bool:
@@ -89,25 +89,25 @@ def fetch(path: Path) -> bool:
     if folder.parent != copies() or not (folder / ORIGIN).is_file():
         return False
     catalogue = Database(folder / "catalogue.sqlite")
-    known = catalogue.read(
+    sizes = catalogue.read(
         "SELECT size FROM runs WHERE id = ? AND size > 0", (path.stem,)
     )
     catalogue.close()
     address = f"{(folder / ORIGIN).read_text()}/runs/{path.parent.name}/{path.name}"
     with replaced(path) as part:
-        _copy(address, part, int(known[0][0]) if known else UNKNOWN)
+        _copy(address, part, int(sizes[0][0]) if sizes else UNKNOWN)
     return True
 
 
-def _copy(address: str, part: Path, most: int) -> None:
+def _copy(address: str, part: Path, limit: int) -> None:
     """Copy a file piece by piece, and no more of it than it may have.
 
     Raises
     ------
     StoreError : there is none, it cannot be reached, or is larger
     """
-    said = f"is larger than the {most} bytes that the catalogue says; not read"
-    left = most
+    complaint = f"is larger than the {limit} bytes that the catalogue says; not read"
+    left = limit
     with (
         _reached(address) as (files, name),
         _opened(files, name) as source,
@@ -116,7 +116,7 @@ def _copy(address: str, part: Path, most: int) -> None:
         while piece := source.read(PIECE):
             left -= len(piece)
             if left < 0:
-                raise StoreError(f"{address}: {said}")
+                raise StoreError(f"{address}: {complaint}")
             copy.write(piece)
 
 
@@ -170,7 +170,7 @@ def _state(address: str) -> tuple[bytes, bool, int]:
     size : of the file, by its head [bytes]
     """
     with _reached(address, "/catalogue.sqlite") as (files, root):
-        told = _head(files, root)
+        head = _head(files, root)
         begun = False
         with suppress(
             FileNotFoundError
@@ -178,13 +178,13 @@ def _state(address: str) -> tuple[bytes, bool, int]:
             begun = files.exists(f"{root}-journal") and any(
                 _head(files, f"{root}-journal")[:8]
             )
-    if not told.startswith(MAGIC) or len(told) < HEAD:
+    if not head.startswith(MAGIC) or len(head) < HEAD:
         raise StoreError(
             f"{address}: its catalogue.sqlite is no catalogue of wearlab; not read"
         )
-    page = int.from_bytes(told[16:18], "big")
+    page = int.from_bytes(head[16:18], "big")
     return (
-        told,
+        head,
         not begun,
-        (65_536 if page == 1 else page) * int.from_bytes(told[28:32], "big"),
+        (65_536 if page == 1 else page) * int.from_bytes(head[28:32], "big"),
     )

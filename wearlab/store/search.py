@@ -181,7 +181,7 @@ class CatalogueSearch:
         values = self._values(
             [key for column in shown.values() for key in _keys_of(column)], some
         )
-        heads = tuple(_column(text, column) for text, column in shown.items())
+        heads = tuple(_head(text, column) for text, column in shown.items())
         rows = [
             tuple(_cell(evaluate.value_of(column, run)) for column in shown.values())
             for run in values
@@ -235,12 +235,14 @@ class CatalogueSearch:
     ) -> Iterator[dict[str, Any]]:
         """Yield the values of keys for each run, read for some thousand runs at once."""
         names = dict.fromkeys(key.name for key in keys)
-        for some in database.batched(runs, AT_ONCE):
-            known = {name: self._column(name, some) for name in names}
+        for batch in database.batched(runs, AT_ONCE):
+            read_columns = {name: self._column(name, batch) for name in names}
             columns = {
-                name: values for name, values in known.items() if values is not None
+                name: values
+                for name, values in read_columns.items()
+                if values is not None
             }
-            for place in range(len(some)):
+            for place in range(len(batch)):
                 yield {name: values[place] for name, values in columns.items()}
 
     def _column(self, name: str, runs: Sequence[Run]) -> list[Any] | None:
@@ -248,12 +250,12 @@ class CatalogueSearch:
         numbers, ids = zip(*runs, strict=True)
         if name in (*OF_REMARKS, *OF_CAMPAIGNS, *self.axes):
             remarked = name in OF_REMARKS
-            told = (
+            texts = (
                 remarks.texts_of(self.catalogue, ids, name)
                 if remarked
                 else self._of_campaigns(name, ids)
             )
-            return [told.get(run_id, ()) for run_id in ids]
+            return [texts.get(run_id, ()) for run_id in ids]
         if (question := QUESTIONS.get(name)) is None:
             if name not in self.numbers:
                 return None
@@ -263,30 +265,30 @@ class CatalogueSearch:
             )
         low = min(numbers)
         high = max(numbers)
-        some = ", ".join(map(str, numbers))
+        listed_numbers = ", ".join(map(str, numbers))
         of_some = (
             f"BETWEEN {low} AND {high}"
             if high - low < 2 * len(numbers)
-            else f"IN ({some})"
+            else f"IN ({listed_numbers})"
         )
         rows = dict(self.catalogue.read(f"{question} {of_some}"))
         values = [rows.get(number) for number in numbers]
         if name != OTHER_CODE:
             return values
-        known = present_hashes()
-        return [source not in known if source else None for source in values]
+        present = present_hashes()
+        return [source not in present if source else None for source in values]
 
     def _of_campaigns(
         self, name: str, ids: Sequence[str]
     ) -> dict[str, tuple[str, ...]]:
         """Return what campaigns say of each run: their titles, its labels, or its places on an axis."""
-        told: dict[str, dict[str, None]] = {}
+        texts: dict[str, dict[str, None]] = {}
         for member in self.catalogue.members(ids):
             of = {"campaign": member.campaign, "case": member.label}
             value = of[name] if name in of else member.position.get(name)
             if value is not None:
-                told.setdefault(member.run, {})[str(value)] = None
-        return {run: tuple(values) for run, values in told.items()}
+                texts.setdefault(member.run, {})[str(value)] = None
+        return {run: tuple(values) for run, values in texts.items()}
 
 
 def _key(
@@ -322,7 +324,7 @@ def _cell(value: Any) -> Any:
     return (",".join(value) or None) if isinstance(value, tuple) else value
 
 
-def _column(text: str, column: Any) -> Column:
+def _head(text: str, column: Any) -> Column:
     if isinstance(column, FirstCycle):
         return Column(text)
     return Column(text, column.unit, column.display_unit, column.is_path)

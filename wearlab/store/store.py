@@ -188,9 +188,9 @@ class Store:
         from wearlab.campaign.reading import campaign_of
         from wearlab.store import database, grid
 
-        what = f"{self.archive.catalogue.path}: what it says of these runs"
+        subject = f"{self.archive.catalogue.path}: what it says of these runs"
         return database.understood(
-            what, grid.open_grid, campaign_of(campaign), self, si
+            subject, grid.open_grid, campaign_of(campaign), self, si
         )
 
     def features(

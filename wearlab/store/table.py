@@ -27,8 +27,10 @@ def table_html(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
         for row in rows[:MOST_ROWS]
     )
     body = "".join(f"<tr>{row}</tr>" for row in cells)
-    more = f"<p>{MOST_ROWS} of {len(rows)} rows</p>" if len(rows) > MOST_ROWS else ""
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"
+    omitted = f"<p>{MOST_ROWS} of {len(rows)} rows</p>" if len(rows) > MOST_ROWS else ""
+    return (
+        f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{omitted}"
+    )
 
 
 def _text(value: Any) -> str:
@@ -114,10 +116,12 @@ class Table:
             if self.records
             else ((),) * len(self.columns)
         )
-        told = zip(self.columns, values, strict=True)
+        pairs = zip(self.columns, values, strict=True)
         return {
-            column.name: _converted(list(some), column.unit, column.unit_of(si))
-            for column, some in told
+            column.name: _converted(
+                list(column_values), column.unit, column.unit_of(si)
+            )
+            for column, column_values in pairs
         }
 
     def to_rows(self, *, si: bool = False) -> list[dict[str, Any]]:
@@ -208,19 +212,19 @@ class Table:
         )
 
 
-def _converted(values: list[Any], unit: str, wanted: str) -> list[Any]:
+def _converted(values: list[Any], unit: str, target: str) -> list[Any]:
     """Return values in another unit, with the digits that scenes keep.
 
     What is missing stays missing.
     """
-    if not unit or not wanted or wanted == unit:
+    if not unit or not target or target == unit:
         return values
     import numpy as np
 
     from wearlab.units import convert
 
     numbers = np.array([np.nan if value is None else value for value in values], float)
-    changed: list[float] = convert(numbers, unit, wanted).tolist()
+    changed: list[float] = convert(numbers, unit, target).tolist()
     short = (
         float(f"{new:.{DIGITS}g}") for new in changed
     )  # 1100 rpm, not 1100.0000000035739

@@ -83,9 +83,9 @@ def keep_update(store: "Store", tree: "xr.DataTree") -> Path:
 
 def _update_of(tree: "xr.DataTree", image: bytes, recorded: str) -> KeptUpdate:
     """Return what the catalogue has of an update, by its tree and the bytes of its file."""
-    told = ("id", "title", SUBJECT, "runs", "summary")
+    names = ("id", "title", SUBJECT, "runs", "summary")
     update_id, title, subject, runs, summary = (
-        str(tree.attrs.get(name, "")) for name in told
+        str(tree.attrs.get(name, "")) for name in names
     )
     file = (len(image), hashlib.sha256(image).hexdigest())
     made_from = tuple(runs.split())
@@ -122,11 +122,13 @@ def kept_updates(store: "Store") -> dict[str, KeptUpdate]:
     """Return the updates that the catalogue knows, by id, the latest last."""
     if not store.archive.catalogue.exists():
         return {}
-    is_told = (SUBJECT,) in store.archive.catalogue.read(NAMES)
-    told = (
-        COLUMNS if is_told else COLUMNS.replace(SUBJECT, "''")
+    has_subject = (SUBJECT,) in store.archive.catalogue.read(NAMES)
+    columns = (
+        COLUMNS if has_subject else COLUMNS.replace(SUBJECT, "''")
     )  # of stores before it was
-    rows = store.archive.catalogue.read(f"SELECT {told} FROM updates ORDER BY recorded")
+    rows = store.archive.catalogue.read(
+        f"SELECT {columns} FROM updates ORDER BY recorded"
+    )
     return {
         row[0]: understood("an update in the catalogue", _of_row, *row) for row in rows
     }
@@ -164,12 +166,12 @@ def read_update(store: "Store", update_id: str) -> "xr.DataTree | None":
     ------
     StoreError : its bytes are not those that were written
     """
-    known = kept_updates(store).get(update_id)
+    recorded = kept_updates(store).get(update_id)
     path = update_files(store).path(update_id)
-    if known is None or not path.is_file():
+    if recorded is None or not path.is_file():
         return None
     files.refuse_links(path)
-    if files.hash_of(path) != known.sha256:
+    if files.hash_of(path) != recorded.sha256:
         raise StoreError(
             f"{path}: its bytes are not those that were written; remove it and update "
             "again"
@@ -203,16 +205,16 @@ def _sealed(path: Path, update_id: str) -> "xr.DataTree":
     return tree
 
 
-def adopt_update(store: "Store", other: "Store", update: KeptUpdate) -> None:
+def adopt_update(store: "Store", source: "Store", update: KeptUpdate) -> None:
     """Take in another store's update, as it lies there.
 
     Raises
     ------
     StoreError : its file is gone, or is not what was sealed in it
     """
-    path = update_files(other).path(update.id)
+    path = update_files(source).path(update.id)
     if not path.is_file():
-        raise StoreError(f"{other.path}: update {update.id[:40]} has no file")
+        raise StoreError(f"{source.path}: update {update.id[:40]} has no file")
     if problem := files.damage(path, update.size, update.sha256):
         raise StoreError(f"{path}: {problem.message}")
     _sealed(path, update.id)
@@ -222,15 +224,15 @@ def adopt_update(store: "Store", other: "Store", update: KeptUpdate) -> None:
 def verify_updates(store: "Store") -> Iterator[Problem]:
     """Yield everything wrong with the updates of a store."""
     folder = update_files(store)
-    known = kept_updates(store)
+    recorded = kept_updates(store)
     yield from filter(
         None,
-        (files.damage(folder.path(u.id), u.size, u.sha256) for u in known.values()),
+        (files.damage(folder.path(u.id), u.size, u.sha256) for u in recorded.values()),
     )
     for path in folder:
         if problem := folder.stray(path):
             yield problem
-        elif path.stem not in known:
+        elif path.stem not in recorded:
             yield Problem(
                 path,
                 "unknown",

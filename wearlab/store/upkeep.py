@@ -45,18 +45,18 @@ def verify(store: Store) -> Iterator[files.Problem]:
     entries = store.archive.catalogue.entries()
     for run_id in [run_id for run_id in entries if not files.NAME.fullmatch(run_id)]:
         del entries[run_id]
-        said = f"names {run_id[:40]!r}, which is no identity of a run"
-        yield files.Problem(store.archive.catalogue.path, "foreign", said)
-    done = {
+        message = f"names {run_id[:40]!r}, which is no identity of a run"
+        yield files.Problem(store.archive.catalogue.path, "foreign", message)
+    finished = {
         store.archive.files.path(e.id): e for e in entries.values() if e.state == "done"
     }
-    for path, entry in done.items():
+    for path, entry in finished.items():
         if problem := files.damage(path, entry.size, entry.sha256) or check_entry(
             store, path, entry
         ):
             yield problem
     yield from _other_units(store)
-    yield from _uncalibrated(done, entries)
+    yield from _uncalibrated(finished, entries)
     begun = [e for e in entries.values() if e.state == "running"]
     parts = {
         store.archive.files.part(e.id, e.owner or "")
@@ -65,13 +65,15 @@ def verify(store: Store) -> Iterator[files.Problem]:
     }
     unrecorded = {store.archive.files.path(e.id) for e in begun}
     for path in [
-        path for path in store.archive.files if path not in done and path not in parts
+        path
+        for path in store.archive.files
+        if path not in finished and path not in parts
     ]:
         if (problem := store.archive.files.stray(path)) is None:
-            said = (
+            message = (
                 "a run that the catalogue does not know; 'wearlab reindex' takes it in"
             )
-            problem = files.Problem(path, "unknown", said)
+            problem = files.Problem(path, "unknown", message)
             try:
                 description.outcome_of(path)
             except files.StoreError as error:
@@ -84,23 +86,23 @@ def verify(store: Store) -> Iterator[files.Problem]:
 
 
 def _uncalibrated(
-    done: dict[Path, Entry], entries: dict[str, Entry]
+    finished: dict[Path, Entry], entries: dict[str, Entry]
 ) -> Iterator[files.Problem]:
     """Yield the runs whose wear coefficient was calibrated by a life that has become another."""
-    for path, entry in done.items():
-        by = entries.get(entry.calibration)
+    for path, entry in finished.items():
+        calibrating = entries.get(entry.calibration)
         used = entry.summary.get(CALIBRATION_LIFE)
-        lived = None if by is None else by.summary.get("cycle")
+        life = None if calibrating is None else calibrating.summary.get("cycle")
         if (
             used is not None
-            and lived is not None
-            and not math.isclose(used, lived, rel_tol=SAME)
+            and life is not None
+            and not math.isclose(used, life, rel_tol=SAME)
         ):
-            said = (
+            message = (
                 f"was calibrated by run {entry.calibration}, whose life has become "
                 "another: run it again"
             )
-            yield files.Problem(path, "altered", said)
+            yield files.Problem(path, "altered", message)
 
 
 def check_entry(store: Store, path: Path, entry: Entry) -> files.Problem | None:
@@ -157,30 +159,30 @@ def check_entry(store: Store, path: Path, entry: Entry) -> files.Problem | None:
 
 def _other_units(store: Store) -> Iterator[files.Problem]:
     """Yield the keys of the catalogue that have other units than scenes and results are kept in."""
-    question, what = (
+    question, subject = (
         "SELECT name, source, kind, unit, quantity FROM keys",
         "a key in the catalogue",
     )
-    for name, source, kind, *told in store.archive.catalogue.read(question):
+    for name, source, kind, *units in store.archive.catalogue.read(question):
         key = database.understood(
-            what, keys.key_of, name.removesuffix(evaluate.HISTORY), source, kind
+            subject, keys.key_of, name.removesuffix(evaluate.HISTORY), source, kind
         )
-        if key.unit and told != [key.unit, key.quantity]:
-            said = (
-                f"has {name} in {told[0]!r}, not in {key.unit!r}; 'wearlab reindex' "
+        if key.unit and units != [key.unit, key.quantity]:
+            message = (
+                f"has {name} in {units[0]!r}, not in {key.unit!r}; 'wearlab reindex' "
                 "mends it"
             )
-            yield files.Problem(store.archive.catalogue.path, "altered", said)
+            yield files.Problem(store.archive.catalogue.path, "altered", message)
 
 
 def _shown(value: Any) -> str:
     return "a history" if isinstance(value, bytes) else str(value)[:40]
 
 
-def _unlike(path: Path, error: files.StoreError, said: str = "") -> files.Problem:
+def _unlike(path: Path, error: files.StoreError, prefix: str = "") -> files.Problem:
     """Return what is wrong with a file that is not what its name says."""
     kind = "foreign" if isinstance(error, description.ForeignRun) else "altered"
-    return files.Problem(path, kind, said + str(error).removeprefix(f"{path}: "))
+    return files.Problem(path, kind, prefix + str(error).removeprefix(f"{path}: "))
 
 
 def reindex(store: Store) -> list[files.Problem]:
@@ -323,12 +325,12 @@ def _judged(store: Store, other: Store, entry: Entry) -> tuple[str, Outcome | No
     return "same" if same else "conflicting", None
 
 
-def _plugins(store: Store, other: Store) -> None:
+def _plugins(store: Store, donor: Store) -> None:
     """Copy what plug-ins declare.
 
     One whose source is not what its name says stays there.
     """
-    for file in sorted((other.path / FOLDER).glob("*.json")):
+    for file in sorted((donor.path / FOLDER).glob("*.json")):
         mine = store.path / FOLDER / file.name
         with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
             content = read_regular(file, LARGEST)
@@ -417,9 +419,9 @@ def prune(store: Store, runs: Iterable[Prunable]) -> int:
     data.
     """
     freed = 0
-    for some in database.batched(runs, database.CHUNK):
-        store.archive.catalogue.forget([run.id for run in some])
-        for run in some:
+    for batch in database.batched(runs, database.CHUNK):
+        store.archive.catalogue.forget([run.id for run in batch])
+        for run in batch:
             with suppress(FileNotFoundError):
                 store.archive.files.path(run.id).unlink()
                 freed += run.bytes
