@@ -11,7 +11,7 @@ from made_up import run as made
 
 from wearlab.comparison import CompareError, compare
 from wearlab.comparison.campaigns import side
-from wearlab.comparison.runs import PAIR_HEADS
+from wearlab.comparison.rows import PAIR_HEADS
 from wearlab.store import Store
 
 

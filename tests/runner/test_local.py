@@ -69,9 +69,10 @@ def test_imports_begin_early_when_workers_will_be_wanted(
     campaign = SimpleNamespace(
         cases=[SimpleNamespace(id=name) for name in ("a", "b", "c", "c")]
     )
-    store = SimpleNamespace(
+    archive = SimpleNamespace(
         catalogue=SimpleNamespace(exists=lambda: True), heads=lambda ids: set(done)
     )
+    store = SimpleNamespace(archive=archive)
     foresee(campaign, store, scheduler)  # type: ignore[arg-type]
     assert len(calls) == begun
     store.archive.catalogue.exists = lambda: False

@@ -1,5 +1,5 @@
 """Two runs, or two campaigns, side by side: what was asked differently, and what came out differently."""
 
 from wearlab.comparison.campaigns import compare
-from wearlab.comparison.runs import CompareError
+from wearlab.comparison.quantities import CompareError
 from wearlab.comparison.sobol import sobol_indices

@@ -1,7 +1,7 @@
 """``compare``: two runs in full, two campaigns or grids pair by pair, as named runs."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import Any, Literal, NamedTuple
@@ -9,14 +9,24 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import xarray as xr
 
-from wearlab.comparison import runs
+from wearlab.comparison.quantities import (
+    QUANTITIES,
+    SCALARS,
+    CompareError,
+    described,
+)
+from wearlab.comparison.runs import compare_runs
+from wearlab.comparison.states import CYCLE, WEAR_DEPTH
 from wearlab.store import Store
-from wearlab.store.grid import DONE, EXCLUDED, MOST_MISSING, own_values
+from wearlab.store.grid import DONE, EXCLUDED, MAX_MISSING, own_values
 from wearlab.store.outcome import value_text
 from wearlab.units import KINDS, UnitError, convert
 
 BASE = "base"
+SHOWN_NAMES = 4  # runs in a message
 Key = tuple[tuple[str, Any], ...]
+Place = Mapping[str, tuple[Any, str | None]]
+"""Value and unit of a run along each axis."""
 
 
 class SideRun(NamedTuple):
@@ -37,9 +47,14 @@ class SideRun(NamedTuple):
 
 
 class Side(NamedTuple):
-    """One of the two things compared: its title and runs.
+    """One of the two things compared.
 
-    The names of the runs without data.
+    Parameters
+    ----------
+    title : what it is called
+    members : its runs
+    absent : names of the runs without data
+    single : whether it is one run, not a campaign
     """
 
     title: str
@@ -48,8 +63,22 @@ class Side(NamedTuple):
     single: bool = False
 
 
+class Pairs(NamedTuple):
+    """The runs of two sides that belong together, and the names of the others.
+
+    Parameters
+    ----------
+    matched : a run of A and its partner of B
+    only_a, only_b : names of the runs without a partner
+    """
+
+    matched: list[tuple[SideRun, SideRun]]
+    only_a: list[str]
+    only_b: list[str]
+
+
 def side(subject: Any, store: Store | None, name: str) -> Side:
-    """Return what was given as named runs.
+    """Return what is compared as named runs.
 
     Parameters
     ----------
@@ -62,108 +91,127 @@ def side(subject: Any, store: Store | None, name: str) -> Side:
     CompareError : it is none of these, or needs a store and has none
     """
     if isinstance(subject, xr.Dataset):
-        return (
-            _of_grid(subject, name) if "run_id" in subject else _of_run(subject, name)
-        )
+        if "run_id" in subject:
+            return _side_of_grid(subject, name)
+        return _side_of_run(subject, name)
     if store is None:
-        raise runs.CompareError(
+        raise CompareError(
             f"{name}: {subject!r} is looked up in a store: give store = Store(...)"
         )
     if isinstance(subject, str):
-        return _of_run(store.run(subject), name)
+        return _side_of_run(store.run(subject), name)
     if hasattr(subject, "cases"):
-        return _of_grid(store.open(subject), name, store.run)
-    raise runs.CompareError(
+        return _side_of_grid(store.open(subject), name, store.run)
+    raise CompareError(
         f"{name}: {type(subject).__name__} is no run, no id and no campaign"
     )
 
 
-def _of_run(run: xr.Dataset, name: str) -> Side:
+def _side_of_run(run: xr.Dataset, name: str) -> Side:
+    """Return one run as a side."""
     run_id = str(run.attrs.get("id", ""))
-    return Side(
-        run_id[:10] or name,
-        (SideRun((), run_id[:10] or name, run_id, lambda: run),),
-        single=True,
-    )
+    title = run_id[:10] or name
+    return Side(title, (SideRun((), title, run_id, lambda: run),), single=True)
 
 
-def _of_grid(
+def _side_of_grid(
     grid: xr.Dataset, name: str, read: Callable[[str], xr.Dataset] | None = None
 ) -> Side:
-    """Return the runs of a grid, read from it, or by their ids."""
+    """Return the runs of a grid.
+
+    Parameters
+    ----------
+    grid : as `Store.open` gives it, or a part of it
+    name : A or B
+    read : reads a run by its id [from the grid]
+    """
     dims = [str(dim) for dim in grid["run_id"].dims]
-    places = {dim: grid[dim].values.tolist() for dim in dims}
-    members: dict[object, SideRun] = {}
-    absent: list[
-        str
-        # of these points: the grid's own list tells of all that were opened with them
-    ] = []
+    labels_of_dims = {dim: grid[dim].values.tolist() for dim in dims}
     repeated = own_values(grid) if read or "computed" in grid.coords else None
+    members: dict[object, SideRun] = {}
+    # of these points: the grid's own list tells of all that were opened with them
+    absent: list[str] = []
     for point in np.ndindex(*grid["run_id"].shape):
         run_id = str(grid["run_id"].values[point])
         state = str(grid["status"].values[point])
         if state in ("", EXCLUDED):
             continue
+
         index = dict(zip(dims, point, strict=True))
-        values = {
-            d: (places[d][i], grid[d].attrs.get("units")) for d, i in index.items()
+        place: dict[str, tuple[Any, str | None]] = {
+            dim: (labels_of_dims[dim][i], grid[dim].attrs.get("units"))
+            for dim, i in index.items()
         }
-        label = str(values.pop("case", (BASE, None))[0])
-        own = (
-            point if repeated is not None and label not in repeated else (label, run_id)
-        )
-        if own in members or label in (
-            repeated or ()
-        ):  # repeated along the axes: known by its label alone
-            values = {}
-        words = ", ".join(f"{d} = {value_text(v, u)}" for d, (v, u) in values.items())
-        named = label if not words else words if label == BASE else f"{label}, {words}"
-        if run_id and state == DONE:
-            reader = partial(read, run_id) if read else _point(grid, index)
-            members[own] = SideRun(_key(label, values), named, run_id, reader)
-        else:
-            absent.append(f"{named}: {state}")
-    order = {str(label): rank for rank, label in enumerate(places.get("case", [BASE]))}
+        label = str(place.pop("case", (BASE, None))[0])
+        is_placed = repeated is not None and label not in repeated
+        member_key = point if is_placed else (label, run_id)
+        if member_key in members or label in (repeated or ()):
+            place = {}  # repeated along the axes: known by its label alone
+        title = _member_name(label, place)
+        if not run_id or state != DONE:
+            absent.append(f"{title}: {state}")
+            continue
+        reader = partial(read, run_id) if read else _point_reader(grid, index)
+        members[member_key] = SideRun(_key(label, place), title, run_id, reader)
+
+    case_labels = [str(label) for label in labels_of_dims.get("case", [BASE])]
     ordered = sorted(
-        members.values(), key=lambda member: order[dict(member.key)["case"]]
-    )
-    absent = list(dict.fromkeys(absent))
-    more = (
-        [f"and {len(absent) - MOST_MISSING} more"] if len(absent) > MOST_MISSING else []
+        members.values(), key=lambda run: case_labels.index(dict(run.key)["case"])
     )
     return Side(
         str(grid.attrs.get("title") or name),
         tuple(ordered),
-        (*absent[:MOST_MISSING], *more),
+        _shortened(list(dict.fromkeys(absent))),
     )
 
 
-def _point(grid: xr.Dataset, index: dict[str, int]) -> Callable[[], xr.Dataset]:
+def _member_name(label: str, place: Place) -> str:
+    """Return what people call a run: its label, its place, or both."""
+    words = ", ".join(
+        f"{dim} = {value_text(value, units)}" for dim, (value, units) in place.items()
+    )
+    if not words:
+        return label
+    return words if label == BASE else f"{label}, {words}"
+
+
+def _shortened(names: list[str]) -> tuple[str, ...]:
+    """Return the first names of a long list, and how many more there are."""
+    if len(names) <= MAX_MISSING:
+        return tuple(names)
+    return (*names[:MAX_MISSING], f"and {len(names) - MAX_MISSING} more")
+
+
+def _point_reader(grid: xr.Dataset, index: dict[str, int]) -> Callable[[], xr.Dataset]:
+    """Return what reads the run at a point of a grid, without what only pads it."""
+
     def read() -> xr.Dataset:
         run = grid.isel(index).drop_vars([d for d in index if d in grid.coords])
         if "update" in run.dims and "n_updates" in run:
             run = run.isel(update=slice(int(run["n_updates"])))
-        run = run.rename({f"{n}_values": n for n in ("phase",) if f"{n}_values" in run})
+        if "phase_values" in run:
+            run = run.rename({"phase_values": "phase"})
         run = run.compute(scheduler="synchronous")
-        void = [
-            n
-            for n, v in run.data_vars.items()
-            if v.dtype.kind == "f" and bool(v.isnull().all())
+        padding = [
+            name
+            for name, variable in run.data_vars.items()
+            if variable.dtype.kind == "f" and bool(variable.isnull().all())
         ]
-        return run.drop_vars(void).assign_attrs(id=str(run["run_id"].values))
+        return run.drop_vars(padding).assign_attrs(id=str(run["run_id"].values))
 
     return read
 
 
-def _key(label: str, places: dict[str, tuple[Any, str | None]]) -> Key:
+def _key(label: str, place: Place) -> Key:
     """Return label and place in a form that does not depend on the unit a file chose."""
-    return (
-        ("case", label),
-        *sorted((name, _si(*place)) for name, place in places.items()),
+    values = sorted(
+        (name, _si_text(value, units)) for name, (value, units) in place.items()
     )
+    return (("case", label), *values)
 
 
-def _si(value: Any, units: str | None) -> Any:
+def _si_text(value: Any, units: str | None) -> str:
+    """Return a value as text: of a quantity in SI, to nine digits."""
     if isinstance(value, str | bool) or not isinstance(value, int | float):
         return str(value)
     if not units:
@@ -174,23 +222,31 @@ def _si(value: Any, units: str | None) -> Any:
     return f"{value} {units}"
 
 
-def pairs(
-    a: Side, b: Side
-) -> tuple[list[tuple[SideRun, SideRun]], list[str], list[str]]:
-    """Return the runs that belong together, and the names of those left over on either side.
+def pairs(a: Side, b: Side) -> Pairs:
+    """Return the runs that belong together, and those left over on either side.
 
     Two single runs belong together whatever they are; others by label and place.
+
+    Parameters
+    ----------
+    a, b : the two sides
     """
     if len(a.members) == len(b.members) == 1:
-        return [(a.members[0], b.members[0])], list(a.absent), list(b.absent)
+        return Pairs([(a.members[0], b.members[0])], list(a.absent), list(b.absent))
     partners = {member.key: member for member in b.members}
     matched = [
         (member, partners[member.key]) for member in a.members if member.key in partners
     ]
     matched_keys = {member.key for member, _ in matched}
-    left = [*(m.name for m in a.members if m.key not in matched_keys), *a.absent]
-    right = [*(m.name for m in b.members if m.key not in matched_keys), *b.absent]
-    return matched, left, right
+
+    def left_over(members: Sequence[SideRun]) -> list[str]:
+        return [member.name for member in members if member.key not in matched_keys]
+
+    return Pairs(
+        matched,
+        [*left_over(a.members), *a.absent],
+        [*left_over(b.members), *b.absent],
+    )
 
 
 def compare(
@@ -224,85 +280,93 @@ def compare(
     CompareError : nothing in common
     StoreError : a run is not there
     """
-    if on not in (runs.CYCLE, runs.WEAR_DEPTH):
-        raise runs.CompareError(f"on = {on!r}: there are 'cycle' and 'wear_depth'")
+    if on not in (CYCLE, WEAR_DEPTH):
+        raise CompareError(f"on = {on!r}: there are 'cycle' and 'wear_depth'")
     if not tolerance > 0.0:
-        raise runs.CompareError(f"tolerance = {tolerance!r} is not greater than 0")
+        raise CompareError(f"tolerance = {tolerance!r} is not greater than 0")
     left = side(a, store, "A")
     right = side(b, store, "B")
     if left.single and right.single:
-        return runs.compare_runs(
-            left.members[0].read(), right.members[0].read(), on, tolerance
-        )
-    return _campaigns(left, right, on, tolerance)
+        run_a = left.members[0].read()
+        run_b = right.members[0].read()
+        return compare_runs(run_a, run_b, on, tolerance)
+    return _compare_campaigns(left, right, on, tolerance)
 
 
-def _campaigns(a: Side, b: Side, on: str, tolerance: float) -> xr.Dataset:
+def _compare_campaigns(a: Side, b: Side, on: str, tolerance: float) -> xr.Dataset:
+    """Return the summaries of all pairs of runs of two campaigns."""
     matched, only_a, only_b = pairs(a, b)
     if not matched:
-        told = f"A has {_some(only_a)}; B has {_some(only_b)}"
-        raise runs.CompareError(
-            f"no run of {a.title!r} has a partner in {b.title!r}: {told}"
+        reason = f"A has {_listed(only_a)}; B has {_listed(only_b)}"
+        raise CompareError(
+            f"no run of {a.title!r} has a partner in {b.title!r}: {reason}"
         )
-    made = [_reduced(left, other, on, tolerance) for left, other in matched]
-    whole = xr.concat(
-        made,
+    summaries = [_summary(run_a, run_b, on, tolerance) for run_a, run_b in matched]
+    combined = xr.concat(
+        summaries,
         "pair",
         join="outer",
         combine_attrs="drop",
         data_vars="all",
         coords="minimal",
     )
-    whole = whole.sel(
-        quantity=[q.name for q in runs.QUANTITIES if q.name in whole["quantity"]]
+    names = [q.name for q in QUANTITIES if q.name in combined["quantity"]]
+    combined = combined.sel(quantity=names)
+    coordinates: dict[str, Any] = {
+        "pair": [run_a.name for run_a, _ in matched],
+        "run_id": (("pair", "run"), [[run_a.id, run_b.id] for run_a, run_b in matched]),
+    }
+    combined = combined.assign_coords(
+        coordinates | described(combined["quantity"].values)
     )
-    ids = [[left.id, other.id] for left, other in matched]
-    names: dict[str, Any] = {
-        "pair": [left.name for left, _ in matched],
-        "run_id": (("pair", "run"), ids),
-    }
-    whole = whole.assign_coords(names | runs.described(whole["quantity"].values))
-    words = f"comparison of {a.title!r} and {b.title!r}"
-    title = {"title": words, "campaign_a": a.title, "campaign_b": b.title}
-    left = {
-        f"only_{side}": json.dumps(o, ensure_ascii=False)
-        for side, o in (("a", only_a), ("b", only_b))
-    }
-    alike = _shared([str(compared["scene_differences"].values) for compared in made])
-    aligned = {"aligned_on": on, "tolerance": tolerance}
-    return whole.assign_attrs({**title, **aligned, **left, "scene_differences": alike})
+    shared = _shared_differences(
+        [str(summary["scene_differences"].values) for summary in summaries]
+    )
+    return combined.assign_attrs(
+        title=f"comparison of {a.title!r} and {b.title!r}",
+        campaign_a=a.title,
+        campaign_b=b.title,
+        aligned_on=on,
+        tolerance=tolerance,
+        only_a=json.dumps(only_a, ensure_ascii=False),
+        only_b=json.dumps(only_b, ensure_ascii=False),
+        scene_differences=shared,
+    )
 
 
-def _reduced(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:
-    """Return what is kept of one pair, its files closed: memory does not grow with the waves."""
-    full = runs.compare_runs(a.read(), b.read(), on, tolerance)
-    names = [str(name) for name in full["quantity"].values]
-    apart = (abs(full[name].where(np.isfinite(full[name]))) for name in names)
-    largest = np.stack(
-        [each.max([dim for dim in each.dims if dim != "run"]).values for each in apart],
-        1,
-    )
-    scalars = [name for name in runs.SCALARS if name in full]
-    kept = full[
-        ["largest_relative_difference", "first_difference", *scalars]
-    ].reset_coords(drop=True)
-    about = {
+def _summary(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:
+    """Return what is kept of one pair: memory does not grow with the waves."""
+    full = compare_runs(a.read(), b.read(), on, tolerance)
+    scalars = [name for name in SCALARS if name in full]
+    kept_variables = ["largest_relative_difference", "first_difference", *scalars]
+    summary = full[kept_variables].reset_coords(drop=True)
+
+    largest = []
+    for name in full["quantity"].values:
+        magnitude = abs(full[str(name)].where(np.isfinite(full[str(name)])))
+        states_and_places = [dim for dim in magnitude.dims if dim != "run"]
+        largest.append(magnitude.max(states_and_places).values)
+    attributes = {
         "long_name": "largest magnitude over the common states",
         "comment": "in each quantity's SI unit",
     }
-    kept["largest_value"] = ("run", "quantity"), largest, about
-    return kept.assign(scene_differences=((), full.attrs["scene_differences"]))
+    summary["largest_value"] = (
+        ("run", "quantity"),
+        np.stack(largest, axis=1),
+        attributes,
+    )
+    return summary.assign(scene_differences=((), full.attrs["scene_differences"]))
 
 
-def _shared(texts: Sequence[str]) -> str:
-    """Return the scene's differences that every pair has alike."""
+def _shared_differences(texts: Sequence[str]) -> str:
+    """Return the scene's differences that every pair has alike, as JSON."""
     first, *remaining = (json.loads(text) for text in texts)
-    return json.dumps(
-        [key for key in first if all(key in t for t in remaining)], ensure_ascii=False
-    )
+    shared = [key for key in first if all(key in text for text in remaining)]
+    return json.dumps(shared, ensure_ascii=False)
 
 
-def _some(names: Sequence[str]) -> str:
-    return (
-        ", ".join(names[:4]) + (", …" if len(names) > 4 else "") or "nothing with data"
-    )
+def _listed(names: Sequence[str]) -> str:
+    """Return a few names for a message."""
+    if not names:
+        return "nothing with data"
+    return ", ".join(names[:SHOWN_NAMES]) + (", …" if len(names) > SHOWN_NAMES else "")

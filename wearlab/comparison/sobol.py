@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
-from wearlab.comparison.runs import CompareError
+from wearlab.comparison.quantities import CompareError
 
 DESIGN = "sobol-indices"
 WIDE = 0.2

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
-from wearlab.comparison.runs import phases_of
+from wearlab.comparison.states import phases_of
 from wearlab.figures.plot import NAMES, Curve, LegendEntry, LineStyle, Panel, Pen, Plot
 from wearlab.figures.render import rendered
 from wearlab.figures.wording import converted, cycles, first_of, scaled

@@ -24,53 +24,12 @@ from wearlab.store.table import Column, Table
 
 if TYPE_CHECKING:
     from wearlab.store import catalogue
-    from wearlab.store.store import Store
+    from wearlab.store.stored_runs import StoredRuns
 
 ORDERS = 5
 STILL = 1e-12  # of the mean: what moves less does not move
 UNITLESS = ("crest_factor", "kurtosis")
 """Indicators of shape; all others have the unit of the signal."""
-
-
-def indicators(signal: Array) -> dict[str, Array]:
-    """Return indicators of periodic signals and their amplitudes at the first mesh orders.
-
-    mean x̄; rms √⟨(x−x̄)²⟩; peak_to_peak max x − min x; crest_factor max|x−x̄|/rms;
-    kurtosis ⟨(x−x̄)⁴⟩/rms⁴; order_k 2|X_k|, X the discrete Fourier transform of the
-    mean mesh period.
-
-    Parameters
-    ----------
-    signal : x at equally spaced phases of whole mesh periods, (..., periods, phases); a
-        period that is not finite throughout only pads and is left out
-
-    Returns
-    -------
-    One number a signal (...), in the unit of the signal, crest factor and kurtosis
-    without; NaN of no period, and of the shape of what does not move.
-    """
-    held = np.isfinite(signal).all(axis=-1, keepdims=True)
-    reached = held.sum(axis=(-2, -1))
-    periods = np.where(reached > 0, reached, np.nan)
-    count = periods * signal.shape[-1]
-    kept = np.where(held, signal, 0.0)
-    mean = kept.sum(axis=(-2, -1)) / count
-    moving = np.where(held, signal - mean[..., None, None], 0.0)
-    rms = np.sqrt((moving**2).sum(axis=(-2, -1)) / count)
-    shaped = np.where(rms > STILL * np.maximum(np.abs(mean), 1e-300), rms, np.nan)
-    highest = np.max(signal, axis=(-2, -1), where=held, initial=-np.inf)
-    lowest = np.min(signal, axis=(-2, -1), where=held, initial=np.inf)
-    one_period = kept.sum(axis=-2) / periods[..., None]
-    amplitudes = (
-        2.0 * np.abs(np.fft.rfft(one_period)[..., 1 : ORDERS + 1]) / signal.shape[-1]
-    )
-    told = {"mean": mean, "rms": rms}
-    told["peak_to_peak"] = np.where(np.isfinite(periods), highest - lowest, np.nan)
-    told["crest_factor"] = np.abs(moving).max(axis=(-2, -1), initial=0.0) / shaped
-    told["kurtosis"] = (moving**4).sum(axis=(-2, -1)) / count / shaped**4
-    return told | {
-        f"order_{k}": amplitudes[..., k - 1] for k in range(1, amplitudes.shape[-1] + 1)
-    }
 
 
 STATE = "update"
@@ -94,8 +53,6 @@ HARMONICS = (
 )
 """Signals whose RMS and amplitudes at mesh orders the dataset has already, jumps
 between phases included."""
-
-
 ALWAYS = ("operation.torque", "operation.speed")
 RUN = Column("run")
 NUMBER = Column("state")
@@ -103,79 +60,169 @@ TIMES = (Column("cycle", "1", "1"), Column("operating_hours", "s", "h"))
 Values = dict[Column, list[Any]]
 
 
-class _Alike:
-    """Runs that are alike: which of their variables become columns, and how.
+def indicators(signal: Array) -> dict[str, Array]:
+    """Return indicators of periodic signals and their amplitudes at the first mesh orders.
+
+    mean x̄; rms √⟨(x−x̄)²⟩; peak_to_peak max x − min x; crest_factor max|x−x̄|/rms;
+    kurtosis ⟨(x−x̄)⁴⟩/rms⁴; order_k 2|X_k|, X the discrete Fourier transform of the
+    mean mesh period.
 
     Parameters
     ----------
-    layout, sizes : their variables with labels along dimensions, and lengths of
-        dimensions
-    wanted : names [every number]
+    signal : x at equally spaced phases of whole mesh periods, (..., periods, phases); a
+        period that is not finite throughout only pads and is left out
+
+    Returns
+    -------
+    One number a signal (...), in the unit of the signal, crest factor and kurtosis
+    without; NaN of no period, and of the shape of what does not move.
+    """
+    both = (-2, -1)
+    is_whole = np.isfinite(signal).all(axis=-1, keepdims=True)
+    periods_reached = is_whole.sum(axis=both)
+    periods = np.where(periods_reached > 0, periods_reached, np.nan)
+    count = periods * signal.shape[-1]
+
+    values = np.where(is_whole, signal, 0.0)
+    mean = values.sum(axis=both) / count
+    moving = np.where(is_whole, signal - mean[..., None, None], 0.0)
+    rms = np.sqrt((moving**2).sum(axis=both) / count)
+    moves = rms > STILL * np.maximum(np.abs(mean), 1e-300)
+    rms_of_moving = np.where(moves, rms, np.nan)
+    highest = np.max(signal, axis=both, where=is_whole, initial=-np.inf)
+    lowest = np.min(signal, axis=both, where=is_whole, initial=np.inf)
+    peak = np.abs(moving).max(axis=both, initial=0.0)
+    fourth_moment = (moving**4).sum(axis=both) / count
+
+    result = {
+        "mean": mean,
+        "rms": rms,
+        "peak_to_peak": np.where(np.isfinite(periods), highest - lowest, np.nan),
+        "crest_factor": peak / rms_of_moving,
+        "kurtosis": fourth_moment / rms_of_moving**4,
+    }
+    mean_period = values.sum(axis=-2) / periods[..., None]
+    spectrum = np.fft.rfft(mean_period)[..., 1 : ORDERS + 1]
+    amplitudes = 2.0 * np.abs(spectrum) / signal.shape[-1]
+    for order in range(1, amplitudes.shape[-1] + 1):
+        result[f"order_{order}"] = amplitudes[..., order - 1]
+    return result
+
+
+class _RunForm:
+    """Runs of the same form: which of their variables become columns, and how.
+
+    Parameters
+    ----------
+    layout : their variables, with labels along dimensions
+    sizes : lengths of dimensions
+    chosen : names [every number]
     """
 
     def __init__(
         self,
         layout: dict[str, Any],
         sizes: dict[str, int],
-        wanted: Sequence[str] | None,
+        chosen: Sequence[str] | None,
     ) -> None:
         self.variables = layout["variables"]
         self.labels = layout["labels"]
         self.states = sizes.get(STATE, 1)
         self.names = [
             name
-            for name, told in self.variables.items()
-            if _has_columns(name, told, wanted)
+            for name, description in self.variables.items()
+            if _has_columns(name, description, chosen)
         ]
 
     def rows(
         self, run: "catalogue.Entry", path: str, inputs: Mapping[Column, Any]
     ) -> Values:
-        """Return the values of each column of one run, one a wear state, None for what is not finite."""
+        """Return the values of each column of one run, one a wear state.
+
+        None for what is not finite.
+
+        Parameters
+        ----------
+        run : the run, of this form
+        path : its file
+        inputs : what its scene has, by column
+        """
         times = [
             time
             for time in TIMES
             if self.variables.get(time.name, {}).get("dims") == [STATE]
         ]
-        stored = reading.read_variables(
-            path, [*(time.name for time in times), *self.names], run.sha256
-        )
+        names = [*(time.name for time in times), *self.names]
+        stored = reading.read_variables(path, names, run.sha256)
+
         block: Values = {RUN: [run.id] * self.states, NUMBER: list(range(self.states))}
-        block |= {time: _plain(stored[time.name]) for time in times}
-        block |= {column: [value] * self.states for column, value in inputs.items()}
+        for time in times:
+            block[time] = _plain(stored[time.name])
+        for column, value in inputs.items():
+            block[column] = [value] * self.states
         for name in self.names:
-            block |= {
-                column: _plain(values)
-                for column, values in self.columns(name, stored[name]).items()
-            }
+            for column, values in self.columns(name, stored[name]).items():
+                block[column] = _plain(values)
         return block
 
     def columns(self, name: str, stored: NDArray[Any]) -> dict[Column, Array]:
         """Return each column's numbers, one a wear state.
 
-        What knows no wear states is the same at each.
+        A variable without wear states is the same at each.
+
+        Parameters
+        ----------
+        name : of the variable
+        stored : its values, along its dims
         """
         dims = self.variables[name]["dims"]
         attributes = self.variables[name]["attrs"]
-        lengths = dict(zip(dims, stored.shape, strict=True))
-        own = [dim for dim in dims if dim in NAMED]
-        order = [dims.index(dim) for dim in (STATE, *own, *ALONG) if dim in dims]
-        signal = [lengths[dim] for dim in ALONG if dim in lengths]
-        shape = (lengths.get(STATE, 1), -1, *(1,) * (len(ALONG) - len(signal)), *signal)
-        values = np.asarray(stored, float).transpose(order).reshape(shape)
-        told = indicators(values) if signal else {"": values[..., 0, 0]}
-        known = ("rms", "order_") if name in HARMONICS else ()
-        places = product(
-            *(self.labels.get(dim) or range(1, lengths[dim] + 1) for dim in own)
+        sizes = dict(zip(dims, stored.shape, strict=True))
+        named_dims = [dim for dim in dims if dim in NAMED]
+        signals = self._signals(name, dims, sizes, stored)
+        if signals is None:
+            values = np.asarray(stored, float)
+            order = [dims.index(dim) for dim in (STATE, *named_dims) if dim in dims]
+            by_place = values.transpose(order).reshape(sizes.get(STATE, 1), -1)
+            indicated = {"": by_place}
+        else:
+            indicated = signals
+
+        labels_along = (
+            self.labels.get(dim) or range(1, sizes[dim] + 1) for dim in named_dims
         )
         units = [str(attributes.get(key, "")) for key in ("units", "display_units")]
-        made = {}
-        for (place, labels), (what, column) in product(enumerate(places), told.items()):
-            if not what.startswith(known):
-                head = ".".join([f"{name}_{what}" if what else name, *map(str, labels)])
-                of = Column(head, *(("1", "1") if what in UNITLESS else units))
-                made[of] = np.broadcast_to(column[:, place], self.states)
-        return made
+        columns = {}
+        for place, labels in enumerate(product(*labels_along)):
+            for indicator, values in indicated.items():
+                stem = f"{name}_{indicator}" if indicator else name
+                title = ".".join([stem, *map(str, labels)])
+                unit, display_unit = ("1", "1") if indicator in UNITLESS else units
+                column = Column(title, unit, display_unit)
+                columns[column] = np.broadcast_to(values[:, place], self.states)
+        return columns
+
+    def _signals(
+        self, name: str, dims: Sequence[str], sizes: Mapping[str, int], stored: Any
+    ) -> dict[str, Array] | None:
+        """Return the indicators (state, place) of a signal, None of no signal.
+
+        Those that the dataset has already are left out.
+        """
+        lengths = [sizes[dim] for dim in ALONG if dim in sizes]
+        if not lengths:
+            return None
+        named_dims = [dim for dim in dims if dim in NAMED]
+        order = [dims.index(dim) for dim in (STATE, *named_dims, *ALONG) if dim in dims]
+        padded = (1,) * (len(ALONG) - len(lengths))
+        shape = (sizes.get(STATE, 1), -1, *padded, *lengths)
+        signal = np.asarray(stored, float).transpose(order).reshape(shape)
+        left_out = ("rms", "order_") if name in HARMONICS else ()
+        return {
+            indicator: values
+            for indicator, values in indicators(signal).items()
+            if not indicator.startswith(left_out)
+        }
 
 
 def _has_columns(
@@ -198,7 +245,7 @@ def _has_columns(
 
 
 def features(
-    store: "Store", where: str = "", variables: Sequence[str] | None = None
+    store: "StoredRuns", where: str = "", variables: Sequence[str] | None = None
 ) -> Table:
     """Return the features of the runs that meet a condition.
 
@@ -227,18 +274,18 @@ def features(
     if not finished:
         raise StoreError(
             "features: no run "
-            f"{'that is finished meets the condition' if where else 'is done'}"
+            f"{'that is done meets the condition' if where else 'is done'}"
         )
     inputs = _differing(finished)
     layouts = store.archive.catalogue.layouts(
         run.layout for run in finished.values() if run.layout
     )
-    groups = {
-        run.form: _Alike(layouts[run.layout or ""], run.sizes, variables)
+    forms = {
+        run.form: _RunForm(layouts[run.layout or ""], run.sizes, variables)
         for run in finished.values()
     }
     blocks = [
-        groups[e.form].rows(e, str(store.archive.files.path(e.id)), inputs[e.id])
+        forms[e.form].rows(e, str(store.archive.files.path(e.id)), inputs[e.id])
         for e in finished.values()
     ]
     columns = tuple(

@@ -9,7 +9,7 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Container, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -28,7 +28,7 @@ from wearlab.units import KINDS, convert, is_number
 
 if TYPE_CHECKING:
     from wearlab.campaign import Axis, Campaign, Coordinate
-    from wearlab.store.store import Store
+    from wearlab.store.stored_runs import StoredRuns
 
 BASE = "base"
 MISSING, EXCLUDED, DONE = "missing", "excluded", "done"
@@ -38,21 +38,22 @@ STATES = {
     "reason": "why the run has no data",
     "run_id": "identity of the run",
 }
-TEXT = np.dtype(
-    object, metadata={"element_type": str}
-)  # as xarray marks texts that it need not look through
+# as xarray marks texts that it need not look through
+TEXT = np.dtype(object, metadata={"element_type": str})
 NUMBER = re.compile(r"[<>|=]?[biuf][1248]")
-MOST_MISSING = 5  # points that are named
-UNSAID = ("factor", "depth", "amount", "model", "file")
-"""Last words of keys that say too little alone."""
-MOST_WORDS = 2  # keys that name the base beside its cases
-PLACED = catalogue.OF_DOCUMENTS.replace(
-    ", scene", ""
-)  # texts that a grid needs of every run
+MAX_MISSING = 5  # points that are named
+VAGUE_WORDS = ("factor", "depth", "amount", "model", "file")
+"""Last words of keys that say too little by themselves."""
+MAX_BASE_KEYS = 2  # keys that name the base beside its cases
+# texts that a grid needs of every run
+PLACED = catalogue.OF_DOCUMENTS.replace(", scene", "")
 Variables = dict[str, Any]
+Index = tuple[Any, ...]
 
 
-def open_grid(campaign: "Campaign", store: "Store", si: bool = False) -> xr.Dataset:
+def open_grid(
+    campaign: "Campaign", store: "StoredRuns", si: bool = False
+) -> xr.Dataset:
     """Return the lazy dataset of a campaign.
 
     Parameters
@@ -71,62 +72,49 @@ def open_grid(campaign: "Campaign", store: "Store", si: bool = False) -> xr.Data
     place, not repeated along axes; points without data are NaN (text: "");
     ``attrs["missing"]`` names the first of them.
     """
-    entries = store.archive.catalogue.entries(
-        (case.id for case in campaign.cases), PLACED
-    )
+    archive = store.archive
+    entries = archive.catalogue.entries((case.id for case in campaign.cases), PLACED)
     runs = {
-        i: replace(run, state="interrupted") if store.archive.is_stale(run) else run
-        for i, run in entries.items()
+        run_id: replace(run, state="interrupted") if archive.is_stale(run) else run
+        for run_id, run in entries.items()
     }
-    layouts = store.archive.catalogue.layouts(
+    layouts = archive.catalogue.layouts(
         run.layout for run in entries.values() if run.layout
     )
-    of_cases = {case.label: case.id for case in reversed(campaign.cases)}
+    first_runs = {case.label: case.id for case in reversed(campaign.cases)}
     scenes = {
         run_id: entry.scene or ""
-        for run_id, entry in store.archive.entries(of_cases.values()).items()
+        for run_id, entry in archive.entries(first_runs.values()).items()
     }
+
     cases = _Cases(campaign, runs, si)
-    stored = _Stored(cases, layouts, store.archive.files.folder.absolute())
+    stored = _GridRuns(cases, layouts, archive.files.folder.absolute())
     variables = cases.states()
+    variables["n_updates"] = stored.update_counts()
     coordinates = cases.axis_coordinates()
-    updates = np.array(
-        [*(stored.groups[f.group].sizes.get(UPDATE, 1) for f in stored.files), 0],
-        np.int64,
-    )
-    about = {"long_name": "number of wear states of the run"}
-    variables["n_updates"] = (stored.dims, updates[stored.numbers], about)
-    if words := _base_text(campaign, scenes):
-        coordinates["case"][2]["base"] = words
+    if base := _base_text(campaign, scenes):
+        _, _, attributes = coordinates["case"]
+        attributes["base"] = base
     if "case" in cases.axes and campaign.axes:
-        coordinates["computed"] = cases.computed(
-            np.asarray(variables["status"][1] == DONE), scenes
-        )
-    for name in dict.fromkeys(
-        chain.from_iterable(group.variables for group in stored.groups)
-    ):
-        first, variable = stored.variable(name)
-        # a coordinate that bears its dimension's name but differs from run to run
-        # cannot be an index
-        free = (
-            f"{name}_values"
-            if name in first["dims"] and name not in stored.labels
-            else name
-        )
-        (coordinates if first.get("coordinate") else variables)[free] = variable
+        is_done = np.asarray(variables["status"][1] == DONE)
+        coordinates["computed"] = cases.computed(is_done, scenes)
+
+    for name, is_coordinate, variable in stored.named_variables():
+        (coordinates if is_coordinate else variables)[name] = variable
     # so that grids of unequal lengths are joined
     for dim in [dim for dim in stored.sizes if dim not in coordinates]:
-        words = "wear state" if dim == UPDATE else dim.replace("_", " ")
-        coordinates[dim] = (
-            dim,
-            np.arange(stored.sizes[dim]),
-            {"long_name": f"number of the {words}"},
-        )
-    referred = (
-        {"references": campaign.reference} if campaign.reference else {}
-    )  # CF: none is an empty text
-    attributes = {"title": campaign.title, **referred, "missing": cases.missing()}
-    return xr.Dataset(variables, coordinates, attributes)
+        coordinates[dim] = _counted(dim, stored.sizes[dim])
+
+    attributes = {"title": campaign.title}
+    if campaign.reference:  # CF: none is an empty text
+        attributes["references"] = campaign.reference
+    return xr.Dataset(variables, coordinates, attributes | {"missing": cases.missing()})
+
+
+def _counted(dim: str, size: int) -> tuple[str, NDArray[Any], dict[str, str]]:
+    """Return the coordinate of a dimension without labels, counted from 0."""
+    noun = "wear state" if dim == UPDATE else dim.replace("_", " ")
+    return dim, np.arange(size), {"long_name": f"number of the {noun}"}
 
 
 class _Cases:
@@ -135,54 +123,54 @@ class _Cases:
     Parameters
     ----------
     campaign : its axes and cases
-    known : runs that the catalogue knows, by id
+    entries : runs that the catalogue knows, by id
     si : whether axes are told in SI units
     """
 
     def __init__(
-        self, campaign: "Campaign", known: Mapping[str, catalogue.Entry], si: bool
+        self, campaign: "Campaign", entries: Mapping[str, catalogue.Entry], si: bool
     ) -> None:
         self.campaign = campaign
         self.axes = grid_axes(campaign)
         self.along = {axis.name: _along(axis, si) for axis in campaign.axes}
-        self.runs = [known.get(case.id) for case in campaign.cases]
+        self.runs = [entries.get(case.id) for case in campaign.cases]
         self.status = [MISSING if run is None else run.state for run in self.runs]
         # the number of the case at every grid point, −1 where there is none; broadcast
         # where unswept
-        self.points = np.full(
-            [len(values) for values in self.axes.values()], -1, np.intp
-        )
+        shape = [len(values) for values in self.axes.values()]
+        self.points = np.full(shape, -1, np.intp)
         for number, case in enumerate(campaign.cases):
-            self.points[self.place(case)] = number
+            self.points[self.index(case)] = number
 
-    def place(self, case: Any) -> tuple[Any, ...]:
-        """Return the index of a case, or of one that is excluded, in an array over the grid."""
+    def index(self, case: Any) -> Index:
+        """Return the index of a case, or of an excluded one, in an array over the grid."""
         place = dict(case.position)
         if "case" in self.axes and case.label in self.axes["case"]:
             place["case"] = self.axes["case"].index(case.label)
         return tuple(place.get(name, slice(None)) for name in self.axes)
 
     def states(self) -> Variables:
-        """Return what is known of every point: state, why there are no data, and the run."""
+        """Return state, reason for the lack of data, and run id at every point."""
         reasons = [
             "" if run is None else outcome.last_line(run.reason) for run in self.runs
         ]
-        told = {
+        texts_of_cases = {
             "status": self.status,
             "reason": reasons,
             "run_id": [case.id for case in self.campaign.cases],
         }
+        # the last text, "", stands where there is no case: its number is −1
         texts = {
-            name: np.array([*each, ""], object)[self.points, ...]
-            for name, each in told.items()
+            name: np.array([*values, ""], object)[self.points, ...]
+            for name, values in texts_of_cases.items()
         }
         for exclusion in getattr(self.campaign, "excluded", ()):
-            place = self.place(exclusion)
-            free = np.broadcast_to(
-                self.points[place] < 0, np.shape(texts["status"][place])
-            )
+            index = self.index(exclusion)
+            shape = np.shape(texts["status"][index])
+            is_free = np.broadcast_to(self.points[index] < 0, shape)
             for name, text in (("status", EXCLUDED), ("reason", exclusion.condition)):
-                texts[name][place] = np.where(free, text, texts[name][place])
+                texts[name][index] = np.where(is_free, text, texts[name][index])
+
         dims = tuple(self.axes)
         return {
             name: (dims, text.astype(str), {"long_name": STATES[name]})
@@ -190,77 +178,95 @@ class _Cases:
         }
 
     def axis_coordinates(self) -> Variables:
-        """Return the sweep axes, what advances along them, and the labels of the cases."""
+        """Return the sweep axes, what advances along them, and the labels of cases."""
         coordinates: Variables = {}
         for axis, coordinate in self.along.items():
             for name, (values, unit, key) in coordinate.items():
-                told = {
-                    "long_name": key_text(key or name),
-                    **({"units": unit} if unit else {}),
-                    "key": key,
-                }
-                coordinates[name] = (axis, list(values), told)
+                attributes = {"long_name": key_text(key or name)}
+                if unit:
+                    attributes["units"] = unit
+                attributes["key"] = key
+                coordinates[name] = (axis, list(values), attributes)
         if "case" in self.axes:
             coordinates["case"] = ("case", self.axes["case"], {"long_name": "case"})
         return coordinates
 
     def computed(
-        self, done: NDArray[np.bool_], scenes: Mapping[str, str]
+        self, is_done: NDArray[np.bool_], scenes: Mapping[str, str]
     ) -> tuple[Any, ...]:
-        """Return where each run stands at its own place, and the own values of cases that are repeated."""
-        computed = done.copy()
-        own = {}
+        """Return the coordinate ``computed``: where each run stands at its own place.
+
+        Its attribute ``own_values`` has the values of the cases that are repeated along
+        the axes.
+
+        Parameters
+        ----------
+        is_done : whether there are data, at every point
+        scenes : canonical JSON by run id
+        """
+        computed = is_done.copy()
+        own_values: dict[str, dict[str, Any]] = {}
         for case in self.campaign.cases:
             if case.position:
                 continue
-            scene = dict(flat(json.loads(scenes.get(case.id) or "{}")))
-            place = self.place(case)
-            given: dict[str, Any] = {}
-            at_own = np.ones(np.shape(done[place]), bool)
-            for number, keys in enumerate(self.along.values()):
-                given |= {
-                    name: _own_value(scene.get(along.key), along)
-                    for name, along in keys.items()
-                }
-                same = [
-                    [compared("=", given[n], v) for v in along.values]
-                    for n, along in keys.items()
-                ]
-                at_own &= np.all(same, axis=0).reshape(
-                    [-1 if i == number else 1 for i in range(at_own.ndim)]
-                )
-            computed[place] &= at_own
-            own[case.label] = {
-                name: value for name, value in given.items() if value is not None
+            index = self.index(case)
+            values = self._values_along_axes(scenes.get(case.id) or "{}")
+            computed[index] &= self._stands_at(values, np.shape(is_done[index]))
+            own_values[case.label] = {
+                name: value for name, value in values.items() if value is not None
             }
-        words = (
-            "whether the run stands at its own place here; else a case without a "
-            "sweep, repeated"
-        )
-        about = {"long_name": words, "own_values": json.dumps(own, ensure_ascii=False)}
-        return (tuple(self.axes), computed, about)
+        attributes = {
+            "long_name": "whether the run stands at its own place here; else a case "
+            "without a sweep, repeated",
+            "own_values": json.dumps(own_values, ensure_ascii=False),
+        }
+        return (tuple(self.axes), computed, attributes)
+
+    def _values_along_axes(self, scene: str) -> dict[str, Any]:
+        """Return what a scene has of all that the axes change, in the axes' units."""
+        values = dict(flat(json.loads(scene)))
+        return {
+            name: _in_axis_unit(values.get(coordinate.key), coordinate)
+            for coordinates in self.along.values()
+            for name, coordinate in coordinates.items()
+        }
+
+    def _stands_at(
+        self, values: Mapping[str, Any], shape: tuple[int, ...]
+    ) -> NDArray[np.bool_]:
+        """Return at which points of the axes a scene has the values of the axes."""
+        stands = np.ones(shape, bool)
+        for number, coordinates in enumerate(self.along.values()):
+            is_equal = [
+                [compared("=", values[name], value) for value in coordinate.values]
+                for name, coordinate in coordinates.items()
+            ]
+            along_axis = [1] * stands.ndim
+            along_axis[number] = -1
+            stands &= np.all(is_equal, axis=0).reshape(along_axis)
+        return stands
 
     def missing(self) -> list[str]:
-        """Name the first grid points that have a run but no data, and say how many more there are."""
-        lacking = np.argwhere(
-            np.array([*(state != DONE for state in self.status), False])[self.points]
-        )
-        names = []
-        for point in lacking[:MOST_MISSING]:
+        """Name the first grid points that have a run but no data.
+
+        The last line says how many more there are.
+        """
+        lacks = [*(state != DONE for state in self.status), False]
+        points = np.argwhere(np.array(lacks)[self.points])
+        lines = []
+        for point in points[:MAX_MISSING]:
             number = self.points[tuple(point)]
-            places = zip(self.axes, point, strict=True)
-            where = ", ".join(
+            place = ", ".join(
                 f"{name}={outcome.value_text(self.axes[name][i], None)}"
-                for name, i in places
+                for name, i in zip(self.axes, point, strict=True)
             )
-            names.append(
-                f"{where or self.campaign.cases[number].id}: {self.status[number]}"
-            )
-        omitted = len(lacking) - len(names)
-        return [*names, f"and {omitted} more, by status"] if omitted > 0 else names
+            place = place or self.campaign.cases[number].id
+            lines.append(f"{place}: {self.status[number]}")
+        omitted = len(points) - len(lines)
+        return [*lines, f"and {omitted} more, by status"] if omitted > 0 else lines
 
 
-class _Stored:
+class _GridRuns:
     """The runs with data on a grid, and what they are like.
 
     Parameters
@@ -271,142 +277,176 @@ class _Stored:
     """
 
     def __init__(self, cases: _Cases, layouts: Mapping[str, Any], folder: Path) -> None:
-        done = {
+        finished = {
             run.id: run for run in cases.runs if run is not None and run.state == DONE
         }
-        self.done = list(done.values())
-        kinds = {
-            form: number
-            for number, form in enumerate(dict.fromkeys(run.form for run in self.done))
-        }
+        self.runs = list(finished.values())
+        forms = dict.fromkeys(run.form for run in self.runs)
+        group_of_form = {form: number for number, form in enumerate(forms)}
         self.groups = [
-            reading.RunGroup(dict(sizes), **layouts[key or ""]) for key, sizes in kinds
+            reading.RunGroup(dict(sizes), **layouts[key or ""]) for key, sizes in forms
         ]
-        told = [
-            (f"{folder}/{run.id[:2]}/{run.id}.nc", run.sha256, kinds[run.form])
-            for run in self.done
-        ]
-        self.files = tuple(map(reading.RunFile._make, told))
-        for number, group in enumerate(self.groups):
-            sizes = (
-                [group.sizes[dim] for dim in variable["dims"]]
-                for variable in group.variables.values()
+        self.files = tuple(
+            reading.RunFile(
+                path=f"{folder}/{run.id[:2]}/{run.id}.nc",
+                sha256=run.sha256,
+                group=group_of_form[run.form],
             )
-            claimed = max(
-                (8 * math.prod(lengths) for lengths in sizes), default=0
-            )  # by the largest variable
-            refuse_oversized(
-                next(file.path for file in self.files if file.group == number), claimed
-            )
+            for run in self.runs
+        )
+        self._refuse_oversized_files()
+
         # the number of the run with data at each point, −1 where there is none
-        of_run = {run_id: number for number, run_id in enumerate(done)}
-        of_case = [of_run.get(case.id, -1) for case in cases.campaign.cases]
+        number_of_run = {run_id: number for number, run_id in enumerate(finished)}
+        numbers = [number_of_run.get(case.id, -1) for case in cases.campaign.cases]
         self.dims = tuple(cases.axes)
-        self.numbers = np.asarray(np.array([*of_case, -1], np.intp)[cases.points])
-        made = (
-            [(run.id, run.sha256) for run in self.done],
+        self.numbers = np.asarray(np.array([*numbers, -1], np.intp)[cases.points])
+        contents = (
+            [(run.id, run.sha256) for run in self.runs],
             cases.points.tobytes(),
             str(folder),
         )
-        self.token = hashlib.sha256(repr(made).encode()).hexdigest()[
-            :16
-        ]  # another when a run is
-        self._join()
+        # changes with any of the runs
+        self.token = hashlib.sha256(repr(contents).encode()).hexdigest()[:16]
 
-    def _join(self) -> None:
-        """Join the run dims: the union of names along a dim of text, the longest of the others."""
         self.sizes: dict[str, int] = {}
         self.labels: dict[str, list[Any]] = {}
-        self.by_label = set[str]()
+        self.text_dims = set[str]()
+        self._join_dims()
+
+    def _refuse_oversized_files(self) -> None:
+        """Refuse runs whose largest variable claims more than their files can hold."""
+        for number, group in enumerate(self.groups):
+            shapes = (
+                [group.sizes[dim] for dim in variable["dims"]]
+                for variable in group.variables.values()
+            )
+            claimed = max((8 * math.prod(shape) for shape in shapes), default=0)
+            first = next(file.path for file in self.files if file.group == number)
+            refuse_oversized(first, claimed)
+
+    def _join_dims(self) -> None:
+        """Join the run dims: the names along a dim of text, the longest of the others."""
         for group in self.groups:
             for dim, size in group.sizes.items():
                 self.sizes[dim] = max(size, self.sizes.get(dim, 0))
         for dim in self.sizes:
-            known = [group.labels[dim] for group in self.groups if dim in group.labels]
-            longest = max(known, key=len, default=[])
-            if known and isinstance(known[0][0] if known[0] else "", str):
-                self.by_label.add(dim)
-                self.labels[dim] = list(dict.fromkeys(chain.from_iterable(known)))
+            lists = [group.labels[dim] for group in self.groups if dim in group.labels]
+            longest = max(lists, key=len, default=[])
+            if lists and isinstance(lists[0][0] if lists[0] else "", str):
+                self.text_dims.add(dim)
+                self.labels[dim] = list(dict.fromkeys(chain.from_iterable(lists)))
                 self.sizes[dim] = len(self.labels[dim])
-            elif longest and all(some == longest[: len(some)] for some in known):
+            elif longest and all(labels == longest[: len(labels)] for labels in lists):
                 self.labels[dim] = longest
 
-    def variable(self, name: str) -> tuple[Mapping[str, Any], Any]:
-        """Return how a variable is stored, and it on the grid: labels and texts known, others lazy arrays."""
-        first = next(
+    def update_counts(self) -> tuple[Any, ...]:
+        """Return the variable ``n_updates``: the number of wear states of each run."""
+        counts = [self.groups[f.group].sizes.get(UPDATE, 1) for f in self.files]
+        attributes = {"long_name": "number of wear states of the run"}
+        return (self.dims, np.array([*counts, 0], np.int64)[self.numbers], attributes)
+
+    def named_variables(self) -> Iterator[tuple[str, bool, Any]]:
+        """Yield name on the grid, whether it is a coordinate, and each variable."""
+        names = chain.from_iterable(group.variables for group in self.groups)
+        for name in dict.fromkeys(names):
+            layout = self._layout_of(name)
+            # a coordinate that bears its dimension's name but differs from run to run
+            # cannot be an index
+            is_index = name in layout["dims"]
+            free = f"{name}_values" if is_index and name not in self.labels else name
+            yield free, bool(layout.get("coordinate")), self.variable(name)
+
+    def _layout_of(self, name: str) -> Mapping[str, Any]:
+        """Return dims, dtype and attributes of a variable, as the first group has them."""
+        return next(
             group.variables[name] for group in self.groups if name in group.variables
         )
-        own = tuple(first["dims"])
-        if (
-            not own and first["dtype"] == "str"
-        ):  # such as the verdict: as the catalogue has it
-            texts = np.array(
-                [*(str(run.summary.get(name) or "") for run in self.done), ""], object
-            )
-            return first, (
-                self.dims,
-                np.asarray(texts[self.numbers], TEXT),
-                first["attrs"],
-            )
-        if own == (name,) and name in self.labels:
-            return first, ((name,), self.labels[name], first["attrs"])
+
+    def variable(self, name: str) -> Any:
+        """Return a variable on the grid: labels and texts known, others lazy arrays."""
+        layout = self._layout_of(name)
+        dims = tuple(layout["dims"])
+        attributes = layout["attrs"]
+        if not dims and layout["dtype"] == "str":  # such as the verdict
+            texts = [*(str(run.summary.get(name) or "") for run in self.runs), ""]
+            on_grid = np.array(texts, object)[self.numbers]
+            return self.dims, np.asarray(on_grid, TEXT), attributes
+        if dims == (name,) and name in self.labels:
+            return (name,), self.labels[name], attributes
+        return self._lazy_variable(name, dims, layout)
+
+    def _lazy_variable(
+        self, name: str, dims: tuple[str, ...], layout: Mapping[str, Any]
+    ) -> xr.Variable:
+        """Return a variable whose values are read from files when they are asked for."""
         numbers = self.numbers
-        dims = self.dims
-        digests = {run.digests.get(name) for run in self.done}
-        if (
-            first.get("coordinate") and len(digests) == 1 and None not in digests
-        ):  # one file answers for all
-            numbers = np.zeros((), np.intp)
-            dims = ()
+        grid_dims = self.dims
+        digests = {run.digests.get(name) for run in self.runs}
+        if layout.get("coordinate") and len(digests) == 1 and None not in digests:
+            numbers = np.zeros((), np.intp)  # one file answers for all
+            grid_dims = ()
         places = {
-            number: tuple(self._place(group.labels.get(dim), dim) for dim in own)
+            number: tuple(self._place(group.labels.get(dim), dim) for dim in dims)
             for number, group in enumerate(self.groups)
-            if tuple(group.variables.get(name, {}).get("dims", "?")) == own
+            if tuple(group.variables.get(name, {}).get("dims", "?")) == dims
         }
-        padded = tuple(self.sizes[dim] for dim in own)
-        equal = all(
+        padded = tuple(self.sizes[dim] for dim in dims)
+        have_equal_sizes = all(
             group.sizes.get(dim) == self.sizes[dim]
             for group in self.groups
-            for dim in own
+            for dim in dims
         )
-        whole = bool((numbers >= 0).all()) and len(places) == len(self.groups) and equal
-        dtype, fill = _dtype(first["dtype"], whole)
+        has_no_holes = (
+            bool((numbers >= 0).all())
+            and len(places) == len(self.groups)
+            and have_equal_sizes
+        )
+        dtype, fill = _dtype(layout["dtype"], has_no_holes)
         lazy = reading.LazyVariable(
             name, numbers, self.files, places, padded, dtype, fill
         )
-        chunks = tuple((1,) * n for n in numbers.shape) + tuple((n,) for n in padded)
-        told = {
-            "asarray": False,
-            "meta": np.empty((0,) * lazy.ndim, dtype),
-            "inline_array": True,
-        }
-        data = dask.array.from_array(lazy, chunks, f"{name}-{self.token}", **told)
-        return first, xr.Variable(dims + own, data, first["attrs"], fastpath=True)
+        one_run_each = tuple((1,) * size for size in numbers.shape)
+        data = dask.array.from_array(
+            lazy,
+            one_run_each + tuple((size,) for size in padded),
+            f"{name}-{self.token}",
+            asarray=False,
+            meta=np.empty((0,) * lazy.ndim, dtype),
+            inline_array=True,
+        )
+        return xr.Variable(grid_dims + dims, data, layout["attrs"], fastpath=True)
 
     def _place(self, labels: list[Any] | None, dim: str) -> list[int] | None:
         """Return where values go along a dim, None where they simply start at 0."""
         union = self.labels.get(dim, [])
-        if dim not in self.by_label or labels is None or labels == union[: len(labels)]:
+        starts_at_0 = labels is None or labels == union[: len(labels)]
+        if dim not in self.text_dims or labels is None or starts_at_0:
             return None
         return [union.index(label) for label in labels]
 
 
-def _dtype(stored: str, whole: bool) -> tuple[np.dtype[Any], Any]:
+def _dtype(stored: str, has_no_holes: bool) -> tuple[np.dtype[Any], Any]:
     """Return dtype and filling: text stays text, numbers with holes become float64."""
     if stored == "str":
         return TEXT, ""
     if not NUMBER.fullmatch(stored):
         reason = f"{stored[:40]!r} as a type of numbers"
         raise StoreError(f"the catalogue names {reason}; 'wearlab reindex' mends it")
-    return (
-        (np.dtype(stored), 0)
-        if whole and np.dtype(stored).kind != "f"
-        else (np.dtype(float), np.nan)
-    )
+    if has_no_holes and np.dtype(stored).kind != "f":
+        return np.dtype(stored), 0
+    return np.dtype(float), np.nan
 
 
 def grid_axes(campaign: "Campaign") -> dict[str, list[Any]]:
-    """Return the grid's dims and the values along them: sweep axes, then ``case`` where there are cases."""
+    """Return the grid's dims and the values along them.
+
+    Sweep axes, then ``case`` where there are cases.
+
+    Parameters
+    ----------
+    campaign : its axes and cases
+    """
     axes = {axis.name: list(axis.values) for axis in campaign.axes}
     labels = dict.fromkeys(case.label for case in campaign.cases)
     if [*labels] != [BASE]:
@@ -415,81 +455,102 @@ def grid_axes(campaign: "Campaign") -> dict[str, list[Any]]:
 
 
 def _base_text(campaign: "Campaign", scenes: Mapping[str, str]) -> str:
-    """Return what the base is beside the other cases: what it has for what they change, or what is swept.
+    """Return what the base has for what the other cases change, or what is swept.
 
     Cases that change little come first; those that change too much to be told are left
     out.
     """
     first = {case.label: scenes.get(case.id, "") for case in reversed(campaign.cases)}
-    swept = {along.key for axis in campaign.axes for along in _along(axis).values()}
+    swept = {
+        coordinate.key for axis in campaign.axes for coordinate in _along(axis).values()
+    }
     base = first.pop(BASE, "")
+    changes = (
+        _replaced_words(base, scene, swept)
+        for scene in first.values()
+        if scene and base
+    )
     replaced: dict[str, str] = {}
-    for words in sorted(
-        (_changed(base, text, swept) for text in first.values() if text and base),
-        key=len,
-    ):
-        if len(replaced | words) <= MOST_WORDS:
+    for words in sorted(changes, key=len):
+        if len(replaced | words) <= MAX_BASE_KEYS:
             replaced |= words
     if replaced:
         kinds = (key.removesuffix(".model").rpartition(".")[2] for key in replaced)
         values = ("no" if word == "none" else word for word in replaced.values())
-        return ", ".join(map(" ".join, zip(values, kinds, strict=True))).replace(
-            "_", " "
-        )
-    swept_too = any(case.position for case in campaign.cases if case.label != BASE)
-    if not campaign.axes or not first or swept_too:
+        phrases = map(" ".join, zip(values, kinds, strict=True))
+        return ", ".join(phrases).replace("_", " ")
+
+    has_swept_cases = any(
+        case.position for case in campaign.cases if case.label != BASE
+    )
+    if not campaign.axes or not first or has_swept_cases:
         return ""
     return f"{', '.join(axis.name for axis in campaign.axes)} swept".replace("_", " ")
 
 
-def _changed(base: str, other: str, swept: Container[str]) -> dict[str, str]:
-    """Return the words that the base has for those that another scene changes, by key."""
-    pairs = [
-        d
-        for d in differences(base, other)
-        if isinstance(d.a, str) and isinstance(d.b, str)
-    ]
-    return {d.key: str(d.a) for d in pairs if d.key not in swept}
+def _replaced_words(base: str, scene: str, swept: Container[str]) -> dict[str, str]:
+    """Return the words of the base for which another scene has other words, by key."""
+    return {
+        difference.key: difference.a
+        for difference in differences(base, scene)
+        if isinstance(difference.a, str)
+        and isinstance(difference.b, str)
+        and difference.key not in swept
+    }
 
 
 def _along(axis: "Axis", si: bool = False) -> "dict[str, Coordinate]":
-    """Return an axis and what advances along it, by name: in the units of the file, or in SI."""
+    """Return an axis and what advances along it, in the units of the file, or in SI."""
     from wearlab.campaign import Coordinate
 
-    told: dict[str, Coordinate] = {}
-    each: dict[str, Axis | Coordinate] = {axis.name: axis, **axis.coordinates}
-    for name, along in each.items():
-        told[name] = Coordinate(along.values, along.units, along.key)
-        if si and along.units and (kind := quantity_at(along.key)) is not None:
-            unit = KINDS[kind].unit
-            values = tuple(
-                convert(float(value), along.units, unit) for value in along.values
-            )
-            told[name] = Coordinate(values, unit, along.key)
-    return told
+    coordinates: dict[str, Coordinate] = {}
+    named: dict[str, Axis | Coordinate] = {axis.name: axis, **axis.coordinates}
+    for name, along in named.items():
+        kind = quantity_at(along.key) if si and along.units else None
+        if kind is None or not along.units:
+            coordinates[name] = Coordinate(along.values, along.units, along.key)
+            continue
+        unit = KINDS[kind].unit
+        values = (convert(float(value), along.units, unit) for value in along.values)
+        coordinates[name] = Coordinate(tuple(values), unit, along.key)
+    return coordinates
 
 
 def own_values(grid: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """Return what each case that is not swept has of the keys that are, by case and coordinate."""
+    """Return the values that cases without a sweep have of the swept keys.
+
+    Parameters
+    ----------
+    grid : as `open_grid` returns it
+
+    Returns
+    -------
+    By case and coordinate.
+    """
     text = (
         grid["computed"].attrs.get("own_values") if "computed" in grid.coords else None
     )
     return dict(json.loads(text)) if text else {}
 
 
-def _own_value(stored: Any, along: "Coordinate") -> Any:
-    """Return a value of a scene in the unit of an axis, None where the scene has no such key."""
-    if (
-        not is_number(stored)
-        or not along.units
-        or (kind := quantity_at(along.key)) is None
-    ):
+def _in_axis_unit(stored: Any, along: "Coordinate") -> Any:
+    """Return a value of a scene in the unit of an axis, None where there is no value."""
+    if not is_number(stored) or not along.units:
+        return stored
+    kind = quantity_at(along.key)
+    if kind is None:
         return stored
     return convert(float(stored), KINDS[kind].unit, along.units)
 
 
 def key_text(key: str) -> str:
-    """Return what stands under a key in words: its last word, and what it is of where that says too little.
+    """Return what stands under a key in words.
+
+    That is its last word, with the word before where the last says too little.
+
+    Parameters
+    ----------
+    key : dotted
 
     Examples
     --------
@@ -497,11 +558,10 @@ def key_text(key: str) -> str:
     ('speed', 'wear coefficient')
     """
     words = key.split(".")
-    telling = (
-        words[-3:-1]
-        if words[-1] == "value"
-        else words[-2:]
-        if words[-1] in UNSAID
-        else words[-1:]
-    )
+    if words[-1] == "value":
+        telling = words[-3:-1]
+    elif words[-1] in VAGUE_WORDS:
+        telling = words[-2:]
+    else:
+        telling = words[-1:]
     return " ".join(telling or words).replace("_", " ")

@@ -12,7 +12,7 @@ from wearlab.store import netcdf
 
 if TYPE_CHECKING:
     from wearlab.store import catalogue, updates
-    from wearlab.store.store import Store
+    from wearlab.store.stored_runs import StoredRuns
 
 LONGEST = 100  # runs of a chain
 
@@ -43,7 +43,7 @@ class Ancestor(NamedTuple):
         return f"run {self.run}{name} from {self.at}{new}{state}"
 
 
-def lineage(store: "Store", entry: "catalogue.Entry") -> list[Ancestor]:
+def lineage(store: "StoredRuns", entry: "catalogue.Entry") -> list[Ancestor]:
     """Return the runs that a run goes on from: its parent, that one's parent, and so on.
 
     Parameters
@@ -67,7 +67,7 @@ def lineage(store: "Store", entry: "catalogue.Entry") -> list[Ancestor]:
     return steps
 
 
-def children(store: "Store", run_id: str, by: str = "start.run") -> list[str]:
+def children(store: "StoredRuns", run_id: str, by: str = "start.run") -> list[str]:
     """Return the ids of the runs that go on from a run, or that another key says were made by it."""
     if by not in store.names():
         return []
@@ -77,14 +77,14 @@ def children(store: "Store", run_id: str, by: str = "start.run") -> list[str]:
     ]
 
 
-def rests_on(store: "Store", entry: "catalogue.Entry") -> set[str]:
+def rests_on(store: "StoredRuns", entry: "catalogue.Entry") -> set[str]:
     """Return the ids of all runs that a run needs to be made again: those before it, those that calibrate."""
     ancestors = {step.run for step in lineage(store, entry)}
     entries = store.archive.entries(ancestors)
     return (ancestors | {run.calibration for run in (entry, *entries.values())}) - {""}
 
 
-def name_of(store: "Store", run_id: str) -> str:
+def name_of(store: "StoredRuns", run_id: str) -> str:
     """Return what the campaign recorded last calls a run: its title, the label and the place."""
     member = next(iter(store.archive.catalogue.members([run_id])), None)
     if member is None:
@@ -132,7 +132,7 @@ FILE = (netcdf.SEAL, "wearlab_version", "source_hash")
 CODE = ("commit", "dirty", "model_version", "packages", "parents")
 
 
-def facts_of(store: "Store", prefix: str) -> dict[str, str]:
+def facts_of(store: "StoredRuns", prefix: str) -> dict[str, str]:
     """Return what a citation needs, as texts.
 
     Parameters
@@ -151,7 +151,7 @@ def facts_of(store: "Store", prefix: str) -> dict[str, str]:
     return {key: value for key, value in facts.items() if value}
 
 
-def _of_run(store: "Store", prefix: str) -> dict[str, str]:
+def _of_run(store: "StoredRuns", prefix: str) -> dict[str, str]:
     """Return what a citation of a run needs: who and what, and the code that made it."""
     from wearlab.store import catalogue
 
@@ -186,7 +186,7 @@ def _of_run(store: "Store", prefix: str) -> dict[str, str]:
     return facts | _among(attributes, CODE) | _among(member.metadata, WHO)
 
 
-def _of_update(store: "Store", update: "updates.KeptUpdate") -> dict[str, str]:
+def _of_update(store: "StoredRuns", update: "updates.KeptUpdate") -> dict[str, str]:
     """Return what a citation of an update needs: who and what, and the runs that it was made from."""
     from wearlab.store import updates
 

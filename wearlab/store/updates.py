@@ -19,7 +19,7 @@ from wearlab.store.netcdf import SEAL, content_hash, datasets_of, encoded
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wearlab.store.store import Store
+    from wearlab.store.stored_runs import StoredRuns
 
 
 SUBJECT, NAMES = "subject", "SELECT name FROM pragma_table_info('updates')"
@@ -48,7 +48,7 @@ class KeptUpdate(NamedTuple):
     summary: dict[str, Any]
 
 
-def update_files(store: "Store") -> RunFiles:
+def update_files(store: "StoredRuns") -> RunFiles:
     """Return the folder of the updates."""
     return RunFiles(store.path / "updates")
 
@@ -61,7 +61,7 @@ def seal_of(tree: "xr.DataTree") -> str:
     return digest.hexdigest()
 
 
-def keep_update(store: "Store", tree: "xr.DataTree") -> Path:
+def keep_update(store: "StoredRuns", tree: "xr.DataTree") -> Path:
     """Write an update and record it; what is there under this identity is replaced.
 
     Parameters
@@ -100,7 +100,7 @@ def _update_of(tree: "xr.DataTree", image: bytes, recorded: str) -> KeptUpdate:
     )
 
 
-def _keep(store: "Store", update: KeptUpdate, image: bytes) -> None:
+def _keep(store: "StoredRuns", update: KeptUpdate, image: bytes) -> None:
     with store.archive.presence() as presence:
         update_files(store).write(
             [files.Image(update.id, image, update.sha256)], presence.token
@@ -108,7 +108,7 @@ def _keep(store: "Store", update: KeptUpdate, image: bytes) -> None:
     _record(store, update)
 
 
-def _record(store: "Store", update: KeptUpdate) -> None:
+def _record(store: "StoredRuns", update: KeptUpdate) -> None:
     row = (*update[:-2], json.dumps(update.runs), json.dumps(update.summary))
     with store.archive.catalogue._transaction() as connection:
         if (SUBJECT,) not in connection.execute(NAMES).fetchall():
@@ -118,7 +118,7 @@ def _record(store: "Store", update: KeptUpdate) -> None:
         )
 
 
-def kept_updates(store: "Store") -> dict[str, KeptUpdate]:
+def kept_updates(store: "StoredRuns") -> dict[str, KeptUpdate]:
     """Return the updates that the catalogue knows, by id, the latest last."""
     if not store.archive.catalogue.exists():
         return {}
@@ -140,7 +140,7 @@ def _of_row(*row: Any) -> KeptUpdate:
     )
 
 
-def updates_of(store: "Store", subject: str) -> list[KeptUpdate]:
+def updates_of(store: "StoredRuns", subject: str) -> list[KeptUpdate]:
     """Return the updates that are of something, by its identity, the latest first."""
     return [
         update
@@ -149,7 +149,7 @@ def updates_of(store: "Store", subject: str) -> list[KeptUpdate]:
     ]
 
 
-def find_update(store: "Store", prefix: str) -> KeptUpdate | None:
+def find_update(store: "StoredRuns", prefix: str) -> KeptUpdate | None:
     """Return the update whose id begins so, None without one or with several."""
     matching = [
         update
@@ -159,7 +159,7 @@ def find_update(store: "Store", prefix: str) -> KeptUpdate | None:
     return matching[0] if len(matching) == 1 else None
 
 
-def read_update(store: "Store", update_id: str) -> "xr.DataTree | None":
+def read_update(store: "StoredRuns", update_id: str) -> "xr.DataTree | None":
     """Return a kept update, loaded, its file closed; None when there is none.
 
     Raises
@@ -205,7 +205,7 @@ def _sealed(path: Path, update_id: str) -> "xr.DataTree":
     return tree
 
 
-def adopt_update(store: "Store", source: "Store", update: KeptUpdate) -> None:
+def adopt_update(store: "StoredRuns", source: "StoredRuns", update: KeptUpdate) -> None:
     """Take in another store's update, as it lies there.
 
     Raises
@@ -221,7 +221,7 @@ def adopt_update(store: "Store", source: "Store", update: KeptUpdate) -> None:
     _keep(store, update, path.read_bytes())
 
 
-def verify_updates(store: "Store") -> Iterator[Problem]:
+def verify_updates(store: "StoredRuns") -> Iterator[Problem]:
     """Yield everything wrong with the updates of a store."""
     folder = update_files(store)
     recorded = kept_updates(store)
@@ -240,7 +240,7 @@ def verify_updates(store: "Store") -> Iterator[Problem]:
             )
 
 
-def reindex_updates(store: "Store") -> list[Problem]:
+def reindex_updates(store: "StoredRuns") -> list[Problem]:
     """Record every update whose file is what was sealed in it; return the others."""
     problems: list[Problem] = []
     for path in update_files(store).held():

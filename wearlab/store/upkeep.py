@@ -23,14 +23,14 @@ from wearlab.store import (
     updates,
 )
 from wearlab.store.outcome import CALIBRATION_LIFE, Outcome
-from wearlab.store.store import Store
+from wearlab.store.stored_runs import StoredRuns
 
 OF_FILE = ("scene", "sizes", "digests", "summary", "source_hash", "wearlab_version")
 Entry = catalogue.Entry
 SAME = 1e-9  # of two lives of one scene on two machines
 
 
-def verify(store: Store) -> Iterator[files.Problem]:
+def verify(store: StoredRuns) -> Iterator[files.Problem]:
     """Yield all that is wrong with a store: damaged files, entries unlike their files, then foreign files.
 
     A file has its recorded size and hash, and what the catalogue says of a run follows
@@ -105,7 +105,7 @@ def _uncalibrated(
             yield files.Problem(path, "altered", message)
 
 
-def check_entry(store: Store, path: Path, entry: Entry) -> files.Problem | None:
+def check_entry(store: StoredRuns, path: Path, entry: Entry) -> files.Problem | None:
     """Return how the catalogue's entry of a run, and what can be asked of it, differ from its sealed file.
 
     Parameters
@@ -157,7 +157,7 @@ def check_entry(store: Store, path: Path, entry: Entry) -> files.Problem | None:
     return files.Problem(path, "altered", said) if wrong else None
 
 
-def _other_units(store: Store) -> Iterator[files.Problem]:
+def _other_units(store: StoredRuns) -> Iterator[files.Problem]:
     """Yield the keys of the catalogue that have other units than scenes and results are kept in."""
     question, subject = (
         "SELECT name, source, kind, unit, quantity FROM keys",
@@ -185,7 +185,7 @@ def _unlike(path: Path, error: files.StoreError, prefix: str = "") -> files.Prob
     return files.Problem(path, kind, prefix + str(error).removeprefix(f"{path}: "))
 
 
-def reindex(store: Store) -> list[files.Problem]:
+def reindex(store: StoredRuns) -> list[files.Problem]:
     """Make the catalogue's runs anew from the run files.
 
     Return the files that were left out, and why.
@@ -239,7 +239,9 @@ class Merged:
 
 
 def merge(
-    store: Store, other: Store, tell: Callable[[str], None] = lambda run_id: None
+    store: StoredRuns,
+    other: StoredRuns,
+    tell: Callable[[str], None] = lambda run_id: None,
 ) -> Merged:
     """Copy another store's runs, failures and campaigns into this one.
 
@@ -297,7 +299,9 @@ def merge(
     return made
 
 
-def _judged(store: Store, other: Store, entry: Entry) -> tuple[str, Outcome | None]:
+def _judged(
+    store: StoredRuns, other: StoredRuns, entry: Entry
+) -> tuple[str, Outcome | None]:
     """Return what becomes of a run of the other store, "" of one that stays there.
 
     And what is to be saved.
@@ -325,7 +329,7 @@ def _judged(store: Store, other: Store, entry: Entry) -> tuple[str, Outcome | No
     return "same" if same else "conflicting", None
 
 
-def _plugins(store: Store, donor: Store) -> None:
+def _plugins(store: StoredRuns, donor: StoredRuns) -> None:
     """Copy what plug-ins declare.
 
     One whose source is not what its name says stays there.
@@ -351,7 +355,7 @@ class Prunable(NamedTuple):
     reason: str
 
 
-def prunable(store: Store, kept: Iterable[str] = ()) -> list[Prunable]:
+def prunable(store: StoredRuns, kept: Iterable[str] = ()) -> list[Prunable]:
     """Return the runs that no campaign refers to.
 
     A campaign file refers to what it asked for when it was last run; what earlier
@@ -398,7 +402,7 @@ def prunable(store: Store, kept: Iterable[str] = ()) -> list[Prunable]:
     ]
 
 
-def referred(store: Store) -> set[str]:
+def referred(store: StoredRuns) -> set[str]:
     """Return the ids that the latest version of every campaign file asked for."""
     campaigns = store.archive.catalogue.read(
         "SELECT key, title, path FROM campaigns ORDER BY recorded"
@@ -410,7 +414,7 @@ def referred(store: Store) -> set[str]:
     return {row[0] for row in rows}
 
 
-def prune(store: Store, runs: Iterable[Prunable]) -> int:
+def prune(store: StoredRuns, runs: Iterable[Prunable]) -> int:
     """Remove runs: out of the catalogue first, then their files.
 
     Return the bytes freed.

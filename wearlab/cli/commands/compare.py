@@ -92,7 +92,7 @@ def _written(images: Mapping[Path, bytes]) -> list[str]:
 def _text(comparison: "xr.Dataset") -> output.Text:
     import numpy as np
 
-    from wearlab.comparison import runs
+    from wearlab.comparison import rows as tables
 
     campaigns = "pair" in comparison.dims
     a, b = (
@@ -100,22 +100,22 @@ def _text(comparison: "xr.Dataset") -> output.Text:
         for side in "ab"
     )
     yield f"A  {a}\nB  {b}\n"
-    if rows := runs.scene_rows(comparison):
+    if rows := tables.scene_rows(comparison):
         title = "Asked differently, in every pair" if campaigns else "Asked differently"
-        yield output.ShownTable(runs.SCENE_HEADS, rows, title)
+        yield output.ShownTable(tables.SCENE_HEADS, rows, title)
     else:
         yield "No key of the scenes differs" + (" in every pair" if campaigns else "")
     yield ""
     along = comparison.attrs["aligned_on"].replace("_", " ")
     title = f"At the same {along}, tolerance {comparison.attrs['tolerance']:g}"
     if campaigns:
-        yield output.ShownTable(runs.PAIR_HEADS, runs.pair_rows(comparison), title)
+        yield output.ShownTable(tables.PAIR_HEADS, tables.pair_rows(comparison), title)
         for side in ("a", "b"):
             if left := loads(comparison.attrs.get(f"only_{side}", "[]")):
                 yield f"\nonly in {side.upper()}: {'; '.join(left)}"
         return
-    rows = runs.quantity_rows(comparison)
-    yield output.ShownTable(runs.QUANTITY_HEADS, rows, title)
+    rows = tables.quantity_rows(comparison)
+    yield output.ShownTable(tables.QUANTITY_HEADS, rows, title)
     first = comparison["first_difference"].values
     if np.isfinite(first).any():
         row = rows[int(np.nanargmin(first))]

@@ -1,0 +1,157 @@
+"""A comparison as rows of tables, for people."""
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearlab.comparison.quantities import SCALARS
+from wearlab.comparison.states import CYCLE, WEAR_DEPTH
+from wearlab.units import convert
+
+Row = tuple[str, ...]
+SCENE_HEADS = ("key", "A", "B", "unit")
+QUANTITY_HEADS = (
+    "quantity",
+    "A",
+    "B",
+    "unit",
+    "largest difference",
+    "there",
+    "first above tolerance",
+)
+OF_LIVES = ("life A [cycles]", "life B [cycles]")
+PAIR_HEADS = (
+    "runs",
+    *OF_LIVES,
+    "largest difference",
+    "of",
+    "first above tolerance",
+    "of ",
+)
+ABSENT = "—"
+
+
+def scene_rows(comparison: xr.Dataset) -> list[Row]:
+    """Return key, A, B and unit of every key of the scenes that differs.
+
+    Parameters
+    ----------
+    comparison : of two runs or campaigns
+    """
+    changed = json.loads(comparison.attrs.get("scene_differences") or "[]")
+    return [
+        (key["key"], _value(key["a"]), _value(key["b"]), key["units"] or "")
+        for key in changed
+    ]
+
+
+def quantity_rows(comparison: xr.Dataset) -> list[Row]:
+    """Return one row a quantity of two runs.
+
+    With both values where they differ most, and where they first do.
+
+    Parameters
+    ----------
+    comparison : of two runs
+    """
+    rows: list[Row] = []
+    is_on_cycle = comparison.attrs["aligned_on"] == CYCLE
+    aligned = comparison["cycle" if is_on_cycle else "aligned_depth"].values
+    largest = comparison["largest_relative_difference"].values
+    first = comparison["first_difference"].values
+    for index, name in enumerate(comparison["quantity"].values):
+        distance = abs(comparison[f"{name}_difference"])
+        distance = distance.where(np.isfinite(distance), -1.0)
+        where_largest = distance.argmax(...)
+        is_known = distance.isel(where_largest) >= 0.0
+        values = comparison[name].isel(where_largest).where(is_known).values
+        there = ""
+        if largest[index] != 0.0:
+            there = _place(comparison, float(aligned[int(where_largest["state"])]))
+        rows.append(
+            (
+                *_shown_values(comparison[name], values),
+                _percent(largest[index]),
+                there,
+                _place(comparison, first[index]),
+            )
+        )
+    rows += [
+        _scalar_row(name, comparison[name]) for name in SCALARS if name in comparison
+    ]
+    return rows
+
+
+def _scalar_row(name: str, values: xr.DataArray) -> Row:
+    """Return the row of a number that each run has once, such as its life."""
+    title, a, b, unit = _shown_values(values, values.values)
+    distance = np.ptp(values.values)
+    largest = np.abs(values.values).max()
+    is_comparable = np.isfinite(largest) and largest
+    share = _percent(distance / largest) if is_comparable else ""
+    return (title, a, b, "cycles" if name == "life" else unit, share, "", "")
+
+
+def _shown_values(quantity: xr.DataArray, values: Any) -> tuple[str, str, str, str]:
+    """Return name of a quantity, values of A and B as people read them, their unit."""
+    stored = quantity.attrs["units"]
+    shown = quantity.attrs["display_units"]
+    a, b = (_number(convert(float(value), stored, shown)) for value in values)
+    return quantity.attrs["long_name"], a, b, "" if shown == "1" else shown
+
+
+def pair_rows(comparison: xr.Dataset) -> list[Row]:
+    """Return one row a pair of runs of two campaigns.
+
+    With the quantity that differs most, and the first to differ.
+
+    Parameters
+    ----------
+    comparison : of two campaigns
+    """
+    rows: list[Row] = []
+    names = [str(name) for name in comparison["quantity_name"].values]
+    for index, pair in enumerate(comparison["pair"].values):
+        compared = comparison.isel(pair=index)
+        shares = compared["largest_relative_difference"].values
+        first = compared["first_difference"].values
+        largest = int(np.argmax(np.nan_to_num(shares, nan=-1.0)))
+        lives = ("", "")
+        if "life" in compared:
+            life_a, life_b = compared["life"].values
+            lives = (_number(life_a), _number(life_b))
+        where = (ABSENT, "")
+        if np.isfinite(first).any():
+            earliest = int(np.nanargmin(first))
+            where = (_place(compared, first[earliest]), names[earliest])
+        row = (str(pair), *lives, _percent(shares[largest]), names[largest], *where)
+        rows.append(row)
+    return rows
+
+
+def _place(comparison: xr.Dataset, value: float) -> str:
+    """Return a cycle or a wear depth in words, what a comparison is aligned on."""
+    if not np.isfinite(value):
+        return ABSENT
+    if comparison.attrs["aligned_on"] == WEAR_DEPTH:
+        return f"{_number(convert(value, 'm', 'um'))} µm of wear"
+    return f"{_number(value)} cycles"
+
+
+def _number(value: Any) -> str:
+    """Return a number to four digits."""
+    return f"{float(value):.4g}" if np.isfinite(value) else ABSENT
+
+
+def _percent(share: float) -> str:
+    """Return a share in per cent, to three digits."""
+    return f"{100 * share:.3g} %"
+
+
+def _value(value: Any) -> str:
+    """Return a value of a scene as text."""
+    if value is None:
+        return ABSENT
+    return f"{value:.9g}" if isinstance(value, float) else str(value)

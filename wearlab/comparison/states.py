@@ -1,0 +1,226 @@
+"""Two runs at the same wear states: positions along their lives, and nodes and phases that they share."""
+
+from functools import partial
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from wearlab.arrays import Array
+from wearlab.comparison.quantities import CompareError
+
+CYCLE, WEAR_DEPTH = "cycle", "wear_depth"
+SAME = 1e-9  # two positions that differ by less, relative to the longest, are one
+LABELLED_DIMS = ("flank", "mesh", "member", "harmonic", "order")
+
+Stands = tuple[Array, NDArray[np.intp]]
+"""Positions of a run's wear states, strictly ascending, and which states these are."""
+
+
+def positions(run: xr.Dataset, on: str, name: str) -> Stands:
+    """Return where a run's wear states stand, strictly ascending, and which states these are.
+
+    Parameters
+    ----------
+    run : one run
+    on : "cycle", or "wear_depth": the largest of all flanks [m]
+    name : what messages call the run
+
+    Raises
+    ------
+    CompareError : the run has no wear
+    """
+    if "update" not in run.dims:
+        return np.zeros(1), np.zeros(1, np.intp)
+    if on == CYCLE:
+        position = (
+            run["cycle"].values
+            if "cycle" in run
+            else np.arange(run.sizes["update"], dtype=float)
+        )
+    else:
+        source = next((n for n in ("max_wear_depth", "wear_depth") if n in run), None)
+        if source is None:
+            raise CompareError(
+                f"{name} has no wear depth to be aligned on; compare on cycle"
+            )
+        position = (
+            run[source].max([dim for dim in run[source].dims if dim != "update"]).values
+        )
+    rising = np.concatenate(
+        [[True], position[1:] > np.maximum.accumulate(position)[:-1]]
+    )
+    return np.asarray(position[rising], float), np.flatnonzero(rising)
+
+
+def common(a: Array, b: Array, on: str) -> Array:
+    """Return every position of either run that both reach.
+
+    Raises
+    ------
+    CompareError : no position is reached by both
+    """
+    low = max(a[0], b[0])
+    high = min(a[-1], b[-1])
+    if low > high:
+        message = (
+            f"A runs over {on} {a[0]:.6g} to {a[-1]:.6g}, B over {b[0]:.6g} to "
+            f"{b[-1]:.6g}"
+        )
+        raise CompareError(f"{message}: nothing in common")
+    inside = np.unique(np.concatenate([a, b, [low, high]]))
+    inside = inside[(inside >= low) & (inside <= high)]
+    is_distinct = np.diff(inside, prepend=-np.inf) > SAME * max(
+        abs(high), abs(low), 1e-300
+    )
+    return np.asarray(inside[is_distinct])
+
+
+def at_positions(values: xr.DataArray, stands: Stands, targets: Array) -> xr.DataArray:
+    """Return values at wanted positions, linear between stored states.
+
+    The dim ``state`` comes first.
+
+    Parameters
+    ----------
+    values : with the dim ``update``, or without it: the same at every state
+    stands : (n,) positions of the run's states, and their indices
+    targets : (m,) positions, within those given
+    """
+    if "update" not in values.dims:
+        return values.expand_dims(state=len(targets))
+    positions, states = stands
+    stored = values.transpose("update", ...).isel(update=states)
+    above = np.clip(
+        np.searchsorted(positions, targets),
+        min(1, len(positions) - 1),
+        len(positions) - 1,
+    )
+    below = np.maximum(above - 1, 0)
+    width = positions[above] - positions[below]
+    share = np.where(
+        width > 0, (targets - positions[below]) / np.where(width > 0, width, 1.0), 0.0
+    )
+    share = np.where(np.abs(share - np.round(share)) < SAME, np.round(share), share)
+    share = share.reshape(-1, *(1,) * (stored.ndim - 1))
+    low = stored.values[below]
+    high = stored.values[above]
+    mixed = np.where(
+        share == 0.0, low, np.where(share == 1.0, high, low + share * (high - low))
+    )
+    coordinates = {n: c for n, c in stored.coords.items() if "update" not in c.dims}
+    return xr.DataArray(mixed, dims=("state", *stored.dims[1:]), coords=coordinates)
+
+
+def same_nodes(a: xr.DataArray, b: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return both on A's phases and nodes, with the flanks and meshes that both have.
+
+    Raises
+    ------
+    CompareError : they have no flank, mesh or member in common
+    """
+    shared_dims = {dim for dim in a.dims if dim in b.dims}
+    for dim in LABELLED_DIMS:
+        if dim in shared_dims and dim in a.coords and dim in b.coords:
+            shared = [label for label in a[dim].values if label in b[dim].values]
+            if not shared:
+                raise CompareError(
+                    f"no {dim} in common: {list(a[dim].values)} and "
+                    f"{list(b[dim].values)}"
+                )
+            a = a.sel({dim: shared})
+            b = b.sel({dim: shared})
+    b = _on_phases(a, b) if "phase" in shared_dims else b
+    return a, _on_profile(a, b) if "profile" in shared_dims else b
+
+
+def _on_phases(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
+    """Return B on A's phases, linear and periodic.
+
+    Phase 0 is where a pair of mesh 1 enters at A.
+    """
+    phases = phases_of(b)
+    target_phases = phases_of(a)
+    if phases.shape == target_phases.shape and np.allclose(
+        phases, target_phases, rtol=0.0, atol=1e-12
+    ):
+        return b
+    moved = b.transpose(..., "phase")
+    waves = np.apply_along_axis(
+        lambda wave: np.interp(target_phases, phases, wave, period=1.0),
+        -1,
+        moved.values,
+    )
+    return _laid(b, moved, waves).assign_coords(phase=target_phases)
+
+
+def phases_of(wave: xr.DataArray) -> Array:
+    """Return the phases at which a wave is given, (n,) [1]."""
+    count = wave.sizes["phase"]
+    return np.asarray(
+        wave["phase"] if "phase" in wave.coords else np.arange(count) / count, float
+    )
+
+
+def _on_profile(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
+    """Return B at A's nodes, by path position, linear.
+
+    NaN where B's path does not reach.
+    """
+    target_path = _path(a)
+    path = _path(b)
+    if (
+        target_path is None
+        or path is None
+        or (
+            path.shape == target_path.shape
+            and np.allclose(path, target_path, atol=1e-12)
+        )
+    ):
+        if target_path is None and a.sizes["profile"] != b.sizes["profile"]:
+            raise CompareError(
+                "the runs have different nodes and no path_position to match them"
+            )
+        return b
+    moved = b.transpose("flank", ..., "profile")
+    flanks = [
+        np.apply_along_axis(partial(_interpolated, new, old), -1, rows)
+        for new, old, rows in zip(target_path, path, moved.values, strict=True)
+    ]
+    return _laid(b, moved, np.stack(flanks)).assign_coords(
+        path_position=a["path_position"]
+    )
+
+
+def _interpolated(new: Array, old: Array, row: Array) -> Array:
+    """Return values at new positions from those at old ones, NaN beyond the ends."""
+    return np.interp(new, old, row, left=np.nan, right=np.nan)
+
+
+def _laid(template: xr.DataArray, moved: xr.DataArray, values: Array) -> xr.DataArray:
+    """Return new values along the last dimension, with the dimensions of a template.
+
+    Parameters
+    ----------
+    template : with the dimensions in their order
+    moved : the template, transposed
+    values : along the dimensions of ``moved``
+    """
+    coordinates = {
+        name: c for name, c in moved.coords.items() if moved.dims[-1] not in c.dims
+    }
+    return xr.DataArray(values, coordinates, moved.dims).transpose(*template.dims)
+
+
+def _path(values: xr.DataArray) -> Array | None:
+    """Return positions (flank, profile), the two nodes of a step set apart."""
+    if "path_position" not in values.coords or "flank" not in values.dims:
+        return None
+    position = (
+        values["path_position"].transpose("flank", "profile").values.astype(float)
+    )
+    span = 1e-9 * np.ptp(position)
+    twin = np.isclose(np.diff(position, axis=1), 0.0, atol=1e-3 * span)
+    position[:, :-1][twin] -= span
+    position[:, 1:][twin] += span
+    return np.asarray(position)
