@@ -5,7 +5,7 @@ from fake_campaign import SIMULATE, sweep
 
 import wearlab as wl
 from wearlab.runner import Interrupted, RunnerError, running
-from wearlab.runner.plan import chosen
+from wearlab.runner.preparation import chosen
 from wearlab.store import Store
 from wearlab.store.catalogue import Entry
 

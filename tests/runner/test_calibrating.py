@@ -5,7 +5,8 @@ import pytest
 from wearlab.campaign.reading import campaign_of
 from wearlab.cli.commands.ls import show
 from wearlab.runner import run
-from wearlab.runner.plan import calibrations, plan
+from wearlab.runner.plan import plan
+from wearlab.runner.preparation import calibrations
 from wearlab.runner.worker import Task
 from wearlab.scene import Scene
 from wearlab.scene.scene import calibrating

@@ -10,7 +10,7 @@ import xarray as xr
 
 import wearlab as wl
 from wearlab.runner import RunnerError
-from wearlab.runner.plan import with_parents
+from wearlab.runner.preparation import with_parents
 from wearlab.runner.worker import Task
 from wearlab.store import Store
 from wearlab.store.description import describe

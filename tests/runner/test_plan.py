@@ -108,7 +108,7 @@ def test_warnings_of_full_disks_and_absurd_grids(store, monkeypatch):
     monkeypatch.setattr(planner, "_free", lambda path: 100)
     (warning,) = plan(sweep(7), store).warnings
     assert "the disk will be full" in warning and "100 bytes free" in warning
-    monkeypatch.setattr(planner, "MANY", 2)
+    monkeypatch.setattr(planner, "MANY_RUNS", 2)
     assert "more than 2" in plan(sweep(7), store).warnings[0]
 
 
@@ -256,3 +256,19 @@ def test_a_plan_is_made_of_whatever_can_be_run(tmp_path, monkeypatch):
         assert planned.count("new") == len(planned.runs) >= 1
     assert not (tmp_path / "store").exists()
     assert wl.plan(pair, tmp_path / "other").cases == 1
+
+
+def test_a_plan_shows_a_table(store):
+    """In a REPL and in a notebook: one row a run."""
+    made = plan(sweep(3), store)
+    first, heads, *rows = repr(made).splitlines()
+    assert first.startswith("<Plan of 'five speeds': 3 runs: 1 new, 2 cached")
+    assert heads.split() == "case what sets it apart state run".split()
+    assert [row.split()[-2:] for row in rows] == [
+        [state, run.id[:10]]
+        for state, run in zip(("code", "code", "new"), made.runs, strict=True)
+    ]
+    page = made._repr_html_()
+    assert page.count("<tr>") == 4 and "speed = 1000 rpm" in page
+    many = plan(sweep(40), store)
+    assert repr(many).splitlines()[-1] == "and 10 more"

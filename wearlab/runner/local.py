@@ -366,10 +366,9 @@ def compile_ahead(
     from wearlab.simulation.warm import do, jobs_of, kinds_of
 
     clock = time.perf_counter()
-    named = {
-        id(case.scene): case.label for campaign in campaigns for case in campaign.cases
-    }
-    kinds = kinds_of(case.scene for campaign in campaigns for case in campaign.cases)
+    cases = [case for campaign in campaigns for case in campaign.cases]
+    label_of_scene = {id(case.scene): case.label for case in cases}
+    kinds = kinds_of(case.scene for case in cases)
     jobs = jobs_of(kinds)
     with (
         local_client(workers, dashboard=False) as client,
@@ -377,11 +376,12 @@ def compile_ahead(
     ):
         bar.start(len(jobs), "compiled")
         sent = {
-            client.submit(quietly, do, job, pure=False, priority=-n): job
-            for n, job in enumerate(jobs)
+            client.submit(quietly, do, job, pure=False, priority=-number): job
+            for number, job in enumerate(jobs)
         }
         for future in as_completed(sent):
             future.result()
             bar.done += 1
-            bar.step(named[id(sent[future][1])])
+            _, scene = sent[future]
+            bar.step(label_of_scene[id(scene)])
     return len(kinds), time.perf_counter() - clock

@@ -1,12 +1,14 @@
 """``run``: what of a campaign is missing in a store is computed, and nothing else."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
+from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from wearlab.runner import cluster, plan, report
+from wearlab.runner import cluster, preparation, report
+from wearlab.runner.plan import store_of
 from wearlab.runner.progress import CASES, Progress, watched
 from wearlab.runner.worker import SIMULATE, TOPIC, Task, execute, warm_up
 from wearlab.sources import source_hash
@@ -18,9 +20,10 @@ if TYPE_CHECKING:
     from wearlab.campaign import Campaign, reading
 
 CALIBRATING = "lives that calibrate the wear coefficient of the other cases"
-Again = Callable[[catalogue.Entry], bool]
-"""Says whether a run that is known is computed again."""
-Staff = Callable[[], cluster.Cluster]
+WAITING_SECONDS = 0.2  # between two looks at what another process computes
+IsDue = Callable[[catalogue.Entry], bool]
+"""Says whether a run that is recorded is computed again."""
+StartWorkers = Callable[[], cluster.Cluster]
 
 
 def run(
@@ -73,161 +76,216 @@ def run(
 
     clock = time.perf_counter()
     campaign = reading.campaign_of(campaign)
-    store = plan.store_of(store)
-    again = plan.chosen(recompute, retry)
+    store = store_of(store)
+    is_due = preparation.chosen(recompute, retry)
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
-    tasks = plan.with_parents(tasks, store)
-    cluster.refuse_unreachable(
-        None if store.archive.catalogue.exists() else scheduler, dashboard
+    tasks = preparation.with_parents(tasks, store)
+    is_new = not store.archive.catalogue.exists()
+    cluster.refuse_unreachable(scheduler if is_new else None, dashboard)
+
+    unfinished = _unfinished(tasks, store, is_due)
+    used_plugins = preparation.plugins_of(task.scene for task in unfinished)
+    recomputes = retry or recompute in ("failed", "all")
+    calibrations = preparation.calibrations(
+        tasks.values() if recomputes else unfinished
     )
-    wanting = _wanting(tasks, store, again)
-    used = plan.plugins_of(task.scene for task in wanting)
-    needed = plan.calibrations(
-        tasks.values() if retry or recompute in ("failed", "all") else wanting
-    )
-    notes = _opened(store)
-    plan.declare(used, store.path)
-    key = _record(campaign, store)
+    notes = _open_store(store)
+    preparation.declare(used_plugins, store.path)
+    campaign_key = _record(campaign, store)
+
     with store.archive.presence() as lock, watched(progress) as bar:
-        work = _Work(store, lock.token, again, bar, simulate)
-
-        def tell(text: str) -> None:
-            notes.append(text)
-            bar.note(text)
-
-        def staff() -> cluster.Cluster:
-            client = stack.enter_context(cluster.connect(workers, scheduler, dashboard))
-            if dashboard:
-                tell(f"dashboard: {client.dashboard_link}")
-            client.subscribe_topic(TOPIC, lambda event: work.receive(event[1]))
-            stack.callback(client.unsubscribe_topic, TOPIC)
-            crew = None if scheduler is None else cluster.Crew(client, tell)
-            return cluster.Cluster(client, simulate, crew, work.resumed)
-
+        work = _Work(store, lock.token, is_due, bar, simulate)
+        crew = _Workers(workers, scheduler, dashboard, work, notes)
         try:
             with ExitStack() as stack:
-                first = {task.id: task for task in needed.values()}
-                alone = [task for task in tasks.values() if task.id not in needed]
-                what = (
-                    f"{'cases and ' if alone else ''}{CALIBRATING}" if first else CASES
-                )
-                calibrated = [tasks[run_id] for run_id in needed]
-                work.complete(
-                    [*first.values(), *alone], staff, what, more=len(calibrated) > 1
-                )
-                work.complete(plan.with_calibrations(calibrated, needed, store), staff)
+                _complete(work, tasks, calibrations, lambda: crew.start(stack))
         except KeyboardInterrupt:
             work.tidy()
-            done = sum(
-                head.state != "running" for head in store.archive.heads(tasks).values()
-            )
-            said = (
-                f"interrupted: {done} done, {len(tasks) - done} to go; run again to "
-                "continue"
-            )
-            raise report.Interrupted(said) from None
+            raise report.Interrupted(_interruption(store, tasks)) from None
         except BaseException:
             with suppress(StoreError):  # what went wrong first is what is told
                 work.tidy()
             raise
         work.tidy()
-    return _report(
-        campaign, store, key, work.finished, time.perf_counter() - clock, tuple(notes)
-    )
+    seconds = time.perf_counter() - clock
+    return _report(campaign, store, campaign_key, work.finished, seconds, tuple(notes))
 
 
-def _wanting(tasks: dict[str, Task], store: Store, is_due: Again) -> list[Task]:
-    """Return the tasks that are not finished, as far as can be told before: only these need plug-ins run."""
-    heads = (
-        store.archive.heads(tasks).values() if store.archive.catalogue.exists() else ()
+def _complete(
+    work: "_Work",
+    tasks: Mapping[str, Task],
+    calibrations: Mapping[str, Task],
+    start_workers: StartWorkers,
+) -> None:
+    """Compute all tasks: those that need a calibration after the runs that give it.
+
+    Parameters
+    ----------
+    work : what computes them
+    tasks : by id
+    calibrations : the run that calibrates a task, by the id of the task
+    start_workers : starts worker processes
+    """
+    calibrating = {task.id: task for task in calibrations.values()}
+    independent = [task for task in tasks.values() if task.id not in calibrations]
+    noun = CASES
+    if calibrating:
+        noun = f"{'cases and ' if independent else ''}{CALIBRATING}"
+    calibrated = [tasks[run_id] for run_id in calibrations]
+    work.complete(
+        [*calibrating.values(), *independent],
+        start_workers,
+        noun,
+        are_followed=len(calibrated) > 1,
     )
+    ready = preparation.with_calibrations(calibrated, calibrations, work.store)
+    work.complete(ready, start_workers)
+
+
+def _interruption(store: Store, tasks: Mapping[str, Task]) -> str:
+    """Return what is told when a run was interrupted."""
+    heads = store.archive.heads(tasks).values()
+    finished = sum(head.state != "running" for head in heads)
+    left = len(tasks) - finished
+    return f"interrupted: {finished} done, {left} to go; run again to continue"
+
+
+def _unfinished(tasks: dict[str, Task], store: Store, is_due: IsDue) -> list[Task]:
+    """Return the tasks that are not finished, as far as can be told beforehand.
+
+    Only these need plug-ins run.
+    """
+    archive = store.archive
+    heads = archive.heads(tasks).values() if archive.catalogue.exists() else ()
     finished = {
-        h.id
-        for h in heads
-        if h.state != "running" and not is_due(h) and not store.archive.is_lost(h)
+        head.id
+        for head in heads
+        if head.state != "running" and not is_due(head) and not archive.is_lost(head)
     }
-    return [task for i, task in tasks.items() if i not in finished]
+    return [task for run_id, task in tasks.items() if run_id not in finished]
 
 
-def _opened(store: Store) -> list[str]:
+def _open_store(store: Store) -> list[str]:
     """Make the store where there is none.
 
-    Make its catalogue anew where only that has gone.
+    Make its catalogue anew where only that has gone. Return what is to be told.
     """
-    lost = not store.archive.catalogue.exists() and any(
-        True for _ in store.archive.files
-    )
-    store.archive.create()
-    if not lost:
+    archive = store.archive
+    has_lost_catalogue = False
+    if not archive.catalogue.exists():
+        has_lost_catalogue = any(True for _ in archive.files)
+    archive.create()
+    if not has_lost_catalogue:
         return []
-    left_out = store.reindex()
-    count = len(store.archive.entries())
-    omitted = (
-        f"; {len(left_out)} were left out: 'wearlab verify' tells why"
-        if left_out
-        else ""
-    )
+    problems = store.reindex()
+    count = len(archive.entries())
+    omitted = ""
+    if problems:
+        omitted = f"; {len(problems)} were left out: 'wearlab verify' tells why"
     return [
         f"the catalogue had gone: {count} runs were taken back from their files{omitted}"
     ]
 
 
+@dataclass(frozen=True)
+class _Workers:
+    """Which worker processes a call of ``run`` may start.
+
+    Parameters
+    ----------
+    count, scheduler, dashboard : as of `run`
+    work : what they are started for
+    notes : where it is noted what users are told
+    """
+
+    count: int | None
+    scheduler: "str | Client | None"
+    dashboard: bool
+    work: "_Work"
+    notes: list[str]
+
+    def start(self, stack: ExitStack) -> cluster.Cluster:
+        """Start workers, or connect to those of a scheduler, until the stack is closed."""
+        client = stack.enter_context(
+            cluster.connect(self.count, self.scheduler, self.dashboard)
+        )
+        if self.dashboard:
+            self._tell(f"dashboard: {client.dashboard_link}")
+        client.subscribe_topic(TOPIC, lambda event: self.work.receive(event[1]))
+        stack.callback(client.unsubscribe_topic, TOPIC)
+        crew = None if self.scheduler is None else cluster.Crew(client, self._tell)
+        return cluster.Cluster(client, self.work.simulate, crew, self.work.resumed)
+
+    def _tell(self, text: str) -> None:
+        self.notes.append(text)
+        self.work.bar.note(text)
+
+
 class _Work:
-    """One call of ``run``: what is left, what is finished."""
+    """One call of ``run``: what is left, what is finished.
+
+    Parameters
+    ----------
+    store : where runs are kept
+    owner : name of this process
+    is_due : says whether a recorded run is computed again
+    bar : shows how far it is
+    simulate : ``module:function``, scene to dataset
+    """
 
     def __init__(
-        self, store: Store, owner: str, again: Again, bar: Progress, simulate: str
+        self, store: Store, owner: str, is_due: IsDue, bar: Progress, simulate: str
     ) -> None:
-        self.store, self.owner, self.again, self.bar, self.simulate = (
-            store,
-            owner,
-            again,
-            bar,
-            simulate,
-        )
-        self.taken_again: set[str] = set()
+        self.store = store
+        self.owner = owner
+        self.is_due = is_due
+        self.bar = bar
+        self.simulate = simulate
+        self.recomputed: set[str] = set()
         self.finished: set[str] = set()
         self.cluster: cluster.Cluster | None = None
         self.code = source_hash()
 
     def complete(
-        self, tasks: Sequence[Task], staff: Staff, what: str = CASES, more: bool = False
+        self,
+        tasks: Sequence[Task],
+        start_workers: StartWorkers,
+        noun: str = CASES,
+        are_followed: bool = False,
     ) -> None:
         """Compute until every task is finished, here or by another process.
 
         Parameters
         ----------
         tasks : what is to be computed
-        staff : starts worker processes
-        what : names the tasks
-        more : whether others follow for which workers are started anyway: a lone task
-            is theirs too
+        start_workers : starts worker processes
+        noun : names the tasks
+        are_followed : whether others follow for which workers are started anyway: a
+            lone task is theirs too
         """
-        begun = False
+        has_begun = False
         while left := self._left(tasks):
-            here = [task for task, elsewhere in left if not elsewhere]
-            if here and not begun:
-                self._begin(here, staff, more)
-                self.bar.start(len(left), what)
-                begun = True
-            before = len(self.finished)
+            free = [task for task, is_elsewhere in left if not is_elsewhere]
+            if free and not has_begun:
+                self._begin(free, start_workers, are_followed)
+                self.bar.start(len(left), noun)
+                has_begun = True
+            count = len(self.finished)
             if self.cluster is not None:
-                self.cluster.compute(here, self._settle)
+                self.cluster.compute(free, self._settle)
             else:
-                for task in here:
-                    for taken in self._settle([], [task]):
-                        self._settle(
-                            [execute(self.resumed(taken), self.simulate, self.receive)],
-                            [],
-                        )
-            if len(self.finished) == before:
+                self._compute_here(free)
+            if len(self.finished) == count:
                 self.bar.step(f"waiting for another process ({len(left)})")
-                time.sleep(0.2)
+                time.sleep(WAITING_SECONDS)
 
-    def _begin(self, tasks: Sequence[Task], staff: Staff, more: bool) -> None:
-        if self.cluster is None and (len(tasks) > 1 or more):
+    def _begin(
+        self, tasks: Sequence[Task], start_workers: StartWorkers, are_followed: bool
+    ) -> None:
+        """Start workers where they are worth it, and compile what the tasks call."""
+        if self.cluster is None and (len(tasks) > 1 or are_followed):
             self.bar.step("starting workers")
-            self.cluster = staff()
+            self.cluster = start_workers()
         self.bar.step("compiling")
         scenes = [task.scene for task in tasks]
         if self.cluster is None:
@@ -235,137 +293,176 @@ class _Work:
         else:
             self.cluster.warm_up(scenes)
 
-    def _settle(
-        self, outcomes: list[outcome.Outcome], wanted: Sequence[Task]
-    ) -> list[Task]:
-        """Keep what is finished and take what is to be computed next.
+    def _compute_here(self, tasks: Sequence[Task]) -> None:
+        """Compute tasks one after the other in this process."""
+        for task in tasks:
+            for claimed in self._settle([], [task]):
+                resumed = self.resumed(claimed)
+                finished = execute(resumed, self.simulate, self.receive)
+                self._settle([finished], [])
 
-        Return what was taken.
+    def _settle(
+        self, outcomes: list[outcome.Outcome], next_tasks: Sequence[Task]
+    ) -> list[Task]:
+        """Keep what is finished and claim what is to be computed next.
+
+        Return the tasks that were claimed.
         """
-        done = {finished.id for finished in outcomes}
-        asked = [task.id for task in wanted if task.id not in done]
-        taken = set(self.store.archive.save(outcomes, self.owner, asked, self._free))
-        self.finished |= done
-        self.store.archive.checkpoints.forget(done)
-        for finished in outcomes:
-            self.bar.advance(finished)
-        return [task for task in wanted if task.id in taken]
+        finished = {outcome.id for outcome in outcomes}
+        ids = [task.id for task in next_tasks if task.id not in finished]
+        claimed = set(
+            self.store.archive.save(outcomes, self.owner, ids, self._may_claim)
+        )
+        self.finished |= finished
+        self.store.archive.checkpoints.forget(finished)
+        for settled in outcomes:
+            self.bar.advance(settled)
+        return [task for task in next_tasks if task.id in claimed]
 
     def tidy(self) -> None:
         """Forget what was begun and not finished.
 
         Keep what has its file, written just now or long ago.
         """
-        self.store.archive.give_back(self.owner, self.taken_again - self.finished)
+        self.store.archive.give_back(self.owner, self.recomputed - self.finished)
 
     def resumed(self, task: Task) -> Task:
-        """Return a task with what was kept of it when it last stopped."""
-        return task._replace(
-            resumed=self.store.archive.checkpoints.read(task.id, self.code)
-        )
+        """Return a task with the checkpoint that was kept when it last stopped."""
+        checkpoint = self.store.archive.checkpoints.read(task.id, self.code)
+        return task._replace(resumed=checkpoint)
 
     def receive(self, message: dict[str, Any]) -> None:
-        """Keep what a run under way needs to go on, and show how far it is."""
-        if message["id"] not in self.finished:
-            reached = locks.ReachedCycle(message["cycle"], message["depth"])
-            self.store.archive.checkpoints.write(
-                message["id"], message["image"], self.code, reached
-            )
-            text = (
-                f"{message['id'][:8]}: {1e6 * reached.depth:.3g} µm at "
-                f"{reached.cycle:.4g} cycles"
-            )
-            self.bar.in_progress(message["id"], text)
+        """Keep what a run under way needs to go on, and show how far it is.
 
-    def _free(self, entry: catalogue.Entry) -> bool:
+        Parameters
+        ----------
+        message : as `wearlab.runner.worker.Send` has it
+        """
+        run_id = message["id"]
+        if run_id in self.finished:
+            return
+        reached = locks.ReachedCycle(message["cycle"], message["depth"])
+        self.store.archive.checkpoints.write(
+            run_id, message["image"], self.code, reached
+        )
+        depth = f"{1e6 * reached.depth:.3g} µm"
+        self.bar.in_progress(
+            run_id, f"{run_id[:8]}: {depth} at {reached.cycle:.4g} cycles"
+        )
+
+    def _may_claim(self, entry: catalogue.Entry) -> bool:
         """Say whether a run that the catalogue knows is to be computed again."""
-        if (
-            entry.state != "running"
-            and entry.id not in self.finished
-            and self.again(entry)
-        ):
+        is_finished = entry.state == "running" or entry.id in self.finished
+        if not is_finished and self.is_due(entry):
             if entry.state == "done":
-                self.taken_again.add(entry.id)
+                self.recomputed.add(entry.id)
             return True
         return self.store.archive.is_lost(entry)
 
     def _left(self, tasks: Sequence[Task]) -> list[tuple[Task, bool]]:
-        """Return the tasks nobody has finished, each with whether a living process is at it."""
+        """Return the tasks nobody has finished.
+
+        Each with whether a living process computes it.
+        """
         heads = self.store.archive.heads(task.id for task in tasks)
         left = []
-        for task in (task for task in tasks if task.id not in self.finished):
-            if (
-                (head := heads.get(task.id)) is None
-                or head.state == "running"
-                or self._free(head)
-            ):
-                elsewhere = (
-                    head is not None
-                    and head.state == "running"
-                    and not self.store.archive.is_stale(head)
-                )
-                left.append((task, elsewhere))
+        for task in tasks:
+            if task.id in self.finished:
+                continue
+            head = heads.get(task.id)
+            if head is None:
+                left.append((task, False))
+            elif head.state == "running":
+                left.append((task, not self.store.archive.is_stale(head)))
+            elif self._may_claim(head):
+                left.append((task, False))
         return left
 
 
 def _record(campaign: "Campaign", store: Store) -> str:
-    """Enter the campaign's cases into the catalogue, with the values that set each apart; return its key."""
+    """Enter the campaign's cases into the catalogue; return the campaign's key.
+
+    Each case with the values that set it apart.
+    """
     from wearlab.campaign import campaign as campaigns
 
     members = [
         (case.id, case.label, outcome.place(campaign, case)) for case in campaign.cases
     ]
     path = getattr(campaign, "path", None)
-    metadata = getattr(campaign, "metadata", None)
-    told = (
+    return store.archive.catalogue.record_campaign(
+        campaign.title,
+        campaign.reference,
         None if path is None else str(path),
         members,
-        metadata,
+        getattr(campaign, "metadata", None),
         campaigns.with_figures(campaign),
-    )
-    return store.archive.catalogue.record_campaign(
-        campaign.title, campaign.reference, *told
     )
 
 
 def _report(
     campaign: "Campaign",
     store: Store,
-    key: str,
+    campaign_key: str,
     computed: set[str],
     seconds: float,
     notes: tuple[str, ...],
 ) -> report.Report:
+    """Return the state of all runs of the campaign.
+
+    Parameters
+    ----------
+    campaign, store : whose runs, and where they are
+    campaign_key : of the campaign in the catalogue
+    computed : ids of the runs that this call computed
+    seconds : that it took [s]
+    notes : what else is to be known
+    """
     heads = store.archive.heads(case.id for case in campaign.cases)
     labels = {case.id: case.label for case in reversed(campaign.cases)}
-    states = [head.state for head in heads.values()]
-    noted = [
-        h.id
-        for h in heads.values()
-        if h.state != "done" or (h.warnings and h.id in computed)
+    troubled_ids = [
+        head.id
+        for head in heads.values()
+        if head.state != "done" or (head.warnings and head.id in computed)
     ]
-    known = store.archive.entries(noted).values()
     troubled = tuple(
-        report.CaseReport(e.id, labels[e.id], e.state, e.reason, e.warnings)
-        for e in known
+        report.CaseReport(
+            entry.id, labels[entry.id], entry.state, entry.reason, entry.warnings
+        )
+        for entry in store.archive.entries(troubled_ids).values()
     )
-    counts = (states.count("done"), states.count("failed"), states.count("refused"))
-    wanted = [(case, getattr(case, "expect", None)) for case in campaign.cases]
+    states = [head.state for head in heads.values()]
+    return report.Report(
+        total=len(labels),
+        computed=len(computed & labels.keys()),
+        done=states.count("done"),
+        failed=states.count("failed"),
+        refused=states.count("refused"),
+        seconds=seconds,
+        troubled=troubled,
+        expected=_expected(campaign, store, campaign_key),
+        notes=notes,
+        campaign=campaign,
+        store=store,
+    )
+
+
+def _expected(
+    campaign: "Campaign", store: Store, campaign_key: str
+) -> tuple[report.Expected, ...]:
+    """Compare cases with what the campaign expects of them, and record it."""
+    expectations = [getattr(case, "expect", None) for case in campaign.cases]
+    expecting = zip(campaign.cases, expectations, strict=True)
     entries = store.archive.entries(
-        case.id for case, expectation in wanted if expectation is not None
+        case.id for case, expectation in expecting if expectation is not None
     )
-    compared = [
-        e and report.compare(e, case, store, entries.get(case.id)) for case, e in wanted
+    comparisons = [
+        expectation and report.compare(expectation, case, store, entries.get(case.id))
+        for case, expectation in zip(campaign.cases, expectations, strict=True)
     ]
-    store.archive.catalogue.record_comparisons(key, compared)
-    told = (
-        (c, met)
-        for c, met in zip(campaign.cases, compared, strict=True)
-        if met is not None
+    store.archive.catalogue.record_comparisons(campaign_key, comparisons)
+    return tuple(
+        report.Expected(case.id, case.label, outcome.place(campaign, case), comparison)
+        for case, comparison in zip(campaign.cases, comparisons, strict=True)
+        if comparison is not None
     )
-    expected = tuple(
-        report.Expected(c.id, c.label, outcome.place(campaign, c), met)
-        for c, met in told
-    )
-    numbers = (len(labels), len(computed & labels.keys()), *counts, seconds)
-    return report.Report(*numbers, *(troubled, expected, notes, campaign, store))
