@@ -30,7 +30,7 @@ def test_jump_is_located_recorded_and_left_behind(tolerance):
     (jump,) = life.jumps
     where = (FOLD + FOLD**2 / 2e-4) / SLOW
     assert jump.cycle == pytest.approx(where, rel=2 * tolerance, abs=0.0)
-    assert jump.after[0] / jump.before[0] == pytest.approx(
+    assert jump.rate_after[0] / jump.rate_before[0] == pytest.approx(
         FAST / SLOW, rel=1e-2, abs=0.0
     )
     assert life.cycle[-1] == pytest.approx(

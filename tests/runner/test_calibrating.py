@@ -99,7 +99,9 @@ def test_the_next_campaign_finds_it(kept, monkeypatch):
     store, _, by = kept
     planned = plan(campaign_of(campaign("340 N*m")), store)
     assert [one.id for one in planned.runs] == [scene("340 N*m").id]
-    monkeypatch.setattr(simulating, "_lived", None)  # nothing may be lived again
+    monkeypatch.setattr(
+        simulating, "_calibration_life", None
+    )  # nothing may be lived again
     report = run(campaign("340 N*m"), store, workers=1, progress=False)
     assert report.computed == 1 and len(store.archive.entries()) == 3
     found = store.run(scene("340 N*m").id)

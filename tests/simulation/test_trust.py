@@ -7,7 +7,7 @@ import numpy as np
 from wearlab.life.history import History
 from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits
-from wearlab.simulation.estimates import Looked, _doubts
+from wearlab.simulation.estimates import CompanionErrors, _doubts
 from wearlab.simulation.trust import scene_validity
 
 STILL = SimpleNamespace(kinds=(), vibration=None, meshes=(), face=None)
@@ -38,7 +38,7 @@ def test_flanks_that_corrugate_are_called_so():
 
 def test_no_estimate_is_sure_where_any_error_grows():
     stage = SimpleNamespace(parts=())
-    assert _doubts(Looked(stage, swinging(2e-5), []), None) == (
+    assert _doubts(CompanionErrors(stage, swinging(2e-5), []), None) == (
         "waves of wear grow from any error",
     )
-    assert _doubts(Looked(stage, swinging(-2e-5), []), None) == ()
+    assert _doubts(CompanionErrors(stage, swinging(-2e-5), []), None) == ()

@@ -41,8 +41,8 @@ from wearlab.life.step import (
 from wearlab.life.stiffness import (
     KnownSpectrum,
     Work,
+    cycles_of_rough_step,
     held_step,
-    wearing,
 )
 
 STEPS_PER_SPECTRUM, STEPS_BEFORE_STIFF = 12, 3
@@ -137,12 +137,16 @@ class AdaptiveStepper(Stepper):
     def __init__(
         self, node: Node, rate: CountedRate, tolerance: float, scale: float
     ) -> None:
-        self.rate, self.tolerance, self.scale = rate, tolerance, scale
+        self.rate = rate
+        self.tolerance = tolerance
+        self.scale = scale
         self.heard = HEARD * tolerance * node.fastest
         self.known = KnownSpectrum(scale, self.heard)
         self.work = Work(rate, node, scale)
-        self.next_size = self.stiff_size = np.inf
-        self.last_ratio, self.last_order = 1.0, 4
+        self.next_size = np.inf
+        self.stiff_size = np.inf
+        self.last_ratio = 1.0
+        self.last_order = 4
         self.ahead = 0.0, 0.0
 
     def advance(self, node: Node, largest: float) -> tuple[Step, Jump | None]:
@@ -155,11 +159,13 @@ class AdaptiveStepper(Stepper):
             return self._held(node, largest, still), None
         self._prepare(node, largest, memory)
         floor = 0.0
-        known = self.known
-        if not known.foreseeable:
-            floor = min(FOLLOWED / known.radius, wearing(node, self.scale))
-        wanted = self._suited(max(self.next_size, floor), self.last_order)
-        size = float(min(self._even(wanted, largest), largest, known.reach))
+        stiffness = self.known
+        if not stiffness.foreseeable:
+            floor = min(
+                FOLLOWED / stiffness.radius, cycles_of_rough_step(node, self.scale)
+            )
+        suited = self._suited(max(self.next_size, floor), self.last_order)
+        size = float(min(self._even(suited, largest), largest, stiffness.reach))
         rejected = False
         while True:
             self.trying = size
@@ -180,15 +186,15 @@ class AdaptiveStepper(Stepper):
             rejected = True
             self.rejected += 1
             self.rate.recall(memory)
-            if known.age > 0 and size * known.radius > LOOKED_AT:
-                known.look(self.rate, node, memory)
+            if stiffness.age > 0 and size * stiffness.radius > LOOKED_AT:
+                stiffness.look(self.rate, node, memory)
             shorter = size * fitting(ratio, order_of(step))
             floor = floor if floor < size else shorter
             size = float(
                 min(
                     self._suited(max(shorter, floor), order_of(step)),
                     0.95 * size,
-                    known.reach,
+                    stiffness.reach,
                 )
             )
 
@@ -204,7 +210,9 @@ class AdaptiveStepper(Stepper):
         change = change_over(step)
         if size > SHORTER * longer or change <= UNCHANGED * changed:
             return False
-        self.ahead, beyond, nearest = (0.0, 0.0), self.rate.remember(), list[float]()
+        self.ahead = 0.0, 0.0
+        beyond = self.rate.remember()
+        nearest = list[float]()
         for share in PROBES:
             self.rate.recall(memory)
             inside = self.rate(depth_at(step, step.start.cycle + share * size))
@@ -254,9 +262,9 @@ class AdaptiveStepper(Stepper):
 
     def _held(self, node: Node, left: float, still: Rate) -> Step:
         """Return a step that holds what the motion adds to the static rate."""
-        wanted, short_of_work = self.work.affordable(self.rate, node, left)
+        affordable, short_of_work = self.work.affordable(self.rate, node, left)
         self.hurried = self.hurried or short_of_work
-        self.trying = self.next_size = size = min(self._even(wanted, left), left)
+        self.trying = self.next_size = size = min(self._even(affordable, left), left)
         direction = self.known.spectrum.direction
         step, self.known.spectrum = held_step(
             self.rate, still, node, size, direction, self.known.amplitude
@@ -272,9 +280,9 @@ class AdaptiveStepper(Stepper):
         Its error over the allowed.
         """
         by: runge_kutta.Scheme | str
-        known = self.known
-        if known.looked and size * known.radius > runge_kutta.REACH:
-            by = runge_kutta.stages_for(size * known.radius, known.damping)
+        stiffness = self.known
+        if stiffness.looked and size * stiffness.radius > runge_kutta.REACH:
+            by = runge_kutta.stages_for(size * stiffness.radius, stiffness.damping)
             depth = runge_kutta.chebyshev_step(
                 self.rate, node.depth, node.rate, size, by
             )
@@ -284,13 +292,13 @@ class AdaptiveStepper(Stepper):
             )
         else:
             by = FOURTH_ORDER
-            found = runge_kutta.fourth_order_step(
+            trial = runge_kutta.fourth_order_step(
                 self.rate, node.depth, node.rate, size
             )
-            known.told(self.rate, found.seen)
-            end = Node(node.cycle + size, found.depth, found.rate)
+            stiffness.hear(self.rate, trial.radius_seen)
+            end = Node(node.cycle + size, trial.depth, trial.rate)
             error = runge_kutta.fourth_order_error(
-                found.difference, size * known.radius
+                trial.difference, size * stiffness.radius
             )
         worn = float((end.depth - node.depth).max(initial=0.0))
         allowed = 0.5 * self.tolerance * max(worn, 0.05 * max(end.deepest, self.scale))

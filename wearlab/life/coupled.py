@@ -73,13 +73,17 @@ class Vibration(NamedTuple):
                 if start is not None
                 else (responses[-1] if responses else None)
             )
-            own = tables if slow is None else tables._replace(error=tables.error + slow)
-            found = self.method.solve(self.system, own, self.period, near)
+            tables_there = (
+                tables if slow is None else tables._replace(error=tables.error + slow)
+            )
+            response = self.method.solve(self.system, tables_there, self.period, near)
             if (
                 self.hunting == 1
             ):  # of hunting teeth, the tables alone hold the slow errors
-                found = replace(found, between=Between(kinds, self.sampling, slow))
-            responses.append(found)
+                response = replace(
+                    response, between=Between(kinds, self.sampling, slow)
+                )
+            responses.append(response)
         return tuple(responses)
 
     def tables(self, kinds: Sequence[MeshFlanks]) -> stages.StageTables:
@@ -119,15 +123,15 @@ class Vibration(NamedTuple):
         phase = np.tile(when.phase, self.hunting) + turns
         segment = np.tile(when.segment, self.hunting)
         segment += (int(grid.segment[-1]) + 1) * turns
-        told = np.asarray(
+        values = np.asarray(
             of(response, hunting_grid(grid, self.hunting), phase, segment)
         )
-        *before, kept, rows, _ = told.shape
-        by_period = told.reshape(
-            *before, kept, rows, self.hunting, len(when.phase)
+        *leading, periods, rows, _ = values.shape
+        by_period = values.reshape(
+            *leading, periods, rows, self.hunting, len(when.phase)
         ).swapaxes(-2, -3)
         return np.ascontiguousarray(by_period).reshape(
-            *before, -1, rows, len(when.phase)
+            *leading, -1, rows, len(when.phase)
         )
 
 
@@ -158,9 +162,9 @@ def over_hunting_period(
     phase = hunting_grid(sampling.grid, periods).phase
     errors = [mesh.error for mesh in sampling.meshes]
     repeated["error"] = repeated["error"] + np.stack(
-        [own.slow.value(phase) for own in errors], axis=-1
+        [error.slow.value(phase) for error in errors], axis=-1
     )
-    rates = np.stack([own.slow.rate(phase) for own in errors], axis=-1)
+    rates = np.stack([error.slow.rate(phase) for error in errors], axis=-1)
     repeated["error_rate"] = repeated["error_rate"] + rates
     return tables._replace(**repeated)
 

@@ -82,18 +82,20 @@ class Coupling(OneCondition):
                 wear, worn, static, self.kinds, forces, strict=True
             ):
                 tooth_force = self.load.at_nodes(flanks, state, force)
-                own = KindState(
+                kind_state = KindState(
                     depth, flanks, state, force.weight, force.drive, tooth_force, None
                 )
                 if kind.law is not None:
-                    rate = averaged_rate(kind.law, own.weight, tooth_force, depth)
+                    rate = averaged_rate(
+                        kind.law, kind_state.weight, tooth_force, depth
+                    )
                     if kind.patch is not None:
-                        rate = kind.patch.rate(rate, depth, own.mean_tooth_force)
-                    own = own._replace(rate=rate)
+                        rate = kind.patch.rate(rate, depth, kind_state.mean_tooth_force)
+                    kind_state = kind_state._replace(rate=rate)
                     if any(response.period == 0 for response in responses):
-                        rate_of = partial(self._rate_of, kind.law, own, force)
+                        rate_of = partial(self._rate_of, kind.law, kind_state, force)
                         noises.append(scatter(rate_of, len(kind.meshes), force.periods))
-                states.append(own)
+                states.append(kind_state)
         return WearState(tuple(states), responses, max(noises))
 
     @property
@@ -116,14 +118,14 @@ class Coupling(OneCondition):
         StopWear
             When a section of a tooth vanishes.
         """
-        known = (
+        near_contacts = (
             [None] * len(self.kinds)
             if near is None
             else [kind.static for kind in near.kind]
         )
         moves = self.vibration
         worn = []
-        for kind, depth, static in zip(self.kinds, wear, known, strict=True):
+        for kind, depth, static in zip(self.kinds, wear, near_contacts, strict=True):
             try:
                 nodes = kind.analysis.nodes(
                     depth if kind.patch is None else kind.patch.effective_wear(depth),
@@ -140,13 +142,16 @@ class Coupling(OneCondition):
         return worn
 
     def _rate_of(
-        self, law: PreparedLaw, own: KindState, force: loads.Forces, rows: Index
+        self, law: PreparedLaw, kind_state: KindState, force: loads.Forces, rows: Index
     ) -> Array:
         """Return the wear rate of some of the rows by themselves, (2, n) [m per cycle]."""
         weight = force.weight[rows] / force.weight[rows].sum()
-        some = loads.Forces(weight, force.drive[rows], force.pair[rows])
+        chosen = loads.Forces(weight, force.drive[rows], force.pair[rows])
         return averaged_rate(
-            law, weight, self.load.at_nodes(own.flanks, own.static, some), own.wear
+            law,
+            weight,
+            self.load.at_nodes(kind_state.flanks, kind_state.static, chosen),
+            kind_state.wear,
         )
 
     def _forces(
@@ -156,16 +161,16 @@ class Coupling(OneCondition):
         vibration = self.vibration
         assert vibration is not None
         where = flanks.analysis.at_nodes
-        each = [
+        motions = [
             vibration.motions(response, when, slice(mesh, mesh + 1))
             for response in responses
             for mesh, when in zip(kind.meshes, kind.when, strict=True)
         ]
-        periods = [len(motion.rate) for motion in each[:: len(kind.meshes)]]
+        periods = [len(motion.rate) for motion in motions[:: len(kind.meshes)]]
         rows = np.multiply(periods, len(kind.meshes))
         weight = np.repeat(1.0 / (len(responses) * rows), rows)
         motion = Deflections(
-            *(np.concatenate(values).ravel() for values in zip(*each, strict=True))
+            *(np.concatenate(values).ravel() for values in zip(*motions, strict=True))
         )
         dashpot = dashpot_of(vibration.system, int(kind.meshes[0]))
         acting = flank_forces(
@@ -298,21 +303,21 @@ class FaceCoupling(OneCondition):
             When wear is deeper than a tooth is thick, or the motion knows no bound.
         """
         with self.account.timed("contact"):
-            found = self._in_contact(wear)
+            states = self._in_contact(wear)
         with self.account.timed("dynamics"):
-            responses = self._respond([state.flanks for state in found], start)
+            responses = self._respond([state.flanks for state in states], start)
             for number, kind in enumerate(
                 self.kinds if responses and self.load.moving else ()
             ):
-                moving = self._moving_load(kind, found[number], responses[0])
-                found[number] = found[number]._replace(line_load=moving)
+                moving = self._moving_load(kind, states[number], responses[0])
+                states[number] = states[number]._replace(line_load=moving)
         with self.account.timed("wear"):
             for number, kind in enumerate(self.kinds):
                 if kind.law is not None:
-                    found[number] = found[number]._replace(
-                        rate=face_rate(kind, kind.law, found[number])
+                    states[number] = states[number]._replace(
+                        rate=face_rate(kind, kind.law, states[number])
                     )
-        return WearState(cast("tuple[KindState, ...]", tuple(found)), responses, 0.0)
+        return WearState(cast("tuple[KindState, ...]", tuple(states)), responses, 0.0)
 
     def flanks(self, wear: Wear) -> list[FaceFlanks | None]:
         """Return the flanks of every kind of mesh, worn (2, n_face, n) each [m], as dynamics see them."""
@@ -321,23 +326,23 @@ class FaceCoupling(OneCondition):
     def _in_contact(self, wear: Wear) -> list[FaceState]:
         """Return the states of all kinds of mesh under their static load, nothing of their motion yet."""
         near: Sequence[LineLoads | None] = self._last or [None] * len(self.kinds)
-        found: list[FaceState] = []
+        states: list[FaceState] = []
         for kind, depth, last in zip(self.kinds, wear, near, strict=True):
-            own = effective_wear(kind.patch, depth)
+            worn = effective_wear(kind.patch, depth)
             contact = kind.contact
             try:
-                loads = contact.solve(own, last)
+                loads = contact.solve(worn, last)
             except stiffness.SectionVanished as error:
                 raise limits.StopWear(str(error)) from error
             flanks = (
-                None if self.vibration is None else face_flanks(contact, own, loads)
+                None if self.vibration is None else face_flanks(contact, worn, loads)
             )
-            found.append(
+            states.append(
                 FaceState(depth, loads, contact.grid.at_nodes(loads.load), None, flanks)
             )
-        self._last[:] = [state.loads for state in found]
+        self._last[:] = [state.loads for state in states]
         self.account.counts["contact_analyses"] += 1
-        return found
+        return states
 
     def _moving_load(
         self, kind: FaceKind, state: FaceState, response: Response
@@ -504,7 +509,7 @@ def mixed(states: tuple[WearState, ...], weight: Array) -> WearState:
 def mixture(weight: Array, values: Sequence[Array]) -> Array:
     """Return ``Σ w_b v_b`` of values ≥ 0, exactly their own value where all are equal."""
     first = values[0]
-    apart = sum(
+    difference = sum(
         w * (value - first) for w, value in zip(weight[1:], values[1:], strict=True)
     )
-    return np.maximum(0.0, first + apart)
+    return np.maximum(0.0, first + difference)

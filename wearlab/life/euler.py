@@ -96,7 +96,9 @@ class EulerStepper(Stepper):
     def __init__(
         self, rate: CountedRate, *, threshold: float = np.inf, size: float | None = None
     ) -> None:
-        self.rate, self.threshold, self.size = rate, threshold, size
+        self.rate = rate
+        self.threshold = threshold
+        self.size = size
         self.last_rate: Array | None = None
 
     def advance(self, node: Node, largest: float) -> tuple[Step, None]:
@@ -107,10 +109,10 @@ class EulerStepper(Stepper):
         SawTooth
             When the step makes a saw-tooth and the method stops there.
         """
-        wanted = self.size or (
+        by_threshold = self.size or (
             self.threshold / node.fastest if node.fastest > 0.0 else np.inf
         )
-        self.trying = size = float(min(wanted, largest, self.max_size))
+        self.trying = size = float(min(by_threshold, largest, self.max_size))
         depth = node.depth + size * node.rate
         end = Node(node.cycle + size, depth, self.rate(depth))
         if self.last_rate is not None and not self.saw_tooth:
@@ -130,11 +132,11 @@ def stability_limit(node: Node, rate: CountedRate, scale: float) -> float:
     """Return Euler's longest stable step ``2/ρ`` at a state, infinite where nothing relaxes [cycles]."""
     memory = rate.remember()
     probe = random_direction(node.rate)
-    seen = spectrum(
+    fastest = spectrum(
         rate, node.depth, probe, amplitude=1e-3 * scale, tolerance=1e-4, iterations=60
     )
     rate.recall(memory)
-    return 2.0 / seen.radius if seen.radius > 0.0 else np.inf
+    return 2.0 / fastest.radius if fastest.radius > 0.0 else np.inf
 
 
 def zigzag(profile: Array) -> float:
@@ -158,9 +160,13 @@ def grows_saw(first: Array, second: Array, third: Array) -> bool:
 
 def swings(first: Array, second: Array, third: Array) -> bool:
     """Whether three successive rates alternate without dying out."""
-    a = second - first
-    b = third - second
-    before = float(np.linalg.norm(a))
-    now = float(np.linalg.norm(b))
-    heard = now >= SMALLEST_SWING * float(np.linalg.norm(third)) and before > 0.0
-    return heard and float(a @ b) < -0.5 * before * now and now > UNDAMPED * before
+    last_change = second - first
+    change = third - second
+    last_swing = float(np.linalg.norm(last_change))
+    swing = float(np.linalg.norm(change))
+    heard = swing >= SMALLEST_SWING * float(np.linalg.norm(third)) and last_swing > 0.0
+    return (
+        heard
+        and float(last_change @ change) < -0.5 * last_swing * swing
+        and swing > UNDAMPED * last_swing
+    )

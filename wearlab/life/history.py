@@ -51,17 +51,19 @@ class History(NamedTuple):
 
         A later one begins with the last of the one before.
         """
-        own = self.stages[stage]
-        return own._replace(cycle=own.cycle[1:], state=own.state[1:]) if stage else own
+        part = self.stages[stage]
+        return (
+            part._replace(cycle=part.cycle[1:], state=part.state[1:]) if stage else part
+        )
 
     def in_block(self, block: int) -> "History":
         """Return the states as one of the conditions that take turns saw them."""
         sampled = self.sampled and self.sampled.in_block(block)
-        own = tuple(state.conditions[block] for state in self.state)
-        return self._replace(state=own, sampled=sampled)
+        states = tuple(state.conditions[block] for state in self.state)
+        return self._replace(state=states, sampled=sampled)
 
 
-def spread_over(count: int, most: int = MAX_SAMPLES) -> list[int]:
+def spread_over(count: int, max_count: int = MAX_SAMPLES) -> list[int]:
     """Return which of so many states are sampled: the first, the last, some between, fewer of few.
 
     Where another number is given than that of the samples of estimates, so many of
@@ -69,8 +71,8 @@ def spread_over(count: int, most: int = MAX_SAMPLES) -> list[int]:
     """
     sampled = (
         min(count, 2 + count // 3, MAX_SAMPLES)
-        if most == MAX_SAMPLES
-        else min(count, most)
+        if max_count == MAX_SAMPLES
+        else min(count, max_count)
     )
     return sorted({round(at) for at in np.linspace(0, count - 1, sampled)})
 
@@ -129,9 +131,9 @@ class SetRate:
         """Return the work counted so far, of every block of a duty."""
         return [dict(account.counts) for account in self.coupling.accounts]
 
-    def account_for(self, done: list[dict[str, int]]) -> None:
+    def account_for(self, counted: list[dict[str, int]]) -> None:
         """Count that work, and no other, as done."""
-        for account, counts in zip(self.coupling.accounts, done, strict=True):
+        for account, counts in zip(self.coupling.accounts, counted, strict=True):
             account.counts.update(counts)
 
     def remember(self) -> Memory:
@@ -182,34 +184,34 @@ def history(
     life = integration(
         rate, coupling.flat(wear), snapshots=snapshots, progress=accepted
     )
-    wanted = list(zip(*life.updates(only_snapshots=snapshots.asked), strict=True))
+    requested = list(zip(*life.updates(only_snapshots=snapshots.asked), strict=True))
     if max_kept is not None and not snapshots.asked:
-        wanted = [wanted[k] for k in spread_over(len(wanted), max_kept)]
+        requested = [requested[k] for k in spread_over(len(requested), max_kept)]
     chosen = [(life.cycle[k], life.depth[k]) for k in spread_over(len(life.cycle))]
     states: dict[float, coupled.WearState | None] = {}
 
-    def keep(some: Iterable[tuple[float, Array]], most: float) -> None:
-        for cycle, depth in some:
-            if cycle not in states and coupling.work < most:
-                before = [orbits for reached, orbits in anchors if reached < cycle][-1]
+    def keep(places: Iterable[tuple[float, Array]], work_limit: float) -> None:
+        for cycle, depth in places:
+            if cycle not in states and coupling.work < work_limit:
+                nearest = [orbits for reached, orbits in anchors if reached < cycle][-1]
                 states[cycle] = None
                 with suppress(
                     limits.StopWear
                 ):  # the gears cannot run in the state that ended the life
-                    states[cycle] = coupling.evaluate(coupling.split(depth), before)
+                    states[cycle] = coupling.evaluate(coupling.split(depth), nearest)
 
-    def known(some: Iterable[tuple[float, Array]]) -> History:
+    def evaluated(places: Iterable[tuple[float, Array]]) -> History:
         can_run = {
             cycle: state
-            for cycle, _ in some
+            for cycle, _ in places
             if (state := states.get(cycle)) is not None
         }
         return History(np.array(list(can_run)), tuple(can_run.values()))
 
-    keep(wanted if snapshots.asked else (wanted[0], wanted[-1]), np.inf)
+    keep(requested if snapshots.asked else (requested[0], requested[-1]), np.inf)
     keep(chosen, np.inf)
-    keep((wanted[k] for k in halving(len(wanted))), coupling.work + kept_work)
-    return known(wanted)._replace(life=life, sampled=known(chosen))
+    keep((requested[k] for k in halving(len(requested))), coupling.work + kept_work)
+    return evaluated(requested)._replace(life=life, sampled=evaluated(chosen))
 
 
 def worn(

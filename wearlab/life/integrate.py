@@ -143,13 +143,13 @@ class Life(NamedTuple):
 
 
 def read_off(
-    wanted: Snapshots, nodes: list[Node], curves: list[Step]
+    snapshots: Snapshots, nodes: list[Node], curves: list[Step]
 ) -> tuple[Array, Array]:
     """Return the snapshots that a life reached, in order, read off the curve through its states.
 
     Parameters
     ----------
-    wanted : the snapshots asked for
+    snapshots : the snapshots asked for
     nodes : the accepted states
     curves : the steps between them, the last one whole where a limit is met inside it
 
@@ -158,9 +158,9 @@ def read_off(
     cycle : (k,) [1]
     depth : (k, n) [m]
     """
-    cycles = list(wanted.cycles)
-    flank = wanted.flank
-    for depth in wanted.depths:
+    cycles = list(snapshots.cycles)
+    flank = snapshots.flank
+    for depth in snapshots.depths:
         end = bisect_left(nodes, depth, key=lambda node: node.depth[flank].max())
         if end < len(nodes):
             cycles.append(crossing(curves[end - 1], depth, flank) if end else 0.0)
@@ -197,10 +197,10 @@ class AccumulatedError:
 
     def add(self, step: Step, noise: float) -> None:
         """Count a step at whose end the rate has this standard error [m per cycle]."""
-        before = self.noise
+        last_noise = self.noise
         self.noise = noise
         self.total = self.total * step.growth + step.error
-        scatter = np.hypot(step.scatter, step.size * max(before, noise))
+        scatter = np.hypot(step.scatter, step.size * max(last_noise, noise))
         self.scatter = float(np.hypot(self.scatter * step.growth, scatter))
         self.largest.append(self._now())
 
@@ -266,10 +266,10 @@ def integrate(
         )
     counted = CountedRate(rate, max_evaluations, max_work)
     life = _Integration(counted, limits, tolerance, scale, Node(0.0, h0, counted(h0)))
-    kept = checkpoint.checkpoint(
+    place = checkpoint.checkpoint(
         (h0, life.node.rate, limits, method, tolerance, scale), counted.shared
     )
-    life.run(method or adaptive.Adaptive(), progress, kept)
+    life.run(method or adaptive.Adaptive(), progress, place)
     return life.recorded(snapshots or Snapshots())
 
 
@@ -284,12 +284,10 @@ class _Integration:
         scale: float,
         node: Node,
     ) -> None:
-        self.rate, self.limits, self.tolerance, self.scale = (
-            rate,
-            limits,
-            tolerance,
-            scale,
-        )
+        self.rate = rate
+        self.limits = limits
+        self.tolerance = tolerance
+        self.scale = scale
         self.nodes = [node]
         self.error = AccumulatedError(node.depth.size, rate.noise)
         self.curves: list[Step] = []
@@ -305,11 +303,11 @@ class _Integration:
     def run(
         self, method: Method, progress: Progress, keep: checkpoint.Checkpoint | None
     ) -> None:
-        """Go on until there is a reason to end, from where an earlier process put it down."""
+        """Go on until there is a reason to end, from where an earlier process stopped."""
         self.reason = self.limits.reached(*self.node[:2])
         followed: list[tuple[Node, Any]] = []
-        if keep is not None and self._is_own(kept := keep.kept):
-            followed = self._taken_up(kept, method, progress)
+        if keep is not None and self._has_shape_of_state(stored := keep.kept):
+            followed = self._restored(stored, method, progress)
         while not self.reason:
             try:
                 if self.stepper is None:
@@ -333,60 +331,64 @@ class _Integration:
             if keep is not None:
                 followed.append((self.node, self.rate.remember()))
                 reached = checkpoint.Reached(self.node.cycle, self.node.deepest)
-                keep.keep(reached, partial(self._put_down, followed))
+                keep.keep(reached, partial(self._state, followed))
         if keep is not None:
-            keep.settle(partial(self._put_down, followed))
+            keep.settle(partial(self._state, followed))
 
-    def _put_down(self, followed: list[tuple[Node, Any]]) -> dict[str, Any]:
+    def _state(self, followed: list[tuple[Node, Any]]) -> dict[str, Any]:
         """Return all that the life depends on: of itself, of its stepper, of its rate."""
-        own = {name: value for name, value in vars(self).items() if name not in GIVEN}
+        fields = {
+            name: value for name, value in vars(self).items() if name not in GIVEN
+        }
         steps = self.stepper and {
             k: v for k, v in vars(self.stepper).items() if k not in GIVEN
         }
         return {
-            "integration": own,
+            "integration": fields,
             "stepper": steps,
             "followed": followed,
-            "rate": self.rate.put_down(),
+            "rate": self.rate.save_state(),
         }
 
-    def _is_own(self, kept: Any) -> bool:
-        """Whether what was kept has the shape of what `_put_down` returns."""
-        if not isinstance(kept, dict) or kept.keys() != {
+    def _has_shape_of_state(self, stored: Any) -> bool:
+        """Whether what was kept has the shape of what `_state` returns."""
+        if not isinstance(stored, dict) or stored.keys() != {
             "integration",
             "stepper",
             "followed",
             "rate",
         }:
             return False
-        own = kept["integration"]
-        steps = kept["stepper"]
-        whole = isinstance(own, dict) and own.keys() == vars(self).keys() - set(GIVEN)
+        fields = stored["integration"]
+        steps = stored["stepper"]
+        whole = isinstance(fields, dict) and fields.keys() == vars(self).keys() - set(
+            GIVEN
+        )
         return whole and (steps is None or isinstance(steps, dict))
 
-    def _taken_up(
-        self, kept: dict[str, Any], method: Method, progress: Progress
+    def _restored(
+        self, stored: dict[str, Any], method: Method, progress: Progress
     ) -> list[tuple[Node, Any]]:
-        """Go on from what was put down.
+        """Go on from a stored state.
 
         Tell the states reached, with the memory that the rate had there.
         """
-        if kept["stepper"] is not None:
+        if stored["stepper"] is not None:
             self.stepper = method.start(
                 self.nodes[0], self.rate, self.tolerance, self.scale
             )
-            vars(self.stepper).update(kept["stepper"])
-        vars(self).update(kept["integration"])
-        self.rate.take_up(kept["rate"])
+            vars(self.stepper).update(stored["stepper"])
+        vars(self).update(stored["integration"])
+        self.rate.restore(stored["rate"])
         if self.finishing:
             self.rate.grant(LAST_WORK)
-        now = self.rate.remember()
-        followed = list(kept["followed"])
+        last_memory = self.rate.remember()
+        followed = list(stored["followed"])
         for node, memory in followed:
             self.rate.recall(memory)
             if progress is not None:
                 progress(node)
-        self.rate.recall(now)
+        self.rate.recall(last_memory)
         return followed
 
     def _advance(self, stepper: Stepper) -> None:
@@ -415,17 +417,19 @@ class _Integration:
             self.rate.recall(memory)
             raise
         noise = self.rate.noise
-        before = float(np.abs(self.error.total).max(initial=0.0))
+        last_error = float(np.abs(self.error.total).max(initial=0.0))
         self.nodes.append(self._kept(step))
         self.curves.append(step)
         self.error.add(step, noise)
         if jump is not None and jump.cycle <= self.node.cycle:
             self.jumps.append(jump)
-            fastest = float(jump.before.max(initial=0.0))
+            fastest = float(jump.rate_before.max(initial=0.0))
             if (
                 fastest > 0.0
             ):  # by as much as the depth may be off, the jump may be shifted
-                self.error.doubt(before / fastest * np.abs(jump.after - jump.before))
+                self.error.doubt(
+                    last_error / fastest * np.abs(jump.rate_after - jump.rate_before)
+                )
 
     def _kept(self, step: Step) -> Node:
         """Return the end of a step, or where it meets a limit, exactly."""
@@ -451,7 +455,7 @@ class _Integration:
         """Return the record, with the snapshots read off the curves."""
         cycle, depth = read_off(snapshots, self.nodes, self.curves)
         # without a step, at its limit from the beginning
-        done = Stepper if self.stepper is None else self.stepper
+        stepper = Stepper if self.stepper is None else self.stepper
         return Life(
             cycle=np.array([node.cycle for node in self.nodes]),
             depth=np.stack([node.depth for node in self.nodes]),
@@ -463,11 +467,11 @@ class _Integration:
             snapshot_depth=depth,
             end_reason=self.reason,
             jumps=tuple(self.jumps),
-            saw_tooth=done.saw_tooth,
-            wave_growth=done.wave_growth,
-            hurried=done.hurried,
+            saw_tooth=stepper.saw_tooth,
+            wave_growth=stepper.wave_growth,
+            hurried=stepper.hurried,
             count_rate_evaluations=self.rate.count,
-            count_rejected=done.rejected,
+            count_rejected=stepper.rejected,
             steps=tuple(self.curves),
         )
 

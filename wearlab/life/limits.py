@@ -78,12 +78,12 @@ class Limits(NamedTuple):
 
     def checked(self) -> "Limits":
         """Return the limits, or raise ValueError when there is none or one is not positive."""
-        given = [limit for limit in (self.cycles, self.depth) if limit is not None]
-        if not given:
+        limits = [limit for limit in (self.cycles, self.depth) if limit is not None]
+        if not limits:
             raise ValueError("a life needs a limit: cycles or depth")
-        if not all(np.isfinite(limit) and limit > 0.0 for limit in given):
+        if not all(np.isfinite(limit) and limit > 0.0 for limit in limits):
             raise ValueError(
-                f"limits of a life must be positive and finite, not {given}"
+                f"limits of a life must be positive and finite, not {limits}"
             )
         return self
 
@@ -134,15 +134,20 @@ class CountedRate:
         When the rate says so, or is not finite.
     """
 
-    def __init__(self, rate: Rate, most: int, max_work: float = np.inf) -> None:
-        self.rate, self.most, self.count = rate, most, 0
+    def __init__(
+        self, rate: Rate, max_evaluations: int, max_work: float = np.inf
+    ) -> None:
+        self.rate = rate
+        self.max_evaluations = max_evaluations
+        self.count = 0
         self.still: Rate | None = getattr(rate, "still", None)
         self.shared = tuple(getattr(rate, "shared", ()))
-        self.first_work, self.max_work = self.work, self.work + max_work
+        self.first_work = self.work
+        self.max_work = self.work + max_work
 
     def __call__(self, h: Array) -> Array:
         """Return the rate at h, (n,) [m per cycle]."""
-        if self.count >= self.most:
+        if self.count >= self.max_evaluations:
             raise OutOfEvaluations("evaluation limit")
         if self.work >= self.max_work:
             raise OutOfEvaluations("work limit")
@@ -175,14 +180,14 @@ class CountedRate:
         """Standard error of the last rate, 0 unless the rate says otherwise [m per cycle]."""
         return float(getattr(self.rate, "noise", 0.0))
 
-    def put_down(self) -> tuple[int, Any, Any]:
+    def save_state(self) -> tuple[int, Any, Any]:
         """Return evaluations, account and memory, to be taken up by another process."""
         return self.count, self._asked("accounted"), self.remember()
 
-    def take_up(self, kept: tuple[int, Any, Any]) -> None:
+    def restore(self, state: tuple[int, Any, Any]) -> None:
         """Go on counting, and remembering, from where another process put it down."""
-        self.count, done, memory = kept
-        self._asked("account_for", done)
+        self.count, account, memory = state
+        self._asked("account_for", account)
         self.recall(memory)
 
     def remember(self) -> Any:
@@ -193,7 +198,7 @@ class CountedRate:
         """Put the rate's memory back."""
         self._asked("recall", memory)
 
-    def _asked(self, name: str, *given: Any) -> Any:
+    def _asked(self, name: str, *arguments: Any) -> Any:
         """Return what the rate answers, None where it does not know the question."""
         answer = getattr(self.rate, name, None)
-        return None if answer is None else answer(*given)
+        return None if answer is None else answer(*arguments)

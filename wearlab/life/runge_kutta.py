@@ -46,14 +46,14 @@ class FourthOrder(NamedTuple):
     ----------
     depth, rate : (n,) one step later [m], [m per cycle]
     difference : (n,) how far the companion of third order is from it [m]
-    seen : what ∂r/∂h makes of differences of the stages over their length, at most
+    radius_seen : what ∂r/∂h makes of differences of the stages over their length, at most
         |∂r/∂h| [1/cycle]
     """
 
     depth: Array
     rate: Array
     difference: Array
-    seen: float
+    radius_seen: float
 
 
 def fourth_order_step(rate: Rate, h: Array, r: Array, size: float) -> FourthOrder:
@@ -63,10 +63,12 @@ def fourth_order_step(rate: Rate, h: Array, r: Array, size: float) -> FourthOrde
     fourth = rate(np.maximum(h, h + size * (r - second + third)))
     end = h + size * (r + 3.0 * second + 3.0 * third + fourth) / 8.0
     fifth = rate(end)
-    early = _seen(r - 2.0 * second + third, size * (second - r), r)
+    early = _radius_of(r - 2.0 * second + third, size * (second - r), r)
     bend = 4.0 * fifth - r + 3.0 * (second - third - fourth)
     way = 0.5 * size * (fourth - r + 3.0 * (second - third))
-    return FourthOrder(end, fifth, size * bend / 24.0, max(early, _seen(bend, way, r)))
+    return FourthOrder(
+        end, fifth, size * bend / 24.0, max(early, _radius_of(bend, way, r))
+    )
 
 
 def fourth_order_error(difference: Array, fastest: float) -> Array:
@@ -74,7 +76,7 @@ def fourth_order_error(difference: Array, fastest: float) -> Array:
     return np.asarray(REPORTED * max(MIN_REACH, fastest) * difference)
 
 
-def _seen(change: Array, way: Array, r: Array) -> float:
+def _radius_of(change: Array, way: Array, r: Array) -> float:
     """Return a change of rate over the change of depth that caused it, 0 where it is noise [1/cycle].
 
     Differences of rates of rising order are what ∂r/∂h makes of the rate once, twice,
@@ -124,8 +126,10 @@ def scheme(stages: int, damping: float = SHARP) -> Scheme:
     ``b_j = T_j''(w0)/T_j'(w0)²``, ``w0 = 1 + ε/s²``, ``w1 = T_s'(w0)/T_s''(w0)``.
     """
     w0 = 1.0 + damping / stages**2
-    each = np.eye(stages + 1)
-    T, dT, ddT = (np.asarray(chebval(w0, chebder(each, order))) for order in range(3))
+    polynomials = np.eye(stages + 1)
+    T, dT, ddT = (
+        np.asarray(chebval(w0, chebder(polynomials, order))) for order in range(3)
+    )
     w1 = dT[stages] / ddT[stages]
     b = np.empty(stages + 1)
     b[2:] = ddT[2:] / dT[2:] ** 2
@@ -137,8 +141,13 @@ def scheme(stages: int, damping: float = SHARP) -> Scheme:
     nu[2:] = -b[2:] / b[:-2]
     mu_rate[2:] = 2.0 * b[2:] * w1 / b[1:-1]
     gamma_rate[2:] = -a[1:-1] * mu_rate[2:]
-    coefficients = [tuple(each.tolist()) for each in (mu, nu, mu_rate, gamma_rate)]
-    return Scheme._make([*coefficients, float((w0 + 1.0) / w1)])
+    return Scheme(
+        mu=tuple(mu.tolist()),
+        nu=tuple(nu.tolist()),
+        mu_rate=tuple(mu_rate.tolist()),
+        gamma_rate=tuple(gamma_rate.tolist()),
+        reach=float((w0 + 1.0) / w1),
+    )
 
 
 def stages_for(stiffness: float, damping: float = SHARP) -> Scheme:
@@ -164,12 +173,14 @@ def chebyshev_step(
     coefficients : Scheme
     """
     mu, nu, mu_rate, gamma_rate, _ = coefficients
-    before = h
+    previous = h
     current = h + mu_rate[1] * size * r
     for j in range(2, coefficients.stages + 1):
         worn = size * (mu_rate[j] * rate(current) + gamma_rate[j] * r)
-        following = (1.0 - mu[j] - nu[j]) * h + mu[j] * current + nu[j] * before + worn
-        before = current
+        following = (
+            (1.0 - mu[j] - nu[j]) * h + mu[j] * current + nu[j] * previous + worn
+        )
+        previous = current
         current = np.maximum(following, h)
     return current
 

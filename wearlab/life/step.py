@@ -7,7 +7,8 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.life import limits, runge_kutta
 
-FOURTH_ORDER, EULER = "fourth order", "Euler"
+FOURTH_ORDER = "fourth order"
+EULER = "Euler"
 """Methods of a step beside the schemes of RKC2."""
 
 
@@ -70,13 +71,13 @@ class Jump(NamedTuple):
     ----------
     cycle : where it lies [1]
     width : cycles within which it was located [1]
-    before, after : (n,) wear rate on either side [m per cycle]
+    rate_before, rate_after : (n,) wear rate on either side [m per cycle]
     """
 
     cycle: float
     width: float
-    before: Array
-    after: Array
+    rate_before: Array
+    rate_after: Array
 
 
 class SawTooth(Exception):
@@ -160,7 +161,9 @@ def depth_at(step: Step, cycle: float) -> Array:
     H = step.size
     x = (cycle - step.start.cycle) / H
     rise = step.end.depth - step.start.depth
-    left, right = (np.clip(H * slope, 0.0, 3.0 * rise) for slope in step.slopes)
+    at_start, at_end = step.slopes
+    left = np.clip(H * at_start, 0.0, 3.0 * rise)
+    right = np.clip(H * at_end, 0.0, 3.0 * rise)
     inner = (
         x * x * (3.0 - 2.0 * x) * rise
         + x * (1.0 - x) ** 2 * left
@@ -217,8 +220,8 @@ def retake_step(step: Step, rate: limits.Rate, start: Node) -> Step:
             "the wear rate jumps or wavers in this step: it cannot be taken again"
         )
     if step.by == FOURTH_ORDER:
-        found = runge_kutta.fourth_order_step(rate, start.depth, start.rate, step.size)
-        end = Node(step.end.cycle, found.depth, found.rate)
+        trial = runge_kutta.fourth_order_step(rate, start.depth, start.rate, step.size)
+        end = Node(step.end.cycle, trial.depth, trial.rate)
     else:
         depth = start.depth + step.size * start.rate
         if isinstance(step.by, runge_kutta.Scheme):

@@ -184,7 +184,8 @@ class KnownSpectrum:
         self.spectrum = NOTHING_KNOWN
         self.age = 0
         self.wave_growth = 0.0
-        self.looked = self.growth_known = False
+        self.looked = False
+        self.growth_known = False
         self.foreseeable = True
 
     @property
@@ -203,7 +204,7 @@ class KnownSpectrum:
         longest = runge_kutta.scheme(runge_kutta.MAX_STAGES, self.damping).reach
         return longest / self.radius if self.radius > 0.0 else np.inf
 
-    def told(self, rate: CountedRate, radius: float) -> None:
+    def hear(self, rate: CountedRate, radius: float) -> None:
         """Take what the stages of a step tell of the spectral radius, where nothing better is known."""
         if (
             not self.looked
@@ -232,11 +233,9 @@ class KnownSpectrum:
         )
         self.spectrum = spectrum(rate, node.depth, direction, amplitude=self.amplitude)
         rate.recall(memory)
-        self.age, self.looked, self.growth_known = (
-            0,
-            True,
-            self.spectrum.is_real or not self.foreseeable,
-        )
+        self.age = 0
+        self.looked = True
+        self.growth_known = self.spectrum.is_real or not self.foreseeable
 
     def foresee(
         self, rate: CountedRate, node: Node, left: float, tolerance: float
@@ -245,9 +244,13 @@ class KnownSpectrum:
         if not self.foreseeable:
             return
         whole = node.cycle + (left if np.isfinite(left) else 0.0)
-        most = -np.log(tolerance)
-        told = self.looked and rate.noise <= self.heard
-        if told and self.spectrum.radius * whole > most and not self.growth_known:
+        max_exponent = -np.log(tolerance)
+        is_known = self.looked and rate.noise <= self.heard
+        if (
+            is_known
+            and self.spectrum.radius * whole > max_exponent
+            and not self.growth_known
+        ):
             memory = rate.remember()
             growth = growth_rate(
                 rate, node.depth, self.spectrum.direction, amplitude=self.amplitude
@@ -255,7 +258,7 @@ class KnownSpectrum:
             rate.recall(memory)
             self.wave_growth = max(self.wave_growth, growth)
             self.growth_known = True
-        self.foreseeable = bool(self.wave_growth * whole <= most)
+        self.foreseeable = bool(self.wave_growth * whole <= max_exponent)
 
 
 HEAD_START = 0.15
@@ -284,8 +287,8 @@ def held_step(
     """
     first = still(node.depth)
     direction = direction if direction.size == first.size else random_direction(first)
-    seen = spectrum(still, node.depth, direction, amplitude=amplitude)
-    scheme = runge_kutta.stages_for(size * RADIUS_SAFETY * seen.radius)
+    static_spectrum = spectrum(still, node.depth, direction, amplitude=amplitude)
+    scheme = runge_kutta.stages_for(size * RADIUS_SAFETY * static_spectrum.radius)
     added = node.rate - first
 
     def reached(added_there: Array) -> Array:
@@ -317,7 +320,7 @@ def held_step(
         1.0,
         None,
         float(np.abs(error).max(initial=0.0)),
-    ), seen
+    ), static_spectrum
 
 
 class Work:
@@ -334,7 +337,8 @@ class Work:
         self.scale = scale
         self.first_depth = node.deepest
         self.before = rate.count, rate.work
-        self.dear, self.late = 1.0, False
+        self.dear = 1.0
+        self.late = False
 
     def is_late(self, rate: CountedRate, node: Node, left: float) -> bool:
         """Whether the work is, or was, too far ahead of the way.
@@ -353,10 +357,11 @@ class Work:
         self.dear = max(1.0, last, (rate.work - rate.first_work) / max(1, rate.count))
         self.before = rate.count, rate.work
         way = node.cycle / (node.cycle + left) if isfinite(left) else 1.0
-        done = (rate.work - rate.first_work) / (rate.max_work - rate.first_work)
+        work_done = (rate.work - rate.first_work) / (rate.max_work - rate.first_work)
         self.late = (
             self.late
-            or max(done, rate.count / rate.most) > HEAD_START + (1.0 - HEAD_START) * way
+            or max(work_done, rate.count / rate.max_evaluations)
+            > HEAD_START + (1.0 - HEAD_START) * way
         )
         return self.late
 
@@ -369,7 +374,8 @@ class Work:
         way = left * fastest if isfinite(left) else 0.0
         depth = max(reached, self.scale)
         rates = min(
-            (rate.max_work - rate.work) / self.dear, float(rate.most - rate.count)
+            (rate.max_work - rate.work) / self.dear,
+            float(rate.max_evaluations - rate.count),
         )
         share = share_of_depth(way, depth, PLANNED * max(0.0, rates))
         # The fastest place is another one every time: the deepest gets deeper at a
@@ -383,7 +389,7 @@ class Work:
         return worn / deepens if deepens > 0.0 else inf, share > ROUGH_SHARE
 
 
-def wearing(node: Node, scale: float) -> float:
+def cycles_of_rough_step(node: Node, scale: float) -> float:
     """Return the cycles that wear `ROUGH_SHARE` of the depth reached, at least of the scale."""
     return (
         ROUGH_SHARE * max(node.deepest, scale) / node.fastest

@@ -56,14 +56,16 @@ def other_attractors(
         return []
     if moves.hunting > 1 or moves.slow is not None or len(parts.meshes) > 1:
         return []
-    most = life_run.max_searched(
+    max_steps = life_run.max_searched(
         moves.system, parts.scene.numerics.most_right_hand_sides
     )
     with account.timed("dynamics"):
         searches = _searches(
-            [state.responses[0] for state in states], moves.method, most
+            [state.responses[0] for state in states], moves.method, max_steps
         )
-    account.counts["period_maps"] += sum(one.search.periods for one in searches)
+    account.counts["period_maps"] += sum(
+        searched.search.periods for searched in searches
+    )
     return searches
 
 
@@ -71,7 +73,7 @@ def _searches(
     responses: Sequence[Response], method: periodic.Periodic, left: int
 ) -> list[Searched]:
     """Search one state after another with ``left`` integration steps, then back."""
-    found = list[Searched]()
+    searched = list[Searched]()
     first = 0
     for number, response in enumerate(responses):
         hunt = _Beside(
@@ -80,23 +82,23 @@ def _searches(
             max(left // (len(responses) - number), 0),
             coexisting.Search(),
         )
-        known = found[-1].rivals if found else ()
+        neighbours = searched[-1].rivals if searched else ()
         hunt.forwards(
-            known, coexisting.FURTHER if first else coexisting.RELEASES, first
+            neighbours, coexisting.FURTHER if first else coexisting.RELEASES, first
         )
-        found.append(hunt.result())
+        searched.append(hunt.result())
         left = left - hunt.steps
         first = first + hunt.search.starts
-    for number in reversed(range(len(found) - 1)):
-        known = found[number + 1].rivals
-        if known and not found[number].rivals:
+    for number in reversed(range(len(searched) - 1)):
+        neighbours = searched[number + 1].rivals
+        if neighbours and not searched[number].rivals:
             hunt = _Beside(
-                responses[number], method, max(left, 0), found[number].search
+                responses[number], method, max(left, 0), searched[number].search
             )
-            hunt.follow(known)
-            found[number] = hunt.result()
+            hunt.follow(neighbours)
+            searched[number] = hunt.result()
             left = left - hunt.steps
-    return found
+    return searched
 
 
 @dataclass
@@ -110,13 +112,15 @@ class _Beside:
     rivals: list[Response] = field(default_factory=list)
     steps: int = 0
 
-    def forwards(self, known: Sequence[Response], releases: int, first: int) -> None:
+    def forwards(
+        self, neighbours: Sequence[Response], releases: int, first: int
+    ) -> None:
         """Follow what a neighbour has, or release flanks until there are no more releases or steps."""
-        self._look(coexisting.Tries(releases, first, next(iter(known), None)))
-        self.follow(known[1:])
+        self._look(coexisting.Tries(releases, first, next(iter(neighbours), None)))
+        self.follow(neighbours[1:])
         while (
             self.rivals
-            and not known
+            and not neighbours
             and self.search.starts < releases
             and not self.search.cut_off
         ):
@@ -126,71 +130,84 @@ class _Beside:
                 )
             )
 
-    def follow(self, known: Sequence[Response]) -> None:
+    def follow(self, neighbours: Sequence[Response]) -> None:
         """Look for what each attractor of a neighbour becomes."""
-        for near in known:
+        for near in neighbours:
             self._look(coexisting.Tries(0, 0, near))
 
     def _look(self, tries: coexisting.Tries) -> None:
-        again = coexisting.coexisting(
+        result = coexisting.coexisting(
             self.response, self.method, max(self.most - self.steps, 0), tries
         )
-        self.steps += int(again.spent * len(self.response.tables.width))
-        starts = self.search.starts + again.starts
-        periods = self.search.periods + again.periods
-        self.search = coexisting.Search(None, starts, periods, again.cut_off)
-        if again.rival is not None and not any(
-            _alike(again.rival, other) for other in self.rivals
+        self.steps += int(result.spent * len(self.response.tables.width))
+        starts = self.search.starts + result.starts
+        periods = self.search.periods + result.periods
+        self.search = coexisting.Search(None, starts, periods, result.cut_off)
+        if result.rival is not None and not any(
+            _alike(result.rival, rival) for rival in self.rivals
         ):
-            self.rivals.append(again.rival)
+            self.rivals.append(result.rival)
 
     def result(self) -> Searched:
         """Return what was found, the worst first."""
         if len(self.rivals) > 1:
-            self.rivals.sort(key=lambda other: -float(extremes(other).largest.max()))
+            self.rivals.sort(key=lambda rival: -float(extremes(rival).largest.max()))
         return Searched(
             self.search._replace(rival=next(iter(self.rivals), None)),
             tuple(self.rivals),
         )
 
 
-def _alike(one: Response, other: Response) -> bool:
+def _alike(first: Response, second: Response) -> bool:
     """Whether two motions are one attractor: both aperiodic, or of one period and with the same forces."""
-    if one.period != other.period or one.period == 0:
-        return one.period == other.period
-    first, second = (
-        np.concatenate([own.least, own.largest])
-        for own in (extremes(one), extremes(other))
+    if first.period != second.period or first.period == 0:
+        return first.period == second.period
+    first_forces, second_forces = (
+        np.concatenate([extreme.least, extreme.largest])
+        for extreme in (extremes(first), extremes(second))
     )
-    return bool(np.abs(first - second).max() <= ALIKE * np.abs(first).max())
+    return bool(
+        np.abs(first_forces - second_forces).max() <= ALIKE * np.abs(first_forces).max()
+    )
 
 
-def attractor_values(found: Sequence[Searched]) -> label.Values:
+def attractor_values(searches: Sequence[Searched]) -> label.Values:
     """Return what was searched, and period, largest multiplier and range of force of the attractors found.
 
     Of the worst beside each state, and of all of them along ``rival``.
     """
-    if not found:
+    if not searches:
         return {}
-    values: label.Values = {"attractor_search": [searched(one.search) for one in found]}
-    values["count_attractor_starts"] = sum(one.search.starts for one in found)
-    values["count_attractor_periods"] = sum(one.search.periods for one in found)
-    if not any(one.rivals for one in found):
-        return values
-    rows = [[_described(other) for other in one.rivals] for one in found]
-    width = max(len(own) for row in rows for own in row)
-    each = label.padded([np.reshape(row, (-1, width)) for row in rows])
-    least, largest = (
-        force.transpose(0, 2, 1) for force in np.split(each[..., 2:], 2, axis=-1)
+    values: label.Values = {
+        "attractor_search": [searched(beside.search) for beside in searches]
+    }
+    values["count_attractor_starts"] = sum(beside.search.starts for beside in searches)
+    values["count_attractor_periods"] = sum(
+        beside.search.periods for beside in searches
     )
-    told = {
-        "period": each[..., 0],
-        "multiplier": each[..., 1],
-        "force_min": least,
+    if not any(beside.rivals for beside in searches):
+        return values
+    rows = [[_described(rival) for rival in beside.rivals] for beside in searches]
+    width = max(len(values_of_row) for row in rows for values_of_row in row)
+    described = label.padded([np.reshape(row, (-1, width)) for row in rows])
+    smallest, largest = (
+        force.transpose(0, 2, 1) for force in np.split(described[..., 2:], 2, axis=-1)
+    )
+    by_rival = {
+        "period": described[..., 0],
+        "multiplier": described[..., 1],
+        "force_min": smallest,
         "force_max": largest,
     }
-    worst = {f"coexisting_{name}": own[..., 0] for name, own in told.items()}
-    return values | worst | {f"rival_{name}": own for name, own in told.items()}
+    worst = {
+        f"coexisting_{name}": values_of_row[..., 0]
+        for name, values_of_row in by_rival.items()
+    }
+    return (
+        values
+        | worst
+        | {f"rival_{name}": values_of_row for name, values_of_row in by_rival.items()}
+    )
 
 
 def searched(search: coexisting.Search) -> str:
@@ -200,12 +217,12 @@ def searched(search: coexisting.Search) -> str:
     return "cut off" if search.rival is None else "another found"
 
 
-def _described(other: Response) -> Array:
+def _described(rival: Response) -> Array:
     """Return period, largest multiplier, and the smallest and largest force of every mesh."""
-    described = extremes(other)
-    largest = float(abs(other.multipliers[0])) if len(other.multipliers) else np.nan
+    described = extremes(rival)
+    largest = float(abs(rival.multipliers[0])) if len(rival.multipliers) else np.nan
     return np.concatenate(
-        [[float(other.period), largest], described.least, described.largest]
+        [[float(rival.period), largest], described.least, described.largest]
     )
 
 
@@ -250,20 +267,22 @@ def over_speed_values(
         return moving.system, moving.tables(state.flanks), moving.period
 
     assert isinstance(method, periodic.Periodic)
-    given: Any = parts.scene.dynamics and parts.scene.dynamics.response
+    response: Any = parts.scene.dynamics and parts.scene.dynamics.response
     speeds = np.linspace(
-        getattr(given.speed, "from"), given.speed.to, given.speed.points
+        getattr(response.speed, "from"), response.speed.to, response.speed.points
     )
-    way = continuation.Continuation(given.transient, given.strobe, method)
+    way = continuation.Continuation(response.transient, response.strobe, method)
     branches = []
     values: label.Values = {
         "response_speed": speeds,
-        "direction": list(given.directions),
+        "direction": list(response.directions),
     }
     values["order"] = np.arange(1, ORDERS * LINES + 1) / LINES
     with account.timed("dynamics"):
-        start = method.solve(*mesh_at(float(speeds[ORDER[given.directions[0]]][0]))).end
-        for direction in given.directions:
+        start = method.solve(
+            *mesh_at(float(speeds[ORDER[response.directions[0]]][0]))
+        ).end
+        for direction in response.directions:
             branches.append(way.follow(mesh_at, list(speeds[ORDER[direction]]), start))
             start = branches[-1][-1].response.end
         jumps = [way.jumps(mesh_at, points) for points in branches]
@@ -273,15 +292,15 @@ def over_speed_values(
         ]
     account.add(point.response for points in branches for point in points)
     for name in rows[0][0]:  # (direction, speed, …), of the mesh but for two
-        each = np.array([[row[name] for row in line] for line in rows], float)
+        rows_of = np.array([[row[name] for row in line] for line in rows], float)
         values[f"response_{name}"] = (
-            each if name in ("orbit_period", "multiplier") else each[None]
+            rows_of if name in ("orbit_period", "multiplier") else rows_of[None]
         )
     if any(jumps):  # with their brackets
-        each = label.padded([np.reshape(place, (-1, 4)) for place in jumps])
+        rows_of = label.padded([np.reshape(place, (-1, 4)) for place in jumps])
         values |= {
-            "response_jump_speed": each[..., :2],
-            "response_jump_extent": each[..., 2:],
+            "response_jump_speed": rows_of[..., :2],
+            "response_jump_extent": rows_of[..., 2:],
         }
         values["edge"] = ["before", "after"]
     return values
@@ -309,7 +328,8 @@ def _read_off(
     tables = response.tables
     # at phase 0
     moved, moving = (
-        each @ moves.system.direction[0] for each in np.split(point.strobe, 2, axis=1)
+        coordinates @ moves.system.direction[0]
+        for coordinates in np.split(point.strobe, 2, axis=1)
     )
     return {
         "dynamic_factor": extreme.largest[0] / static if static > 0.0 else np.nan,
@@ -350,7 +370,7 @@ def order_amplitudes(values: Array) -> Array:
         [np.abs(np.fft.rfft(piece) * 2.0 / len(piece)) ** 2 for piece in pieces], axis=0
     )
     amplitude = np.zeros(ORDERS * LINES + 1)
-    most = min(len(power) - 1, ORDERS * periods, periods * phases // 2)
-    for line in range(1, most + 1):
+    last_line = min(len(power) - 1, ORDERS * periods, periods * phases // 2)
+    for line in range(1, last_line + 1):
         amplitude[round(line * LINES / periods)] = np.sqrt(power[line])
     return amplitude[1:]

@@ -108,18 +108,18 @@ def carried(
 
 
 def alike(
-    parts: assembly.GearModel, wear: Wear, start: Responses, other: WearState
+    parts: assembly.GearModel, wear: Wear, start: Responses, reference: WearState
 ) -> WearState | None:
     """Return a wear state, None where it does not respond with the periods of another."""
     try:
-        found = parts.coupling.evaluate(wear, start)
+        state = parts.coupling.evaluate(wear, start)
     except (limits.StopWear, GearError):  # or its steps are too rough for any motion
         return None
     periods = [
-        [response.period for response in each]
-        for each in (found.responses, other.responses)
+        [response.period for response in periods_of]
+        for periods_of in (state.responses, reference.responses)
     ]
-    return found if periods[0] == periods[1] else None
+    return state if periods[0] == periods[1] else None
 
 
 def _permanent_contact(responses: Responses) -> bool:
@@ -133,10 +133,10 @@ def _permanent_contact(responses: Responses) -> bool:
 def _carried(
     parts: assembly.GearModel, values: Wear, rough: assembly.GearModel
 ) -> Wear:
-    each = zip(parts.kinds, values, rough.kinds, strict=True)
+    kinds = zip(parts.kinds, values, rough.kinds, strict=True)
     return tuple(
-        carried(fine.analysis.grid, value, other.analysis.grid)
-        for fine, value, other in each
+        carried(fine.analysis.grid, value, coarse.analysis.grid)
+        for fine, value, coarse in kinds
     )
 
 
@@ -146,8 +146,8 @@ def between_nodes(
     """Return by how much wear is missed when it is carried to rougher nodes and back [m]."""
     back = _carried(rough, _carried(parts, wear, rough), parts)
     return max(
-        float(np.abs(carried - own).max())
-        for carried, own in zip(back, wear, strict=True)
+        float(np.abs(carried - depth).max())
+        for carried, depth in zip(back, wear, strict=True)
     )
 
 
@@ -157,21 +157,24 @@ def flank_of_nodes(parts: assembly.GearModel) -> Index:
     return np.repeat(np.arange(len(sizes)), sizes)
 
 
-def twins_of(parts: assembly.GearModel, lived: history.History) -> Twins:
+def twins_of(parts: assembly.GearModel, life_history: history.History) -> Twins:
     """Return the rougher twins of the sampled states in one condition."""
-    twins = _of_share(parts, lived.samples, COARSENED)
-    if any(twins) or not any(map(is_periodic, lived.samples.state)):
+    twins = _of_share(parts, life_history.samples, COARSENED)
+    if any(twins) or not any(map(is_periodic, life_history.samples.state)):
         return twins
-    return _of_share(parts, lived.samples, LESS_COARSENED, SCALED)
+    return _of_share(parts, life_history.samples, LESS_COARSENED, SCALED)
 
 
-def finer_twins_of(parts: assembly.GearModel, lived: history.History) -> Twins:
+def finer_twins_of(parts: assembly.GearModel, life_history: history.History) -> Twins:
     """Return twins of the sampled states in one condition that have twice the steps and nodes."""
-    return _of_share(parts, lived.samples, REFINED, OF_FINER)
+    return _of_share(parts, life_history.samples, REFINED, OF_FINER)
 
 
 def _of_share(
-    parts: assembly.GearModel, own: history.History, share: float, weight: float = 1.0
+    parts: assembly.GearModel,
+    samples: history.History,
+    share: float,
+    weight: float = 1.0,
 ) -> Twins:
     """Return the twins of states with a share of the steps and nodes, None where one responds otherwise.
 
@@ -182,7 +185,7 @@ def _of_share(
     rough = rough_parts(parts, share)
     twins = Twins()
     near = None
-    for cycle, state in zip(own.cycle, own.state, strict=True):
+    for cycle, state in zip(samples.cycle, samples.state, strict=True):
         twins.append(None)
         if rough is None or not is_periodic(state):
             continue
@@ -193,17 +196,23 @@ def _of_share(
         wear = tuple(
             np.maximum(0.0, depth) for depth in _carried(parts, state.wear, rough)
         )
-        again = alike(rough, wear, start, state)
-        if again is not None:
-            near = again.responses
+        companion = alike(rough, wear, start, state)
+        if companion is not None:
+            near = companion.responses
             rate = None
-            if state.wears and again.wears:
+            if state.wears and companion.wears:
                 rate = weight * (
-                    flat(again.rate) - flat(_carried(parts, state.rate, rough))
+                    flat(companion.rate) - flat(_carried(parts, state.rate, rough))
                 )
             missed = weight * between_nodes(parts, state.wear, rough)
             twins[-1] = Rougher(
-                float(cycle), flat(again.wear), rate, rough, again, weight, missed
+                float(cycle),
+                flat(companion.wear),
+                rate,
+                rough,
+                companion,
+                weight,
+                missed,
             )
     return twins
 
@@ -220,16 +229,16 @@ def is_periodic(state: WearState) -> bool:
 
 def together(twins: Sequence[Rougher | None], shares: Array) -> Rougher | None:
     """Return the twins of one state in all conditions as one, None where one is missing."""
-    known = tuple(twin for twin in twins if twin is not None)
-    if len(known) < len(twins):
+    companions = tuple(twin for twin in twins if twin is not None)
+    if len(companions) < len(twins):
         return None
-    rates = [twin.rate for twin in known if twin.rate is not None]
+    rates = [twin.rate for twin in companions if twin.rate is not None]
     rate = (
         np.asarray(sum(map(np.multiply, shares, rates)))
-        if len(rates) == len(known)
+        if len(rates) == len(companions)
         else None
     )
-    return known[0]._replace(rate=rate, shares=shares, conditions=known)
+    return companions[0]._replace(rate=rate, shares=shares, conditions=companions)
 
 
 FORCE_SHARE = 2.0
@@ -276,42 +285,42 @@ def force_errors(
     """
     weight = FORCE_SHARE * twin.weight
     meshes = len(parts.meshes)
-    found = list[tuple[float, ...]]()
+    errors = list[tuple[float, ...]]()
     when = clock.Instants(
         *mesh_forces.within_steps(parts.moving.sampling.grid, NODES)[:2]
     )
     physics = (parts, twin.parts, twin.parts)
     states = (state, twin.state, worse)
     for at in range(len(state.responses)):
-        own, again, further = (
-            forces_of(of, one, at, when)
-            for of, one in zip(physics, states, strict=True)
+        forces, coarse, further = (
+            forces_of(of, there, at, when)
+            for of, there in zip(physics, states, strict=True)
         )
         turns = (
-            len(own) if parts.moving.hunting == 1 else 1
+            len(forces) if parts.moving.hunting == 1 else 1
         )  # hunting teeth say where it begins
         off = [
-            np.abs(np.roll(again, turn, axis=0) - own)[:, :meshes].max()
+            np.abs(np.roll(coarse, turn, axis=0) - forces)[:, :meshes].max()
             for turn in range(turns)
         ]
         turn = int(np.argmin(off))
-        again = np.roll(again, turn, axis=0)
+        coarse = np.roll(coarse, turn, axis=0)
         further = np.roll(further, turn, axis=0)
-        error = weight * np.abs(again - own) + np.abs(further - again)
+        error = weight * np.abs(coarse - forces) + np.abs(further - coarse)
         read, twice = (
-            mesh_forces.extremes(one.responses[at]).largest for one in states[:2]
+            mesh_forces.extremes(there.responses[at]).largest for there in states[:2]
         )
         largest = [
-            error_of_largest(own[:, mesh].ravel(), error[:, mesh].ravel())
+            error_of_largest(forces[:, mesh].ravel(), error[:, mesh].ravel())
             for mesh in range(meshes)
         ]
-        each = (
+        of_meshes = (
             INSTANT_SHARE * error[:, :meshes].max(),
             max(*largest, weight * np.abs(read - twice).max()),
         )
         bearing = error[:, meshes:].max() if vibrating.has_bearings(parts) else np.nan
-        found.append((*each, INSTANT_SHARE * bearing))
-    return ForceErrors(*np.max(found, axis=0))
+        errors.append((*of_meshes, INSTANT_SHARE * bearing))
+    return ForceErrors(*np.max(errors, axis=0))
 
 
 def error_of_largest(values: Array, error: Array) -> float:
@@ -321,14 +330,14 @@ def error_of_largest(values: Array, error: Array) -> float:
     narrowing, though not below `NEAR`, for an error may be small at one instant by
     chance.
     """
-    there = np.ones(len(values), bool)
+    near = np.ones(len(values), bool)
     largest = float(error.max())
     below = values.max() - values
     while True:
-        narrower = there & (below <= max(2.0 * largest, NEAR * float(below.max())))
-        if narrower.sum() == there.sum():
+        narrower = near & (below <= max(2.0 * largest, NEAR * float(below.max())))
+        if narrower.sum() == near.sum():
             return LARGEST_SHARE * largest
-        there = narrower
+        near = narrower
         largest = float(error[narrower].max())
 
 
@@ -342,17 +351,17 @@ def forces_of(
     """
     kinds = state.flanks
     response = state.responses[at]
-    each = []
+    of_meshes = []
     motions = parts.moving.motions(response, when)
     inside = when.phase.reshape(-1, NODES)
-    for number, own in enumerate(parts.meshes):
+    for number, mesh in enumerate(parts.meshes):
         where = clock.look_within(
-            kinds[own.kind].analysis.grid, [own.lag], inside, inside.mean(axis=1)
+            kinds[mesh.kind].analysis.grid, [mesh.lag], inside, inside.mean(axis=1)
         )
-        each.append(parts.forces(kinds, number, where, motions).elastic)
+        of_meshes.append(parts.forces(kinds, number, where, motions).elastic)
     if not vibrating.has_bearings(parts):
-        return np.stack(each, axis=1)
+        return np.stack(of_meshes, axis=1)
     bearing = vibrating.bearing_values(
-        parts, *parts.moving.coordinates(response, when), np.stack(each)
+        parts, *parts.moving.coordinates(response, when), np.stack(of_meshes)
     )
-    return np.stack([*each, *bearing.reshape(-1, *bearing.shape[2:])], axis=1)
+    return np.stack([*of_meshes, *bearing.reshape(-1, *bearing.shape[2:])], axis=1)

@@ -64,18 +64,18 @@ class Estimates(NamedTuple):
     doubts: tuple[str, ...] = ()
 
 
-class Looked(NamedTuple):
+class CompanionErrors(NamedTuple):
     """What twins of one kind say of the errors of a life.
 
     Parameters
     ----------
-    stage, lived : what runs, and its history
+    stage, life_history : what runs, and its history
     worn : the error of the wear at the samples; None where a state has no twin in one
         of the conditions
     """
 
     stage: life_run.OperatingCondition
-    lived: history.History
+    life_history: history.History
     worn: list[wear_off.WornFurther | None]
 
     @property
@@ -93,14 +93,16 @@ class Looked(NamedTuple):
 
 
 def estimated(
-    stage: life_run.OperatingCondition, lived: history.History, inherited: float = 0.0
+    stage: life_run.OperatingCondition,
+    life_history: history.History,
+    inherited: float = 0.0,
 ) -> Estimates:
     """Estimate the errors of a life at its kept states.
 
     Parameters
     ----------
     stage : what runs, in all its conditions
-    lived : its history
+    life_history : its history
     inherited : error of the wear that the run starts from [m]; counts for the mesh
         force here
 
@@ -115,75 +117,96 @@ def estimated(
     off by more than `LARGE` of the largest, finer twins are asked.
     """
     with stage.first.coupling.account.timed("estimates"):
-        looked = _looked(stage, lived, companion_runs.twins_of, inherited)
-        force = _forces(looked)
-        if _loudest(lived, force) > LARGE:
-            closer = _looked(stage, lived, companion_runs.finer_twins_of, inherited)
-            if closer.missing <= looked.missing:
-                looked = closer
+        compared = _compared(stage, life_history, companion_runs.twins_of, inherited)
+        force = _forces(compared)
+        if _loudest(life_history, force) > LARGE:
+            closer = _compared(
+                stage, life_history, companion_runs.finer_twins_of, inherited
+            )
+            if closer.missing <= compared.missing:
+                compared = closer
                 force = _forces(closer)
-    return Estimates(_depth(looked), force, _life(looked), _doubts(looked, force))
+    return Estimates(_depth(compared), force, _life(compared), _doubts(compared, force))
 
 
-def _looked(
+def _compared(
     stage: life_run.OperatingCondition,
-    lived: history.History,
+    life_history: history.History,
     of: Callable[..., Any],
-    before: float,
-) -> Looked:
+    inherited: float,
+) -> CompanionErrors:
     """Return what twins, as the function ``of`` makes them of a condition, say of the errors."""
-    each = [of(parts, lived.in_block(block)) for block, parts in enumerate(stage.parts)]
-    joint = [
-        companion_runs.together(own, stage.weight) for own in zip(*each, strict=True)
+    by_block = [
+        of(parts, life_history.in_block(block))
+        for block, parts in enumerate(stage.parts)
     ]
-    stepping = before + _stepping(lived, lived.samples.cycle)
-    return Looked(stage, lived, wear_off.errors_of_wear(joint, stepping))
+    joint = [
+        companion_runs.together(companions, stage.weight)
+        for companions in zip(*by_block, strict=True)
+    ]
+    stepping = inherited + _stepping(life_history, life_history.samples.cycle)
+    return CompanionErrors(
+        stage, life_history, wear_off.errors_of_wear(joint, stepping)
+    )
 
 
-def not_estimated(lived: history.History) -> Estimates:
+def not_estimated(life_history: history.History) -> Estimates:
     """Return the estimates of a life of which none could be made: all NaN, and doubtful."""
-    unknown = None if lived.life is None else np.full(len(lived.cycle), np.nan)
-    life = np.nan if lived.life is not None and lived.life.worn_out else None
+    unknown = (
+        None if life_history.life is None else np.full(len(life_history.cycle), np.nan)
+    )
+    life = (
+        np.nan if life_history.life is not None and life_history.life.worn_out else None
+    )
     return Estimates(unknown, None, life, ("its errors could not be estimated",))
 
 
 def _doubts(
-    looked: Looked, force: tuple[companion_runs.ForceErrors, ...] | None
+    compared: CompanionErrors, force: tuple[companion_runs.ForceErrors, ...] | None
 ) -> tuple[str, ...]:
     """Return what speaks against the estimates of a life."""
-    stage = looked.stage
-    lived = looked.lived
-    loudest = _loudest(looked.lived, force)
-    states = *lived.samples.state, *lived.state
+    stage = compared.stage
+    life_history = compared.life_history
+    loudest = _loudest(compared.life_history, force)
+    states = *life_history.samples.state, *life_history.state
     conditions = list(zip(*(state.conditions for state in states), strict=True))
     responses = [
         response
-        for each in conditions
-        for state in each
+        for states_there in conditions
+        for state in states_there
         for response in state.responses
     ]
-    missing = sum(state is None for state in looked.worn)
-    life: Any = lived.life or UNWORN
+    missing = sum(state is None for state in compared.worn)
+    life: Any = life_history.life or UNWORN
     hardest = 0.0
-    for parts, each in zip(stage.parts, conditions, strict=True):
+    for parts, states_there in zip(stage.parts, conditions, strict=True):
         static = np.array([parts.gears.kinds[mesh.kind].load for mesh in parts.meshes])
         largest = [
-            extremes(response).largest for state in each for response in state.responses
+            extremes(response).largest
+            for state in states_there
+            for response in state.responses
         ]
         hardest = max(
-            [hardest, *(_most(vibration.over(own, static)) for own in largest)]
+            [
+                hardest,
+                *(
+                    _most(vibration.over(force_there, static))
+                    for force_there in largest
+                ),
+            ]
         )
-    alone = all(
-        one.verdict.unique and one.verdict.attracting is not False for one in responses
+    attracting = all(
+        response.verdict.unique and response.verdict.attracting is not False
+        for response in responses
     )
-    said = {
+    reasons = {
         "the work of the life is used up before its end": life.end_reason
         in limits.ENDS_OF_WORK,
         "a response does not repeat": any(
             response.period == 0 for response in responses
         ),
-        "an orbit is not alone or hardly attracts": not alone,
-        f"{missing} of {len(looked.worn)} states respond otherwise with half the "
+        "an orbit is not alone or hardly attracts": not attracting,
+        f"{missing} of {len(compared.worn)} states respond otherwise with half the "
         "steps and nodes": missing,
         f"the wear rate jumps at {len(life.jumps)} places": life.jumps,
         "waves of wear grow from any error": life.wave_growth > 0.0,
@@ -192,17 +215,17 @@ def _doubts(
         "steps over cycles are as long as the work allowed pays for, not as their "
         "errors ask": life.hurried,
     }
-    return tuple(words for words, holds in said.items() if holds)
+    return tuple(words for words, holds in reasons.items() if holds)
 
 
 def _loudest(
-    lived: history.History, force: tuple[companion_runs.ForceErrors, ...] | None
+    life_history: history.History, force: tuple[companion_runs.ForceErrors, ...] | None
 ) -> float:
     """Return the largest estimated error of a mesh force over the largest force, of all conditions [1]."""
     ratios = [
         vibration.over(
             errors.mesh,
-            np.array([_largest(state) for state in lived.in_block(block).state]),
+            np.array([_largest(state) for state in life_history.in_block(block).state]),
         )
         for block, errors in enumerate(force or ())
     ]
@@ -219,120 +242,124 @@ def _most(values: Array) -> float:
     return float(np.fmax.reduce(values, initial=0.0))
 
 
-def _stepping(lived: history.History, cycle: Array) -> Array:
+def _stepping(life_history: history.History, cycle: Array) -> Array:
     """Return what steps over cycles, and averages in them, accumulate of error up to cycles (k,) [m]."""
-    if lived.life is None:
+    if life_history.life is None:
         return np.zeros(len(cycle))
-    return np.interp(cycle, lived.life.cycle, lived.life.accumulated_error)
+    return np.interp(
+        cycle, life_history.life.cycle, life_history.life.accumulated_error
+    )
 
 
-def _depth(looked: Looked) -> Array | None:
+def _depth(compared: CompanionErrors) -> Array | None:
     """Return the errors of the depth of all kept states, (n_updates,) [m].
 
     None when nothing wears on.
     """
-    lived = looked.lived
-    known = looked.driven
-    if lived.life is None:
+    life_history = compared.life_history
+    driven = compared.driven
+    if life_history.life is None:
         return None
-    total = _stepping(lived, lived.cycle)
-    cycles = [state.twin.cycle for state, _ in known]
-    if not known and any(map(companion_runs.is_periodic, lived.samples.state)):
+    total = _stepping(life_history, life_history.cycle)
+    cycles = [state.twin.cycle for state, _ in driven]
+    if not driven and any(map(companion_runs.is_periodic, life_history.samples.state)):
         return np.full(len(total), np.nan)
-    if known:
-        between = np.array([state.twin.between for state, _ in known])
+    if driven:
+        between = np.array([state.twin.between for state, _ in driven])
         between -= (
-            between[0] if cycles[0] <= lived.cycle[0] else 0.0
+            between[0] if cycles[0] <= life_history.cycle[0] else 0.0
         )  # the initial wear is no error
         total = total + BETWEEN_SHARE * np.interp(
-            lived.cycle, cycles, np.maximum(0.0, between)
+            life_history.cycle, cycles, np.maximum(0.0, between)
         )
         carried = np.interp(
-            lived.cycle,
+            life_history.cycle,
             cycles,
-            [float(np.abs(state.error).max()) for state, _ in known],
+            [float(np.abs(state.error).max()) for state, _ in driven],
         )
-        if len(known) == 1:  # one state speaks for all of the life
-            carried = float(np.abs(known[0][1]).max()) * lived.cycle
+        if len(driven) == 1:  # one state speaks for all of the life
+            carried = float(np.abs(driven[0][1]).max()) * life_history.cycle
         total = total + DEPTH_SHARE * carried
     fastest = float(
-        lived.life.rate.max(initial=0.0)
+        life_history.life.rate.max(initial=0.0)
     )  # that any place has shown: no depth is further off
-    return np.minimum(total, fastest * lived.cycle)
+    return np.minimum(total, fastest * life_history.cycle)
 
 
-def _forces(looked: Looked) -> tuple[companion_runs.ForceErrors, ...] | None:
+def _forces(compared: CompanionErrors) -> tuple[companion_runs.ForceErrors, ...] | None:
     """Return the errors of the forces of all kept states in every condition.
 
     None without dynamics.
     """
-    if looked.stage.first.vibration is None:
+    if compared.stage.first.vibration is None:
         return None
     found = []
-    for block, parts in enumerate(looked.stage.parts):
-        lived = looked.lived.in_block(block)
-        known = []
-        for state, further in zip(lived.samples.state, looked.worn, strict=True):
+    for block, parts in enumerate(compared.stage.parts):
+        life_history = compared.life_history.in_block(block)
+        rows = []
+        for state, further in zip(
+            life_history.samples.state, compared.worn, strict=True
+        ):
             worse = None if further is None else further.worse[block]
             if further is not None and worse is not None:
                 twin = further.twin
-                least = TOLERATED * parts.scene.numerics.tolerance * _largest(state)
+                smallest = TOLERATED * parts.scene.numerics.tolerance * _largest(state)
                 off = companion_runs.force_errors(
                     parts, state, twin.conditions[block], worse
                 )
                 if np.isfinite(off.mesh):
-                    known.append(
-                        (twin.cycle, off.mesh, max(off.largest, least), off.bearing)
+                    rows.append(
+                        (twin.cycle, off.mesh, max(off.largest, smallest), off.bearing)
                     )
         periodic = np.array(
-            [companion_runs.is_periodic(state) for state in lived.state]
+            [companion_runs.is_periodic(state) for state in life_history.state]
         )
-        cycle, *each = np.array(known).T if known else np.full((4, 1), np.nan)
+        cycle, *columns = np.array(rows).T if rows else np.full((4, 1), np.nan)
         errors = (
-            np.where(periodic, np.interp(lived.cycle, cycle, error), np.nan)
-            for error in each
+            np.where(periodic, np.interp(life_history.cycle, cycle, error), np.nan)
+            for error in columns
         )
         found.append(companion_runs.ForceErrors(*errors))
     return tuple(found)
 
 
-def _life(looked: Looked) -> float | None:
+def _life(compared: CompanionErrors) -> float | None:
     """Return the error of the deepest depth over the rate of wear there, at the end of the life [1]."""
-    stage = looked.stage
-    lived = looked.lived
-    life = looked.lived.life
+    stage = compared.stage
+    life_history = compared.life_history
+    life = compared.life_history.life
     if life is None or not life.worn_out:
         return None
     counts = assembly.wear.build_limits(
         stage.first.scene, stage.first.gears, stage.coupling
     ).flank
-    repeats = companion_runs.is_periodic(lived.samples.state[-1])
+    repeats = companion_runs.is_periodic(life_history.samples.state[-1])
     rate = life.rate[-1] if repeats else wear_off.late_rate(life.cycle, life.depth)
     own = life.depth[-1], rate, companion_runs.flank_of_nodes(stage.first)
     fastest, between, flanks, nodes = wear_off.end_of(*own, counts)
     if (
         fastest <= 0.0
     ):  # where the deepest place wears no more, no rate says what its error is worth
-        return float("nan") if lived.cycle[-1] > 0.0 else 0.0
+        return float("nan") if life_history.cycle[-1] > 0.0 else 0.0
     steps = float(np.abs(life.depth_error[nodes]).max()) + life.scatter
-    known = looked.driven
+    driven = compared.driven
     deepest = 0.0
-    if known:  # where the flanks that end the life are worn most
-        last, drive = known[-1]
-        off = np.abs(last.error if len(known) > 1 else drive * lived.cycle[-1])
-        there = np.isin(companion_runs.flank_of_nodes(last.twin.parts), flanks)
-        deep = there & (
-            last.twin.wear >= wear_off.DEEPEST * last.twin.wear[there].max()
+    if driven:  # where the flanks that end the life are worn most
+        last, drive = driven[-1]
+        off = np.abs(last.error if len(driven) > 1 else drive * life_history.cycle[-1])
+        on_flanks = np.isin(companion_runs.flank_of_nodes(last.twin.parts), flanks)
+        deep = on_flanks & (
+            last.twin.wear >= wear_off.DEEPEST * last.twin.wear[on_flanks].max()
         )
         deepest = LIFE_SHARE * float(off[deep].max()) + CHANCE * float(
-            off[there].mean()
+            off[on_flanks].mean()
         )
-    elif any(map(companion_runs.is_periodic, lived.samples.state)):
+    elif any(map(companion_runs.is_periodic, life_history.samples.state)):
         deepest = np.nan
     return (
         min(
             steps + between + deepest,
-            float(life.rate.max(initial=0.0) * lived.cycle[-1]),
+            float(life.rate.max(initial=0.0) * life_history.cycle[-1]),
         )
         / fastest
     )
@@ -355,8 +382,10 @@ def rougher_over_face(parts: assembly.GearModel) -> assembly.GearModel:
     mesh = parts.scene.mesh
     for kind in parts.gears.kinds:
         fewer = {"face_points": max(3, assembly.mesh.slices_of(scene, kind) // 2)}
-        own = scene.mesh.of(kind.section).model_copy(update=fewer)
-        mesh = mesh.model_copy(update={kind.section: own} if kind.section else fewer)
+        of_section = scene.mesh.of(kind.section).model_copy(update=fewer)
+        mesh = mesh.model_copy(
+            update={kind.section: of_section} if kind.section else fewer
+        )
     numerics = scene.numerics.model_copy(
         update={"profile_points": assembly.mesh.profile_points(scene) // 2}
     )
@@ -364,17 +393,19 @@ def rougher_over_face(parts: assembly.GearModel) -> assembly.GearModel:
 
 
 def estimated_over_face(
-    stage: life_run.OperatingCondition, lived: history.History, inherited: float = 0.0
+    stage: life_run.OperatingCondition,
+    life_history: history.History,
+    inherited: float = 0.0,
 ) -> Estimates:
     """Estimate the errors of a life at its kept states.
 
     Parameters
     ----------
     stage : what runs, in all its conditions
-    lived : its history
+    life_history : its history
     inherited : error of the wear that the run starts from [m]
     """
-    if lived.life is None:
+    if life_history.life is None:
         return Estimates(None, None, None)
     first = stage.first
     flat = stage.first.coupling.flat
@@ -382,12 +413,14 @@ def estimated_over_face(
         rougher_parts = [rougher_over_face(parts) for parts in stage.parts]
         together = life_run.taking_turns(rougher_parts, stage.weight)
         grids = _grids(rougher_parts[0])
-        ends = [lived.state[0], lived.state[-1]]
+        ends = [life_history.state[0], life_history.state[-1]]
         rough = list[coupled.WearState]()
         for state in ends:  # at the slices and nodes of the rougher twin
-            each = zip(state.wear, _grids(first), grids, strict=True)
-            rough.append(together.evaluate(tuple(moved(*own) for own in each)))
-        apart = [
+            grids_of = zip(state.wear, _grids(first), grids, strict=True)
+            rough.append(
+                together.evaluate(tuple(moved(*of_kind) for of_kind in grids_of))
+            )
+        differences = [
             _apart(state, twin, _grids(first), grids)
             for state, twin in zip(ends, rough, strict=True)
         ]
@@ -398,7 +431,7 @@ def estimated_over_face(
             for contact in contacts
         )
         share = (OF_ENDS if sliced or not contacts[0].helix.angle else WEIGHT) * max(
-            apart
+            differences
         )
     force = None
     pairs = zip(ends, rough, strict=True)
@@ -407,18 +440,26 @@ def estimated_over_face(
         # mesh forces at any phase are off by no more, nor are bearings, which carry
         # less
     ].responses:
-        most = [
+        largest_forces = [
             [extremes(state.responses[0]).largest for state in pair] for pair in pairs
         ]
-        off = max(float(np.abs(fine - twin).max()) for fine, twin in most)
-        force = (companion_runs.ForceErrors(*np.full((3, len(lived.state)), off)),)
-    start = flat(lived.state[0].wear)
-    worn = np.array([float((flat(state.wear) - start).max()) for state in lived.state])
+        off = max(float(np.abs(fine - twin).max()) for fine, twin in largest_forces)
+        force = (
+            companion_runs.ForceErrors(*np.full((3, len(life_history.state)), off)),
+        )
+    start = flat(life_history.state[0].wear)
+    worn = np.array(
+        [float((flat(state.wear) - start).max()) for state in life_history.state]
+    )
     life = None
-    if lived.life.worn_out:
-        life = lived.life.error_estimate_life + share * float(lived.life.cycle[-1])
+    if life_history.life.worn_out:
+        life = life_history.life.error_estimate_life + share * float(
+            life_history.life.cycle[-1]
+        )
     return Estimates(
-        inherited + _stepping(lived, lived.cycle) + share * worn, force, life
+        inherited + _stepping(life_history, life_history.cycle) + share * worn,
+        force,
+        life,
     )
 
 
@@ -436,27 +477,29 @@ def _apart(
     """Return by how much the rate of the rougher twin differs where wear is fastest, over the fastest [1]."""
     fastest = max(float(rate.max()) for rate in fine.rate)
     off = [0.0]
-    for own, other, grid, its in zip(fine.rate, rough.rate, grids, theirs, strict=True):
+    for rate_fine, rate_rough, grid, its in zip(
+        fine.rate, rough.rate, grids, theirs, strict=True
+    ):
         off.append(
             float(
-                np.abs(moved(other, its, grid) - own)[own >= BUSY * fastest].max(
-                    initial=0.0
-                )
+                np.abs(moved(rate_rough, its, grid) - rate_fine)[
+                    rate_fine >= BUSY * fastest
+                ].max(initial=0.0)
             )
         )
     return max(off) / fastest if fastest > 0.0 else 0.0
 
 
-def moved(values: Array, own: FaceGrid, wanted: FaceGrid) -> Array:
+def moved(values: Array, grid: FaceGrid, target: FaceGrid) -> Array:
     """Return values at slices and nodes of another grid, linear between them, (2, n_face, n).
 
     Parameters
     ----------
-    values : (2, n_face, n) on the grid ``own``
-    own, wanted : grids of one pair
+    values : (2, n_face, n) on the grid ``grid``
+    grid, target : grids of one pair
     """
-    axes = (own.position, _apart_at_steps(own))
-    places = (wanted.position, _apart_at_steps(wanted))
+    axes = (grid.position, _apart_at_steps(grid))
+    places = (target.position, _apart_at_steps(target))
     at = [
         np.clip(place, axis[0], axis[-1])
         for axis, place in zip(axes, places, strict=True)

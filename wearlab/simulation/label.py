@@ -86,25 +86,29 @@ def labelled(values: Mapping[str, Any], coordinates: Mapping[str, Any]) -> Label
     variables = {}
     for name, value in {**values, **coordinates}.items():
         array = np.asarray(value)
-        known = name in schema.VARIABLES
+        declared = name in schema.VARIABLES
         dims = (
-            schema.VARIABLES[name].dims if known or name not in coordinates else (name,)
+            schema.VARIABLES[name].dims
+            if declared or name not in coordinates
+            else (name,)
         )
-        more = array.ndim == len(dims) + 1
+        has_more = array.ndim == len(dims) + 1
         if name in coordinates:  # what all flanks share lies along the profile alone
             dims = dims[-array.ndim :] if array.ndim else (name,)
         elif (
-            more and name in schema.OVER_FACE
+            has_more and name in schema.OVER_FACE
         ):  # flanks with a width have one more, before the profile
             dims = (*dims[:-1], "face", dims[-1])
-        elif more:  # and what slow errors move, after the updates
+        elif has_more:  # and what slow errors move, after the updates
             dims = (dims[0], "error_angle", *dims[1:])
-        said = (
-            schema.attributes(name) if known else {"long_name": name.replace("_", " ")}
+        attributes = (
+            schema.attributes(name)
+            if declared
+            else {"long_name": name.replace("_", " ")}
         )
-        if not known and array.dtype.kind in "iuf":
-            said["units"] = "1"
-        variables[name] = xr.Variable(dims, array, said)
+        if not declared and array.dtype.kind in "iuf":
+            attributes["units"] = "1"
+        variables[name] = xr.Variable(dims, array, attributes)
     return Labelled(variables, frozenset(coordinates))
 
 
@@ -131,10 +135,10 @@ def padded(
     shapes = np.array([array.shape for array in arrays])
     beyond = shapes.max(axis=0) - shapes
     longer = [
-        np.pad(array, [(0, n) for n in more], constant_values=fill)
-        if any(more)
+        np.pad(array, [(0, n) for n in missing], constant_values=fill)
+        if any(missing)
         else array
-        for array, more in zip(arrays, beyond, strict=True)
+        for array, missing in zip(arrays, beyond, strict=True)
     ]
     return np.stack(longer, axis)
 
@@ -144,9 +148,11 @@ def of_states(rows: Sequence[Sequence[Any]]) -> np.ndarray:
 
     Shorter responses are padded with NaN.
     """
-    each = padded([np.asarray(value) for row in rows for value in row])
+    values = padded([np.asarray(value) for row in rows for value in row])
     angles = len(rows[0])
-    return each if angles == 1 else each.reshape(len(rows), angles, *each.shape[1:])
+    return (
+        values if angles == 1 else values.reshape(len(rows), angles, *values.shape[1:])
+    )
 
 
 def with_results(
@@ -166,8 +172,8 @@ def with_results(
         *(results.OF_PLUGINS[name] for name in added),
     ):
         if all(name in run for name in result.needs):
-            found = diagnosed(result.name, failures, None, _variable, result, run)
-            run = run if found is None else run.assign({result.name: found})
+            variable = diagnosed(result.name, failures, None, _variable, result, run)
+            run = run if variable is None else run.assign({result.name: variable})
     return run
 
 
@@ -185,9 +191,9 @@ def _variable(result: Result, run: xr.Dataset) -> xr.Variable:
     values = result.of(run)
     beside = [dim for dim in values.dims if dim not in dims]
     if not set(dims) <= set(values.dims) or not set(beside) <= set(BESIDE):
-        found = ", ".join(map(str, values.dims))
+        present = ", ".join(map(str, values.dims))
         declared = ", ".join(map(str, dims))
-        raise ValueError(f"its dimensions are ({found}), declared are ({declared})")
+        raise ValueError(f"its dimensions are ({present}), declared are ({declared})")
     if any(
         values.sizes[dim] != run.sizes.get(dim, values.sizes[dim])
         for dim in values.dims
@@ -255,32 +261,32 @@ def _circumstances() -> dict[str, str]:
 
 def _lineage(scene: Scene, calibration: CalibrationLife | None) -> dict[str, str]:
     """Return the runs that calibrate and precede this one, from which cycle, and what is known of it."""
-    told = {"parents": ""}
+    attributes = {"parents": ""}
     if calibration is not None:
-        told |= {
+        attributes |= {
             "calibration": calibration.run,
             "calibration_life": repr(calibration.cycles),
         }
     if scene.start is not None:
-        told |= {
+        attributes |= {
             "parents": scene.start.run or "",
             "replaced_members": ", ".join(scene.start.replace),
         }
     if scene.start is not None and scene.start_wear is not None:
-        told["parent_cycle"] = repr(scene.start_wear.cycle)
-        told["parent_interpolation_error"] = f"{scene.start_wear.error:.3g} m"
-        told["parent_error"] = f"{scene.start_wear.estimate:.3g} m"
-    return {key: text for key, text in told.items() if text or key == "parents"}
+        attributes["parent_cycle"] = repr(scene.start_wear.cycle)
+        attributes["parent_interpolation_error"] = f"{scene.start_wear.error:.3g} m"
+        attributes["parent_error"] = f"{scene.start_wear.estimate:.3g} m"
+    return {key: text for key, text in attributes.items() if text or key == "parents"}
 
 
 def _git(top: Path, *words: str) -> str:
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             ["git", "-C", str(top), *words], capture_output=True, text=True, timeout=10
         )
     except (OSError, subprocess.TimeoutExpired):
         return ""
-    return done.stdout.strip() if done.returncode == 0 else ""
+    return process.stdout.strip() if process.returncode == 0 else ""
 
 
 SUBJECTS = dict(

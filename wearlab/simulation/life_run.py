@@ -59,9 +59,9 @@ def operating_conditions(scene: Scene) -> tuple[OperatingCondition, ...]:
     """
     operation = scene.operation
 
-    def alone(one: DutyBlock | OperationStage) -> Scene:
+    def alone(part: DutyBlock | OperationStage) -> Scene:
         condition = operation.single_condition(
-            one.torque, one.speed, operation.largest_torque
+            part.torque, part.speed, operation.largest_torque
         )
         return scene.model_copy(update={"operation": condition})
 
@@ -101,11 +101,9 @@ def operating_condition(
 
 def taking_turns(parts: Sequence[assembly.GearModel], weight: Array) -> coupled.Coupled:
     """Return conditions that take turns as one coupling."""
-    first, *others = (part.coupling for part in parts)
+    first, *later = (part.coupling for part in parts)
     return (
-        coupling.DutyCoupling(first.kinds, (first, *others), weight)
-        if others
-        else first
+        coupling.DutyCoupling(first.kinds, (first, *later), weight) if later else first
     )
 
 
@@ -123,23 +121,25 @@ def along_duty(blocks: Sequence[xr.Dataset]) -> xr.Dataset:
 def in_order(stages: Sequence[xr.Dataset]) -> xr.Dataset:
     """Return the datasets of stages in order: states along ``update``, all else along ``stage``."""
     along = [
-        [name for name, var in one.data_vars.items() if "update" in var.dims]
-        for one in stages
+        [name for name, var in dataset.data_vars.items() if "update" in var.dims]
+        for dataset in stages
     ]
-    states = [one[names] for one, names in zip(stages, along, strict=True)]
-    others = [one.drop_vars(names) for one, names in zip(stages, along, strict=True)]
+    states = [dataset[names] for dataset, names in zip(stages, along, strict=True)]
+    rest = [
+        dataset.drop_vars(names) for dataset, names in zip(stages, along, strict=True)
+    ]
     return _as_before(
-        _concat(states, "update").merge(_concat(others, "stage"), join="outer"), "stage"
+        _concat(states, "update").merge(_concat(rest, "stage"), join="outer"), "stage"
     )
 
 
-def _concat(each: Sequence[xr.Dataset], along: str) -> xr.Dataset:
+def _concat(datasets: Sequence[xr.Dataset], along: str) -> xr.Dataset:
     """Return datasets as one, NaN where one has less than another.
 
     No labels but numbers where it may.
     """
     numbered = []
-    for dataset in each:
+    for dataset in datasets:
         numbers = {
             dim: np.arange(dataset.sizes[dim]) for dim in PADDED if dim in dataset.dims
         }
@@ -167,28 +167,30 @@ def _as_before(joined: xr.Dataset, new: str) -> xr.Dataset:
     return xr.Dataset(restored)
 
 
-def condition_coordinates(scene: Scene, lived: history.History) -> dict[str, Any]:
+def condition_coordinates(
+    scene: Scene, life_history: history.History
+) -> dict[str, Any]:
     """Return the coordinates that tell the conditions of operation, none where there is but one."""
     blocks = scene.operation.blocks
-    stages = scene.operation.stages[: len(lived.stages)]
-    told: dict[str, Any] = {}
-    for along, each in (("duty", blocks), ("stage", stages)):
-        if each:
-            told |= {
-                f"{along}_{what}": [getattr(one, what) for one in each]
-                for what in ("torque", "speed")
+    stages = scene.operation.stages[: len(life_history.stages)]
+    coordinates: dict[str, Any] = {}
+    for along, parts in (("duty", blocks), ("stage", stages)):
+        if parts:
+            coordinates |= {
+                f"{along}_{quantity}": [getattr(part, quantity) for part in parts]
+                for quantity in ("torque", "speed")
             }
     if blocks:
         share = np.array([block.share for block in blocks])
-        told |= {
+        coordinates |= {
             "duty": np.arange(1, len(blocks) + 1),
             "duty_share": share / share.sum(),
         }
     if stages:
         labels = labels_of(scene.operation.stages)[: len(stages)]
-        kept = [len(lived.kept(k).cycle) for k in range(len(labels))]
-        told |= {"stage": labels, "update_stage": np.repeat(labels, kept)}
-    return told
+        counts = [len(life_history.kept(k).cycle) for k in range(len(labels))]
+        coordinates |= {"stage": labels, "update_stage": np.repeat(labels, counts)}
+    return coordinates
 
 
 APART = 1e-9  # of the path: the two nodes of a step of the wear stand so far apart
@@ -209,9 +211,9 @@ def continued_wear(scene: Scene, parts: assembly.GearModel) -> coupled.Wear:
         wore the other side
     """
     assert scene.start is not None
-    given = scene.start_wear
+    start_wear = scene.start_wear
     run = scene.start.run
-    if given is None:
+    if start_wear is None:
         raise label.Refused(
             f"this scene continues run {run}: run it with the store that holds that "
             "one, "
@@ -222,19 +224,21 @@ def continued_wear(scene: Scene, parts: assembly.GearModel) -> coupled.Wear:
     for name in parts.gears.flanks:
         if is_replaced(name, scene.start.replace):
             continue
-        if name not in given.depth:
+        if name not in start_wear.depth:
             raise label.Refused(
-                f"run {run} has no flank {name!r}: it has {', '.join(given.depth)}"
+                f"run {run} has no flank {name!r}: it has {', '.join(start_wear.depth)}"
             )
-        if given.side.get(name) not in ("", None, scene.operation.drive_flank):
+        if start_wear.side.get(name) not in ("", None, scene.operation.drive_flank):
             raise label.Refused(
-                f"run {run} wore the {given.side[name]} flanks, this one loads the "
+                f"run {run} wore the {start_wear.side[name]} flanks, this one loads the "
                 f"{scene.operation.drive_flank} ones: they are new; leave [start] out"
             )
         kind, gear = parts.gears.flank(name)
         position = parts.kinds[kind].analysis.grid.position
         wear[kind][gear] = moved(
-            np.array(given.position[name]), np.array(given.depth[name]), position
+            np.array(start_wear.position[name]),
+            np.array(start_wear.depth[name]),
+            position,
         )
     return wear
 
@@ -244,33 +248,37 @@ def inherited_error(scene: Scene, parts: assembly.GearModel) -> float:
 
     It is 0 where nothing is inherited; NaN where the parent has no estimate.
     """
-    given = scene.start_wear
-    if scene.start is None or given is None:
+    start_wear = scene.start_wear
+    if scene.start is None or start_wear is None:
         return 0.0
     new = all(is_replaced(name, scene.start.replace) for name in parts.gears.flanks)
-    return 0.0 if new else given.error + given.estimate
+    return 0.0 if new else start_wear.error + start_wear.estimate
 
 
-def moved(own: Array, depth: Array, wanted: Array) -> Array:
+def moved(position: Array, depth: Array, target: Array) -> Array:
     """Return depths at other nodes, steps kept as steps, 0 beyond the ends, (m,) [m]."""
-    if own.shape == wanted.shape and np.allclose(own, wanted, rtol=0.0, atol=1e-12):
+    if position.shape == target.shape and np.allclose(
+        position, target, rtol=0.0, atol=1e-12
+    ):
         return depth.copy()
-    span = float(own.max() - own.min())
-    inside = (wanted >= own.min() - BEYOND * span) & (
-        wanted <= own.max() + BEYOND * span
+    span = float(position.max() - position.min())
+    inside = (target >= position.min() - BEYOND * span) & (
+        target <= position.max() + BEYOND * span
     )
     return np.where(
-        inside, np.interp(_set_apart(wanted, span), _set_apart(own, span), depth), 0.0
+        inside,
+        np.interp(_set_apart(target, span), _set_apart(position, span), depth),
+        0.0,
     )
 
 
 def _set_apart(position: Array, span: float) -> Array:
     """Return positions in which the node before a step lies before the one after it."""
     twin = np.abs(np.diff(position)) < 1e-3 * APART * span
-    apart = position.copy()
-    apart[:-1][twin] -= APART * span
-    apart[1:][twin] += APART * span
-    return apart
+    shifted = position.copy()
+    shifted[:-1][twin] -= APART * span
+    shifted[1:][twin] += APART * span
+    return shifted
 
 
 STATES_OF_A_FACE = 12
@@ -321,14 +329,14 @@ def max_work(scene: Scene, parts: assembly.GearModel) -> float:
     return MAX_WORK / work * max(1.0, (USUAL / scene.numerics.tolerance) ** 0.5)
 
 
-def max_searched(system: System, asked: float | None = None) -> int:
+def max_searched(system: System, requested: float | None = None) -> int:
     """Return the integration steps of all searches for other attractors in one condition of operation.
 
     Who asks for more right-hand sides of a life than it may have by itself has more of
     these, too.
     """
     return int(
-        SEARCH_SHARE * max(MAX_WORK / units(system), asked or 0.0) / RHS_PER_STEP
+        SEARCH_SHARE * max(MAX_WORK / units(system), requested or 0.0) / RHS_PER_STEP
     )
 
 
@@ -348,15 +356,15 @@ def integration(
     """Return how the wear of a scene is integrated, up to its limits and its work."""
     assert scene.wear is not None
     tolerance = scene.numerics.cycle_tolerance or scene.numerics.tolerance
-    given: dict[str, Any] = {
+    options: dict[str, Any] = {
         "limits": until,
         "method": scene.wear.step.build(),
         "tolerance": tolerance,
     }
-    given["max_evaluations"] = int(
+    options["max_evaluations"] = int(
         MAX_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5)
     )
-    return partial(integrate.integrate, max_work=max_work(scene, parts), **given)
+    return partial(integrate.integrate, max_work=max_work(scene, parts), **options)
 
 
 def life_at_rate(
@@ -397,28 +405,28 @@ def integrate_life(
     cycles, seconds, reason = 0.0, 0.0, ""
     for stage in stages:
         gears = stage.first.gears
-        before = (cycles, seconds)
+        passed_before = (cycles, seconds)
         until = assembly.wear.build_limits(
-            scene, gears, stage.coupling, stage.speed, before
+            scene, gears, stage.coupling, stage.speed, passed_before
         )
         goes_on = stage.cycles is not None and (
             until.cycles is None or until.cycles > stage.cycles
         )
         until = until._replace(cycles=stage.cycles) if goes_on else until
         try:
-            lived = _integrated(stage, wear, until, cycles)
+            life_history = _integrated(stage, wear, until, cycles)
         except limits.StopWear as stop:
             if not histories:
                 raise
             reason = stop.reason
             break
-        histories.append(lived)
-        assert lived.life is not None
-        wear = stage.coupling.split(lived.life.depth[-1])
-        passed = float(lived.life.cycle[-1])
+        histories.append(life_history)
+        assert life_history.life is not None
+        wear = stage.coupling.split(life_history.life.depth[-1])
+        passed = float(life_history.life.cycle[-1])
         cycles = cycles + passed
         seconds = seconds + _seconds(stage, passed)
-        reason = lived.life.end_reason
+        reason = life_history.life.end_reason
         if not goes_on or reason != limits.ALL_CYCLES:
             break
     return _joined(histories, stages, reason)
@@ -430,7 +438,10 @@ def _seconds(stage: OperatingCondition, cycles: Any) -> Any:
 
 
 def _integrated(
-    stage: OperatingCondition, wear: coupled.Wear, until: limits.Limits, before: float
+    stage: OperatingCondition,
+    wear: coupled.Wear,
+    until: limits.Limits,
+    cycles_before: float,
 ) -> history.History:
     """Return the life of one stage.
 
@@ -438,27 +449,33 @@ def _integrated(
     """
     parts = stage.first
     scene = stage.first.scene
-    asked = assembly.wear.build_snapshots(scene, parts.gears, stage.coupling)
-    left = tuple(cycle - before for cycle in asked.cycles if cycle > before)
-    kept: dict[str, Any] = {"snapshots": asked._replace(cycles=left, only=asked.asked)}
-    kept["kept_work"] = KEPT_SHARE * max_work(scene, parts)
-    kept["max_kept"] = (
+    snapshots = assembly.wear.build_snapshots(scene, parts.gears, stage.coupling)
+    left = tuple(
+        cycle - cycles_before for cycle in snapshots.cycles if cycle > cycles_before
+    )
+    options: dict[str, Any] = {
+        "snapshots": snapshots._replace(cycles=left, only=snapshots.asked)
+    }
+    options["kept_work"] = KEPT_SHARE * max_work(scene, parts)
+    options["max_kept"] = (
         None if parts.face is None else STATES_OF_A_FACE // len(parts.kinds)
     )
     return history.history(
-        stage.coupling, wear, integration(scene, parts, until), **kept
+        stage.coupling, wear, integration(scene, parts, until), **options
     )
 
 
 def _joined(
-    each: list[history.History], stages: Sequence[OperatingCondition], reason: str
+    histories: list[history.History], stages: Sequence[OperatingCondition], reason: str
 ) -> history.History:
     """Return histories one after another.
 
     A later stage's first state is the end of the stage before.
     """
-    lives = [lived.life for lived in each if lived.life is not None]
-    whole = each[0]._replace(stages=tuple(each))
+    lives = [
+        life_history.life for life_history in histories if life_history.life is not None
+    ]
+    whole = histories[0]._replace(stages=tuple(histories))
     cycle = 0.0
     clock = 0.0
     error = 0.0
@@ -466,9 +483,9 @@ def _joined(
     seconds = list[Array]()
     later = list[integrate.Life]()
     for number, (stage, life) in enumerate(zip(stages, lives, strict=False)):
-        kept = whole.kept(number).cycle
-        cycles.append(cycle + kept)
-        seconds.append(clock + _seconds(stage, kept))
+        cycles_kept = whole.kept(number).cycle
+        cycles.append(cycle + cycles_kept)
+        seconds.append(clock + _seconds(stage, cycles_kept))
         moved = {
             name: getattr(life, name) + cycle for name in ("cycle", "snapshot_cycle")
         }
@@ -490,8 +507,10 @@ def _joined(
         "jumps": tuple(chain(*of_all("jumps"))),
     }
     for name in ("cycle", "depth", "rate", "accumulated_error"):
-        begin, *others = of_all(name)  # a later one begins with the end of those before
-        joined[name] = np.concatenate([begin, *(rows[1:] for rows in others)])
+        begin, *later_ones = of_all(
+            name
+        )  # a later one begins with the end of those before
+        joined[name] = np.concatenate([begin, *(rows[1:] for rows in later_ones)])
     joined |= {
         name: np.concatenate(of_all(name))
         for name in ("snapshot_cycle", "snapshot_depth")

@@ -18,7 +18,7 @@ def rated(scene: Scene, parts: GearModel) -> dict[str, Any]:
     """
     if scene.rating is None:
         return {}
-    asked = scene.rating
+    rating = scene.rating
     pair = parts.kinds[0].pair
     turned = parts.gears.helix
     module = scene.gears.module
@@ -34,7 +34,7 @@ def rated(scene: Scene, parts: GearModel) -> dict[str, Any]:
     rack = iso.Rack(scene.gears.pressure_angle, dedendum, turned.angle)
     modulus = 2.0 / sum(1.0 / gear.material.youngs_modulus for gear in gears)
     single = iso.single_stiffness(
-        first, second, rack, body_factor=asked.body_factor, modulus=modulus
+        first, second, rack, body_factor=rating.body_factor, modulus=modulus
     )
     mesh = iso.mesh_stiffness(single, pair.contact_ratio)
     values: dict[str, Any] = {
@@ -45,24 +45,26 @@ def rated(scene: Scene, parts: GearModel) -> dict[str, Any]:
         "iso_mesh_stiffness_alpha": [mesh.alpha],
     }
     values["iso_mesh_stiffness_beta"] = [mesh.beta]
-    misaligned = asked.equivalent_misalignment
+    misaligned = rating.equivalent_misalignment
     of_mesh = scene.mesh.misalignment
     if misaligned is None and of_mesh is not None:
         misaligned = abs(
             of_mesh.over_face(pair.working_pressure_angle, scene.operation.torque)
         )
-    load = specific_load(parts) * asked.application_factor
+    load = specific_load(parts) * rating.application_factor
     if misaligned is None or load == 0.0:
         return values
-    flank = iso.face_load_factor((1.0 - asked.running_in) * misaligned, load, mesh.beta)
+    flank = iso.face_load_factor(
+        (1.0 - rating.running_in) * misaligned, load, mesh.beta
+    )
     depth = max(abs(gear.tip_radius - gear.root_radius) for gear in gears)
     root = iso.root_load_factor(flank, pair.face_width, depth)
     values |= {"iso_face_load_factor": [flank], "iso_root_load_factor": [root]}
-    return {**values, **_pitting(asked, scene, parts, flank)}
+    return {**values, **_pitting(rating, scene, parts, flank)}
 
 
 def _pitting(
-    asked: sections.Rating, scene: Scene, parts: GearModel, face_load_factor: float
+    rating: sections.Rating, scene: Scene, parts: GearModel, face_load_factor: float
 ) -> dict[str, Any]:
     """Return contact stresses and, where a limit is given, the safety against pitting of each flank."""
     kind = parts.gears.kinds[0]
@@ -74,7 +76,7 @@ def _pitting(
     nominal = iso.nominal_stress(
         pair, turned, overlap, specific_load(parts) * pair.face_width
     )
-    load = asked.application_factor * face_load_factor * asked.transverse_load_factor
+    load = rating.application_factor * face_load_factor * rating.transverse_load_factor
     stress = [
         factor * nominal * math.sqrt(load)
         for factor in iso.single_contact_factors(pair, overlap)
@@ -82,9 +84,9 @@ def _pitting(
     order = [gear for _, gear in parts.gears.flank_places]
     values: dict[str, Any] = {"iso_nominal_contact_stress": [nominal]}
     values["iso_contact_stress"] = [stress[gear] for gear in order]
-    limit = asked.allowable_contact_stress
-    viscosity = asked.viscosity_40
-    hours = asked.hours
+    limit = rating.allowable_contact_stress
+    viscosity = rating.viscosity_40
+    hours = rating.hours
     if limit is None or viscosity is None or hours is None:
         return values
     mean = (
@@ -114,29 +116,29 @@ def rating_flags(scene: Scene, parts: GearModel) -> list[str]:
     """Return where the rating leaves its range, and where its equations come from."""
     if scene.rating is None:
         return []
-    told = [
+    flags = [
         "rating: equations of ISO 6336-1 second-hand, checked against printed values "
         "of others"
     ]
     load = specific_load(parts) * scene.rating.application_factor
     if load < iso.VALID_LOAD:
-        told.append(
+        flags.append(
             "rating: single stiffness of loads from 100 N/mm on, and this is "
             f"{1e-3 * load:.3g} N/mm"
         )
     pair = parts.kinds[0].pair
     if any(gear.internal for gear in pair.gears):
-        told.append("rating: a ring is taken as a rack")
+        flags.append("rating: a ring is taken as a rack")
     if pair.contact_ratio >= MAX_CONTACT_RATIO:
-        told.append(
+        flags.append(
             "rating: no contact stress, since two pairs and more touch always (ε_α of "
             "2 and more)"
         )
     elif scene.rating.allowable_contact_stress is not None:
-        told.append(
+        flags.append(
             "rating: safety against pitting by ISO 6336-2:2006, second-hand, checked "
             "against printed values; "
             "of hardened steel, no pitting allowed, Z_W = Z_X = 1, R_z = 6 R_a, K_A "
             "K_v = application_factor"
         )
-    return told
+    return flags

@@ -273,7 +273,7 @@ def calibrated(scene: Scene) -> tuple[Scene, Calibration | None]:
     given = calibrated_coefficient(scene)
     if wear is None or given is None:
         return scene, None
-    life = scene.calibration or _lived(scene)
+    life = scene.calibration or _calibration_life(scene)
     if life.end_reason != limits.WORN_OUT:
         raise label.Refused(
             f"these gears cannot be calibrated on {1e6 * given.depth:g} µm on the "
@@ -297,7 +297,7 @@ def calibrated(scene: Scene) -> tuple[Scene, Calibration | None]:
     return settled, Calibration(life, value, value * life.error / life.cycles, told)
 
 
-def _lived(scene: Scene) -> CalibrationLife:
+def _calibration_life(scene: Scene) -> CalibrationLife:
     """Return the life that calibrates a scene, lived here: no store is at hand, or it has none."""
     alone = calibrating(scene)
     assert alone is not None

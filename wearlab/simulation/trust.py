@@ -39,7 +39,7 @@ ENDS_OF_WORK = {
 
 def trust_values(
     stages: Sequence[life_run.OperatingCondition],
-    lived: history.History,
+    life_history: history.History,
     errors: Sequence[estimates.Estimates],
     searches: Sequence[Search],
     inherited: float,
@@ -49,16 +49,16 @@ def trust_values(
     Parameters
     ----------
     stages : those that were reached
-    lived : the life through them
+    life_history : the life through them
     errors : estimated, of each stage
     searches : what the searches for other attractors of the states came to
     inherited : error of the wear that the run starts from [m]
     """
-    each = [parts for stage in stages for parts in stage.parts]
+    models = [parts for stage in stages for parts in stage.parts]
     flags = list[str]()
-    for stage, own in zip(stages, lived.stages, strict=True):
+    for stage, part in zip(stages, life_history.stages, strict=True):
         for block, parts in enumerate(stage.parts):
-            flags += [*parts.validity, *scene_validity(parts, own.in_block(block))]
+            flags += [*parts.validity, *scene_validity(parts, part.in_block(block))]
     if cut := sum(search.cut_off for search in searches):
         flags.append(
             f"the search for coexisting attractors was cut off in {cut} of "
@@ -66,12 +66,12 @@ def trust_values(
             "bound on the work: ask for fewer snapshots, or look in single states by "
             "wear.initial"
         )
-    doubts = dict.fromkeys(doubt for own in errors for doubt in own.doubts)
-    values: dict[str, Any] = {"verdict": verdict(lived, searches)}
+    doubts = dict.fromkeys(doubt for part in errors for doubt in part.doubts)
+    values: dict[str, Any] = {"verdict": verdict(life_history, searches)}
     values["validity"] = "\n".join(dict.fromkeys(flags))
     values["estimate_quality"] = f"doubtful: {'; '.join(doubts)}" if doubts else TRUSTED
-    if (life := lived.life) is not None:
-        depth, of_life = accumulated(errors, lived, inherited)
+    if (life := life_history.life) is not None:
+        depth, of_life = accumulated(errors, life_history, inherited)
         values |= {"error_estimate_wear_depth": depth, "steps_cycle": life.cycle[1:]}
         values |= {
             "count_wear_steps": life.count_steps,
@@ -79,14 +79,14 @@ def trust_values(
         }
         if of_life is not None:
             values["error_estimate_life"] = of_life
-    accounts = [parts.coupling.account for parts in each]
+    accounts = [parts.coupling.account for parts in models]
     values |= {
         f"run_time_{stage}": sum(a.seconds[stage] for a in accounts)
         for stage in accounts[0].seconds
     }
     return values | {
-        f"count_{what}": sum(a.counts[what] for a in accounts)
-        for what in accounts[0].counts
+        f"count_{counted}": sum(a.counts[counted] for a in accounts)
+        for counted in accounts[0].counts
     }
 
 
@@ -100,13 +100,13 @@ def accumulated(
     What the run inherits from the one it goes on from [m] is added like an earlier
     stage.
     """
-    before = inherited
+    earlier = inherited
     depths = []
     for number, estimate in enumerate(errors):
         assert estimate.wear_depth is not None
-        depths.append(before + estimate.wear_depth[1 if number else 0 :])
-        last = before
-        before = before + float(estimate.wear_depth[-1])
+        depths.append(earlier + estimate.wear_depth[1 if number else 0 :])
+        last = earlier
+        earlier = earlier + float(estimate.wear_depth[-1])
     of_life = errors[-1].life
     life = whole.life
     fastest = 0.0 if life is None else float(life.rate[-1].max(initial=0.0))
@@ -115,22 +115,24 @@ def accumulated(
     return np.concatenate(depths), of_life
 
 
-def verdict(lived: history.History, searches: Sequence[Search] = ()) -> str:
+def verdict(life_history: history.History, searches: Sequence[Search] = ()) -> str:
     """Return in one word what the run amounts to.
 
     What deviates most from an ordinary run wins.
 
     Parameters
     ----------
-    lived : the states
+    life_history : the states
     searches : what the searches for other attractors of the states came to
     """
-    if lived.life is not None and lived.life.end_reason not in (
+    if life_history.life is not None and life_history.life.end_reason not in (
         limits.ALL_CYCLES,
         limits.WORN_OUT,
     ):
         return "stopped"
-    responses = [response for state in lived.state for response in state.responses]
+    responses = [
+        response for state in life_history.state for response in state.responses
+    ]
     for word, good in (
         ("not converged", "converged"),
         ("aperiodic", "periodic"),
@@ -157,13 +159,13 @@ def verdict(lived: history.History, searches: Sequence[Search] = ()) -> str:
 
 
 def scene_validity(
-    parts: assembly.GearModel, lived: history.History
+    parts: assembly.GearModel, life_history: history.History
 ) -> tuple[str, ...]:
     """Return limits of validity that show only once the scene has run."""
     flags: list[str] = []
     for kind, mesh_kind in enumerate(parts.kinds if parts.face is None else ()):
         state = max(
-            lived.state,
+            life_history.state,
             key=lambda state: float(state.kind[kind].static.deflection.max()),
         )
         worst = state.kind[kind].static.deflection
@@ -175,19 +177,19 @@ def scene_validity(
         )
         flags += assembly.contact.cut_short(pair, analysis, nodes)
     if parts.face is None:
-        flags += vibration.uncarried(parts, lived.state)
+        flags += vibration.uncarried(parts, life_history.state)
     if parts.vibration is not None and len(parts.meshes) > 1:
         flags.append(
             "coexisting attractors of a set of several meshes are not looked for"
         )
-    if lived.life is None:
+    if life_history.life is None:
         return tuple(flags)
-    if lived.life.saw_tooth:
+    if life_history.life.saw_tooth:
         flags.append("saw-tooth: steps over cycles beyond the stability limit")
-    if lived.life.end_reason in ENDS_OF_WORK:
-        flags.append(ENDS_OF_WORK[lived.life.end_reason])
-    if lived.life.wave_growth > 0.0:
-        fold = float(lived.life.rate[0].max()) / lived.life.wave_growth
+    if life_history.life.end_reason in ENDS_OF_WORK:
+        flags.append(ENDS_OF_WORK[life_history.life.end_reason])
+    if life_history.life.wave_growth > 0.0:
+        fold = float(life_history.life.rate[0].max()) / life_history.life.wave_growth
         flags.append(
             f"the flanks corrugate: waves of wear grow e-fold every {1e6 * fold:.3g} "
             "um of wear, so that "
@@ -249,20 +251,20 @@ def _lines(scene: Scene, parts: assembly.GearModel) -> Iterator[str]:
         if mesh.contact.model_error and scene.wear is not None:
             yield f"gaps: {mesh.contact.model_error}"
     if scene.wear is not None and scene.wear.coefficient is not None:
-        told = getattr(
+        remark = getattr(
             scene.wear.coefficient, "model_error", CoefficientModel.model_error
         )
-        yield f"wear coefficient: {told}"
+        yield f"wear coefficient: {remark}"
     if parts.face is None:
         yield EVERYWHERE
     else:
         for section, kind in zip(sections, parts.face.kinds, strict=True):
-            told = scene.mesh.of(section).coupling.model_error
+            remark = scene.mesh.of(section).coupling.model_error
             solid = kind.contact.solid
             if solid is not None:
                 softer = 100.0 * (solid.even / kind.contact.section.body - 1.0)
-                told += (
+                remark += (
                     f"; at even load {softer.min():+.1f} to {softer.max():+.1f} % "
                     "against plane elements"
                 )
-            yield f"{OVER_FACE}: {told}"
+            yield f"{OVER_FACE}: {remark}"

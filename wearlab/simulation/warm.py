@@ -115,10 +115,10 @@ def _kernels(scene: Scene) -> tuple[object, ...]:
     )
 
 
-def _choices(given: object) -> object:
+def _choices(options: object) -> object:
     """Return what is chosen among options, without the numbers: these are handed to the kernels."""
-    if isinstance(given, Part):
-        return type(given), *(_choices(value) for _, value in given)
-    if isinstance(given, dict):
-        return (*((name, _choices(value)) for name, value in given.items()),)
-    return given if isinstance(given, bool | str) else None
+    if isinstance(options, Part):
+        return type(options), *(_choices(value) for _, value in options)
+    if isinstance(options, dict):
+        return (*((name, _choices(value)) for name, value in options.items()),)
+    return options if isinstance(options, bool | str) else None

@@ -83,16 +83,16 @@ def above_nodes(depth: Array) -> float:
     depth : (n,) at evenly spaced nodes [m]
     """
     top = int(np.argmax(depth))
-    after = depth[top : top + 3]
-    before = depth[max(0, top - 2) : top + 1][::-1]
+    ahead = depth[top : top + 3]
+    behind = depth[max(0, top - 2) : top + 1][::-1]
     rises = [
         _vertex(
             0.5 * (4.0 * second - 3.0 * first - third),
             0.5 * (first + third - 2.0 * second),
         )
-        for first, second, third in (side for side in (after, before) if len(side) == 3)
+        for first, second, third in (side for side in (ahead, behind) if len(side) == 3)
     ]
-    if 2 in (len(after), len(before)):
+    if 2 in (len(ahead), len(behind)):
         left, middle, right = depth[top - 1 : top + 2]
         rises.append(_vertex(0.5 * abs(right - left), 0.5 * (left + right) - middle))
     return max(rises)
@@ -123,14 +123,14 @@ def levelled(
         it cannot be told
     """
     size = float(np.abs(drive).max(initial=0.0))
-    told = True
+    answers = True
 
     def product(v: Array) -> Array:
-        nonlocal told
+        nonlocal answers
         unit = float(np.abs(v).max()) / size
-        answered = answer(v / unit) if unit > 0.0 and told else None
+        answered = answer(v / unit) if unit > 0.0 and answers else None
         if answered is None:
-            told = told and unit == 0.0
+            answers = answers and unit == 0.0
             return v
         return np.asarray(v - step * unit * answered)
 
@@ -138,7 +138,7 @@ def levelled(
         return drive
     system = LinearOperator((len(drive), len(drive)), matvec=product, dtype=np.float64)
     error, _ = gmres(system, drive, rtol=CLOSE, restart=MAX_ANSWERS, maxiter=1)
-    return np.asarray(error) if told and float(np.abs(error).max()) < size else drive
+    return np.asarray(error) if answers and float(np.abs(error).max()) < size else drive
 
 
 WORN_FORCE_SHARE = 1.2
@@ -175,23 +175,23 @@ def errors_of_wear(
     stepping : error of the depth at the states by the steps over cycles and by what was
         before [m]
     """
-    found = list[WornFurther | None]()
-    before = None
+    errors = list[WornFurther | None]()
+    last = None
     for twin, steps in zip(joint, stepping, strict=True):
-        found.append(None if twin is None else _next(twin, float(steps), before))
-        before = found[-1] or before
-    return found
+        errors.append(None if twin is None else _next(twin, float(steps), last))
+        last = errors[-1] or last
+    return errors
 
 
-def _next(twin: Rougher, stepping: float, before: WornFurther | None) -> WornFurther:
+def _next(twin: Rougher, stepping: float, previous: WornFurther | None) -> WornFurther:
     """Return the error at the next state that has twins."""
     cycle = 0.0
     start = np.zeros_like(twin.wear)
     last = None
-    if before is not None:
-        cycle = before.twin.cycle
-        start = before.error
-        last = before.twin.rate
+    if previous is not None:
+        cycle = previous.twin.cycle
+        start = previous.error
+        last = previous.twin.rate
     step = twin.cycle - cycle
     error = start
     if twin.rate is not None:  # when nothing levels it since the state before
@@ -200,8 +200,8 @@ def _next(twin: Rougher, stepping: float, before: WornFurther | None) -> WornFur
     worse = _worn_by(twin, off)
     if _is_levelled(twin, step, error, off, _answer(twin, worse)):
         error = levelled(error, step, lambda off: _answer(twin, _worn_by(twin, off)))
-        again = _worn_by(twin, _further(twin, error, stepping))
-        worse = worse if None in again else again
+        levelled_worse = _worn_by(twin, _further(twin, error, stepping))
+        worse = worse if None in levelled_worse else levelled_worse
     return WornFurther(twin, error, worse)
 
 
@@ -218,20 +218,22 @@ def _is_levelled(
 
 def _answer(joint: Rougher, worse: Sequence[coupled.WearState | None]) -> Array | None:
     """Return what further wear changes of the rate of all conditions, None where it cannot be told."""
-    each = []
+    changes = []
     for share, twin, moved in zip(joint.shares, joint.conditions, worse, strict=True):
         if moved is None or not (moved.wears and twin.state.wears):
             return None
         flat = twin.parts.coupling.flat
-        each.append(share * (flat(moved.rate) - flat(twin.state.rate)))
-    return np.sum(each, axis=0)
+        changes.append(share * (flat(moved.rate) - flat(twin.state.rate)))
+    return np.sum(changes, axis=0)
 
 
 def _further(joint: Rougher, error: Array, stepping: float) -> Array:
     """Return by how much the twin is worn further: the error, and that of the steps alike the wear."""
-    own = WORN_FORCE_SHARE * error
-    alike = stepping * joint.wear / (joint.wear.max(initial=0.0) or 1.0)
-    return np.asarray(own - alike if own @ alike < 0.0 else own + alike)
+    of_wear = WORN_FORCE_SHARE * error
+    of_steps = stepping * joint.wear / (joint.wear.max(initial=0.0) or 1.0)
+    return np.asarray(
+        of_wear - of_steps if of_wear @ of_steps < 0.0 else of_wear + of_steps
+    )
 
 
 def _worn_by(joint: Rougher, off: Array) -> tuple[coupled.WearState | None, ...]:
@@ -244,7 +246,8 @@ def _worn_by(joint: Rougher, off: Array) -> tuple[coupled.WearState | None, ...]
         twin.parts.coupling.split(np.maximum(0.0, twin.wear + off))
         for twin in joint.conditions
     ]
-    each = zip(joint.conditions, worn, strict=True)
+    companions = zip(joint.conditions, worn, strict=True)
     return tuple(
-        alike(twin.parts, wear, twin.state.responses, twin.state) for twin, wear in each
+        alike(twin.parts, wear, twin.state.responses, twin.state)
+        for twin, wear in companions
     )

@@ -115,8 +115,11 @@ def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
     Archard 1953.
     """
     unknown = PowerOfLoad(np.full(path.equivalent_radius.shape, NAN), 0.0)
-    given = (flank.coefficient for flank in law.flanks)
-    powers = [own if isinstance(own, PowerOfLoad) else unknown for own in given]
+    coefficients = (flank.coefficient for flank in law.flanks)
+    powers = [
+        coefficient if isinstance(coefficient, PowerOfLoad) else unknown
+        for coefficient in coefficients
+    ]
     scale = np.stack(
         [
             flank.factor * power.scale
@@ -198,11 +201,11 @@ def flank_state(
     distance = width * path.slide_ratio[gear] * path.passes[gear]
     ratio = np.full(len(width), NAN) if ratio is None else ratio
     worn = np.zeros(len(width)) if depth is None else depth[gear]
-    said = speed, distance, ratio, worn, flank.hardness, flank.temperature
+    conditions = speed, distance, ratio, worn, flank.hardness, flank.temperature
     return FlankState(
         load,
         law.law.pressure_factor * pressure,
-        *said,
+        *conditions,
         coefficient=np.full(len(width), NAN),
     )
 
@@ -233,7 +236,7 @@ def wear_rate(law: PreparedLaw, force: Array, depth: Array | None = None) -> Arr
     return rate
 
 
-def _checked(values: Array, function: object, what: str) -> Array:
+def _checked(values: Array, function: object, quantity: str) -> Array:
     """Return what a function of the state gave, or refuse what no flank can do."""
     checked = np.asarray(values, float)
     worst = np.concatenate([checked[~(checked >= 0.0)], checked[np.isinf(checked)]])
@@ -245,7 +248,7 @@ def _checked(values: Array, function: object, what: str) -> Array:
             else ""
         )
         raise VariantError(
-            f"{name}: a {what} of {worst[0]:g}; it must be finite and not "
+            f"{name}: a {quantity} of {worst[0]:g}; it must be finite and not "
             f"negative{unsaid}"
         )
     return checked

@@ -85,25 +85,25 @@ def squares(half_width: Array, path: WearPath) -> Squares:
     Johnson 1985, §2.7 and Appendix 1.
     """
     rows = np.atleast_2d(half_width)
-    most = max_orders(rows, path)
-    each = list[tuple[Array, ...]]()
-    order = np.arange(FIRST_ORDER, most + 1)[:, None]
+    last_order = max_orders(rows, path)
+    blocks = list[tuple[Array, ...]]()
+    order = np.arange(FIRST_ORDER, last_order + 1)[:, None]
     for number, row in enumerate(rows):
-        own = [windows(row, ascending(arc)) for arc in path.arc]
-        found = np.concatenate(
-            [coefficients(window.t, most) for window in own], axis=-1
+        flank_windows = [windows(row, ascending(arc)) for arc in path.arc]
+        terms = np.concatenate(
+            [coefficients(window.t, last_order) for window in flank_windows], axis=-1
         )
         entry = [
             window.node + len(row) * number + rows.size * flank
-            for flank, window in enumerate(own)
+            for flank, window in enumerate(flank_windows)
         ]
         node = np.concatenate(entry, axis=1)
-        felt = np.concatenate([window.felt for window in own], axis=1)
-        both = felt[:, :, None] & felt[:, None, :]
-        product = (order * found).swapaxes(1, 2) @ found
-        column = np.broadcast_to(node[:, None, :], both.shape)
-        each.append((felt.sum(axis=1), node[felt], product[both], column[both]))
-    count, node, product, column = map(np.concatenate, zip(*each, strict=True))
+        felt = np.concatenate([window.felt for window in flank_windows], axis=1)
+        pairs = felt[:, :, None] & felt[:, None, :]
+        product = (order * terms).swapaxes(1, 2) @ terms
+        column = np.broadcast_to(node[:, None, :], pairs.shape)
+        blocks.append((felt.sum(axis=1), node[felt], product[pairs], column[pairs]))
+    count, node, product, column = map(np.concatenate, zip(*blocks, strict=True))
     ends = np.concatenate([[0], np.cumsum(np.repeat(count, count))])
     matrix = csr_array((product, column, ends), (len(node), 2 * rows.size))
     return Squares(np.repeat(np.arange(len(count)), count), node, matrix)
@@ -135,23 +135,23 @@ def max_orders(half_width: Array, path: WearPath) -> int:
     return int(np.clip(np.ceil(np.pi * finest), MIN_ORDERS, MAX_ORDERS))
 
 
-def coefficients(t: Array, most: int) -> Array:
+def coefficients(t: Array, last_order: int) -> Array:
     """Return ``∫ φ_i T_n/√(1 − t²) dt`` of nodes at ascending t (…, m), orders from 2, (…, most − 1, m).
 
     Between nodes ``∫ T_n/√(1 − t²) dt = −sin nθ/n`` with t = cos θ, and that of t T_n
     half the sum of its neighbours in n. Beyond ±1 there is nothing.
     """
-    n = np.arange(FIRST_ORDER - 1, most + 2)[:, None]
+    n = np.arange(FIRST_ORDER - 1, last_order + 2)[:, None]
     t = t[..., None, :]
     change = -np.diff(np.sin(n * np.arccos(np.clip(t, -1.0, 1.0))) / n)
     plain = change[..., 1:-1, :]
     slope = 0.5 * (change[..., :-2, :] + change[..., 2:, :])
     length = np.diff(t)
     share = np.divide(1.0, length, out=np.zeros_like(length), where=length > 0.0)
-    found = np.zeros((*plain.shape[:-1], t.shape[-1]))
-    found[..., :-1] += (t[..., 1:] * plain - slope) * share
-    found[..., 1:] += (slope - t[..., :-1] * plain) * share
-    return found
+    values = np.zeros((*plain.shape[:-1], t.shape[-1]))
+    values[..., :-1] += (t[..., 1:] * plain - slope) * share
+    values[..., 1:] += (slope - t[..., :-1] * plain) * share
+    return values
 
 
 LAG = 3e-6

@@ -224,10 +224,10 @@ def path_position(
         square = (0.5 * x) ** 2 - body.base_radius**2
         if square.min() < 0.0:
             below = f"lies below the base circle, {2e3 * body.base_radius:.6g} mm"
-            found = (
+            reason = (
                 f"{body.name}: a measured diameter of {1e3 * x.min():.6g} mm {below}"
             )
-            raise GearError(f"{found}; leave out points off the involute")
+            raise GearError(f"{reason}; leave out points off the involute")
         curvature = np.sqrt(square)
     elif along == "roll_angle":
         curvature = body.base_radius * x
@@ -251,17 +251,17 @@ def continued(
     """
     profile = np.stack([where, depth])
     goes_on = how != "refuse"
-    before = (
+    leading = (
         _beyond(where, depth, 0, begin, how)
         if goes_on and where[0] > begin
         else profile[:, :0]
     )
-    after = (
+    trailing = (
         _beyond(where, depth, -1, end, how)
         if goes_on and where[-1] < end
         else profile[:, :0]
     )
-    x, y = np.concatenate([before[:, ::-1], profile, after], axis=1)
+    x, y = np.concatenate([leading[:, ::-1], profile, trailing], axis=1)
     return x, y
 
 
@@ -338,19 +338,19 @@ def _outer_line(s: Array, depth: Array) -> Array:
     stays outside.
     """
     away = 1e-9 * np.ptp(s)
-    before = s < -away
-    after = s > away
+    below = s < -away
+    above = s > away
     at_pitch = float(np.interp(0.0, s, depth))
-    left = (depth[before] - at_pitch) / s[before]
-    right = (depth[after] - at_pitch) / s[after]
+    left = (depth[below] - at_pitch) / s[below]
+    right = (depth[above] - at_pitch) / s[above]
     if left.max() <= right.min():
-        near = -s[before][-1]
-        far = s[after][0]
+        near = -s[below][-1]
+        far = s[above][0]
         tangent = (left[-1] * far + right[0] * near) / (near + far)
         return np.asarray(at_pitch + np.clip(tangent, left.max(), right.min()) * s)
     # the edge of the lower hull of the depth that crosses the pitch point: the lowest
     # there of all chords
-    slope = (depth[after] - depth[before][:, None]) / (s[after] - s[before][:, None])
-    crossing = depth[before][:, None] - slope * s[before][:, None]
+    slope = (depth[above] - depth[below][:, None]) / (s[above] - s[below][:, None])
+    crossing = depth[below][:, None] - slope * s[below][:, None]
     i, j = np.unravel_index(np.argmin(crossing), crossing.shape)
     return np.asarray(crossing[i, j] + slope[i, j] * s)

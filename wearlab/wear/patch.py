@@ -174,20 +174,20 @@ def remembered(make: Callable[..., Made]) -> Callable[..., Made]:
     Of the path only the arc and the modulus may count. What wear coefficient, speed and
     length of a life do not touch is so made once for all runs of a process.
     """
-    kept = lru_cache(KEPT)(lambda given: make(*given.values))
+    cached = lru_cache(KEPT)(lambda arguments: make(*arguments.values))
 
     @wraps(make)
-    def kept_or_made(*given: Any) -> Made:
-        if np.size(given[0]) > MAX_NODES:
-            return make(*given)
-        each = (
+    def kept_or_made(*arguments: Any) -> Made:
+        if np.size(arguments[0]) > MAX_NODES:
+            return make(*arguments)
+        parts_of = (
             (x.arc, x.contact_modulus) if isinstance(x, WearPath) else (x,)
-            for x in given
+            for x in arguments
         )
         key = tuple(
-            np.asarray(part, float).tobytes() for parts in each for part in parts
+            np.asarray(part, float).tobytes() for parts in parts_of for part in parts
         )
-        return kept(_Given(key, given))
+        return cached(_Given(key, arguments))
 
     return kept_or_made
 
@@ -227,7 +227,7 @@ def spreading(half_width: Array, arc: Array) -> Array:
     low = edges[:-1]
     high = edges[1:]
     width = np.diff(edges)
-    kept = np.zeros((len(arc), len(arc)))
+    share = np.zeros((len(arc), len(arc)))
     for end in (
         None,
         edges[0],
@@ -237,13 +237,13 @@ def spreading(half_width: Array, arc: Array) -> Array:
             (low, high) if end is None else (2.0 * end - high, 2.0 * end - low)
         )
         edge = np.clip(edges[:, None], left - a, right + a)
-        kept += np.diff(
+        share += np.diff(
             _collected(edge - left, a) - _collected(edge - right, a), axis=0
         )
     return np.divide(
-        kept,
+        share,
         width[:, None],
-        out=np.zeros_like(kept),
+        out=np.zeros_like(share),
         where=np.outer(width, width) > 0.0,
     )
 

@@ -85,8 +85,8 @@ def wear_path(
         ..., None
     ]
     if not rho.min() > 0.0:
-        least = f"radius of curvature {rho.min():.3g} m on the path"
-        raise ValueError(f"{least}: contact at or below the base circle")
+        smallest = f"radius of curvature {rho.min():.3g} m on the path"
+        raise ValueError(f"{smallest}: contact at or below the base circle")
     arc = rho**2 / (2.0 * r_b)
     per_tooth = rho / z
     step = np.abs(np.diff(arc, axis=1))
@@ -104,7 +104,8 @@ def wear_path(
     )
     steel = [gear.material for gear in pair.gears]
     modulus = contact_modulus(
-        [one.youngs_modulus for one in steel], [one.poisson_ratio for one in steel]
+        [material.youngs_modulus for material in steel],
+        [material.poisson_ratio for material in steel],
     )
     return WearPath(*along, np.asarray(passes, float), float(width), modulus)
 

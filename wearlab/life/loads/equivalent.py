@@ -30,9 +30,9 @@ class EquivalentLoad(LoadModel):
     def build(self, wohler_slope: float | None) -> "EquivalentLoad":
         """Return the equivalent of this Wöhler line."""
         assert wohler_slope is not None  # `problems` asks for it
-        own = self.model_copy()
-        own._wohler_slope = wohler_slope
-        return own
+        model = self.model_copy()
+        model._wohler_slope = wohler_slope
+        return model
 
     def at_nodes(
         self, flanks: "MeshFlanks", static: "Quasistatic", force: Forces

@@ -58,11 +58,11 @@ class InitialModel(Variant):
         if self.sides == "both":
             yield "initial wear of back flanks is not part of the back contact"
             if self.by_law:
-                said = (
+                remark = (
                     "back flanks worn by the wear law do not thin the teeth; give a "
                     "shape or a file"
                 )
-                yield f"wear.initial.{flank}: {said}"
+                yield f"wear.initial.{flank}: {remark}"
 
     def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
         """Return its depth along the flank normal, (n,) [m].

@@ -87,9 +87,9 @@ class MeasuredWear(InitialModel):
     """place on the face in SI, from the file [a profile or a lead]"""
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+    def _complete(cls, options: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         return table_options.read_profile(
-            given, (info.context or {}).get("base_directory")
+            options, (info.context or {}).get("base_directory")
         )
 
     def flags(self, flank: str) -> Iterator[str]:
@@ -128,17 +128,19 @@ class MeasuredWear(InitialModel):
             depth = np.asarray(self.ordinate, float)[rising]
             if self.y == "deviation":
                 depth = -depth - flank.lead.removed(y, [0.5], flank.width)[:, 0]
-            each = np.repeat(depth[:, None], len(position), axis=1)
+            depths = np.repeat(depth[:, None], len(position), axis=1)
         else:
             rows = table_options.traces(self.across, len(self.abscissa))
             profiles = [
-                self._profile(pair, gear, own, flank, place)
-                for place, own in rows.items()
+                self._profile(pair, gear, of_trace, flank, place)
+                for place, of_trace in rows.items()
             ]
             y = np.array(list(rows))
-            each = np.stack([nodal(one, pair, gear, position) for one in profiles])
+            depths = np.stack(
+                [nodal(profile, pair, gear, position) for profile in profiles]
+            )
         return over_face(
-            y, each, pair.gears[gear].name, flank, (self.zero, self.continuation)
+            y, depths, pair.gears[gear].name, flank, (self.zero, self.continuation)
         )
 
     def _profile(
