@@ -1,4 +1,7 @@
-"""Two runs, or two campaigns, side by side: what was asked differently, and what came out differently."""
+"""Two runs, or two campaigns, side by side.
+
+What was asked differently, and what came out differently.
+"""
 
 from wearlab.comparison.campaigns import compare
 from wearlab.comparison.quantities import CompareError

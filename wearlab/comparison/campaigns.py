@@ -203,7 +203,7 @@ def _point_reader(grid: xr.Dataset, index: dict[str, int]) -> Callable[[], xr.Da
 
 
 def _key(label: str, place: Place) -> Key:
-    """Return label and place in a form that does not depend on the unit a file chose."""
+    """Return label and place in a form that depends on no unit."""
     values = sorted(
         (name, _si_text(value, units)) for name, (value, units) in place.items()
     )

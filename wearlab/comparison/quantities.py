@@ -1,4 +1,4 @@
-"""What of two runs is compared: variables as they are stored, and what is made of them."""
+"""What of two runs is compared: stored variables, and what is derived from them."""
 
 from collections.abc import Callable, Iterable
 from typing import NamedTuple, cast
@@ -48,7 +48,10 @@ class Quantity(NamedTuple):
 
 
 def _mean_over_periods(force: xr.DataArray) -> xr.DataArray:
-    """Return the wave over one mesh period: the mean over the periods of the response."""
+    """Return the wave over one mesh period.
+
+    The mean over the periods of the response.
+    """
     if "mesh_period" not in force.dims:
         return force
     return force.mean("mesh_period", skipna=True)
@@ -65,7 +68,7 @@ def _peak(values: xr.DataArray) -> xr.DataArray:
 
 
 def _orders(force: xr.DataArray) -> xr.DataArray:
-    """Return the amplitudes at whole multiples of the mesh frequency, 1 to ``ORDERS``."""
+    """Return the amplitudes at multiples 1 to ``ORDERS`` of the mesh frequency."""
     amplitudes = _spectra(force).isel(order=slice(ORDERS))
     return amplitudes.assign_coords(order=np.arange(1, ORDERS + 1))
 

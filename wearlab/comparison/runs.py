@@ -115,7 +115,9 @@ def _side_by_side(
 def _summary_of(
     relative: dict[str, Array], targets: Array, on: str, tolerance: float
 ) -> dict[str, tuple[Any, ...]]:
-    """Return the relative differences at each state, the largest, and where the first is.
+    """Return the relative differences at each state.
+
+    With the largest, and where the first above the tolerance is.
 
     Parameters
     ----------
@@ -180,7 +182,10 @@ def first_above(position: Array, values: Array, tolerance: float) -> float:
 def _attributes(
     a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float
 ) -> dict[str, object]:
-    """Return the attributes of a comparison: of which runs it is, and how it was made."""
+    """Return the attributes of a comparison.
+
+    Of which runs it is, and how it was made.
+    """
     changed = differences(str(a.attrs.get("scene", "")), str(b.attrs.get("scene", "")))
     scenes = [difference._asdict() for difference in changed]
     return {

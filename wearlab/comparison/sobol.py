@@ -1,4 +1,7 @@
-"""Which inputs make a result scatter: Sobol' indices of a campaign with ``method = "sobol-indices"``."""
+"""Which inputs make a result scatter: Sobol' indices of a campaign.
+
+The campaign has ``method = "sobol-indices"``.
+"""
 
 import warnings
 from itertools import compress
@@ -129,7 +132,10 @@ def _warn(with_intervals: Array, inputs: list[str], points: int) -> None:
 
 
 def _with_interval(table: Array, rng: np.random.Generator) -> Array:
-    """Return S, its ends, T, its ends, (6, inputs), from f of complete base points, (points, inputs + 2)."""
+    """Return S, its ends, T, its ends, (6, inputs).
+
+    From f of complete base points, (points, inputs + 2).
+    """
     whole = table[np.isfinite(table).all(axis=1)]
     if len(whole) < 2:
         message = f"{len(whole)} of {len(table)} base points"
@@ -142,7 +148,10 @@ def _with_interval(table: Array, rng: np.random.Generator) -> Array:
 
 
 def indices(table: Array) -> Array:
-    """Return S_j and T_j, (2, inputs), from f at A, B, AB_1 … AB_d, (points, inputs + 2)."""
+    """Return S_j and T_j, (2, inputs).
+
+    From f at A, B, AB_1 … AB_d, (points, inputs + 2).
+    """
     centred = table - table[:, :2].mean()
     a = centred[:, 0]
     b = centred[:, 1]

@@ -1,4 +1,7 @@
-"""Two runs at the same wear states: positions along their lives, and nodes and phases that they share."""
+"""Two runs at the same wear states.
+
+Positions along their lives, and the nodes and phases that they share.
+"""
 
 from functools import partial
 
@@ -18,7 +21,9 @@ Stands = tuple[Array, NDArray[np.intp]]
 
 
 def positions(run: xr.Dataset, on: str, name: str) -> Stands:
-    """Return where a run's wear states stand, strictly ascending, and which states these are.
+    """Return where a run's wear states stand.
+
+    Strictly ascending positions, and which states these are.
 
     Parameters
     ----------

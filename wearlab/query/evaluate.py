@@ -1,4 +1,6 @@
-"""A bound condition asked of the values of one run: true, false, or unknown (None) where a value is missing.
+"""A condition asked of the values of one run.
+
+It is true, false, or unknown (None) where a value is missing.
 
 Two quantities are the same by the digits in which scenes are told apart: a file says
 1100 rpm, a scene keeps 115.191730632 rad/s, twelve digits of it. A condition that says
@@ -42,7 +44,9 @@ COMPARED["contains"] = lambda text, piece: str(piece).lower() in str(text).lower
 
 @lru_cache(1000)
 def alike(value: float) -> tuple[float, ...]:
-    """Return the numbers that a scene may keep of one: at the edge of a digit, after a conversion, two.
+    """Return the numbers that a scene may keep of one.
+
+    Two where it is at the edge of a digit after a conversion.
 
     Parameters
     ----------
@@ -60,7 +64,10 @@ def alike(value: float) -> tuple[float, ...]:
 
 
 def met(sign: str, value: float, limit: float) -> bool:
-    """Return whether ``value sign other`` holds to the digits of identity, sign one of < <= > >= = !=."""
+    """Return whether ``value sign limit`` holds to the digits of identity.
+
+    The sign is one of < <= > >= = !=.
+    """
     is_close = abs(value - limit) <= CLOSE * abs(limit)
     is_equal = value == limit or (is_close and rounded(value) in alike(limit))
     return COMPARED[sign](0.0 if is_equal else value - limit, 0.0)
@@ -127,7 +134,10 @@ class Literal(NamedTuple):
 
 
 class FirstCycle(NamedTuple):
-    """The first cycle at which a history is beyond a limit, and where a condition asks for it."""
+    """The first cycle at which a history is beyond a limit.
+
+    As a condition asks for it.
+    """
 
     sign: str
     key: Key
@@ -207,7 +217,10 @@ def compared(sign: str, value: Any, limit: Any) -> bool:
 
 
 def value_of(operand: Any, values: Mapping[str, Any]) -> Any:
-    """Return the value of a key, a literal or a ``first_cycle(…)``, None where the run has none."""
+    """Return the value of a key, a literal or a ``first_cycle(…)``.
+
+    None where the run has none.
+    """
     if isinstance(operand, Literal):
         return operand.value
     if isinstance(operand, FirstCycle):
@@ -219,7 +232,9 @@ def value_of(operand: Any, values: Mapping[str, Any]) -> Any:
 def first_cycle(
     sign: str, limit: float, values: bytes | None, cycles: bytes | None
 ) -> float | None:
-    """Return the first cycle at which a history is beyond a limit, None when it never is.
+    """Return the first cycle at which a history is beyond a limit.
+
+    None when it never is.
 
     Between two wear states the history is taken as a straight line over cycles. Where
     it has several values at a state (flanks, meshes), the one that comes first counts.

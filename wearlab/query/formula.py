@@ -1,4 +1,6 @@
-"""A number read off stored runs: the grammar of its formula, and the formula worked out; no code is run.
+"""A number read off stored runs by a formula: its grammar, and how it is computed.
+
+No code is run.
 
 Every name becomes an array with its unit.
 
@@ -97,7 +99,10 @@ def parse_formula(text: str) -> Formula:
 
 
 def _in_python(match: re.Match[str]) -> str:
-    """Return what stands for a part of a formula where Python reads it, of the same length."""
+    """Return what stands for a part of a formula where Python reads it.
+
+    It has the same length.
+    """
     part = match[0]
     if part.isspace():
         return " "
@@ -107,7 +112,10 @@ def _in_python(match: re.Match[str]) -> str:
 
 
 def spelled_out(text: str, meanings: Mapping[str, str]) -> str:
-    """Return a formula in which names that stand for formulas are replaced by these, in brackets."""
+    """Return a formula in which names that stand for formulas are replaced by these.
+
+    In brackets.
+    """
     places = [(n.at, n.name) for n in parse_formula(text).names if n.name in meanings]
     for at, name in sorted(places, reverse=True):
         text = f"{text[:at]}({meanings[name]}){text[at + len(name) :]}"
@@ -116,7 +124,7 @@ def spelled_out(text: str, meanings: Mapping[str, str]) -> str:
 
 @dataclass(frozen=True)
 class _FormulaReader:
-    """Takes of what Python's parser found in a formula that alone which the grammar has."""
+    """Reads a formula from Python's syntax tree, and refuses what its grammar lacks."""
 
     text: str
     lead: int
@@ -237,14 +245,20 @@ def _number(value: float, grid: Any, places: Places) -> Measured:
 
 
 def _placed(inner: WorkedOut, chosen: Places, grid: Any, places: Places) -> Measured:
-    """Return a formula at places: of every variable in it, the part along these dimensions."""
+    """Return a formula at places.
+
+    Of every variable in it, the part along these dimensions.
+    """
     return inner(grid, {**chosen, **places})
 
 
 def _joined(
     sign: str, first: WorkedOut, second: WorkedOut, grid: Any, places: Places
 ) -> Measured:
-    """Return a sum in the unit of its left side, a product of which one side is plain, or a ratio."""
+    """Return a sum, a product or a ratio.
+
+    A sum has the unit of its left side; of a product one side is plain.
+    """
     (a, left) = first(grid, places)
     (b, right) = second(grid, places)
     if sign in "+-":
@@ -350,4 +364,5 @@ def _at(part: Any, name: str, dim: str, label: Any, grid: Any) -> Any:
 
 
 def _not_there(name: str, names: Any) -> str:
-    return f"is not there{nearest.meant(name, [str(candidate) for candidate in names], '')}"
+    remedy = nearest.meant(name, [str(candidate) for candidate in names], "")
+    return f"is not there{remedy}"

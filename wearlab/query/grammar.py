@@ -8,7 +8,8 @@ Nothing is ever evaluated as code.
     conjunction= negation { "and" negation }
     negation   = "not" negation | "(" condition ")" | comparison
     comparison = operand [ sign operand [ sign operand ] | ["not"] "in" list
-               | ["not"] "between" operand "and" operand | ["not"] "contains" text | "is" ["not"] "missing" ]
+               | ["not"] "between" operand "and" operand | ["not"] "contains" text
+               | "is" ["not"] "missing" ]
     operand    = name | "first_cycle" "(" comparison ")" | number [unit] | text | date |
     "true" | "false"
 """
@@ -46,7 +47,10 @@ KEYWORDS = (
     "true",
     "false",
 )
-DATE = r"\d{4}-\d{2}-\d{2}(?:T\d{2}(?::\d{2}(?::\d{2}(?:\.\d+)?)?)?)?(?:Z|[+-]\d{2}:\d{2})?(?![\w.])"
+DATE = (
+    r"\d{4}-\d{2}-\d{2}(?:T\d{2}(?::\d{2}(?::\d{2}(?:\.\d+)?)?)?)?"
+    r"(?:Z|[+-]\d{2}:\d{2})?(?![\w.])"
+)
 NO_WORD = rf"(?!(?i:{'|'.join(KEYWORDS)})\b)"
 FACTOR = (
     rf"{NO_WORD}[A-Za-zµμ°%]+(?:\s*(?:\^|\*\*)\s*[+-]?\d+|[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+|[+-]?\d+)?"
@@ -332,7 +336,10 @@ class _Grammar:
         return key
 
     def value(self, operand: Any, key: Key) -> Any:
-        """Return what a key is compared with: a literal in its unit, or another key of the same unit."""
+        """Return what a key is compared with.
+
+        That is a literal in its unit, or another key of the same unit.
+        """
         if isinstance(operand, Token) and key.kind != "number":
             return Literal(operand.text, operand.at)  # a word without quotes
         if not isinstance(operand, Literal):

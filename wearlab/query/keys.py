@@ -169,7 +169,10 @@ def scene_key(name: str, text: bool) -> Key:
 
 
 def _shown(kind: units.Measure) -> str:
-    """Return the unit that values of a kind are read in: that of its example, if it is one and no scale."""
+    """Return the unit that values of a kind are read in.
+
+    That of its example, if it is one and no scale.
+    """
     from wearlab.materials.grades import SCALES
 
     usual = units.split(kind.example)[1], *kind.units
@@ -244,7 +247,10 @@ def declared_key(name: str) -> Key | None:
 
 
 def _variable(name: str) -> Any:
-    """Return the variable of a name, or of one of its statistics, None where there is none."""
+    """Return the variable of a name, or of one of its statistics.
+
+    None where there is none.
+    """
     from wearlab.schema import VARIABLES
 
     stem = next(
@@ -270,7 +276,10 @@ def flat(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
 def differing_keys(
     scenes: Sequence[Mapping[str, Any]], always: Container[str] = ()
 ) -> list[str]:
-    """Return the keys that not all flat scenes have the same value of, in the order of the first scene."""
+    """Return the keys whose values differ among flat scenes.
+
+    In the order of the first scene.
+    """
     keys = dict.fromkeys(key for scene in scenes for key in scene)
     return [
         key
@@ -318,7 +327,10 @@ def differences(a: str, b: str) -> list[SceneDifference]:
 
 
 def in_usual_unit(key: str, value: Any) -> tuple[Any, str]:
-    """Return a value of a scene as it is usually written, to the digits that a scene keeps, and its unit."""
+    """Return a value of a scene as it is usually written, and its unit.
+
+    To the digits that a scene keeps.
+    """
     declared = scene_key(key, False)
     if declared.quantity and units.is_number(value):
         value = float(

@@ -43,7 +43,9 @@ class Crew:
         self.refused: dict[str, str] = {}
 
     def present(self) -> list[str]:
-        """Return the addresses of workers that may work, after asking new ones for their code.
+        """Return the addresses of workers that may work.
+
+        New ones are asked for their code first.
 
         Raises
         ------
@@ -81,7 +83,9 @@ class Crew:
         ]
 
     def choice(self, fit: list[str]) -> dict[str, Any]:
-        """Return how dask is told whom to give work: anybody, until somebody had to be refused.
+        """Return how dask is told whom to give work.
+
+        Anybody, until somebody had to be refused.
 
         A preference, not a rule: a worker that dies and returns under another address
         still gets work.
@@ -319,7 +323,10 @@ class Cluster:
         return finished
 
     def _is_given_up(self, task: Task, error: BaseException) -> bool:
-        """Say whether a case computed by itself failed, not only its process, which others may kill twice."""
+        """Say whether a case computed by itself failed, not only its process.
+
+        A process that was killed twice may have been killed by others.
+        """
         from dask.distributed import KilledWorker
 
         self.deaths[task.id] += 1
@@ -338,7 +345,10 @@ class Pace:
         self.seconds += sum(outcome.seconds for outcome in outcomes)
 
     def batch(self, waiting: int, workers: int) -> int:
-        """Return the size of the next batch: one until the pace is known, few enough that no worker idles."""
+        """Return the size of the next batch.
+
+        One until the pace is known, then few enough that no worker idles.
+        """
         if self.count == 0:
             return 1
         fitting = int(BATCH_SECONDS * self.count / max(self.seconds, 1e-6))
@@ -365,7 +375,7 @@ def refuse_unreachable(scheduler: "str | Client | None", dashboard: bool) -> Non
 def connect(
     workers: int | None, scheduler: "str | Client | None", dashboard: bool
 ) -> "Iterator[Client]":
-    """Open a client of the given scheduler, or of a cluster of processes on this machine.
+    """Open a client of a scheduler, or of a cluster of processes on this machine.
 
     Parameters
     ----------
@@ -422,7 +432,10 @@ def _opened(scheduler: "str | Client") -> "Iterator[Client]":
 
 
 def _refuse_threads(client: "Client") -> None:
-    """Refuse workers that run several cases in one process: HDF5 cannot be written by two threads of it."""
+    """Refuse workers that run several cases in one process.
+
+    HDF5 cannot be written by two threads of it.
+    """
     for name, worker in client.scheduler_info(n_workers=-1)["workers"].items():
         if worker["nthreads"] > 1:
             message = (
@@ -435,7 +448,10 @@ def _refuse_threads(client: "Client") -> None:
 
 
 def _lost(task: Task, error: BaseException) -> Outcome:
-    """Return the failure of a case whose process died, or whose result could not travel."""
+    """Return the failure of a case whose process died.
+
+    Or whose result could not travel.
+    """
     started = datetime.now(UTC).isoformat(timespec="milliseconds")
     message = "".join(
         [

@@ -32,7 +32,10 @@ _BEGUN = time.time() - time.monotonic()
 
 
 def steady() -> float:
-    """Return the seconds since 1970 [s], as if nobody had set the wall clock since this process began."""
+    """Return the seconds since 1970 [s], as if nobody had set the clock.
+
+    That is since this process began.
+    """
     return _BEGUN + time.monotonic()
 
 
@@ -92,7 +95,9 @@ def available_cores() -> int:
 
 
 def foresee(campaign: "Campaign", store: "Store", scheduler: str | None) -> None:
-    """Begin what workers import, if workers will be wanted: while it goes on, the campaign can be checked.
+    """Begin what workers import, if workers will be wanted.
+
+    While it goes on, the campaign can be checked.
 
     Parameters
     ----------
@@ -261,7 +266,9 @@ def swift_nanny() -> type:
 
 
 def _refuse_other_code(client: Any) -> None:
-    """Refuse workers that import another wearlab than this process: their results would not be ours.
+    """Refuse workers that import another wearlab than this process.
+
+    Their results would not be ours.
 
     Raises
     ------
@@ -284,7 +291,10 @@ def _refuse_other_code(client: Any) -> None:
 
 
 def _staffed(cluster: Any, size: int) -> AbstractContextManager[None]:
-    """Replace workers that are not replaced by themselves: one killed as it starts is not."""
+    """Replace workers that are not replaced by themselves.
+
+    One that was killed as it started is not.
+    """
     bereft: set[Any] = set()
 
     def look() -> None:
@@ -328,7 +338,10 @@ def _main_module_hidden() -> Iterator[None]:
 
 @contextmanager
 def quiet_logs() -> Iterator[None]:
-    """Keep dask's goodbyes, and its tracebacks about what is told in one message, off the screen."""
+    """Keep dask's goodbyes and tracebacks off the screen.
+
+    What they say is told in one message.
+    """
     noisy = [
         name for name in logging.root.manager.loggerDict if name.split(".")[0] in NOISY
     ]

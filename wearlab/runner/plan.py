@@ -1,4 +1,4 @@
-"""What ``run`` would do with a campaign, how long it would take and how large it would be."""
+"""What ``run`` would do with a campaign, how long it takes and how large it is."""
 
 import json
 import os
@@ -388,7 +388,10 @@ def _free(path: Path) -> int:
 
 
 def _estimate(store: Store, scenes: Sequence[Any]) -> Estimate:
-    """Return time and size of scenes from recorded runs: those with the same parts, else all."""
+    """Return time and size of scenes from recorded runs.
+
+    From those with the same parts, else from all.
+    """
     recorded = _recorded_costs(store)
     everything = list(chain.from_iterable(recorded.values()))
     if not everything or not scenes:

@@ -1,4 +1,6 @@
-"""What worker processes need, imported once and for all: they are forked from the process that imported this.
+"""What worker processes need, imported once.
+
+Workers are forked from the process that imported this.
 
 Importing what is only found out to be wanted on first use (the array types that xarray
 looks for) is a good part of a worker's start. No thread is begun here and no file is

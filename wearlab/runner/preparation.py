@@ -1,4 +1,7 @@
-"""What is to be computed of a campaign, made ready: parents, calibrations and plug-ins at hand."""
+"""What is to be computed of a campaign, made ready.
+
+With parents, calibrations and plug-ins at hand.
+"""
 
 import json
 from collections.abc import Callable, Iterable, Mapping

@@ -19,7 +19,10 @@ CASES = "cases"
 
 @contextmanager
 def repeated(act: Callable[[], object], every: float, name: str) -> Iterator[None]:
-    """Do something again and again in a thread of that name, every so many seconds, until the block ends."""
+    """Do something again and again in a thread, until the block ends.
+
+    Every so many seconds, in a thread of that name.
+    """
     ended = threading.Event()
 
     def work() -> None:
@@ -91,7 +94,7 @@ class Progress(ExitStack):
 
 
 class Lines(Progress):
-    """Progress where nobody watches a terminal: a line on standard error every half minute.
+    """Progress where nobody watches a terminal: lines on standard error.
 
     Parameters
     ----------
@@ -222,7 +225,10 @@ class NotebookBar(Progress):
 
 
 def watched(progress: bool) -> Progress:
-    """Return a bar when it is wanted and somebody watches: in a notebook, or on a terminal."""
+    """Return a bar when it is wanted and somebody watches.
+
+    In a notebook, or on a terminal.
+    """
     if not progress:
         return Progress()
     ipython = sys.modules.get("IPython")

@@ -183,7 +183,8 @@ def _open_store(store: Store) -> list[str]:
     if problems:
         omitted = f"; {len(problems)} were left out: 'wearlab verify' tells why"
     return [
-        f"the catalogue had gone: {count} runs were taken back from their files{omitted}"
+        f"the catalogue had gone: {count} runs were taken back from their files"
+        f"{omitted}"
     ]
 
 
@@ -205,7 +206,10 @@ class _Workers:
     notes: list[str]
 
     def start(self, stack: ExitStack) -> cluster.Cluster:
-        """Start workers, or connect to those of a scheduler, until the stack is closed."""
+        """Start workers, or connect to those of a scheduler.
+
+        Until the stack is closed.
+        """
         client = stack.enter_context(
             cluster.connect(self.count, self.scheduler, self.dashboard)
         )

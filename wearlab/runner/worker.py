@@ -36,7 +36,7 @@ Send = Callable[[dict[str, Any]], None]
 def in_progress(
     run_id: str, resumed: bytes | None, send: Send | None
 ) -> AbstractContextManager[None]:
-    """Let the lives of one run be told of, and go on from where an earlier process was killed.
+    """Let the lives of one run be told of, and go on where they were stopped.
 
     Parameters
     ----------
@@ -82,7 +82,10 @@ SIMULATE = "wearlab.simulation:simulate"
 
 
 class Task(NamedTuple):
-    """One case to compute, from the checkpoint of an earlier process where there is one."""
+    """One case to compute.
+
+    From the checkpoint of an earlier process where there is one.
+    """
 
     id: str
     scene: Any
@@ -115,7 +118,9 @@ def execute_all(
 
 
 def _kept_by_scheduler(task: Task, simulate: str, send: Send) -> outcome.Outcome:
-    """Compute a case whose last state the scheduler has, too: a worker that takes over goes on there.
+    """Compute a case whose last state the scheduler has, too.
+
+    A worker that takes over goes on there.
 
     A scheduler of somebody else gives a dead worker's work to the next one by itself:
     what the parent has heard since would come too late.
@@ -195,7 +200,9 @@ def execute(
 def warm_up(
     scenes: Sequence[Any], simulate: str = SIMULATE, turn: int = 0, workers: int = 1
 ) -> None:
-    """Compile what these scenes need, where the simulation offers it (``warm_up`` beside ``simulate``).
+    """Compile what these scenes need, where the simulation offers it.
+
+    By ``warm_up`` beside ``simulate``.
 
     Parameters
     ----------

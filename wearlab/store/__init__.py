@@ -1,4 +1,4 @@
-"""Where runs are kept: one immutable file per run, one catalogue, one lazy grid per campaign."""
+"""Where runs are kept: a file per run, a catalogue, a lazy grid per campaign."""
 
 from wearlab.store.files import StoreError
 from wearlab.store.store import Store, open_store

@@ -1,4 +1,7 @@
-"""Values between wear states: at a common cycle, depth or share of lives, and where another run goes on."""
+"""Values between wear states.
+
+At a common cycle, depth or share of lives, and where another run goes on.
+"""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
@@ -27,7 +30,7 @@ def align(
     *,
     variables: Sequence[str] | None = None,
 ) -> xr.Dataset:
-    """Return a grid whose wear states are replaced by common values along every run's life.
+    """Return a grid at common values along every run's life, instead of wear states.
 
     Between two states a value is taken as a straight line over ``on``; before the first
     and after the last state of a run it is NaN.
@@ -68,7 +71,10 @@ def align(
 
 
 def _progress(grid: xr.Dataset, on: str) -> xr.DataArray:
-    """Return what runs are aligned on, over the grid's dims and ``update``, in memory."""
+    """Return what runs are aligned on, in memory.
+
+    Over the grid's dims and ``update``.
+    """
     if on not in PROGRESS:
         raise StoreError(f"align: {on!r} is not one of {', '.join(PROGRESS)}")
     if PROGRESS[on] not in grid.variables:
@@ -129,7 +135,10 @@ def _aligned(
 
 
 def _interpolated(x: NDArray[Any], y: NDArray[Any], at: Array) -> Array:
-    """Interpolate y (own…, update) of one run over x (update) at common values, where x goes on rising."""
+    """Interpolate y of one run over x at common values.
+
+    y is (dims…, update), x is (update) and counts where it goes on rising.
+    """
     rising = np.flatnonzero(np.isfinite(x))
     rising = rising[np.diff(np.maximum.accumulate(x[rising]), prepend=-np.inf) > 0.0]
     if not rising.size:
@@ -223,7 +232,10 @@ def _cycle(parent: "xr.Dataset", start: "Start", name: str) -> float:
 
 
 def _at(parent: "xr.Dataset", cycle: float) -> tuple[Array, float]:
-    """Return the depths (flank, profile) at a cycle [m], and their estimated error [m]."""
+    """Return the depths at a cycle and their estimated error.
+
+    Depths (flank, profile) [m], error [m].
+    """
     order = ("update", "flank", "profile")
     cycles = np.asarray(parent["cycle"].values, float)
     depth = np.asarray(parent["wear_depth"].transpose(*order).values, float)
@@ -246,7 +258,9 @@ def _at(parent: "xr.Dataset", cycle: float) -> tuple[Array, float]:
 
 
 def hermite(t: float, h0: Any, h1: Any, r0: Any, r1: Any) -> tuple[Array, float]:
-    """Return the cubic through two depths with two slopes at 0 < t < 1, kept between the depths; its error.
+    """Return the cubic through two depths with two slopes, and its error.
+
+    At 0 < t < 1, kept between the depths.
 
     Parameters
     ----------

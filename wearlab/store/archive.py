@@ -50,8 +50,7 @@ class RunArchive:
         self.checkpoints = Checkpoints(self.path / "checkpoints")
         self._presences = self.path / "runners"
 
-    # -- reading
-    # ------------------------------------------------------------------------------------------
+    # reading
 
     def find(self, prefix: str) -> "catalogue.Entry":
         """Return the one run whose id begins so, or that alone meets a condition.
@@ -144,8 +143,7 @@ class RunArchive:
             remote.fetch(path)
         return path
 
-    # -- writing
-    # ------------------------------------------------------------------------------------------
+    # writing
 
     def create(self) -> None:
         """Make the store's folder and catalogue where they are not."""

@@ -1,4 +1,4 @@
-"""The index of a store: which runs exist, in which state, and which campaigns they belong to.
+"""The index of a store: runs, their states, and their campaigns.
 
 Only the process that calls ``run`` writes here, workers never do; it can be rebuilt
 from the run files.
@@ -27,11 +27,17 @@ OF_RUNS = (
     "layout"
 )
 OF_DOCUMENTS = "reason, warnings, sizes, digests, summary, scene"
-FACTS_OF = """SELECT k.name, k.source, k.kind, f.value FROM keys AS k JOIN facts AS f ON f.key = k.number
-WHERE f.run = (SELECT number FROM runs WHERE id = ?)"""
-MEMBERS = """SELECT title, path, run, label, position, coalesce(reference, ''), metadata, verdict, expected,
-measured, met, recorded, campaign, number FROM members JOIN campaigns ON campaign = key
-LEFT JOIN expectations USING (campaign, number)"""
+FACTS_OF = """
+SELECT k.name, k.source, k.kind, f.value
+FROM keys AS k JOIN facts AS f ON f.key = k.number
+WHERE f.run = (SELECT number FROM runs WHERE id = ?)
+"""
+MEMBERS = """
+SELECT title, path, run, label, position, coalesce(reference, ''), metadata,
+    verdict, expected, measured, met, recorded, campaign, number
+FROM members JOIN campaigns ON campaign = key
+LEFT JOIN expectations USING (campaign, number)
+"""
 
 
 @dataclass(frozen=True)
@@ -68,16 +74,19 @@ class Entry:
 
     @property
     def calibration(self) -> str:
-        """The id of the run that its wear coefficient was calibrated by, "" where none did."""
+        """The id of the run that calibrated its wear coefficient, "" where none did."""
         return str(self.summary.get(CALIBRATION) or "")
 
     @property
     def form(self) -> tuple[str | None, tuple[tuple[str, int], ...]]:
-        """What runs have in common that are alike: their variables and their lengths."""
+        """What runs of the same form share: their variables and their lengths."""
         return self.layout, tuple(self.sizes.items())
 
     def without_data(self) -> Outcome:
-        """Return the outcome of a case that failed or was refused, to be recorded elsewhere."""
+        """Return the outcome of a case that failed or was refused.
+
+        To be recorded in another store.
+        """
         identity = (
             self.id,
             self.state,
@@ -93,7 +102,9 @@ class Entry:
 
 @dataclass(frozen=True)
 class Member:
-    """One case of a recorded campaign: the campaign's title and file, its label, and what sets it apart.
+    """One case of a recorded campaign.
+
+    The campaign's title and file, its label, and what sets it apart.
 
     ``comparison`` is how it compares with what the campaign expects of it, once it has
     run; ``reference`` and ``metadata`` (author, orcid, institution, licence) are the
@@ -133,7 +144,10 @@ class Catalogue(rows.Database):
                 rows.run_all(connection, rows.TABLES)
 
     def _prepare(self, connection: sqlite3.Connection, create: bool) -> int:
-        """Make the runs of an earlier version anew from their files, as `make_anew` does; all else stays."""
+        """Make the runs of an earlier version anew from their files.
+
+        As `make_anew` does; all else stays.
+        """
         version = super()._prepare(connection, create)
         if not 0 < version < VERSION:
             return version
@@ -204,7 +218,10 @@ class Catalogue(rows.Database):
         )
 
     def facts(self, run_id: str) -> dict[str, tuple[str, str, Any]]:
-        """Return source, kind and value of every fact of a run by its key, histories marked by their name."""
+        """Return source, kind and value of every fact of a run by its key.
+
+        Histories are marked by their name.
+        """
         return {name: tuple(fact) for name, *fact in self.read(FACTS_OF, [run_id])}
 
     def matching(self, prefix: str) -> list[str]:
@@ -230,7 +247,9 @@ class Catalogue(rows.Database):
         owner: str = "",
         free: Free | None = None,
     ) -> dict[str, str | None]:
-        """Write what became of runs and mark others as running here, in one transaction.
+        """Write what became of runs and mark others as running here.
+
+        In one transaction.
 
         A transaction costs as much as many runs: what is finished and what is begun
         next share one, and no other process can come between.
@@ -317,7 +336,9 @@ class Catalogue(rows.Database):
     def make_anew(
         self, outcomes: Iterable[Outcome], alive: Callable[[str], bool]
     ) -> None:
-        """Record the runs of all files, with what can be asked of them, in the place of what is known.
+        """Record the runs of all files in the place of what is known.
+
+        With what can be asked of them.
 
         Other processes come between any two runs: what they have recorded meanwhile, or
         compute, stays.
@@ -408,7 +429,10 @@ class Catalogue(rows.Database):
         return key
 
     def record_of(self, key: str) -> dict[str, Any]:
-        """Return what was recorded of a campaign's axes and figures, {} where nothing was."""
+        """Return the recorded axes and figures of a campaign.
+
+        {} where nothing was recorded.
+        """
         found_rows = self.read("SELECT record FROM records WHERE campaign = ?", [key])
         return (
             understood("a campaign in the catalogue", rows.table, found_rows[0][0])
@@ -452,7 +476,10 @@ class Catalogue(rows.Database):
     def record_comparisons(
         self, campaign: str, comparisons: Sequence[Comparison | None]
     ) -> None:
-        """Write how a campaign's cases, in their order, compare with what it expects of them."""
+        """Write how a campaign's cases compare with what it expects of them.
+
+        In their order.
+        """
         compared_rows = [
             (campaign, number, *comparison)
             for number, comparison in enumerate(comparisons)
@@ -467,7 +494,10 @@ class Catalogue(rows.Database):
             )
 
     def members(self, runs: Sequence[str] | None = None) -> list[Member]:
-        """Return the cases of campaigns with these runs (all when None), the campaign recorded last first."""
+        """Return the cases of campaigns with these runs (all when None).
+
+        The campaign recorded last comes first.
+        """
         selected = (
             self.read(MEMBERS)
             if runs is None
@@ -491,7 +521,10 @@ def key_of(text: str) -> str:
 
 
 def _renewing(columns: str) -> str:
-    """Return the statement that writes these columns of a run, the id first, whether it is known or not."""
+    """Return the statement that writes these columns of a run, known or not.
+
+    The id comes first.
+    """
     assignments = [f"{name} = excluded.{name}" for name in columns.split(", ")]
     places = f"({columns}) VALUES ({marks(len(assignments))})"
     return (
@@ -501,7 +534,10 @@ def _renewing(columns: str) -> str:
 
 
 def now(latest: str | None = None) -> str:
-    """Return the time in UTC, a moment after ``latest`` where a clock was set back: the last stays last."""
+    """Return the time in UTC.
+
+    A moment after ``latest`` where a clock was set back: the last stays last.
+    """
     present = datetime.now(UTC).isoformat(timespec="milliseconds")
     if latest is None or present > latest:
         return present

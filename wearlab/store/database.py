@@ -1,4 +1,4 @@
-"""The SQLite file of a store: its tables, transactions of several processes, and what rows may hold.
+"""The SQLite file of a store: tables, transactions, and what rows may hold.
 
 With a rollback journal: two processes on one store wait for each other for a moment and
 never corrupt it, on a shared home directory too (a write-ahead log is faster, but wrong
@@ -33,29 +33,97 @@ from wearlab.store.files import StoreError, written
 VERSION = 6
 TABLES = f"""
 PRAGMA user_version = {VERSION};
-CREATE TABLE runs (number INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT NOT NULL UNIQUE,
-    state TEXT NOT NULL CHECK (state IN ('running', 'done', 'failed', 'refused')), owner TEXT, size INTEGER,
-    sha256 TEXT, started TEXT, seconds REAL, source_hash TEXT, wearlab_version TEXT, layout TEXT);
-CREATE TABLE documents (number INTEGER PRIMARY KEY, reason TEXT, warnings TEXT, sizes TEXT, digests TEXT,
-    summary TEXT, scene TEXT);
-CREATE TABLE keys (number INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, source TEXT NOT NULL,
-    kind TEXT NOT NULL, unit TEXT NOT NULL, quantity TEXT, display_unit TEXT NOT NULL);
-CREATE TABLE facts (key INTEGER NOT NULL, run INTEGER NOT NULL, value, PRIMARY KEY (key, run)) WITHOUT ROWID;
+CREATE TABLE runs (
+    number INTEGER PRIMARY KEY AUTOINCREMENT,
+    id TEXT NOT NULL UNIQUE,
+    state TEXT NOT NULL CHECK (state IN ('running', 'done', 'failed', 'refused')),
+    owner TEXT,
+    size INTEGER,
+    sha256 TEXT,
+    started TEXT,
+    seconds REAL,
+    source_hash TEXT,
+    wearlab_version TEXT,
+    layout TEXT
+);
+CREATE TABLE documents (
+    number INTEGER PRIMARY KEY,
+    reason TEXT,
+    warnings TEXT,
+    sizes TEXT,
+    digests TEXT,
+    summary TEXT,
+    scene TEXT
+);
+CREATE TABLE keys (
+    number INTEGER PRIMARY KEY,
+    name TEXT NOT NULL UNIQUE,
+    source TEXT NOT NULL,
+    kind TEXT NOT NULL,
+    unit TEXT NOT NULL,
+    quantity TEXT,
+    display_unit TEXT NOT NULL
+);
+CREATE TABLE facts (
+    key INTEGER NOT NULL,
+    run INTEGER NOT NULL,
+    value,
+    PRIMARY KEY (key, run)
+) WITHOUT ROWID;
 CREATE TABLE layouts (key TEXT PRIMARY KEY, layout TEXT NOT NULL) WITHOUT ROWID
 """
 LASTING = """
-CREATE TABLE IF NOT EXISTS campaigns (key TEXT PRIMARY KEY, title TEXT, reference TEXT, path TEXT,
-    recorded TEXT, metadata TEXT) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS members (campaign TEXT NOT NULL, number INTEGER NOT NULL, run TEXT NOT NULL,
-    label TEXT, position TEXT, PRIMARY KEY (campaign, number)) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS campaigns (
+    key TEXT PRIMARY KEY,
+    title TEXT,
+    reference TEXT,
+    path TEXT,
+    recorded TEXT,
+    metadata TEXT
+) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS members (
+    campaign TEXT NOT NULL,
+    number INTEGER NOT NULL,
+    run TEXT NOT NULL,
+    label TEXT,
+    position TEXT,
+    PRIMARY KEY (campaign, number)
+) WITHOUT ROWID;
 CREATE INDEX IF NOT EXISTS members_of_run ON members (run);
-CREATE TABLE IF NOT EXISTS expectations (campaign TEXT NOT NULL, number INTEGER NOT NULL, verdict TEXT,
-    expected TEXT, measured TEXT, met INTEGER, PRIMARY KEY (campaign, number)) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS records (campaign TEXT PRIMARY KEY, record TEXT) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS remarks (subject TEXT NOT NULL, line TEXT NOT NULL, what TEXT, text TEXT, who TEXT,
-    recorded TEXT, campaign TEXT, stands INTEGER, PRIMARY KEY (subject, line)) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS updates (id TEXT PRIMARY KEY, title TEXT, subject TEXT, size INTEGER, sha256 TEXT,
-    recorded TEXT, runs TEXT, summary TEXT) WITHOUT ROWID
+CREATE TABLE IF NOT EXISTS expectations (
+    campaign TEXT NOT NULL,
+    number INTEGER NOT NULL,
+    verdict TEXT,
+    expected TEXT,
+    measured TEXT,
+    met INTEGER,
+    PRIMARY KEY (campaign, number)
+) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS records (
+    campaign TEXT PRIMARY KEY,
+    record TEXT
+) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS remarks (
+    subject TEXT NOT NULL,
+    line TEXT NOT NULL,
+    what TEXT,
+    text TEXT,
+    who TEXT,
+    recorded TEXT,
+    campaign TEXT,
+    stands INTEGER,
+    PRIMARY KEY (subject, line)
+) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS updates (
+    id TEXT PRIMARY KEY,
+    title TEXT,
+    subject TEXT,
+    size INTEGER,
+    sha256 TEXT,
+    recorded TEXT,
+    runs TEXT,
+    summary TEXT
+) WITHOUT ROWID
 """
 """Tables beside the runs; every transaction makes those that an older store lacks."""
 LACKING = {f"no such table: {name}" for name in ("records", "remarks", "updates")}
@@ -130,7 +198,10 @@ class Database:
     def read_many(
         self, question: str, values: Iterable[str]
     ) -> Iterator[tuple[Any, ...]]:
-        """Yield the rows that answer a question ending in ``IN``, for any number of values."""
+        """Yield the rows that answer a question ending in ``IN``.
+
+        For any number of values.
+        """
         for batch in batched(values, CHUNK):
             yield from self.read(f"{question} ({marks(len(batch))})", batch)
 
@@ -206,7 +277,7 @@ class Database:
         return int(version)
 
     def is_sound(self) -> bool:
-        """Say whether the file is a database without damage that SQLite can see, made by wearlab.
+        """Say whether the file is a catalogue without damage that SQLite can see.
 
         One without a table is sound: another process may be about to make them.
         """
@@ -260,7 +331,10 @@ def understood(subject: str, read: Callable[..., Read], *values: Any) -> Read:
         if isinstance(error, ValidationError):
             first = error.errors(include_url=False)[0]
             reason = f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
-        message = f"{subject} cannot be understood ({reason[:100]}); 'wearlab reindex' mends it"
+        message = (
+            f"{subject} cannot be understood ({reason[:100]}); 'wearlab reindex' mends "
+            "it"
+        )
         raise StoreError(message) from error
 
 

@@ -1,4 +1,6 @@
-"""What the catalogue keeps of a run: lengths, variables, scalar results, every value that can be asked for.
+"""What the catalogue keeps of a run, so that it can be asked for.
+
+Lengths, variables, scalar results, and values along the life.
 
 A grid opens and a question is answered without opening files. All of it follows from
 the file of the run and its scene, so that `wearlab verify` can compare both.
@@ -31,7 +33,9 @@ FACTS = "facts WHERE run = ? AND key IN (SELECT number FROM keys)"
 
 
 def describe(dataset: "xr.Dataset") -> dict[str, Any]:
-    """Return what the catalogue records of a dataset, so that a grid opens without opening files.
+    """Return what the catalogue records of a dataset.
+
+    So that a grid opens without opening files.
 
     Returns
     -------
@@ -181,7 +185,9 @@ def stored(value: Any, kind: str) -> Any:
 def facts_of(
     scene: str, summary: Mapping[str, Any], histories: Mapping[str, bytes]
 ) -> Iterator[Fact]:
-    """Yield every fact of a run: values of its scene, scalar results, and values along its life.
+    """Yield every fact of a run.
+
+    Values of its scene, scalar results, and values along its life.
 
     Parameters
     ----------

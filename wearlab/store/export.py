@@ -1,4 +1,6 @@
-"""A campaign's runs in one file that anybody can read: netCDF, Zarr, or a research object crate.
+"""A campaign's runs in one file that anybody can read.
+
+netCDF, Zarr, or a research object crate.
 
 A crate is one zip with data, campaign file, figures and citation.
 
@@ -48,7 +50,9 @@ KEYWORDS = "gears, gear dynamics, tooth wear, mesh stiffness, transmission error
 def export(
     campaign: "Campaign", store: "Store", out: Path, tell: Tell = lambda run_id: None
 ) -> Path:
-    """Write a campaign as one netCDF file, or as a Zarr folder where the name ends in ``.zarr``.
+    """Write a campaign as one netCDF file, or as a Zarr folder.
+
+    A folder where the name ends in ``.zarr``.
 
     Parameters
     ----------
@@ -185,7 +189,10 @@ def _netcdf(
 
 
 def _encoding(grid: xr.Dataset, name: Any) -> dict[str, Any]:
-    """Return how a variable is kept: what is read from runs in chunks of one run, numbers deflated."""
+    """Return how a variable is kept.
+
+    What is read from runs in chunks of one run, numbers deflated.
+    """
     variable = grid.variables[name]
     lacks = variable.dtype.kind == "f" and name not in grid.coords
     encoding: dict[str, Any] = {"_FillValue": np.nan if lacks else None}

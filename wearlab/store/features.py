@@ -1,4 +1,6 @@
-"""Features for statistics and learning: one row for each wear state of each run, one column for each number.
+"""Features for statistics and learning.
+
+One row for each wear state of each run, one column for each number.
 
 Whatever differs between the runs' scenes comes first, by its key; then what results
 tell. A variable along flanks, meshes, members, harmonics, orders or modes gives one
@@ -61,7 +63,7 @@ Values = dict[Column, list[Any]]
 
 
 def indicators(signal: Array) -> dict[str, Array]:
-    """Return indicators of periodic signals and their amplitudes at the first mesh orders.
+    """Return indicators of periodic signals, and amplitudes at the first mesh orders.
 
     mean x̄; rms √⟨(x−x̄)²⟩; peak_to_peak max x − min x; crest_factor max|x−x̄|/rms;
     kurtosis ⟨(x−x̄)⁴⟩/rms⁴; order_k 2|X_k|, X the discrete Fourier transform of the
@@ -333,7 +335,7 @@ def _refuse_unknown(
 def _differing(
     entries: Mapping[str, "catalogue.Entry"],
 ) -> dict[str, dict[Column, Any]]:
-    """Return torque, speed and every value of the scenes that is not the same in all of them."""
+    """Return torque, speed and every value in which the scenes differ."""
     scenes = {run_id: entry.values for run_id, entry in entries.items()}
     columns = {}
     for key in differing_keys(list(scenes.values()), ALWAYS):

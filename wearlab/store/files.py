@@ -1,4 +1,4 @@
-"""Files of a store: whole or not at all, in its folder only, no larger than their bytes allow.
+"""Files of a store: whole or absent, inside its folder, of a plausible size.
 
 And what a store says when it cannot do what it is asked, and what is wrong in it.
 """
@@ -58,7 +58,9 @@ def refuse_links(path: str | Path) -> None:
 
 
 def refuse_oversized(path: str | Path, claimed: int, size: int | None = None) -> None:
-    """Refuse a file that claims to hold far more than its bytes can: reading it would fill the memory.
+    """Refuse a file that claims to hold far more than its bytes can.
+
+    Reading it would fill the memory.
 
     Parameters
     ----------
@@ -154,7 +156,10 @@ WRITER = re.compile(r"[A-Za-z0-9_.-]{1,200}")
 
 
 class Image(NamedTuple):
-    """A finished file: the run's identity, the bytes, and their hash, taken where they were made."""
+    """A finished file: the run's id, the bytes, and their hash.
+
+    The hash was taken where they were made.
+    """
 
     id: str
     content: bytes
@@ -235,7 +240,10 @@ class RunFiles:
         return filter(self.holds, self)
 
     def stray(self, path: Path) -> Problem | None:
-        """Return what is wrong with a file in this folder: half-written, or not one of ours."""
+        """Return what is wrong with a file in this folder.
+
+        It is half-written, or not one of ours.
+        """
         if path.suffix == ".part":
             return Problem(
                 path,
@@ -294,7 +302,10 @@ def sync(path: Path) -> None:
 
 
 def damage(path: Path, size: int | None, sha256: str | None) -> Problem | None:
-    """Return what is wrong with a file that the catalogue knows, by its size and hash."""
+    """Return what is wrong with a file that the catalogue knows.
+
+    By its size and hash.
+    """
     wrong: tuple[str, str] | None = None
     try:
         refuse_links(path)

@@ -1,4 +1,4 @@
-"""A campaign as one lazy dataset: sweep axes, then ``case``, then the run's own dimensions.
+"""A campaign as one lazy dataset: sweep axes, ``case``, then the run's dimensions.
 
 Nothing is opened to build it: lengths, dims, dtypes, attributes and labels come from
 the catalogue. A point's file is read when its chunk is computed. Position in the
@@ -143,7 +143,10 @@ class _Cases:
             self.points[self.index(case)] = number
 
     def index(self, case: Any) -> Index:
-        """Return the index of a case, or of an excluded one, in an array over the grid."""
+        """Return the index of a case in an array over the grid.
+
+        Or of an excluded case.
+        """
         place = dict(case.position)
         if "case" in self.axes and case.label in self.axes["case"]:
             place["case"] = self.axes["case"].index(case.label)
@@ -326,7 +329,10 @@ class _GridRuns:
             refuse_oversized(first, claimed)
 
     def _join_dims(self) -> None:
-        """Join the run dims: the names along a dim of text, the longest of the others."""
+        """Join the dims of the runs.
+
+        All names along a dim of text, the longest of the others.
+        """
         for group in self.groups:
             for dim, size in group.sizes.items():
                 self.sizes[dim] = max(size, self.sizes.get(dim, 0))
@@ -358,7 +364,10 @@ class _GridRuns:
             yield free, bool(layout.get("coordinate")), self.variable(name)
 
     def _layout_of(self, name: str) -> Mapping[str, Any]:
-        """Return dims, dtype and attributes of a variable, as the first group has them."""
+        """Return dims, dtype and attributes of a variable.
+
+        As the first group has them.
+        """
         return next(
             group.variables[name] for group in self.groups if name in group.variables
         )
@@ -379,7 +388,7 @@ class _GridRuns:
     def _lazy_variable(
         self, name: str, dims: tuple[str, ...], layout: Mapping[str, Any]
     ) -> xr.Variable:
-        """Return a variable whose values are read from files when they are asked for."""
+        """Return a variable whose values are read when they are asked for."""
         numbers = self.numbers
         grid_dims = self.dims
         digests = {run.digests.get(name) for run in self.runs}
@@ -534,7 +543,10 @@ def own_values(grid: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 
 def _in_axis_unit(stored: Any, along: "Coordinate") -> Any:
-    """Return a value of a scene in the unit of an axis, None where there is no value."""
+    """Return a value of a scene in the unit of an axis.
+
+    None where there is no value.
+    """
     if not is_number(stored) or not along.units:
         return stored
     kind = quantity_at(along.key)

@@ -1,4 +1,6 @@
-"""What a process under way leaves in a store: the lock that shows it is alive, and checkpoints of its runs.
+"""What a process that runs leaves in a store.
+
+The lock that shows it is alive, and checkpoints of its runs.
 
 The lock is an exclusive transaction on an empty SQLite file of its own: it works alike
 on every platform, is not inherited by children, and cannot be confused by a process id
@@ -148,7 +150,10 @@ class Checkpoints:
             sync(part)
 
     def read(self, run_id: str, code: str) -> bytes | None:
-        """Return the image of a run that the same code made, None: there is none, or it is damaged."""
+        """Return the image of a run that the same code made.
+
+        None: there is none, or it is damaged.
+        """
         try:
             head, _, image = self._path(run_id).read_bytes().partition(b"\n")
         except OSError:
@@ -157,7 +162,10 @@ class Checkpoints:
         return image if head.split(b" ")[:2] == expected else None
 
     def reached(self, run_id: str) -> ReachedCycle | None:
-        """Return how far a run under way was when it was last kept, None where nothing tells it."""
+        """Return how far a run was when its checkpoint was written.
+
+        None where nothing tells it.
+        """
         with (
             suppress(OSError, ValueError, IndexError),
             self._path(run_id).open("rb") as file,

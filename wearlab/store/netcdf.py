@@ -62,7 +62,7 @@ def to_image(dataset: "xr.Dataset") -> tuple[bytes, str]:
 
 
 def encoded(data: "xr.Dataset | xr.DataTree") -> bytes:
-    """Return the netCDF-4 file of a dataset, or of a tree of them with a group for each.
+    """Return the netCDF-4 file of a dataset, or of a tree with a group for each.
 
     Coordinates are named as CF asks, large variables are deflated.
     """
@@ -107,7 +107,10 @@ def _write(group: "netCDF4.Dataset", dataset: "xr.Dataset") -> None:
 
 
 def _storage(values: "NDArray[Any]") -> dict[str, Any]:
-    """Return how HDF5 keeps an array: in chunks with a checksum unless tiny, deflated when large."""
+    """Return how HDF5 keeps an array.
+
+    In chunks with a checksum unless tiny, deflated when large.
+    """
     if not values.ndim or values.dtype.kind in "OUS" or values.nbytes < TINY:
         return {}
     deflated = {"zlib": True, "complevel": 1} if values.nbytes > SMALL else {}
@@ -127,7 +130,10 @@ def is_intact(dataset: "xr.Dataset") -> bool | None:
 
 
 def content_hash(dataset: "xr.Dataset", ignored: tuple[str, ...] = ()) -> str:
-    """Return the SHA-256 over every variable's name, dims, values and attributes, and the global attributes.
+    """Return the SHA-256 over the content of a dataset.
+
+    Over every variable's name, dims, values and attributes, and the global
+    attributes.
 
     Numbers are hashed as little-endian bytes of their stored type, texts as JSON: the
     hash does not depend on compression or on the version of the file format. Run times
@@ -161,7 +167,10 @@ def content_hash(dataset: "xr.Dataset", ignored: tuple[str, ...] = ()) -> str:
 
 
 def results_hash(dataset: "xr.Dataset") -> str:
-    """Return the SHA-256 over what a scene determines, whenever and wherever it was computed."""
+    """Return the SHA-256 over what a scene determines.
+
+    Whenever and wherever it was computed.
+    """
     return content_hash(dataset, CIRCUMSTANCES)
 
 
@@ -194,7 +203,9 @@ FLOATS = {
 
 
 def refuse_untrusted(path: Path, image: bytes) -> None:
-    """Refuse a file whose structure no run has: it would lead elsewhere, in circles, or fill the memory.
+    """Refuse a file whose structure no run has.
+
+    It would lead elsewhere, in circles, or fill the memory.
 
     Parameters
     ----------
@@ -301,7 +312,10 @@ class _Walk:
                 self.spend(texts, where)
 
     def texts(self, entry: Any, where: str) -> None:
-        """Read texts of any length a few at a time, until they take more than they may."""
+        """Read texts of any length a few at a time.
+
+        Until they take more than they may.
+        """
         space = entry.get_space()
         shape = entry.shape
         count = math.prod(shape)
@@ -328,7 +342,10 @@ def leads_elsewhere(properties: Any) -> bool:
 
 
 def _is_plain(kind: Any) -> bool:
-    """Say whether a type is of texts, or of numbers that netCDF knows: of others it dies."""
+    """Say whether a type is of texts, or of numbers that netCDF knows.
+
+    It aborts the process at others.
+    """
     form = kind.get_class()
     size = kind.get_size()
     if form == h5t.INTEGER:

@@ -1,4 +1,4 @@
-"""What one case came to: its outcome, the same in a few words, and where it stands in its campaign."""
+"""The outcome of one case, in full and in a few words, and its place."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -77,7 +77,10 @@ class Outcome:
 
 
 def place(campaign: "Campaign", case: "Case") -> dict[str, str]:
-    """Return the case's value on every axis it stands on, with the unit that the file wrote."""
+    """Return the case's value on every axis it stands on.
+
+    With the unit that the file wrote.
+    """
     axes = {axis.name: axis for axis in campaign.axes}
     return {
         name: value_text(axes[name].values[i], axes[name].units)

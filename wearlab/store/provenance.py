@@ -44,7 +44,7 @@ class Ancestor(NamedTuple):
 
 
 def lineage(store: "StoredRuns", entry: "catalogue.Entry") -> list[Ancestor]:
-    """Return the runs that a run goes on from: its parent, that one's parent, and so on.
+    """Return the runs that a run goes on from: parent, grandparent, and so on.
 
     Parameters
     ----------
@@ -68,7 +68,10 @@ def lineage(store: "StoredRuns", entry: "catalogue.Entry") -> list[Ancestor]:
 
 
 def children(store: "StoredRuns", run_id: str, by: str = "start.run") -> list[str]:
-    """Return the ids of the runs that go on from a run, or that another key says were made by it."""
+    """Return the ids of the runs that go on from a run.
+
+    Or of those that another key says were made by it.
+    """
     if by not in store.names():
         return []
     return [
@@ -78,14 +81,20 @@ def children(store: "StoredRuns", run_id: str, by: str = "start.run") -> list[st
 
 
 def rests_on(store: "StoredRuns", entry: "catalogue.Entry") -> set[str]:
-    """Return the ids of all runs that a run needs to be made again: those before it, those that calibrate."""
+    """Return the ids of all runs that a run needs to be made again.
+
+    Those before it, and those that calibrate.
+    """
     ancestors = {step.run for step in lineage(store, entry)}
     entries = store.archive.entries(ancestors)
     return (ancestors | {run.calibration for run in (entry, *entries.values())}) - {""}
 
 
 def name_of(store: "StoredRuns", run_id: str) -> str:
-    """Return what the campaign recorded last calls a run: its title, the label and the place."""
+    """Return what the campaign recorded last calls a run.
+
+    Its title, the label and the place.
+    """
     member = next(iter(store.archive.catalogue.members([run_id])), None)
     if member is None:
         return ""
@@ -152,7 +161,10 @@ def facts_of(store: "StoredRuns", prefix: str) -> dict[str, str]:
 
 
 def _of_run(store: "StoredRuns", prefix: str) -> dict[str, str]:
-    """Return what a citation of a run needs: who and what, and the code that made it."""
+    """Return what a citation of a run needs.
+
+    Who and what, and the code that made it.
+    """
     from wearlab.store import catalogue
 
     entry = store.archive.find(prefix)
@@ -187,7 +199,10 @@ def _of_run(store: "StoredRuns", prefix: str) -> dict[str, str]:
 
 
 def _of_update(store: "StoredRuns", update: "updates.KeptUpdate") -> dict[str, str]:
-    """Return what a citation of an update needs: who and what, and the runs that it was made from."""
+    """Return what a citation of an update needs.
+
+    Who and what, and the runs that it was made from.
+    """
     from wearlab.store import updates
 
     attributes = getattr(updates.read_update(store, update.id), "attrs", {})

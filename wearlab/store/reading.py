@@ -1,4 +1,4 @@
-"""Runs read from their files, checked before they are believed: their hash, their structure, their size.
+"""Runs read from their files, after their hash, structure and size were checked.
 
 A whole run is read by netCDF4, which crashes when two threads enter it: that goes
 through xarray's own locks. One variable is read by h5py, which does not list a whole
@@ -78,7 +78,9 @@ def _read(path: str | Path) -> tuple[os.stat_result, bytes]:
 
 
 def checked_source(path: str, sha256: str | None) -> str | io.BytesIO:
-    """Return where a run is read from: its checked bytes at the first reading, later the file itself.
+    """Return where a run is read from.
+
+    Its checked bytes at the first reading, later the file itself.
 
     Raises
     ------
@@ -262,7 +264,10 @@ class LazyVariable:
         return len(self.shape)
 
     def __getitem__(self, index: Any) -> NDArray[Any]:
-        """Return the values in a block of points, given by a slice or a number for each dim."""
+        """Return the values in a block of points.
+
+        A slice or a number for each dim.
+        """
         index = index if isinstance(index, tuple) else (index,)
         numbers = np.asarray(self.numbers[index[: self.numbers.ndim]])
         result = np.full(numbers.shape + self.padded, self.fill, self.dtype)

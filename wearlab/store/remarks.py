@@ -1,4 +1,4 @@
-"""Tags and notes on runs and campaigns: one remark, its line in a file beside the runs, and the index.
+"""Tags and notes on runs and campaigns, in files beside the runs, and their index.
 
 ``remarks/ab/<subject>.jsonl`` has one line of JSON a remark, with a hash of its own. A
 tag is taken off by another line, so that the files of two stores are joined by putting
@@ -21,9 +21,14 @@ from wearlab.store.files import Problem, RunFiles, StoreError, refuse_links, wri
 
 COLUMNS = "subject, what, text, who, recorded, campaign"
 OF_RUNS = """
-SELECT run, text, recorded FROM (SELECT subject AS run, text, recorded, what, stands FROM remarks
-    UNION ALL SELECT run, text, r.recorded, what, stands FROM remarks AS r
-    JOIN campaigns AS c ON c.title = r.campaign JOIN members AS m ON m.campaign = c.key)"""
+SELECT run, text, recorded FROM (
+    SELECT subject AS run, text, recorded, what, stands FROM remarks
+    UNION ALL
+    SELECT run, text, r.recorded, what, stands
+    FROM remarks AS r
+    JOIN campaigns AS c ON c.title = r.campaign
+    JOIN members AS m ON m.campaign = c.key
+)"""
 KINDS = ("tag", "untag", "note")
 LONGEST = {"tag": 100, "untag": 100, "note": 10_000}  # characters
 LARGEST = 10_000_000  # bytes of one file
@@ -63,7 +68,9 @@ def _seal(fields: Mapping[str, Any]) -> str:
 
 
 def subject_of(title: str) -> str:
-    """Return under which name remarks on a campaign are kept: its title counts, whichever runs it has.
+    """Return under which name remarks on a campaign are kept.
+
+    Its title counts, whichever runs it has.
 
     Examples
     --------
@@ -96,7 +103,10 @@ def read_line(line: str, subject: str) -> Remark:
 def remarks_on(
     catalogue: Catalogue, subjects: Iterable[str] | None = None
 ) -> list[Remark]:
-    """Return the tags that stand and the notes on some runs or campaigns, all when None, the latest last."""
+    """Return the tags that stand and the notes, the latest last.
+
+    On some runs or campaigns, on all when None.
+    """
     if not catalogue.exists():
         return []
     question = f"SELECT {COLUMNS} FROM remarks WHERE stands AND what != 'untag'"
@@ -113,7 +123,10 @@ def remarks_on(
 def texts_of(
     catalogue: Catalogue, run_ids: Iterable[str], kind: str
 ) -> dict[str, tuple[str, ...]]:
-    """Return the tags, or the notes, of runs: their own, and those of the campaigns that they belong to."""
+    """Return the tags, or the notes, of runs.
+
+    Their own, and those of the campaigns that they belong to.
+    """
     rows = catalogue.read_many(
         f"{OF_RUNS} WHERE stands AND what = '{kind}' AND run IN", run_ids
     )
@@ -174,7 +187,10 @@ def add(
 
 
 def _append(catalogue: Catalogue, subject: str, lines: Iterable[str]) -> None:
-    """Add whole lines to a file with one call, after what a writer that died may have left; index them."""
+    """Add whole lines to a file with one call, and index them.
+
+    After what a writer that died may have left.
+    """
     path = files_of(catalogue).path(subject)
     with written(path):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -192,7 +208,10 @@ def _append(catalogue: Catalogue, subject: str, lines: Iterable[str]) -> None:
 
 
 def _read(path: Path) -> tuple[dict[str, Remark], list[Problem]]:
-    """Return the remarks of a file by their lines, and what is wrong with the other lines."""
+    """Return the remarks of a file by their lines.
+
+    And what is wrong with the other lines.
+    """
     try:
         refuse_links(path)
         lines = read_regular(path, LARGEST).decode(errors="replace").split("\n")
@@ -244,7 +263,9 @@ def _indexed(catalogue: Catalogue) -> dict[str, list[str]]:
 
 
 def adopt(catalogue: Catalogue, source: Catalogue) -> tuple[int, dict[str, str]]:
-    """Take in another store's remarks on runs that are here and on campaigns, line by line.
+    """Take in another store's remarks, line by line.
+
+    On runs that are here, and on campaigns.
 
     Returns
     -------

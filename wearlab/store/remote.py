@@ -1,4 +1,6 @@
-"""A store that another machine writes, read from a copy: over HTTP, S3, or whatever fsspec knows.
+"""A store that another machine writes, read from a copy.
+
+Over HTTP, S3, or whatever fsspec knows.
 
 The catalogue is copied whole when the store is opened, and never while a transaction is
 under way there; a run's file is copied when it is first asked for, and compared with
@@ -148,7 +150,10 @@ def _reached(address: str, file: str = "") -> Iterator[tuple[Any, str]]:
 
 
 def _head(files: Any, name: str) -> bytes:
-    """Return the first bytes of a file, and take few more: a server may answer a range with the whole."""
+    """Return the first bytes of a file, and take few more.
+
+    A server may answer a range with the whole.
+    """
     with _opened(files, name) as file:
         return bytes(file.read(HEAD))[:HEAD]
 
@@ -161,7 +166,7 @@ def _opened(files: Any, name: str) -> Any:
 
 
 def _state(address: str) -> tuple[bytes, bool, int]:
-    """Return by what it is told that a catalogue has not been written while it was copied.
+    """Return what shows whether a catalogue was written while it was copied.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Questions to the catalogue: what can be asked for, and the runs that meet a condition.
+"""Conditions asked of the catalogue: what can be asked for, and the runs found.
 
 What a question names is read for some thousand runs at once, one key after the other;
 the condition is then asked of each run, by its `holds` as everywhere. So no more of a
@@ -115,7 +115,10 @@ class CatalogueSearch:
         self.vocabulary = Vocabulary([*named, *OWN_KEYS], ALIASES, self._elsewhere)
 
     def _elsewhere(self, name: str) -> Key | str | None:
-        """Return the key of a result or a scene's value that no run here has, or of a campaign's axis."""
+        """Return the key of a name that no run here has a value of.
+
+        A result, a value of a scene, or a campaign's axis.
+        """
         from wearlab.query import keys
 
         if (
@@ -194,7 +197,10 @@ class CatalogueSearch:
     def _in_order(
         self, by: Key | None, down: bool, limit: int | None, skip: int
     ) -> tuple[list[Run], int]:
-        """Return number and id of some of all runs, by a column of the tables, and how many there are."""
+        """Return number and id of some of all runs, and how many there are.
+
+        Ordered by a column of the tables.
+        """
         ((count,),) = self.catalogue.read("SELECT count(*) FROM runs")
         value = by and f"r.{COLUMNS.get(by.name)}"
         beside = ""
@@ -233,7 +239,10 @@ class CatalogueSearch:
     def _values(
         self, keys: Iterable[Key], runs: Sequence[Run]
     ) -> Iterator[dict[str, Any]]:
-        """Yield the values of keys for each run, read for some thousand runs at once."""
+        """Yield the values of keys for each run.
+
+        They are read for some thousand runs at once.
+        """
         names = dict.fromkeys(key.name for key in keys)
         for batch in database.batched(runs, AT_ONCE):
             read_columns = {name: self._column(name, batch) for name in names}
@@ -246,7 +255,10 @@ class CatalogueSearch:
                 yield {name: values[place] for name, values in columns.items()}
 
     def _column(self, name: str, runs: Sequence[Run]) -> list[Any] | None:
-        """Return the value of a name for each of some runs, None where no run has any."""
+        """Return the value of a name for each of some runs.
+
+        None where no run has any.
+        """
         numbers, ids = zip(*runs, strict=True)
         if name in (*OF_REMARKS, *OF_CAMPAIGNS, *self.axes):
             remarked = name in OF_REMARKS
@@ -281,7 +293,10 @@ class CatalogueSearch:
     def _of_campaigns(
         self, name: str, ids: Sequence[str]
     ) -> dict[str, tuple[str, ...]]:
-        """Return what campaigns say of each run: their titles, its labels, or its places on an axis."""
+        """Return what campaigns say of each run.
+
+        Their titles, its labels, or its places on an axis.
+        """
         texts: dict[str, dict[str, None]] = {}
         for member in self.catalogue.members(ids):
             of = {"campaign": member.campaign, "case": member.label}

@@ -152,7 +152,10 @@ class Table:
         return frame
 
     def displayed(self, *, si: bool = False) -> tuple[list[str], list[tuple[Any, ...]]]:
-        """Return heads with units, and the rows in the units that people read, or in SI."""
+        """Return heads with units, and the rows.
+
+        In the units that people read, or in SI.
+        """
         heads = []
         scaled = []
         for column, values in zip(
@@ -166,7 +169,10 @@ class Table:
         return heads, list(zip(*scaled, strict=True))
 
     def to_csv(self, *, si: bool = False) -> str:
-        """Return the table as comma-separated values, in the units that people read, or in SI."""
+        """Return the table as comma-separated values.
+
+        In the units that people read, or in SI.
+        """
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         heads, rows = self.displayed(si=si)

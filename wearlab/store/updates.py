@@ -1,4 +1,4 @@
-"""Updates of campaigns by measurements: one immutable file each, beside the runs and kept as they are.
+"""Updates of campaigns by measurements: one immutable file each, beside the runs.
 
 ``updates/ab/<id>.nc`` is a netCDF-4 file with groups, written whole or not at all,
 recorded in the catalogue with its hash, and sealed inside, so that it can be checked
@@ -82,7 +82,10 @@ def keep_update(store: "StoredRuns", tree: "xr.DataTree") -> Path:
 
 
 def _update_of(tree: "xr.DataTree", image: bytes, recorded: str) -> KeptUpdate:
-    """Return what the catalogue has of an update, by its tree and the bytes of its file."""
+    """Return what the catalogue has of an update.
+
+    By its tree and the bytes of its file.
+    """
     names = ("id", "title", SUBJECT, "runs", "summary")
     update_id, title, subject, runs, summary = (
         str(tree.attrs.get(name, "")) for name in names

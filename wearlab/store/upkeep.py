@@ -1,4 +1,4 @@
-"""A store kept in order: compared with its hashes, its catalogue made anew, joined with others, pruned."""
+"""A store kept in order: verified, indexed anew, merged with others, pruned."""
 
 import hashlib
 import json
@@ -31,7 +31,9 @@ SAME = 1e-9  # of two lives of one scene on two machines
 
 
 def verify(store: StoredRuns) -> Iterator[files.Problem]:
-    """Yield all that is wrong with a store: damaged files, entries unlike their files, then foreign files.
+    """Yield all that is wrong with a store.
+
+    Damaged files, entries unlike their files, then foreign files.
 
     A file has its recorded size and hash, and what the catalogue says of a run follows
     from its file. Files that the catalogue does not know are checked against the seal
@@ -88,7 +90,7 @@ def verify(store: StoredRuns) -> Iterator[files.Problem]:
 def _uncalibrated(
     finished: dict[Path, Entry], entries: dict[str, Entry]
 ) -> Iterator[files.Problem]:
-    """Yield the runs whose wear coefficient was calibrated by a life that has become another."""
+    """Yield the runs that were calibrated by a life that has become another."""
     for path, entry in finished.items():
         calibrating = entries.get(entry.calibration)
         used = entry.summary.get(CALIBRATION_LIFE)
@@ -106,7 +108,9 @@ def _uncalibrated(
 
 
 def check_entry(store: StoredRuns, path: Path, entry: Entry) -> files.Problem | None:
-    """Return how the catalogue's entry of a run, and what can be asked of it, differ from its sealed file.
+    """Return how the catalogue's entry of a run differs from its sealed file.
+
+    And what can be asked of it.
 
     Parameters
     ----------
@@ -158,7 +162,7 @@ def check_entry(store: StoredRuns, path: Path, entry: Entry) -> files.Problem | 
 
 
 def _other_units(store: StoredRuns) -> Iterator[files.Problem]:
-    """Yield the keys of the catalogue that have other units than scenes and results are kept in."""
+    """Yield the keys of the catalogue that have other units than they should."""
     question, subject = (
         "SELECT name, source, kind, unit, quantity FROM keys",
         "a key in the catalogue",
