@@ -29,7 +29,6 @@ ROAD = (
         "slots",
         "plugins",
         "tables",
-        "table_options",
         "variable",
         "results",
         "schema",

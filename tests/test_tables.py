@@ -5,7 +5,7 @@ import pytest
 
 import wearlab as wl
 from wearlab.cli.app import status_of
-from wearlab.table_options import duty_table
+from wearlab.scene.duty_file import read_load_table
 from wearlab.tables import ReadTable, TableError, read_table
 
 PAIR = """
@@ -288,7 +288,7 @@ def test_columns_of_a_spectrum_are_known_by_their_units_where_their_names_are_sy
 ):
     """Were three tries: one column was asked for at a time."""
     (tmp_path / "k.csv").write_text(text)
-    torque, speed, share = duty_table("k.csv", {}, {}, tmp_path)
+    torque, speed, share = read_load_table("k.csv", {}, {}, tmp_path)
     assert torque == pytest.approx((60.0, 45.0)) and speed == pytest.approx(
         (151.8436, 94.24778)
     )
@@ -313,4 +313,4 @@ def test_columns_of_a_spectrum_are_known_by_their_units_where_their_names_are_sy
 def test_all_that_a_spectrum_lacks_is_told_at_once(tmp_path, text, said):
     (tmp_path / "k.csv").write_text(text)
     with pytest.raises(TableError, match=said):
-        duty_table("k.csv", {}, {}, tmp_path)
+        read_load_table("k.csv", {}, {}, tmp_path)

@@ -19,11 +19,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearlab import files, table_options, tables
+from wearlab import files, tables
 from wearlab.arrays import Array
 from wearlab.figures.kind import FigureError, FigureRequest, Points
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.wording import Label, converted
+from wearlab.tables.measured_flank import ABSCISSAE, measured_flank_of, traces
 from wearlab.units import UnitError
 
 SLACK = 1e-3
@@ -194,18 +195,18 @@ def measured_flank(request: FigureRequest) -> MeasuredFlank:
     points = points_of(request.published, request)
     try:
         table = tables.table_of(points.name, points.text.encode())
-        x, y, abscissa, depth, x_scale = table_options.profile_of(table, {})
+        x, y, abscissa, depth, across = measured_flank_of(table, {})
     except tables.TableError as error:
         raise request.error(
             f"published: {str(error).partition(', or name it: ')[0]}"
         ) from None
-    if x_scale is None or y != "depth" or x == "roll_length":
+    if across is None or y != "depth" or x == "roll_length":
         raise request.error(
             f"published: {points.name} tells {y} over {x}: a map of wear needs columns "
             "face_position, path_position, diameter or roll_angle, and depth, "
             "positive where material is gone"
         )
-    each = table_options.traces(x_scale, len(abscissa))
+    each = traces(across, len(abscissa))
     where = np.array(abscissa)
     gone = np.array(depth)
     rising = [
@@ -215,7 +216,7 @@ def measured_flank(request: FigureRequest) -> MeasuredFlank:
     return MeasuredFlank(
         points.name,
         x,
-        table_options.PROFILE_ABSCISSAE[x],
+        ABSCISSAE[x],
         np.array(list(each)),
         of_trace,
     )

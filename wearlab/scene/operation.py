@@ -4,7 +4,6 @@
 """
 
 import math
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pydantic
@@ -12,8 +11,8 @@ from pydantic_core import PydanticCustomError
 
 from wearlab import options, units
 from wearlab.dynamics.models import DynamicModel
+from wearlab.scene.duty_file import duty_blocks
 from wearlab.scene.gears import set_in
-from wearlab.table_options import duty_table, named_file, named_texts
 
 SUM_OF_SHARES = 1e-6
 """How far written shares may be from 1 in sum."""
@@ -67,22 +66,7 @@ def _blocks(given: Any, info: pydantic.ValidationInfo) -> Any:
         )
     if "file" not in given:
         raise ValueError("'file' is required: {file, columns, units}")
-    base: Path | None = (info.context or {}).get("base_directory")
-    columns = named_texts({"columns": {}, **given}, "columns", '{ share = "duration" }')
-    units = named_texts(
-        {"units": {}, **given},
-        "units",
-        '{ torque = "N*m", speed = "rpm", share = "h" }',
-    )
-    torque, speed, share = duty_table(named_file(given), columns, units, base)
-    total = sum(share)
-    keys = ("torque", "speed", "share")
-    rows = zip(torque, speed, [part / total for part in share], strict=True)
-    return [
-        dict(zip(keys, map(options.Stored, row), strict=True))
-        for row in rows
-        if row[-1] > 0.0
-    ]
+    return duty_blocks(given, (info.context or {}).get("base_directory"))
 
 
 def _shares(blocks: Any) -> Any:

@@ -233,7 +233,7 @@ def columns_of(
     named = data.columns
     columns = MeasuredColumns(data)
     usual = {
-        name: columns.table.meant(name, {})
+        name: columns.table.column_of(name, {})
         for name in ("cycle", "hours", "date", data.quantity)
     }
     when = {

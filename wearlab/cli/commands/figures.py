@@ -102,9 +102,10 @@ def profile(
     units : NAME=UNIT: A unit that the file does not tell, such as diameter=mm.
     out : FIGURE [FILE's name, .png]: PNG, SVG or PDF.
     """
-    from wearlab import table_options, tables
+    from wearlab import tables
     from wearlab.figures import drawing
     from wearlab.report import plots
+    from wearlab.tables.measured_flank import read_measured_flank
 
     figure = out or Path(f"{file.stem}.png")
     mapped = _pairs(columns or [], "--columns")
@@ -115,13 +116,13 @@ def profile(
     }
     drawing.check_format(ending := figure.suffix.lower().removeprefix("."))
     table = tables.read_table(file)
-    x, y, abscissa, ordinate, across = table_options.profile_table(given, None)
+    x, y, abscissa, ordinate, across = read_measured_flank(given)
     drawn = plots.profile_figure(
         file.name, (x, abscissa), (y, ordinate), table.understood, ending
     )
     files.write_whole(figure, drawn)
     headers = [
-        str(table.meant(name, mapped))
+        str(table.column_of(name, mapped))
         for name in (x, y, *(["face_position"] if across else []))
     ]
     told = {"file": str(file), "read as": table.understood}

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import ConfigDict, ValidationInfo
 from pydantic.json_schema import SkipJsonSchema
 
+from wearlab.mesh.stiffness_file import with_stiffness_table
 from wearlab.options import POSITIVE, Number, Part, SpringRate, option
 from wearlab.slots import Slot, Variant
-from wearlab.table_options import read_stiffness
 
 if TYPE_CHECKING:
     from wearlab.gears.gear import GearPair
@@ -222,7 +222,7 @@ class TabulatedStiffness(PrescribedStiffness):
 
     @classmethod
     def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        return read_stiffness(given, (info.context or {}).get("base_directory"))
+        return with_stiffness_table(given, (info.context or {}).get("base_directory"))
 
     def curve(self, pair: "GearPair") -> "PiecewiseCurve":
         """Return the stiffness over phase, or over ``(s − s_A)/p_b`` [N/m]."""

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import ConfigDict, ValidationInfo
 from pydantic.json_schema import SkipJsonSchema
 
-from wearlab import arrays, table_options
+from wearlab import arrays
 from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,

@@ -8,9 +8,9 @@ import numpy as np
 from pydantic import ConfigDict, ValidationInfo
 from pydantic.json_schema import SkipJsonSchema
 
-from wearlab import table_options
 from wearlab.arrays import Array
 from wearlab.options import POSITIVE, Length, Part, option
+from wearlab.tables import measured_flank
 from wearlab.wear.initials import InitialModel
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class MeasuredWear(InitialModel):
 
     @classmethod
     def _complete(cls, options: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        return table_options.read_profile(
+        return measured_flank.with_measured_flank(
             options, (info.context or {}).get("base_directory")
         )
 
@@ -130,7 +130,7 @@ class MeasuredWear(InitialModel):
                 depth = -depth - flank.lead.removed(y, [0.5], flank.width)[:, 0]
             depths = np.repeat(depth[:, None], len(position), axis=1)
         else:
-            rows = table_options.traces(self.across, len(self.abscissa))
+            rows = measured_flank.traces(self.across, len(self.abscissa))
             profiles = [
                 self._profile(pair, gear, of_trace, flank, place)
                 for place, of_trace in rows.items()
