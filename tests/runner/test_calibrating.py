@@ -13,9 +13,10 @@ from wearlab.scene.scene import calibrating
 from wearlab.simulation import run as simulating
 from wearlab.store import Store
 from wearlab.store.export import export_attributes
+from wearlab.store.merging import merge
 from wearlab.store.outcome import CALIBRATION, Outcome
 from wearlab.store.provenance import bibtex, children, citation, facts_of
-from wearlab.store.upkeep import merge, prunable
+from wearlab.store.pruning import prunable
 
 PAIR = {
     "gears": {

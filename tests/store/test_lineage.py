@@ -10,7 +10,8 @@ from wearlab.store.description import describe
 from wearlab.store.netcdf import to_image
 from wearlab.store.outcome import Outcome
 from wearlab.store.provenance import bibtex, children, citation, facts_of, lineage
-from wearlab.store.upkeep import prunable, verify
+from wearlab.store.pruning import prunable
+from wearlab.store.upkeep import verify
 
 FIRST = "a" * 20
 SECOND = "b" * 20

@@ -13,8 +13,8 @@ from fake_campaign import SIMULATE, Scene, filled, sweep
 from wearlab.runner.worker import Task, execute
 from wearlab.store import Store, StoreError
 from wearlab.store.files import RunFiles
+from wearlab.store.merging import merge
 from wearlab.store.netcdf import to_image
-from wearlab.store.upkeep import merge
 
 
 @pytest.fixture

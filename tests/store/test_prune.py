@@ -4,7 +4,7 @@ import pytest
 from fake_campaign import filled, sweep
 
 from wearlab.store import Store, StoreError
-from wearlab.store.upkeep import prunable, prune
+from wearlab.store.pruning import prunable, prune
 
 
 def recorded(store, campaign, path):

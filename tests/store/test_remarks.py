@@ -158,7 +158,7 @@ def test_merge_joins_the_lines_of_two_stores(store, tmp_path):
     other.tag(second, "gone", remove=["gone"])
     other.tag("five speeds", "all", campaign=True)
     other.note(first, "a note")
-    from wearlab.store.upkeep import merge
+    from wearlab.store.merging import merge
 
     made = merge(store, other)
     assert made.remarks == 5 and not made.damaged
@@ -175,7 +175,7 @@ def test_a_damaged_line_of_another_store_stays_there(store, tmp_path):
         connection.execute(
             "UPDATE remarks SET line = replace(line, 'theirs', 'planted')"
         )
-    from wearlab.store.upkeep import merge
+    from wearlab.store.merging import merge
 
     made = merge(store, other)
     assert made.remarks == 0 and "its hash" in made.damaged[first]
@@ -186,7 +186,7 @@ def test_a_pull_over_the_network_brings_them(store, tmp_path):
     first = ids(store)[0]
     store.tag(first, "good")
     here = Store(tmp_path / "here")
-    from wearlab.store.upkeep import merge
+    from wearlab.store.merging import merge
 
     made = merge(here, Store(f"file://{store.path}"))
     assert made.remarks == 1 and found(here, "tag = good") == [first]

@@ -14,7 +14,7 @@ from fake_campaign import SIMULATE, filled, sweep
 from wearlab.cli.app import status_of
 from wearlab.runner.worker import Task, execute
 from wearlab.store import Store, StoreError, open_store
-from wearlab.store.upkeep import merge
+from wearlab.store.merging import merge
 
 
 class Quiet(SimpleHTTPRequestHandler):

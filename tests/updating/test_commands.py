@@ -142,8 +142,8 @@ def test_an_update_belongs_to_its_measurements_not_to_a_title(
 
 def test_an_update_comes_along_with_its_runs(store, tree, tmp_path):
     from wearlab.store import Store
+    from wearlab.store.merging import merge
     from wearlab.store.updates import read_update
-    from wearlab.store.upkeep import merge
 
     mine = Store(tmp_path / "mine")
     made = merge(mine, store)

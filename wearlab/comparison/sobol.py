@@ -3,9 +3,10 @@
 The campaign has ``method = "sobol-indices"``.
 """
 
+import math
 import warnings
 from itertools import compress
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -14,6 +15,15 @@ from wearlab.arrays import Array
 from wearlab.comparison.quantities import CompareError
 
 DESIGN = "sobol-indices"
+NAMES = (
+    "first_order",
+    "first_order_low",
+    "first_order_high",
+    "total_order",
+    "total_order_low",
+    "total_order_high",
+)
+RESAMPLES = 1000  # of the bootstrap
 WIDE = 0.2
 """Width of an interval from which on an index says little."""
 
@@ -50,6 +60,58 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
     --------
     >>> wl.sobol_indices(np.log10(store.open(campaign).life))  # doctest: +SKIP
     """
+    design = _design_of(result)
+    other_dims = [str(dim) for dim in result.dims if dim != design.axis]
+    width = len(design.inputs)
+    values = result.transpose(design.axis, *other_dims).values.astype(float)
+    table = values.reshape(-1, width + 2, math.prod(values.shape[1:]))
+
+    rng = np.random.default_rng(seed)
+    places = range(table.shape[2])
+    intervals = np.stack(
+        [_with_interval(table[:, :, place], rng) for place in places], axis=-1
+    )
+    _warn(intervals, design.inputs, table.shape[0])
+
+    shape = [result.sizes[dim] for dim in other_dims]
+    variables: dict[str, Any] = {
+        name: (("input", *other_dims), index.reshape(width, *shape), {"units": "1"})
+        for name, index in zip(NAMES, intervals, strict=True)
+    }
+    points = np.isfinite(table).all(axis=1).sum(axis=0).reshape(shape)
+    variables["points"] = (tuple(other_dims), points, {"units": "1"})
+    coordinates: dict[str, Any] = {
+        "input": design.inputs,
+        "key": ("input", design.keys),
+    }
+    for dim in other_dims:
+        if dim in result.coords:
+            coordinates[dim] = result[dim].values
+    return xr.Dataset(variables, coordinates)
+
+
+class _Design(NamedTuple):
+    """How the runs along an axis were drawn.
+
+    Parameters
+    ----------
+    axis : name of the axis
+    inputs : what was drawn
+    keys : of the inputs in the scene
+    """
+
+    axis: str
+    inputs: list[str]
+    keys: list[str]
+
+
+def _design_of(result: xr.DataArray) -> _Design:
+    """Return the axis along which a result was drawn, and its inputs.
+
+    Raises
+    ------
+    CompareError : it was not drawn for this, or some runs of the design are not there
+    """
     labelled = (str(dim) for dim in result.dims if dim in result.coords)
     axis = next(
         (dim for dim in labelled if result[dim].attrs.get("key") == DESIGN), None
@@ -61,74 +123,55 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
         )
     inputs = [
         str(name)
-        for name, coord in result.coords.items()
-        if coord.dims == (axis,) and name != axis
+        for name, coordinate in result.coords.items()
+        if coordinate.dims == (axis,) and name != axis
     ]
-    keys = [str(result[name].attrs.get("key", name)) for name in inputs]
     runs = result.sizes[axis]
-    width = len(inputs)
-    if runs % (width + 2):
+    if runs % (len(inputs) + 2):
         raise CompareError(
-            f"sobol_indices: {runs} runs of {width} inputs are no whole design: do "
-            "not select"
+            f"sobol_indices: {runs} runs of {len(inputs)} inputs are no whole design: "
+            "do not select"
         )
-    others = [str(dim) for dim in result.dims if dim != axis]
-    table = (
-        result.transpose(axis, *others)
-        .values.astype(float)
-        .reshape(runs // (width + 2), width + 2, -1)
-    )
-    rng = np.random.default_rng(seed)
-    with_intervals = np.stack(
-        [_with_interval(table[:, :, k], rng) for k in range(table.shape[2])], axis=-1
-    )
-    shape = [result.sizes[dim] for dim in others]
-    names = [
-        f"{order}_order{end}"
-        for order in ("first", "total")
-        for end in ("", "_low", "_high")
-    ]
-    variables = {
-        name: (("input", *others), interval.reshape(width, *shape), {"units": "1"})
-        for name, interval in zip(names, with_intervals[:6], strict=True)
-    }
-    _warn(with_intervals, inputs, table.shape[0])
-    points = np.isfinite(table).all(axis=1).sum(axis=0).reshape(shape)
-    coordinates: dict[str, Any] = {"input": inputs, "key": ("input", keys)}
-    coordinates |= {dim: result[dim].values for dim in others if dim in result.coords}
-    return xr.Dataset(
-        {**variables, "points": (tuple(others), points, {"units": "1"})}, coordinates
-    )
+    keys = [str(result[name].attrs.get("key", name)) for name in inputs]
+    return _Design(axis, inputs, keys)
 
 
-def _warn(with_intervals: Array, inputs: list[str], points: int) -> None:
-    """Say of which inputs the indices cannot be trusted, and why.
+def _warn(intervals: Array, inputs: list[str], points: int) -> None:
+    """Warn of the inputs whose indices cannot be trusted, and why.
 
-    Found has shape (6, inputs, places).
+    Parameters
+    ----------
+    intervals : (6, inputs, places), in the order of `NAMES`
+    inputs : their names
+    points : number of base points
     """
-    _, first_low, first_high, _, total_low, total_high = with_intervals
+    _, first_low, first_high, _, total_low, total_high = intervals
     width = np.maximum(first_high - first_low, total_high - total_low)
-    wide = (width > WIDE).any(axis=-1)
-    beyond = ((first_low > total_high) | (first_high < 0.0) | (total_low > 1.0)).any(
-        axis=-1
-    )
+    is_wide = (width > WIDE).any(axis=-1)
+    contradicts = (first_low > total_high) | (first_high < 0.0) | (total_low > 1.0)
     doubts = (
         (
-            wide,
+            is_wide,
             f"the 95 % intervals of {{}} are up to "
             f"{np.nanmax(width, initial=0.0):.2g} wide",
         ),
-        (beyond, "those of {} contradict 0 ≤ first order ≤ total order ≤ 1"),
+        (
+            contradicts.any(axis=-1),
+            "those of {} contradict 0 ≤ first order ≤ total order ≤ 1",
+        ),
     )
-    said = [
-        text.format(", ".join(compress(inputs, which)))
-        for which, text in doubts
-        if which.any()
+    reasons = [
+        text.format(", ".join(compress(inputs, is_doubtful)))
+        for is_doubtful, text in doubts
+        if is_doubtful.any()
     ]
-    if said:
-        few = f"{points} base points are too few to trust these: {'; '.join(said)}"
-        raised = "Raise sample.n, at least fourfold to halve an interval"
-        warnings.warn(f"sobol_indices: {few}. {raised}", SobolWarning, stacklevel=3)
+    if reasons:
+        message = (
+            f"sobol_indices: {points} base points are too few to trust these: "
+            f"{'; '.join(reasons)}. Raise sample.n, at least fourfold to halve an "
+            "interval"
+        )
+        warnings.warn(message, SobolWarning, stacklevel=3)
 
 
 def _with_interval(table: Array, rng: np.random.Generator) -> Array:
@@ -140,7 +183,7 @@ def _with_interval(table: Array, rng: np.random.Generator) -> Array:
     if len(whole) < 2:
         message = f"{len(whole)} of {len(table)} base points"
         raise CompareError(f"sobol_indices: {message} have all their runs; at least 2")
-    picked = rng.integers(len(whole), size=(1000, len(whole)))
+    picked = rng.integers(len(whole), size=(RESAMPLES, len(whole)))
     drawn = np.stack([indices(whole[index]) for index in picked])
     low, high = np.nanpercentile(drawn, [2.5, 97.5], axis=0)
     first, total = indices(whole)
@@ -151,6 +194,10 @@ def indices(table: Array) -> Array:
     """Return S_j and T_j, (2, inputs).
 
     From f at A, B, AB_1 … AB_d, (points, inputs + 2).
+
+    Parameters
+    ----------
+    table : (points, inputs + 2)
     """
     centred = table - table[:, :2].mean()
     a = centred[:, 0]

@@ -61,6 +61,11 @@ def positions(run: xr.Dataset, on: str, name: str) -> Stands:
 def common(a: Array, b: Array, on: str) -> Array:
     """Return every position of either run that both reach.
 
+    Parameters
+    ----------
+    a, b : positions of the wear states of either run, ascending
+    on : what they are aligned on, for the message
+
     Raises
     ------
     CompareError : no position is reached by both
@@ -119,6 +124,10 @@ def at_positions(values: xr.DataArray, stands: Stands, targets: Array) -> xr.Dat
 
 def same_nodes(a: xr.DataArray, b: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
     """Return both on A's phases and nodes, with the flanks and meshes that both have.
+
+    Parameters
+    ----------
+    a, b : one quantity of either run
 
     Raises
     ------

@@ -67,6 +67,12 @@ def met(sign: str, value: float, limit: float) -> bool:
     """Return whether ``value sign limit`` holds to the digits of identity.
 
     The sign is one of < <= > >= = !=.
+
+    Parameters
+    ----------
+    sign : of the comparison
+    value : on its left side
+    limit : on its right side
     """
     is_close = abs(value - limit) <= CLOSE * abs(limit)
     is_equal = value == limit or (is_close and rounded(value) in alike(limit))
@@ -167,7 +173,14 @@ class BoundCondition(NamedTuple):
 def joined(
     parts: Sequence[Holds], decisive: bool, values: Mapping[str, Any]
 ) -> bool | None:
-    """Return whether one of the parts is as is decisive, or all are the opposite."""
+    """Return whether one of the parts is as is decisive, or all are the opposite.
+
+    Parameters
+    ----------
+    parts : of the condition
+    decisive : truth value that one part suffices for
+    values : of a run, by full name
+    """
     unknown = False
     for part in parts:
         truth = part(values)
@@ -189,7 +202,15 @@ def missing(operand: Any, values: Mapping[str, Any]) -> bool:
 
 
 def meets(sign: str, left: Any, right: Any, values: Mapping[str, Any]) -> bool | None:
-    """Return ``left sign right``, the sign one of `COMPARED`."""
+    """Return ``left sign right``, the sign one of `COMPARED`.
+
+    Parameters
+    ----------
+    sign : one of `COMPARED`
+    left : a key, a literal or a ``first_cycle(…)``
+    right : likewise
+    values : of a run, by full name
+    """
     value = value_of(left, values)
     limit = value_of(right, values)
     if value is None or limit is None:
@@ -208,6 +229,12 @@ def compared(sign: str, value: Any, limit: Any) -> bool:
     """Return ``one sign other``.
 
     Numbers to the digits in which scenes are told apart.
+
+    Parameters
+    ----------
+    sign : one of `COMPARED`
+    value : on its left side
+    limit : on its right side
     """
     if sign != "contains" and is_number(value) and is_number(limit):
         return met(sign, value, limit)
@@ -220,6 +247,11 @@ def value_of(operand: Any, values: Mapping[str, Any]) -> Any:
     """Return the value of a key, a literal or a ``first_cycle(…)``.
 
     None where the run has none.
+
+    Parameters
+    ----------
+    operand : what a condition names
+    values : of a run, by full name
     """
     if isinstance(operand, Literal):
         return operand.value

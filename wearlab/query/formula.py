@@ -14,7 +14,7 @@ Every name becomes an array with its unit.
 
 import ast
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, NamedTuple
@@ -72,6 +72,10 @@ class Formula(NamedTuple):
 def parse_formula(text: str) -> Formula:
     """Return what a formula names, and how it is worked out.
 
+    Parameters
+    ----------
+    text : of the grammar above
+
     Raises
     ------
     QueryError : it does not follow the grammar; the message points at the place
@@ -115,6 +119,11 @@ def spelled_out(text: str, meanings: Mapping[str, str]) -> str:
     """Return a formula in which names that stand for formulas are replaced by these.
 
     In brackets.
+
+    Parameters
+    ----------
+    text : the formula
+    meanings : formulas by the names that stand for them
     """
     places = [(n.at, n.name) for n in parse_formula(text).names if n.name in meanings]
     for at, name in sorted(places, reverse=True):
@@ -137,9 +146,21 @@ class _FormulaReader:
         ]
 
     def fail(self, reason: str, node: ast.expr) -> keys.QueryError:
+        """Return an error that points at a node."""
         return keys.QueryError(reason, self.text, self.lead + node.col_offset)
 
     def read(self, node: ast.expr, depth: int) -> WorkedOut:
+        """Return what computes a part of the formula.
+
+        Parameters
+        ----------
+        node : of Python's syntax tree
+        depth : of brackets around it
+
+        Raises
+        ------
+        QueryError : the grammar has no such part
+        """
         if depth > DEEPEST:
             raise self.fail(f"nested deeper than {DEEPEST}", node)
         match node:
@@ -149,32 +170,46 @@ class _FormulaReader:
                 self.names.append(Named(self.part(node), self.lead + node.col_offset))
                 return partial(_variable, self.part(node))
             case ast.UnaryOp(ast.USub(), inner):
-                return partial(
-                    _joined, "-", partial(_number, 0.0), self.read(inner, depth + 1)
-                )
+                negated = self.read(inner, depth + 1)
+                return partial(_joined, "-", partial(_number, 0.0), negated)
             case ast.BinOp(left, sign, right) if type(sign) in SIGNS:
-                sides = self.read(left, depth), self.read(right, depth + 1)
-                return partial(_joined, SIGNS[type(sign)], *sides)
+                first = self.read(left, depth)
+                second = self.read(right, depth + 1)
+                return partial(_joined, SIGNS[type(sign)], first, second)
             case ast.Subscript(inner, places):
                 listed = places.elts if isinstance(places, ast.Tuple) else [places]
-                return partial(
-                    _placed, self.read(inner, depth + 1), dict(map(self.place, listed))
-                )
+                placed = self.read(inner, depth + 1)
+                return partial(_placed, placed, dict(map(self.place, listed)))
             case ast.Call(ast.Name(name), [inner, *along], []):
-                worked_out = self.read(inner, depth + 1)
-                if name not in FUNCTIONS:
-                    raise self.fail(
-                        f"no function {name!r}; there are {', '.join(FUNCTIONS)}", node
-                    )
-                named = len(along) < 2 and all(
-                    isinstance(dim, ast.Name) for dim in along
-                )
-                if not named or (name.endswith("_at") and not along):
-                    raise self.fail(f"expected {name}(formula, dimension)", node)
-                return partial(
-                    _applied, name, worked_out, self.part(along[0]) if along else None
-                )
+                argument = self.read(inner, depth + 1)
+                dim = self.dimension(name, along, node)
+                return partial(_applied, name, argument, dim)
         raise self.fail("expected a number, a name or '('", node)
+
+    def dimension(
+        self, function: str, along: Sequence[ast.expr], node: ast.expr
+    ) -> str | None:
+        """Return the dimension along which a function is taken, None: along all.
+
+        Parameters
+        ----------
+        function : its name
+        along : what stands after the first argument
+        node : the call
+
+        Raises
+        ------
+        QueryError : there is no such function, or it takes something else
+        """
+        if function not in FUNCTIONS:
+            raise self.fail(
+                f"no function {function!r}; there are {', '.join(FUNCTIONS)}", node
+            )
+        is_name = len(along) < 2 and all(isinstance(dim, ast.Name) for dim in along)
+        lacks_dim = function.endswith("_at") and not along
+        if not is_name or lacks_dim:
+            raise self.fail(f"expected {function}(formula, dimension)", node)
+        return self.part(along[0]) if along else None
 
     def place(self, node: ast.expr) -> tuple[str, float | str]:
         match node:

@@ -86,6 +86,10 @@ class Token(NamedTuple):
 def tokens(text: str) -> list[Token]:
     """Return the words of a condition, an end after the last.
 
+    Parameters
+    ----------
+    text : the condition
+
     Raises
     ------
     QueryError : a character belongs nowhere, or the text is longer than `LONGEST`
@@ -128,6 +132,11 @@ THEN = "'and', 'or' or the end"
 def read_condition(text: str, vocabulary: Vocabulary) -> BoundCondition:
     """Return a condition with keys for names and SI values for quantities.
 
+    Parameters
+    ----------
+    text : the condition
+    vocabulary : what may be asked for
+
     Raises
     ------
     QueryError : it cannot be read, a name is unknown, or a value does not fit
@@ -139,7 +148,13 @@ def read_condition(text: str, vocabulary: Vocabulary) -> BoundCondition:
 
 
 def read_column(text: str, vocabulary: Vocabulary) -> Key | FirstCycle:
-    """Return the key, or the ``first_cycle(…)`` of a key, that a column shows."""
+    """Return the key, or the ``first_cycle(…)`` of a key, that a column shows.
+
+    Parameters
+    ----------
+    text : of the column
+    vocabulary : what may be asked for
+    """
     reader = _Grammar(text, vocabulary)
     operand = reader.operand()
     reader.expect(THEN, "end")

@@ -88,6 +88,12 @@ class Vocabulary:
     def find(self, name: str, at: int, text: str) -> Key:
         """Return the key that a name means.
 
+        Parameters
+        ----------
+        name : as a condition writes it
+        at : where it stands in the condition
+        text : the condition
+
         Raises
         ------
         QueryError : no key is called so, or several are; the message lists them
@@ -136,7 +142,13 @@ class Vocabulary:
 
 
 def listed(words: list[str], joint: str) -> str:
-    """Return words in quotes, the last after a joint, the first ones of many."""
+    """Return words in quotes, the last after a joint, the first ones of many.
+
+    Parameters
+    ----------
+    words : any
+    joint : "and" or "or"
+    """
     quoted = [repr(word) for word in words[:SHOWN]] + (
         ["…"] if len(words) > SHOWN else []
     )
@@ -180,7 +192,12 @@ def _shown(kind: units.Measure) -> str:
 
 
 def quantity_at(name: str) -> str | None:
-    """Return the kind of quantity that a dotted key holds, None for plain values."""
+    """Return the kind of quantity that a dotted key holds, None for plain values.
+
+    Parameters
+    ----------
+    name : dotted key of a scene
+    """
     from wearlab import options
     from wearlab.scene.sections import field_at  # managing runs needs no scenes
 
@@ -195,6 +212,10 @@ def declared_scene_key(name: str) -> Key | str | None:
     """Return the key of a scene's value that no run has, or what else a name is.
 
     None: no name of a scene.
+
+    Parameters
+    ----------
+    name : dotted
     """
     from wearlab.scene.sections import field_at, parts_at
 
@@ -241,7 +262,12 @@ def key_of(name: str, source: str, kind: str) -> Key:
 
 
 def declared_key(name: str) -> Key | None:
-    """Return the key of a result that datasets may have, None for any other name."""
+    """Return the key of a result that datasets may have, None for any other name.
+
+    Parameters
+    ----------
+    name : of a variable, or of one of its statistics
+    """
     variable = _variable(name)
     return variable and key_of(name, "result", "number" if variable.units else "text")
 
@@ -263,6 +289,11 @@ def flat(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
     """Yield dotted keys and values.
 
     Entries of a list are numbered from 0, what is absent is left out.
+
+    Parameters
+    ----------
+    values : nested tables and lists
+    above : key of the table they stand in
     """
     if isinstance(values, dict | list):
         for key, value in (
@@ -279,6 +310,11 @@ def differing_keys(
     """Return the keys whose values differ among flat scenes.
 
     In the order of the first scene.
+
+    Parameters
+    ----------
+    scenes : flat
+    always : keys that count as differing
     """
     keys = dict.fromkeys(key for scene in scenes for key in scene)
     return [
@@ -330,6 +366,11 @@ def in_usual_unit(key: str, value: Any) -> tuple[Any, str]:
     """Return a value of a scene as it is usually written, and its unit.
 
     To the digits that a scene keeps.
+
+    Parameters
+    ----------
+    key : dotted
+    value : in SI
     """
     declared = scene_key(key, False)
     if declared.quantity and units.is_number(value):

@@ -207,6 +207,10 @@ class Cluster:
 
         Each is asked for by name, and nobody instead of it: what was asked of one that
         died is called off.
+
+        Parameters
+        ----------
+        scenes : of the cases to come
         """
         from dask.distributed import as_completed
 
@@ -348,6 +352,11 @@ class Pace:
         """Return the size of the next batch.
 
         One until the pace is known, then few enough that no worker idles.
+
+        Parameters
+        ----------
+        waiting : number of cases that wait
+        workers : their number
         """
         if self.count == 0:
             return 1
@@ -359,6 +368,11 @@ class Pace:
 
 def refuse_unreachable(scheduler: "str | Client | None", dashboard: bool) -> None:
     """Refuse before anything is written where the workers asked for cannot be had.
+
+    Parameters
+    ----------
+    scheduler : address or client, None: workers of this machine
+    dashboard : whether dask's page is wanted
 
     Raises
     ------

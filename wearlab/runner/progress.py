@@ -22,6 +22,12 @@ def repeated(act: Callable[[], object], every: float, name: str) -> Iterator[Non
     """Do something again and again in a thread, until the block ends.
 
     Every so many seconds, in a thread of that name.
+
+    Parameters
+    ----------
+    act : what is done
+    every : time between [s]
+    name : of the thread
     """
     ended = threading.Event()
 
@@ -228,6 +234,10 @@ def watched(progress: bool) -> Progress:
     """Return a bar when it is wanted and somebody watches.
 
     In a notebook, or on a terminal.
+
+    Parameters
+    ----------
+    progress : whether a bar is wanted
     """
     if not progress:
         return Progress()

@@ -39,6 +39,13 @@ def compare(
     Of a variable with several values, the one of largest magnitude counts (of complex
     ones the largest modulus); of the response period, the one farthest from the
     expected.
+
+    Parameters
+    ----------
+    expectation : of the campaign
+    case : whose run it is
+    store : where the run is
+    entry : the run as the catalogue has it, None: there is none
     """
     has_data = entry is not None and entry.state == "done"
     verdict: str = "not computed" if entry is None else entry.state

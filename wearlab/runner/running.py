@@ -331,7 +331,12 @@ class _Work:
         self.store.archive.give_back(self.owner, self.recomputed - self.finished)
 
     def resumed(self, task: Task) -> Task:
-        """Return a task with the checkpoint that was kept when it last stopped."""
+        """Return a task with the checkpoint that was kept when it last stopped.
+
+        Parameters
+        ----------
+        task : about to be computed
+        """
         checkpoint = self.store.archive.checkpoints.read(task.id, self.code)
         return task._replace(resumed=checkpoint)
 

@@ -218,6 +218,10 @@ def quietly(compile_some: Callable[..., object], *given: Any) -> None:
     """Call what compiles.
 
     Its errors are left to the runs themselves, which report them.
+
+    Parameters
+    ----------
+    compile_some : called with all else
     """
     try:
         with warnings.catch_warnings():

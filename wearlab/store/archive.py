@@ -108,7 +108,12 @@ class RunArchive:
         return self.catalogue.entries(ids, "warnings")
 
     def is_alive(self, owner: str) -> bool:
-        """Say whether the process that took runs under this name still runs."""
+        """Say whether the process that took runs under this name still runs.
+
+        Parameters
+        ----------
+        owner : name under which it claimed runs
+        """
         return self.address is not None or alive(self._presences, owner)
 
     def is_stale(self, entry: "catalogue.Entry") -> bool:
@@ -116,7 +121,12 @@ class RunArchive:
         return entry.state == "running" and not self.is_alive(entry.owner or "")
 
     def is_lost(self, entry: "catalogue.Entry") -> bool:
-        """Say whether a finished run's file has gone or changed its length."""
+        """Say whether a finished run's file has gone or changed its length.
+
+        Parameters
+        ----------
+        entry : the run as the catalogue has it
+        """
         return (
             self.address is None
             and entry.state == "done"
@@ -127,6 +137,10 @@ class RunArchive:
         """Return the state of a run.
 
         "interrupted" if its process died, "lost" if its file went.
+
+        Parameters
+        ----------
+        entry : the run as the catalogue has it
         """
         if self.is_stale(entry):
             return "interrupted"
@@ -135,7 +149,12 @@ class RunArchive:
         return entry.state
 
     def file_of(self, run_id: str) -> Path:
-        """Return the file of a run, copied here first where the store is elsewhere."""
+        """Return the file of a run, copied here first where the store is elsewhere.
+
+        Parameters
+        ----------
+        run_id : its identity
+        """
         from wearlab.store import remote
 
         path = self.files.path(run_id)

@@ -221,16 +221,30 @@ class Catalogue(rows.Database):
         """Return source, kind and value of every fact of a run by its key.
 
         Histories are marked by their name.
+
+        Parameters
+        ----------
+        run_id : its identity
         """
         return {name: tuple(fact) for name, *fact in self.read(FACTS_OF, [run_id])}
 
     def matching(self, prefix: str) -> list[str]:
-        """Return the ids that begin with ``prefix``."""
+        """Return the ids that begin with ``prefix``.
+
+        Parameters
+        ----------
+        prefix : of ids
+        """
         question = "SELECT id FROM runs WHERE id >= ? AND id < ? ORDER BY id"
         return [row[0] for row in self.read(question, [prefix, prefix + chr(0x10FFFF)])]
 
     def layouts(self, keys: Iterable[str]) -> dict[str, dict[str, Any]]:
-        """Return the tables of variables with these keys."""
+        """Return the tables of variables with these keys.
+
+        Parameters
+        ----------
+        keys : as entries name them
+        """
         sorted_keys = sorted(set(keys))
         texts = dict(
             self.read_many("SELECT key, layout FROM layouts WHERE key IN", sorted_keys)
@@ -306,12 +320,21 @@ class Catalogue(rows.Database):
         """Forget the runs that ``owner`` had begun and not finished.
 
         Return their ids.
+
+        Parameters
+        ----------
+        owner : name of the process
         """
         with self._transaction() as connection:
             return self._delete(connection, "state = 'running' AND owner = ?", owner)
 
     def forget(self, ids: Iterable[str]) -> int:
-        """Forget these runs; return how many were known. Campaigns stay."""
+        """Forget these runs; return how many were known. Campaigns stay.
+
+        Parameters
+        ----------
+        ids : of the runs
+        """
         with self._transaction() as connection:
             return sum(
                 len(self._delete(connection, "id = ?", run_id)) for run_id in ids
@@ -396,6 +419,15 @@ class Catalogue(rows.Database):
 
         A ``record`` holds its axes and figures, so that these can be drawn where its
         file is not.
+
+        Parameters
+        ----------
+        title : of the campaign
+        reference : where it is published, None: nowhere
+        path : its file, None: it has none
+        members : run id, label and position of each case
+        metadata : author, licence …, by name
+        record : axes and figures, as JSON can hold them
         """
         cases = [
             (run_id, label, json.dumps(dict(position)))
@@ -432,6 +464,10 @@ class Catalogue(rows.Database):
         """Return the recorded axes and figures of a campaign.
 
         {} where nothing was recorded.
+
+        Parameters
+        ----------
+        key : of the campaign, as `record_campaign` returned it
         """
         found_rows = self.read("SELECT record FROM records WHERE campaign = ?", [key])
         return (
@@ -444,6 +480,10 @@ class Catalogue(rows.Database):
         """Copy the campaigns of another catalogue that we do not know.
 
         Return how many came.
+
+        Parameters
+        ----------
+        other : the catalogue of another store
         """
         ours = {key for (key,) in self.read("SELECT key FROM campaigns")}
         theirs = other.read(
@@ -479,6 +519,11 @@ class Catalogue(rows.Database):
         """Write how a campaign's cases compare with what it expects of them.
 
         In their order.
+
+        Parameters
+        ----------
+        campaign : its key
+        comparisons : of each case, None where nothing is expected of it
         """
         compared_rows = [
             (campaign, number, *comparison)
@@ -497,6 +542,10 @@ class Catalogue(rows.Database):
         """Return the cases of campaigns with these runs (all when None).
 
         The campaign recorded last comes first.
+
+        Parameters
+        ----------
+        runs : ids [all runs]
         """
         selected = (
             self.read(MEMBERS)
@@ -516,7 +565,12 @@ class Catalogue(rows.Database):
 
 
 def key_of(text: str) -> str:
-    """Return the key under which a text is kept once."""
+    """Return the key under which a text is kept once.
+
+    Parameters
+    ----------
+    text : such as a table of variables
+    """
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -537,6 +591,10 @@ def now(latest: str | None = None) -> str:
     """Return the time in UTC.
 
     A moment after ``latest`` where a clock was set back: the last stays last.
+
+    Parameters
+    ----------
+    latest : time of the last record, as this function wrote it [none]
     """
     present = datetime.now(UTC).isoformat(timespec="milliseconds")
     if latest is None or present > latest:

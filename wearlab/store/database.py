@@ -141,14 +141,25 @@ PAGES = -32_000  # kB of pages kept in memory
 
 
 def batched(values: Iterable[Value], size: int) -> Iterator[tuple[Value, ...]]:
-    """Yield values in tuples of a size, the last one shorter."""
+    """Yield values in tuples of a size, the last one shorter.
+
+    Parameters
+    ----------
+    values : any
+    size : of a batch
+    """
     iterator = iter(values)
     while batch := tuple(islice(iterator, size)):
         yield batch
 
 
 def marks(count: int) -> str:
-    """Return the places of so many values in a question."""
+    """Return the places of so many values in a question.
+
+    Parameters
+    ----------
+    count : of values
+    """
     return ", ".join("?" * count)
 
 
@@ -186,7 +197,13 @@ class Database:
             self._connection = None
 
     def read(self, question: str, values: Sequence[Any] = ()) -> list[tuple[Any, ...]]:
-        """Return the rows that answer a question."""
+        """Return the rows that answer a question.
+
+        Parameters
+        ----------
+        question : SQL
+        values : of its question marks
+        """
         connection = self._open()
         try:
             return connection.execute(question, values).fetchall()
@@ -201,6 +218,11 @@ class Database:
         """Yield the rows that answer a question ending in ``IN``.
 
         For any number of values.
+
+        Parameters
+        ----------
+        question : SQL, up to its list
+        values : of the list
         """
         for batch in batched(values, CHUNK):
             yield from self.read(f"{question} ({marks(len(batch))})", batch)
@@ -312,13 +334,25 @@ class Database:
 
 
 def run_all(connection: sqlite3.Connection, statements: str) -> None:
-    """Run statements, such as `TABLES`, one after the other within a transaction."""
+    """Run statements, such as `TABLES`, one after the other within a transaction.
+
+    Parameters
+    ----------
+    connection : within a transaction
+    statements : separated by semicolons
+    """
     for statement in statements.split(";"):
         connection.execute(statement)
 
 
 def understood(subject: str, read: Callable[..., Read], *values: Any) -> Read:
     """Return what a reader makes of values.
+
+    Parameters
+    ----------
+    subject : what the values are, for the message
+    read : called with the values
+    values : as rows have them
 
     Raises
     ------

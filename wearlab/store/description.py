@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 LIFE = "update"
 ALONG_PHASE = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
 CODE = ("commit", "model_version")
+RESULT_DIMS = {LIFE, "flank", "mesh", "member"}
+"""Along these a variable is a result at a wear state."""
 LONGEST = 200  # characters of a text that can be asked for
 Fact = tuple[str, str, Any]  # source, name, value
 NEW_KEY = "INSERT INTO keys VALUES (NULL, ?, ?, ?, ?, ?, ?) RETURNING number"
@@ -36,6 +38,10 @@ def describe(dataset: "xr.Dataset") -> dict[str, Any]:
     """Return what the catalogue records of a dataset.
 
     So that a grid opens without opening files.
+
+    Parameters
+    ----------
+    dataset : a run
 
     Returns
     -------
@@ -89,44 +95,69 @@ def _digest(values: "xr.DataArray") -> str:
 
 
 def _results(dataset: "xr.Dataset") -> tuple[dict[str, Any], dict[str, bytes]]:
-    """Return summary and histories."""
+    """Return summary and histories, as `describe` does."""
     import numpy as np
 
-    told = (name for name in (*CODE, outcome.CALIBRATION) if name in dataset.attrs)
-    summary: dict[str, Any] = {name: str(dataset.attrs[name]) for name in told}
-    for key in ("parent_cycle", outcome.CALIBRATION_LIFE):
-        with suppress(KeyError, ValueError, TypeError):
-            summary[key] = plain(float(dataset.attrs[key]))
+    summary = _of_attributes(dataset)
     histories: dict[str, bytes] = {}
-    for name, variable in dataset.variables.items():
+    for key, variable in dataset.variables.items():
+        name = str(key)
         if variable.ndim == 0:
-            summary[str(name)] = plain(variable.values)
+            summary[name] = plain(variable.values)
         elif variable.dtype.kind not in "fiu":
             continue
-        elif {LIFE, "flank", "mesh", "member"}.issuperset(variable.dims):
+        elif RESULT_DIMS.issuperset(variable.dims):
             values = np.asarray(variable.values, float)
-            summary[str(name)] = plain(_largest(values, np.fmax))
-            if (
-                variable.dims[0] == LIFE
-            ):  # the lowest, then the highest, where there are several at a state
-                inner = tuple(range(1, values.ndim))
-                ends = (np.fmin, np.fmax)[: values.ndim]
-                both: list[Any] = [choose.reduce(values, axis=inner) for choose in ends]
-                histories[str(name)] = np.concatenate(both).tobytes()
+            summary[name] = plain(_reduced(values, np.fmax))
+            if variable.dims[0] == LIFE:
+                histories[name] = _history(values)
         elif name in ALONG_PHASE:
-            values = variable.values
-            summary[f"{name}_min"] = plain(_largest(values, np.fmin))
-            summary[f"{name}_mean"] = plain(np.mean(values))
-            summary[f"{name}_max"] = plain(_largest(values, np.fmax))
+            summary[f"{name}_min"] = plain(_reduced(variable.values, np.fmin))
+            summary[f"{name}_mean"] = plain(np.mean(variable.values))
+            summary[f"{name}_max"] = plain(_reduced(variable.values, np.fmax))
     return summary, histories
 
 
-def _largest(values: "NDArray[Any]", choose: Any) -> Any:
+def _of_attributes(dataset: "xr.Dataset") -> dict[str, Any]:
+    """Return what of a dataset's attributes stands in its summary."""
+    summary: dict[str, Any] = {
+        name: str(dataset.attrs[name])
+        for name in (*CODE, outcome.CALIBRATION)
+        if name in dataset.attrs
+    }
+    for name in ("parent_cycle", outcome.CALIBRATION_LIFE):
+        with suppress(KeyError, ValueError, TypeError):
+            summary[name] = plain(float(dataset.attrs[name]))
+    return summary
+
+
+def _history(values: "NDArray[Any]") -> bytes:
+    """Return a result at all wear states.
+
+    The lowest, then the highest, where there are several at a state.
+    """
+    import numpy as np
+
+    along_places = tuple(range(1, values.ndim))
+    lowest = np.fmin.reduce(values, axis=along_places)
+    if values.ndim == 1:
+        return bytes(lowest.tobytes())
+    highest = np.fmax.reduce(values, axis=along_places)
+    return bytes(np.concatenate([lowest, highest]).tobytes())
+
+
+def _reduced(values: "NDArray[Any]", choose: Any) -> Any:
+    """Return one of all values, by a function such as ``np.fmax``; NaN of none."""
     return choose.reduce(values, axis=None) if values.size else math.nan
 
 
 def plain(value: Any) -> Any:
-    """Return a value that JSON can hold; what is not finite becomes None."""
+    """Return a value that JSON can hold; what is not finite becomes None.
+
+    Parameters
+    ----------
+    value : of numpy, or plain
+    """
     if hasattr(value, "tolist"):  # of numpy
         value = value.tolist()
     if isinstance(value, list):
@@ -178,7 +209,13 @@ def kind_of(value: Any) -> str:
 
 
 def stored(value: Any, kind: str) -> Any:
-    """Return a value as it stands under a key of this kind."""
+    """Return a value as it stands under a key of this kind.
+
+    Parameters
+    ----------
+    value : of a fact
+    kind : number, text or history
+    """
     return value if kind_of(value) == kind else str(value)
 
 
@@ -222,6 +259,10 @@ class ForeignRun(files.StoreError):
 def outcome_of(path: Path) -> outcome.Outcome:
     """Return the outcome of a run from its file alone.
 
+    Parameters
+    ----------
+    path : the file, named by the run's id
+
     Raises
     ------
     StoreError : the file cannot be read, does not hold what was sealed, or is another
@@ -257,6 +298,11 @@ def outcomes_of(
     """Yield the outcomes of all runs that have a file.
 
     Those whose file is none become problems.
+
+    Parameters
+    ----------
+    runs : the folder of the files
+    problems : grows by what is wrong
     """
     for path in runs.held():
         try:
@@ -266,7 +312,13 @@ def outcomes_of(
 
 
 def recorded(dataset: "xr.Dataset", image: bytes) -> dict[str, Any]:
-    """Return what an outcome has of a run's dataset and its file."""
+    """Return what an outcome has of a run's dataset and its file.
+
+    Parameters
+    ----------
+    dataset : a run
+    image : the bytes of its file
+    """
     names = ("source_hash", "wearlab_version")
     code = {name: str(dataset.attrs[name]) for name in names if name in dataset.attrs}
     return {

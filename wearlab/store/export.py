@@ -12,7 +12,7 @@ import json
 import mimetypes
 import shutil
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -89,56 +89,82 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
     """Return CF and ACDD attributes.
 
     The same store gives the same ones, whenever it is exported.
+
+    Parameters
+    ----------
+    campaign : its cases, and what its file says of authors
+    store : where the runs are
     """
     from wearlab.campaign.inheritance import fingerprint, source_text
 
     entries = store.archive.entries(case.id for case in campaign.cases)
     text = source_text(campaign.path)
     dates = sorted(entry.started for entry in entries.values() if entry.started)
-    code = sorted(
-        {(e.wearlab_version or "", e.source_hash or "") for e in entries.values()}
-        - {("", "")}
-    )
-    attributes = {"Conventions": "CF-1.11, ACDD-1.3", "title": campaign.title}
-    attributes["summary"] = (
-        f"{len(entries)} runs of coupled gear wear and dynamics, by sweep axes and case"
-    )
-    attributes |= {
+    latest = dates[-1] if dates else ""
+    calibrations = {entry.calibration for entry in entries.values()} - {""}
+    attributes = {
+        "Conventions": "CF-1.11, ACDD-1.3",
+        "title": campaign.title,
+        "summary": f"{len(entries)} runs of coupled gear wear and dynamics, by sweep "
+        "axes and case",
         "keywords": KEYWORDS,
         "id": fingerprint("\n".join([text, *sorted(entries)])),
         **COMPUTED,
+        "history": f"{latest} runs computed" if latest else "",
+        "references": campaign.reference or "",
+        "source": _source(entries.values()),
+        "date_created": latest,
+        "campaign": text,
+        "campaign_hash": fingerprint(text),
+        "missing": "; ".join(store.open(campaign).attrs["missing"]),
+        "calibration": "; ".join(sorted(calibrations)),
+        **_remark_attributes(campaign, store, entries),
+        **credited(getattr(campaign, "metadata", None) or {}),
     }
-    attributes["history"] = f"{dates[-1]} runs computed" if dates else ""
-    attributes["references"] = campaign.reference or ""
-    attributes["source"] = "; ".join(
-        f"wearlab {version}, sources {source}" for version, source in code
-    )
-    attributes["date_created"] = dates[-1] if dates else ""
-    attributes |= {"campaign": text, "campaign_hash": fingerprint(text)}
-    attributes["missing"] = "; ".join(store.open(campaign).attrs["missing"])
-    attributes["calibration"] = "; ".join(
-        sorted({entry.calibration for entry in entries.values()} - {""})
-    )
-    stored_remarks = remarks.remarks_on(
-        store.archive.catalogue, [remarks.subject_of(campaign.title), *entries]
-    )
-    for kind in ("tag", "note"):
-        selected = [r for r in stored_remarks if r.what == kind]
-        entries_of_kind = [
-            {"of": r.campaign or r.subject, kind: r.text, "by": r.who, "when": r.when}
-            for r in selected
-        ]
-        attributes[f"{kind}s"] = (
-            json.dumps(entries_of_kind, ensure_ascii=False) if entries_of_kind else ""
-        )
-    attributes |= credited(getattr(campaign, "metadata", None) or {})
     return {key: value for key, value in attributes.items() if value}
+
+
+def _source(entries: "Iterable[catalogue.Entry]") -> str:
+    """Return which versions of wearlab computed runs."""
+    versions = {
+        (entry.wearlab_version or "", entry.source_hash or "") for entry in entries
+    }
+    return "; ".join(
+        f"wearlab {version}, sources {source}"
+        for version, source in sorted(versions - {("", "")})
+    )
+
+
+def _remark_attributes(
+    campaign: "Campaign", store: "Store", run_ids: Iterable[str]
+) -> dict[str, str]:
+    """Return the tags and notes on a campaign and its runs, as JSON."""
+    subjects = [remarks.subject_of(campaign.title), *run_ids]
+    stored_remarks = remarks.remarks_on(store.archive.catalogue, subjects)
+    attributes = {}
+    for kind in ("tag", "note"):
+        texts = [
+            {
+                "of": remark.campaign or remark.subject,
+                kind: remark.text,
+                "by": remark.who,
+                "when": remark.when,
+            }
+            for remark in stored_remarks
+            if remark.what == kind
+        ]
+        attributes[f"{kind}s"] = json.dumps(texts, ensure_ascii=False) if texts else ""
+    return attributes
 
 
 def credited(metadata: Mapping[str, str]) -> dict[str, str]:
     """Return whom a file's attributes name, of a campaign's [metadata].
 
     An ORCID as its address.
+
+    Parameters
+    ----------
+    metadata : texts by name
 
     >>> credited({"author": "Ada", "orcid": "0000-0002-1825-0097"})
     {'creator_name': 'Ada', 'creator_url': 'https://orcid.org/0000-0002-1825-0097'}
@@ -311,50 +337,82 @@ def _citation(attributes: Mapping[str, str]) -> str:
     return f"{head}, computed by {attributes.get('source', 'wearlab')}.{reference}\n"
 
 
-def _metadata(said: Mapping[str, str], parts: Mapping[str, str]) -> str:
-    """Return the crate's JSON-LD."""
-    people = [
-        _person(name, said)
-        for name in said.get("creator_name", "").split(";")
+def _metadata(attributes: Mapping[str, str], parts: Mapping[str, str]) -> str:
+    """Return the crate's JSON-LD.
+
+    Parameters
+    ----------
+    attributes : of the data
+    parts : what each file of the crate is
+    """
+    authors = [
+        _person(name, attributes)
+        for name in attributes.get("creator_name", "").split(";")
         if name.strip()
     ]
-    licence = said.get("license", "")
-    date = said.get("date_created", "")[:10] or "1980-01-01"
-    address = "://" in licence
-    root = _entity(
-        "./", "Dataset", said["title"], description=said["summary"], datePublished=date
+    licence = attributes.get("license", "")
+    descriptor = {
+        "@id": DESCRIPTOR,
+        "@type": "CreativeWork",
+        "about": {"@id": "./"},
+        "conformsTo": {"@id": SPECIFICATION},
+    }
+    graph = [descriptor, _root(attributes, parts, authors)]
+    graph += [
+        _entity(name, "File", text, encodingFormat=_format(name))
+        for name, text in parts.items()
+    ]
+    graph += authors
+    if _is_address(licence):
+        graph.append(_entity(licence, "CreativeWork", licence))
+    source = attributes.get("source", f"wearlab {__version__}")
+    made_by = {"instrument": {"@id": SOFTWARE}, "result": {"@id": "runs.nc"}}
+    if "campaign.toml" in parts:
+        made_by["object"] = {"@id": "campaign.toml"}
+    graph.append(_entity("#computation", "CreateAction", source, **made_by))
+    graph.append(
+        _entity(
+            SOFTWARE,
+            "SoftwareApplication",
+            "wearlab",
+            version=__version__,
+            description=provenance.SUBJECT,
+        )
     )
-    root |= {
-        "license": {"@id": licence} if address else licence or NO_LICENCE,
-        "keywords": said["keywords"],
-    }
-    root |= {
-        "hasPart": [{"@id": name} for name in parts],
-        "mentions": {"@id": "#computation"},
-    }
-    if people:
-        root["author"] = [{"@id": person["@id"]} for person in people]
-    if "references" in said:
-        root["citation"] = said["references"]
-    made = {"instrument": {"@id": SOFTWARE}, "result": {"@id": "runs.nc"}}
-    made |= {"object": {"@id": "campaign.toml"}} if "campaign.toml" in parts else {}
-    about = {"about": {"@id": "./"}, "conformsTo": {"@id": SPECIFICATION}}
-    told = {"version": __version__, "description": provenance.SUBJECT}
-    graph = [{"@id": DESCRIPTOR, "@type": "CreativeWork", **about}, root]
-    graph += [
-        _entity(name, "File", told, encodingFormat=_format(name))
-        for name, told in parts.items()
-    ]
-    graph += [
-        *people,
-        *([_entity(licence, "CreativeWork", licence)] if address else []),
-    ]
-    source = said.get("source", f"wearlab {__version__}")
-    graph.append(_entity("#computation", "CreateAction", source, **made))
-    graph.append(_entity(SOFTWARE, "SoftwareApplication", "wearlab", **told))
     return json.dumps(
         {"@context": CONTEXT, "@graph": graph}, indent=1, ensure_ascii=False
     )
+
+
+def _root(
+    attributes: Mapping[str, str],
+    parts: Mapping[str, str],
+    authors: Sequence[Entity],
+) -> Entity:
+    """Return the dataset that a crate is."""
+    licence = attributes.get("license", "")
+    date = attributes.get("date_created", "")[:10] or "1980-01-01"
+    root = _entity(
+        "./",
+        "Dataset",
+        attributes["title"],
+        description=attributes["summary"],
+        datePublished=date,
+        license={"@id": licence} if _is_address(licence) else licence or NO_LICENCE,
+        keywords=attributes["keywords"],
+        hasPart=[{"@id": name} for name in parts],
+        mentions={"@id": "#computation"},
+    )
+    if authors:
+        root["author"] = [{"@id": author["@id"]} for author in authors]
+    if "references" in attributes:
+        root["citation"] = attributes["references"]
+    return root
+
+
+def _is_address(text: str) -> bool:
+    """Say whether a text, such as a licence, is an address."""
+    return "://" in text
 
 
 def _entity(name: str, kind: str, label: str, **more: Any) -> Entity:

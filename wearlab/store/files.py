@@ -45,6 +45,10 @@ class Problem(NamedTuple):
 def refuse_links(path: str | Path) -> None:
     """Refuse a run's path where it, its folder, or the folder of all runs is a link.
 
+    Parameters
+    ----------
+    path : of the run's file
+
     Raises
     ------
     StoreError : one is
@@ -87,6 +91,11 @@ def refuse_oversized(path: str | Path, claimed: int, size: int | None = None) ->
 def readable(subject: str, complaint: str = "cannot be read") -> Iterator[None]:
     """Say what cannot be read, such as ``runs/ab.nc:``, or what else it is not.
 
+    Parameters
+    ----------
+    subject : what is read
+    complaint : what it is not
+
     Raises
     ------
     StoreError : whatever was raised; one of the store's own as it is
@@ -105,6 +114,11 @@ def readable(subject: str, complaint: str = "cannot be read") -> Iterator[None]:
 def written(path: Path, complaint: str = "cannot be written") -> Iterator[None]:
     """Say which file the disk refuses.
 
+    Parameters
+    ----------
+    path : what is written
+    complaint : what it cannot be
+
     Raises
     ------
     StoreError : the disk refuses
@@ -120,6 +134,10 @@ def replaced(path: Path) -> Iterator[Path]:
     """Give a temporary name beside a file or folder.
 
     What is made there takes its place, or nothing does.
+
+    Parameters
+    ----------
+    path : what is to be there
 
     Raises
     ------
@@ -141,6 +159,11 @@ def replaced(path: Path) -> Iterator[Path]:
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file under a temporary name, then rename it.
+
+    Parameters
+    ----------
+    path : of the file
+    content : its bytes
 
     Raises
     ------
@@ -184,7 +207,12 @@ class RunFiles:
         self.folder, self.ending, self.spread = folder, ending, spread
 
     def path(self, run_id: str) -> Path:
-        """Return where the run's file is, or will be; never outside the folder."""
+        """Return where the run's file is, or will be; never outside the folder.
+
+        Parameters
+        ----------
+        run_id : identity of the run
+        """
         if not NAME.fullmatch(run_id):
             raise StoreError(
                 f"{run_id[:64]!r} is no identity of a run: letters and digits only"
@@ -243,6 +271,10 @@ class RunFiles:
         """Return what is wrong with a file in this folder.
 
         It is half-written, or not one of ours.
+
+        Parameters
+        ----------
+        path : a file below the folder
         """
         if path.suffix == ".part":
             return Problem(
@@ -257,7 +289,13 @@ class RunFiles:
         )
 
     def part(self, run_id: str, writer: str) -> Path:
-        """Return the temporary name under which ``writer`` writes this run."""
+        """Return the temporary name under which ``writer`` writes this run.
+
+        Parameters
+        ----------
+        run_id : identity of the run
+        writer : name of the writing process
+        """
         if not WRITER.fullmatch(writer):
             raise StoreError(f"{writer!r} is no name of a writing process")
         return self.path(run_id).with_name(f".{run_id}.{writer}.part")
@@ -305,6 +343,12 @@ def damage(path: Path, size: int | None, sha256: str | None) -> Problem | None:
     """Return what is wrong with a file that the catalogue knows.
 
     By its size and hash.
+
+    Parameters
+    ----------
+    path : the file
+    size : recorded [bytes]
+    sha256 : recorded hash of its bytes
     """
     wrong: tuple[str, str] | None = None
     try:

@@ -71,6 +71,11 @@ def alive(folder: Path, token: str) -> bool:
 
     A lock of another user that cannot be looked at counts as held: nothing of theirs is
     taken.
+
+    Parameters
+    ----------
+    folder : of the lock files
+    token : name of the process
     """
     file = folder / f"{token}.lock"
     if not WRITER.fullmatch(token) or file.is_symlink():
@@ -153,6 +158,11 @@ class Checkpoints:
         """Return the image of a run that the same code made.
 
         None: there is none, or it is damaged.
+
+        Parameters
+        ----------
+        run_id : identity of the run
+        code : hash of the sources that must have made it
         """
         try:
             head, _, image = self._path(run_id).read_bytes().partition(b"\n")
@@ -165,6 +175,10 @@ class Checkpoints:
         """Return how far a run was when its checkpoint was written.
 
         None where nothing tells it.
+
+        Parameters
+        ----------
+        run_id : identity of the run
         """
         with (
             suppress(OSError, ValueError, IndexError),

@@ -56,7 +56,12 @@ CIRCUMSTANCES = (
 
 
 def to_image(dataset: "xr.Dataset") -> tuple[bytes, str]:
-    """Return the netCDF-4 file of a dataset, sealed, and its SHA-256."""
+    """Return the netCDF-4 file of a dataset, sealed, and its SHA-256.
+
+    Parameters
+    ----------
+    dataset : a run
+    """
     image = encoded(sealed(dataset))
     return image, hashlib.sha256(image).hexdigest()
 
@@ -65,6 +70,10 @@ def encoded(data: "xr.Dataset | xr.DataTree") -> bytes:
     """Return the netCDF-4 file of a dataset, or of a tree with a group for each.
 
     Coordinates are named as CF asks, large variables are deflated.
+
+    Parameters
+    ----------
+    data : a dataset, or a tree of datasets
     """
     import netCDF4
     import xarray as xr
@@ -84,7 +93,12 @@ def encoded(data: "xr.Dataset | xr.DataTree") -> bytes:
 
 
 def datasets_of(tree: "xr.DataTree") -> "dict[str, xr.Dataset]":
-    """Return what each group of a tree holds itself, by its path."""
+    """Return what each group of a tree holds itself, by its path.
+
+    Parameters
+    ----------
+    tree : such as an update
+    """
     return {node.path: node.to_dataset(inherit=False) for node in tree.subtree}
 
 
@@ -124,7 +138,12 @@ def sealed(dataset: "xr.Dataset") -> "xr.Dataset":
 
 
 def is_intact(dataset: "xr.Dataset") -> bool | None:
-    """Say whether a dataset is what was sealed; None when it bears no seal."""
+    """Say whether a dataset is what was sealed; None when it bears no seal.
+
+    Parameters
+    ----------
+    dataset : as it was read
+    """
     seal = dataset.attrs.get(SEAL)
     return None if seal is None else seal == content_hash(dataset)
 
@@ -139,6 +158,11 @@ def content_hash(dataset: "xr.Dataset", ignored: tuple[str, ...] = ()) -> str:
     hash does not depend on compression or on the version of the file format. Run times
     and dates are left out: the same run computed twice by the same code bears the same
     seal. Left out too are attributes whose names begin as ``ignored``.
+
+    Parameters
+    ----------
+    dataset : any
+    ignored : beginnings of names of attributes that do not count
     """
     digest = hashlib.sha256()
     for name in sorted(
@@ -170,6 +194,10 @@ def results_hash(dataset: "xr.Dataset") -> str:
     """Return the SHA-256 over what a scene determines.
 
     Whenever and wherever it was computed.
+
+    Parameters
+    ----------
+    dataset : a run
     """
     return content_hash(dataset, CIRCUMSTANCES)
 

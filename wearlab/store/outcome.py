@@ -15,7 +15,12 @@ process is."""
 
 
 def last_line(reason: str | None) -> str:
-    """Return what went wrong from a reason that may be a traceback: its last line."""
+    """Return what went wrong from a reason that may be a traceback: its last line.
+
+    Parameters
+    ----------
+    reason : a sentence or a traceback, None: there is none
+    """
     return (reason or "").strip().rpartition("\n")[2]
 
 
@@ -80,6 +85,11 @@ def place(campaign: "Campaign", case: "Case") -> dict[str, str]:
     """Return the case's value on every axis it stands on.
 
     With the unit that the file wrote.
+
+    Parameters
+    ----------
+    campaign : with the axes
+    case : one of its cases
     """
     axes = {axis.name: axis for axis in campaign.axes}
     return {
@@ -89,7 +99,13 @@ def place(campaign: "Campaign", case: "Case") -> dict[str, str]:
 
 
 def value_text(value: object, units: str | None) -> str:
-    """Return a value with its unit, without needless digits."""
+    """Return a value with its unit, without needless digits.
+
+    Parameters
+    ----------
+    value : a number or a text
+    units : of it, None: it has none
+    """
     number = f"{value:.12g}" if isinstance(value, float) else str(value)
     return f"{number} {units}" if units else number
 
@@ -230,7 +246,12 @@ def _headline(kind: _Kind, summary: Mapping[str, Any]) -> Headline:
 
 
 def seconds_text(seconds: float | None) -> str:
-    """Return a duration for people, "" for none."""
+    """Return a duration for people, "" for none.
+
+    Parameters
+    ----------
+    seconds : a duration [s]
+    """
     if seconds is None:
         return ""
     if seconds < 1.0:
@@ -244,6 +265,10 @@ def hours_text(seconds: float | None) -> str:
     """Return an operating time in hours, three digits of it.
 
     Nothing where there is none.
+
+    Parameters
+    ----------
+    seconds : an operating time [s]
     """
     if not seconds:
         return ""

@@ -71,6 +71,12 @@ def children(store: "StoredRuns", run_id: str, by: str = "start.run") -> list[st
     """Return the ids of the runs that go on from a run.
 
     Or of those that another key says were made by it.
+
+    Parameters
+    ----------
+    store : where they are looked for
+    run_id : the parent
+    by : the key that names the parent
     """
     if by not in store.names():
         return []
@@ -84,6 +90,11 @@ def rests_on(store: "StoredRuns", entry: "catalogue.Entry") -> set[str]:
     """Return the ids of all runs that a run needs to be made again.
 
     Those before it, and those that calibrate.
+
+    Parameters
+    ----------
+    store : where they are looked for
+    entry : the run
     """
     ancestors = {step.run for step in lineage(store, entry)}
     entries = store.archive.entries(ancestors)
@@ -94,6 +105,11 @@ def name_of(store: "StoredRuns", run_id: str) -> str:
     """Return what the campaign recorded last calls a run.
 
     Its title, the label and the place.
+
+    Parameters
+    ----------
+    store : with the campaigns
+    run_id : identity of the run
     """
     member = next(iter(store.archive.catalogue.members([run_id])), None)
     if member is None:
@@ -103,7 +119,12 @@ def name_of(store: "StoredRuns", run_id: str) -> str:
 
 
 def start_of(scene: str | None) -> dict[str, Any]:
-    """Return the ``start`` of a scene, {} where it begins with new flanks."""
+    """Return the ``start`` of a scene, {} where it begins with new flanks.
+
+    Parameters
+    ----------
+    scene : canonical JSON
+    """
     try:
         start = json.loads(scene or "{}").get("start")
     except (ValueError, AttributeError, RecursionError):
@@ -245,6 +266,12 @@ def head_of(who: str, date: str, title: str) -> str:
     """Return the begin of a citation: author, year, title.
 
     Without an author the title is first.
+
+    Parameters
+    ----------
+    who : authors or institution
+    date : ISO date, "" for none
+    title : of the data
     """
     year = [f"({date[:4]})"] if date else []
     title = f"{title} [data set]"
@@ -252,7 +279,12 @@ def head_of(who: str, date: str, title: str) -> str:
 
 
 def citation(facts: dict[str, str]) -> str:
-    """Return one sentence that cites a run, and a line of provenance."""
+    """Return one sentence that cites a run, and a line of provenance.
+
+    Parameters
+    ----------
+    facts : as `facts_of` returns them
+    """
     orcid = f" (ORCID {facts['orcid']})" if "orcid" in facts else ""
     names = ", ".join(_authors(facts))
     who = f"{names}{orcid}" if names else facts.get("institution", "")
@@ -282,7 +314,12 @@ def citation(facts: dict[str, str]) -> str:
 
 
 def bibtex(facts: dict[str, str]) -> str:
-    """Return a BibTeX entry, special characters escaped."""
+    """Return a BibTeX entry, special characters escaped.
+
+    Parameters
+    ----------
+    facts : as `facts_of` returns them
+    """
     version = facts.get("wearlab_version", "")
     noted = "".join(
         f", {words} {facts[key]}" for key, words in NOTED.items() if key in facts

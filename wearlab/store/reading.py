@@ -38,6 +38,11 @@ def checked_bytes(path: str | Path, sha256: str | None) -> bytes:
 
     Without a hash as they are.
 
+    Parameters
+    ----------
+    path : of the file
+    sha256 : hash that its bytes must have [not asked]
+
     Raises
     ------
     StoreError : the file is gone, a link, or not what was written
@@ -81,6 +86,11 @@ def checked_source(path: str, sha256: str | None) -> str | io.BytesIO:
     """Return where a run is read from.
 
     Its checked bytes at the first reading, later the file itself.
+
+    Parameters
+    ----------
+    path : of the file
+    sha256 : hash that its bytes must have [not asked]
 
     Raises
     ------

@@ -72,6 +72,10 @@ def subject_of(title: str) -> str:
 
     Its title counts, whichever runs it has.
 
+    Parameters
+    ----------
+    title : of the campaign
+
     Examples
     --------
     >>> subject_of("Wear of a spur pair at five speeds")
@@ -82,6 +86,11 @@ def subject_of(title: str) -> str:
 
 def read_line(line: str, subject: str) -> Remark:
     """Return the remark of a line.
+
+    Parameters
+    ----------
+    line : JSON
+    subject : what it must be about
 
     Raises
     ------
@@ -106,6 +115,11 @@ def remarks_on(
     """Return the tags that stand and the notes, the latest last.
 
     On some runs or campaigns, on all when None.
+
+    Parameters
+    ----------
+    catalogue : with the remarks
+    subjects : ids of runs, or as `subject_of` names campaigns [all]
     """
     if not catalogue.exists():
         return []
@@ -126,6 +140,12 @@ def texts_of(
     """Return the tags, or the notes, of runs.
 
     Their own, and those of the campaigns that they belong to.
+
+    Parameters
+    ----------
+    catalogue : with the remarks
+    run_ids : of the runs
+    kind : tag or note
     """
     rows = catalogue.read_many(
         f"{OF_RUNS} WHERE stands AND what = '{kind}' AND run IN", run_ids
@@ -266,6 +286,11 @@ def adopt(catalogue: Catalogue, source: Catalogue) -> tuple[int, dict[str, str]]
     """Take in another store's remarks, line by line.
 
     On runs that are here, and on campaigns.
+
+    Parameters
+    ----------
+    catalogue : ours
+    source : that of the other store
 
     Returns
     -------

@@ -37,6 +37,10 @@ def address_of(path: str | os.PathLike[str]) -> str | None:
     """Return the address that a path is, None where it is a folder.
 
     A slash lost on the way is put back.
+
+    Parameters
+    ----------
+    path : of a folder, or an address
     """
     text = os.fspath(path)
     address = ADDRESS.fullmatch(text)
@@ -53,6 +57,10 @@ def copies() -> Path:
 
 def copy_of(address: str) -> Path:
     """Return the folder of the copy of a store, its catalogue as it is there now.
+
+    Parameters
+    ----------
+    address : as `address_of` returns it
 
     Raises
     ------
@@ -82,6 +90,10 @@ def copy_of(address: str) -> Path:
 
 def fetch(path: Path) -> bool:
     """Copy a run's file to where it is looked for; say whether there is one elsewhere.
+
+    Parameters
+    ----------
+    path : of the run's file in the copy
 
     Raises
     ------

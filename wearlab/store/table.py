@@ -20,7 +20,13 @@ MOST_ROWS = 60
 
 
 def table_html(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    """Return an HTML table; of many rows the first ones, and how many there are."""
+    """Return an HTML table; of many rows the first ones, and how many there are.
+
+    Parameters
+    ----------
+    heads : of the columns
+    rows : their cells
+    """
     head = "".join(f"<th>{escape(heading)}</th>" for heading in heads)
     cells = (
         "".join(f"<td>{escape(_text(cell))}</td>" for cell in row)
@@ -63,7 +69,12 @@ class Column(NamedTuple):
     given: bool = False
 
     def unit_of(self, si: bool) -> str:
-        """Return the unit of the column in a table that leaves wearlab."""
+        """Return the unit of the column in a table that leaves wearlab.
+
+        Parameters
+        ----------
+        si : whether values of scenes are in SI units, too
+        """
         return (
             self.display_unit
             if self.given and self.display_unit and not si
@@ -125,7 +136,13 @@ class Table:
         }
 
     def to_rows(self, *, si: bool = False) -> list[dict[str, Any]]:
-        """Return every row by the names of the columns, ``si`` as of `to_dict`."""
+        """Return every row by the names of the columns, ``si`` as of `to_dict`.
+
+        Parameters
+        ----------
+        si : values of scenes in SI units instead of those in which files write
+            them
+        """
         values = self.to_dict(si=si)
         return [
             dict(zip(values, row, strict=True))
@@ -155,6 +172,10 @@ class Table:
         """Return heads with units, and the rows.
 
         In the units that people read, or in SI.
+
+        Parameters
+        ----------
+        si : values in SI units instead of those that people read
         """
         heads = []
         scaled = []
@@ -172,6 +193,10 @@ class Table:
         """Return the table as comma-separated values.
 
         In the units that people read, or in SI.
+
+        Parameters
+        ----------
+        si : values in SI units instead of those that people read
         """
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
@@ -240,6 +265,11 @@ def _converted(values: list[Any], unit: str, target: str) -> list[Any]:
 
 
 def guarded(value: Any) -> Any:
-    """Return a value that no spreadsheet takes for a formula."""
+    """Return a value that no spreadsheet takes for a formula.
+
+    Parameters
+    ----------
+    value : of a cell
+    """
     risky = isinstance(value, str) and value[:1] in ("=", "+", "-", "@", "\t", "\r")
     return f"'{value}" if risky else value

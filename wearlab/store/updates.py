@@ -144,7 +144,13 @@ def _of_row(*row: Any) -> KeptUpdate:
 
 
 def updates_of(store: "StoredRuns", subject: str) -> list[KeptUpdate]:
-    """Return the updates that are of something, by its identity, the latest first."""
+    """Return the updates that are of something, by its identity, the latest first.
+
+    Parameters
+    ----------
+    store : where they are
+    subject : identity of what they are of
+    """
     return [
         update
         for update in reversed(kept_updates(store).values())
@@ -153,7 +159,13 @@ def updates_of(store: "StoredRuns", subject: str) -> list[KeptUpdate]:
 
 
 def find_update(store: "StoredRuns", prefix: str) -> KeptUpdate | None:
-    """Return the update whose id begins so, None without one or with several."""
+    """Return the update whose id begins so, None without one or with several.
+
+    Parameters
+    ----------
+    store : where it is
+    prefix : of its id
+    """
     matching = [
         update
         for update in kept_updates(store).values()
@@ -164,6 +176,11 @@ def find_update(store: "StoredRuns", prefix: str) -> KeptUpdate | None:
 
 def read_update(store: "StoredRuns", update_id: str) -> "xr.DataTree | None":
     """Return a kept update, loaded, its file closed; None when there is none.
+
+    Parameters
+    ----------
+    store : where it is
+    update_id : its identity
 
     Raises
     ------
@@ -184,6 +201,10 @@ def read_update(store: "StoredRuns", update_id: str) -> "xr.DataTree | None":
 
 def read_tree(path: Path) -> "xr.DataTree":
     """Return the tree of a file, loaded.
+
+    Parameters
+    ----------
+    path : of the file
 
     Raises
     ------
@@ -210,6 +231,12 @@ def _sealed(path: Path, update_id: str) -> "xr.DataTree":
 
 def adopt_update(store: "StoredRuns", source: "StoredRuns", update: KeptUpdate) -> None:
     """Take in another store's update, as it lies there.
+
+    Parameters
+    ----------
+    store : ours
+    source : the other store
+    update : as its catalogue has it
 
     Raises
     ------

@@ -33,7 +33,7 @@ import made_up
 
 from wearlab.store import Store, StoreError
 from wearlab.store.files import hash_of
-from wearlab.store.upkeep import merge
+from wearlab.store.merging import merge
 
 RUN = "a" * 20
 CAMPAIGN = made_up.Campaign((made_up.Case("base", RUN),))

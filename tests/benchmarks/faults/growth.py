@@ -29,7 +29,7 @@ from wearlab.scene import Scene
 from wearlab.store import Store, files
 from wearlab.store.netcdf import to_image
 from wearlab.store.outcome import Outcome
-from wearlab.store.upkeep import prunable, prune
+from wearlab.store.pruning import prunable, prune
 
 BATCH = 500
 OPENED = 1000

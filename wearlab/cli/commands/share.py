@@ -70,10 +70,10 @@ def merge(other: Path, store: Store) -> output.Findings:
 
 def _merged(theirs: Store, store: Store) -> output.Findings:
     """Take runs from one store into another."""
-    from wearlab.store import upkeep
+    from wearlab.store import merging
 
     with output.bar(len(theirs.archive.entries()), "runs") as tell:
-        made = upkeep.merge(store, theirs, tell)
+        made = merging.merge(store, theirs, tell)
     runs = f"{len(made.copied)} runs copied, {len(made.same)} were here already"
     remarks = f", {made.remarks} tags and notes" if made.remarks else ""
     text = [
@@ -127,12 +127,12 @@ def prune(
     keep : FILE: A campaign whose runs stay.
     yes : Remove them; otherwise only say what would go.
     """
-    from wearlab.store import upkeep
+    from wearlab.store import pruning
 
     kept = [case.id for file in keep or [] for case in output.read_campaign(file).cases]
     with output.refusing(OSError):
-        removable = upkeep.prunable(store, kept)
-        freed = upkeep.prune(store, removable) if yes else 0
+        removable = pruning.prunable(store, kept)
+        freed = pruning.prune(store, removable) if yes else 0
     total = sum(run.bytes for run in removable)
     content = {
         "removed": yes,
