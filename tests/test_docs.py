@@ -198,7 +198,7 @@ def test_papers_have_a_row_for_each_figure_table_and_conclusion(papers):
         "y23": (20, 1, 4),
         "b23": (12, 2, 4),
     }
-    for file in made.archive.files():
+    for file in made.files():
         paper = tomllib.loads(file.read_text())
         shown = {row[0] for row in made.rows(paper, kept)}
         for word, count in zip(
