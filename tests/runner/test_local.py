@@ -201,3 +201,40 @@ def test_as_many_workers_as_the_process_may_use_cores(
     monkeypatch.delattr(os, "sched_getaffinity")
     monkeypatch.setattr(os, "cpu_count", lambda: None)
     assert local.available_cores() == 1
+
+
+def test_nobody_else_on_this_machine_can_give_work():
+    """Was: any local user's graph was computed, as whoever ran the campaign."""
+    from dask.distributed import Client
+    from distributed import Security
+
+    with local_client(1, dashboard=False) as client:
+        address = client.scheduler.address
+        assert address.startswith("tls://127.0.0.1:")
+        workers = client.scheduler_info()["workers"]
+        assert all(worker.startswith("tls://127.0.0.1:") for worker in workers)
+        for stranger in (
+            {"address": address.replace("tls://", "tcp://")},
+            {"address": address, "security": Security.temporary()},
+        ):
+            with pytest.raises(OSError):
+                Client(timeout=5, **stranger)
+        assert client.submit(os.getpid).result() in client.run(os.getpid).values()
+
+
+def test_no_page_answers_without_being_asked_for():
+    """Was: dask's pages about scheduler and workers, to whoever may use this machine."""
+    from urllib.error import HTTPError
+    from urllib.request import urlopen
+
+    with local_client(1, dashboard=False) as client:
+        information = client.scheduler_info()
+        ports = [information["services"]["dashboard"]]
+        ports += [
+            worker["services"]["dashboard"]
+            for worker in information["workers"].values()
+        ]
+        for port in ports:
+            for page in ("/", "/status", "/info/main/workers.html", "/metrics"):
+                with pytest.raises(HTTPError, match="404"):
+                    urlopen(f"http://127.0.0.1:{port}{page}", timeout=10)

@@ -143,83 +143,108 @@ def begin_imports() -> None:
 def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
     """Open a client of a cluster of processes on this machine.
 
+    Scheduler, workers and client speak TLS with a certificate that is made for this
+    cluster and kept in memory: whoever else may use this machine cannot give it work.
+
     Parameters
     ----------
     workers : number of processes [the cores]
     dashboard : whether it shows dask's page about itself
+
+    Raises
+    ------
+    RunnerError : the worker processes do not start, or run other code
     """
     begin_imports()
-    import dask
-    from dask.distributed import Client, LocalCluster
+    import dask.distributed  # whose defaults stand before ours are set
 
     size = workers or available_cores()
-    others = set(multiprocessing.active_children())
-    quiet: dict[str, Any] = {
-        "distributed.scheduler.allowed-failures": 0,
-        "distributed.worker.daemon": True,
-    }
-    quiet["distributed.deploy.lost-worker-timeout"] = f"{LOST_SECONDS}s"
-    quiet["distributed.admin.low-level-log-length"] = (
-        4  # events of a topic: checkpoints are large
-    )
-    quiet["distributed.comm.timeouts.tcp"] = (
-        "600s"  # a silent process is given up; one that ended, at once
-    )
-    if FORKS:
-        quiet["distributed.worker.multiprocessing-method"] = "forkserver"
+    earlier_children = set(multiprocessing.active_children())
     with (
-        dask.config.set(quiet),
+        dask.config.set(_settings(dashboard)),
         _main_module_hidden(),
         quiet_logs(),
         steady_dask(),
-        ExitStack() as opened,
+        ExitStack() as stack,
     ):
         try:
             try:
-                here: dict[str, Any] = {
-                    "processes": True,
-                    "host": "127.0.0.1",
-                    "preload": [__name__],
-                }
-                here |= {
-                    "worker_class": swift_nanny(),
-                    "env": {**os.environ, **ONE_THREAD},
-                }
-                here |= {
-                    "worker_dashboard_address": None,
-                    "silence_logs": logging.CRITICAL,
-                }
-                page = {"dashboard": dashboard, "dashboard_address": "127.0.0.1:0"}
-                cluster = LocalCluster(
-                    n_workers=size, threads_per_worker=1, scheduler_kwargs=page, **here
-                )
-                opened.callback(cluster.close)
-                client = opened.enter_context(Client(cluster))
-                opened.enter_context(_staffed(cluster, size))
-                client.wait_for_workers(1, timeout=120)
-                with suppress(
-                    TimeoutError
-                ):  # the first waits for the others: they share what is compiled
-                    client.wait_for_workers(size, timeout=1.0)
-                _refuse_other_code(client)
-            except (
-                RuntimeError,
-                OSError,
-                TimeoutError,
-                EOFError,
-            ) as error:  # in many ways
+                client = _started(stack, size, dashboard)
+            except (RuntimeError, OSError, TimeoutError, EOFError) as error:
                 reason = str(error.__cause__ or error) or type(error).__name__
-                said = (
+                raise report.RunnerError(
                     f"the worker processes did not start ({reason}): is there memory "
-                    "enough?"
-                )
-                remedy = "Nothing was lost; run again, with fewer workers"
-                raise report.RunnerError(f"{said} {remedy}") from error
+                    "enough? Nothing was lost; run again, with fewer workers"
+                ) from error
             yield client
         except KeyboardInterrupt:  # busy workers would take seconds to say goodbye
-            for worker in set(multiprocessing.active_children()) - others:
+            for worker in set(multiprocessing.active_children()) - earlier_children:
                 worker.kill()
             raise
+
+
+def _settings(dashboard: bool) -> dict[str, Any]:
+    """Return how dask is configured while a cluster of this machine runs.
+
+    Parameters
+    ----------
+    dashboard : whether it shows dask's page about itself
+    """
+    settings: dict[str, Any] = {
+        "distributed.scheduler.allowed-failures": 0,
+        "distributed.worker.daemon": True,
+        "distributed.deploy.lost-worker-timeout": f"{LOST_SECONDS}s",
+        # events of a topic: checkpoints are large
+        "distributed.admin.low-level-log-length": 4,
+        # a silent process is given up; one that ended, at once
+        "distributed.comm.timeouts.tcp": "600s",
+        "distributed.worker.http.routes": [],
+    }
+    if not dashboard:  # then nothing answers web browsers
+        settings["distributed.scheduler.http.routes"] = []
+    if FORKS:
+        settings["distributed.worker.multiprocessing-method"] = "forkserver"
+    return settings
+
+
+def _started(stack: ExitStack, size: int, dashboard: bool) -> Any:
+    """Start a cluster, and return its client when the first worker is there.
+
+    Parameters
+    ----------
+    stack : closes both
+    size : number of processes
+    dashboard : whether it shows dask's page about itself
+    """
+    from dask.distributed import Client, LocalCluster, Security
+
+    security = Security.temporary()
+    cluster = LocalCluster(
+        n_workers=size,
+        threads_per_worker=1,
+        processes=True,
+        protocol="tls://",
+        security=security,
+        host="127.0.0.1",
+        preload=[__name__],
+        worker_class=swift_nanny(),
+        env={**os.environ, **ONE_THREAD},
+        worker_dashboard_address=None,
+        silence_logs=logging.CRITICAL,
+        scheduler_kwargs={
+            "dashboard": dashboard,
+            "dashboard_address": "127.0.0.1:0",
+        },
+    )
+    stack.callback(cluster.close)
+    client = stack.enter_context(Client(cluster, security=security))
+    stack.enter_context(_staffed(cluster, size))
+    client.wait_for_workers(1, timeout=120)
+    # the first waits for the others: they share what is compiled
+    with suppress(TimeoutError):
+        client.wait_for_workers(size, timeout=1.0)
+    _refuse_other_code(client)
+    return client
 
 
 @cache
@@ -274,20 +299,21 @@ def _refuse_other_code(client: Any) -> None:
     ------
     RunnerError : a worker does, or cannot import wearlab
     """
-    for told in client.run(code_and_place, on_error="return").values():
-        if isinstance(told, OSError):
+    for answer in client.run(code_and_place, on_error="return").values():
+        if isinstance(answer, OSError):
             continue  # it has just died, and will be replaced
-        code, place = told if isinstance(told, tuple) else (None, told)
-        if code != source_hash():
-            if place == code_and_place()[1]:
-                raise report.RunnerError(
-                    "the sources of wearlab were changed just now; run again"
-                )
-            said = "the worker processes import another wearlab than this process"
-            where = f"{place} there, {code_and_place()[1]} here"
+        code, place = answer if isinstance(answer, tuple) else (None, answer)
+        if code == source_hash():
+            continue
+        if place == code_and_place()[1]:
             raise report.RunnerError(
-                f"{said} ({where}): run from another folder, or mend PYTHONPATH"
+                "the sources of wearlab were changed just now; run again"
             )
+        raise report.RunnerError(
+            "the worker processes import another wearlab than this process "
+            f"({place} there, {code_and_place()[1]} here): run from another folder, or "
+            "mend PYTHONPATH"
+        )
 
 
 def _staffed(cluster: Any, size: int) -> AbstractContextManager[None]:
@@ -295,26 +321,24 @@ def _staffed(cluster: Any, size: int) -> AbstractContextManager[None]:
 
     One that was killed as it started is not.
     """
-    bereft: set[Any] = set()
+    without_process: set[Any] = set()
 
-    def look() -> None:
-        nonlocal bereft
+    def check() -> None:
+        nonlocal without_process
         with suppress(Exception):
-            without = {
+            names = {
                 name
                 for name, nanny in list(cluster.workers.items())
                 if nanny.pid is None
             }
-            for name in (
-                without & bereft
-            ):  # at two looks in a row: none is about to start
-                cluster.sync(
-                    cluster.workers.pop(name).close, callback_timeout=LOST_SECONDS
-                )
-            bereft = without
+            # at two looks in a row: none is about to start
+            for name in names & without_process:
+                close = cluster.workers.pop(name).close
+                cluster.sync(close, callback_timeout=LOST_SECONDS)
+            without_process = names
             cluster.scale(size)
 
-    return bars.repeated(look, 2.0, "wearlab-staff")
+    return bars.repeated(check, 2.0, "wearlab-staff")
 
 
 @contextmanager
