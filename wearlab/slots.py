@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import Any, ClassVar, NamedTuple, get_args
+from typing import Any, ClassVar, NamedTuple, Self, get_args
 
 import pydantic
 from pydantic_core import CoreSchema, core_schema
@@ -193,6 +193,17 @@ class Variant(Part):
                 f"chosen from another {cls.origin.file} than the one that is loaded"
             )
         return {key: value for key, value in given.items() if key != PLUGIN}
+
+    @classmethod
+    def named(cls, name: str = "") -> Self:
+        """Return a variant of this slot with its defaults.
+
+        Parameters
+        ----------
+        name : of the variant; "": the slot's default
+        """
+        variant: Any = cls.slot.variants[name or cls.slot.default]
+        return variant()
 
     @property
     def chosen(self) -> str:

@@ -22,7 +22,7 @@ from stiffness_table import drawn
 import wearlab
 from wearlab.assembly import build
 from wearlab.gears.specification import GearError
-from wearlab.mesh.stiffnesses import STIFFNESS_OFF
+from wearlab.mesh.stiffnesses.finite_element import STIFFNESS_OFF
 from wearlab.scene import Scene
 from wearlab.simulation.trust import ERROR_OFF, FORCE_OFF, SHARE_OFF
 

@@ -6,14 +6,12 @@ import pytest
 from wearlab.mesh import force
 from wearlab.mesh.clock import Mesh, breaks_on_clock, instants_of, sampling
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.damping import nothing, register
+from wearlab.mesh.damping import no_force, register
 from wearlab.mesh.damping_laws import hunt_crossley
 from wearlab.mesh.excitation import MeshFlanks, combined_error, stage_tables
-from wearlab.mesh.excitations import (
-    FourierExcitation,
-    ModulatedExcitation,
-    PairsExcitation,
-)
+from wearlab.mesh.excitations.fourier import FourierExcitation
+from wearlab.mesh.excitations.modulated import ModulatedExcitation
+from wearlab.mesh.excitations.pairs import PairsExcitation
 from wearlab.mesh.force import Dashpot, Deflections, flank_forces
 from wearlab.mesh.harmonics import mesh_error
 from wearlab.mesh.profile import lookup, profile_grid
@@ -188,7 +186,7 @@ def test_periods_found_at_once_are_periods_found_one_by_one(
         2e-5 * rng.standard_normal((5, 3)), 1e-3 * rng.standard_normal((5, 3))
     )
     if law is not None:
-        register(hunt_crossley.HuntCrossley, hunt_crossley.in_contact, nothing)
+        register(hunt_crossley.HuntCrossley, hunt_crossley.in_contact, no_force)
         law = hunt_crossley.HuntCrossley(np.array([0.1]))
     dashpot = Dashpot(500.0, False, 1e-5, law)
     together = flank_forces(flanks, where, motion, dashpot, 1e-3)

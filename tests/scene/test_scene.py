@@ -8,9 +8,11 @@ from wearlab.campaign import load
 from wearlab.dynamics.models.pair import Spur3dofDynamics, TorsionalDynamics
 from wearlab.life.steps.adaptive import AdaptiveStep
 from wearlab.life.steps.euler import EulerStep
-from wearlab.mesh.contacts import DisplacementContact
-from wearlab.mesh.excitations import FourierExcitation, PairsExcitation
-from wearlab.mesh.stiffnesses import ConstantStiffness, FiniteElementStiffness
+from wearlab.mesh.contacts.displacement import DisplacementContact
+from wearlab.mesh.excitations.fourier import FourierExcitation
+from wearlab.mesh.excitations.pairs import PairsExcitation
+from wearlab.mesh.stiffnesses.constant import ConstantStiffness
+from wearlab.mesh.stiffnesses.finite_element import FiniteElementStiffness
 from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
 from wearlab.scene.merge import merge, nested, without
 from wearlab.wear.coefficients.constant import ConstantCoefficient

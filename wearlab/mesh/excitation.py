@@ -16,12 +16,15 @@ from wearlab.mesh import clock, contact, harmonics, profile
 from wearlab.mesh.face.contact import FaceFlanks
 from wearlab.mesh.stages import Springs, StageTables
 
+Curve = harmonics.Harmonics | harmonics.Modulation
+"""A quantity as a function of phase."""
+
 
 class AlongPhase(NamedTuple):
     """Mesh stiffness [N/m] and transmission error [m] as functions of phase."""
 
-    stiffness: harmonics.Harmonics | harmonics.Modulation
-    error: harmonics.Harmonics | harmonics.Modulation
+    stiffness: Curve
+    error: Curve
 
 
 def combined_error(state: contact.Quasistatic, combination: str, error: str) -> Array:

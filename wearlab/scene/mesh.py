@@ -99,16 +99,16 @@ class OneMesh(options.Part):
 
     alternatives = ((("damping",), ("damping_ratio",)),)
 
-    stiffness: stiffnesses.StiffnessModel = stiffnesses.FiniteElementStiffness()
+    stiffness: stiffnesses.StiffnessModel = stiffnesses.StiffnessModel.named()
     """stiffness of a tooth pair"""
-    contact: contacts.ContactModel = contacts.DisplacementContact()
+    contact: contacts.ContactModel = contacts.ContactModel.named()
     """how worn flanks touch"""
     extended_contact: options.Switch = options.option(None)
     """let tip corners touch beyond A and E, so that pairs engage and leave gradually
     under load; without, a pair takes up its share at A at once [true, but for Algorithm
     1 and a stiffness of the whole mesh, which know no tip corners]. Source: Munro,
     Morrish & Palmer 1999; finite elements: docs/model_error.md"""
-    excitation: excitations.ExcitationModel = excitations.PairsExcitation()
+    excitation: excitations.ExcitationModel = excitations.ExcitationModel.named()
     """how the mesh force reaches the dynamics"""
     normal_backlash: Annotated[options.Depth, options.NOT_NEGATIVE] | None = None
     """backlash j_bn along the line of action: back contact begins where drive contact
@@ -124,7 +124,7 @@ class OneMesh(options.Part):
     damping_in: Literal["contact", "always"] = "contact"
     """when the damping acts: while flanks touch, or always as in the papers. Source:
     wearlab"""
-    damping_law: damping_laws.DampingLaw = damping_laws.ViscousDamping()
+    damping_law: damping_laws.DampingLaw = damping_laws.DampingLaw.named()
     """how the mesh loses energy, in contact and out of it. Source: wearlab"""
 
     face_load_factor: Annotated[options.Number, Ge(1)] = 1.0
@@ -162,22 +162,12 @@ class OneMesh(options.Part):
         """
         if self.face_coupling is not None:
             return self.face_coupling
-        if isinstance(self.stiffness, stiffnesses.FiniteElementStiffness):
-            return face_couplings.ElementsCoupling()
-        apart = isinstance(self.stiffness, stiffnesses.PrescribedStiffness)
-        return (
-            face_couplings.NoFaceCoupling()
-            if apart
-            else face_couplings.PasternakCoupling()
-        )
+        return face_couplings.FaceCouplingModel.named(self.stiffness.usual_coupling)
 
     @property
     def by_sections(self) -> bool:
         """Whether slices of a face yield by their sections, neither as solid teeth nor as prescribed."""
-        return not (
-            self.coupling.of_elements
-            or isinstance(self.stiffness, stiffnesses.PrescribedStiffness)
-        )
+        return not (self.coupling.of_elements or self.stiffness.prescribed)
 
     @property
     def _corners_known(self) -> bool:
@@ -339,7 +329,7 @@ class ErrorsSection(options.Part):
 
     seed: Annotated[options.Count, options.NOT_NEGATIVE] = 0
     """seed of the initial angles, drawn once. Source: wearlab"""
-    slow: slow_errors.SlowErrorModel = slow_errors.AveragedErrors()
+    slow: slow_errors.SlowErrorModel = slow_errors.SlowErrorModel.named()
     """once-per-revolution parts: quadrature over member angles, one drawn angle, or the
     full period. Source: wearlab"""
     iso_1328_class: Grade | None = None

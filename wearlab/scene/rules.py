@@ -5,8 +5,6 @@ from itertools import pairwise
 from operator import attrgetter
 from typing import Any
 
-from wearlab.mesh import contacts, stiffnesses
-from wearlab.mesh.damping_laws import ViscousDamping
 from wearlab.scene import gears, mesh, sections
 from wearlab.wear.coefficients.calibrated import CalibratedCoefficient
 
@@ -103,7 +101,7 @@ def _moving_parts(scene: sections.Sections, dynamics: Any) -> Problems:
             ("mesh.damping_law", problem)
             for problem in given.damping_law.problems(scene)
         )
-        if given.damps_always and not isinstance(given.damping_law, ViscousDamping):
+        if given.damps_always and not given.damping_law.acts_in_separation:
             law = repr(given.damping_law.chosen)
             yield (
                 "mesh.damping_in",
@@ -503,7 +501,7 @@ def _mesh_of_a_face(own: mesh.OneMesh, path: str, key: str) -> Problems:
             f"{path}.stiffness.of",
             f"'mesh' has no pairs to share out over the face ({key}): give 'pair'",
         )
-    if coupling.of_contact and isinstance(stiffness, stiffnesses.PrescribedStiffness):
+    if coupling.of_contact and stiffness.prescribed:
         told = (
             "must know what the contact itself yields, and a prescribed stiffness does "
             "not tell: give 'none'"
@@ -512,12 +510,10 @@ def _mesh_of_a_face(own: mesh.OneMesh, path: str, key: str) -> Problems:
             f"{path}.face_coupling",
             f"{coupling.chosen!r} {told}, or another mesh.stiffness",
         )
-    if coupling.of_elements and not isinstance(
-        stiffness, stiffnesses.FiniteElementStiffness
-    ):
+    if coupling.of_elements and not stiffness.of_elements:
         told = "goes with mesh.stiffness = 'finite-element': give that, or 'pasternak'"
         yield f"{path}.face_coupling", f"{coupling.chosen!r} {told}"
-    if not isinstance(contact, contacts.DisplacementContact) or contact.by_threshold:
+    if not contact.along_line_of_action or contact.by_threshold:
         told = (
             f"flanks with a width ({key}) meet on the line of action: give "
             "'displacement'"

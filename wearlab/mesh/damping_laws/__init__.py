@@ -1,14 +1,17 @@
-"""``mesh.damping_law``: how a mesh loses energy, in contact and out of it."""
+"""``mesh.damping_law``: how a mesh loses energy, in contact and out of it.
+
+A file beside this one adds another.
+"""
 
 from collections.abc import Iterator
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from wearlab.arrays import Array
 from wearlab.slots import Slot, Variant
 
 
 class MeshesInOperation(NamedTuple):
-    """What a damping law is made of.
+    """The data of the meshes from which a damping law is made.
 
     Parameters
     ----------
@@ -33,34 +36,29 @@ class DampingLaw(Variant):
         "mesh.damping_law", __name__, default="viscous", by_name=True
     )
     needs_oil: ClassVar[bool] = False
+    """Whether it needs the viscosity of an oil."""
+    acts_in_separation: ClassVar[bool] = False
+    """Whether ``mesh.damping_in = "always"`` may let it act in separation, too."""
 
     def build(self, meshes: MeshesInOperation) -> Any:
-        """Return the law as the steps take it, see `wearlab.mesh.damping`.
+        """Return the law as kernels take it, see `wearlab.mesh.damping`; None: viscous.
 
-        None: viscous.
+        Parameters
+        ----------
+        meshes : data of the meshes
 
         Raises
         ------
         GearError
-            When something that it needs is missing.
+            When the meshes lack what the law needs.
         """
         raise NotImplementedError(f"{type(self).__name__} has no build")
 
     def problems(self, scene: Any) -> Iterator[str]:
-        """Yield what this law asks of the other sections of a scene."""
+        """Yield messages about what the other sections of a scene lack for this law.
+
+        Parameters
+        ----------
+        scene : the scene, read
+        """
         return iter(())
-
-
-class ViscousDamping(DampingLaw):
-    """A dashpot on the rate of approach of the flanks, shared like the stiffness.
-
-    Flanks do not pull.
-    """
-
-    model: Literal["viscous"] = "viscous"
-    """a dashpot on the rate of approach of touching flanks. Source: L16 Eq. 6, W23 Eq.
-    36"""
-
-    def build(self, meshes: MeshesInOperation) -> None:
-        """Return nothing: the steps have this law built in."""
-        return None

@@ -24,7 +24,10 @@ class HuntCrossley(NamedTuple):
 def in_contact(
     law: Any, m: Any, force: float, stiffness: float, part: float, rate: float
 ) -> Any:
-    """Return ``F (1 + χ ẋ)`` and its derivatives, nothing where that pulls."""
+    """Return ``F (1 + χ ẋ)`` and its derivatives, 0 where that pulls.
+
+    Parameters and returns are those of `wearlab.mesh.damping.register`.
+    """
     factor = 1.0 + law.loss[m] * rate
     if factor <= 0.0:
         return 0.0, 0.0, 0.0
@@ -47,22 +50,21 @@ class HuntCrossleyDamping(DampingLaw):
     Hunt & Crossley 1975"""
 
     def build(self, meshes: MeshesInOperation) -> HuntCrossley:
-        """Return the law.
+        """Return the law, with χ as given, else c over the static force.
 
         Raises
         ------
         GearError
             When χ is to follow from a static force of nought.
         """
-        from wearlab.mesh.damping import nothing, register
+        from wearlab.mesh.damping import no_force, register
 
-        register(HuntCrossley, in_contact, nothing)
+        register(HuntCrossley, in_contact, no_force)
         if self.loss is not None:
             return HuntCrossley(np.full(len(meshes.damping), self.loss))
         if not meshes.force.all():
             raise GearError(
                 "mesh.damping_law: without a torque no static force says what χ is: "
-                "give loss, such as "
-                '{model = "hunt-crossley", loss = "0.3 s/m"}'
+                'give loss, such as {model = "hunt-crossley", loss = "0.3 s/m"}'
             )
         return HuntCrossley(meshes.damping / meshes.force)

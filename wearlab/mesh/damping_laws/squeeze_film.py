@@ -1,4 +1,4 @@
-"""Oil between flanks that are apart: what is squeezed out brakes them before they strike."""
+"""An oil film between flanks that are apart: it brakes them before they strike."""
 
 from collections.abc import Iterator
 from typing import Any, ClassVar, Literal, NamedTuple
@@ -27,19 +27,23 @@ class SqueezeFilm(NamedTuple):
 def in_contact(
     law: Any, m: Any, force: float, stiffness: float, part: float, rate: float
 ) -> Any:
-    """Return ``F + c ẋ`` and its derivatives, nothing where that pulls."""
+    """Return ``F + c ẋ`` and its derivatives, 0 where that pulls.
+
+    Parameters and returns are those of `wearlab.mesh.damping.register`.
+    """
     normal = force + part * rate
     if normal <= 0.0:
         return 0.0, 0.0, 0.0
     return normal, stiffness, part
 
 
-def apart(
+def out_of_contact(
     law: Any, m: Any, clearance: float, rate: float
 ) -> tuple[float, float, float]:
     """Return ``β ẋ/(h_c + clearance)^{3/2}`` and its derivatives.
 
-    A film that is drawn apart cavitates.
+    Flanks that part pull nothing: the film cavitates. Parameters and returns are those
+    of `wearlab.mesh.damping.register`.
     """
     if rate <= 0.0:
         return 0.0, 0.0, 0.0
@@ -49,16 +53,16 @@ def apart(
 
 
 class SqueezeFilmDamping(DampingLaw):
-    """The viscous law in contact, and an oil film squeezed by flanks that approach each other out of it."""
+    """The viscous law in contact; out of it, flanks that approach squeeze an oil film."""
+
+    needs_oil: ClassVar[bool] = True
 
     model: Literal["squeeze-film"] = "squeeze-film"
     """viscous in contact; flanks that are apart squeeze the oil between them. Source:
     Hamrock, Schmid & Jacobson 2004; Ankouni et al. 2016"""
 
-    needs_oil: ClassVar[bool] = True
-
     def problems(self, scene: Any) -> Iterator[str]:
-        """Yield that a film needs an oil."""
+        """Yield a message when the scene has no oil."""
         if scene.lubricant is None:
             yield (
                 "'squeeze-film' needs an oil: give [lubricant], such as viscosity = "
@@ -75,14 +79,15 @@ class SqueezeFilmDamping(DampingLaw):
         """
         from wearlab.mesh.damping import register
 
-        register(SqueezeFilm, in_contact, apart)
+        register(SqueezeFilm, in_contact, out_of_contact)
         if not meshes.damping.all():
             raise GearError(
                 "mesh.damping_law: 'squeeze-film' needs mesh.damping above nought"
             )
         assert meshes.viscosity is not None
-        # of a rigid cylinder that approaches a plane through a viscous fluid: ``W/(η L
-        # V) = 3√2 π (R/h)^{3/2}``
+
+        # a rigid cylinder approaches a plane through a viscous fluid:
+        # W/(η L V) = 3√2 π (R/h)^{3/2}
         film = (
             3.0
             * np.pi
@@ -90,4 +95,5 @@ class SqueezeFilmDamping(DampingLaw):
             * meshes.viscosity
             * meshes.face_width
         )
-        return SqueezeFilm(film, (film / meshes.damping) ** (2.0 / 3.0))
+        thickness = (film / meshes.damping) ** (2.0 / 3.0)
+        return SqueezeFilm(film, thickness)
