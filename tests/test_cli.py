@@ -551,4 +551,4 @@ def test_every_file_of_commands_registers_itself():
         one.callback.__module__.rpartition(".")[2]
         for one in app.app.registered_commands
     }
-    assert homes == files and set(app.FIRST) <= files
+    assert homes == files and set(app.COMMAND_FILES) <= files

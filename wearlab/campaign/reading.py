@@ -229,7 +229,7 @@ def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campa
         plugins=plugins,
         warnings=(*undone(inherited.layers), *unmeant),
         written=written_quantities(
-            [*tables, *(each.own for each in differences or ())]
+            [*tables, *(difference.settings for difference in differences or ())]
         ),
         **told,
     )

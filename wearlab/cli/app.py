@@ -1,4 +1,4 @@
-"""The command line application: the register of its commands, options that several share, the exit status."""
+"""The command line application: the register of its commands, and the exit status."""
 
 import os
 import pkgutil
@@ -7,17 +7,25 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import cache, wraps
 from importlib import import_module
-from inspect import Parameter, Signature, getdoc, signature
+from inspect import Parameter, getdoc, signature
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, get_args, get_type_hints
+from typing import Annotated, Any, TypeVar, get_args
 
 import typer
 from typer.main import get_command
 
 from wearlab.cli import commands, output
 from wearlab.cli.output import Findings, Status, Stop, complain
-from wearlab.store import Store
 from wearlab.version import __version__
+
+COMMAND_FILES = ("plan", "run", "ls", "figures", "compare", "schema", "share")
+"""The order in which help lists the files of ``commands``; others follow by name."""
+
+PLUGINS_OPTION = "--plugins"
+REFUSAL = re.compile(r"wearlab\..*Error")
+"""Errors that wearlab refuses with a message; anything else is a fault."""
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 app = typer.Typer(
     add_completion=False,
@@ -27,129 +35,92 @@ app = typer.Typer(
 )
 
 
-def _tell_version(asked: bool) -> None:
-    if asked:
+def _print_version(requested: bool) -> None:
+    """Print the version and leave, where ``--version`` was written."""
+    if requested:
         output.say(f"wearlab {__version__}")
         raise typer.Exit
 
 
-VERSION = typer.Option(
-    "--version", help="Print the version.", callback=_tell_version, is_eager=True
-)
-TRUST = "--plugins"
-PLUGINS = typer.Option(
-    TRUST, help="Run the plug-ins that campaign files name; also after a command."
+VersionSwitch = Annotated[
+    bool,
+    typer.Option(
+        "--version", help="Print the version.", callback=_print_version, is_eager=True
+    ),
+]
+PluginsSwitch = Annotated[
+    bool,
+    typer.Option(
+        PLUGINS_OPTION,
+        help="Run the plug-ins that campaign files name; also after a command.",
+    ),
+]
+JsonSwitch = Annotated[bool, typer.Option("--json", help="Write JSON.")]
+JSON_PARAMETER = Parameter(
+    "json", Parameter.KEYWORD_ONLY, default=False, annotation=JsonSwitch
 )
 
 
 @app.callback()
-def for_all(
-    version: Annotated[bool, VERSION] = False, plugins: Annotated[bool, PLUGINS] = False
+def main_options(
+    version: VersionSwitch = False, plugins: PluginsSwitch = False
 ) -> None:
     """Experiments and datasets of coupled gear wear and dynamics."""
-    output.TRUSTED.set(plugins)
-    output.ASKED.set(
-        Path(os.environ.get("WEARLAB_STORE") or output.STORE)
-    )  # unless an option names another
+    output.TRUST_PLUGINS.set(plugins)
+    # unless an option names another folder
+    folder = os.environ.get("WEARLAB_STORE") or output.STORE
+    output.STORE_FOLDER.set(Path(folder))
 
 
-def _asked(folder: str) -> Store:
-    output.ASKED.set(Path(folder))
-    return Store(Path(folder))
+def command(
+    name: str | None = None, help: str | None = None
+) -> Callable[[Function], Function]:
+    """Register a function as a command of ``wearlab``.
 
+    Typer reads its arguments and options from the annotations. A function that returns
+    `Findings` takes ``--json`` as well.
 
-Function = TypeVar("Function", bound=Callable[..., Any])
-WRITTEN = Annotated[bool, typer.Option("--json", help="Write JSON.")]
-JSON = Parameter("json", Parameter.KEYWORD_ONLY, default=False, annotation=WRITTEN)
-STORED: dict[str, Any] = {"parser": _asked, "envvar": "WEARLAB_STORE"}
-SHARED = {
-    "file": "FILE: A campaign file (TOML).",
-    "run": 'RUN: An id, its beginning, or a condition that one run meets: "speed = '
-    '900 rpm".',
-    "store": "DIR: The folder of the runs.",
-    "where": 'EXPR: Such as "torque > 100 N*m and life < 2e7".',
-    "workers": "N from 1 [the cores]: Worker processes.",
-}
-"""What several commands take, told as by `command`; ``store`` is a `Store` and needs no
-default."""
-LISTED = "\n\nParameters\n----------\n"
-OPTION = re.compile(
-    r"(?:(\[?[A-Z]\S*)(?: from (\d+)(?: to (\d+))?)?(?: \[(.+?)\])?: )?(.*)"
-)
-
-
-def command(name: str | None = None) -> Callable[[Function], Function]:
-    """Register a function as a command.
-
-    Its docstring tells what help says of it and of its options.
-
-    A line of its ``Parameters`` is ``name : METAVAR from 0 to 9 [default in words]:
-    help``, with what it needs of all before the help. What has no default, or a METAVAR
-    in brackets, is an argument; an option that is a word of Python bears an underline
-    behind it. Of parameters without a line, `SHARED` tells. What returns `Findings`
-    takes ``--json``.
+    Parameters
+    ----------
+    name : of the command [the function's]
+    help : what help says of it [the docstring]
     """
 
     def register(function: Function) -> Function:
-        text, _, listed = str(getdoc(function)).partition(LISTED)
-        entries = re.sub(r"\n +", " ", listed).splitlines()
-        told = SHARED | dict(entry.split(" : ", 1) for entry in entries)
-        hints = get_type_hints(function)
-        options = []
-        for key, parameter in signature(function).parameters.items():
-            named, least, most, default, words = OPTION.fullmatch(told[key]).groups()  # type: ignore[union-attr]
-            metavar = named and named.strip("[]")
-            shown: dict[str, Any] = {
-                "metavar": metavar,
-                "help": words,
-                "show_default": default or True,
-            }
-            shown |= {"min": least and int(least), "max": most and int(most)}
-            if key == "store":
-                shown = shown | STORED
-                parameter = parameter.replace(default=output.STORE)
-            if parameter.default is Parameter.empty or metavar != named:
-                declared: Any = typer.Argument(**shown | {"show_default": False})
-            else:
-                declared = typer.Option(
-                    f"--{key.rstrip('_').replace('_', '-')}", **shown
-                )
-            options.append(
-                parameter.replace(
-                    annotation=Annotated[hints[key], declared], kind=JSON.kind
-                )
-            )
+        declared = signature(function)
+        parameters = [
+            parameter.replace(kind=Parameter.KEYWORD_ONLY)
+            for parameter in declared.parameters.values()
+        ]
+        returned = declared.return_annotation
+        if Findings in (returned, *get_args(returned)):
+            parameters.append(JSON_PARAMETER)
 
         @wraps(function)
-        def run(json: bool = False, **given: Any) -> Any:
+        def run_command(json: bool = False, **arguments: Any) -> Any:
             output.AS_JSON.set(json)
-            found = function(**given)
-            return output.tell(found) if isinstance(found, Findings) else found
+            result = function(**arguments)
+            return output.write(result) if isinstance(result, Findings) else result
 
-        options += (
-            [JSON] if Findings in (hints["return"], *get_args(hints["return"])) else []
-        )
-        run.__signature__ = Signature(options)  # type: ignore[attr-defined]
-        app.command(name, help=text)(run)
+        shown = declared.replace(parameters=parameters)
+        run_command.__signature__ = shown  # type: ignore[attr-defined]
+        app.command(name, help=help or getdoc(function))(run_command)
         return function
 
     return register
 
 
-FIRST = ("plan", "run", "ls", "figures", "compare", "schema", "share")
-"""The order in which help lists the files of ``commands``; others follow by name."""
+def _import_commands() -> None:
+    """Import the files of ``commands``: each registers what it defines.
+
+    Everything heavy is imported by the command that needs it.
+    """
+    files = {module.name for module in pkgutil.iter_modules(commands.__path__)}
+    for file in (*COMMAND_FILES, *sorted(files - set(COMMAND_FILES))):
+        import_module(f"{commands.__name__}.{file}")
 
 
-OURS = re.compile(r"wearlab\..*Error")
-"""What wearlab refuses with a message; anything else is a fault."""
-
-
-# everything heavy is imported by the command that needs it
-for _name in [
-    *FIRST,
-    *sorted({one.name for one in pkgutil.iter_modules(commands.__path__)} - {*FIRST}),
-]:
-    import_module(f"{commands.__name__}.{_name}")
+_import_commands()
 
 
 def status_of(arguments: Sequence[str] | None = None) -> int:
@@ -163,9 +134,9 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
     """
     try:
         words = list(sys.argv[1:] if arguments is None else arguments)
-        # every command takes it, the application reads it
-        words = [TRUST] * (TRUST in words) + [word for word in words if word != TRUST]
-        result = _commands()(args=words, prog_name="wearlab", standalone_mode=False)
+        result = _commands()(
+            args=_plugins_first(words), prog_name="wearlab", standalone_mode=False
+        )
         sys.stdout.flush()
         return int(result or Status.WELL)
     except Stop as stop:
@@ -174,35 +145,55 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         complain("wearlab: interrupted")
         return Status.INTERRUPTED
-    except BrokenPipeError:  # whoever read our output has seen enough
-        output.nowhere(sys.stdout)
+    except BrokenPipeError:  # whoever read our output has stopped reading
+        output.discard(sys.stdout)
         return Status.TROUBLE
     except OSError as error:
-        if (
-            error.filename is not None or error.errno not in output.FULL
-        ):  # that has a name: a fault of ours
-            raise
-        output.nowhere(sys.stdout)
+        if error.filename is not None or error.errno not in output.FULL:
+            raise  # an error that names a file is a fault of ours
+        output.discard(sys.stdout)
         complain(
             f"wearlab: cannot write to standard output or to the disk: {error.strerror}"
         )
         return Status.TROUBLE
     except Exception as error:
-        ours = any(
-            OURS.fullmatch(f"{kind.__module__}.{kind.__name__}")
-            for kind in type(error).__mro__
-        )
-        tell = str if ours else getattr(type(error), "format_message", None)
-        if tell is None:
+        message = _refusal_message(error)
+        if message is None:
             raise
-        before = "" if type(error).__name__ == "NoArgsIsHelpError" else "wearlab: "
-        complain(f"{before}{tell(error)}")
+        complain(message)
         return Status.REFUSED
+
+
+def _plugins_first(words: list[str]) -> list[str]:
+    """Return the words with ``--plugins`` in front.
+
+    Every command takes the option, but the application reads it.
+    """
+    if PLUGINS_OPTION not in words:
+        return words
+    return [PLUGINS_OPTION, *(word for word in words if word != PLUGINS_OPTION)]
+
+
+def _refusal_message(error: Exception) -> str | None:
+    """Return what to tell the user of an error, None where it is a fault of wearlab."""
+    is_refusal = any(
+        REFUSAL.fullmatch(f"{kind.__module__}.{kind.__name__}")
+        for kind in type(error).__mro__
+    )
+    if is_refusal:
+        return f"wearlab: {error}"
+
+    # what the command line parser refuses formats itself
+    format_message = getattr(error, "format_message", None)
+    if format_message is None:
+        return None
+    is_help = type(error).__name__ == "NoArgsIsHelpError"
+    return str(format_message()) if is_help else f"wearlab: {format_message()}"
 
 
 @cache
 def _commands() -> Any:
-    """Return all commands, which take typer longer to read than most take to run."""
+    """Return all commands, built once: typer takes longer than most commands run."""
     return get_command(app)
 
 

@@ -28,9 +28,25 @@ if TYPE_CHECKING:
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
 """What the system says of an output that takes no more."""
 
+INTERRUPTED_TWICE = (
+    b"wearlab: interrupted twice: stopped at once; finished runs are kept, run again "
+    b"to continue\n"
+)
+LONG_TABLE = 500  # rows from which a table is written without layout
+
+Content = TypeVar("Content")
+Rows = Sequence[Sequence[str]]
+STORE = Path("wearlab-store")
+STORE_FOLDER: ContextVar[Path] = ContextVar("store folder", default=STORE)
+"""The store of the command, in which runs of plug-ins have left what these declare."""
+TRUST_PLUGINS: ContextVar[bool] = ContextVar("trusted", default=False)
+"""Whether ``--plugins`` was written: plug-ins of campaign files may be run."""
+AS_JSON: ContextVar[bool] = ContextVar("as JSON", default=False)
+"""Whether ``--json`` was written: a program reads the output."""
+
 
 def fill_closed() -> None:
-    """Let streams that this process was begun without (``>&-``) lead nowhere.
+    """Open the null device for standard streams that were closed (``>&-``).
 
     A number that stays free is given to the next file that is opened: what a library
     prints would go into it.
@@ -40,58 +56,49 @@ def fill_closed() -> None:
             os.fstat(number)
         except OSError:
             os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+
         if getattr(sys, name) is None:
-            setattr(
-                sys,
-                name,
-                open(os.devnull, "r" if number == 0 else "w", encoding="utf-8"),
-            )
+            mode = "r" if number == 0 else "w"
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))
 
 
-def nowhere(stream: object) -> None:
-    """Drop what a stream holds back and whatever comes, so that Python does not complain when it leaves."""
+def discard(stream: object) -> None:
+    """Send what a stream still holds, and what follows, to the null device.
+
+    Python then does not complain when it flushes the stream on leaving.
+
+    Parameters
+    ----------
+    stream : standard output or standard error
+    """
     with suppress(OSError, ValueError, AttributeError):
         sink = os.open(os.devnull, os.O_WRONLY)
         os.dup2(sink, stream.fileno())  # type: ignore[attr-defined]
         os.close(sink)
 
 
-SECOND = b"wearlab: interrupted twice: stopped at once; finished runs are kept, run again to continue\n"
-
-
-def at_once_when_twice() -> None:
-    """Let a second Ctrl-C end this process without any farewell.
+def stop_on_second_interrupt() -> None:
+    """Let a second Ctrl-C end this process at once.
 
     Whatever is written at that moment appears whole or not at all, and workers go when
     their parent does.
     """
-    here = threading.current_thread() is threading.main_thread()
-    if (
-        here and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    ):  # else somebody else decides
-        signal.signal(signal.SIGINT, _first)
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    handler = signal.getsignal(signal.SIGINT)
+    if in_main_thread and handler is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _interrupt)
 
 
-def _first(*told: object) -> None:
-    signal.signal(signal.SIGINT, _second)
+def _interrupt(*signal_arguments: object) -> None:
+    """Raise KeyboardInterrupt, and stop at once from the next signal on."""
+    signal.signal(signal.SIGINT, _exit_at_once)
     raise KeyboardInterrupt
 
 
-def _second(*told: object) -> None:
-    os.write(2, SECOND)
+def _exit_at_once(*signal_arguments: object) -> None:
+    """End the process without clean-up."""
+    os.write(2, INTERRUPTED_TWICE)
     os._exit(Status.INTERRUPTED)
-
-
-Content = TypeVar("Content")
-Rows = Sequence[Sequence[str]]
-STORE = Path("wearlab-store")
-ASKED: ContextVar[Path] = ContextVar("asked", default=STORE)
-"""The store of the command, in which runs of plug-ins have left what these declare."""
-TRUSTED: ContextVar[bool] = ContextVar("trusted", default=False)
-"""Whether the command was told ``--plugins``: that plug-ins of campaign files may be
-run."""
-AS_JSON: ContextVar[bool] = ContextVar("as JSON", default=False)
-"""Whether the command was told ``--json``: that a program reads what it found."""
 
 
 class Status(IntEnum):
@@ -121,24 +128,30 @@ Text = Iterable[str | ShownTable]
 
 
 class Findings(NamedTuple):
-    """What a command found.
+    """The result of a command.
 
     Parameters
     ----------
     content : for programs, what ``--json`` writes; or a function that returns it
     text : for people
-    well : whether nothing is wrong; else the exit status tells of trouble
-    remarks : what is said on standard error besides, of either
+    ok : whether nothing is wrong; else the exit status is that of trouble
+    remarks : lines for standard error
     """
 
     content: Any
     text: Text
-    well: bool = True
+    ok: bool = True
     remarks: Sequence[str] = ()
 
 
 class Stop(Exception):
-    """A command cannot go on: a message for the user, and the exit status."""
+    """A command cannot go on: a message for the user, and the exit status.
+
+    Parameters
+    ----------
+    message : for the user
+    status : exit status
+    """
 
     def __init__(self, message: str, status: Status = Status.REFUSED) -> None:
         super().__init__(message)
@@ -147,7 +160,12 @@ class Stop(Exception):
 
 @contextmanager
 def refusing(*kinds: type[Exception]) -> Iterator[None]:
-    """Turn errors of these kinds into one message and exit status 2."""
+    """Turn errors of these kinds into one message and exit status 2.
+
+    Parameters
+    ----------
+    kinds : classes of errors
+    """
     try:
         yield
     except kinds as error:
@@ -161,17 +179,25 @@ def refusing(*kinds: type[Exception]) -> Iterator[None]:
 def read_campaign(file: str) -> "Campaign":
     """Read a campaign file.
 
+    Parameters
+    ----------
+    file : path of the file
+
     Raises
     ------
     Stop : it is absent, unreadable or wrong
     """
     from wearlab.campaign import load
 
-    return _loaded(load, file)
+    return _read_with_plugins(load, file)
 
 
 def read_plugins(file: str) -> "tuple[Plugin, ...]":
     """Make the variants of a file's plug-ins known.
+
+    Parameters
+    ----------
+    file : path of a campaign file
 
     Raises
     ------
@@ -179,13 +205,14 @@ def read_plugins(file: str) -> "tuple[Plugin, ...]":
     """
     from wearlab.campaign import read_plugins
 
-    return _loaded(read_plugins, file)
+    return _read_with_plugins(read_plugins, file)
 
 
-def _loaded(read: Callable[[str], Content], file: str) -> Content:
+def _read_with_plugins(read: Callable[[str], Content], file: str) -> Content:
+    """Read a file by a function, with the trust in plug-ins that the user gave."""
     from wearlab.plugins import FOLDER, Trust, trusting
 
-    trust = Trust(TRUSTED.get(), ASKED.get() / FOLDER)
+    trust = Trust(TRUST_PLUGINS.get(), STORE_FOLDER.get() / FOLDER)
     with (
         refusing(OSError, ValueError),
         trusting(trust),
@@ -194,15 +221,35 @@ def _loaded(read: Callable[[str], Content], file: str) -> Content:
         return read(file)
 
 
-def sound_campaign(file: str) -> "Campaign":
-    """Read a campaign file whose figures name kinds, variables, dimensions and cases that exist."""
+def read_drawable_campaign(file: str) -> "Campaign":
+    """Read a campaign file, and check that its figures can be drawn.
+
+    Parameters
+    ----------
+    file : path of the file
+
+    Raises
+    ------
+    Stop : the file is wrong, or a figure names a kind, variable, dimension or case that
+        does not exist
+    """
     campaign = read_campaign(file)
     refuse_wrong_figures(campaign, file)
     return campaign
 
 
 def refuse_wrong_figures(campaign: "Campaign", file: str) -> None:
-    """Stop where a figure names what does not exist."""
+    """Stop where a figure names what does not exist.
+
+    Parameters
+    ----------
+    campaign : with its figures
+    file : its path, for messages
+
+    Raises
+    ------
+    Stop : with one line for each problem
+    """
     if campaign.figures:
         from wearlab.figures import question
 
@@ -210,25 +257,42 @@ def refuse_wrong_figures(campaign: "Campaign", file: str) -> None:
             raise Stop("\n".join(f"{file}: {problem}" for problem in problems))
 
 
-def drawn(
-    campaign: "Campaign", store: Store, out: Path, ending: str = "png"
-) -> tuple[list[Path], bool]:
-    """Draw a campaign's figures.
+class DrawnFigures(NamedTuple):
+    """The files of the figures that were drawn, and whether all of them were."""
 
-    Say which cannot be, and return the others and whether that went well.
+    files: list[Path]
+    ok: bool
+
+
+def draw_figures(
+    campaign: "Campaign", store: Store, out: Path, ending: str = "png"
+) -> DrawnFigures:
+    """Draw a campaign's figures, and write to standard error why some cannot be.
+
+    Parameters
+    ----------
+    campaign : with its figures
+    store : the folder of its runs
+    out : folder of the figures
+    ending : png, svg or pdf
     """
     from wearlab.figures import FigureError, draw
 
     try:
-        return list(draw(campaign, store, out, ending)), True
+        return DrawnFigures(list(draw(campaign, store, out, ending)), True)
     except FigureError as error:
         complain(str(error))
-        return list(error.drawn), False
+        return DrawnFigures(list(error.drawn), False)
 
 
 @contextmanager
 def reporting(what: str) -> Iterator[None]:
-    """Say on a terminal what is being done, once it has taken a second."""
+    """Write to a terminal what is being done, once it has taken a second.
+
+    Parameters
+    ----------
+    what : the work, such as "reading the cases of a.toml"
+    """
     timer = threading.Timer(
         1.0, print, [f"{what} …"], {"file": sys.stderr, "flush": True}
     )
@@ -251,41 +315,66 @@ def complain(text: str) -> None:
     try:
         print(text, file=sys.stderr, flush=True)
     except OSError:
-        nowhere(sys.stderr)
+        discard(sys.stderr)
 
 
 def split_columns(text: str | None) -> tuple[str, ...] | None:
-    """Return the columns of a list.
+    """Return the columns of a list; a comma in parentheses or quotes parts nothing.
 
-    A comma within parentheses or quotes does not part them.
+    Parameters
+    ----------
+    text : columns, parted by commas
     """
     if text is None:
         return None
-    parts: list[str] = []
-    held = ""
+    columns: list[str] = []
+    column = ""
     for piece in text.split(","):
-        held = f"{held},{piece}" if held else piece
-        bare = re.sub(r"'[^']*'|\"[^\"]*\"", "", held)
-        if not set("'\"") & set(bare) and all(
-            bare.count(a) <= bare.count(b) for a, b in ("()", "[]")
-        ):
-            parts.append(held.strip())
-            held = ""
-    return tuple(part for part in [*parts, held.strip()] if part)
+        column = f"{column},{piece}" if column else piece
+        if _is_whole(column):
+            columns.append(column.strip())
+            column = ""
+    return tuple(column for column in [*columns, column.strip()] if column)
+
+
+def _is_whole(text: str) -> bool:
+    """Whether all quotes, parentheses and brackets of a text are closed."""
+    unquoted = re.sub(r"'[^']*'|\"[^\"]*\"", "", text)
+    if "'" in unquoted or '"' in unquoted:
+        return False
+    return unquoted.count("(") <= unquoted.count(")") and unquoted.count(
+        "["
+    ) <= unquoted.count("]")
 
 
 def place(position: Mapping[str, object]) -> str:
-    """Return a place on the axes of a campaign in words."""
+    """Return a place on the axes of a campaign in words.
+
+    Parameters
+    ----------
+    position : value by axis
+    """
     return ", ".join(f"{name}={value}" for name, value in position.items())
 
 
 def case_name(campaign: "Campaign", case: "Case") -> str:
-    """Return what a person calls a case: its label and its place on the axes."""
+    """Return what a person calls a case: its label and its place on the axes.
+
+    Parameters
+    ----------
+    campaign, case : the campaign, and one of its cases
+    """
     return in_words(case.label, outcome.place(campaign, case))
 
 
 def in_words(label: str, position: Mapping[str, object]) -> str:
-    """Return a label, and its place on the axes in brackets where it has one."""
+    """Return a label, and its place on the axes in brackets where it has one.
+
+    Parameters
+    ----------
+    label : of a case
+    position : value by axis
+    """
     return f"{label} ({place(position)})" if position else label
 
 
@@ -299,16 +388,23 @@ def show_json(content: Any) -> None:
     print(json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))
 
 
-def tell(found: Findings) -> Status:
-    """Write what a command found, as it was asked for, and return its exit status."""
+def write(findings: Findings) -> Status:
+    """Write the result of a command as text or JSON, and return its exit status.
+
+    Parameters
+    ----------
+    findings : the result
+    """
     if AS_JSON.get():
-        show_json(found.content() if callable(found.content) else found.content)
+        content = findings.content
+        show_json(content() if callable(content) else content)
     else:
-        for part in found.text:
+        for part in findings.text:
             say(part) if isinstance(part, str) else show_table(*part)
-    for remark in found.remarks:
+
+    for remark in findings.remarks:
         complain(remark)
-    return Status.WELL if found.well else Status.TROUBLE
+    return Status.WELL if findings.ok else Status.TROUBLE
 
 
 def show_table(
@@ -316,14 +412,21 @@ def show_table(
 ) -> None:
     """Write a table, as wide as the terminal; columns without any entry are left out.
 
-    A file or a pipe gets one line a row, and so does what fills many screens. ``empty``
-    is said where there are no rows.
+    A file or a pipe gets one line a row, and so does a table of many rows.
+
+    Parameters
+    ----------
+    heads : of the columns
+    rows : a cell for each head
+    title : above the table
+    empty : what to write to standard error where there are no rows
     """
     if empty and not rows:
         return complain(empty)
+
     used = [i for i, _ in enumerate(heads) if any(row[i] for row in rows)]
     lines = [[row[i] for i in used] for row in (heads, *rows)]
-    if not sys.stdout.isatty() or len(rows) > 500:
+    if not sys.stdout.isatty() or len(rows) > LONG_TABLE:
         _show_plain(lines, title)
         return
     from rich.console import Console
@@ -341,19 +444,19 @@ def show_table(
 
 
 def _show_plain(lines: Rows, title: str | None) -> None:
+    """Write a table in columns as wide as their longest cells."""
     lines = [[cell.replace("\n", " ") for cell in line] for line in lines]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    for line in [[title]] * bool(title) + lines:
-        say(
-            "  ".join(
-                f"{text:<{width}}" for text, width in zip(line, widths, strict=False)
-            ).rstrip()
-        )
+    if title:
+        say(f"{title:<{widths[0]}}".rstrip() if widths else title)
+    for line in lines:
+        cells = zip(line, widths, strict=True)
+        say("  ".join(f"{cell:<{width}}" for cell, width in cells).rstrip())
 
 
 @contextmanager
 def bar(total: int, what: str = "") -> Iterator[Callable[[str], None]]:
-    """Show on standard error how far a long work is; silent where nobody watches.
+    """Show progress of long work on standard error, if that is a terminal.
 
     Parameters
     ----------
@@ -362,15 +465,12 @@ def bar(total: int, what: str = "") -> Iterator[Callable[[str], None]]:
     """
     from wearlab.runner.progress import Progress, ProgressBar
 
-    with (
-        Progress()
-        if AS_JSON.get() or not sys.stderr.isatty()
-        else ProgressBar() as shown
-    ):
-        shown.start(total, what)
+    is_silent = AS_JSON.get() or not sys.stderr.isatty()
+    with Progress() if is_silent else ProgressBar() as progress:
+        progress.start(total, what)
 
-        def tell(text: str) -> None:
-            shown.done += 1
-            shown.step(what or text)
+        def advance(step: str) -> None:
+            progress.done += 1
+            progress.step(what or step)
 
-        yield tell
+        yield advance

@@ -1,81 +1,97 @@
-"""Pictures of a campaign, its page, a measured flank, and a window on a store in a browser."""
+"""``figures``, ``report``, ``profile`` and ``browse``: what people look at."""
 
 import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from wearlab.cli import app, output
+from wearlab.cli import app, options, output
 from wearlab.store import Store, files, open_store
 
 if TYPE_CHECKING:
     from wearlab.figures import drawing
 
 
-@app.command()
+@app.command(
+    help="Draw the figures of FILE from the stored runs, or a figure again from what "
+    "its file says."
+)
 def figures(
-    file: str | None = None,
-    *,
-    store: Store,
-    out: Path = Path("figures"),
-    format: str = "png",
-    from_: list[Path] | None = None,
+    file: options.OptionalCampaignFile = None,
+    store: options.StoreFolder = options.DEFAULT_STORE,
+    out: Annotated[
+        Path, options.option("--out", "Where the figures go.", "DIR")
+    ] = Path("figures"),
+    format: Annotated[
+        str, options.option("--format", "png, svg or pdf.", "FORMAT")
+    ] = "png",
+    from_: Annotated[
+        list[Path] | None,
+        options.option(
+            "--from", "Draw this figure again, by what its file says.", "FIGURE"
+        ),
+    ] = None,
 ) -> output.Findings:
-    """Draw the figures of FILE from the stored runs, or a figure again from what its file says.
-
-    Parameters
-    ----------
-    file : [FILE]: A campaign file (TOML).
-    out : DIR: Where the figures go.
-    format : FORMAT: png, svg or pdf.
-    from_ : FIGURE: Draw this figure again, by what its file says.
-    """
+    """Draw the figures of a campaign, or a figure again."""
     from wearlab.figures import drawing
 
     if (file is None) == (not from_):
         raise output.Stop("figures: give a campaign FILE, or --from FIGURE")
     with output.refusing(OSError):
         if file is None:
-            return _drawn_again(from_ or [], store, out)
+            return _redraw(from_ or [], store, out)
         drawing.check_format(format)
-        drawn, well = output.drawn(output.sound_campaign(file), store, out, format)
-    paths = [str(path) for path in drawn]
-    return output.Findings(paths, paths, well)
+        campaign = output.read_drawable_campaign(file)
+        drawn = output.draw_figures(campaign, store, out, format)
+    paths = [str(path) for path in drawn.files]
+    return output.Findings(paths, paths, drawn.ok)
 
 
-def _drawn_again(figures: Sequence[Path], store: Store, out: Path) -> output.Findings:
-    """Draw figures again from the store, and say which of their runs are missing or stale."""
+def _redraw(figures: Sequence[Path], store: Store, out: Path) -> output.Findings:
+    """Draw figures again from the store, and name missing and stale runs."""
     from wearlab.figures import redraw
 
-    drawn = [redraw(figure, store, out) for figure in figures]
-    content = [redrawn._asdict() | {"path": str(redrawn.path)} for redrawn in drawn]
-    return output.Findings(
-        content, _text(drawn), not any(redrawn.missing for redrawn in drawn)
-    )
+    redrawn = [redraw(figure, store, out) for figure in figures]
+    content = [figure._asdict() | {"path": str(figure.path)} for figure in redrawn]
+    ok = not any(figure.missing for figure in redrawn)
+    return output.Findings(content, _redrawn_text(redrawn), ok)
 
 
-def _text(drawn: "Sequence[drawing.Redrawn]") -> output.Text:
-    for one in drawn:
-        yield (
-            f"{one.path}: "
-            f"{'the same bytes' if one.same else 'differs from the figure it was drawn from'}"
-        )
-        told = {"missing": one.missing, "stale, made by other code": one.stale}
-        for words, runs in (
-            told | {"computed again since the figure was drawn": one.changed}
-        ).items():
-            if runs:
-                output.complain(f"{words}: {', '.join(runs)}")
+def _redrawn_text(redrawn: "Sequence[drawing.Redrawn]") -> output.Text:
+    """Yield whether each figure is the same.
 
-
-@app.command()
-def report(file: str, store: Store, out: Path | None = None) -> output.Findings:
-    """Write one self-contained page about FILE and its stored runs: HTML, or PDF by the name of OUT.
-
-    Parameters
-    ----------
-    out : FILE [FILE.html]: The page (.html, .pdf).
+    Which runs differ goes to standard error.
     """
+    for figure in redrawn:
+        if figure.same:
+            yield f"{figure.path}: the same bytes"
+        else:
+            yield f"{figure.path}: differs from the figure it was drawn from"
+        runs_by_problem = {
+            "missing": figure.missing,
+            "stale, made by other code": figure.stale,
+            "computed again since the figure was drawn": figure.changed,
+        }
+        for problem, runs in runs_by_problem.items():
+            if runs:
+                output.complain(f"{problem}: {', '.join(runs)}")
+
+
+@app.command(
+    help="Write one self-contained page about FILE and its stored runs: HTML, or PDF "
+    "by the name of OUT."
+)
+def report(
+    file: options.CampaignFile,
+    store: options.StoreFolder = options.DEFAULT_STORE,
+    out: Annotated[
+        Path | None,
+        options.option(
+            "--out", "The page (.html, .pdf).", "FILE", show_default="FILE.html"
+        ),
+    ] = None,
+) -> output.Findings:
+    """Write the page of a campaign."""
     from wearlab.report import page
 
     path = out or Path(f"{Path(file).stem}.html")
@@ -88,63 +104,79 @@ def report(file: str, store: Store, out: Path | None = None) -> output.Findings:
 
 @app.command()
 def profile(
-    file: Path,
-    columns: list[str] | None = None,
-    units: list[str] | None = None,
-    out: Path | None = None,
+    file: Annotated[
+        Path, options.argument("FILE", "A measured flank, as the machine wrote it.")
+    ],
+    columns: Annotated[
+        list[str] | None,
+        options.option(
+            "--columns",
+            "Which header is meant, such as deviation=Abweichung.",
+            "NAME=HEADER",
+        ),
+    ] = None,
+    units: Annotated[
+        list[str] | None,
+        options.option(
+            "--units",
+            "A unit that the file does not tell, such as diameter=mm.",
+            "NAME=UNIT",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        options.option(
+            "--out", "PNG, SVG or PDF.", "FIGURE", show_default="FILE's name, .png"
+        ),
+    ] = None,
 ) -> output.Findings:
-    """Draw a measured flank as it was understood, and say how the file was read.
-
-    Parameters
-    ----------
-    file : FILE: A measured flank, as the machine wrote it.
-    columns : NAME=HEADER: Which header is meant, such as deviation=Abweichung.
-    units : NAME=UNIT: A unit that the file does not tell, such as diameter=mm.
-    out : FIGURE [FILE's name, .png]: PNG, SVG or PDF.
-    """
+    """Draw a measured flank as it was understood, and say how the file was read."""
     from wearlab import tables
     from wearlab.figures import drawing
     from wearlab.report import plots
     from wearlab.tables.measured_flank import read_measured_flank
 
     figure = out or Path(f"{file.stem}.png")
-    mapped = _pairs(columns or [], "--columns")
-    given = {
+    headers_by_name = _pairs(columns or [], "--columns")
+    settings = {
         "file": str(file),
-        "columns": mapped,
+        "columns": headers_by_name,
         "units": _pairs(units or [], "--units"),
     }
-    drawing.check_format(ending := figure.suffix.lower().removeprefix("."))
+    ending = figure.suffix.lower().removeprefix(".")
+    drawing.check_format(ending)
+
     table = tables.read_table(file)
-    x, y, abscissa, ordinate, across = read_measured_flank(given)
-    drawn = plots.profile_figure(
+    x, y, abscissa, ordinate, across = read_measured_flank(settings)
+    image = plots.profile_figure(
         file.name, (x, abscissa), (y, ordinate), table.understood, ending
     )
-    files.write_whole(figure, drawn)
-    headers = [
-        str(table.column_of(name, mapped))
-        for name in (x, y, *(["face_position"] if across else []))
-    ]
-    told = {"file": str(file), "read as": table.understood}
-    told |= {
+    files.write_whole(figure, image)
+
+    names = [x, y, "face_position"] if across else [x, y]
+    headers = [str(table.column_of(name, headers_by_name)) for name in names]
+    unused = [name for name in table.names if name not in headers]
+    facts = {
+        "file": str(file),
+        "read as": table.understood,
         "x": f"{x}: column {headers[0]!r}, {len(abscissa)} values",
         "y": f"{y}: column {headers[1]!r}",
+        "not used": ", ".join(unused),
+        "above the headers": " | ".join(line.strip() for line in table.preamble),
+        "figure": str(figure),
     }
-    told["not used"] = ", ".join(name for name in table.names if name not in headers)
-    told["above the headers"] = " | ".join(line.strip() for line in table.preamble)
-    told["figure"] = str(figure)
-    return output.Findings(
-        told, [f"{name:<20}{text}" for name, text in told.items() if text]
-    )
+    text = [f"{name:<20}{value}" for name, value in facts.items() if value]
+    return output.Findings(facts, text)
 
 
-def _pairs(given: Sequence[str], option: str) -> dict[str, str]:
+def _pairs(words: Sequence[str], option: str) -> dict[str, str]:
+    """Return the NAME=TEXT pairs of an option."""
     pairs = {}
-    for words in given:
-        name, _, text = words.partition("=")
+    for word in words:
+        name, _, text = word.partition("=")
         if not text:
             raise output.Stop(
-                f"{option} {words}: write NAME=TEXT, such as deviation=Abweichung"
+                f"{option} {word}: write NAME=TEXT, such as deviation=Abweichung"
             )
         pairs[name.strip()] = text.strip()
     return pairs
@@ -152,42 +184,56 @@ def _pairs(given: Sequence[str], option: str) -> dict[str, str]:
 
 @app.command()
 def browse(
-    folder: Path | None = None,
-    *,
-    store: Store,
-    port: int = 0,
-    no_open: bool = False,
-    static: Path | None = None,
-    campaign: str | None = None,
+    folder: Annotated[
+        Path | None, options.argument("STORE", "The folder of the runs.")
+    ] = None,
+    store: options.StoreFolder = options.DEFAULT_STORE,
+    port: Annotated[
+        int,
+        options.option(
+            "--port",
+            "Where it answers.",
+            "N",
+            min=0,
+            max=65535,
+            show_default="any free",
+        ),
+    ] = 0,
+    no_open: Annotated[
+        bool, options.option("--no-open", "Print the address, and open no browser.")
+    ] = False,
+    static: Annotated[
+        Path | None,
+        options.option("--static", "Write a copy of one campaign instead.", "DIR"),
+    ] = None,
+    campaign: Annotated[
+        str | None,
+        options.option(
+            "--campaign",
+            "With --static, which campaign.",
+            "TITLE",
+            show_default="the only one",
+        ),
+    ] = None,
 ) -> output.Findings | None:
-    """Open a window on a store: look, choose, compare, in a browser on this machine.
-
-    Parameters
-    ----------
-    folder : [STORE]: The folder of the runs.
-    port : N from 0 to 65535 [any free]: Where it answers.
-    no_open : Print the address, and open no browser.
-    static : DIR: Write a copy of one campaign instead.
-    campaign : TITLE [the only one]: With --static, which campaign.
-    """
+    """Open a window on a store: look, choose, compare, in a browser on this machine."""
     from wearlab.browsing import window
 
-    own = open_store(folder or store.path)
+    opened = open_store(folder or store.path)
     if static is not None:
         from wearlab.browsing import pages
 
         with output.refusing(OSError):
-            made = str(pages.write_copy(own, static, campaign))
-        return output.Findings({"file": made}, [made])
+            path = str(pages.write_copy(opened, static, campaign))
+        return output.Findings({"file": path}, [path])
     if campaign is not None:
         raise output.Stop("browse: --campaign goes with --static DIR")
 
-    def ready(address: str) -> None:
-        output.tell(
-            output.Findings({"address": address}, [f"{address}\nCtrl-C ends it"])
-        )
+    def announce(address: str) -> None:
+        text = [f"{address}\nCtrl-C ends it"]
+        output.write(output.Findings({"address": address}, text))
         if not no_open:
             webbrowser.open(address)
 
-    window.Window(own, port).run(ready)
+    window.Window(opened, port).run(announce)
     return None

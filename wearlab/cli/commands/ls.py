@@ -1,4 +1,4 @@
-"""What a store holds: ``ls``, ``show``, ``features``, and remarks on runs (``tag``, ``note``)."""
+"""``ls``, ``show``, ``features``, ``tag`` and ``note``: what a store holds."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -6,10 +6,10 @@ from functools import partial
 from itertools import chain
 from json import loads
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from wearlab.cli import app, output
-from wearlab.report import run as told
+from wearlab.cli import app, options, output
+from wearlab.report import run as run_report
 from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store import Store, outcome
 
@@ -17,39 +17,70 @@ if TYPE_CHECKING:
     from wearlab.store import catalogue
     from wearlab.store import table as tables
 
-HEADS = tuple(
-    "id,campaign,case,differs by,state,result,error,time,note,expected,measured".split(
-        ","
-    )
+HEADS = (
+    "id",
+    "campaign",
+    "case",
+    "differs by",
+    "state",
+    "result",
+    "error",
+    "time",
+    "note",
+    "expected",
+    "measured",
 )
 Variables = Mapping[str, dict[str, Any]]
-NONE = "no such runs"
-USUAL = ("campaign", "case", "verdict", "life", "max_wear_depth", "seconds", "started")
+NO_RUNS = "no such runs"
+DEFAULT_COLUMNS = (
+    "campaign",
+    "case",
+    "verdict",
+    "life",
+    "max_wear_depth",
+    "seconds",
+    "started",
+)
+FEATURE_FORMATS = (".csv", ".nc")
+CampaignSwitch = Annotated[
+    bool,
+    options.option(
+        "--campaign", "RUN is a campaign: its title, or the name of its file."
+    ),
+]
 
 
 @app.command()
 def ls(
-    store: Store,
-    state: str | None = None,
-    where: str = "",
-    columns: str | None = None,
-    sort: str | None = None,
-    limit: int | None = None,
-    updates: bool = False,
-    format: output.Format = output.Format.TABLE,
+    store: options.StoreFolder = options.DEFAULT_STORE,
+    state: Annotated[
+        str | None,
+        options.option(
+            "--state",
+            "Only runs that are done, failed, refused, running, interrupted or lost.",
+            "STATE",
+        ),
+    ] = None,
+    where: options.Where = "",
+    columns: Annotated[
+        str | None,
+        options.option("--columns", "What to show, such as speed,life.", "A,B"),
+    ] = None,
+    sort: Annotated[
+        str | None,
+        options.option("--sort", "By a column; -A turns the order.", "A"),
+    ] = None,
+    limit: Annotated[
+        int | None, options.option("--limit", "At most so many.", "N", min=0)
+    ] = None,
+    updates: Annotated[
+        bool, options.option("--updates", "The updates in place of the runs.")
+    ] = False,
+    format: Annotated[
+        output.Format, options.option("--format", "How to write it.")
+    ] = output.Format.TABLE,
 ) -> output.Findings:
-    """List the runs of a store: all, or those that meet a condition.
-
-    Parameters
-    ----------
-    state : STATE: Only runs that are done, failed, refused, running, interrupted or
-        lost.
-    columns : A,B: What to show, such as speed,life.
-    sort : A: By a column; -A turns the order.
-    limit : N from 0: At most so many.
-    updates : The updates in place of the runs.
-    format : How to write it.
-    """
+    """List the runs of a store: all, or those that meet a condition."""
     if format is output.Format.JSON:
         output.AS_JSON.set(True)
     if updates:
@@ -57,74 +88,87 @@ def ls(
 
         return list_updates(store)
     if columns is not None or format is output.Format.CSV:
-        asked = output.split_columns(columns)
-        if asked is None:
-            asked = tuple(name for name in USUAL if name in store.names())
-        return _columns(
-            store,
-            store.query(where, columns=asked, sort=sort, limit=limit),
-            state,
-            format,
-        )
+        names = output.split_columns(columns)
+        if names is None:
+            stored_names = store.names()
+            names = tuple(name for name in DEFAULT_COLUMNS if name in stored_names)
+        table = store.query(where, columns=names, sort=sort, limit=limit)
+        return _list_columns(store, table, state, format)
+
     ids = None
     if where.strip() or sort or limit is not None:
-        ids = store.query(where, columns=(), sort=sort, limit=None if state else limit)[
-            "id"
-        ]
+        # a state is no column: what it leaves out is not counted by the limit
+        count = None if state else limit
+        ids = store.query(where, columns=(), sort=sort, limit=count)["id"]
     rows = [row for row in _rows(store, ids) if state in (None, row["state"])]
     if limit is not None:
-        kept = set(list(dict.fromkeys(row["id"] for row in rows))[:limit])
-        rows = [row for row in rows if row["id"] in kept]
-    return output.Findings(
-        rows, [output.ShownTable(HEADS, [*map(_cells, rows)], empty=NONE)]
-    )
+        distinct = list(dict.fromkeys(row["id"] for row in rows))
+        first = set(distinct[:limit])
+        rows = [row for row in rows if row["id"] in first]
+    cells = [_cells(row) for row in rows]
+    return output.Findings(rows, [output.ShownTable(HEADS, cells, empty=NO_RUNS)])
 
 
-def _columns(
+def _list_columns(
     store: Store, table: "tables.Table", state: str | None, form: output.Format
 ) -> output.Findings:
-    from wearlab.schema import VARIABLES, origin_of
-
-    for at, column in enumerate(table.columns):
-        if (
-            column.name in VARIABLES
-            and table.records
-            and all(row[at] is None for row in table.records)
-        ):
-            output.complain(
-                f"none of these runs has {column.name}: it takes "
-                f"{origin_of(column.name)[1]}"
-            )
-    places = [
-        at
-        for at, column in enumerate(table.columns)
-        if column.name in ("status", "state")
-    ]
-    if state is not None or places:
-        states = {
-            run_id: store.archive.state_of(entry)
-            for run_id, entry in store.archive.entries(table["id"]).items()
-        }
-        kept = [
-            (row, states[row[0]])
-            for row in table.records
-            if state in (None, states[row[0]])
-        ]
-        own = [
-            tuple(now if at in places else v for at, v in enumerate(row))
-            for row, now in kept
-        ]
-        table = replace(table, records=own)
+    """Return the columns that were asked for, of the runs in a state."""
+    _complain_of_empty_columns(table)
+    table = _with_present_states(store, table, state)
     if form is output.Format.CSV:
         return output.Findings(partial(_in_si, table), _csv(table))
     heads, rows = table.displayed()
-    cells = [(row[0][:SHORT_ID], *map(told.value_text, row[1:])) for row in rows]
+    cells = [(row[0][:SHORT_ID], *map(run_report.value_text, row[1:])) for row in rows]
     return output.Findings(
-        partial(_in_si, table), [output.ShownTable(heads, cells, empty=NONE)]
+        partial(_in_si, table), [output.ShownTable(heads, cells, empty=NO_RUNS)]
     )
 
 
+def _complain_of_empty_columns(table: "tables.Table") -> None:
+    """Write to standard error which variables no run of a table has."""
+    from wearlab.schema import VARIABLES, origin_of
+
+    for index, column in enumerate(table.columns):
+        if column.name not in VARIABLES or not table.records:
+            continue
+        if all(row[index] is None for row in table.records):
+            origin = origin_of(column.name)[1]
+            output.complain(f"none of these runs has {column.name}: it takes {origin}")
+
+
+def _with_present_states(
+    store: Store, table: "tables.Table", state: str | None
+) -> "tables.Table":
+    """Return a table with the runs that are in a state now.
+
+    A stored state may be out of date: "running" becomes "interrupted" when the worker
+    ends.
+    """
+    state_columns = {
+        index
+        for index, column in enumerate(table.columns)
+        if column.name in ("status", "state")
+    }
+    if state is None and not state_columns:
+        return table
+    present = {
+        run_id: store.archive.state_of(entry)
+        for run_id, entry in store.archive.entries(table["id"]).items()
+    }
+    records = []
+    for row in table.records:
+        present_state = present[row[0]]
+        if state in (None, present_state):
+            cells = [
+                present_state if index in state_columns else value
+                for index, value in enumerate(row)
+            ]
+            records.append(tuple(cells))
+    return replace(table, records=records)
+
+
 def _csv(table: "tables.Table", si: bool = False) -> output.Text:
+    """Yield a table as CSV."""
     yield table.to_csv(si=si).rstrip("\n")
 
 
@@ -138,214 +182,224 @@ def _in_si(table: "tables.Table") -> dict[str, Any]:
 
 
 def _rows(store: Store, ids: Sequence[str] | None = None) -> list[dict[str, Any]]:
+    """Return a row for every run and every campaign that has it."""
     from wearlab.store import catalogue
 
     entries = store.archive.entries(ids)
-    once: dict[
-        tuple[Any, ...], catalogue.Member
-    ] = {}  # however often a file was extended and run again
-    for m in store.archive.catalogue.members(ids):
-        if m.run in entries:
-            once.setdefault(
-                (m.campaign, m.path, m.run, m.label, *m.position.items()), m
-            )
-    members = list(once.values())
-    named = {member.run for member in members}
-    alone = [
+    # one row, however often a file was extended and run again
+    distinct: dict[tuple[Any, ...], catalogue.Member] = {}
+    for member in store.archive.catalogue.members(ids):
+        if member.run in entries:
+            place = tuple(member.position.items())
+            key = (member.campaign, member.path, member.run, member.label, place)
+            distinct.setdefault(key, member)
+    members = list(distinct.values())
+
+    in_campaigns = {member.run for member in members}
+    without_campaign = [
         catalogue.Member("", None, run_id, "", {})
         for run_id in entries
-        if run_id not in named
+        if run_id not in in_campaigns
     ]
     if ids is not None:
-        place = {run_id: number for number, run_id in enumerate(entries)}
-        members = sorted(members, key=lambda member: place[member.run])
-    return [_row(store, member, entries[member.run]) for member in members + alone]
+        order = {run_id: number for number, run_id in enumerate(entries)}
+        members = sorted(members, key=lambda member: order[member.run])
+    return [
+        _row(store, member, entries[member.run])
+        for member in members + without_campaign
+    ]
 
 
 def _row(
     store: Store, member: "catalogue.Member", entry: "catalogue.Entry"
 ) -> dict[str, Any]:
-    came = entry.summary
-    expected = member.comparison and member.comparison._asdict()
-    result, error = next(
-        ((line.short, line.error) for line in outcome.headlines(came)), ("", None)
-    )
+    """Return a run of a campaign as JSON has it."""
+    summary = entry.summary
+    headline = next(iter(outcome.headlines(summary)), None)
     errors = {
-        name: value for name, value in came.items() if name.startswith("error_estimate")
+        name: value
+        for name, value in summary.items()
+        if name.startswith("error_estimate")
     }
-    row: dict[str, Any] = {
+    return {
         "id": entry.id,
         "campaign": member.campaign,
         "file": member.path,
-    }
-    row |= {
         "label": member.label,
         "position": member.position,
         "state": store.archive.state_of(entry),
-    }
-    row |= {name: came.get(name) for name in ("life", "max_wear_depth")}
-    row |= {"error_estimates": errors, "result": result, "relative_error": error}
-    row |= {"verdict": came.get("verdict"), "expected": expected}
-    row |= {
+        "life": summary.get("life"),
+        "max_wear_depth": summary.get("max_wear_depth"),
+        "error_estimates": errors,
+        "result": "" if headline is None else headline.short,
+        "relative_error": None if headline is None else headline.error,
+        "verdict": summary.get("verdict"),
+        "expected": member.comparison and member.comparison._asdict(),
         "seconds": entry.seconds,
         "started": entry.started,
         "bytes": entry.size,
         "reason": entry.reason,
-    }
-    return row | {
         "warnings": list(entry.warnings),
         "other_code": is_other_code(entry.source_hash),
     }
 
 
 def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return a run of a campaign as a table shows it."""
     expected = row["expected"] or {"expected": "", "measured": "", "met": True}
-    notes = [] if row["verdict"] in (None, "completed") else [row["verdict"]]
-    notes += [outcome.last_line(row["reason"])] if row["reason"] else []
-    notes += [f"{len(row['warnings'])} warnings"] if row["warnings"] else []
-    notes += ["made by other code"] if row["other_code"] else []
-    error = (
-        "" if row["relative_error"] is None else f"{100 * row['relative_error']:.2g} %"
-    )
-    case = (
+    notes = []
+    if row["verdict"] not in (None, "completed"):
+        notes.append(row["verdict"])
+    if row["reason"]:
+        notes.append(outcome.last_line(row["reason"]))
+    if row["warnings"]:
+        notes.append(f"{len(row['warnings'])} warnings")
+    if row["other_code"]:
+        notes.append("made by other code")
+    error = row["relative_error"]
+    return (
         row["id"][:SHORT_ID],
         row["campaign"],
         row["label"],
         output.place(row["position"]),
         row["state"],
-    )
-    came = (
         row["result"],
-        error,
+        "" if error is None else f"{100 * error:.2g} %",
         outcome.seconds_text(row["seconds"]),
         "; ".join(notes),
+        expected["expected"],
+        f"{'' if expected['met'] else 'MISSED '}{expected['measured']}",
     )
-    measured = f"{'' if expected['met'] else 'MISSED '}{expected['measured']}"
-    return (*case, *came, expected["expected"], measured)
 
 
 @app.command()
-def show(run: str, store: Store, variables: bool = False) -> output.Findings:
-    """Show one run: results, what they are worth, its scene, what is stored.
-
-    Parameters
-    ----------
-    variables : Describe every stored variable: dimensions, unit, meaning.
-    """
+def show(
+    run: options.RunName,
+    store: options.StoreFolder = options.DEFAULT_STORE,
+    variables: Annotated[
+        bool,
+        options.option(
+            "--variables", "Describe every stored variable: dimensions, unit, meaning."
+        ),
+    ] = False,
+) -> output.Findings:
+    """Show one run: results, what they are worth, its scene, what is stored."""
     from wearlab.cli.commands.run import show_update
     from wearlab.store import updates
 
     if (update := updates.find_update(store, run)) is not None:
         return show_update(store, update)
+
     entry = store.archive.find(run)
-    layouts = store.archive.catalogue.layouts([entry.layout] if entry.layout else [])
-    stored = layouts[entry.layout]["variables"] if entry.layout else {}
-    facts = told.facts(store, entry)
+    stored = {}
+    if entry.layout:
+        stored = store.archive.catalogue.layouts([entry.layout])[entry.layout][
+            "variables"
+        ]
+    facts = run_report.facts(store, entry)
     scene = loads(entry.scene or "{}")
-    asked = {
+    content = {
+        **facts,
         "scene": scene,
         "sizes": entry.sizes,
         "variables": stored,
         "summary": entry.summary,
-    }
-    content = {
-        **facts,
-        **asked,
         "reason": entry.reason,
         "warnings": list(entry.warnings),
     }
-    text = (
-        _variables(stored, entry)
-        if variables
-        else _results(store, entry, stored, scene)
-    )
-    return output.Findings(content, chain(_facts(facts, entry), text))
+    if variables:
+        text = _variables_text(stored, entry)
+    else:
+        text = _results_text(store, entry, stored, scene)
+    return output.Findings(content, chain(_facts_text(facts, entry), text))
 
 
-def _results(
+def _results_text(
     store: Store, entry: "catalogue.Entry", stored: Variables, scene: Any
 ) -> output.Text:
-    if rows := told.results(stored, entry):
-        yield from ("", output.ShownTable(("result", "value", "unit", "meaning"), rows))
-    texts = {
-        name: value
+    """Yield the results of a run, its scene and the names of what is stored."""
+    if rows := run_report.results(stored, entry):
+        yield ""
+        yield output.ShownTable(("result", "value", "unit", "meaning"), rows)
+
+    sections = {
+        name: value.splitlines()
         for name, value in entry.summary.items()
-        if name in stored and told.is_long(value)
+        if name in stored and run_report.is_long(value)
     }
-    below = {name: value.splitlines() for name, value in texts.items()}
-    written = told.written_in(store, entry.id)
-    values = sorted(told.flat(scene))
-    below["scene"] = [
-        f"{path} = {told.in_file_units(path, value, written)}" for path, value in values
+    written = run_report.written_in(store, entry.id)
+    sections["scene"] = [
+        f"{path} = {run_report.in_file_units(path, value, written)}"
+        for path, value in sorted(run_report.flat(scene))
     ]
     if stored:
-        below["stored (--variables tells dimensions, units and meaning of each)"] = (
-            told.groups(stored)
-        )
-    yield from ("\n  ".join([f"\n{head}", *lines]) for head, lines in below.items())
+        head = "stored (--variables tells dimensions, units and meaning of each)"
+        sections[head] = run_report.groups(stored)
+    for head, lines in sections.items():
+        yield "\n  ".join([f"\n{head}", *lines])
 
 
-def _facts(facts: Mapping[str, Any], entry: "catalogue.Entry") -> output.Text:
+def _facts_text(facts: Mapping[str, Any], entry: "catalogue.Entry") -> output.Text:
+    """Yield facts of a run, the name in front of the first line of each."""
     for name, value in facts.items():
-        lines = (
-            value if isinstance(value, list) else [] if value in (None, "") else [value]
-        )
-        yield from (
-            f"{'' if number else name:<16}{line}" for number, line in enumerate(lines)
-        )
-    for name, text in (
-        ("reason", [entry.reason] if entry.reason else []),
-        ("warnings", entry.warnings),
-    ):
-        yield from (f"{name:<16}{line.rstrip()}" for line in text)
+        if value in (None, ""):
+            continue
+        lines = value if isinstance(value, list) else [value]
+        for number, line in enumerate(lines):
+            yield f"{'' if number else name:<16}{line}"
+
+    reasons = [entry.reason] if entry.reason else []
+    for name, lines in (("reason", reasons), ("warnings", list(entry.warnings))):
+        for line in lines:
+            yield f"{name:<16}{line.rstrip()}"
 
 
-def _variables(variables: Variables, entry: "catalogue.Entry") -> output.Text:
+def _variables_text(variables: Variables, entry: "catalogue.Entry") -> output.Text:
+    """Yield a table of stored variables."""
     rows = []
     for name, variable in variables.items():
         dims = variable["dims"]
         attributes = variable["attrs"]
-        value = entry.summary.get(name)
         sizes = ", ".join(f"{dim} {entry.sizes.get(dim, '?')}" for dim in dims)
-        brief = (
-            "" if dims else "(below)" if told.is_long(value) else told.value_text(value)
-        )
-        row = (
-            name,
-            sizes,
-            attributes.get("units", ""),
-            brief,
-            attributes.get("long_name", ""),
-        )
-        rows.append(tuple(map(str, row)))
-    yield from (
-        "",
-        output.ShownTable(("variable", "dims", "unit", "value", "meaning"), rows),
-    )
+        value = entry.summary.get(name)
+        if dims:
+            cell = ""
+        elif run_report.is_long(value):
+            cell = "(below)"
+        else:
+            cell = run_report.value_text(value)
+        unit = str(attributes.get("units", ""))
+        meaning = str(attributes.get("long_name", ""))
+        rows.append((name, sizes, unit, cell, meaning))
+    yield ""
+    yield output.ShownTable(("variable", "dims", "unit", "value", "meaning"), rows)
 
 
-ENDINGS = (".csv", ".nc")
-Tags = list[str] | None
-
-
-@app.command()
+@app.command(
+    help="Write one row for each wear state of each run: harmonics, indicators, orders "
+    "as columns."
+)
 def features(
-    store: Store,
-    where: str = "",
-    variables: str | None = None,
-    out: Path | None = None,
-    si: bool = False,
+    store: options.StoreFolder = options.DEFAULT_STORE,
+    where: options.Where = "",
+    variables: Annotated[
+        str | None,
+        options.option(
+            "--variables", "From these variables only; see wearlab variables.", "A,B"
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        options.option(
+            "--out", "Write FILE, .csv or .nc.", "FILE", show_default="CSV to read"
+        ),
+    ] = None,
+    si: Annotated[bool, options.option("--si", "SI units throughout.")] = False,
 ) -> output.Findings:
-    """Write one row for each wear state of each run: harmonics, indicators, orders as columns.
-
-    Parameters
-    ----------
-    variables : A,B: From these variables only; see wearlab variables.
-    out : FILE [CSV to read]: Write FILE, .csv or .nc.
-    si : SI units throughout.
-    """
-    if out is not None and out.suffix not in ENDINGS:
-        raise output.Stop(f"{out}: features are written as {' or '.join(ENDINGS)}")
+    """Write features of wear states as a table."""
+    if out is not None and out.suffix not in FEATURE_FORMATS:
+        endings = " or ".join(FEATURE_FORMATS)
+        raise output.Stop(f"{out}: features are written as {endings}")
     table = store.features(where, variables=output.split_columns(variables))
     if out is None or output.AS_JSON.get():
         return output.Findings(partial(_in_si, table), _csv(table, si))
@@ -359,42 +413,36 @@ def features(
     )
 
 
-@app.command()
+@app.command(
+    help="Put tags on RUN, take some off, and tell those that it has: ls --where "
+    '"tag = good" finds it.'
+)
 def tag(
-    run: str,
-    tags: Tags = None,
-    remove: Tags = None,
-    campaign: bool = False,
-    *,
-    store: Store,
+    run: options.RunOrCampaign,
+    tags: Annotated[
+        list[str] | None, options.argument("TAG...", "To be put on it.")
+    ] = None,
+    remove: Annotated[
+        list[str] | None, options.option("--remove", "To be taken off.", "TAG")
+    ] = None,
+    campaign: CampaignSwitch = False,
+    store: options.StoreFolder = options.DEFAULT_STORE,
 ) -> output.Findings:
-    """Put tags on RUN, take some off, and tell those that it has: ls --where "tag = good" finds it.
-
-    Parameters
-    ----------
-    run : RUN: An id, its beginning, or a condition that one run meets; with --campaign
-        a title or file name.
-    tags : [TAG...]: To be put on it.
-    remove : TAG: To be taken off.
-    campaign : RUN is a campaign: its title, or the name of its file.
-    """
+    """Put tags on a run or campaign, or take them off."""
     store.tag(run, *(tags or ()), remove=remove or (), campaign=campaign)
     return _remarks(store, run, campaign, "tag")
 
 
 @app.command()
 def note(
-    run: str, text: str | None = None, campaign: bool = False, *, store: Store
+    run: options.RunOrCampaign,
+    text: Annotated[
+        str | None, options.argument("TEXT", "What is to be noted.")
+    ] = None,
+    campaign: CampaignSwitch = False,
+    store: options.StoreFolder = options.DEFAULT_STORE,
 ) -> output.Findings:
-    """Write a note on RUN, and tell those that it has.
-
-    Parameters
-    ----------
-    run : RUN: An id, its beginning, or a condition that one run meets; with --campaign
-        a title or file name.
-    text : [TEXT]: What is to be noted.
-    campaign : RUN is a campaign: its title, or the name of its file.
-    """
+    """Write a note on RUN, and tell those that it has."""
     if text is not None:
         store.note(run, text, campaign=campaign)
     return _remarks(store, run, campaign, "note")

@@ -4,59 +4,86 @@
 """
 
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from wearlab.cli import app, output
+from wearlab.cli import app, options, output
 from wearlab.store import Store, outcome
 from wearlab.units import convert
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
+    from wearlab.campaign.axes import Axis
     from wearlab.campaign.claims import Checked
     from wearlab.runner.plan import Plan
     from wearlab.updating.cases import Subjects
 
+MAX_AXIS_VALUES = 20  # of an axis that is listed in full
+FIRST_VALUES = 3  # of a longer axis
+MAX_KEYS = 6  # of scenes that were run before with other values
+
 
 def refuse_the_impossible(campaign: "Campaign") -> list[dict[str, Any]]:
-    """Return the cases whose gears, flanks or supports cannot be, why, and whether the file expects it.
+    """Return the cases whose gears, flanks or supports cannot be, and why.
+
+    Each with whether the file expects the refusal.
+
+    Parameters
+    ----------
+    campaign : its cases
 
     Raises
     ------
     Stop : not one case can be, and none is expected to be refused; nothing is written
         then
     """
+    cases = {case.id: case for case in campaign.cases}
+    refused: list[dict[str, Any]] = []
+    for case in cases.values():
+        reason = _refusal_of(case.scene)
+        if reason is not None:
+            refused.append(
+                {
+                    "case": output.case_name(campaign, case),
+                    "id": case.id,
+                    "reason": reason,
+                    "expected": case.expect is not None
+                    and case.expect.verdict == "refused",
+                }
+            )
+    if len(refused) == len(cases) and not any(case["expected"] for case in refused):
+        raise output.Stop("\n".join(_refusals_by_reason(refused)))
+    return refused
+
+
+def _refusal_of(scene: Any) -> str | None:
+    """Return why the gears or supports of a scene cannot be, None if they can."""
     from wearlab.assembly import contact, sets, vibration
     from wearlab.gears.specification import GearError
 
-    cases = {case.id: case for case in campaign.cases}
-    refused: list[dict[str, Any]] = []
-    reasons: dict[str, list[str]] = {}
-    for case in cases.values():
-        try:
-            gears = sets.build_set(case.scene)
-            contact.check_initial_wear(case.scene, gears)
-            contact.check_limits(case.scene, gears)
-            vibration.check_held(case.scene, gears)
-        except GearError as error:
-            name = output.case_name(campaign, case)
-            reason = str(error)
-            expected = case.expect is not None and case.expect.verdict == "refused"
-            refused.append(
-                {"case": name, "id": case.id, "reason": reason, "expected": expected}
-            )
-            reasons.setdefault(reason, []).append(name)
-    if len(refused) == len(cases) and not any(case["expected"] for case in refused):
-        told = (
-            (one, f" and {len(more)} more" * bool(more), why)
-            for why, (one, *more) in reasons.items()
-        )
-        raise output.Stop("\n".join(f"{one}{more}: {why}" for one, more, why in told))
-    return refused
+    try:
+        gears = sets.build_set(scene)
+        contact.check_initial_wear(scene, gears)
+        contact.check_limits(scene, gears)
+        vibration.check_held(scene, gears)
+    except GearError as error:
+        return str(error)
+    return None
+
+
+def _refusals_by_reason(refused: list[dict[str, Any]]) -> Iterator[str]:
+    """Yield a line for every reason, with the first case that it refuses."""
+    names_by_reason: dict[str, list[str]] = {}
+    for case in refused:
+        names_by_reason.setdefault(case["reason"], []).append(case["case"])
+    for reason, (name, *further) in names_by_reason.items():
+        count = f" and {len(further)} more" if further else ""
+        yield f"{name}{count}: {reason}"
 
 
 def scenes_by_label(campaign: "Campaign") -> dict[str, Any]:
@@ -67,114 +94,128 @@ def scenes_by_label(campaign: "Campaign") -> dict[str, Any]:
     return scenes
 
 
-@app.command()
+@app.command(
+    help="Show what FILE asks for: parts, cases, and which of them cannot be; or "
+    "whether its claims hold."
+)
 def check(
-    file: str, claims: bool = False, measured: Path | None = None, *, store: Store
+    file: options.CampaignFile,
+    claims: Annotated[
+        bool,
+        options.option(
+            "--claims", "Hold what FILE says of its runs against those in the store."
+        ),
+    ] = False,
+    measured: Annotated[
+        Path | None,
+        options.option(
+            "--measured",
+            "With --claims: against what it wrote with --json, of equal runs, not the "
+            "store.",
+            "JSON",
+        ),
+    ] = None,
+    store: options.StoreFolder = options.DEFAULT_STORE,
 ) -> output.Findings:
-    """Show what FILE asks for: parts, cases, and which of them cannot be.
-
-    Or whether its claims hold.
-
-    Parameters
-    ----------
-    claims : Hold what FILE says of its runs against those in the store.
-    measured : JSON: With --claims: against what it wrote with --json, of equal runs,
-        not the store.
-    """
+    """Check a campaign file without running it, or check its claims."""
     if claims:
-        return _claims(output.sound_campaign(file), measured or store)
+        campaign = output.read_drawable_campaign(file)
+        return _check_claims(campaign, measured or store)
     if measured:
         raise output.Stop("--measured holds claims: write --claims, too")
+
     from wearlab.scene import parts_left_out, parts_present
 
-    campaign = output.sound_campaign(file)
+    campaign = output.read_drawable_campaign(file)
     refused = refuse_the_impossible(campaign)
     scenes = scenes_by_label(campaign)
-    built = _built(scenes)
-    parts = {
-        n: {"present": parts_present(s), "left_out": parts_left_out(s)}
-        for n, s in scenes.items()
-    }
-    axes = [
-        {"name": axis.name, "values": axis.values, "units": axis.units}
-        for axis in campaign.axes
-    ]
-    content: dict[str, Any] = {"title": campaign.title, "cases": len(campaign.cases)}
-    content |= {
+    sheets = _gear_sheets(scenes)
+    content: dict[str, Any] = {
+        "title": campaign.title,
+        "cases": len(campaign.cases),
         "runs": len({case.id for case in campaign.cases}),
-        "axes": axes,
-        "parts": parts,
-    }
-    content |= {
-        "gears": {label: table.rows for label, table in built.items()},
+        "axes": [
+            {"name": axis.name, "values": axis.values, "units": axis.units}
+            for axis in campaign.axes
+        ],
+        "parts": {
+            label: {"present": parts_present(scene), "left_out": parts_left_out(scene)}
+            for label, scene in scenes.items()
+        },
+        "gears": {label: table.rows for label, table in sheets.items()},
         "refused": refused,
+        "warnings": campaign.warnings,
     }
-    content |= {"warnings": campaign.warnings}
-    well = all(one["expected"] for one in refused)
-    return output.Findings(content, _asked_for(campaign, scenes, content, built), well)
+    text = _check_text(campaign, scenes, content, sheets)
+    return output.Findings(content, text, all(case["expected"] for case in refused))
 
 
-def _asked_for(
+def _check_text(
     campaign: "Campaign",
     scenes: dict[str, Any],
     content: dict[str, Any],
-    built: dict[str, output.ShownTable],
+    sheets: dict[str, output.ShownTable],
 ) -> output.Text:
     """Yield what a campaign asks for; what is wrong with it goes to standard error."""
     yield campaign.title
     for axis in campaign.axes:
-        ends = (
-            axis.values
-            if len(axis.values) <= 20
-            else (*axis.values[:3], "…", axis.values[-1])
-        )
-        values = ", ".join(outcome.value_text(value, None) for value in ends)
-        count = "" if len(ends) == len(axis.values) else f" ({len(axis.values)} values)"
-        yield f"  {axis.name}: {values} {axis.units or ''}".rstrip() + count
+        yield _axis_line(axis)
     yield f"  {content['cases']} cases, {content['runs']} runs"
+
     for label, parts in content["parts"].items():
-        yield from (f"\n{label}", *(f"  + {part}" for part in parts["present"]))
+        yield f"\n{label}"
+        for part in parts["present"]:
+            yield f"  + {part}"
         yield f"  left out: {', '.join(parts['left_out']) or 'nothing'}"
-    for label, table in built.items():
-        yield from (f"\ngears of {label}", table)
+    for label, table in sheets.items():
+        yield f"\ngears of {label}"
+        yield table
     for label, scene in scenes.items():
         yield from _duty(label, scene)
     if campaign.update is not None:
         yield from _update(campaign)
+
     for warning in campaign.warnings:
         output.complain(f"\nwarning: {warning}")
-    for one in content["refused"]:
-        foreseen = ", as expected" if one["expected"] else ""
-        output.complain(f"\nrefused{foreseen}: {one['case']}: {one['reason']}")
+    for case in content["refused"]:
+        expected = ", as expected" if case["expected"] else ""
+        output.complain(f"\nrefused{expected}: {case['case']}: {case['reason']}")
+
+
+def _axis_line(axis: "Axis") -> str:
+    """Return name and values of an axis, of a long one the first and the last."""
+    values = axis.values
+    if len(values) > MAX_AXIS_VALUES:
+        values = (*values[:FIRST_VALUES], "…", values[-1])
+    listed = ", ".join(outcome.value_text(value, None) for value in values)
+    line = f"  {axis.name}: {listed} {axis.units or ''}".rstrip()
+    is_shortened = len(values) != len(axis.values)
+    return f"{line} ({len(axis.values)} values)" if is_shortened else line
 
 
 def _duty(label: str, scene: Any) -> output.Text:
-    """Yield the conditions that take turns, as they were read."""
+    """Yield the load spectrum of a scene as it was read."""
     blocks = scene.operation.blocks
-    table = scene.duty_table
     if not blocks:
         return
-    yield f"\nload spectrum of {label}" + (
-        "" if table is None else f", {table.file}: {table.understood}"
-    )
+    table = scene.duty_table
+    source = "" if table is None else f", {table.file}: {table.understood}"
+    yield f"\nload spectrum of {label}{source}"
+
     rows = []
-    for b in blocks:
-        numbers = (
-            b.torque,
-            convert(b.speed, "rad/s", "rpm"),
-            100.0 * b.share,
-            1e-3 * b.torque * b.speed,
-        )
+    for block in blocks:
+        speed = convert(block.speed, "rad/s", "rpm")
+        power = 1e-3 * block.torque * block.speed
+        numbers = (block.torque, speed, 100.0 * block.share, power)
         rows.append([f"{number:.6g}" for number in numbers])
     mean = sum(block.share * block.torque * block.speed for block in blocks)
     rows.append(["mean", "", "100", f"{1e-3 * mean:.6g}"])
-    yield output.ShownTable(
-        ["torque [N·m]", "speed [rpm]", "share [%]", "power [kW]"], rows
-    )
+    heads = ["torque [N·m]", "speed [rpm]", "share [%]", "power [kW]"]
+    yield output.ShownTable(heads, rows)
 
 
 def _update(campaign: "Campaign") -> output.Text:
-    """Yield what a campaign's [update] has to go by.
+    """Yield the unknowns, measurements and limits of a campaign's [update].
 
     Raises
     ------
@@ -183,270 +224,310 @@ def _update(campaign: "Campaign") -> output.Text:
     from wearlab.schema import VARIABLES
     from wearlab.updating.cases import studies
 
-    for some in _told_together(studies(campaign)):
-        study = some[0]
-        yield f"\nupdate of {study.label if len(some) == 1 else f'{len(some)} units'}"
+    for group in _groups_of(studies(campaign)):
+        study = group[0]
+        is_fleet = len(group) > 1
+        yield f"\nupdate of {f'{len(group)} units' if is_fleet else study.label}"
+
         for key, prior in study.spec.unknown.items():
             cost = "" if key not in study.costly else f", {study.spec.draws} runs"
-            before = f"{prior.at(0.05):.4g} to {prior.at(0.95):.4g} {prior.unit or ''}"
-            yield f"  unknown: {key}, before {before}{cost}"
-        for blocks in zip(*(one.observations for one in some), strict=True):
-            data = blocks[0].data
-            count = sum(map(len, blocks))
-            each = ", ".join(
-                f"{one.label} {len(seen)}"
-                for one, seen in zip(some, blocks, strict=True)
+            range_ = f"{prior.at(0.05):.4g} to {prior.at(0.95):.4g} {prior.unit or ''}"
+            yield f"  unknown: {key}, before {range_}{cost}"
+
+        # of every block of data the observations of all units
+        for observations in zip(*(unit.observations for unit in group), strict=True):
+            data = observations[0].data
+            count = sum(map(len, observations))
+            line = (
+                f"  measured: {count} values of {data.label.replace('_', ' ')} in "
+                f"{data.file.name}"
             )
-            said = (
-                f"{count} values of {data.label.replace('_', ' ')} in {data.file.name}"
-            )
-            yield f"  measured: {said}{f': {each}' if len(some) > 1 else ''}"
-        for limit in dict.fromkeys(one.limit for one in some):
+            if is_fleet:
+                counts = (
+                    f"{unit.label} {len(observation)}"
+                    for unit, observation in zip(group, observations, strict=True)
+                )
+                line += f": {', '.join(counts)}"
+            yield line
+
+        for limit in dict.fromkeys(unit.limit for unit in group):
             where = f" of the {limit.where}" if limit.where else ""
-            unit = VARIABLES[limit.quantity]
-            level = convert(limit.value, unit.units, unit.display_units)
-            yield f"  limit: {unit.long_name}{where}, {level:.4g} {unit.display_units}"
+            variable = VARIABLES[limit.quantity]
+            level = convert(limit.value, variable.units, variable.display_units)
+            yield (
+                f"  limit: {variable.long_name}{where}, {level:.4g} "
+                f"{variable.display_units}"
+            )
 
 
-def _told_together(wanted: "Subjects") -> "list[Subjects]":
-    """Return what is said at once: the units of a fleet, and each case by itself."""
-    return (
-        [wanted] if wanted[0].spec.fleet is not None else [(study,) for study in wanted]
-    )
+def _groups_of(subjects: "Subjects") -> "list[Subjects]":
+    """Return what is listed together: the units of a fleet, or each case by itself."""
+    if subjects[0].spec.fleet is not None:
+        return [subjects]
+    return [(study,) for study in subjects]
 
 
-def _claims(campaign: "Campaign", held_by: "Store | Path") -> output.Findings:
-    """Return of every claim what runs say, and which numbers of notes they do not have."""
+def _check_claims(campaign: "Campaign", source: "Store | Path") -> output.Findings:
+    """Return whether the claims of a campaign hold.
+
+    The numbers come from the runs of a store, or from a file that ``check --claims
+    --json`` wrote.
+    """
     from wearlab.campaign import claims
 
-    if isinstance(held_by, Store):
-        record = claims.measured(campaign, held_by.open(campaign))
+    if isinstance(source, Store):
+        record = claims.measured(campaign, source.open(campaign))
         stale = ""
     else:
         with output.refusing(OSError, ValueError):
-            record = claims.ClaimRecord.read(held_by.read_bytes(), str(held_by))
+            record = claims.ClaimRecord.read(source.read_bytes(), str(source))
         stale = claims.stale(campaign, record)
-    checked, lacking = claims.check_record(campaign, record, stale)
-    told = {one.name: one.model_dump() for one in record.claims}
-    rows = []
-    for one in checked:
-        came = {"measured": one.measured, "reason": one.reason, "holds": one.holds}
-        rows.append(
-            told.get(one.claim.name, {})
-            | one.claim.model_dump(exclude_none=True)
-            | came
-        )
-    held = {
+
+    checked, unfilled = claims.check_record(campaign, record, stale)
+    recorded = {claim.name: claim.model_dump() for claim in record.claims}
+    rows = [
+        recorded.get(result.claim.name, {})
+        | result.claim.model_dump(exclude_none=True)
+        | {
+            "measured": result.measured,
+            "reason": result.reason,
+            "holds": result.holds,
+        }
+        for result in checked
+    ]
+    content = {
         "title": campaign.title,
         **record.model_dump(),
         "claims": rows,
-        "unfilled": lacking,
+        "unfilled": unfilled,
     }
-    well = all(one.holds for one in checked) and not lacking
-    return output.Findings(held, _held(campaign.title, checked, lacking), well)
+    ok = all(result.holds for result in checked) and not unfilled
+    return output.Findings(content, _claims_text(campaign.title, checked, unfilled), ok)
 
 
-def _held(title: str, checked: "list[Checked]", lacking: list[str]) -> output.Text:
-    for one in checked:
-        claim = one.claim
-        said = (
-            one.reason
-            if one.measured is None
-            else f"{one.measured:.4g} {claim.unit}".rstrip()
-        )
-        words = f"{claim.name}: {said}; claimed {claim.value} within {claim.tolerance}"
-        if one.holds:
-            yield f"holds  {words}"
+def _claims_text(
+    title: str, checked: "list[Checked]", unfilled: list[str]
+) -> output.Text:
+    """Yield the claims that hold; those that fail go to standard error."""
+    for result in checked:
+        claim = result.claim
+        if result.measured is None:
+            value = result.reason
         else:
-            output.complain(f"fails  {words}")
-    for line in lacking:
-        output.complain(f"fails  {line}")
-    yield f"{sum(one.holds for one in checked)} of {len(checked)} claims hold: {title}"
+            value = f"{result.measured:.4g} {claim.unit}".rstrip()
+        line = f"{claim.name}: {value}; claimed {claim.value} within {claim.tolerance}"
+        if result.holds:
+            yield f"holds  {line}"
+        else:
+            output.complain(f"fails  {line}")
+    for problem in unfilled:
+        output.complain(f"fails  {problem}")
+    count = sum(result.holds for result in checked)
+    yield f"{count} of {len(checked)} claims hold: {title}"
 
 
-def _built(scenes: dict[str, Any]) -> dict[str, output.ShownTable]:
-    """Return heads and rows of the gears as they were built, once for all labels that have the same."""
+def _gear_sheets(scenes: dict[str, Any]) -> dict[str, output.ShownTable]:
+    """Return the dimensions of the gears by label, equal ones under the first label."""
     from wearlab.assembly import sheet
     from wearlab.gears.specification import GearError
 
-    built: dict[str, output.ShownTable] = {}
+    sheets: dict[str, output.ShownTable] = {}
     for label, scene in scenes.items():
-        with suppress(GearError):  # told as refused
-            made = sheet.sheet(scene)
-            blank = [""] * len(made.members)  # behind what all gears share
-            rows = [
-                (r.symbol, r.meaning, *[*r.values, *blank][: len(blank)], r.unit)
-                for r in made.rows
-            ]
-            table = output.ShownTable(("", "", *made.members, "unit"), rows)
-            if table not in built.values():
-                built[label] = table
-    return built
+        with suppress(GearError):  # listed as refused
+            gears = sheet.sheet(scene)
+            count = len(gears.members)
+            rows = []
+            for row in gears.rows:
+                # what all gears share stands in the first column
+                cells = [*row.values, *[""] * count][:count]
+                rows.append((row.symbol, row.meaning, *cells, row.unit))
+            table = output.ShownTable(("", "", *gears.members, "unit"), rows)
+            if table not in sheets.values():
+                sheets[label] = table
+    return sheets
 
 
-SHOWN = 6
-
-
-@app.command()
+@app.command(
+    help="Show what run would do with FILE: new, cached, excluded, failed before; time "
+    "and disk space."
+)
 def plan(
-    file: str, store: Store, workers: int | None = None, retry: bool = False
+    file: options.CampaignFile,
+    store: options.StoreFolder = options.DEFAULT_STORE,
+    workers: options.Workers = None,
+    retry: Annotated[
+        bool, options.option("--retry", "Count failed and refused cases too.")
+    ] = False,
 ) -> output.Findings:
-    """Show what run would do with FILE: new, cached, excluded, failed before.
-
-    Time and disk space.
-
-    Parameters
-    ----------
-    retry : Count failed and refused cases too.
-    """
-    from wearlab.runner.plan import plan as planned_of
+    """Show what ``wearlab run`` would do."""
+    from wearlab.runner.plan import plan as plan_runs
 
     campaign = output.read_campaign(file)
-    planned = planned_of(campaign, store, workers=workers, retry=retry)
-    further = (
-        () if campaign.update is None else _for_the_update(campaign, store, workers)
-    )
+    planned = plan_runs(campaign, store, workers=workers, retry=retry)
+    text = _plan_text(planned)
+    if campaign.update is not None:
+        text = chain(text, _update_plan_text(campaign, store, workers))
     warnings = [f"warning: {warning}" for warning in planned.warnings]
-    text = chain(_planned(planned), further)
-    return output.Findings(partial(_content, planned), text, not warnings, warnings)
+    return output.Findings(
+        partial(_plan_content, planned), text, not warnings, warnings
+    )
 
 
-def _content(planned: "Plan") -> dict[str, Any]:
-    amounts = {"seconds": planned.seconds, "bytes": planned.bytes}
-    content = asdict(planned) | {
-        name: amount and amount._asdict() for name, amount in amounts.items()
+def _plan_content(planned: "Plan") -> dict[str, Any]:
+    """Return a plan as JSON has it."""
+    seconds = planned.seconds
+    size = planned.bytes
+    return asdict(planned) | {
+        "seconds": seconds and seconds._asdict(),
+        "bytes": size and size._asdict(),
+        "runs": [run._asdict() for run in planned.runs],
     }
-    return content | {"runs": [run._asdict() for run in planned.runs]}
 
 
-def _planned(planned: "Plan") -> output.Text:
-    from rich.filesize import decimal
-
-    from wearlab.runner.plan import WORDS
-
+def _plan_text(planned: "Plan") -> output.Text:
+    """Yield a plan: how many runs of each state, and what the new ones need."""
     yield planned.title
     yield (
         f"  {planned.cases} cases, {len(planned.runs)} distinct runs, "
         f"{len(planned.excluded)} excluded"
     )
-    for state, words in WORDS.items():
-        if count := planned.count(state):
-            yield f"  {count:>7} {words}"
-    if other := sum(run.other_code for run in planned.runs):
-        yield f"  {other:>7} of the cached made by other code"
-    for keys, count in Counter(
-        run.changed for run in planned.runs if run.changed
-    ).items():
-        others = f" and {len(keys) - SHOWN} more" if len(keys) > SHOWN else ""
-        yield (
-            f"  {count:>7} of the new were run before with another "
-            f"{', '.join(keys[:SHOWN])}{others}"
-        )
-    for condition, count in Counter(
-        condition for condition, _ in planned.excluded
-    ).items():
-        yield f"  {count:>7} excluded by {condition}"
+    yield from _counts(planned)
     for run in planned.runs:
         if run.state in ("failed", "refused", "lost"):
             yield f"  {run.state}: {output.in_words(run.label, run.position)}"
+    yield from _needs(planned)
+
+
+def _counts(planned: "Plan") -> Iterator[str]:
+    """Yield how many runs are in each state, differ in which keys, are excluded."""
+    from wearlab.runner.plan import WORDS
+
+    for state, label in WORDS.items():
+        if count := planned.count(state):
+            yield f"  {count:>7} {label}"
+    if count := sum(run.other_code for run in planned.runs):
+        yield f"  {count:>7} of the cached made by other code"
+
+    changed_keys = Counter(run.changed for run in planned.runs if run.changed)
+    for keys, count in changed_keys.items():
+        further = f" and {len(keys) - MAX_KEYS} more" if len(keys) > MAX_KEYS else ""
+        yield (
+            f"  {count:>7} of the new were run before with another "
+            f"{', '.join(keys[:MAX_KEYS])}{further}"
+        )
+
+    conditions = Counter(condition for condition, _ in planned.excluded)
+    for condition, count in conditions.items():
+        yield f"  {count:>7} excluded by {condition}"
+
+
+def _needs(planned: "Plan") -> Iterator[str]:
+    """Yield time and disk space that the new runs of a plan need."""
+    from rich.filesize import decimal
+
     if planned.seconds is None and planned.basis:
         yield f"  {planned.basis}"
         return
     if planned.seconds is None or planned.bytes is None:
-        to_do = any(run.state in ("new", "lost") for run in planned.runs)
-        yield (
-            "  time and size unknown: no recorded runs to tell from"
-            if to_do
-            else "  nothing to do"
-        )
+        if any(run.state in ("new", "lost") for run in planned.runs):
+            yield "  time and size unknown: no recorded runs to tell from"
+        else:
+            yield "  nothing to do"
         return
-    about, least, most = (
-        outcome.seconds_text(value / planned.workers) for value in planned.seconds
-    )
+
+    middle, low, high = _texts_of_seconds(planned.seconds, planned.workers)
     workers = "one worker" if planned.workers == 1 else f"{planned.workers} workers"
-    yield f"  time: about {about} with {workers} ({least} to {most})"
-    size, low, high, free = (
-        decimal(round(count)) for count in (*planned.bytes, planned.free)
-    )
-    yield f"  disk: about {size} ({low} to {high}), {free} free"
+    yield f"  time: about {middle} with {workers} ({low} to {high})"
+
+    middle, low, high = (decimal(round(count)) for count in planned.bytes)
+    free = decimal(round(planned.free))
+    yield f"  disk: about {middle} ({low} to {high}), {free} free"
     yield f"  from {planned.basis}"
 
 
-def _for_the_update(
+def _texts_of_seconds(seconds: Sequence[float], workers: int) -> list[str]:
+    """Return times that are shared between workers as people read them."""
+    return [outcome.seconds_text(value / workers) for value in seconds]
+
+
+def _update_plan_text(
     campaign: "Campaign", store: Store, workers: int | None
 ) -> output.Text:
-    """Yield which runs `wearlab update` would need, and whether its answer is there already."""
+    """Yield which runs `wearlab update` would need, and whether its answer is there."""
     from wearlab.runner.plan import WORDS, plan
     from wearlab.updating.cases import studies
     from wearlab.updating.inference import stored_update
 
-    wanted = studies(campaign)
-    if (
+    subjects = studies(campaign)
+    is_stored = (
         store.path.exists()
-        and stored_update(wanted, store, replay=False, check=0) is not None
-    ):
+        and stored_update(subjects, store, replay=False, check=0) is not None
+    )
+    if is_stored:
         yield "\nwearlab update: made before, it would be read"
         return
+
     yield "\nwearlab update needs"
-    for some in _told_together(wanted):
-        scenes = {scene.id: scene for study in some for scene in study.scenes}
-        planned = plan(
-            some[0].campaign(campaign.title, list(scenes.values())),
-            store,
-            workers=workers,
-        )
+    for group in _groups_of(subjects):
+        scenes = {scene.id: scene for study in group for scene in study.scenes}
+        runs = group[0].campaign(campaign.title, list(scenes.values()))
+        planned = plan(runs, store, workers=workers)
         states = ", ".join(
-            f"{planned.count(s)} {w}" for s, w in WORDS.items() if planned.count(s)
+            f"{planned.count(state)} {label}"
+            for state, label in WORDS.items()
+            if planned.count(state)
         )
-        time = (
-            ""
-            if planned.seconds is None
-            else f", about {planned.seconds.value / planned.workers:.2g} s"
-        )
-        label = some[0].label if len(some) == 1 else f"{len(some)} units"
+        time = ""
+        if planned.seconds is not None:
+            time = f", about {planned.seconds.value / planned.workers:.2g} s"
+        label = group[0].label if len(group) == 1 else f"{len(group)} units"
         yield f"  {label}: {len(planned.runs)} runs, {states}{time}"
     yield "  and as many longer ones where the measurements lie beyond them"
 
 
-@app.command("compile")
-def compile_command(files: list[str], workers: int | None = None) -> None:
-    """Compile what the runs of FILEs will call, ahead of them: for an image, or before nodes begin.
-
-    Parameters
-    ----------
-    files : FILE...: Campaign files (TOML).
-    """
+@app.command(
+    "compile",
+    help="Compile what the runs of FILEs will call, ahead of them: for an image, or "
+    "before nodes begin.",
+)
+def compile_command(
+    files: Annotated[list[str], options.argument("FILE...", "Campaign files (TOML).")],
+    workers: options.Workers = None,
+) -> None:
+    """Compile the kernels that the runs of campaign files will call."""
     from wearlab.runner.local import compile_ahead
 
-    kinds, seconds = compile_ahead(
-        [output.read_campaign(file) for file in files], workers, progress=True
-    )
-    output.say(
-        f"compiled for {kinds} {'kind' if kinds == 1 else 'kinds'} of scenes in "
-        f"{seconds:.1f} s"
-    )
+    campaigns = [output.read_campaign(file) for file in files]
+    kinds, seconds = compile_ahead(campaigns, workers, progress=True)
+    noun = "kind" if kinds == 1 else "kinds"
+    output.say(f"compiled for {kinds} {noun} of scenes in {seconds:.1f} s")
 
 
 @app.command()
-def modes(file: str, case: str | None = None) -> output.Findings:
-    """Show natural frequencies and critical speeds of FILE's gears.
-
-    Parameters
-    ----------
-    case : LABEL [the first]: Which case.
-    """
+def modes(
+    file: options.CampaignFile,
+    case: Annotated[
+        str | None,
+        options.option("--case", "Which case.", "LABEL", show_default="the first"),
+    ] = None,
+) -> output.Findings:
+    """Show natural frequencies and critical speeds of FILE's gears."""
     scenes = scenes_by_label(output.read_campaign(file))
-    case = next(iter(scenes)) if case is None else case
-    if case not in scenes:
-        raise output.Stop(f"--case {case}: there are {', '.join(scenes)}")
+    label = next(iter(scenes)) if case is None else case
+    if label not in scenes:
+        raise output.Stop(f"--case {label}: there are {', '.join(scenes)}")
+
     from wearlab.simulation import modes_table
 
     with output.refusing(ValueError):
-        rows: list[dict[str, Any]] = modes_table(scenes[case])
+        rows: list[dict[str, Any]] = modes_table(scenes[label])
+    if not rows:
+        return output.Findings(rows, [])
     cells = [
-        [f"{v:.5g}" if isinstance(v, float) else str(v) for v in row.values()]
+        [
+            f"{value:.5g}" if isinstance(value, float) else str(value)
+            for value in row.values()
+        ]
         for row in rows
     ]
-    return output.Findings(
-        rows, [output.ShownTable(list(rows[0]), cells)] if rows else []
-    )
+    return output.Findings(rows, [output.ShownTable(list(rows[0]), cells)])

@@ -1,12 +1,10 @@
-"""``run`` and ``update``: simulate what is missing.
+"""``run`` and ``update``: simulate what is missing, and infer from measurements."""
 
-Narrow what is unknown by measurements.
-"""
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any
 
-from typing import TYPE_CHECKING, Any
-
-from wearlab.cli import app, output
-from wearlab.cli.commands import plan as before
+from wearlab.cli import app, options, output
+from wearlab.cli.commands import plan
 from wearlab.store import Store
 
 if TYPE_CHECKING:
@@ -16,113 +14,131 @@ if TYPE_CHECKING:
     from wearlab.runner import Report
     from wearlab.store import updates
 
+REMAINING = ("remaining_5", "remaining_50", "remaining_95")
+MAX_RUNS = 6  # of an update that are listed
+
 
 @app.command()
 def run(
-    file: str,
-    store: Store,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    retry: bool = False,
-    recompute: str | None = None,
-    dashboard: bool = False,
+    file: options.CampaignFile,
+    store: options.StoreFolder = options.DEFAULT_STORE,
+    workers: options.Workers = None,
+    scheduler: Annotated[
+        str | None,
+        options.option(
+            "--scheduler", "A dask scheduler to use, tcp://host:port.", "ADDRESS"
+        ),
+    ] = None,
+    retry: Annotated[
+        bool, options.option("--retry", "Compute failed and refused cases again.")
+    ] = False,
+    recompute: Annotated[
+        str | None,
+        options.option(
+            "--recompute",
+            "Compute again: failed, stale (made by other code) or all.",
+            "WHAT",
+        ),
+    ] = None,
+    dashboard: Annotated[
+        bool,
+        options.option(
+            "--dashboard", "Let the workers show dask's page about themselves."
+        ),
+    ] = False,
 ) -> output.Findings:
-    """Compute what is missing of FILE.
-
-    Parameters
-    ----------
-    scheduler : ADDRESS: A dask scheduler to use, tcp://host:port.
-    retry : Compute failed and refused cases again.
-    recompute : WHAT: Compute again: failed, stale (made by other code) or all.
-    dashboard : Let the workers show dask's page about themselves.
-    """
+    """Compute what is missing of FILE."""
     from wearlab.runner import Interrupted, foresee
-    from wearlab.runner import run as computed
+    from wearlab.runner import run as run_campaign
 
-    output.at_once_when_twice()
+    output.stop_on_second_interrupt()
     campaign = output.read_campaign(file)
     foresee(campaign, store, scheduler)
     output.refuse_wrong_figures(campaign, file)
-    before.refuse_the_impossible(campaign)
-    asked: Any = {
-        "workers": workers,
-        "scheduler": scheduler,
-        "retry": retry,
-        "recompute": recompute,
-    }
+    plan.refuse_the_impossible(campaign)
     try:
-        report = computed(
+        report = run_campaign(
             campaign,
             store,
-            **asked,
+            workers=workers,
+            scheduler=scheduler,
+            retry=retry,
+            recompute=recompute,
             progress=not output.AS_JSON.get(),
             dashboard=dashboard,
         )
     except Interrupted as interrupted:
         raise output.Stop(str(interrupted), output.Status.INTERRUPTED) from None
-    return output.Findings(report.to_dict, _text(campaign, report), report.ok)
+    return output.Findings(report.to_dict, _report_text(campaign, report), report.ok)
 
 
-def _text(campaign: "Campaign", report: "Report") -> output.Text:
+def _report_text(campaign: "Campaign", report: "Report") -> output.Text:
+    """Yield what runs came to; what went wrong goes to standard error."""
     for note in report.notes:
         output.complain(note)
     for warning in campaign.warnings:
         output.complain(f"warning: {warning}")
     yield report.headline
-    names: dict[str, str] = {
+
+    _complain_of_troubled(campaign, report)
+    if report.expected:
+        yield from _expected_table(report)
+
+
+def _complain_of_troubled(campaign: "Campaign", report: "Report") -> None:
+    """Write to standard error which runs failed, and what warns of others."""
+    # of equal scenes the first case names the run
+    names = {
         case.id: output.case_name(campaign, case) for case in reversed(campaign.cases)
     }
-    foreseen = {case.id for case in report.expected if case.comparison.met}
+    expected = {case.id for case in report.expected if case.comparison.met}
     for case in report.troubled:
-        if case.state != "done" and case.id not in foreseen:
-            output.complain(
-                f"{case.state}: {names[case.id]}, run {output.short(case.id)}: "
-                f"{case.headline}"
-            )
+        name = f"{names[case.id]}, run {output.short(case.id)}"
+        if case.state != "done" and case.id not in expected:
+            output.complain(f"{case.state}: {name}: {case.headline}")
         for warning in case.warnings:
-            output.complain(
-                f"warning: {names[case.id]}, run {output.short(case.id)}: {warning}"
-            )
-    if report.expected:
-        rows = []
-        for expected in report.expected:
-            *said, met = (
-                expected.label,
-                output.place(expected.position),
-                *expected.comparison,
-            )
-            rows.append((*said, "yes" if met else "NO"))
-        heads = ("case", "differs by", "verdict", "expected", "measured", "met")
-        yield from ("", output.ShownTable(heads, rows))
-        yield (
-            f"{sum(one.comparison.met for one in report.expected)} of {len(rows)} as "
-            "expected"
-        )
+            output.complain(f"warning: {name}: {warning}")
 
 
-REMAINING = ("remaining_5", "remaining_50", "remaining_95")
+def _expected_table(report: "Report") -> Iterator[str | output.ShownTable]:
+    """Yield what the file expects of its cases beside what came out."""
+    rows = []
+    for case in report.expected:
+        *columns, met = case.comparison
+        verdict = "yes" if met else "NO"
+        rows.append((case.label, output.place(case.position), *columns, verdict))
+    heads = ("case", "differs by", "verdict", "expected", "measured", "met")
+    yield ""
+    yield output.ShownTable(heads, rows)
+    count = sum(case.comparison.met for case in report.expected)
+    yield f"{count} of {len(rows)} as expected"
 
 
 def list_updates(store: Store) -> output.Findings:
-    """Return the updates of a store, a line a case, the latest last."""
+    """Return the updates of a store, a line a case, the latest last.
+
+    Parameters
+    ----------
+    store : the folder of runs and updates
+    """
     from wearlab.store import updates
 
-    kept = updates.kept_updates(store).values()
+    stored = updates.kept_updates(store).values()
     rows = []
-    for one in kept:
-        for case, summary in one.summary.items():
-            now, low, middle, high = (
-                f"{summary[key]:.4g}" for key in ("now", *REMAINING)
-            )
-            cycles = (now, middle, f"{low} to {high}")
+    for update in stored:
+        for case, summary in update.summary.items():
+            inspected = f"{summary['now']:.4g}"
+            low, middle, high = (f"{summary[key]:.4g}" for key in REMAINING)
             rows.append(
                 (
-                    one.id[:10],
-                    one.title,
+                    update.id[:10],
+                    update.title,
                     case,
-                    *cycles,
-                    str(len(one.runs)),
-                    one.recorded[:19],
+                    inspected,
+                    middle,
+                    f"{low} to {high}",
+                    str(len(update.runs)),
+                    update.recorded[:19],
                 )
             )
     heads = (
@@ -135,74 +151,103 @@ def list_updates(store: Store) -> output.Findings:
         "runs",
         "recorded",
     )
-    table = output.ShownTable(
-        heads, rows, empty="no updates: wearlab update FILE makes one"
-    )
-    return output.Findings([one._asdict() for one in kept], [table])
+    empty = "no updates: wearlab update FILE makes one"
+    table = output.ShownTable(heads, rows, empty=empty)
+    return output.Findings([update._asdict() for update in stored], [table])
 
 
 def show_update(store: Store, update: "updates.KeptUpdate") -> output.Findings:
-    """Return what a kept update says, and what it was made from."""
+    """Return what a stored update says, and what it was made from.
+
+    Parameters
+    ----------
+    store : the folder of runs and updates
+    update : its entry
+    """
     from wearlab.store import updates
     from wearlab.updating import report_text
 
     tree = updates.read_update(store, update.id)
     if tree is None:
-        said = f"update {update.id}: its file has gone; wearlab update makes it anew"
-        raise output.Stop(said, output.Status.TROUBLE)
-    made = {"runs": update.runs, "sha256": update.sha256, "recorded": update.recorded}
-    more = f" and {len(update.runs) - 6} more" if len(update.runs) > 6 else ""
-    facts = {"id": update.id, "file": str(updates.update_files(store).path(update.id))}
-    facts |= {"sha256": update.sha256, "recorded": update.recorded}
-    facts |= {"runs": ", ".join(run[:10] for run in update.runs[:6]) + more}
+        raise output.Stop(
+            f"update {update.id}: its file has gone; wearlab update makes it anew",
+            output.Status.TROUBLE,
+        )
+
+    origin = {"runs": update.runs, "sha256": update.sha256, "recorded": update.recorded}
+    further = len(update.runs) - MAX_RUNS
+    runs = ", ".join(run[:10] for run in update.runs[:MAX_RUNS])
+    facts = {
+        "id": update.id,
+        "file": str(updates.update_files(store).path(update.id)),
+        "sha256": update.sha256,
+        "recorded": update.recorded,
+        "runs": f"{runs} and {further} more" if further > 0 else runs,
+    }
     groups = {
         name: ", ".join(map(str, node.to_dataset().data_vars))
         for name, node in tree.children.items()
     }
     lines = [f"{name:<16}{text}" for name, text in facts.items()]
     lines += [f"{name:<22}{text}" for name, text in groups.items()]
-    return output.Findings(
-        content(tree) | made, [*report_text.text_of(tree), "", *lines]
-    )
+    text = [*report_text.text_of(tree), "", *lines]
+    return output.Findings(update_content(tree) | origin, text)
 
 
-def content(tree: "xr.DataTree") -> dict[str, Any]:
-    """Return what `--json` tells of an update."""
-    from wearlab.store import description
-
-    groups = {
-        name: {
-            str(key): description.plain(v.values)
-            for key, v in tree[name].to_dataset().variables.items()
-        }
-        for name in ("predictions", "sample_stats", "calibration")
-        if name in tree.children
-    }
-    return {"id": tree.attrs["id"], "title": tree.attrs["title"], **groups}
-
-
-@app.command()
-def update(
-    file: str,
-    store: Store,
-    replay: bool = False,
-    check: int = 0,
-    workers: int | None = None,
-) -> output.Findings:
-    """Infer wear coefficient and remaining life from FILE's measurements, with intervals.
+def update_content(tree: "xr.DataTree") -> dict[str, Any]:
+    """Return an update as JSON has it.
 
     Parameters
     ----------
-    replay : Answer as it would have been after every inspection too.
-    check : N from 0: Put N synthetic twins through the same code.
+    tree : the update as it is stored
     """
+    from wearlab.store import description
+
+    content: dict[str, Any] = {"id": tree.attrs["id"], "title": tree.attrs["title"]}
+    for name in ("predictions", "sample_stats", "calibration"):
+        if name in tree.children:
+            variables = tree[name].to_dataset().variables
+            content[name] = {
+                str(key): description.plain(variable.values)
+                for key, variable in variables.items()
+            }
+    return content
+
+
+@app.command(
+    help="Infer wear coefficient and remaining life from FILE's measurements, with "
+    "intervals."
+)
+def update(
+    file: options.CampaignFile,
+    store: options.StoreFolder = options.DEFAULT_STORE,
+    replay: Annotated[
+        bool,
+        options.option(
+            "--replay",
+            "Answer as it would have been after every inspection too.",
+        ),
+    ] = False,
+    check: Annotated[
+        int,
+        options.option(
+            "--check", "Put N synthetic twins through the same code.", "N", min=0
+        ),
+    ] = 0,
+    workers: options.Workers = None,
+) -> output.Findings:
+    """Infer wear coefficient and remaining life from measurements."""
     from wearlab.updating import report_text
-    from wearlab.updating import update as updated
+    from wearlab.updating import update as infer
 
     campaign = output.read_campaign(file)
-    shown = not output.AS_JSON.get()
-    tree = updated(
-        campaign, store, replay=replay, check=check, progress=shown, workers=workers
+    tree = infer(
+        campaign,
+        store,
+        replay=replay,
+        check=check,
+        progress=not output.AS_JSON.get(),
+        workers=workers,
     )
-    kept = f"\nkept as update {str(tree.attrs['id'])[:10]}"
-    return output.Findings(content(tree), [*report_text.text_of(tree), kept])
+    stored = f"\nkept as update {str(tree.attrs['id'])[:10]}"
+    return output.Findings(update_content(tree), [*report_text.text_of(tree), stored])

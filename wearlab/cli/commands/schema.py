@@ -1,22 +1,38 @@
-"""``schema``, ``variables`` and ``new``: what files may say, what datasets hold, and files to begin with."""
+"""``schema``, ``variables`` and ``new``: what files may say and datasets hold."""
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from wearlab.cli import app, output
+from wearlab.cli import app, options, output
 from wearlab.nearest import choices, meant
 
+HEADS = ("name", "dims", "unit", "shown in", "meaning", "made by")
+STARTS = Path(__file__).parents[2] / "campaign" / "starts"
+SCHEMA = "wearlab-campaign.schema.json"
+"""As the files' first line names it; editors with Taplo ("Even Better TOML") read it
+there."""
 
-@app.command()
-def schema(file: str | None = None, added: bool = False, figures: bool = False) -> None:
-    """Print the JSON Schema of campaign files: every option with unit, default and meaning.
 
-    Parameters
-    ----------
-    file : [FILE]: A campaign file whose plug-ins are added.
-    added : Only what the file's plug-ins add, by slot and name.
-    figures : List the kinds of figures instead.
-    """
+@app.command(
+    help="Print the JSON Schema of campaign files: every option with unit, default and "
+    "meaning."
+)
+def schema(
+    file: Annotated[
+        str | None,
+        options.argument("FILE", "A campaign file whose plug-ins are added."),
+    ] = None,
+    added: Annotated[
+        bool,
+        options.option(
+            "--added", "Only what the file's plug-ins add, by slot and name."
+        ),
+    ] = False,
+    figures: Annotated[
+        bool, options.option("--figures", "List the kinds of figures instead.")
+    ] = False,
+) -> None:
+    """Print the JSON Schema of campaign files, or the kinds of figures."""
     if figures:
         from wearlab.figures import KINDS
 
@@ -29,59 +45,68 @@ def schema(file: str | None = None, added: bool = False, figures: bool = False) 
     output.say(added_json(plugins) if added else schema_json())
 
 
-HEADS = ("name", "dims", "unit", "shown in", "meaning", "made by")
-
-
-@app.command()
-def variables(like: str = "") -> output.Findings:
-    """List the variables of datasets: name, dims, unit, meaning, and what makes them.
-
-    Parameters
-    ----------
-    like : [WORD]: Only those with this in name or meaning.
-    """
+@app.command(
+    help="List the variables of datasets: name, dims, unit, meaning, and what makes "
+    "them."
+)
+def variables(
+    like: Annotated[
+        str, options.argument("WORD", "Only those with this in name or meaning.")
+    ] = "",
+) -> output.Findings:
+    """List the variables of datasets."""
     from wearlab.schema import VARIABLES, origin_of
 
     word = like.lower()
-    rows: list[dict[str, Any]] = [
-        {"name": name}
-        | variable._asdict()
-        | dict(zip(("group", "made_by"), origin_of(name), strict=True))
-        for name, variable in VARIABLES.items()
-        if word in f"{name} {variable.long_name} {variable.comment}".lower()
-    ]
+    rows: list[dict[str, Any]] = []
+    for name, variable in VARIABLES.items():
+        if word in f"{name} {variable.long_name} {variable.comment}".lower():
+            group, made_by = origin_of(name)
+            row = {"name": name} | variable._asdict()
+            rows.append(row | {"group": group, "made_by": made_by})
     if not rows:
-        near = meant(like, VARIABLES).replace(",", ";", 1)
-        raise output.Stop(f"variables: none has {like!r} in its name or meaning{near}")
-    return output.Findings(rows, [output.ShownTable(HEADS, [*map(_cells, rows)])])
+        nearest = meant(like, VARIABLES).replace(",", ";", 1)
+        raise output.Stop(
+            f"variables: none has {like!r} in its name or meaning{nearest}"
+        )
+    table = output.ShownTable(HEADS, [_variable_cells(row) for row in rows])
+    return output.Findings(rows, [table])
 
 
-def _cells(row: dict[str, Any]) -> list[str]:
-    meaning = (
-        f"{row['long_name']} ({row['comment']})" if row["comment"] else row["long_name"]
-    )
-    told = row | {"dims": ", ".join(row["dims"]), "meaning": meaning}
+def _variable_cells(row: dict[str, Any]) -> list[str]:
+    """Return a variable of datasets as a table shows it."""
+    meaning = row["long_name"]
+    if row["comment"]:
+        meaning += f" ({row['comment']})"
     return [
-        told[key]
-        for key in ("name", "dims", "units", "display_units", "meaning", "made_by")
+        row["name"],
+        ", ".join(row["dims"]),
+        row["units"],
+        row["display_units"],
+        meaning,
+        row["made_by"],
     ]
 
 
-STARTS = Path(__file__).parents[2] / "campaign" / "starts"
-SCHEMA = "wearlab-campaign.schema.json"
-"""As the files' first line names it; editors with Taplo ("Even Better TOML") read it
-there."""
-
-
-@app.command()
-def new(kind: str, out: Path | None = None) -> None:
-    """Write a commented campaign file to begin with, and the JSON Schema that editors complete it by.
-
-    Parameters
-    ----------
-    kind : KIND: external-pair, internal-pair, planetary, fzg or wind-stage.
-    out : FILE [KIND, .toml]: The file to write.
-    """
+@app.command(
+    help="Write a commented campaign file to begin with, and the JSON Schema that "
+    "editors complete it by."
+)
+def new(
+    kind: Annotated[
+        str,
+        options.argument(
+            "KIND", "external-pair, internal-pair, planetary, fzg or wind-stage."
+        ),
+    ],
+    out: Annotated[
+        Path | None,
+        options.option(
+            "--out", "The file to write.", "FILE", show_default="KIND, .toml"
+        ),
+    ] = None,
+) -> None:
+    """Write a campaign file to begin with."""
     from wearlab.campaign import editors_schema
     from wearlab.store.files import write_whole
 
@@ -105,5 +130,5 @@ def new(kind: str, out: Path | None = None) -> None:
 
 
 def kinds() -> list[str]:
-    """Return the kinds of gear sets that there is a file to begin with for."""
+    """Return the kinds of gear sets that a first file exists for."""
     return sorted(path.stem for path in STARTS.glob("*.toml"))
