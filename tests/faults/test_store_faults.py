@@ -276,3 +276,64 @@ def test_ctrl_c_twice_ends_at_once(tmp_path):
         "wearlab: interrupted twice: stopped at once; finished runs are kept, run "
         "again to continue\n"
     )
+
+
+MAKING = """
+import os, sqlite3, sys
+from pathlib import Path
+from wearlab.store import Store, database
+folder, when = Path(sys.argv[1]), sys.argv[2]
+if when == "half-made in place":  # as it was made before, killed while it was written
+    folder.mkdir()
+    connection = sqlite3.connect(folder / "catalogue.sqlite", isolation_level=None)
+    connection.execute("PRAGMA journal_mode = PERSIST")
+    connection.execute("PRAGMA cache_size = 1")
+    connection.execute("BEGIN IMMEDIATE")
+    connection.execute("CREATE TABLE runs (text)")
+    connection.executemany("INSERT INTO runs VALUES (?)", [("x" * 3000,)] * 500)
+    os._exit(9)
+if when == "before it has its name":
+    os.link = lambda *names: os._exit(9)
+else:
+    database.run_all = lambda *work: os._exit(9)
+Store(folder).archive.create()
+"""
+
+
+@pytest.mark.parametrize(
+    "when", ["before it has its name", "before its tables", "half-made in place"]
+)
+def test_a_store_whose_making_was_killed_is_made_by_the_next(tmp_path, when):
+    """Was dead: run sent to reindex, and reindex said that there is no store."""
+    folder = tmp_path / "store"
+    command = [sys.executable, "-c", MAKING, str(folder), when]
+    assert subprocess.run(command, check=False).returncode == 9
+    with closing(Store(folder)) as store:
+        assert not store.archive.catalogue.exists()
+        assert run(sweep(2), store).ok
+        assert store.verify() == [] and len(store.archive.entries()) == 2
+
+
+def test_an_empty_catalogue_is_a_new_one(tmp_path):
+    """Such as a full disk left of a store's first write."""
+    (tmp_path / "store").mkdir()
+    (tmp_path / "store" / "catalogue.sqlite").touch()
+    assert status_of(["reindex", "--store", str(tmp_path / "store")]) == 2
+    with closing(Store(tmp_path / "store")) as store:
+        assert run(sweep(2), store).ok and store.verify() == []
+        store.close()
+        store.archive.catalogue.path.write_bytes(b"")
+        report = run(sweep(2), store)
+        assert report.computed == 0 and "2 runs were taken back" in report.notes[0]
+
+
+def test_where_files_have_no_links_a_catalogue_is_made_in_place(tmp_path, monkeypatch):
+    def refuse(*names):
+        raise OSError("no links here")
+
+    monkeypatch.setattr(os, "link", refuse)
+    with closing(Store(tmp_path / "store")) as store:
+        store.archive.create()
+        assert store.archive.catalogue.exists() and store.verify() == []
+        names = {path.name for path in store.path.iterdir()}
+        assert not any(name.endswith(".part") for name in names)

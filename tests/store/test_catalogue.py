@@ -131,8 +131,13 @@ def test_garbage_and_strangers_are_refused(tmp_path):
     with pytest.raises(StoreError, match="cannot be used"):
         Catalogue(tmp_path / "garbage").entries()
     (tmp_path / "empty").touch()
-    with pytest.raises(StoreError, match="not a catalogue of wearlab"):
+    with pytest.raises(StoreError, match="there is no store here"):
         Catalogue(tmp_path / "empty").entries()
+    sqlite3.connect(tmp_path / "other").execute(
+        "CREATE TABLE mine (a)"
+    ).connection.close()
+    with pytest.raises(StoreError, match="not a catalogue of wearlab"):
+        Catalogue(tmp_path / "other").entries()
 
 
 def test_a_newer_catalogue_is_refused(catalogue):

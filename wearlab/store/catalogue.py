@@ -139,6 +139,8 @@ class Catalogue(rows.Database):
         """Make the catalogue where there is none; harmless where there is one."""
         with files.written(self.path.parent, "no store can be made here"):
             self.path.parent.mkdir(parents=True, exist_ok=True)
+        if self.address is None and not self.path.exists():
+            self._make(f"{rows.TABLES};{rows.LASTING}")
         with self._transaction(create=True) as connection:
             if connection.execute("PRAGMA user_version").fetchone()[0] == 0:
                 rows.run_all(connection, rows.TABLES)

@@ -10,10 +10,11 @@ of one key side by side.
 """
 
 import os
+import secrets
 import sqlite3
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, NotRequired, TypeVar
@@ -137,6 +138,7 @@ BROKEN = (
 PATIENCE = 60.0  # s to wait for another process's transaction
 ANEW = "'wearlab reindex' makes it anew from the run files"
 CHUNK = 500  # ids per question, below SQLite's limit of variables
+JOURNAL_MARK = 8  # bytes at the head of a journal, 0 where it holds nothing
 PAGES = -32_000  # kB of pages kept in memory
 
 
@@ -183,12 +185,66 @@ class Database:
     def exists(self) -> bool:
         """Say whether there is a catalogue, without making one.
 
+        An empty file is none: a process ended while it made it.
+
         Raises
         ------
         StoreError : its folder may not be looked into
         """
         with written(self.path, "cannot be looked at"):
-            return self.path.is_file()
+            if not self.path.is_file():
+                return False
+            if self._connection is None and self.address is None:
+                self._roll_back()
+            return self.path.stat().st_size > 0
+
+    def _roll_back(self) -> None:
+        """Let SQLite undo what a process that was killed had begun to write.
+
+        What is left of a catalogue whose making was interrupted is an empty file.
+        """
+        journal = self.path.with_name(f"{self.path.name}-journal")
+        with suppress(OSError):
+            with journal.open("rb") as file:
+                is_hot = any(file.read(JOURNAL_MARK))
+            if is_hot:
+                with suppress(*BROKEN), closing(sqlite3.connect(self.path)) as undo:
+                    undo.execute("PRAGMA schema_version").fetchone()
+
+    def _make(self, statements: str) -> None:
+        """Make the file with its tables under another name, then give it its own.
+
+        So it is there whole or not at all, wherever this is interrupted. Where another
+        process was faster, its file stays.
+
+        Parameters
+        ----------
+        statements : SQL that makes the tables
+
+        Raises
+        ------
+        StoreError : the disk refuses
+        """
+        token = secrets.token_hex(4)
+        part = self.path.with_name(f".{self.path.name}.{token}.part")
+        try:
+            with written(self.path, "cannot be made"):
+                # as open to others as the umask says: SQLite would let nobody else
+                # write it
+                os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666))
+            with closing(sqlite3.connect(part, isolation_level=None)) as connection:
+                connection.execute("BEGIN IMMEDIATE")
+                run_all(connection, statements)
+                connection.execute("COMMIT")
+            # on a file system without links the file is made in place, by `_open`
+            with suppress(OSError):
+                os.link(part, self.path)
+        except BROKEN as error:
+            raise self._unusable(error) from error
+        finally:
+            for left_over in (part, part.with_name(f"{part.name}-journal")):
+                with suppress(OSError):
+                    left_over.unlink()
 
     def close(self) -> None:
         """Let go of the file."""
