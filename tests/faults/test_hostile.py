@@ -2,12 +2,16 @@
 
 import json
 import os
+import re
 import sqlite3
 from contextlib import closing
+from pathlib import Path
 
+import h5py
 import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
 from catalogues import change_texts
 from fake_campaign import SIMULATE, sweep
 
@@ -15,9 +19,10 @@ import wearlab
 from wearlab.cli.app import status_of
 from wearlab.query import QueryError
 from wearlab.runner import running
-from wearlab.store import Store, StoreError
+from wearlab.store import Store, StoreError, netcdf, updates
 from wearlab.store.files import hash_of
 from wearlab.store.locks import alive
+from wearlab.store.merging import merge
 
 
 @pytest.fixture
@@ -285,3 +290,116 @@ def test_nothing_in_a_dataset_is_unpickled(store):
         if value.dtype.kind == "O"
         for item in np.ravel(value.values)
     )
+
+
+# -- updates that strangers made
+# ----------------------------------------------------------------------
+
+UPDATE = "c" * 20
+
+
+def planted_update(store, change, groups=updates.GROUPS):
+    """Keep an update, then let a stranger change its file, and say so everywhere."""
+    datasets = {
+        f"/{name}": xr.Dataset({"x": ("point", np.arange(3.0))}) for name in groups
+    }
+    attributes = {"id": UPDATE, "title": "theirs", "subject": "s", "runs": ""}
+    tree = xr.DataTree.from_dict({"/": xr.Dataset(attrs=attributes), **datasets})
+    tree.attrs[netcdf.SEAL] = updates.seal_of(tree)
+    path = updates.keep_update(store, tree)
+    with h5py.File(path, "r+") as file:
+        change(file)
+    crafted(
+        store,
+        (
+            "UPDATE updates SET sha256 = ?, size = ? WHERE id = ?",
+            hash_of(path),
+            path.stat().st_size,
+            UPDATE,
+        ),
+    )
+    return path
+
+
+def half_precision(file):
+    file["posterior"]["half"] = np.zeros(3, "f2")
+
+
+def values_of_another_file(file):
+    outside = Path(file.filename).parents[3] / "secret"
+    outside.write_bytes(b"s" * 24)
+    file["posterior"].create_dataset(
+        "seen", (3,), "f8", external=[(str(outside), 0, 24)]
+    )
+
+
+def a_link_to_another_file(file):
+    file["posterior"]["away"] = h5py.ExternalLink("other.nc", "/x")
+
+
+def a_group_within_itself(file):
+    file["posterior"]["again"] = file["posterior"]
+
+
+def what_fills_the_memory(file):
+    file["posterior"].create_dataset(
+        "wide", (10**9,), "f8", chunks=(1000,), compression="gzip"
+    )
+
+
+def another_filter(file):
+    file["posterior"].create_dataset("lzf", data=np.zeros(9), compression="lzf")
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (half_precision, "holds neither numbers, as a run has them, nor texts"),
+        (values_of_another_file, "has its values in other files"),
+        (a_link_to_another_file, "is a link to elsewhere"),
+        (a_group_within_itself, "once more"),
+        (what_fills_the_memory, "claims 8e.09 bytes of values"),
+        (another_filter, "stored by other filters"),
+    ],
+)
+def test_an_update_file_that_no_wearlab_made_is_refused(
+    tmp_path, change, reason, capsys
+):
+    """Was: the process aborted, took 4.5 GB, or returned the content of another file."""
+    store = Store(tmp_path / "store")
+    store.archive.create()
+    path = planted_update(store, change)
+    with pytest.raises(StoreError, match=reason):
+        updates.read_update(store, UPDATE)
+    (problem,) = store.verify()
+    assert problem.path == path and re.search(reason, problem.message)
+    ours = Store(tmp_path / "ours")
+    assert re.search(reason, merge(ours, store).damaged[UPDATE])
+    assert updates.kept_updates(ours) == {}
+    capsys.readouterr()
+    assert status_of(["show", UPDATE[:6], "--store", str(store.path)]) == 2
+    assert re.search(reason, capsys.readouterr().err)
+    assert [problem.path for problem in store.reindex()] == [path]
+
+
+def test_an_update_without_one_of_its_groups_is_one_line(tmp_path, capsys):
+    store = Store(tmp_path / "store")
+    store.archive.create()
+    planted_update(store, lambda file: None, updates.GROUPS[:1])
+    with pytest.raises(StoreError, match="has no group 'predictions'"):
+        updates.read_update(store, UPDATE)
+    capsys.readouterr()
+    assert status_of(["show", UPDATE[:6], "--store", str(store.path)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_what_the_catalogue_says_of_an_update_is_compared_with_its_file(tmp_path):
+    """Was not seen: a list showed another answer than the file has."""
+    store = Store(tmp_path / "store")
+    store.archive.create()
+    path = planted_update(store, lambda file: None)
+    assert store.verify() == []
+    crafted(store, ("UPDATE updates SET summary = ?", '{"life": "2 h"}'))
+    (problem,) = store.verify()
+    assert problem.path == path and "(summary)" in problem.message
+    assert store.reindex() == [] and store.verify() == []

@@ -12,13 +12,14 @@ import io
 import math
 import os
 import threading
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import closing, suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import h5py
+import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ from wearlab.store.files import StoreError, readable, refuse_links, refuse_overs
 
 Stamp = tuple[int, int, int, int, str]
 """By what a file is known again, and the hash that was found then."""
+TEXT_BYTES = 16  # that refer to a text of any length
 _sound: dict[str, Stamp] = {}
 
 
@@ -130,20 +132,71 @@ def read_run(path: Path, sha256: str | None = None) -> xr.Dataset:
         can hold
     """
     image = checked_bytes(path, sha256)
-    with readable(f"{path}:"), _one_door:
-        netcdf.refuse_untrusted(path, image)
-        with NETCDFC_LOCK, HDF5_LOCK:  # of a file in memory xarray asks for none
-            opened = NetCDF4DataStore.open(image)
-        with closing(opened):
-            variables = opened.ds.variables.values()  # of texts, 16 bytes refer to each
-            claimed = (
-                math.prod(v.shape) * (16 if v.dtype is str else v.dtype.itemsize)
-                for v in variables
-            )
-            refuse_oversized(path, sum(claimed), len(image))
-            dataset = xr.open_dataset(opened).load()
+    with readable(f"{path}:"), _one_door, _opened(path, image) as file:
+        dataset = xr.open_dataset(NetCDF4DataStore(file)).load()
     dataset.encoding["source"] = str(path)
     return dataset
+
+
+def read_groups(path: Path, sha256: str | None = None) -> xr.DataTree:
+    """Read a file with groups into memory, checked as a run's file is.
+
+    Parameters
+    ----------
+    path : its file
+    sha256 : hash that its bytes must have [not asked]
+
+    Raises
+    ------
+    StoreError : the file is absent, altered, damaged, a link, holds what no wearlab
+        writes, or claims more than it can hold
+    """
+    image = checked_bytes(path, sha256)
+    datasets: dict[str, xr.Dataset] = {}
+    with readable(f"{path}:"), _one_door, _opened(path, image) as file:
+        for name, group in _groups(file):
+            datasets[name] = xr.open_dataset(NetCDF4DataStore(group)).load()
+        return xr.DataTree.from_dict(datasets)
+
+
+@contextmanager
+def _opened(path: Path, image: bytes) -> Iterator[Any]:
+    """Open a netCDF file in memory, after its structure and its size were checked.
+
+    Parameters
+    ----------
+    path : its name, for messages
+    image : its bytes
+
+    Raises
+    ------
+    StoreError : it holds what no wearlab writes, or claims more than it can hold
+    """
+    netcdf.refuse_untrusted(path, image)
+    with NETCDFC_LOCK, HDF5_LOCK:  # of a file in memory xarray asks for none
+        file = netCDF4.Dataset(path.name, memory=image)
+    with closing(file):
+        claimed = sum(
+            math.prod(variable.shape) * _item_bytes(variable)
+            for _, group in _groups(file)
+            for variable in group.variables.values()
+        )
+        refuse_oversized(path, claimed, len(image))
+        yield file
+
+
+def _groups(file: Any) -> Iterator[tuple[str, Any]]:
+    """Yield a file and all its groups, with their paths."""
+    yield file.path, file
+    for group in file.groups.values():
+        yield from _groups(group)
+
+
+def _item_bytes(variable: Any) -> int:
+    """Return the bytes of one value of a netCDF variable in memory."""
+    if variable.dtype is str:
+        return TEXT_BYTES
+    return int(variable.dtype.itemsize)
 
 
 def read_variable(path: str, name: str, sha256: str | None = None) -> NDArray[Any]:

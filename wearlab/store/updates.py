@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 
 SUBJECT, NAMES = "subject", "SELECT name FROM pragma_table_info('updates')"
+GROUPS = ("posterior", "predictions", "observed_data", "sample_stats")
+"""That every update has."""
 COLUMNS = "id, title, subject, size, sha256, recorded, runs, summary"
 
 
@@ -190,8 +192,8 @@ def read_update(store: "StoredRuns", update_id: str) -> "xr.DataTree | None":
     path = update_files(store).path(update_id)
     if recorded is None or not path.is_file():
         return None
-    files.refuse_links(path)
-    if files.hash_of(path) != recorded.sha256:
+    problem = files.damage(path, recorded.size, recorded.sha256)
+    if problem is not None and problem.kind in ("altered", "truncated"):
         raise StoreError(
             f"{path}: its bytes are not those that were written; remove it and update "
             "again"
@@ -208,12 +210,18 @@ def read_tree(path: Path) -> "xr.DataTree":
 
     Raises
     ------
-    StoreError : it cannot be read
+    StoreError : it cannot be read, holds what no wearlab writes, or lacks a group that
+        every update has
     """
-    import xarray as xr
+    from wearlab.store import reading
 
-    with files.readable(f"{path}:"), xr.open_datatree(path, engine="netcdf4") as tree:
-        return tree.load()
+    tree = reading.read_groups(path)
+    for name in GROUPS:
+        if name not in tree.children:
+            raise StoreError(
+                f"{path}: has no group {name!r}, which every update has; not read"
+            )
+    return tree
 
 
 def _sealed(path: Path, update_id: str) -> "xr.DataTree":
@@ -255,10 +263,12 @@ def verify_updates(store: "StoredRuns") -> Iterator[Problem]:
     """Yield everything wrong with the updates of a store."""
     folder = update_files(store)
     recorded = kept_updates(store)
-    yield from filter(
-        None,
-        (files.damage(folder.path(u.id), u.size, u.sha256) for u in recorded.values()),
-    )
+    for update in recorded.values():
+        path = folder.path(update.id)
+        problem = files.damage(path, update.size, update.sha256)
+        problem = problem or _unlike_file(path, update)
+        if problem:
+            yield problem
     for path in folder:
         if problem := folder.stray(path):
             yield problem
@@ -268,6 +278,29 @@ def verify_updates(store: "StoredRuns") -> Iterator[Problem]:
                 "unknown",
                 "an update that the catalogue does not know; 'wearlab reindex'",
             )
+
+
+def _unlike_file(path: Path, update: KeptUpdate) -> Problem | None:
+    """Return how an update's file differs from what the catalogue says of it."""
+    try:
+        tree = _sealed(path, update.id)
+        of_file = _update_of(tree, path.read_bytes(), update.recorded)
+    except (StoreError, OSError, ValueError) as error:
+        return Problem(path, "altered", str(error).removeprefix(f"{path}: "))
+    if not update.subject:  # of stores before it was recorded
+        of_file = of_file._replace(subject="")
+    wrong = [
+        name
+        for name, value in of_file._asdict().items()
+        if getattr(update, name) != value
+    ]
+    if not wrong:
+        return None
+    message = (
+        f"the catalogue says otherwise than its file ({', '.join(wrong)}); 'wearlab "
+        "reindex' mends it"
+    )
+    return Problem(path, "altered", message)
 
 
 def reindex_updates(store: "StoredRuns") -> list[Problem]:
