@@ -394,11 +394,14 @@ def _record(campaign: "Campaign", store: Store) -> str:
     Each case with the values that set it apart.
     """
     from wearlab.campaign import campaign as campaigns
+    from wearlab.campaign.inheritance import source_text
+    from wearlab.scene import MODEL_VERSION
 
     members = [
         (case.id, case.label, outcome.place(campaign, case)) for case in campaign.cases
     ]
     path = getattr(campaign, "path", None)
+    text = source_text(path)
     return store.archive.catalogue.record_campaign(
         campaign.title,
         campaign.reference,
@@ -406,6 +409,7 @@ def _record(campaign: "Campaign", store: Store) -> str:
         members,
         getattr(campaign, "metadata", None),
         campaigns.with_figures(campaign),
+        content=catalogue.key_of(f"{MODEL_VERSION} {text}") if text else "",
     )
 
 

@@ -20,6 +20,7 @@ from wearlab.query.keys import flat
 from wearlab.store import database as rows
 from wearlab.store import description, files
 from wearlab.store.database import VERSION, marks, understood
+from wearlab.store.locks import machine
 from wearlab.store.outcome import CALIBRATION, Comparison, Outcome, State
 
 OF_RUNS = (
@@ -414,10 +415,11 @@ class Catalogue(rows.Database):
         members: Sequence[tuple[str, str, Mapping[str, Any]]],
         metadata: Mapping[str, str] | None = None,
         record: Mapping[str, Any] | None = None,
+        content: str = "",
     ) -> str:
         """Write a campaign's cases as (run id, label, position), return its key.
 
-        The same twice is one.
+        The same twice is one. It is noted that this machine recorded it.
 
         A ``record`` holds its axes and figures, so that these can be drawn where its
         file is not.
@@ -430,6 +432,8 @@ class Catalogue(rows.Database):
         members : run id, label and position of each case
         metadata : author, licence …, by name
         record : axes and figures, as JSON can hold them
+        content : hash of its file, by which versions of it are told apart [of its
+            cases]
         """
         cases = [
             (run_id, label, json.dumps(dict(position)))
@@ -455,12 +459,25 @@ class Catalogue(rows.Database):
             connection.executemany(
                 "INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)", numbered
             )
+            connection.execute(
+                "INSERT OR REPLACE INTO origins VALUES (?, ?, ?)",
+                (key, machine(), content or key),
+            )
             if record is not None:
                 connection.execute(
                     "INSERT OR REPLACE INTO records VALUES (?, ?)",
                     (key, json.dumps(record)),
                 )
         return key
+
+    def origins(self) -> dict[str, tuple[str, str]]:
+        """Return machine and content of the campaigns that were recorded in this store.
+
+        By their keys. Those that came from another store, or that an older wearlab
+        recorded, have none.
+        """
+        rows = self.read("SELECT campaign, machine, content FROM origins")
+        return {key: (str(machine), str(content)) for key, machine, content in rows}
 
     def record_of(self, key: str) -> dict[str, Any]:
         """Return the recorded axes and figures of a campaign.
@@ -491,7 +508,11 @@ class Catalogue(rows.Database):
         theirs = other.read(
             "SELECT key, title, reference, path, recorded, metadata FROM campaigns"
         )
-        new = [row for row in theirs if row[0] not in ours]
+        new = [
+            (*row[:4], _recorded_at(row[4]), *row[5:])
+            for row in theirs
+            if row[0] not in ours
+        ]
         keys = [row[0] for row in new]
         question = (
             "SELECT campaign, number, run, label, position FROM members WHERE campaign "
@@ -601,6 +622,18 @@ def now(latest: str | None = None) -> str:
     present = datetime.now(UTC).isoformat(timespec="milliseconds")
     if latest is None or present > latest:
         return present
-    return (datetime.fromisoformat(latest) + timedelta(milliseconds=1)).isoformat(
-        timespec="milliseconds"
-    )
+    try:
+        following = datetime.fromisoformat(latest) + timedelta(milliseconds=1)
+    except (ValueError, OverflowError):  # no wearlab wrote it
+        return present
+    return following.isoformat(timespec="milliseconds")
+
+
+def _recorded_at(time: Any) -> str:
+    """Return when another store recorded something; now, where it is no time so far."""
+    present = now()
+    try:
+        datetime.fromisoformat(time)
+    except (ValueError, TypeError):
+        return present
+    return min(str(time), present)

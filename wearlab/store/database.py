@@ -104,6 +104,11 @@ CREATE TABLE IF NOT EXISTS records (
     campaign TEXT PRIMARY KEY,
     record TEXT
 ) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS origins (
+    campaign TEXT PRIMARY KEY,
+    machine TEXT,
+    content TEXT
+) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS remarks (
     subject TEXT NOT NULL,
     line TEXT NOT NULL,
@@ -127,7 +132,9 @@ CREATE TABLE IF NOT EXISTS updates (
 ) WITHOUT ROWID
 """
 """Tables beside the runs; every transaction makes those that an older store lacks."""
-LACKING = {f"no such table: {name}" for name in ("records", "remarks", "updates")}
+LACKING = {
+    f"no such table: {name}" for name in ("records", "origins", "remarks", "updates")
+}
 
 Read = TypeVar("Read")
 Value = TypeVar("Value")

@@ -25,6 +25,11 @@ LONGEST_HEAD = 200  # bytes
 MOST_TIDIED = 100  # locks looked at when a process begins
 
 
+def machine() -> str:
+    """Return the name of this machine, in letters, digits, points and dashes."""
+    return re.sub(r"[^A-Za-z0-9_.-]", "-", socket.gethostname())[:LONGEST_HOST]
+
+
 class Presence:
     """A running process, seen by others through ``alive`` until it leaves or dies.
 
@@ -34,8 +39,7 @@ class Presence:
     """
 
     def __init__(self, folder: Path) -> None:
-        host = re.sub(r"[^A-Za-z0-9_.-]", "-", socket.gethostname())[:LONGEST_HOST]
-        self.token = f"{host}-{os.getpid()}-{secrets.token_hex(4)}"
+        self.token = f"{machine()}-{os.getpid()}-{secrets.token_hex(4)}"
         self._file = folder / f"{self.token}.lock"
         try:
             folder.mkdir(parents=True, exist_ok=True)

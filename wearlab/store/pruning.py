@@ -24,8 +24,8 @@ def prunable(store: StoredRuns, kept: Iterable[str] = ()) -> list[Prunable]:
     """Return the runs that no campaign refers to.
 
     A campaign file refers to what it asked for when it was last run; what earlier
-    versions of the same file asked for besides, it has let go. Runs that a kept run
-    continues or was calibrated by are kept, and those being computed.
+    versions of the same file asked for besides, it has let go (see `referred`). Runs
+    that a kept run continues or was calibrated by are kept, and those being computed.
 
     Parameters
     ----------
@@ -70,17 +70,33 @@ def prunable(store: StoredRuns, kept: Iterable[str] = ()) -> list[Prunable]:
 def referred(store: StoredRuns) -> set[str]:
     """Return the ids that the latest version of every campaign file asked for.
 
+    A campaign is an earlier version of another where this machine recorded both in this
+    store, from one file that said something else at that time. What another store
+    brought is never one.
+
     Parameters
     ----------
     store : with the campaigns
     """
-    campaigns = store.archive.catalogue.read(
+    catalogue = store.archive.catalogue
+    campaigns = catalogue.read(
         "SELECT key, title, path FROM campaigns ORDER BY recorded"
     )
-    latest = {path or f"\0{title}": key for key, title, path in campaigns}
-    rows = store.archive.catalogue.read_many(
-        "SELECT run FROM members WHERE campaign IN", sorted(latest.values())
-    )
+    origins = catalogue.origins()
+    latest: dict[tuple[str, str], str] = {}  # content, by machine and file
+    for key, title, path in campaigns:
+        if key in origins:
+            machine, content = origins[key]
+            latest[machine, path or f"\0{title}"] = content
+
+    def is_latest(key: str, title: str, path: str | None) -> bool:
+        if key not in origins:
+            return True
+        machine, content = origins[key]
+        return latest[machine, path or f"\0{title}"] == content
+
+    keys = [row[0] for row in campaigns if is_latest(*row)]
+    rows = catalogue.read_many("SELECT run FROM members WHERE campaign IN", keys)
     return {run_id for (run_id,) in rows}
 
 
