@@ -4,15 +4,10 @@ A value comes from a campaign file, or from a scene that is already SI (``Stored
 second kind needs no unit, since it was read once.
 """
 
-import ast
-import inspect
 import math
 import re
-import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import cache
-from itertools import pairwise
 from typing import Annotated, Any, ClassVar, get_args
 
 import pydantic
@@ -24,24 +19,25 @@ from wearlab.units import HOUR, KINDS, is_number, quantity
 
 Text = str | None
 Alternatives = tuple[tuple[tuple[str, ...], ...], ...]
+TEXT_UNDER_FIELD = re.compile(
+    r"(?P<description>.*?)(?: \[(?P<derived>[^][]*)\])?(?:\. Source: (?P<source>.*))?"
+)
+"""The text under a field: what it means [what its absence means]. Source: where it
+comes from."""
+LIMIT_SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 
 
 class Stored(float):
     """A number that a scene has already read: SI, or a plain number."""
 
 
-UNDER = re.compile(
-    r"(?P<description>.*?)(?: \[(?P<derived>[^][]*)\])?(?:\. Source: (?P<source>.*))?"
-)
-"""The text under a field: what it means [what its absence means]. Source: where it
-comes from."""
-
-
 class OptionTable(pydantic.BaseModel):
     """A table of a campaign file.
 
-    The text under a field tells its meaning, as `UNDER` reads it.
+    The text under a field tells its meaning, as `TEXT_UNDER_FIELD` reads it.
     """
+
+    model_config = pydantic.ConfigDict(use_attribute_docstrings=True)
 
     @classmethod
     def __get_pydantic_json_schema__(
@@ -50,57 +46,40 @@ class OptionTable(pydantic.BaseModel):
         """Add the texts under fields, and "none" where nothing says what an absent key means."""
         table = handler(core)
         properties = handler.resolve_ref_schema(table).get("properties", {})
-        for key, words in cls.texts().items():
-            if key in properties:
-                properties[key] |= words
-                if cls.model_fields[key].default is None:
-                    properties[key].setdefault("derived", "none")
+        texts = cls.texts()
+        for key in properties.keys() & cls.model_fields.keys():
+            properties[key].pop("description", None)
+            properties[key] |= texts.get(key, {})
+            if key in texts and cls.model_fields[key].default is None:
+                properties[key].setdefault("derived", "none")
         return table
 
     @classmethod
     def texts(cls) -> dict[str, dict[str, str]]:
-        """Return description, derived and source of options: of the text under a field, or of `option`."""
-        words: dict[str, dict[str, str]] = {}
-        for base in reversed(cls.__mro__):
-            words |= _texts_under_fields(base) if issubclass(base, OptionTable) else {}
-        told = {key: field.description for key, field in cls.model_fields.items()}
-        return words | {
-            key: {"description": meaning} for key, meaning in told.items() if meaning
-        }
+        """Return description, derived and source of options, as far as somebody says them.
+
+        A field that a class declares anew keeps the text of its base where it has none.
+        """
+        tables = [base for base in cls.__mro__ if issubclass(base, OptionTable)]
+        texts: dict[str, dict[str, str]] = {}
+        for key in cls.model_fields:
+            described = (
+                base.model_fields[key].description
+                for base in tables
+                if key in base.model_fields
+            )
+            text = next((text for text in described if text), None)
+            if text is not None:
+                texts[key] = _parts_of_text(text)
+        return texts
 
 
-def _texts_under_fields(part: type) -> dict[str, dict[str, str]]:
-    try:
-        module = sys.modules[part.__module__]
-        classes = _classes_of(
-            getattr(module, "__source__", None) or inspect.getsource(module)
-        )
-    except (KeyError, TypeError, OSError):  # its source was never a file, or is gone
+def _parts_of_text(text: str) -> dict[str, str]:
+    """Return description, derived and source of the text under a field."""
+    match = TEXT_UNDER_FIELD.fullmatch(" ".join(text.split()))
+    if match is None:
         return {}
-    texts: dict[str, dict[str, str]] = {}
-    for field, text in pairwise(
-        classes[part.__name__].body if part.__name__ in classes else ()
-    ):
-        match field, text:
-            case ast.AnnAssign(target=ast.Name(id=key)), ast.Expr(
-                value=ast.Constant(value=str(words))
-            ):
-                read = UNDER.fullmatch(" ".join(words.split()))
-                texts[key] = (
-                    {name: said for name, said in read.groupdict().items() if said}
-                    if read
-                    else {}
-                )
-    return texts
-
-
-@cache
-def _classes_of(source: str) -> dict[str, ast.ClassDef]:
-    return {
-        node.name: node
-        for node in ast.parse(source).body
-        if isinstance(node, ast.ClassDef)
-    }
+    return {name: part for name, part in match.groupdict().items() if part}
 
 
 class Part(OptionTable):
@@ -137,16 +116,18 @@ class Part(OptionTable):
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _completed(cls, given: Any, info: ValidationInfo) -> Any:
-        return cls._complete(given, info) if isinstance(given, dict) else given
+    def _completed(cls, value: Any, info: ValidationInfo) -> Any:
+        """Complete a table; anything else is for pydantic to refuse."""
+        return cls._complete(value, info) if isinstance(value, dict) else value
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+    def _complete(cls, table: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         """Return a table as it is written with what goes without saying."""
-        return given
+        return table
 
     @pydantic.model_validator(mode="after")
     def _checked(self) -> "Part":
+        """Refuse options that exclude each other, and those that do not go together."""
         self._one_alternative()
         self._check()
         return self
@@ -158,22 +139,26 @@ class Part(OptionTable):
         """
 
     def _one_alternative(self) -> None:
+        """Refuse keys of two sets of `alternatives` that are given together."""
         for groups in self.alternatives:
-            given = [
-                g for g in groups if any(key in self.model_fields_set for key in g)
+            present = [
+                group
+                for group in groups
+                if any(key in self.model_fields_set for key in group)
+                and any(getattr(self, key) is not None for key in group)
             ]
-            given = [
-                g for g in given if any(getattr(self, key) is not None for key in g)
-            ]
-            if len(given) > 1:
-                keys = [next(k for k in g if k in self.model_fields_set) for g in given]
+            if len(present) > 1:
+                keys = [
+                    next(key for key in group if key in self.model_fields_set)
+                    for group in present
+                ]
                 raise ValueError(
                     f"give one of {' and '.join(map(repr, keys))}, not both"
                 )
 
 
 class ClosedTable(OptionTable):
-    """A table of a campaign file that is no section of a scene: fixed, without unknown keys."""
+    """A table of a campaign file that is no section of a scene; unknown keys are refused."""
 
     model_config = pydantic.ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -196,7 +181,7 @@ def option(
     source : the paper, equation or standard behind it
     identity : whether the value is part of the scene's identity
     """
-    given: Any = {
+    texts: Any = {
         key: text
         for key, text in {"derived": derived, "source": source}.items()
         if text is not None
@@ -204,7 +189,7 @@ def option(
     return Field(
         default,
         description=meaning,
-        json_schema_extra=given,
+        json_schema_extra=texts,
         exclude=None if identity else True,
     )
 
@@ -220,37 +205,49 @@ class Unit:
     ) -> dict[str, Any]:
         """Describe the value as users write it: a text with a unit."""
         kind = KINDS[self.kind]
-        signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
         limits = [
-            f"{signs[key]} {limit:g}"
+            f"{LIMIT_SIGNS[key]} {limit:g}"
             for key, limit in handler(core).items()
-            if key in signs
+            if key in LIMIT_SIGNS
         ]
-        described = {
+        schema = {
             "type": "string",
             "kind": kind.name,
             "unit": kind.unit,
             "examples": [kind.example],
         }
-        return {**described, "limits": " and ".join(limits)} if limits else described
+        return {**schema, "limits": " and ".join(limits)} if limits else schema
 
 
 def unit_within(annotation: Any, metadata: Iterable[Any] = ()) -> Unit | None:
-    """Return the mark of a value with a unit: of metadata, of an annotation, or of what that holds."""
-    marks = (*metadata, *getattr(annotation, "__metadata__", ()))
-    own = next((mark for mark in marks if isinstance(mark, Unit)), None)
-    return own or next(
-        (unit for inner in get_args(annotation) if (unit := unit_within(inner))), None
-    )
+    """Return the mark of a value with a unit, None where there is none.
+
+    Parameters
+    ----------
+    annotation : type of a field; the types that it holds are looked at, too
+    metadata : marks of the field, which are looked at first
+    """
+    for mark in (*metadata, *getattr(annotation, "__metadata__", ())):
+        if isinstance(mark, Unit):
+            return mark
+    for inner in get_args(annotation):
+        unit = unit_within(inner)
+        if unit is not None:
+            return unit
+    return None
 
 
 def _reader(kind: str) -> Callable[[object], float]:
-    return lambda value: (
-        float(value) if isinstance(value, Stored) else quantity(value, kind)
-    )
+    """Return what reads a value of a kind of quantity into SI."""
+
+    def read(value: object) -> float:
+        return float(value) if isinstance(value, Stored) else quantity(value, kind)
+
+    return read
 
 
 def _number(value: object) -> float:
+    """Read a plain, finite number."""
     if not is_number(value):
         raise ValueError(
             f"{value!r} is not a plain number: write it without quotes or unit"
@@ -261,6 +258,7 @@ def _number(value: object) -> float:
 
 
 def _count(value: object) -> int:
+    """Read a whole number."""
     number = _number(value)
     if number != int(number):
         raise ValueError(f"{value!r} is not a whole number")
@@ -268,11 +266,17 @@ def _count(value: object) -> int:
 
 
 def _hours(value: object) -> float:
+    """Read hours: a plain number, or a time with its unit."""
     return _reader("time")(value) / HOUR if isinstance(value, str) else _number(value)
 
 
 def measured(kind: str) -> Any:
-    """Return the type of a value with a unit, by the name of its kind of quantity."""
+    """Return the type of a value with a unit.
+
+    Parameters
+    ----------
+    kind : name of its kind of quantity, a key of `wearlab.units.KINDS`
+    """
     return Annotated[float, BeforeValidator(_reader(kind)), Unit(kind)]
 
 

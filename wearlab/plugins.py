@@ -8,6 +8,7 @@ plans, figures and reports of them need no code of it.
 
 import hashlib
 import json
+import linecache
 import sys
 from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager
@@ -283,31 +284,29 @@ def forget() -> None:
 
 
 def _run(plugin: Plugin) -> None:
-    module = ModuleType(f"wearlab_plugin_{plugin.sha256[:16]}")
-    module.__file__ = plugin.name
-    module.__dict__["__source__"] = plugin.source
-    module.__package__ = plugin.module.rpartition(".")[0]
-    sys.modules[module.__name__] = module
+    """Execute a plug-in's source as a module of its own, and take up what it defines."""
+    module = _module_of(plugin)
     origin = Origin(plugin.name, plugin.sha256)
+    sorts = Sort.all.values()
     try:
         with within(ORIGIN, origin):
-            exec(compile(plugin.source, plugin.name, "exec"), module.__dict__)
-        for sort in Sort.all.values():
+            exec(compile(plugin.source, module.__file__ or "", "exec"), vars(module))
+        for sort in sorts:
             sort.take(module, plugin)
-        own = any(part.origin == origin for _, part in brought())
-        if not own and not any(
-            sort.held.get(plugin.sha256) for sort in Sort.all.values()
+        defines_variant = any(part.origin == origin for _, part in brought())
+        if not defines_variant and not any(
+            sort.held.get(plugin.sha256) for sort in sorts
         ):
             bases = ", ".join(
                 slot.base.__name__
                 for slot in Slot.all.values()
                 if slot.base is not None
             )
-            kinds = " or ".join(sort.kind.__name__ for sort in Sort.all.values())
+            kinds = " or ".join(sort.kind.__name__ for sort in sorts)
             raise SlotError(f"defines no variant, a class of {bases}, and no {kinds}")
     except Exception as error:
         del sys.modules[module.__name__]
-        for sort in Sort.all.values():
+        for sort in sorts:
             sort.forget(plugin.sha256)
             for sha256 in LOADED:
                 sort.again(sha256)
@@ -317,6 +316,22 @@ def _run(plugin: Plugin) -> None:
             else f"{type(error).__name__}: {error}"
         )
         raise PluginError(f"{plugin.name}: {reason}") from error
+
+
+def _module_of(plugin: Plugin) -> ModuleType:
+    """Return a new module whose source `inspect` finds, so that texts under options stay."""
+    module = ModuleType(f"wearlab_plugin_{plugin.sha256[:16]}")
+    module.__file__ = f"{plugin.sha256}/{plugin.name}"
+    module.__package__ = plugin.module.rpartition(".")[0]
+    lines = plugin.source.splitlines(keepends=True)
+    linecache.cache[module.__file__] = (
+        len(plugin.source),
+        None,  # is no file whose time is looked at
+        lines,
+        module.__file__,
+    )
+    sys.modules[module.__name__] = module
+    return module
 
 
 def brought() -> list[tuple[str, type[Variant]]]:
