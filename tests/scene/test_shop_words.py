@@ -28,7 +28,7 @@ def test_an_oil_by_its_grade(table):
     assert scene.lubricant.pressure_viscosity == oil.pressure_viscosity(
         expected, 333.15
     )
-    assert any("ISO VG 220 at 60 °C" in line for line in scene.lubricant.told)
+    assert any("ISO VG 220 at 60 °C" in line for line in scene.lubricant.sources)
     again = Scene.from_canonical(scene.canonical())
     assert again.id == scene.id
     assert again.lubricant.viscosity == pytest.approx(
@@ -112,7 +112,7 @@ def test_materials_by_name(table, name, modulus, number):
     assert found.hardness == (
         None if number is None else pytest.approx(number * 9.80665e6)
     )
-    assert found.told
+    assert found.sources
 
 
 def test_a_named_material_with_a_hardness_of_its_own(table):
@@ -126,7 +126,8 @@ def test_a_named_material_with_a_hardness_of_its_own(table):
     scene = Scene.from_mapping(table)
     assert scene.gears.pinion.material.hardness == pytest.approx(746 * 9.80665e6)
     assert not any(
-        "62" in line or "assumed" in line for line in scene.gears.pinion.material.told
+        "62" in line or "assumed" in line
+        for line in scene.gears.pinion.material.sources
     )
 
 

@@ -1,4 +1,4 @@
-"""A scene becomes physics: only here do sections of a campaign file meet gears, mesh, dynamics and wear."""
+"""A scene becomes physics: here its sections meet gears, mesh, dynamics and wear."""
 
 from wearlab.assembly.gear_model import (
     GearModel,

@@ -31,20 +31,20 @@ def contact_flags(
     scene : the scene
     kind, analysis : the kind of mesh and its contact
     """
-    given = scene.mesh.of(kind.section)
+    options = scene.mesh.of(kind.section)
     path = kind.pair.path
-    yield from given.contact.flags()
-    if given.extended_contact:
+    yield from options.contact.flags()
+    if options.extended_contact:
         first, *_, last = analysis.grid.contact_position
-        before = path.A - first
-        after = last - path.E
+        beyond_a = path.A - first
+        beyond_e = last - path.E
         yield (
-            f"extended contact: pairs may touch up to {1e3 * before:.3g} mm before A "
-            f"and {1e3 * after:.3g} "
+            f"extended contact: pairs may touch up to {1e3 * beyond_a:.3g} mm before A "
+            f"and {1e3 * beyond_e:.3g} "
             "mm after E; tip corners do not wear, and the force they carry there "
             "wears no flank"
         )
-        if max(before, after) > (gaps.FURTHEST - mesh.STEP) * kind.pair.base_pitch:
+        if max(beyond_a, beyond_e) > (gaps.FURTHEST - mesh.STEP) * kind.pair.base_pitch:
             yield (
                 f"contact is followed no further than {gaps.FURTHEST:g} base pitches "
                 "beyond A and E: "
@@ -146,12 +146,12 @@ def cut_short(
         letter for letter, value in (("A", along[0]), ("E", along[-1])) if value > 0.0
     ]
     if len(analysis.grid.contact_position) <= len(along) and ends:
-        told = (
+        where2 = (
             f"meshing_range and contact_range of {pair.driving.name} and "
             f"{pair.driven.name} stop at"
         )
         still = "where pairs are still engaged: extended_contact follows them beyond"
-        yield f"{told} {' and '.join(ends)}, {still}"
+        yield f"{where2} {' and '.join(ends)}, {still}"
 
 
 def extended_length(
@@ -171,10 +171,13 @@ def extended_length(
     grid = analysis.grid
     last_of_segment = np.cumsum(grid.intervals + 1) - 1
     leaves = int(np.argmin(np.abs(grid.breaks[:-1] - pair.contact_ratio % 1.0)))
-    after = last_of_segment[leaves] - grid.intervals[leaves]
+    at_handover = last_of_segment[leaves] - grid.intervals[leaves]
     depth = wear + sets.modifications(pair, grid.position)
     return gaps.reach_beyond(
-        pair, grid.position, depth, (float(deflection[-1]), float(deflection[after]))
+        pair,
+        grid.position,
+        depth,
+        (float(deflection[-1]), float(deflection[at_handover])),
     )
 
 
@@ -187,10 +190,10 @@ def tooth_thickness(pair: gear.GearPair, number: int, position: Array) -> Array:
 
 def thickest(gears: gear_set.GearSet, where: str | None) -> float:
     """Return the largest thickness of the teeth where the flanks of a member, or all, touch [m]."""
-    own = [name for name in gears.flanks if where in (name, name.split("-")[0])]
+    flanks = [name for name in gears.flanks if where in (name, name.split("-")[0])]
     places = [
         (gears.kinds[kind].pair, number)
-        for kind, number in map(gears.flank, own or gears.flanks)
+        for kind, number in map(gears.flank, flanks or gears.flanks)
     ]
     return float(
         max(tooth_thickness(pair, gear, _checked(pair)).max() for pair, gear in places)
@@ -209,16 +212,16 @@ def check_limits(scene: Scene, gears: gear_set.GearSet) -> None:
     GearError : with path, depth and thickness
     """
     for place in ("until", "snapshots"):
-        asked: Any = getattr(scene.wear, place, None)
-        if asked is None or not asked.depth:
+        depths: Any = getattr(scene.wear, place, None)
+        if depths is None or not depths.depth:
             continue
-        depth = np.max(asked.depth)
-        most = thickest(gears, asked.flank)
-        if depth >= most:
+        depth = np.max(depths.depth)
+        thickness = thickest(gears, depths.flank)
+        if depth >= thickness:
             raise specification.GearError(
                 f"wear.{place}.depth: {1e3 * depth:.4g} mm is deeper than "
-                f"{asked.flank or 'any tooth'} is "
-                f"thick, {1e3 * most:.4g} mm along the normal of its flank: look at "
+                f"{depths.flank or 'any tooth'} is "
+                f"thick, {1e3 * thickness:.4g} mm along the normal of its flank: look at "
                 "its unit, or give less"
             )
 

@@ -1,6 +1,6 @@
-"""A scene becomes physics: only here do sections of a campaign file meet gears, mesh, dynamics and wear."""
+"""The physics of a scene: gears, meshes, dynamics and wear."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
@@ -87,8 +87,8 @@ class GearModel:
     @property
     def friction(self) -> float | None:
         """Coefficient μ of the flanks, None: they do not rub [1]."""
-        given = self.scene.dynamics and self.scene.dynamics.friction
-        return given.coefficient if given else None
+        friction = self.scene.dynamics and self.scene.dynamics.friction
+        return friction.coefficient if friction else None
 
     @property
     def pressure_factor(self) -> float:
@@ -106,9 +106,17 @@ class GearModel:
         return OnClock([kind.analysis for kind in self.kinds], self.meshes, self.edges)
 
     def locate(self, mesh: int, phases: Array) -> profile.Lookup:
-        """Return the look-up of clock phases (n,) among the nodes of a mesh."""
-        own = self.meshes[mesh]
-        return clock.look(self.kinds[own.kind].analysis.grid, [own.lag], phases)
+        """Return the look-up of phases of the clock among the nodes of a mesh.
+
+        Parameters
+        ----------
+        mesh : its number
+        phases : (n,) of the clock [1]
+        """
+        on_clock = self.meshes[mesh]
+        return clock.look(
+            self.kinds[on_clock.kind].analysis.grid, [on_clock.lag], phases
+        )
 
     def forces(
         self,
@@ -117,19 +125,31 @@ class GearModel:
         where: profile.Lookup,
         motions: force.Deflections,
     ) -> force.NormalForces:
-        """Return the forces of a mesh of the flanks ``kinds``.
+        """Return the forces of a mesh.
 
-        Motions of all, (n_periods, n_mesh, n).
+        Parameters
+        ----------
+        kinds : flanks of each kind of mesh
+        mesh : its number
+        where : look-up among its nodes
+        motions : of all meshes, (n_periods, n_mesh, n)
         """
-        own = force.Deflections(*(m[:, mesh] for m in motions))
+        motion = force.Deflections(*(m[:, mesh] for m in motions))
         flanks = kinds[self.meshes[mesh].kind]
         dashpot = dashpot_of(self.moving.system, mesh)
-        return force.flank_forces(flanks, where, own, dashpot, self.moving.period)
+        return force.flank_forces(flanks, where, motion, dashpot, self.moving.period)
 
     def with_steps(
         self, grid: stages.StageGrid, hunting: int, period: float
     ) -> Vibration:
-        """Return the dynamics by these steps of a mesh period that lasts so long [s]."""
+        """Return the dynamics by other steps, or at another speed.
+
+        Parameters
+        ----------
+        grid : steps of a mesh period
+        hunting : mesh periods after which everything repeats
+        period : duration of a mesh period [s]
+        """
         return self.moving._replace(
             sampling=self.on_clock.sampled(self.scene, self.gears, grid),
             period=period,
@@ -140,41 +160,50 @@ class GearModel:
     def validity(self) -> tuple[str, ...]:
         """Assumed values and limits of validity that the scene touches, one line each."""
         scene = self.scene
-        gears = self.gears
+        loads = [mesh.largest_load(scene, kind) for kind in self.gears.kinds]
+        bearings = self.vibration is not None and self.vibration.system.on_bearings
+        flags = [
+            *summary.oversights(scene),
+            *self.gears.assumed,
+            *self._flags_of_meshes(),
+            *self._flags_of_wear(),
+            *mesh.class_flags(scene, self.gears),
+            *self._flags_of_materials(),
+        ]
+        return (
+            *dict.fromkeys(flags),
+            *contact.helix_flags(self.gears, loads, bearings=bearings),
+        )
+
+    def _flags_of_meshes(self) -> Iterator[str]:
+        """Yield what a run must say of contact and stiffness."""
+        for kind, model in zip(self.gears.kinds, self.kinds, strict=True):
+            yield from contact.contact_flags(self.scene, kind, model.analysis)
+            stiffness = self.scene.mesh.of(kind.section).stiffness
+            yield from stiffness.flags(kind.pair, kind.key("stiffness"))
+
+    def _flags_of_wear(self) -> Iterator[str]:
+        """Yield what a run must say of film, coefficient and initial wear."""
         wear = self.scene.wear
-        flags = [*summary.oversights(scene), *gears.assumed]
-        for kind, own in zip(gears.kinds, self.kinds, strict=True):
-            flags += contact.contact_flags(scene, kind, own.analysis)
-            flags += scene.mesh.of(kind.section).stiffness.flags(
-                kind.pair, kind.key("stiffness")
-            )
-        if any(own.film is not None for own in self.kinds):
-            flags.append("roughness: R_q = 1.25 R_a assumed")
+        if any(model.film is not None for model in self.kinds):
+            yield "roughness: R_q = 1.25 R_a assumed"
         if wear is not None and wear.coefficient is not None:
-            flags.append(
+            yield (
                 "wear coefficient: usually unknown within a decade; depth and 1/life "
                 "are proportional to it"
             )
-        initial = {name: scene.initial_of(name) for name in gears.flanks}
-        flags += [
-            flag
-            for name, flank in initial.items()
-            if flank is not None
-            for flag in flank.flags(name)
-        ]
-        flags += mesh.class_flags(scene, gears)
-        materials = [
-            scene.gears.material,
-            *(gear.material for gear in scene.gears.gears().values()),
-        ]
-        for given in (scene.lubricant, *materials):
-            flags += [] if given is None else given.told
-        bearings = self.vibration is not None and self.vibration.system.on_bearings
-        loads = [mesh.largest_load(scene, kind) for kind in gears.kinds]
-        return (
-            *dict.fromkeys(flags),
-            *contact.helix_flags(gears, loads, bearings=bearings),
-        )
+        for name in self.gears.flanks:
+            initial = self.scene.initial_of(name)
+            if initial is not None:
+                yield from initial.flags(name)
+
+    def _flags_of_materials(self) -> Iterator[str]:
+        """Yield what catalogues say of oil and materials."""
+        scene = self.scene
+        yield from () if scene.lubricant is None else scene.lubricant.sources
+        yield from scene.gears.material.sources
+        for gear in scene.gears.gears().values():
+            yield from () if gear.material is None else gear.material.sources
 
 
 def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> GearModel:
@@ -195,8 +224,8 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Gea
     meshes = mesh.build_meshes(scene, gears)
     edges = clock.breaks_on_clock([contact.grid for contact in analyses], meshes)
     kinds = tuple(
-        build_kind(scene, gears, *own)
-        for own in zip(gears.kinds, analyses, strict=True)
+        build_kind(scene, gears, kind, analysis)
+        for kind, analysis in zip(gears.kinds, analyses, strict=True)
     )
     on_clock = OnClock(analyses, meshes, edges)
     joined = tuple(joined_kinds(scene, gears, kinds, on_clock))
@@ -211,7 +240,12 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Gea
 
 
 def unworn_stiffness(kind: MeshKind | FaceKind) -> tuple[float, float]:
-    """Return mean and largest stiffness of an unworn mesh over a period [N/m]."""
+    """Return mean and largest stiffness of an unworn mesh over a period [N/m].
+
+    Parameters
+    ----------
+    kind : contact and wear of the mesh
+    """
     if isinstance(kind, FaceKind):
         return kind.contact.mean_stiffness, kind.contact.unworn.tangent.max()
     tangent = kind.analysis.unworn[1].tangent
@@ -239,7 +273,13 @@ class SceneModes(NamedTuple):
 
 
 def build_modes(parts: GearModel, orders: int = 3) -> SceneModes:
-    """Return the modes of a scene with dynamics, with the mean stiffness of its unworn mesh."""
+    """Return the modes of a scene with dynamics, at the mean stiffness of unworn meshes.
+
+    Parameters
+    ----------
+    parts : the physics of the scene
+    orders : harmonics of the mesh whose critical speeds are told
+    """
     system = parts.moving.system
     mean = [unworn_stiffness(kind)[0] for kind in parts.coupling.kinds]
     system_modes = modes(system, np.array([mean[mesh.kind] for mesh in parts.meshes]))

@@ -33,10 +33,15 @@ LARGEST_DYNAMIC = 4.0
 STEP = 0.02
 """Base pitches in which extended contact grows, so that grids of different density
 reach equally far."""
-NODES_AT_DEFAULT, NODES_OF_A_FACE, NODES_IN_MOTION = 201, 101, 121
-"""Nodes on the path at the default tolerance: of flanks without a width, with one, and
-of helical gears that vibrate, whose lines enter little by little."""
-SLICES_AT_DEFAULT, LEAST_SLICES, MOST_SLICES = 41, 11, 161
+NODES_AT_DEFAULT = 201
+"""Nodes on the path at the default tolerance, of flanks without a width."""
+NODES_OF_A_FACE = 101
+"""The same of flanks with a width."""
+NODES_IN_MOTION = 121
+"""The same of helical gears that vibrate, whose lines enter little by little."""
+SLICES_AT_DEFAULT = 41
+FEWEST_SLICES = 11
+MOST_SLICES = 161
 DEFAULT_TOLERANCE = 1e-3
 MOST_MORE_POINTS = 60
 KEPT_ANALYSES = 8
@@ -62,53 +67,72 @@ def build_analyses(
     even = None
     if scene.gears.helix_angle:
         even = slicing.nodes_per_pitch([pair.contact_ratio for pair in pairs], points)
-    asked = [_asked(scene, kind, points, even) for kind in kinds]
+    options = [_contact_options(scene, kind, points, even) for kind in kinds]
     if reach is None:
-        far = [_reach(scene, kind, own) for kind, own in zip(kinds, asked, strict=True)]
-    else:
-        shares = zip(pairs, reach, strict=True)
-        far = [
-            profile.Extension(*(share * pair.base_pitch for share in own))
-            for pair, own in shares
+        extensions = [
+            _reach(scene, kind, option)
+            for kind, option in zip(kinds, options, strict=True)
         ]
-    matched = (
-        [points] * len(pairs)
-        if even is not None
-        else matched_points(pairs, points, far)
-    )
+    else:
+        extensions = [
+            profile.Extension(*(share * pair.base_pitch for share in shares))
+            for pair, shares in zip(pairs, reach, strict=True)
+        ]
+    matched = [points] * len(pairs)
+    if even is None:
+        matched = matched_points(pairs, points, extensions)
     return tuple(
-        contact_analysis(own._replace(points=nodes, extension=extension), kind.load)
-        for kind, own, nodes, extension in zip(kinds, asked, matched, far, strict=True)
+        contact_analysis(
+            option._replace(points=nodes, extension=extension),
+            kind.load,
+        )
+        for kind, option, nodes, extension in zip(
+            kinds, options, matched, extensions, strict=True
+        )
     )
 
 
 def matched_points(
     pairs: Sequence[gear.GearPair], points: int, reach: Sequence[profile.Extension]
 ) -> list[int]:
-    """Return the points to ask for on each path so that all have equally many nodes, as near as can be."""
+    """Return the points to ask for on each path so that all have equally many nodes.
+
+    As near to that as can be.
+
+    Parameters
+    ----------
+    pairs : the gears of each kind of mesh
+    points : to be had at least
+    reach : how far beyond A and E the nodes of each pair reach [m]
+    """
     if len(pairs) == 1:
         return [points]
-    matched: list[dict[int, int]] = [{} for _ in pairs]
-    for asked in range(points, points + MOST_MORE_POINTS):
-        for pair, far, nodes in zip(pairs, reach, matched, strict=True):
-            grid = profile.profile_grid(pair, asked, sets.kinks(pair), extension=far)
-            nodes.setdefault(len(grid.position), asked)
-        if common := set(matched[0]).intersection(*matched[1:]):
-            return [nodes[min(common)] for nodes in matched]
+    points_for: list[dict[int, int]] = [{} for _ in pairs]
+    for requested in range(points, points + MOST_MORE_POINTS):
+        for pair, extension, requested_for in zip(
+            pairs, reach, points_for, strict=True
+        ):
+            grid = profile.profile_grid(
+                pair, requested, sets.kinks(pair), extension=extension
+            )
+            requested_for.setdefault(len(grid.position), requested)
+        common = set(points_for[0]).intersection(*points_for[1:])
+        if common:
+            return [requested_for[min(common)] for requested_for in points_for]
     return [points] * len(pairs)
 
 
 def _reach(
-    scene: Scene, kind: gear_set.PairOfSet, asked: "ContactOptions"
+    scene: Scene, kind: gear_set.PairOfSet, options: "ContactOptions"
 ) -> profile.Extension:
-    """Return how far beyond A and E nodes are laid: as far as the largest deflection expected reaches.
+    """Return how far beyond A and E nodes are laid: as far as deflection may reach.
 
     Conditions that take turns, or come in order, share their flanks and so their nodes.
     """
-    if not asked.extended:
+    if not options.extended:
         return profile.NO_EXTENSION
     unworn = contact_analysis(
-        asked._replace(backs=(None, None)), largest_load(scene, kind)
+        options._replace(backs=(None, None)), largest_load(scene, kind)
     ).unworn[1]
     times = LARGEST_STATIC if scene.dynamics is None else LARGEST_DYNAMIC
     reach = unworn_extension(kind.pair, times * float(unworn.deflection.max()))
@@ -119,16 +143,24 @@ def _reach(
 
 
 def largest_load(scene: Scene, kind: gear_set.PairOfSet) -> float:
-    """Return the static normal force of a mesh in the heaviest of conditions that share its flanks [N]."""
-    here = scene.operation.torque
-    most = scene.operation.largest_torque
-    if most == here:
+    """Return the static normal force of a mesh in the heaviest condition [N].
+
+    Parameters
+    ----------
+    scene : its conditions share the flanks
+    kind : the mesh
+    """
+    torque = scene.operation.torque
+    largest_torque = scene.operation.largest_torque
+    if largest_torque == torque:
         return kind.load
-    if here > 0.0:
-        return kind.load * most / here
+    if torque > 0.0:
+        return kind.load * largest_torque / torque
     heaviest = scene.model_copy(
         update={
-            "operation": scene.operation.single_condition(most, scene.operation.speed)
+            "operation": scene.operation.single_condition(
+                largest_torque, scene.operation.speed
+            )
         }
     )
     return next(
@@ -164,55 +196,73 @@ class ContactOptions(NamedTuple):
     extension: profile.Extension = profile.NO_EXTENSION
 
 
-def _asked(
+def _contact_options(
     scene: Scene, kind: gear_set.PairOfSet, points: int, even: int | None
 ) -> ContactOptions:
-    own = scene.mesh.of(kind.section)
+    """Return what a scene says of the contact of a mesh; nodes end at A and E."""
+    mesh = scene.mesh.of(kind.section)
     initial = [scene.initial_of(flank) for flank in kind.flanks]
     backs = tuple(
         wear if wear is not None and wear.thins_teeth else None for wear in initial
     )
-    extended = bool(own.extended_contact)
     return ContactOptions(
-        kind.pair, own.stiffness, own.contact, extended, points, even, backs
+        pair=kind.pair,
+        stiffness=mesh.stiffness,
+        contact=mesh.contact,
+        extended=bool(mesh.extended_contact),
+        points=points,
+        even=even,
+        backs=backs,
     )
 
 
 @lru_cache(KEPT_ANALYSES)
-def contact_analysis(asked: ContactOptions, load: float) -> contact.ContactAnalysis:
-    """Return a contact analysis under a static normal force [N]: the same one while nothing changes."""
-    return replace(_unloaded(asked), load=load)
+def contact_analysis(options: ContactOptions, load: float) -> contact.ContactAnalysis:
+    """Return a contact analysis, the same one while nothing changes.
+
+    Parameters
+    ----------
+    options : how teeth give way and where they touch
+    load : static normal force [N]
+    """
+    return replace(_unloaded(options), load=load)
 
 
 @lru_cache(KEPT_ANALYSES)
-def _unloaded(asked: ContactOptions) -> contact.ContactAnalysis:
-    pair = asked.pair
-    stiffness = asked.stiffness
-    extension = asked.extension
-    if asked.even is not None:
-        grid = slicing.lattice(pair, asked.even, extension)
+def _unloaded(options: ContactOptions) -> contact.ContactAnalysis:
+    """Return a contact analysis without a load."""
+    pair = options.pair
+    stiffness = options.stiffness
+    extension = options.extension
+    if options.even is not None:
+        grid = slicing.lattice(pair, options.even, extension)
     else:
         grid = profile.profile_grid(
-            pair, asked.points, sets.kinks(pair), stiffness.jumps(pair), extension
+            pair, options.points, sets.kinks(pair), stiffness.jumps(pair), extension
         )
     teeth = stiffness.build(pair, grid)
     position = grid.position
-    if any(back is not None for back in asked.backs):
+    if any(back is not None for back in options.backs):
         depth = [
             np.zeros_like(position)
             if back is None
             else back.at_nodes(pair, gear, position)
-            for gear, back in enumerate(asked.backs)
+            for gear, back in enumerate(options.backs)
         ]
         teeth = teeth.with_worn_backs(grid.beyond(np.stack(depth)))
     removed = sets.modifications(pair, position)
-    gaps = asked.contact.build(WornFlanks(pair, grid, removed), asked.extended)
-    engages = asked.contact.engagement_gap(pair)
+    gaps = options.contact.build(WornFlanks(pair, grid, removed), options.extended)
+    engages = options.contact.engagement_gap(pair)
     return contact.ContactAnalysis(grid, teeth, removed.sum(axis=0), 0.0, engages, gaps)
 
 
 def profile_points(scene: Scene) -> int:
-    """Return the nodes on the path: as asked, or for a third-order error from the tolerance."""
+    """Return the nodes on the path: as stated, or by the tolerance (third order).
+
+    Parameters
+    ----------
+    scene : the scene
+    """
     if scene.numerics.profile_points is not None:
         return int(scene.numerics.profile_points)
     ratio = DEFAULT_TOLERANCE / scene.numerics.tolerance
@@ -224,12 +274,18 @@ def profile_points(scene: Scene) -> int:
 
 
 def slices_of(scene: Scene, kind: gear_set.PairOfSet) -> int:
-    """Return the slices asked for: as said, or for a second-order error from the tolerance."""
-    asked = scene.mesh.of(kind.section).face_points
-    if asked is not None:
-        return asked
-    wanted = SLICES_AT_DEFAULT * (DEFAULT_TOLERANCE / scene.numerics.tolerance) ** 0.5
-    return int(np.clip(wanted, LEAST_SLICES, MOST_SLICES))
+    """Return the slices across the face: as stated, or by the tolerance (second order).
+
+    Parameters
+    ----------
+    scene : the scene
+    kind : the mesh
+    """
+    points = scene.mesh.of(kind.section).face_points
+    if points is not None:
+        return points
+    slices = SLICES_AT_DEFAULT * (DEFAULT_TOLERANCE / scene.numerics.tolerance) ** 0.5
+    return int(np.clip(slices, FEWEST_SLICES, MOST_SLICES))
 
 
 def build_face_contact(
@@ -238,31 +294,39 @@ def build_face_contact(
     analysis: contact.ContactAnalysis,
     turned: helix.Helix,
 ) -> over_face.FaceContact:
-    """Return the contact over the face of one kind of mesh."""
+    """Return the contact over the face of one kind of mesh.
+
+    Parameters
+    ----------
+    scene : the scene
+    kind : the mesh
+    analysis : contact of its transverse section
+    turned : the helix
+    """
     mesh = scene.mesh.of(kind.section)
     slices = slices_of(scene, kind)
     if turned.angle:
         grid = slicing.helical_face(analysis.grid, kind.pair, turned, slices)
     else:
         grid = slicing.spur_face(analysis.grid, kind.pair.face_width, slices)
-    given = mesh.misalignment
+    misalignment = mesh.misalignment
     coupling = mesh.coupling
     pair = kind.pair
-    over = (
+    opening = (
         0.0
-        if given is None
-        else given.over_face(pair.working_pressure_angle, scene.operation.torque)
+        if misalignment is None
+        else misalignment.over_face(pair.working_pressure_angle, scene.operation.torque)
     )
     removed = []
     for number, turning in enumerate(pair.gears):
         share = pair.from_root(number, grid.profile.position)
-        own = lead(getattr(scene.gears, turning.name))
-        removed.append(own.removed(grid.position, share, grid.face_width))
+        modification = lead(getattr(scene.gears, turning.name))
+        removed.append(modification.removed(grid.position, share, grid.face_width))
     return over_face.FaceContact(
         grid=grid,
         analysis=analysis,
         lead=np.stack(removed),
-        opening=over * grid.position / grid.face_width,
+        opening=opening * grid.position / grid.face_width,
         shear_length=coupling.shear_length(scene.gears.module),
         pitch=kind.pair.base_pitch,
         helix=turned,
@@ -289,20 +353,26 @@ def sliced_flank(
         if isinstance(slices, int)
         else np.asarray(slices)
     )
-    own: Any = getattr(scene.gears, pair.gears[of[1]].name)
-    return helix.SlicedFlank(middles, pair.face_width, lead(own), gears.helix.cosine)
+    gear_options: Any = getattr(scene.gears, pair.gears[of[1]].name)
+    return helix.SlicedFlank(
+        middles, pair.face_width, lead(gear_options), gears.helix.cosine
+    )
 
 
 def lead(gear: Any) -> helix.Lead:
-    """Return the lead modification that ``[gears.<name>]`` says."""
-    ends = gear.end_relief
-    amount, length = (0.0, 1.0) if ends is None else (ends.amount, ends.length)
+    """Return the lead modification that ``[gears.<name>]`` says.
+
+    Parameters
+    ----------
+    gear : options of the gear
+    """
+    relief = gear.end_relief
     return helix.Lead(
-        gear.lead_crowning or 0.0,
-        gear.lead_slope or 0.0,
-        amount,
-        length,
-        gear.bias or 0.0,
+        crowning=gear.lead_crowning or 0.0,
+        slope=gear.lead_slope or 0.0,
+        relief=0.0 if relief is None else relief.amount,
+        relief_length=1.0 if relief is None else relief.length,
+        bias=gear.bias or 0.0,
     )
 
 
@@ -312,22 +382,22 @@ def build_meshes(scene: Scene, gears: gear_set.GearSet) -> tuple[clock.Mesh, ...
     They are drawn member after member from the seed.
     """
     if gears.angles:
-        each = _of_planetary(scene, gears)
+        errors = _of_planetary(scene, gears)
     else:
         members = tuple(_member(scene, gears, name) for name in gears.members)
-        each = [
+        errors = [
             harmonics.mesh_error(
                 members, _harmonics(scene, gears.mesh_names[0]), scene.prescribed.seed
             )
         ]
-    on_clock = zip(gears.mesh_kinds, gears.mesh_lags, each, strict=True)
+    on_clock = zip(gears.mesh_kinds, gears.mesh_lags, errors, strict=True)
     return tuple(clock.Mesh(kind, float(lag), error) for kind, lag, error in on_clock)
 
 
 def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> harmonics.MemberError:
-    """Return the errors that the file gives a toothed member, or that its ISO 1328 class allows."""
-    own = gears.gears[name]
-    given: Any = scene.prescribed.members.get(name)
+    """Return the errors that the file states of a gear, or that its class allows."""
+    toothing = gears.gears[name]
+    options: Any = scene.prescribed.members.get(name)
     eccentricity = getattr(getattr(scene.gears, name), "eccentricity", None) or 0.0
     grade = iso_1328_class(scene, name)
     total = 0.0
@@ -336,32 +406,43 @@ def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> harmonics.Membe
         pairs = [
             kind.pair
             for kind in gears.kinds
-            if own.name in {gear.name for gear in kind.pair.gears}
+            if toothing.name in {gear.name for gear in kind.pair.gears}
         ]
         ratio = min(pair.contact_ratio for pair in pairs)
         *_, tooth, total = iso.allowed(
-            grade, own.module, 2.0 * own.reference_radius, ratio
+            grade, toothing.module, 2.0 * toothing.reference_radius, ratio
         )
-    said = (
+    stated = (
         {}
-        if given is None
-        else {key: getattr(given, key) for key in given.model_fields_set}
+        if options is None
+        else {key: getattr(options, key) for key in options.model_fields_set}
     )
-    total = said.get("total_composite", total)
-    tooth = said.get("tooth_composite", tooth)
+    total = stated.get("total_composite", total)
+    tooth = stated.get("tooth_composite", tooth)
     return harmonics.MemberError(
-        own.teeth, total, tooth, getattr(given, "installation", ()), eccentricity
+        toothing.teeth, total, tooth, getattr(options, "installation", ()), eccentricity
     )
 
 
 def iso_1328_class(scene: Scene, name: str) -> int | None:
-    """Return the accuracy class of a toothed member, None without one."""
-    own = getattr(scene.prescribed.members.get(name), "iso_1328_class", None)
-    return scene.prescribed.iso_1328_class if own is None else own
+    """Return the accuracy class of a toothed member, None without one.
+
+    Parameters
+    ----------
+    scene : the scene
+    name : of the member
+    """
+    of_member = getattr(scene.prescribed.members.get(name), "iso_1328_class", None)
+    return scene.prescribed.iso_1328_class if of_member is None else of_member
 
 
 def class_flags(scene: Scene, gears: gear_set.GearSet) -> tuple[str, ...]:
-    """Return what each member's ISO 1328 class allows it, in words."""
+    """Return what each member's ISO 1328 class allows it, in words.
+
+    Parameters
+    ----------
+    scene, gears : the scene and its gear set
+    """
     grades = {
         name: grade
         for name in gears.gears
@@ -379,16 +460,18 @@ def class_flags(scene: Scene, gears: gear_set.GearSet) -> tuple[str, ...]:
 
 def _harmonics(scene: Scene, mesh: str) -> tuple[tuple[int, float, float], ...]:
     """Return the prescribed harmonics of one mesh, named itself or with all of its kind."""
-    own = [
-        one
-        for one in scene.prescribed.harmonic
-        if one.mesh in (mesh, mesh.rpartition("-")[0])
+    harmonics = [
+        harmonic
+        for harmonic in scene.prescribed.harmonic
+        if harmonic.mesh in (mesh, mesh.rpartition("-")[0])
     ]
-    return tuple((one.order, one.amplitude, one.phase) for one in own)
+    return tuple(
+        (harmonic.order, harmonic.amplitude, harmonic.phase) for harmonic in harmonics
+    )
 
 
 def _of_planetary(scene: Scene, gears: gear_set.GearSet) -> list[harmonics.MeshError]:
-    """Return the errors of all meshes: gears seen where each planet stands, pins where they are held.
+    """Return the errors of all meshes of a planetary set.
 
     Seen from the carrier the sun brings its once-per-revolution error to planet n later
     by ψ_n, the ring, which turns the other way, earlier; a planet shows the ring the
@@ -422,7 +505,7 @@ def _of_planetary(scene: Scene, gears: gear_set.GearSet) -> list[harmonics.MeshE
 
 
 def _pins(scene: Scene, angles: Any, random: Any) -> list[list[harmonics.Realisation]]:
-    """Return where the pins are off, at rest in the carrier: each tangential in its own direction.
+    """Return where the pins are off, at rest in the carrier.
 
     A pin moved by p in the direction β sees ``−n·p`` in a mesh whose normal is turned
     by ψ ∓ α.
@@ -435,17 +518,17 @@ def _pins(scene: Scene, angles: Any, random: Any) -> list[list[harmonics.Realisa
         *(carrier.installation if carrier else ()),
         gears.carrier.eccentricity or 0.0,
     ]
-    own = [
+    tolerances = [
         amount for held in (carrier, planet) if held for amount in held.planet_position
     ]
     directions = random.uniform(0.0, 2 * math.pi, len(shared))
     pins = []
     for angle in angles:
         moved = [*zip(shared, angle - directions, strict=True)]
-        moved += [(amount, random.uniform(0.0, 2 * math.pi)) for amount in own]
-        each = [
+        moved += [(amount, random.uniform(0.0, 2 * math.pi)) for amount in tolerances]
+        axes = [
             harmonics.AT_REST.of(amount, float(direction))
             for amount, direction in moved
         ]
-        pins.append([axis for axis in each if axis.slow])
+        pins.append([axis for axis in axes if axis.slow])
     return pins

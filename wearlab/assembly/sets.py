@@ -12,45 +12,106 @@ from wearlab.gears.specification import Basics, GearSpec, Material, Relief, Reli
 from wearlab.mesh.gear_set import Body, GearSet, PairOfSet, mesh_load
 from wearlab.scene import Scene
 
-OF_ITS_OWN = ("material", "tooth_thickness_allowance", "tip_relief", "root_relief")
+TABLES_OF_A_GEAR = (
+    "material",
+    "tooth_thickness_allowance",
+    "tip_relief",
+    "root_relief",
+)
 """What a file says of a gear in tables; all else is specified by the value that stands
 there."""
+APART = "planet: its two meshes deflect apart, as if they shared no body"
 
 
-def build_pair(scene: Scene) -> GearPair:
+def build_set(scene: Scene) -> GearSet:
+    """Return the gear set of a scene, in operation.
+
+    Parameters
+    ----------
+    scene : the scene
+
+    Raises
+    ------
+    GearError : there can be no such gears
+    """
+    turned = helix_of(scene.gears)
+    if scene.gears.descriptor.is_pair:
+        gears = _set_of_pair(scene, turned)
+    else:
+        gears = _planetary_gear_set(scene, turned)
+    if not turned.angle:
+        return gears
+    # contact of a right-handed driving gear that drives with its right flanks reaches
+    # larger y later, and so it does in every mesh of a set: the next gear turns the
+    # other way with the other hand, or is a ring
+    is_right = scene.hands()[gears.kinds[0].pair.driving.name] == "right"
+    drives_right = scene.operation.drive_flank == "right"
+    sense = 1.0 if is_right == drives_right else -1.0
+    return gears._replace(helix=turned._replace(sense=sense))
+
+
+def helix_of(gears: Any) -> helix.Helix:
+    """Return the helix of ``[gears]``, that of spur gears where they have none.
+
+    Parameters
+    ----------
+    gears : options of the gear set
+    """
+    if not gears.helix_angle:
+        return helix.SPUR
+    return helix.helix(gears.helix_angle, gears.pressure_angle)
+
+
+def build_pair(scene: Scene, turned: helix.Helix | None = None) -> GearPair:
     """Return the pair of ``[gears]``, driven by ``operation.input``.
 
-    Of helical gears their section.
+    Of helical gears their transverse section.
+
+    Parameters
+    ----------
+    scene : a scene of a pair
+    turned : its helix [as its gears say]
     """
     gears: Any = scene.gears
-    (first, second), basics = transverse_section(gears)
-    driving = scene.operation.input
-    internal = gears.kind == "internal-pair"
+    turned = helix_of(gears) if turned is None else turned
+    (first, second), basics = transverse_section(gears, turned)
     return pairs.gear_pair(
         first,
         second,
         basics,
         centre_distance=gears.centre_distance,
-        driving=driving,
-        internal=internal,
+        driving=scene.operation.input,
+        internal=gears.kind == "internal-pair",
     )
 
 
-def transverse_section(gears: Any) -> tuple[list[GearSpec], Basics]:
-    """Return what ``[gears]`` says of each gear and of all, of helical gears in their transverse section."""
-    specs = [specification(name, member) for name, member in gears.gears().items()]
+def transverse_section(
+    gears: Any, turned: helix.Helix
+) -> tuple[list[GearSpec], Basics]:
+    """Return the specification of each gear and of all, in the transverse section.
+
+    Parameters
+    ----------
+    gears : options of the gear set
+    turned : its helix
+    """
+    specifications = [
+        specification(name, member) for name, member in gears.gears().items()
+    ]
     basics = Basics(
         gears.module, gears.pressure_angle, gears.face_width, material(gears.material)
     )
-    if not gears.helix_angle:
-        return specs, basics
-    turned = helix.helix(gears.helix_angle, gears.pressure_angle)
-    return [helix.transverse(spec, turned) for spec in specs], helix.transverse_basics(
-        basics, turned.angle
+    if not turned.angle:
+        return specifications, basics
+    return (
+        [helix.transverse(of_gear, turned) for of_gear in specifications],
+        helix.transverse_basics(basics, turned.angle),
     )
 
 
-def build_planetary(scene: Scene, *, sun_drives: bool) -> planetary.PlanetarySet:
+def build_planetary(
+    scene: Scene, *, sun_drives: bool, turned: helix.Helix | None = None
+) -> planetary.PlanetarySet:
     """Return the planetary set of ``[gears]``.
 
     Parameters
@@ -58,14 +119,17 @@ def build_planetary(scene: Scene, *, sun_drives: bool) -> planetary.PlanetarySet
     scene : a scene with ``gears.kind = "planetary"``
     sun_drives : direction of the power flow seen from the carrier, as the train of
         ``[operation]`` says
+    turned : its helix [as its gears say]
     """
     gears: Any = scene.gears
-    distances = gears.centre_distance
-    given = gears.carrier
-    (sun, planet, ring), basics = transverse_section(gears)
+    turned = helix_of(gears) if turned is None else turned
+    (sun, planet, ring), basics = transverse_section(gears, turned)
     carrier = planetary.Carrier(
-        given.mass, given.inertia, _half(given.pin_circle_diameter)
+        gears.carrier.mass,
+        gears.carrier.inertia,
+        _half(gears.carrier.pin_circle_diameter),
     )
+    distances = gears.centre_distance
     return planetary.planetary_set(
         sun,
         planet,
@@ -82,139 +146,124 @@ def build_planetary(scene: Scene, *, sun_drives: bool) -> planetary.PlanetarySet
 
 
 def specification(name: str, member: Any) -> GearSpec:
-    """Return what ``[gears.<name>]`` says of one gear."""
+    """Return what ``[gears.<name>]`` says of one gear.
+
+    Parameters
+    ----------
+    name : of the gear
+    member : its options
+    """
     allowance = member.tooth_thickness_allowance
-    alike = {field.name for field in fields(GearSpec)}.intersection(
-        type(member).model_fields
-    ) - {*OF_ITS_OWN}
+    specified = {field.name for field in fields(GearSpec)}
+    shared = specified & type(member).model_fields.keys() - {*TABLES_OF_A_GEAR}
     return GearSpec(
         name=name,
         tooth_thickness_allowance=0.0 if allowance is None else allowance.mean,
         material=None if member.material is None else material(member.material),
         tip_relief=relief(member.tip_relief),
         root_relief=relief(member.root_relief),
-        **{key: getattr(member, key) for key in alike},
+        **{key: getattr(member, key) for key in shared},
     )
 
 
-def material(given: Any) -> Material:
-    """Return a material from its three constants."""
-    return Material(given.youngs_modulus, given.poisson_ratio, given.density)
+def material(options: Any) -> Material:
+    """Return a material from its three constants.
+
+    Parameters
+    ----------
+    options : of the material
+    """
+    return Material(options.youngs_modulus, options.poisson_ratio, options.density)
 
 
-def relief(given: Any) -> Any:
-    """Return a relief by its length or by where it starts, None when there is none."""
-    if given is None or given.length is not None:
-        return (
-            None if given is None else Relief(given.amount, given.length, given.shape)
-        )
+def relief(options: Any) -> Any:
+    """Return a relief by its length or by where it starts, None when there is none.
+
+    Parameters
+    ----------
+    options : of the relief
+    """
+    if options is None:
+        return None
+    if options.length is not None:
+        return Relief(options.amount, options.length, options.shape)
     return ReliefFrom(
-        given.amount, _half(given.start_diameter), given.start_roll_angle, given.shape
+        options.amount,
+        _half(options.start_diameter),
+        options.start_roll_angle,
+        options.shape,
     )
 
 
 def _half(diameter: float | None) -> float | None:
+    """Return the radius of a diameter."""
     return None if diameter is None else 0.5 * diameter
 
 
 def modifications(pair: GearPair, position: Array) -> Array:
-    """Return the material removed on purpose at path positions (n,), (2, n) (driving, driven) [m]."""
+    """Return the material removed on purpose, (2, n) (driving, driven) [m].
+
+    Parameters
+    ----------
+    pair : the gears
+    position : (n,) path positions [m]
+    """
     return np.stack([pair.modification(gear, position) for gear in (0, 1)])
 
 
 def kinks(pair: GearPair) -> tuple[float, ...]:
-    """Return the path positions at which a relief begins or ends [m]."""
+    """Return the path positions at which a relief begins or ends [m].
+
+    Parameters
+    ----------
+    pair : the gears
+    """
     places = []
     for gear in pair.gears:
-        for word in ("tip_relief", "root_relief"):
-            relief = getattr(gear.modification, word, None)
-            if relief is not None:
-                at_end = (word == "tip_relief") == (gear is pair.driving)
-                places.append(
-                    pair.path.E - relief.length
-                    if at_end
-                    else pair.path.A + relief.length
-                )
+        for kind in ("tip_relief", "root_relief"):
+            relief = getattr(gear.modification, kind, None)
+            if relief is None:
+                continue
+            at_end = (kind == "tip_relief") == (gear is pair.driving)
+            places.append(
+                pair.path.E - relief.length if at_end else pair.path.A + relief.length
+            )
     return tuple(places)
 
 
-APART = "planet: its two meshes deflect apart, as if they shared no body"
-
-
-def build_set(scene: Scene) -> GearSet:
-    """Return the gear set of a scene, in operation."""
-    gears = _of_pair(scene) if scene.gears.descriptor.is_pair else _of_planetary(scene)
-    if not scene.gears.helix_angle:
-        return gears
-    # contact of a right-handed driving gear that drives with its right flanks reaches
-    # larger y later, and so it does in every mesh of a set: the next gear turns the
-    # other way with the other hand, or is a ring
-    right = scene.hands()[gears.kinds[0].pair.driving.name] == "right"
-    sense = 1.0 if right == (scene.operation.drive_flank == "right") else -1.0
-    return gears._replace(
-        helix=helix.helix(scene.gears.helix_angle, scene.gears.pressure_angle, sense)
-    )
-
-
-def _of_planetary(scene: Scene) -> GearSet:
+def _planetary_gear_set(scene: Scene, turned: helix.Helix) -> GearSet:
     """Return a planetary set: sun and planets, planets and ring, seen from the carrier."""
-    given: Any = scene.operation
+    operation: Any = scene.operation
     sun, planet, ring = (gear.teeth for gear in scene.gears.gears().values())
-    of = planetary.Train(sun, planet, ring, given.input, given.output, given.fixed)
-    built = build_planetary(scene, sun_drives=of.sun_drives)
-    count = built.planets
-    speeds = of.speeds(given.speed)
-    turning = {
-        "sun": speeds.sun_relative,
-        "planet": speeds.planet_relative,
-        "ring": speeds.ring_relative,
-    }
-    load = mesh_load(abs(of.torques(given.torque).sun), built.sun.base_radius, count)
-
-    def kind(pair: GearPair, section: str, of_planet: str) -> PairOfSet:
-        first, second = (
-            of_planet if gear.name == built.planet.name else gear.name
-            for gear in pair.gears
-        )
-        return PairOfSet(
-            pair=pair,
-            flanks=(first, second),
-            section=section,
-            speed=abs(turning[pair.driving.name]),
-            passes=np.array([built.passes[flank] for flank in (first, second)]),
-            load=load,
-            loaded=int(pair.driving.name == built.planet.name),
-        )
-
-    gears = {"sun": built.sun, "planet": built.planet, "ring": built.ring}
-    bodies = {
-        name: Body(gear.mass, gear.inertia, gear.base_radius)
-        for name, gear in gears.items()
-    }
-    held = built.carrier
-    mass = np.nan if held.mass is None else held.mass
-    inertia = np.nan if held.inertia is None else held.inertia
-    bodies["carrier"] = Body(mass, inertia, float(held.pin_circle_radius or 0.0))
-    mirrored = 1.0 if built.sun_drives else -1.0
-    angles = mirrored * np.asarray(built.planet_angles)
+    train = planetary.Train(
+        sun, planet, ring, operation.input, operation.output, operation.fixed
+    )
+    gear_set = build_planetary(scene, sun_drives=train.sun_drives, turned=turned)
+    count = gear_set.planets
+    speeds = train.speeds(operation.speed)
+    bodies = _bodies(gear_set)
+    mirrored = 1.0 if gear_set.sun_drives else -1.0
+    angles = mirrored * np.asarray(gear_set.planet_angles)
     sense = mirrored * float(np.sign(speeds.sun_relative))
+    planets = [f"planet-{number}" for number in range(1, count + 1)]
     return GearSet(
-        kinds=(
-            kind(built.sun_planet, "sun_planet", "planet-sun"),
-            kind(built.planet_ring, "planet_ring", "planet-ring"),
-        ),
+        kinds=_planetary_kinds(gear_set, train, operation),
         mesh_names=tuple(
-            f"{name}-{n + 1}"
+            f"{name}-{number}"
             for name in ("sun-planet", "planet-ring")
-            for n in range(count)
+            for number in range(1, count + 1)
         ),
         mesh_kinds=(0,) * count + (1,) * count,
-        mesh_lags=built.mesh_phase_offset,
+        mesh_lags=gear_set.mesh_phase_offset,
         flanks=scene.gears.descriptor.flanks,
-        members=("sun", *(f"planet-{n + 1}" for n in range(count)), "ring", "carrier"),
-        gears=gears,
-        reference_teeth=built.sun.teeth,
-        input_teeth=built.sun.teeth * abs(of.speeds(1.0).sun_relative),
+        members=("sun", *planets, "ring", "carrier"),
+        gears={
+            "sun": gear_set.sun,
+            "planet": gear_set.planet,
+            "ring": gear_set.ring,
+        },
+        reference_teeth=gear_set.sun.teeth,
+        input_teeth=gear_set.sun.teeth * abs(train.speeds(1.0).sun_relative),
         speed=abs(speeds.sun_relative),
         bodies=bodies,
         coordinate_speeds=_nominal_speeds(speeds, sense, bodies, angles),
@@ -224,10 +273,68 @@ def _of_planetary(scene: Scene) -> GearSet:
     )
 
 
+def _planetary_kinds(
+    gear_set: planetary.PlanetarySet, train: planetary.Train, operation: Any
+) -> tuple[PairOfSet, PairOfSet]:
+    """Return the meshes of sun and planets, and of planets and ring, in operation."""
+    sun = gear_set.sun
+    planet = gear_set.planet
+    speeds = train.speeds(operation.speed)
+    relative_speed = {
+        "sun": speeds.sun_relative,
+        "planet": speeds.planet_relative,
+        "ring": speeds.ring_relative,
+    }
+    torque = abs(train.torques(operation.torque).sun)
+    load = mesh_load(torque, sun.base_radius, gear_set.planets)
+
+    def kind(pair: GearPair, section: str, planet_flank: str) -> PairOfSet:
+        """Return one kind of mesh; a planet has a flank for each of its mates."""
+        first, second = (
+            planet_flank if gear.name == planet.name else gear.name
+            for gear in pair.gears
+        )
+        return PairOfSet(
+            pair=pair,
+            flanks=(first, second),
+            section=section,
+            speed=abs(relative_speed[pair.driving.name]),
+            passes=np.array([gear_set.passes[flank] for flank in (first, second)]),
+            load=load,
+            loaded=int(pair.driving.name == planet.name),
+        )
+
+    return (
+        kind(gear_set.sun_planet, "sun_planet", "planet-sun"),
+        kind(gear_set.planet_ring, "planet_ring", "planet-ring"),
+    )
+
+
+def _bodies(gear_set: planetary.PlanetarySet) -> dict[str, Body]:
+    """Return the bodies of a planetary set; a carrier without mass has none that is known."""
+    gears = {
+        "sun": gear_set.sun,
+        "planet": gear_set.planet,
+        "ring": gear_set.ring,
+    }
+    bodies = {
+        name: Body(gear.mass, gear.inertia, gear.base_radius)
+        for name, gear in gears.items()
+    }
+    carrier = gear_set.carrier
+    mass = np.nan if carrier.mass is None else carrier.mass
+    inertia = np.nan if carrier.inertia is None else carrier.inertia
+    bodies["carrier"] = Body(mass, inertia, float(carrier.pin_circle_radius or 0.0))
+    return bodies
+
+
 def _nominal_speeds(
     speeds: planetary.TrainSpeeds, sense: float, bodies: dict[str, Body], angles: Array
 ) -> dict[str, float]:
-    """Return the nominal rotation of a planetary set as seen from outside: planets travel with their pins."""
+    """Return the nominal speeds of a planetary set as seen from outside.
+
+    Planets travel with their pins.
+    """
     turning = {
         name: sense * getattr(speeds, name) * body.radius
         for name, body in bodies.items()
@@ -240,9 +347,9 @@ def _nominal_speeds(
     return speed
 
 
-def _of_pair(scene: Scene) -> GearSet:
+def _set_of_pair(scene: Scene, turned: helix.Helix) -> GearSet:
     """Return a pair as a set of one mesh."""
-    pair = build_pair(scene)
+    pair = build_pair(scene, turned)
     names = scene.gears.descriptor.members
     gears = {gear.name: gear for gear in pair.gears}
     speed = scene.operation.speed or 0.0

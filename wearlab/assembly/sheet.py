@@ -1,4 +1,4 @@
-"""The gears of a scene on a sheet: a table with the symbols of ISO 21771, and their teeth in mesh."""
+"""The gears of a scene on a sheet: a table with symbols of ISO 21771, and a drawing."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -58,7 +58,7 @@ for all)."""
 
 
 class Sheet(NamedTuple):
-    """A gear set: its members, its table, and its meshes drawn with the names of the gears."""
+    """A gear set: its members, its table, and drawings of its meshes by their names."""
 
     members: tuple[str, ...]
     rows: tuple[GearRow, ...]
@@ -67,6 +67,10 @@ class Sheet(NamedTuple):
 
 def sheet(scene: Scene) -> Sheet:
     """Return the sheet of a scene's gears.
+
+    Parameters
+    ----------
+    scene : the scene
 
     Raises
     ------
@@ -80,10 +84,11 @@ def sheet(scene: Scene) -> Sheet:
     )
     rows = []
     for symbol, meaning, unit, values in _rows(scene, gears):
-        said = tuple(
-            value if isinstance(value, str) else _said(value, unit) for value in values
+        texts = tuple(
+            value if isinstance(value, str) else _as_text(value, unit)
+            for value in values
         )
-        rows.append(GearRow(symbol, meaning, unit, said))
+        rows.append(GearRow(symbol, meaning, unit, texts))
     return Sheet(tuple(gears.gears), tuple(rows), drawn)
 
 
@@ -91,6 +96,10 @@ def thickness(gear: Gear) -> float:
     """Return the tooth thickness on the reference circle [m].
 
     Of a ring what stands between two spaces.
+
+    Parameters
+    ----------
+    gear : the gear
     """
     half = gear.base_half_angle - shifts.involute(gear.pressure_angle)
     return (
@@ -102,67 +111,75 @@ def thickness(gear: Gear) -> float:
 
 def _rows(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
     """Yield the table of a gear set, what all share first."""
-    module = scene.gears.module
-    turned = gears.helix
-    pairs = [(kind.pair, _tail(gears, kind.pair)) for kind in gears.kinds]
-    yield "m_n", "module", "mm", [1e3 * module]
-    yield "α_n", "pressure angle", "°", [math.degrees(scene.gears.pressure_angle)]
-    if turned.angle:
-        overlap = helix.overlap_ratio(pairs[0][0].face_width, turned.angle, module)
-        yield "β", "helix angle", "°", [math.degrees(turned.angle)]
-        yield "β_b", "base helix angle", "°", [math.degrees(turned.base_angle)]
-        yield "ε_β", "overlap ratio", "", [overlap]
-    for pair, tail in pairs:
-        yield (
-            "a_w",
-            f"working centre distance{tail}",
-            "mm",
-            [1e3 * pair.centre_distance],
-        )
-        yield (
-            "α_wt",
-            f"working pressure angle{tail}",
-            "°",
-            [math.degrees(pair.working_pressure_angle)],
-        )
-        yield "ε_α", f"transverse contact ratio{tail}", "", [pair.contact_ratio]
-    for kind, (pair, tail) in zip(gears.kinds, pairs, strict=True):
-        given = scene.mesh.of(kind.section).normal_backlash
-        free = pair.drawn_backlash if given is None else given
-        said = "none given" if free is None else 1e3 * turned.cosine * free
-        yield "j_bn", f"normal backlash{tail}", "" if free is None else "mm", [said]
-    for pair, _ in pairs:
-        for number, (gear, letter) in enumerate(zip(pair.gears, "AE", strict=True)):
-            sliding = float(
-                pair.specific_sliding([getattr(pair.path, letter)])[number, 0]
-            )
-            mate = pair.gears[1 - number].name
-            yield (
-                "ζ",
-                f"specific sliding of {gear.name} at {letter}, on {mate}",
-                "",
-                [sliding],
-            )
-    for symbol, meaning, unit, of in ROWS:
-        factor = math.cos(turned.angle) ** IN_NORMAL_SECTION.get(symbol, 0)
-        yield (
-            symbol,
-            meaning,
-            unit,
-            [factor * of(gear) for gear in gears.gears.values()],
-        )
+    yield from _shared_rows(scene, gears)
+    for kind in gears.kinds:
+        yield from _mesh_rows(gears, kind.pair)
+    for kind in gears.kinds:
+        yield _backlash_row(scene, gears, kind)
+    for kind in gears.kinds:
+        yield from _sliding_rows(kind.pair)
+    for symbol, meaning, unit, value_of in ROWS:
+        factor = math.cos(gears.helix.angle) ** IN_NORMAL_SECTION.get(symbol, 0)
+        values = [factor * value_of(gear) for gear in gears.gears.values()]
+        yield symbol, meaning, unit, values
         if symbol == "d_a":
             yield from _tips(scene, gears)
-            for pair, tail in pairs:
-                yield from _rolling(pair, tuple(gears.gears), tail)
+            for kind in gears.kinds:
+                tail = _tail(gears, kind.pair)
+                yield from _rolling(kind.pair, tuple(gears.gears), tail)
     yield from _modifications(scene, gears)
     yield from _surfaces(scene)
 
 
+def _shared_rows(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
+    """Yield module, pressure angle and helix, which all gears share."""
+    module = scene.gears.module
+    turned = gears.helix
+    yield "m_n", "module", "mm", [1e3 * module]
+    yield "α_n", "pressure angle", "°", [math.degrees(scene.gears.pressure_angle)]
+    if turned.angle:
+        face_width = gears.kinds[0].pair.face_width
+        overlap = helix.overlap_ratio(face_width, turned.angle, module)
+        yield "β", "helix angle", "°", [math.degrees(turned.angle)]
+        yield "β_b", "base helix angle", "°", [math.degrees(turned.base_angle)]
+        yield "ε_β", "overlap ratio", "", [overlap]
+
+
+def _mesh_rows(gears: sets.GearSet, pair: GearPair) -> Iterator[Row]:
+    """Yield how the gears of one mesh stand to each other."""
+    tail = _tail(gears, pair)
+    distance = 1e3 * pair.centre_distance
+    angle = math.degrees(pair.working_pressure_angle)
+    yield "a_w", f"working centre distance{tail}", "mm", [distance]
+    yield "α_wt", f"working pressure angle{tail}", "°", [angle]
+    yield "ε_α", f"transverse contact ratio{tail}", "", [pair.contact_ratio]
+
+
+def _backlash_row(scene: Scene, gears: sets.GearSet, kind: sets.PairOfSet) -> Row:
+    """Return the normal backlash of one mesh, as stated or as the gears leave it."""
+    meaning = f"normal backlash{_tail(gears, kind.pair)}"
+    backlash = scene.mesh.of(kind.section).normal_backlash
+    if backlash is None:
+        backlash = kind.pair.drawn_backlash
+    if backlash is None:
+        return "j_bn", meaning, "", ["none given"]
+    return "j_bn", meaning, "mm", [1e3 * gears.helix.cosine * backlash]
+
+
+def _sliding_rows(pair: GearPair) -> Iterator[Row]:
+    """Yield the specific sliding of each gear where its root touches the mate's tip."""
+    for number, (gear, end) in enumerate(zip(pair.gears, "AE", strict=True)):
+        position = getattr(pair.path, end)
+        sliding = float(pair.specific_sliding([position])[number, 0])
+        mate = pair.gears[1 - number].name
+        meaning = f"specific sliding of {gear.name} at {end}, on {mate}"
+        yield "ζ", meaning, "", [sliding]
+
+
 def _surfaces(scene: Scene) -> Iterator[Row]:
     """Yield what the gears are made of, how hard and how rough they are."""
-    given = scene.gears.gears().values()
-    materials = [gear.material or scene.gears.material for gear in given]
+    gear_options = scene.gears.gears().values()
+    materials = [gear.material or scene.gears.material for gear in gear_options]
     yield "", "material", "", [material.name or "as given" for material in materials]
     hardness = [material.hardness or 0.0 for material in materials]
     if any(hardness):
@@ -170,7 +187,7 @@ def _surfaces(scene: Scene) -> Iterator[Row]:
             f"{pressure / KGF_PER_MM2:.0f}" if pressure else "" for pressure in hardness
         ]
         yield "HV", "hardness of the flanks", "HV", vickers
-    roughness = [1e6 * (gear.roughness_ra or 0.0) for gear in given]
+    roughness = [1e6 * (gear.roughness_ra or 0.0) for gear in gear_options]
     if any(roughness):
         yield (
             "Ra",
@@ -190,7 +207,7 @@ def _tail(gears: sets.GearSet, pair: GearPair) -> str:
 
 
 def _rolling(pair: GearPair, members: tuple[str, ...], tail: str) -> Iterator[Row]:
-    """Yield the diameters that roll on each other, and what each tip keeps from the mate's root."""
+    """Yield the diameters that roll on each other, and the clearance of each tip."""
     cosine = math.cos(pair.working_pressure_angle)
     working: dict[str, float | str] = {}
     clearance: dict[str, float | str] = {}
@@ -211,14 +228,14 @@ def _rolling(pair: GearPair, members: tuple[str, ...], tail: str) -> Iterator[Ro
 
 
 def _tips(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
-    """Yield tip alteration, over a normal module, and tooth thickness at the tip, in the normal section."""
+    """Yield tip alteration and tooth thickness at the tip, in the normal section."""
     module = scene.gears.module
     beta = gears.helix.angle
-    given: dict[str, Any] = scene.gears.gears()
+    options: dict[str, Any] = scene.gears.gears()
     alterations = []
     thicknesses = []
     for name, gear in gears.gears.items():
-        allowance = given[name].tooth_thickness_allowance
+        allowance = options[name].tooth_thickness_allowance
         outwards = -1.0 if gear.internal else 1.0
         thinned = (
             0.0
@@ -228,7 +245,7 @@ def _tips(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
         shift = gear.profile_shift * gear.module - outwards * thinned
         height = outwards * (gear.tip_radius - gear.reference_radius - shift) / module
         alterations.append(
-            f"{round(height - (given[name].addendum_coefficient or 1.0), 4) + 0.0:.4f}"
+            f"{round(height - (options[name].addendum_coefficient or 1.0), 4) + 0.0:.4f}"
         )
         at_tip = math.atan(math.tan(beta) * gear.tip_radius / gear.reference_radius)
         thicknesses.append(
@@ -239,11 +256,13 @@ def _tips(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
 
 
 def _modifications(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
-    """Yield what is removed from the flanks on purpose, along their normal, and how the axes deviate."""
-    given = scene.gears.gears().values()
+    """Yield what is removed from the flanks on purpose, and how the axes deviate."""
+    gear_options = scene.gears.gears().values()
     for key, (symbol, meaning) in MODIFICATIONS.items():
-        own = [getattr(gear, key) for gear in given]
-        amounts = [1e6 * (getattr(amount, "amount", amount) or 0.0) for amount in own]
+        removed = [getattr(gear, key) for gear in gear_options]
+        amounts = [
+            1e6 * (getattr(amount, "amount", amount) or 0.0) for amount in removed
+        ]
         if any(amounts):
             yield symbol, meaning, "µm", [amount or "" for amount in amounts]
     starts: list[float | str] = []
@@ -271,7 +290,7 @@ def _modifications(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
             )
 
 
-def _said(value: float, unit: str) -> str:
+def _as_text(value: float, unit: str) -> str:
     """Return a length to the micrometre and an angle to a thousandth.
 
     Of anything else four digits.

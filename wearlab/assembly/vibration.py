@@ -34,11 +34,11 @@ def build_system(
     assert scene.dynamics is not None
     meshes = []
     for kind in gears.kinds:
-        own = scene.mesh.of(kind.section)
+        options = scene.mesh.of(kind.section)
         drawn = kind.pair.drawn_backlash
-        given = own.normal_backlash is not None or drawn is None
+        stated = options.normal_backlash is not None or drawn is None
         meshes.append(
-            own if given else own.model_copy(update={"normal_backlash": drawn})
+            options if stated else options.model_copy(update={"normal_backlash": drawn})
         )
     return scene.dynamics.build(
         InMotion(gears, tuple(meshes), scene.operation, stiffness, gears.helix.slope)
@@ -164,25 +164,25 @@ def steps_grid(
     dynamics: Any = scene.dynamics
     breaks = clock.edges[:-1]
     tolerance = scene.numerics.tolerance
-    given = scene.numerics.steps_per_period
+    steps_stated = scene.numerics.steps_per_period
     turned = count.fastest_rate(system, stiffness) * period
     exact = dynamics.follows_orbits and not kernel.is_small(system)
     slow = (
-        count.graded_steps(system, stiffness, period, tolerance, breaks, given)
+        count.graded_steps(system, stiffness, period, tolerance, breaks, steps_stated)
         if exact
         else None
     )
     if slow is not None:
         return slow
-    if given is not None:
-        beyond = turned / (STABILITY_OF_RK4 * given)
+    if steps_stated is not None:
+        beyond = turned / (STABILITY_OF_RK4 * steps_stated)
         if dynamics.steps_by_runge_kutta and not exact and beyond > 1.0:
             raise specification.GearError(
-                f"numerics.steps_per_period = {given} is beyond the stability of "
+                f"numerics.steps_per_period = {steps_stated} is beyond the stability of "
                 "Runge-Kutta 4 by a factor "
                 f"{beyond:.3g}: give {int(np.ceil(turned))} or more, or leave it out"
             )
-        return stages.stage_grid(breaks, given)
+        return stages.stage_grid(breaks, steps_stated)
     if turned > MOST_STEPS * (count.EXACT_LARGEST if exact else count.STABLE):
         raise specification.GearError(
             f"a mesh period lasts {period:.3g} s, in which the fastest mode turns by "
@@ -216,10 +216,10 @@ def build_friction(scene: Scene, gears: gear_set.GearSet) -> Friction | None:
 
     A mirrored set counts path positions backwards.
     """
-    given = scene.dynamics and scene.dynamics.friction
+    friction = scene.dynamics and scene.dynamics.friction
     return (
-        Friction(given.coefficient, (gears.sense,) * len(gears.kinds))
-        if given
+        Friction(friction.coefficient, (gears.sense,) * len(gears.kinds))
+        if friction
         else None
     )
 
@@ -236,10 +236,10 @@ def patient(
     if not isinstance(method, methods.Periodic) or steps <= afforded:
         return method
     share = afforded / steps
-    least = {"transient": 20, "longest": 2, "averaged": 8}
+    minima = {"transient": 20, "longest": 2, "averaged": 8}
     fewer: dict[str, Any] = {
         name: max(few, int(getattr(method, name) * share))
-        for name, few in least.items()
+        for name, few in minima.items()
     }
     return replace(method, **fewer)
 
@@ -289,26 +289,27 @@ def hunting_period(
     if scene.errors is not None and slow:
         turns = scene.errors.slow.periods([gear.teeth for gear in gears.gears.values()])
     return lcm(
-        turns, *(_repeats(one, gears.period) for one in scene.operation.fluctuation)
+        turns,
+        *(_repeats(harmonic, gears.period) for harmonic in scene.operation.fluctuation),
     )
 
 
-def _repeats(one: operation.TorqueFluctuation, period: float) -> int:
+def _repeats(harmonic: operation.TorqueFluctuation, period: float) -> int:
     """Return the mesh periods after which a harmonic of the torque repeats."""
-    order = one.order_at(period)
+    order = harmonic.order_at(period)
     near = Fraction(order).limit_denominator(LONGEST_PERIOD)
     if abs(near - order) <= SAME_ORDER * order:
         return near.denominator
-    key = "order" if one.frequency is None else "frequency"
-    told = (
+    key = "order" if harmonic.frequency is None else "frequency"
+    remedy = (
         f"{float(near):.6g}"
-        if one.frequency is None
+        if harmonic.frequency is None
         else f"{float(near) / period:.8g} Hz"
     )
     raise specification.GearError(
         f"operation.torque_fluctuation.{key}: {order:.6g} times the mesh frequency of "
         f"{1 / period:.6g} Hz "
-        f"repeats after more than {LONGEST_PERIOD} mesh periods; give {told}, which "
+        f"repeats after more than {LONGEST_PERIOD} mesh periods; give {remedy}, which "
         "repeats after "
         f"{near.denominator}"
     )
@@ -358,11 +359,12 @@ def fluctuation(
         return None
     phase = hunting_grid(grid, periods).phase
     turned = [
-        2 * np.pi * one.order_at(duration) * phase + one.phase for one in harmonics
+        2 * np.pi * harmonic.order_at(duration) * phase + harmonic.phase
+        for harmonic in harmonics
     ]
     waves = [
-        one.amplitude * np.cos(angle)
-        for one, angle in zip(harmonics, turned, strict=True)
+        harmonic.amplitude * np.cos(angle)
+        for harmonic, angle in zip(harmonics, turned, strict=True)
     ]
     return np.asarray(sum(waves) / harmonics[0].amplitude)
 

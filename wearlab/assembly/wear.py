@@ -104,31 +104,73 @@ def joined_kinds(
     kinds: Sequence[MeshKindModel],
     on_clock: vibration.OnClock,
 ) -> Iterator[coupled.MeshKind | FaceKind]:
-    """Yield contact and wear of each kind of mesh, over the face where flanks have a width."""
-    meshes = on_clock.meshes
-    for number, (kind, own) in enumerate(zip(gears.kinds, kinds, strict=True)):
-        mine = clock.of_kind(meshes, number)
-        law = own.law
-        setting = PatchSetting(own.analysis, own.path, law)
+    """Yield contact and wear of each kind of mesh, over the face where there is one.
+
+    Parameters
+    ----------
+    scene, gears : the scene and its gear set
+    kinds : physics of each kind of mesh
+    on_clock : the meshes on their clock
+    """
+    for number, (kind, model) in enumerate(zip(gears.kinds, kinds, strict=True)):
+        of_kind = clock.of_kind(on_clock.meshes, number)
         if scene.face_keys:
-            face = mesh.build_face_contact(scene, kind, own.analysis, gears.helix)
-            law = build_law(scene, kind.pair, repeated(own.path, face.grid.shape[0]))
-            setting = FacePatchSetting(own.analysis, own.path, law, face)
-        patch = None if scene.wear is None else scene.wear.contact_patch.build(setting)
-        if scene.face_keys:
-            yield FaceKind(face, law, patch, {at: meshes[at].lag for at in mine})
-            continue
-        grid = own.analysis.grid
-        where = own.analysis.at_nodes
-        when = tuple(
-            clock.instants_of(grid, meshes[at].lag, where, on_clock.edges)
-            for at in mine
+            yield _face_kind(scene, gears, kind, model, on_clock, of_kind)
+        else:
+            yield _mesh_kind(scene, model, on_clock, of_kind)
+
+
+def _face_kind(
+    scene: Scene,
+    gears: gear_set.GearSet,
+    kind: gear_set.PairOfSet,
+    model: MeshKindModel,
+    on_clock: vibration.OnClock,
+    of_kind: np.ndarray[Any, np.dtype[np.int64]],
+) -> FaceKind:
+    """Return contact and wear over the face of one kind of mesh."""
+    face = mesh.build_face_contact(scene, kind, model.analysis, gears.helix)
+    law = build_law(scene, kind.pair, repeated(model.path, face.grid.shape[0]))
+    setting = FacePatchSetting(model.analysis, model.path, law, face)
+    lags = {number: on_clock.meshes[number].lag for number in of_kind}
+    return FaceKind(face, law, _patch(scene, setting), lags)
+
+
+def _mesh_kind(
+    scene: Scene,
+    model: MeshKindModel,
+    on_clock: vibration.OnClock,
+    of_kind: np.ndarray[Any, np.dtype[np.int64]],
+) -> coupled.MeshKind:
+    """Return contact and wear of one kind of mesh whose flanks have no width."""
+    setting = PatchSetting(model.analysis, model.path, model.law)
+    instants = tuple(
+        clock.instants_of(
+            model.analysis.grid,
+            on_clock.meshes[number].lag,
+            model.analysis.at_nodes,
+            on_clock.edges,
         )
-        yield coupled.MeshKind(own.analysis, law, patch, mine, when)
+        for number in of_kind
+    )
+    return coupled.MeshKind(
+        model.analysis, model.law, _patch(scene, setting), of_kind, instants
+    )
+
+
+def _patch(scene: Scene, setting: PatchSetting) -> Any:
+    """Return the contact patch, None where nothing wears."""
+    return None if scene.wear is None else scene.wear.contact_patch.build(setting)
 
 
 def repeated(path: WearPath, slices: int) -> WearPath:
-    """Return the path of a section as that of all slices, one after another."""
+    """Return the path of a section as that of all slices, one after another.
+
+    Parameters
+    ----------
+    path : of the transverse section
+    slices : how many there are
+    """
     along = (
         "curvature",
         "surface_velocity",
@@ -146,7 +188,13 @@ def repeated(path: WearPath, slices: int) -> WearPath:
 
 
 def build_film(scene: Scene, pair: GearPair) -> films.Film | None:
-    """Return the oil between the flanks, when the scene names an oil and both roughnesses."""
+    """Return the oil between the flanks, None without an oil or both roughnesses.
+
+    Parameters
+    ----------
+    scene : the scene
+    pair : the gears
+    """
     roughness = _roughness(scene, pair)
     if scene.lubricant is None or roughness is None:
         return None
@@ -160,6 +208,7 @@ def build_film(scene: Scene, pair: GearPair) -> films.Film | None:
 
 
 def _roughness(scene: Scene, pair: GearPair) -> tuple[float, float] | None:
+    """Return the mean roughness of (driving, driven), None where one is not known [m]."""
     first, second = (
         getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears
     )
@@ -171,51 +220,85 @@ def build_law(scene: Scene, pair: GearPair, path: WearPath) -> PreparedLaw | Non
 
     Film thickness over roughness is by the first film that a flank has, else the
     standard.
+
+    Parameters
+    ----------
+    scene : the scene
+    pair : the gears
+    path : velocities and radii along the path of contact
     """
     wear = scene.wear
-    roughness = _roughness(scene, pair)
-    lambda_ratio = None
     if wear is None or wear.coefficient is None:
         return None
-    each = [wear.coefficient_of(gear.name) for gear in pair.gears]
-    given = [getattr(scene.gears, gear.name) for gear in pair.gears]
-    hardness = [(own.material or scene.gears.material).hardness for own in given]
-    warm = getattr(scene.lubricant, "temperature", None)
-    settings = [
-        Setting(path, gear, scene.lubricant, roughness, hardness[gear], warm)
-        for gear in (0, 1)
-    ]
+    coefficients_of = [wear.coefficient_of(gear.name) for gear in pair.gears]
+    settings = _settings(scene, pair, path)
     first, second = (
-        _flank(wear.law, *flank) for flank in zip(each, settings, strict=True)
+        _flank_law(wear.law, coefficient, setting)
+        for coefficient, setting in zip(coefficients_of, settings, strict=True)
     )
-    if scene.lubricant is not None and roughness is not None:
-        film = next(
-            filter(None, (own.film_model for own in each)), coefficients.standard_film()
-        )
-        thickness = film.thickness(settings[0])
-        lambda_ratio = thickness._replace(
-            scale=thickness.scale / films.composite_rq(roughness)
-        )
-    return prepare(
-        WearLaw((first, second), lambda_ratio, wear.pressure.factor, wear.projection),
-        path,
+    law = WearLaw(
+        (first, second),
+        _lambda_ratio(scene, pair, coefficients_of, settings[0]),
+        wear.pressure.factor,
+        wear.projection,
     )
+    return prepare(law, path)
 
 
-def _flank(law: Any, given: coefficients.CoefficientModel, where: Setting) -> FlankLaw:
-    film = given.film_model
+def _settings(scene: Scene, pair: GearPair, path: WearPath) -> list[Setting]:
+    """Return what the wear of (driving, driven) may depend on."""
+    roughness = _roughness(scene, pair)
+    temperature = getattr(scene.lubricant, "temperature", None)
+    settings = []
+    for number, gear in enumerate(pair.gears):
+        material = getattr(scene.gears, gear.name).material or scene.gears.material
+        settings.append(
+            Setting(
+                path, number, scene.lubricant, roughness, material.hardness, temperature
+            )
+        )
+    return settings
+
+
+def _lambda_ratio(
+    scene: Scene,
+    pair: GearPair,
+    coefficients_of: Sequence[coefficients.CoefficientModel],
+    setting: Setting,
+) -> Any:
+    """Return film thickness over roughness, None without an oil or without both roughnesses."""
+    roughness = _roughness(scene, pair)
+    if scene.lubricant is None or roughness is None:
+        return None
+    films_of = [coefficient.film_model for coefficient in coefficients_of]
+    film = next(filter(None, films_of), coefficients.standard_film())
+    thickness = film.thickness(setting)
+    return thickness._replace(scale=thickness.scale / films.composite_rq(roughness))
+
+
+def _flank_law(
+    law: Any, coefficient: coefficients.CoefficientModel, setting: Setting
+) -> FlankLaw:
+    """Return the law of one flank."""
+    film = coefficient.film_model
     return FlankLaw(
-        coefficient=of_user(given, given.build(where)),
-        factor=given.factor,
-        film=None if film is None else of_user(film, film.build(where)),
-        rate=of_user(law, law.build(where)),
-        hardness=NAN if where.hardness is None else where.hardness,
-        temperature=NAN if where.temperature is None else where.temperature,
+        coefficient=of_user(coefficient, coefficient.build(setting)),
+        factor=coefficient.factor,
+        film=None if film is None else of_user(film, film.build(setting)),
+        rate=of_user(law, law.build(setting)),
+        hardness=NAN if setting.hardness is None else setting.hardness,
+        temperature=NAN if setting.temperature is None else setting.temperature,
     )
 
 
 def of_user(variant: slots.Variant, built: Any) -> Any:
-    """Return what a variant built; a function of a user's compiles where it can."""
+    """Return what a variant built; a function of a user's compiles where it can.
+
+    Parameters
+    ----------
+    variant : the variant
+    built : what its ``build`` returned
+    """
     if variant.origin is None or not isinstance(built, FunctionType):
         return built
     return compiled.compiled_if_possible(
@@ -224,7 +307,12 @@ def of_user(variant: slots.Variant, built: Any) -> Any:
 
 
 def build_load(scene: Scene) -> loads.LoadModel:
-    """Return which force wears the flanks, or would."""
+    """Return which force wears the flanks, or would.
+
+    Parameters
+    ----------
+    scene : the scene
+    """
     if scene.wear is None:
         return StaticLoad() if scene.dynamics is None else InstantLoad()
     return scene.wear.load.build(scene.wear.wohler_slope)
@@ -236,6 +324,11 @@ def flank_entries(
     """Return where a flank's depths lie in the flat state.
 
     All of them when no flank is named.
+
+    Parameters
+    ----------
+    flank : its name, None of all
+    gears, coupling : the gear set and its physics
     """
     return slice(None) if flank is None else coupling.entries(*gears.flank(flank))
 
@@ -279,13 +372,20 @@ def build_limits(
 def build_snapshots(
     scene: Scene, gears: gear_set.GearSet, coupling: coupled.Coupled
 ) -> limits.Snapshots:
-    """Return the states asked for on the way."""
-    asked: Any = scene.wear.snapshots if scene.wear else None
-    if asked is None:
+    """Return the states that are stored on the way.
+
+    Parameters
+    ----------
+    scene, gears, coupling : the scene and its physics
+    """
+    snapshots: Any = scene.wear.snapshots if scene.wear else None
+    if snapshots is None:
         return limits.Snapshots()
-    cycles = tuple(asked.cycles or ()) + tuple(
-        n / gears.reference_teeth for n in asked.mesh_cycles or ()
+    cycles = tuple(snapshots.cycles or ()) + tuple(
+        n / gears.reference_teeth for n in snapshots.mesh_cycles or ()
     )
     return limits.Snapshots(
-        cycles, tuple(asked.depth or ()), flank_entries(asked.flank, gears, coupling)
+        cycles,
+        tuple(snapshots.depth or ()),
+        flank_entries(snapshots.flank, gears, coupling),
     )

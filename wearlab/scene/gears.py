@@ -41,11 +41,11 @@ def member_of(flank: str) -> str:
 def alone(part: type[options.Part], kind: Any, *keys: str) -> BeforeValidator:
     """Let a value of a kind stand for the table of a part in which each of some keys has it."""
 
-    def read(given: object) -> object:
+    def read(value: object) -> object:
         return (
-            given
-            if given is None or isinstance(given, dict | part)
-            else dict.fromkeys(keys, given)
+            value
+            if value is None or isinstance(value, dict | part)
+            else dict.fromkeys(keys, value)
         )
 
     return BeforeValidator(read, json_schema_input_type=kind | part | None)
@@ -190,14 +190,14 @@ class Toothed(options.Part):
             raise ValueError(f"{begins}: give its length along the path")
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+    def _complete(cls, table: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         addendum = (
-            {"addendum_coefficient": 1.0} if given.get("tip_diameter") is None else {}
+            {"addendum_coefficient": 1.0} if table.get("tip_diameter") is None else {}
         )
         dedendum = (
-            {"dedendum_coefficient": 1.25} if given.get("root_diameter") is None else {}
+            {"dedendum_coefficient": 1.25} if table.get("root_diameter") is None else {}
         )
-        return {**addendum, **dedendum, **given}
+        return {**addendum, **dedendum, **table}
 
 
 class GearOptions(Toothed):
@@ -279,20 +279,20 @@ class SetOptions(options.Part):
     """material of every gear [steel]"""
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+    def _complete(cls, table: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         """Fill in shift 0 where no centre distance asks for another."""
-        if given.get("centre_distance") is not None:
-            return given
+        if table.get("centre_distance") is not None:
+            return table
         members = {
-            m: given[m]
-            for m in cls.descriptor.toothed
-            if isinstance(given.get(m), dict)
+            member: table[member]
+            for member in cls.descriptor.toothed
+            if isinstance(table.get(member), dict)
         }
         return {
-            **given,
+            **table,
             **{
-                m: {"profile_shift_coefficient": 0.0, **value}
-                for m, value in members.items()
+                member: {"profile_shift_coefficient": 0.0, **value}
+                for member, value in members.items()
             },
         }
 
@@ -374,11 +374,11 @@ class PlanetaryOptions(SetOptions):
 
     def _check(self) -> None:
         if self.planet_angles is not None and len(self.planet_angles) != self.planets:
-            told = (
+            mismatch = (
                 f"planet_angles has {len(self.planet_angles)} entries for "
                 f"{self.planets} planets"
             )
-            raise ValueError(f"{told}; give one angle each, or none")
+            raise ValueError(f"{mismatch}; give one angle each, or none")
 
 
 Gears = Annotated[

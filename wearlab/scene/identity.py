@@ -21,7 +21,12 @@ Texts = dict[str, tuple[Any, str]]
 
 
 def canonical(sections: dict[str, Any]) -> str:
-    """Return plain nested values as canonical JSON: sorted keys, no spaces, absent parts left out."""
+    """Return plain nested values as canonical JSON: sorted keys, no spaces.
+
+    Parameters
+    ----------
+    sections : parts or plain values by name; what is None is left out
+    """
     return json.dumps(
         _plain(sections),
         sort_keys=True,
@@ -32,7 +37,9 @@ def canonical(sections: dict[str, Any]) -> str:
 
 
 def identity(scene: options.Part, texts: Texts) -> str:
-    """Return the id of a scene: 20 hexadecimal digits of the hash over model version and what it says.
+    """Return the id of a scene: 20 hexadecimal digits of a hash.
+
+    It is taken over the model version and what the scene says beyond its defaults.
 
     Parameters
     ----------
@@ -43,11 +50,13 @@ def identity(scene: options.Part, texts: Texts) -> str:
     for name, value in scene.identifying().items():
         if name not in texts or texts[name][0] is not value:
             texts[name] = value, canonical(essence(scene, {name: value}))[1:-1]
-    said = ",".join(text for _, (_, text) in sorted(texts.items()) if text)
-    return hashlib.sha256(f"{MODEL_VERSION}\n{{{said}}}".encode()).hexdigest()[:20]
+    content = ",".join(text for _, (_, text) in sorted(texts.items()) if text)
+    return hashlib.sha256(f"{MODEL_VERSION}\n{{{content}}}".encode()).hexdigest()[:20]
 
 
-def essence(part: options.Part, told: dict[str, Any] | None = None) -> dict[str, Any]:
+def essence(
+    part: options.Part, looked_at: dict[str, Any] | None = None
+) -> dict[str, Any]:
     """Return the options of a part that do not stand at their default, as plain nested values.
 
     Which of several models it is stays there, default or not: the options of two models
@@ -57,17 +66,19 @@ def essence(part: options.Part, told: dict[str, Any] | None = None) -> dict[str,
     Parameters
     ----------
     part : some options
-    told : those of it that are looked at, by name [all]
+    looked_at : those of it that are looked at, by name [all]
     """
     defaults = _defaults(type(part))
-    told = part.identifying() if told is None else told
+    looked_at = part.identifying() if looked_at is None else looked_at
     essential = {}
-    for name, value in told.items():
+    for name, value in looked_at.items():
         default = defaults.get(name)
-        alike = value == default or (
+        if value is None:
+            continue
+        at_default = value == default or (
             default is not None and _plain(value) == _plain(default)
         )
-        if value is not None and (name == part.chooser or not alike):
+        if name == part.chooser or not at_default:
             essential[name] = _mapped(value, _essence)
     return essential
 
@@ -76,14 +87,13 @@ def _mapped(value: Any, leaf: Callable[[Any], Any]) -> Any:
     """Return tables and lists within each other with ``leaf`` of what is neither."""
     if isinstance(value, dict):
         return {key: _mapped(inner, leaf) for key, inner in value.items()}
-    return (
-        [_mapped(inner, leaf) for inner in value]
-        if isinstance(value, list | tuple)
-        else leaf(value)
-    )
+    if isinstance(value, list | tuple):
+        return [_mapped(inner, leaf) for inner in value]
+    return leaf(value)
 
 
 def _essence(value: Any) -> Any:
+    """Return a part as what it says beyond its defaults, any other value as it is."""
     return value.written(essence(value)) if isinstance(value, options.Part) else value
 
 
@@ -102,21 +112,24 @@ def _defaults(part: type[options.Part]) -> dict[str, Any]:
 
 
 def stored(value: Any) -> Any:
-    """Return values read from canonical JSON, every number marked as SI."""
+    """Return values read from canonical JSON, every number marked as SI.
 
-    def number(own: Any) -> Any:
-        if isinstance(own, bool) or not isinstance(own, int | float):
-            return own
-        return (
-            own
-            if isinstance(own, int) and abs(own) >= WHOLE_BELOW
-            else options.Stored(own)
-        )
+    Parameters
+    ----------
+    value : tables and lists within each other
+    """
 
-    return _mapped(value, number)
+    def marked(leaf: Any) -> Any:
+        if isinstance(leaf, bool) or not isinstance(leaf, int | float):
+            return leaf
+        is_large_count = isinstance(leaf, int) and abs(leaf) >= WHOLE_BELOW
+        return leaf if is_large_count else options.Stored(leaf)
+
+    return _mapped(value, marked)
 
 
 def _plain(value: Any) -> Any:
+    """Return parts as tables without what is absent, and numbers to the digits that count."""
     if isinstance(value, options.Part):
         value = value.model_dump()
     if isinstance(value, dict):

@@ -33,7 +33,7 @@ class MaterialOptions(options.Part):
     wearlab.materials.grades"""
 
     @property
-    def told(self) -> tuple[str, ...]:
+    def sources(self) -> tuple[str, ...]:
         """What the catalogue says, and what of it is assumed."""
         if self.name is None or self.name == "steel":
             return ()
@@ -60,11 +60,11 @@ def _material(value: object) -> object:
     material = grades.known(name) if isinstance(name, str) else None
     if material is None:
         near = nearest.meant(str(name), [*grades.MATERIALS, *grades.ALIASES], ";")
-        known = f"{near} there are {', '.join(grades.MATERIALS)}"
+        choices = f"{near} there are {', '.join(grades.MATERIALS)}"
         remedy = "or give youngs_modulus, poisson_ratio and density"
-        raise ValueError(f"{name!r} is not a known material{known}; {remedy}")
+        raise ValueError(f"{name!r} is not a known material{choices}; {remedy}")
     entry = grades.MATERIALS[material]
-    own = {
+    constants = {
         key: options.Stored(value)
         for key, value in zip(CONSTANTS, entry[:4], strict=True)
         if value
@@ -74,7 +74,7 @@ def _material(value: object) -> object:
         if isinstance(value, dict)
         else {}
     )
-    return {**own, "name": material, **beside}
+    return {**constants, "name": material, **beside}
 
 
 NamedMaterial = Annotated[
@@ -212,7 +212,7 @@ class Lubricant(options.Part):
         return oil.of_datasheet(at_40, at_100, self.density, self.base)
 
     @property
-    def told(self) -> tuple[str, ...]:
+    def sources(self) -> tuple[str, ...]:
         """What was taken from a grade or datasheet, and what of it is an estimate."""
         words = self._words()
         if words is None or self.temperature is None or self.viscosity is None:

@@ -13,8 +13,8 @@ class DropError(ValueError):
     """A path to be dropped is not there."""
 
 
-def merge(base: Table, own: Table, path: Path = ()) -> Table:
-    """Return ``own`` over ``base``, neither of which is changed.
+def merge(base: Table, over: Table, path: Path = ()) -> Table:
+    """Return ``over`` over ``base``, neither of which is changed.
 
     Tables merge key by key; lists and values replace; another ``model`` replaces its
     table, save members' tables with a model of their own; one of several alternatives
@@ -22,58 +22,74 @@ def merge(base: Table, own: Table, path: Path = ()) -> Table:
 
     Parameters
     ----------
-    base, own : tables as a campaign file writes them
+    base, over : tables as a campaign file writes them
     path : where in a scene they stand
     """
     merged = {
-        key: value for key, value in base.items() if key not in _superseded(own, path)
+        key: value for key, value in base.items() if key not in _superseded(over, path)
     }
-    for key, value in own.items():
+    for key, value in over.items():
         merged[key] = _over(merged.get(key), value, (*path, key))
     return merged
 
 
-def _superseded(own: Table, path: Path) -> set[str]:
-    """Return the keys that alternatives in ``own`` replace."""
-    gone: set[str] = set()
-    for groups in (groups for part in parts_at(path) for groups in part.alternatives):
-        for given in (group for group in groups if any(key in own for key in group)):
-            gone |= {key for group in groups if group is not given for key in group}
-    return gone
+def _superseded(over: Table, path: Path) -> set[str]:
+    """Return the keys that alternatives in ``over`` replace."""
+    superseded: set[str] = set()
+    for part in parts_at(path):
+        for groups in part.alternatives:
+            for written in groups:
+                if any(key in over for key in written):
+                    superseded |= {
+                        key for group in groups if group is not written for key in group
+                    }
+    return superseded
 
 
-def _over(base: Any, own: Any, path: Path) -> Any:
+def _over(base: Any, over: Any, path: Path) -> Any:
+    """Return one value over another: merged where both are tables of the same choice."""
     chooser = chooser_at(path)
     if chooser is not None:
         base = _as_table(base, chooser)
-        own = _as_table(own, chooser)
-    if not (isinstance(base, dict) and isinstance(own, dict)):
-        return merge({}, own, path) if isinstance(own, dict) else own
-    if (
-        chooser is not None
-        and chooser in own
-        and not any(part.keeps_table for part in parts_at(path))
-    ):
-        before = choice_of(path, base)
-        if before is not None and before != own[chooser]:
-            kept = {
-                m: t
-                for m, t in base.items()
-                if m in MEMBERS and isinstance(t, dict) and chooser in t
-            }
-            return {
-                **(kept if any(p.per_member for p in parts_at(path)) else {}),
-                **own,
-            }
-    return merge(base, own, path)
+        over = _as_table(over, chooser)
+    if not isinstance(over, dict):
+        return over
+    if not isinstance(base, dict):
+        return merge({}, over, path)
+    if chooser is not None and _is_another_choice(base, over, path):
+        if not any(part.per_member for part in parts_at(path)):
+            return {**over}
+        members = {
+            name: table
+            for name, table in base.items()
+            if name in MEMBERS and isinstance(table, dict) and chooser in table
+        }
+        return {**members, **over}
+    return merge(base, over, path)
+
+
+def _is_another_choice(base: Table, over: Table, path: Path) -> bool:
+    """Say whether ``over`` chooses another part than ``base``, which does not keep its table."""
+    chooser = chooser_at(path)
+    if chooser not in over or any(part.keeps_table for part in parts_at(path)):
+        return False
+    choice = choice_of(path, base)
+    return choice is not None and choice != over[chooser]
 
 
 def _as_table(value: Any, chooser: str) -> Any:
+    """Return a name as the table that chooses it."""
     return {chooser: value} if isinstance(value, str) else value
 
 
 def nested(key: str, value: Any) -> Table:
-    """Return ``{"a": {"b": value}}`` for the dotted key ``a.b``."""
+    """Return ``{"a": {"b": value}}`` for the dotted key ``a.b``.
+
+    Parameters
+    ----------
+    key : dotted
+    value : what stands there
+    """
     for word in reversed(key.split(".")):
         value = {word: value}
     table: Table = value
@@ -82,6 +98,11 @@ def nested(key: str, value: Any) -> Table:
 
 def without(table: Table, key: str) -> Table:
     """Return the table without a section or dotted key.
+
+    Parameters
+    ----------
+    table : as a campaign file writes it
+    key : dotted
 
     Raises
     ------
@@ -95,7 +116,7 @@ def without(table: Table, key: str) -> Table:
             f"{key!r} is not there to be dropped{meant(word, table, listed)}"
         )
     if not rest:
-        return {k: v for k, v in table.items() if k != word}
+        return {name: value for name, value in table.items() if name != word}
     try:
         return {**table, word: without(table[word], rest)}
     except DropError:

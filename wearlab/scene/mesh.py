@@ -47,34 +47,36 @@ class Misalignment(options.Part):
 
     @classmethod
     def _complete(
-        cls, given: dict[str, Any], info: pydantic.ValidationInfo
+        cls, table: dict[str, Any], info: pydantic.ValidationInfo
     ) -> dict[str, Any]:
         single = {
-            key: one for key, one in given.items() if not isinstance(one, list | tuple)
+            key: value
+            for key, value in table.items()
+            if not isinstance(value, list | tuple)
         }
         return {
-            **given,
-            **{key: [one] for key, one in single.items() if one is not None},
+            **table,
+            **{key: [value] for key, value in single.items() if value is not None},
         }
 
     def _check(self) -> None:
-        given = [
+        keys = [
             key
             for key in ("value", "in_plane", "out_of_plane")
             if getattr(self, key) is not None
         ]
-        if not given:
+        if not keys:
             raise ValueError(
                 "give a length such as '20 um', value, or in_plane and out_of_plane"
             )
         if any(low >= high for low, high in pairwise(self.torque or ())):
             raise ValueError("torque must ascend")
-        wanted = len(self.torque or (0.0,))
-        for key in given:
+        expected = len(self.torque or (0.0,))
+        for key in keys:
             count = len(getattr(self, key))
-            if count != wanted:
+            if count != expected:
                 raise ValueError(
-                    f"{key} has {count} values and needs {wanted}: one for each "
+                    f"{key} has {count} values and needs {expected}: one for each "
                     "torque, or one"
                 )
 
@@ -195,8 +197,8 @@ class MeshSection(OneMesh):
 
         ``section`` names its own table, "" for a pair.
         """
-        own: OneMesh | None = getattr(self, section) if section else None
-        return self if own is None else own
+        table: OneMesh | None = getattr(self, section) if section else None
+        return self if table is None else table
 
     def _each(self) -> dict[str, OneMesh]:
         """Return what holds for each kind of mesh, wherever it was written.
@@ -212,32 +214,38 @@ class MeshSection(OneMesh):
 
     def identifying(self) -> dict[str, Any]:
         """Return what holds for each kind of mesh, wherever it was written: once if the same for both."""
-        each: dict[str, Any] = self._each()
-        if len({identity.canonical(own.model_dump()) for own in each.values()}) == 1:
-            return each[OWN_MESHES[0]].identifying()
-        return each or super().identifying()
+        kinds: dict[str, Any] = self._each()
+        if len({identity.canonical(mesh.model_dump()) for mesh in kinds.values()}) == 1:
+            return kinds[OWN_MESHES[0]].identifying()
+        return kinds or super().identifying()
 
     @pydantic.model_serializer(mode="wrap")
     def _what_holds(
         self, dump: pydantic.SerializerFunctionWrapHandler
     ) -> dict[str, Any]:
         """Dump what holds for each kind of mesh, wherever it was written: once if it is the same for both."""
-        if not (each := {key: own.model_dump() for key, own in self._each().items()}):
+        if not (
+            kinds := {key: mesh.model_dump() for key, mesh in self._each().items()}
+        ):
             written: dict[str, Any] = dump(self)
             return written
-        first = each[OWN_MESHES[0]]
+        first = kinds[OWN_MESHES[0]]
         text = [
-            {key: identity.canonical({"": own}) for key, own in one.items()}
-            for one in each.values()
+            {key: identity.canonical({"": mesh}) for key, mesh in kind.items()}
+            for kind in kinds.values()
         ]
-        alike = dict(text[0].items() & text[1].items())
-        if len(alike) == len(first):
+        shared = dict(text[0].items() & text[1].items())
+        if len(shared) == len(first):
             return first
-        return {**OneMesh().model_dump(), **{key: first[key] for key in alike}, **each}
+        return {
+            **OneMesh().model_dump(),
+            **{key: first[key] for key in shared},
+            **kinds,
+        }
 
 
-def _listed(given: object) -> object:
-    return [given] if isinstance(given, str) else given
+def _listed(value: object) -> object:
+    return [value] if isinstance(value, str) else value
 
 
 Grade = Annotated[options.Count, options.NOT_NEGATIVE, Le(12)]
@@ -297,14 +305,14 @@ class ErrorHarmonic(options.Part):
 
     @classmethod
     def _complete(
-        cls, given: dict[str, Any], info: pydantic.ValidationInfo
+        cls, table: dict[str, Any], info: pydantic.ValidationInfo
     ) -> dict[str, Any]:
         """Fill in the mesh of a pair.
 
         A planetary set must say which, and hears so at that key.
         """
         meshes = gears.set_in(info.context).meshes
-        return {"mesh": meshes[0] if len(meshes) == 1 else None, **given}
+        return {"mesh": meshes[0] if len(meshes) == 1 else None, **table}
 
     @pydantic.field_validator("mesh", mode="before")
     @classmethod
@@ -354,18 +362,20 @@ class ErrorsSection(options.Part):
         "pinion", "gear", "sun", "planet", "ring", "carrier", mode="before"
     )
     @classmethod
-    def _of_the_set(cls, given: Any, info: pydantic.ValidationInfo) -> Any:
-        known = gears.set_in(info.context)
+    def _of_the_set(cls, value: Any, info: pydantic.ValidationInfo) -> Any:
+        gear_set = gears.set_in(info.context)
         members = (
-            *known.toothed,
-            *(name for name in known.members if name not in known.toothed),
+            *gear_set.toothed,
+            *(name for name in gear_set.members if name not in gear_set.toothed),
         )
-        if given is None or info.field_name in members:
-            return given
+        if value is None or info.field_name in members:
+            return value
         raise ValueError(f"no member of this gear set; there are {', '.join(members)}")
 
     @property
     def members(self) -> dict[str, MemberErrors | CarrierErrors]:
         """Errors of the members that have any, by name."""
-        given = {name: getattr(self, name) for name in UNSAID.members}
-        return {name: errors for name, errors in given.items() if errors is not None}
+        errors_of = {name: getattr(self, name) for name in UNSAID.members}
+        return {
+            name: errors for name, errors in errors_of.items() if errors is not None
+        }

@@ -54,19 +54,19 @@ class OperationStage(options.Part):
     """cycles of the stage [up to wear.until, in the last stage]"""
 
 
-def _blocks(given: Any, info: pydantic.ValidationInfo) -> Any:
+def _blocks(value: Any, info: pydantic.ValidationInfo) -> Any:
     """Return the blocks of a file as if they were written in place."""
-    if isinstance(given, str):
-        raise ValueError(f'{given!r} is a text: write duty = {{ file = "{given}" }}')
-    if not isinstance(given, dict):
-        return given
-    if unknown := set(given) - set(DutyFile.model_fields):
+    if isinstance(value, str):
+        raise ValueError(f'{value!r} is a text: write duty = {{ file = "{value}" }}')
+    if not isinstance(value, dict):
+        return value
+    if unknown := set(value) - set(DutyFile.model_fields):
         raise ValueError(
             f"unknown {', '.join(sorted(unknown))}: give file, columns and units"
         )
-    if "file" not in given:
+    if "file" not in value:
         raise ValueError("'file' is required: {file, columns, units}")
-    return duty_blocks(given, (info.context or {}).get("base_directory"))
+    return duty_blocks(value, (info.context or {}).get("base_directory"))
 
 
 def _shares(blocks: Any) -> Any:
@@ -133,10 +133,10 @@ class TorqueFluctuation(options.Part):
 
     def _check(self) -> None:
         if self.order is self.frequency is None:
-            wanted = (
+            remedy = (
                 "give its 'order', a multiple of the mesh frequency, or its 'frequency'"
             )
-            raise ValueError(f'{wanted}, "25 Hz"')
+            raise ValueError(f'{remedy}, "25 Hz"')
 
     def order_at(self, period: float) -> float:
         """Return its multiple of the mesh frequency at the duration of a mesh period [s]."""
@@ -205,11 +205,13 @@ class Operation(options.Part):
     @property
     def fluctuation(self) -> tuple[TorqueFluctuation, ...]:
         """The harmonics of the torque whose amplitude is not nought."""
-        given = self.torque_fluctuation or ()
+        harmonics = self.torque_fluctuation or ()
         return tuple(
-            one
-            for one in (given if isinstance(given, tuple) else (given,))
-            if one.amplitude != 0.0
+            harmonic
+            for harmonic in (
+                harmonics if isinstance(harmonics, tuple) else (harmonics,)
+            )
+            if harmonic.amplitude != 0.0
         )
 
     @property
@@ -251,53 +253,61 @@ class Operation(options.Part):
 
     @classmethod
     def _complete(
-        cls, given: dict[str, Any], info: pydantic.ValidationInfo
+        cls, table: dict[str, Any], info: pydantic.ValidationInfo
     ) -> dict[str, Any]:
         """Fill in who drives, who is driven and who is at rest."""
-        known = set_in(info.context)
-        filled = dict(given)
+        gear_set = set_in(info.context)
+        filled = dict(table)
         keys = ("input", "output", "fixed")
-        taken = [filled[key] for key in keys if filled.get(key) is not None]
-        for key, default in zip(keys[: len(known.central)], known.roles, strict=False):
-            free = [name for name in (default, *known.central) if name not in taken]
+        placed = [filled[key] for key in keys if filled.get(key) is not None]
+        for key, default in zip(
+            keys[: len(gear_set.central)], gear_set.roles, strict=False
+        ):
+            free = [name for name in (default, *gear_set.central) if name not in placed]
             if filled.get(key) is not None or not free:
                 continue
-            if key == "input" and len(free) > 1 and default in taken:
+            if key == "input" and len(free) > 1 and default in placed:
                 role = next(of for of in keys if filled.get(of) == default)
-                told = f"the {default} drives by default, but is {role}"
-                raise ValueError(f"{told}; give input = {' or '.join(map(repr, free))}")
+                conflict = f"the {default} drives by default, but is {role}"
+                raise ValueError(
+                    f"{conflict}; give input = {' or '.join(map(repr, free))}"
+                )
             filled[key] = free[0]
-            taken.append(free[0])
+            placed.append(free[0])
         return filled
 
     @pydantic.field_validator("input", "output", "fixed", mode="before")
     @classmethod
-    def _known_members(cls, given: Any, info: pydantic.ValidationInfo) -> Any:
+    def _known_members(cls, member: Any, info: pydantic.ValidationInfo) -> Any:
         """Refuse members that this kind of gear set has not, or that cannot be central."""
-        known = set_in(info.context)
-        if given is not None and info.field_name == "fixed" and len(known.central) < 3:
+        gear_set = set_in(info.context)
+        if (
+            member is not None
+            and info.field_name == "fixed"
+            and len(gear_set.central) < 3
+        ):
             raise ValueError(
                 "belongs to planetary sets; both gears of a pair turn: leave it out"
             )
-        if given is None or given in known.central:
-            return given
+        if member is None or member in gear_set.central:
+            return member
         raise ValueError(
-            f"{given!r} is no member that may be that; there are "
-            f"{', '.join(known.central)}"
+            f"{member!r} is no member that may be that; there are "
+            f"{', '.join(gear_set.central)}"
         )
 
     def _one_alternative(self) -> None:
         """Allow two of torque, speed and power."""
         if None not in (self.torque, self.speed, self.power):
             rpm = self.speed * 30.0 / math.pi
-            given = (
+            quantities = (
                 f"torque = {self.torque:.6g} N*m, speed = {rpm:.6g} rpm and power = "
                 f"{self.power:.6g} W"
             )
-            told = (
+            remedy = (
                 'leave one out; drop = ["operation.speed"] drops one that is inherited'
             )
-            raise ValueError(f"{given} are one too many: {told}")
+            raise ValueError(f"{quantities} are one too many: {remedy}")
 
     def _check(self) -> None:
         """Give each member one role.
@@ -331,10 +341,10 @@ class Operation(options.Part):
             raise ValueError("give one of 'duty' and 'stage', not both")
         word = "duty" if self.duty is not None else "stage"
         for key in ("torque", "speed", "power"):
-            given = getattr(self, key)
-            own = getattr(first, key, None)
-            if given is not None and (
-                own is None or units.rounded(given) != units.rounded(own)
+            general = getattr(self, key)
+            of_block = getattr(first, key, None)
+            if general is not None and (
+                of_block is None or units.rounded(general) != units.rounded(of_block)
             ):
                 raise ValueError(
                     f"{key} stands in every {word}: leave operation.{key} out"
@@ -350,14 +360,14 @@ def _of_the_set(value: Any, info: pydantic.ValidationInfo) -> Any:
     variants: dict[str, Any] = {**DynamicModel.slot.variants}
     chosen = variants.get(model) if isinstance(model, str) else None
     if chosen is not None and kind and kind not in chosen.kinds:
-        own = [name for name, variant in variants.items() if kind in variant.kinds]
+        fitting = [name for name, variant in variants.items() if kind in variant.kinds]
         raise PydanticCustomError(
             "not_of_the_set",
             "{model} does not belong to gears of kind {kind}; give {own}",
             {
                 "model": repr(model),
                 "kind": repr(kind),
-                "own": " or ".join(map(repr, own)),
+                "own": " or ".join(map(repr, fitting)),
             },
         )
     return value

@@ -69,16 +69,22 @@ def problems_of(error: ValidationError) -> list[str]:
     What depends on an unknown kind of gears can wait.
     """
     errors: list[Any] = error.errors(include_url=False)
-    kind = [
-        one
-        for one in errors
-        if one["loc"] == ("gears",) and one["type"].startswith("union_tag")
+    of_gear_kind = [
+        fault
+        for fault in errors
+        if fault["loc"] == ("gears",) and fault["type"].startswith("union_tag")
     ]
-    return [_line(fault) for fault in kind or errors]
+    return [_line(fault) for fault in of_gear_kind or errors]
 
 
 def unknown_key(key: str, keys: Iterable[str]) -> str:
-    """Return why a key is refused, and the nearest valid one."""
+    """Return why a key is refused, and the nearest valid one.
+
+    Parameters
+    ----------
+    key : as written
+    keys : those that may stand there
+    """
     valid = [k for k in keys if k != key]
     for word, instead in NOT_COMPUTED.items():
         if word in key.lower().rstrip("s").split("_"):
@@ -103,7 +109,13 @@ def _words(key: str) -> list[str]:
 
 
 def not_a_choice(value: object, choices: Iterable[str]) -> str:
-    """Return that a value is none of the choices, and the nearest one."""
+    """Return that a value is none of the choices, and the nearest one.
+
+    Parameters
+    ----------
+    value : as written
+    choices : the valid ones
+    """
     valid = list(choices)
     near = get_close_matches(str(value), valid, 1)
     listed = ", ".join(map(repr, valid))
@@ -113,7 +125,12 @@ def not_a_choice(value: object, choices: Iterable[str]) -> str:
 
 
 def not_of_kind(kinds: Iterable[str]) -> str:
-    """Return what a value is not, from pydantic's names of its errors: ``no text or list``."""
+    """Return what a value is not, such as ``no text or list``.
+
+    Parameters
+    ----------
+    kinds : pydantic's names of its errors, keys of `EXPECTED`
+    """
     words = " or ".join(dict.fromkeys(EXPECTED[kind] for kind in kinds))
     return f"not {words}" if words == EXPECTED["bool_type"] else f"no {words}"
 
@@ -125,7 +142,12 @@ def shown(value: object) -> str:
 
 
 def limit_of(context: dict[str, Any]) -> str:
-    """Return what a value must be beside the limit that pydantic's error tells, "" where it tells none."""
+    """Return what a value must be beside a limit, "" where there is none.
+
+    Parameters
+    ----------
+    context : of pydantic's error
+    """
     return next(
         (
             f"must be {words} {context[key]:g}"
@@ -137,6 +159,7 @@ def limit_of(context: dict[str, Any]) -> str:
 
 
 def _line(error: dict[str, Any]) -> str:
+    """Return path and reason of one of pydantic's errors."""
     path, written, parts = _located(error["loc"], error["type"] == "extra_forbidden")
     chooser = chooser_at(path)
     if error["type"] in CHOOSING and chooser:
@@ -147,41 +170,54 @@ def _line(error: dict[str, Any]) -> str:
 
 
 def _located(loc: tuple[str | int, ...], unknown: bool) -> tuple[Path, str, Parts]:
-    """Return path, path as written, and the parts that may have its last key, as chosen on the way.
+    """Return path, path as written, and the parts that may have its last key.
 
     Pydantic's names of union members stand in ``loc``, but in no path.
+
+    Parameters
+    ----------
+    loc : where pydantic's error is
+    unknown : whether the last key is one that no part has
     """
     path: Path = ()
     written = ""
     owners = parts_at(())
-    here = parts_at(())
+    parts = parts_at(())
     for place, word in enumerate(loc):
         if isinstance(word, int):
             written += f"[{word}]"
-        elif len(here) > 1 and (
-            chosen := tuple(part for part in here if _name(part) == word)
-        ):
-            here = chosen
-        elif any(word in part.model_fields for part in here) or (
-            unknown and place == len(loc) - 1
-        ):
+            continue
+        chosen = tuple(part for part in parts if _name(part) == word)
+        if len(parts) > 1 and chosen:
+            parts = chosen
+            continue
+        fields = [
+            part.model_fields[word] for part in parts if word in part.model_fields
+        ]
+        is_last = place == len(loc) - 1
+        if fields or (unknown and is_last):
             path = (*path, word)
             written = f"{written}.{word}" if written else word
-            owners = here
-            fields = [
-                part.model_fields[word] for part in here if word in part.model_fields
-            ]
-            here = tuple(
+            owners = parts
+            parts = tuple(
                 inner for field in fields for inner in parts_in(field.annotation)
             )
-        elif word in MEMBERS and any(part.per_member for part in here):
+        elif word in MEMBERS and any(part.per_member for part in parts):
             path = (*path, word)
             written = f"{written}.{word}"
-            owners = here
+            owners = parts
     return path, written, owners
 
 
 def _reason(error: dict[str, Any], path: Path, parts: Parts) -> str:
+    """Return what is wrong at a path, and what would be right.
+
+    Parameters
+    ----------
+    error : one of pydantic's
+    path : where it is
+    parts : the parts that may have its last key
+    """
     kind = error["type"]
     value = error.get("input")
     context = error.get("ctx", {})
@@ -190,28 +226,14 @@ def _reason(error: dict[str, Any], path: Path, parts: Parts) -> str:
     if kind == "missing":
         return f"required: {_wanted(path, parts)}"
     if kind == "union_tag_not_found":
-        if isinstance(value, dict):
-            return (
-                f"required key {chooser_at(path)!r}: one of "
-                f"{', '.join(map(repr, _models(path)))}"
-            )
-        return f"{shown(value)} is no table: {_wanted(path, parts)}"
-    came = (
-        value.get(slots.PLUGIN)
-        if kind == "union_tag_invalid" and isinstance(value, dict)
-        else None
-    )
-    if isinstance(came, dict):
-        source = (
-            f"the plug-in {came.get('file')} (sha256 {str(came.get('sha256'))[:12]}…)"
-        )
-        return f"{context.get('tag')!r} comes from {source}, which is not loaded here"
+        return _without_choice(value, path, parts)
+    if kind == "union_tag_invalid" and (origin := _plugin_of(value)):
+        return f"{context.get('tag')!r} comes from {origin}, which is not loaded here"
     if kind in ("union_tag_invalid", "literal_error"):
-        invalid = context.get("tag") if kind == "union_tag_invalid" else value
+        choice = context.get("tag") if kind == "union_tag_invalid" else value
         expected = context.get("expected_tags", context.get("expected", ""))
-        return not_a_choice(
-            invalid, re.findall(r"'([^']*)'", str(expected))
-        ) + _as_a_value(invalid, path)
+        choices = re.findall(r"'([^']*)'", str(expected))
+        return not_a_choice(choice, choices) + _as_a_value(choice, path)
     if limit := limit_of(context):
         return f"{shown(value)} {limit}"
     if kind in EXPECTED:
@@ -224,12 +246,31 @@ def _reason(error: dict[str, Any], path: Path, parts: Parts) -> str:
             f"{shown(value)} has {context['actual_length']} entries: "
             f"{_wanted(path, parts)}"
         )
-    names_the_value = kind == "value_error" or not kind.endswith(("_type", "_parsing"))
-    said = re.sub(r"^Value error, ", "", error["msg"])
-    return said if names_the_value else f"{shown(value)}: {error['msg']}"
+    if kind == "value_error" or not kind.endswith(("_type", "_parsing")):
+        return re.sub(r"^Value error, ", "", error["msg"])
+    return f"{shown(value)}: {error['msg']}"
+
+
+def _without_choice(value: object, path: Path, parts: Parts) -> str:
+    """Return what is wrong with a value that chooses none of several tables."""
+    if not isinstance(value, dict):
+        return f"{shown(value)} is no table: {_wanted(path, parts)}"
+    models = ", ".join(map(repr, _models(path)))
+    return f"required key {chooser_at(path)!r}: one of {models}"
+
+
+def _plugin_of(value: object) -> str:
+    """Return the plug-in that a stored table says its variant comes from, "" of none."""
+    plugin = value.get(slots.PLUGIN) if isinstance(value, dict) else None
+    if not isinstance(plugin, dict):
+        return ""
+    return (
+        f"the plug-in {plugin.get('file')} (sha256 {str(plugin.get('sha256'))[:12]}…)"
+    )
 
 
 def _unknown(path: Path, parts: Parts) -> str:
+    """Return why a key is refused: unknown, or an option of another choice."""
     above = path[:-1]
     key = path[-1]
     owners = [
@@ -237,8 +278,8 @@ def _unknown(path: Path, parts: Parts) -> str:
         for part in parts_at(above)
         if key in part.model_fields and (name := _name(part))
     ]
-    if owners and len(parts) == 1 and (own := _name(parts[0])):
-        return f"not an option of {own!r}, but of {', '.join(map(repr, owners))}"
+    if owners and len(parts) == 1 and (choice := _name(parts[0])):
+        return f"not an option of {choice!r}, but of {', '.join(map(repr, owners))}"
     return unknown_key(
         key, dict.fromkeys(name for part in parts for name in part.model_fields)
     )
@@ -251,6 +292,7 @@ def _name(part: type[options.Part]) -> str | None:
 
 
 def _models(path: Path) -> list[str]:
+    """Return the names of the choices at a path."""
     chooser = chooser_at(path)
     return [
         name
@@ -259,14 +301,14 @@ def _models(path: Path) -> list[str]:
     ]
 
 
-def _as_a_value(given: object, path: Path) -> str:
-    """Return how a quantity is written where the name of a model with one value stands, "" of other texts."""
+def _as_a_value(value: object, path: Path) -> str:
+    """Return how a quantity is written that stands for a model with one value, else ""."""
     for part in (
-        (parts_at(path) or parts_at(path[:-1])) if units.is_quantity(given) else ()
+        (parts_at(path) or parts_at(path[:-1])) if units.is_quantity(value) else ()
     ):
         field = part.model_fields.get("value")
         if field is not None and options.unit_within(None, field.metadata):
-            return f"; write {{ {part.chooser} = {_name(part)!r}, value = {given!r} }}"
+            return f"; write {{ {part.chooser} = {_name(part)!r}, value = {value!r} }}"
     return ""
 
 

@@ -5,17 +5,19 @@ from itertools import pairwise
 from operator import attrgetter
 from typing import Any
 
-from wearlab.scene import gears, mesh, sections
+from wearlab.scene import gears, sections
+from wearlab.scene.mesh import OWN_MESHES, ErrorHarmonic, MeshSection, OneMesh
 from wearlab.wear.coefficients.calibrated import CalibratedCoefficient
 
 Problems = Iterator[tuple[str, str]]
-WIDTHS = 0.03, 1000.0  # modules
+NARROWEST = 0.03  # modules
+WIDEST = 1000.0  # modules
 
 
-def _meshes_of_the_set(scene: sections.Sections, given: mesh.MeshSection) -> Problems:
+def _meshes_of_the_set(scene: sections.Sections, meshes: MeshSection) -> Problems:
     """What both kinds of mesh must share, and what pairs have not."""
     if not scene.gears.descriptor.is_pair:
-        first, second = (given.of(section) for section in mesh.OWN_MESHES)
+        first, second = (meshes.of(section) for section in OWN_MESHES)
         for key in ("damping_in", "damping_law", "excitation"):
             if getattr(first, key) != getattr(second, key):
                 yield (
@@ -23,8 +25,8 @@ def _meshes_of_the_set(scene: sections.Sections, given: mesh.MeshSection) -> Pro
                     f"must be as in mesh.sun_planet: write mesh.{key} for both",
                 )
         return
-    for section in mesh.OWN_MESHES:
-        if getattr(given, section) is not None:
+    for section in OWN_MESHES:
+        if getattr(meshes, section) is not None:
             yield (
                 f"mesh.{section}",
                 "belongs to planetary sets; this is a pair: write it under [mesh]",
@@ -37,21 +39,21 @@ def _meshes_of_the_set(scene: sections.Sections, given: mesh.MeshSection) -> Pro
 
 
 def _harmonics(
-    scene: sections.Sections, harmonics: tuple[mesh.ErrorHarmonic, ...]
+    scene: sections.Sections, harmonics: tuple[ErrorHarmonic, ...]
 ) -> Problems:
     """An error of one planet's mesh needs that planet."""
     planets = getattr(scene.gears, "planets", 1)
     for number, harmonic in enumerate(harmonics):
         last = harmonic.mesh.rsplit("-", 1)[-1]
         if last.isdigit() and int(last) > planets:
-            told = f"{harmonic.mesh!r}: of that kind there are meshes 1 to {planets}"
-            yield f"errors.harmonic[{number}].mesh", told
+            problem = f"{harmonic.mesh!r}: of that kind there are meshes 1 to {planets}"
+            yield f"errors.harmonic[{number}].mesh", problem
 
 
-def _pins(scene: sections.Sections, given: dict[str, Any]) -> Problems:
+def _pins(scene: sections.Sections, members: dict[str, Any]) -> Problems:
     """The planets' pins stand in one member's errors: written twice, they would count twice."""
     if all(
-        getattr(given.get(member), "planet_position", ())
+        getattr(members.get(member), "planet_position", ())
         for member in ("planet", "carrier")
     ):
         yield (
@@ -61,28 +63,29 @@ def _pins(scene: sections.Sections, given: dict[str, Any]) -> Problems:
         )
 
 
-def _widths(scene: sections.Sections, given: Any) -> Problems:
+def _widths(scene: sections.Sections, gear_set: Any) -> Problems:
     """A width that no gear of this module has is in another unit than its author thinks."""
-    low, high = (share * given.module for share in WIDTHS)
-    own = {
+    low = NARROWEST * gear_set.module
+    high = WIDEST * gear_set.module
+    of_gears = {
         f"gears.{name}.face_width": gear.face_width
-        for name, gear in given.gears().items()
+        for name, gear in gear_set.gears().items()
     }
-    for path, width in {"gears.face_width": given.face_width, **own}.items():
+    for path, width in {"gears.face_width": gear_set.face_width, **of_gears}.items():
         if width is not None and not low <= width <= high:
-            told = f"{width / given.module:.3g} times the module"
+            proportion = f"{width / gear_set.module:.3g} times the module"
             yield (
                 path,
-                f"{1e3 * width:.4g} mm is {told}: no gear is so wide or narrow, check "
+                f"{1e3 * width:.4g} mm is {proportion}: no gear is so wide or narrow, check "
                 "its unit",
             )
 
 
 def _friction(scene: sections.Sections, friction: Any) -> Problems:
     whole = [
-        own.excitation.chosen
-        for own in scene.meshes.values()
-        if not own.excitation.by_pairs
+        mesh.excitation.chosen
+        for mesh in scene.meshes.values()
+        if not mesh.excitation.by_pairs
     ]
     if whole:
         yield (
@@ -93,16 +96,16 @@ def _friction(scene: sections.Sections, friction: Any) -> Problems:
 
 def _moving_parts(scene: sections.Sections, dynamics: Any) -> Problems:
     """Meshes that move are damped, and what turns has an inertia, which no shape of a carrier tells."""
-    for path, given in scene.meshes.items():
-        if given.damping is None and given.damping_ratio is None:
-            wanted = "give 'damping' such as '1000 N*s/m', or 'damping_ratio'"
-            yield path, f"dynamics need mesh damping: {wanted}"
+    for path, mesh in scene.meshes.items():
+        if mesh.damping is None and mesh.damping_ratio is None:
+            remedy = "give 'damping' such as '1000 N*s/m', or 'damping_ratio'"
+            yield path, f"dynamics need mesh damping: {remedy}"
         yield from (
             ("mesh.damping_law", problem)
-            for problem in given.damping_law.problems(scene)
+            for problem in mesh.damping_law.problems(scene)
         )
-        if given.damps_always and not given.damping_law.acts_in_separation:
-            law = repr(given.damping_law.chosen)
+        if mesh.damps_always and not mesh.damping_law.acts_in_separation:
+            law = repr(mesh.damping_law.chosen)
             yield (
                 "mesh.damping_in",
                 "'always' is the papers' dashpot: leave it out with damping_law = "
@@ -135,11 +138,11 @@ def _response(scene: sections.Sections, response: Any) -> Problems:
             f"follows orbits and needs method 'periodic', not {dynamics.method!r}",
         )
     if scene.errors is not None and scene.errors.slow.turns:
-        told = (
+        problem = (
             f"does not follow errors.slow = {scene.errors.slow.chosen!r}; give "
             "'averaged' or 'frozen'"
         )
-        yield "dynamics.response", told
+        yield "dynamics.response", problem
 
 
 def _fluctuation(scene: sections.Sections, dynamics: Any) -> Problems:
@@ -153,7 +156,7 @@ def _fluctuation(scene: sections.Sections, dynamics: Any) -> Problems:
             "load: leave it out",
         )
     if dynamics.response is not None and not all(
-        (one.order or 0.5).is_integer() for one in harmonics
+        (harmonic.order or 0.5).is_integer() for harmonic in harmonics
     ):
         yield (
             key,
@@ -176,25 +179,25 @@ def _requested(scene: sections.Sections, requested: tuple[str, ...]) -> Problems
     elif scene.dynamics is not None and scene.dynamics.response is not None:
         for name in requested:
             if name.endswith("_orders"):
-                told = (
+                problem = (
                     f"{name!r} and dynamics.response have different orders: leave one "
                     "out"
                 )
-                yield "store.variables", told
+                yield "store.variables", problem
 
 
-def _extended(scene: sections.Sections, given: Any) -> Problems:
+def _extended(scene: sections.Sections, section: Any) -> Problems:
     """Beyond A and E only tip corners touch: one search and one stiffness know nothing of them."""
-    for path, own in scene.meshes.items():
+    for path, mesh in scene.meshes.items():
         place = f"{path}.extended_contact"
-        model = repr(own.contact.chosen)
-        if own.extended_contact and not own.contact.tip_corners:
+        model = repr(mesh.contact.chosen)
+        if mesh.extended_contact and not mesh.contact.tip_corners:
             yield (
                 place,
                 f"{model} knows no tip corners: give mesh.contact = 'exact', or leave "
                 "it out",
             )
-        if own.extended_contact and own.stiffness.of_mesh:
+        if mesh.extended_contact and mesh.stiffness.of_mesh:
             whole = (
                 "lets pairs engage one by one, and a stiffness of = 'mesh' has no "
                 "pairs: give of = 'pair'"
@@ -238,39 +241,42 @@ def _conditions(scene: sections.Sections, operation: Any) -> Problems:
         yield "operation.stage", "the last stage needs 'cycles', or give wear.until"
 
 
-def _calibrated(scene: sections.Sections, given: Any) -> Problems:
+def _calibrated(scene: sections.Sections, coefficient: Any) -> Problems:
     """A calibrated coefficient is one for all members, and its flank is one of the set's."""
     wear: Any = scene.wear
-    each = given.values() if isinstance(given, dict) else ()
-    if any(isinstance(coefficient, CalibratedCoefficient) for coefficient in each):
+    coefficients = coefficient.values() if isinstance(coefficient, dict) else ()
+    if any(
+        isinstance(member_coefficient, CalibratedCoefficient)
+        for member_coefficient in coefficients
+    ):
         yield (
             "wear.coefficient",
             "'calibrated' is one coefficient for all members, not one of several",
         )
-    if not isinstance(given, CalibratedCoefficient):
+    if not isinstance(coefficient, CalibratedCoefficient):
         return
     flanks = scene.gears.descriptor.flanks
-    if given.flank not in flanks:
+    if coefficient.flank not in flanks:
         yield (
             "wear.coefficient.flank",
             f"no flank of this gear set; there are {', '.join(flanks)}",
         )
     if not wear.law.proportional:
         law = f"wear.law = {wear.law.chosen!r}"
-        told = (
+        problem = (
             f"needs a rate proportional to it, and {law} says of none: give the "
             "coefficient's value"
         )
-        yield "wear.coefficient", f"'calibrated' {told}"
+        yield "wear.coefficient", f"'calibrated' {problem}"
 
 
 def _limits(scene: sections.Sections, wear: Any) -> Problems:
     if wear.until is not None and wear.coefficient is None:
-        told = (
+        problem = (
             'required with until, such as {model = "constant", value = "9.65e-19 '
             'm^2/N"}'
         )
-        yield "wear.coefficient", told
+        yield "wear.coefficient", problem
     if (
         wear.snapshots is not None
         and wear.until is None
@@ -290,15 +296,15 @@ def _initial(scene: sections.Sections, initial: Any) -> Problems:
         "or 'uniform'"
     )
     for flank in gears.ALL_FLANKS:
-        given = getattr(initial, flank)
-        if given is not None and flank not in flanks:
+        wear_of_flank = getattr(initial, flank)
+        if wear_of_flank is not None and flank not in flanks:
             yield (
                 f"wear.initial.{flank}",
                 f"no flank of this gear set; there are {', '.join(flanks)}",
             )
         elif (
-            given is not None
-            and given.by_law
+            wear_of_flank is not None
+            and wear_of_flank.by_law
             and wear is not None
             and wear.coefficient is None
         ):
@@ -307,16 +313,18 @@ def _initial(scene: sections.Sections, initial: Any) -> Problems:
 
 def _needs(scene: sections.Sections, wear: Any) -> Problems:
     """What law, coefficients and films must know of oil and flanks stands in the scene."""
-    each = scene.coefficients.values()
+    coefficients = scene.coefficients.values()
     films = [
         coefficient.film_model
-        for coefficient in each
+        for coefficient in coefficients
         if coefficient.film_model is not None
     ]
     named = [("film = true", film) for film in films] + [
-        (repr(own.chosen), own) for own in (*each, wear.law)
+        (repr(variant.chosen), variant) for variant in (*coefficients, wear.law)
     ]
-    asking = dict.fromkeys((name, variant.needs) for name, variant in named if each)
+    asking = dict.fromkeys(
+        (name, variant.needs) for name, variant in named if coefficients
+    )
     gears = scene.gears.gears()
     dry = [] if scene.lubricant else ["lubricant"]
     smooth = [
@@ -358,30 +366,30 @@ def _rating(scene: sections.Sections, rating: Any) -> Problems:
             "mesh as a pair",
         )
         return
-    given = [key for key in rating.of_pitting if getattr(rating, key) is not None]
-    wanted = [f"rating.{key}" for key in rating.of_pitting if key not in given]
+    stated = [key for key in rating.of_pitting if getattr(rating, key) is not None]
+    lacking = [f"rating.{key}" for key in rating.of_pitting if key not in stated]
     for name, gear in scene.gears.gears().items():
-        wanted += [f"gears.{name}.roughness_ra"] if gear.roughness_ra is None else []
+        lacking += [f"gears.{name}.roughness_ra"] if gear.roughness_ra is None else []
     if rating.equivalent_misalignment is None and scene.mesh.misalignment is None:
-        wanted.append("mesh.misalignment (0 where gears are aligned)")
-    if given and wanted:
+        lacking.append("mesh.misalignment (0 where gears are aligned)")
+    if stated and lacking:
         yield (
-            f"rating.{given[0]}",
-            f"the safety against pitting also takes {', '.join(wanted)}",
+            f"rating.{stated[0]}",
+            f"the safety against pitting also takes {', '.join(lacking)}",
         )
 
 
-def _face(scene: sections.Sections, given: Any) -> Problems:
+def _face(scene: sections.Sections, gear_set: Any) -> Problems:
     """What flanks with a width cannot go together with, each with what to give instead."""
     keys = scene.face_keys
     yield from _measured(scene, keys)
     if not keys:
         return
     without = f"or leave {' and '.join(keys)} out and give mesh.face_load_factor"
-    yield from _hands(scene, given.gears())
-    yield from _one_face(given, keys[0])
-    for path, own in scene.meshes.items():
-        yield from _mesh_of_a_face(own, path, keys[0])
+    yield from _hands(scene, gear_set.gears())
+    yield from _one_face(gear_set, keys[0])
+    for path, mesh in scene.meshes.items():
+        yield from _mesh_of_a_face(mesh, path, keys[0])
     yield from _in_motion(scene, keys[0])
     if scene.errors is not None:
         yield (
@@ -407,10 +415,12 @@ def _measured(scene: sections.Sections, keys: tuple[str, ...]) -> Problems:
             continue
         path = f"wear.initial.{flank}"
         if not keys:
-            told = "was measured over the face (face_position), and this scene has none"
+            problem = (
+                "was measured over the face (face_position), and this scene has none"
+            )
             yield (
                 f"{path}.file",
-                f"{told}: give mesh.face_points, such as 41, or a file of one profile",
+                f"{problem}: give mesh.face_points, such as 41, or a file of one profile",
             )
         if initial.sides == "both":
             yield (
@@ -440,10 +450,10 @@ def _in_motion(scene: sections.Sections, key: str) -> Problems:
     if scene.wear is not None and (
         scene.wear.load.needs_slope or scene.wear.wohler_slope is not None
     ):
-        told = f"counts forces of whole pairs, which a face ({key}) has not"
+        problem = f"counts forces of whole pairs, which a face ({key}) has not"
         yield (
             "wear.wohler_slope",
-            f"{told}: give wear.load = 'instant' or 'static', and leave it out",
+            f"{problem}: give wear.load = 'instant' or 'static', and leave it out",
         )
 
 
@@ -456,69 +466,71 @@ def _hands(scene: sections.Sections, members: dict[str, gears.Toothed]) -> Probl
                 "is that of a helix: give gears.helix_angle, or leave it out",
             )
         return
-    for (first, one), (second, two) in pairwise(scene.hands().items()):
-        if (one == two) != (second == "ring"):
-            wanted = "the same hand" if second == "ring" else "opposite hands"
-            told = (
-                f"{two!r} does not mesh with {first}'s {one!r}: these gears have "
-                f"{wanted}"
+    for (first, hand), (second, mate_hand) in pairwise(scene.hands().items()):
+        if (hand == mate_hand) != (second == "ring"):
+            fitting = "the same hand" if second == "ring" else "opposite hands"
+            problem = (
+                f"{mate_hand!r} does not mesh with {first}'s {hand!r}: these gears have "
+                f"{fitting}"
             )
-            yield f"gears.{second}.hand", told
+            yield f"gears.{second}.hand", problem
 
 
-def _one_face(given: gears.SetOptions, key: str) -> Problems:
+def _one_face(gear_set: gears.SetOptions, key: str) -> Problems:
     """The meshes of a set are told over one face."""
-    own = {
-        name: gear.face_width or given.face_width
-        for name, gear in given.gears().items()
+    widths = {
+        name: gear.face_width or gear_set.face_width
+        for name, gear in gear_set.gears().items()
     }
-    meshes = {min(own[first], own[second]) for first, second in pairwise(own)}
+    meshes = {min(widths[first], widths[second]) for first, second in pairwise(widths)}
     if len(meshes) > 1:
         faces = " and ".join(f"{1e3 * width:.4g}" for width in sorted(meshes))
-        told = (
+        problem = (
             f"gives the meshes of this set faces of {faces} mm, and flanks with a "
             f"width ({key})"
         )
-        narrowest = min(own, key=lambda name: own[name])
+        narrowest = min(widths, key=lambda name: widths[name])
         yield (
             f"gears.{narrowest}.face_width",
-            f"{told} are told over one: give the planets the narrowest",
+            f"{problem} are told over one: give the planets the narrowest",
         )
 
 
-def _mesh_of_a_face(own: mesh.OneMesh, path: str, key: str) -> Problems:
-    coupling = own.coupling
-    stiffness = own.stiffness
-    contact = own.contact
-    if own.face_load_factor != 1.0:
-        told = (
+def _mesh_of_a_face(mesh: OneMesh, path: str, key: str) -> Problems:
+    coupling = mesh.coupling
+    stiffness = mesh.stiffness
+    contact = mesh.contact
+    if mesh.face_load_factor != 1.0:
+        problem = (
             f"is of scenes without a face, and {key} gives this one a face, of which "
             "it is a result"
         )
-        yield f"{path}.face_load_factor", f"{told}: leave one out"
+        yield f"{path}.face_load_factor", f"{problem}: leave one out"
     if stiffness.of_mesh:
         yield (
             f"{path}.stiffness.of",
             f"'mesh' has no pairs to share out over the face ({key}): give 'pair'",
         )
     if coupling.of_contact and stiffness.prescribed:
-        told = (
+        problem = (
             "must know what the contact itself yields, and a prescribed stiffness does "
             "not tell: give 'none'"
         )
         yield (
             f"{path}.face_coupling",
-            f"{coupling.chosen!r} {told}, or another mesh.stiffness",
+            f"{coupling.chosen!r} {problem}, or another mesh.stiffness",
         )
     if coupling.of_elements and not stiffness.of_elements:
-        told = "goes with mesh.stiffness = 'finite-element': give that, or 'pasternak'"
-        yield f"{path}.face_coupling", f"{coupling.chosen!r} {told}"
+        problem = (
+            "goes with mesh.stiffness = 'finite-element': give that, or 'pasternak'"
+        )
+        yield f"{path}.face_coupling", f"{coupling.chosen!r} {problem}"
     if not contact.along_line_of_action or contact.by_threshold:
-        told = (
+        problem = (
             f"flanks with a width ({key}) meet on the line of action: give "
             "'displacement'"
         )
-        yield f"{path}.contact", told
+        yield f"{path}.contact", problem
 
 
 RULES: tuple[tuple[str, Callable[[sections.Sections, Any], Problems]], ...] = (
@@ -543,7 +555,7 @@ RULES: tuple[tuple[str, Callable[[sections.Sections, Any], Problems]], ...] = (
     ("gears", _face),
     ("rating", _rating),
 )
-"""Rules in the order in which they are told, each with what a scene must have to be
+"""Rules in the order in which they are problem, each with what a scene must have to be
 asked: it gets that."""
 
 
@@ -552,9 +564,9 @@ def broken_rules(scene: sections.Sections) -> list[str]:
     problems: list[str] = []
     for place, rule in RULES:
         section = place.partition(".")[0]
-        given = None if getattr(scene, section) is None else attrgetter(place)(scene)
-        if given is not None:
+        subject = None if getattr(scene, section) is None else attrgetter(place)(scene)
+        if subject is not None:
             problems += (
-                f"scene.{path}: {reason}" for path, reason in rule(scene, given)
+                f"scene.{path}: {reason}" for path, reason in rule(scene, subject)
             )
     return problems

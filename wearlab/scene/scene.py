@@ -51,30 +51,24 @@ class Scene(sections.Sections):
     _calibration: CalibrationLife | None = PrivateAttr(default=None)
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        """Say which load wears, and complete what a mesh says of itself by what all meshes have."""
-        whole = dict(given)
-        wear = given.get("wear")
-        meshes = given.get("mesh")
+    def _complete(cls, table: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        """Say which load wears, and complete each kind of mesh by what all have."""
+        whole = dict(table)
+        wear = table.get("wear")
+        meshes = table.get("mesh")
         if isinstance(wear, dict):
-            whole["wear"] = {
-                "load": "static" if given.get("dynamics") is None else "instant",
-                **wear,
-            }
+            load = "static" if table.get("dynamics") is None else "instant"
+            whole["wear"] = {"load": load, **wear}
         if isinstance(meshes, dict):
-            own = {
-                key: meshes[key]
-                for key in OWN_MESHES
-                if isinstance(meshes.get(key), dict)
-            }
             general = {
                 key: value for key, value in meshes.items() if key not in OWN_MESHES
             }
-            each = {
-                key: merge.merge(general, table, ("mesh", key))
-                for key, table in own.items()
+            of_kinds = {
+                kind: merge.merge(general, meshes[kind], ("mesh", kind))
+                for kind in OWN_MESHES
+                if isinstance(meshes.get(kind), dict)
             }
-            whole["mesh"] = {**meshes, **each}
+            whole["mesh"] = {**meshes, **of_kinds}
         return whole
 
     @classmethod
@@ -99,28 +93,28 @@ class Scene(sections.Sections):
 
     @classmethod
     def _read(
-        cls, raw: dict[str, Any], base: Path | None, known: Mapping[str, Any]
+        cls, raw: dict[str, Any], base: Path | None, sections_read: Mapping[str, Any]
     ) -> "Scene":
         """Return the scene of a table of which some sections have been read before."""
         try:
             context = {"base_directory": base, "kind": gears.kind_of(raw)}
-            scene = cls.model_validate({**raw, **known}, context=context)
+            scene = cls.model_validate({**raw, **sections_read}, context=context)
         except ValidationError as error:
             raise problems.SceneError(problems.problems_of(error)) from None
         if broken := rules.broken_rules(scene):
             raise problems.SceneError(broken)
         scene._mapping, scene._base = raw, base
-        given = (
+        stated = (
             (name, part) for name, part in scene if name in raw and name not in RESOLVED
         )
         scene._parts = {
-            name: part for name, part in given if isinstance(part, options.Part)
+            name: part for name, part in stated if isinstance(part, options.Part)
         }
         return scene
 
     @property
     def duty_table(self) -> tables.ReadTable | None:
-        """The file of the duty as it was understood, None where the conditions stand in the scene."""
+        """The file of the duty as it was understood, None where there is none."""
         operation = self._mapping.get("operation")
         duty = operation.get("duty") if isinstance(operation, Mapping) else None
         if not isinstance(duty, Mapping):
@@ -134,7 +128,12 @@ class Scene(sections.Sections):
 
     @classmethod
     def from_canonical(cls, text: str) -> "Scene":
-        """Return the scene that a dataset stores as canonical JSON."""
+        """Return the scene that a dataset stores as canonical JSON.
+
+        Parameters
+        ----------
+        text : as of `canonical`
+        """
         return cls.from_mapping(identity.stored(json.loads(text)))
 
     def replace(self, key: str | Mapping[str, Any], value: Any = None) -> "Scene":
@@ -175,17 +174,18 @@ class Scene(sections.Sections):
                 changed = merge.without(changed, name)
             except merge.DropError as error:
                 raise problems.SceneError(f"scene.{name}: {error}") from None
-        same = {
-            name for name in self._parts if changed.get(name) is self._mapping[name]
-        }
         # another kind of gears or of motion may mean something else of all other
         # sections
-        alike = all(
+        same_kinds = all(
             changed.get(name) is self._mapping.get(name)
             for name in ("gears", "dynamics")
         )
-        known = {name: self._parts[name] for name in same if alike}
-        scene = type(self)._read(changed, self._base, known)
+        sections_kept = {
+            name: part
+            for name, part in self._parts.items()
+            if same_kinds and changed.get(name) is self._mapping[name]
+        }
+        scene = type(self)._read(changed, self._base, sections_kept)
         scene._texts = dict(self._texts)
         return scene
 
@@ -195,18 +195,28 @@ class Scene(sections.Sections):
         return self._start_wear
 
     def with_start_wear(self, wear: StartWear) -> "Scene":
-        """Return the same scene with the wear of the run that it continues at hand."""
+        """Return the same scene with the wear of the run that it continues at hand.
+
+        Parameters
+        ----------
+        wear : of that run, at the cycle where this one begins
+        """
         scene = self.model_copy()
         scene._start_wear = wear
         return scene
 
     @property
     def calibration(self) -> CalibrationLife | None:
-        """The life that calibrates the wear coefficient, once it was read from the run that lived it."""
+        """The life that calibrates the wear coefficient, once its run was read."""
         return self._calibration
 
     def with_calibration(self, life: CalibrationLife) -> "Scene":
-        """Return the same scene with the life that calibrates its wear coefficient at hand."""
+        """Return the same scene with the life that calibrates its coefficient at hand.
+
+        Parameters
+        ----------
+        life : as a run of the scene of `calibrating` had it
+        """
         scene = self.model_copy()
         scene._calibration = life
         return scene
@@ -217,7 +227,7 @@ class Scene(sections.Sections):
 
     @cached_property
     def id(self) -> str:
-        """The identity of the run: a hash of what the scene says beyond defaults, and the model version."""
+        """The identity of the run: a hash of model version and what is not default."""
         return identity.identity(self, self._texts)
 
     @cached_property
@@ -225,7 +235,7 @@ class Scene(sections.Sections):
         return identity.canonical(self.model_dump())
 
     def __repr__(self) -> str:
-        """Return gears with their teeth, torque and speed as written, how it moves and whether it wears."""
+        """Return gears and teeth, torque and speed as written, motion and wear."""
         teeth = " × ".join(str(gear.teeth) for gear in self.gears.gears().values())
         operation = self._mapping.get("operation", {})
         driven = [
@@ -235,19 +245,19 @@ class Scene(sections.Sections):
         ]
         motion = "quasi-static" if self.dynamics is None else self.dynamics.chosen
         wear = "no wear" if self.wear is None else f"{self.wear.load.chosen} wear"
-        told = ", ".join([f"{self.gears.kind} {teeth}", *driven, motion, wear])
-        return f"<Scene {self.id[:10]}: {told}>"
+        description = ", ".join([f"{self.gears.kind} {teeth}", *driven, motion, wear])
+        return f"<Scene {self.id[:10]}: {description}>"
 
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
         """Return all that its file says, section by section, below the scene in one line."""
-        said = [
+        cells = [
             (escape(key), escape(str(value)))
             for key, value in merge.leaves(self._mapping)
         ]
         rows = "".join(
-            f"<tr><td>{key}</td><td>{value}</td></tr>" for key, value in said
+            f"<tr><td>{key}</td><td>{value}</td></tr>" for key, value in cells
         )
         return f"<p><b>{escape(repr(self)[1:-1])}</b></p><table>{rows}</table>"
 
@@ -268,26 +278,28 @@ class Scene(sections.Sections):
         origins = dict.fromkeys(
             part.origin for part in parts_within(self) if part.origin is not None
         )
-        if unrun := [origin.file for origin in origins if not origin.runs]:
-            known = f"{unrun[0]} was not run, only its options are known"
-            raise plugins.PluginError(f"{known}: add {plugins.CONSENT}")
+        for origin in origins:
+            if not origin.runs:
+                raise plugins.PluginError(
+                    f"{origin.file} was not run, only its options are known: add "
+                    f"{plugins.CONSENT}"
+                )
+        for name, sha256 in self.store.results.items():
+            if sha256 not in plugins.LOADED:
+                raise plugins.PluginError(
+                    f"the plug-in of {name!r} was not run, or is another one now: add "
+                    f"{plugins.CONSENT}"
+                )
         sources = dict.fromkeys(
             [*(origin.sha256 for origin in origins), *self.store.results.values()]
         )
-        if other := [
-            name
-            for name, sha256 in self.store.results.items()
-            if sha256 not in plugins.LOADED
-        ]:
-            told = f"the plug-in of {other[0]!r} was not run, or is another one now"
-            raise plugins.PluginError(f"{told}: add {plugins.CONSENT}")
         return tuple(plugins.LOADED[sha256] for sha256 in sources)
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         """Take the sources of plug-ins along to other processes."""
         plain = super().__reduce_ex__(protocol)
-        own = self.plugins_used()
-        return (_revived, (own, pickle.dumps(plain, protocol))) if own else plain
+        used = self.plugins_used()
+        return (_revived, (used, pickle.dumps(plain, protocol))) if used else plain
 
 
 def _revived(used: tuple[plugins.Plugin, ...], pickled: bytes) -> Scene:
@@ -338,20 +350,25 @@ slots.WHEN_CHANGED.append(_renew)
 
 
 def calibrated_coefficient(scene: Any) -> CalibratedCoefficient | None:
-    """Return the coefficient of a scene that is to be calibrated, None where it is given."""
-    given = getattr(getattr(scene, "wear", None), "coefficient", None)
-    return given if isinstance(given, CalibratedCoefficient) else None
+    """Return the coefficient of a scene that is to be calibrated, None where it is known.
+
+    Parameters
+    ----------
+    scene : the scene
+    """
+    coefficient = getattr(getattr(scene, "wear", None), "coefficient", None)
+    return coefficient if isinstance(coefficient, CalibratedCoefficient) else None
 
 
 def calibrating(scene: Scene) -> Scene | None:
-    """Return the scene whose life is the one given, but for the scale of the wear coefficient.
+    """Return the scene whose life calibrates a coefficient, but for the scale of that.
 
     New flanks, the one condition, the one limit; None where nothing is calibrated. A
     realisation of errors is left out: one sample of many does not tell the coefficient.
     What alters no wear is left out, so that scenes share one calibration.
     """
-    given = calibrated_coefficient(scene)
-    if given is None:
+    coefficient = calibrated_coefficient(scene)
+    if coefficient is None:
         return None
     wear = scene.wear
     dynamics = scene.dynamics
@@ -359,14 +376,16 @@ def calibrating(scene: Scene) -> Scene | None:
     constant = ConstantCoefficient(
         model="constant",
         value=options.Stored(UNCALIBRATED),
-        film=given.film,
+        film=coefficient.film,
     )
     worn = {
         "coefficient": constant,
-        "until": Until.model_construct(depth=given.depth, flank=given.flank),
+        "until": Until.model_construct(
+            depth=coefficient.depth, flank=coefficient.flank
+        ),
         "initial": None,
         "snapshots": SnapshotOptions.model_construct(
-            depth=(given.depth,), flank=given.flank
+            depth=(coefficient.depth,), flank=coefficient.flank
         ),
         "wohler_slope": wear.wohler_slope if wear.load.needs_slope else None,
     }
@@ -377,9 +396,11 @@ def calibrating(scene: Scene) -> Scene | None:
         else dynamics.model_copy(update={"response": None}),
         "errors": None if scene.prescribed.slow.realised else scene.errors,
         "lubricant": scene.lubricant
-        if given.film or scene.mesh.damping_law.needs_oil
+        if coefficient.film or scene.mesh.damping_law.needs_oil
         else None,
-        "operation": scene.operation.single_condition(given.torque, given.speed),
+        "operation": scene.operation.single_condition(
+            coefficient.torque, coefficient.speed
+        ),
         "start": None,
         "store": sections.StoreSection(),
     }

@@ -90,11 +90,11 @@ ALL = "all"
 
 
 def _known(names: tuple[str, ...]) -> tuple[str, ...]:
-    known = (*schema.VARIABLES, ALL)
-    if unknown := [name for name in names if name not in known]:
+    variables = (*schema.VARIABLES, ALL)
+    if unknown := [name for name in names if name not in variables]:
         raise ValueError(
             f"{unknown[0]!r} is no variable of a "
-            f"dataset{nearest.meant(unknown[0], known)}"
+            f"dataset{nearest.meant(unknown[0], variables)}"
         )
     return tuple(sorted(set(names)))
 
@@ -190,8 +190,8 @@ class Sections(options.Part):
         places += [(path, mesh, KEYS_OF_A_FACE) for path, mesh in self.meshes.items()]
         keys += [
             f"{path}.{key}"
-            for path, part, own in places
-            for key in own
+            for path, part, keys_of_face in places
+            for key in keys_of_face
             if getattr(part, key) is not None
         ]
         return tuple(keys)
@@ -206,13 +206,16 @@ class Sections(options.Part):
         turns = accumulate(
             (1 if name == "ring" else -1 for name in chain[1:]), mul, initial=1
         )
-        alike = dict(zip(chain, turns, strict=True))
+        turns_alike = dict(zip(chain, turns, strict=True))
         first = str(self.operation.input) if self.gears.descriptor.is_pair else chain[0]
-        told = [name for name in (first, *chain) if gears[name].hand is not None]
-        known, hand = (told[0], gears[told[0]].hand) if told else (first, "right")
-        other = {"left": "right", "right": "left"}[str(hand)]
+        with_hand = [name for name in (first, *chain) if gears[name].hand is not None]
+        stated, hand = (
+            (with_hand[0], gears[with_hand[0]].hand) if with_hand else (first, "right")
+        )
+        opposite = {"left": "right", "right": "left"}[str(hand)]
         derived = {
-            name: str(hand) if alike[name] == alike[known] else other for name in chain
+            name: str(hand) if turns_alike[name] == turns_alike[stated] else opposite
+            for name in chain
         }
         return {name: gears[name].hand or derived[name] for name in chain}
 
@@ -223,25 +226,27 @@ class Sections(options.Part):
         is one of helical teeth that are not solid, of the time when these did not bend
         as oblique ones.
         """
-        own = super().identifying()
+        sections = super().identifying()
         if not self.face_keys:
-            return own
+            return sections
         solid = {
             path: mesh
             for path, mesh in self.meshes.items()
             if mesh.coupling.of_elements
         }
-        each = {
+        with_coupling = {
             path: mesh.model_copy(update={"face_coupling": mesh.coupling})
             for path, mesh in solid.items()
         }
-        general = each.pop("mesh", self.mesh)
-        told = {path.removeprefix("mesh."): mesh for path, mesh in each.items()}
-        own["mesh"] = general.model_copy(update=told)
+        general = with_coupling.pop("mesh", self.mesh)
+        of_kinds = {
+            path.removeprefix("mesh."): mesh for path, mesh in with_coupling.items()
+        }
+        sections["mesh"] = general.model_copy(update=of_kinds)
         oblique = bool(self.gears.helix_angle) and any(
             mesh.by_sections for mesh in self.meshes.values()
         )
-        return own | ({"oblique": True} if oblique else {})
+        return sections | ({"oblique": True} if oblique else {})
 
 
 Path = tuple[str, ...]
@@ -337,5 +342,5 @@ def nearest_place(key: str) -> Path | None:
 
 def forget() -> None:
     """Forget which parts there are: plug-ins have brought others."""
-    for known in (parts_at, field_at, chooser_at, nearest_place):
-        known.cache_clear()
+    for cached in (parts_at, field_at, chooser_at, nearest_place):
+        cached.cache_clear()

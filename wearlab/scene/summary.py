@@ -34,60 +34,76 @@ ALIKE = 1.3
 
 
 def _parts(scene: Scene) -> dict[str, str | None]:
-    """Return every part by its word.
+    """Return every part by its name, with what is chosen of it.
 
-    With what is chosen of it, None when it is left out.
+    None when it is left out.
     """
-    wear = scene.wear
-    dynamics = scene.dynamics
-    operation = scene.operation
-    meshes = scene.meshes.values()
+    return {
+        **_parts_of_gears(scene),
+        **_parts_of_motion(scene),
+        **_parts_of_wear(scene),
+    }
+
+
+def _parts_of_gears(scene: Scene) -> dict[str, str | None]:
+    """Return what gears and meshes have, and which errors."""
     gears = scene.gears.gears().values()
-    coefficients = scene.coefficients.values()
-    models = sorted({coefficient.chosen for coefficient in coefficients})
-    first = next(iter(meshes)).excitation.chosen
-    response = dynamics and dynamics.response
+    meshes = scene.meshes.values()
+    modified = any(getattr(gear, key) for gear in gears for key in MODIFYING)
     return {
         "gears": scene.gears.kind,
-        "flank modifications": _there(
-            any(getattr(g, key) for g in gears for key in MODIFYING)
-        ),
+        "flank modifications": _there(modified),
         "face": _face(scene),
         "rating": "ISO 6336-1" if scene.rating else None,
         "mesh stiffness": _chosen(mesh.stiffness.chosen for mesh in meshes),
         "contact": _chosen(mesh.contact.chosen for mesh in meshes),
         "contact beyond A and E": _there(any(mesh.extended_contact for mesh in meshes)),
         "errors": scene.errors.slow.chosen if scene.errors else None,
+    }
+
+
+def _parts_of_motion(scene: Scene) -> dict[str, str | None]:
+    """Return what moves, and under which conditions of operation."""
+    dynamics = scene.dynamics
+    operation = scene.operation
+    meshes = list(scene.meshes.values())
+    response = dynamics and dynamics.response
+    has_back_flank = any(mesh.normal_backlash is not None for mesh in meshes)
+    fluctuates = operation.torque_fluctuation is not None
+    return {
         "dynamics": f"{dynamics.chosen}, {dynamics.method}" if dynamics else None,
-        "excitation": first if dynamics else None,
-        "back flank": _there(
-            dynamics and any(mesh.normal_backlash is not None for mesh in meshes)
-        ),
+        "excitation": meshes[0].excitation.chosen if dynamics else None,
+        "back flank": _there(dynamics and has_back_flank),
         "friction": _there(dynamics and dynamics.friction),
         "response over speed": response.direction if response else None,
-        "torque fluctuation": _there(
-            dynamics and operation.torque_fluctuation is not None
-        ),
+        "torque fluctuation": _there(dynamics and fluctuates),
         "duty": f"{len(operation.blocks)} conditions" if operation.duty else None,
         "stages": f"{len(operation.stages)} in order" if operation.stage else None,
-        "film": _there(
-            scene.lubricant and all(g.roughness_ra is not None for g in gears)
-        ),
-        "film in the coefficient": _there(
-            any(coefficient.film for coefficient in coefficients)
-        ),
+    }
+
+
+def _parts_of_wear(scene: Scene) -> dict[str, str | None]:
+    """Return the oil film, the wear a run starts with, the wear law and the life."""
+    wear = scene.wear
+    gears = scene.gears.gears().values()
+    coefficients = scene.coefficients.values()
+    models = sorted({coefficient.chosen for coefficient in coefficients})
+    is_rough = all(gear.roughness_ra is not None for gear in gears)
+    has_film = any(coefficient.film for coefficient in coefficients)
+    law = None
+    if wear and models:
+        law = f"{' and '.join(models)} coefficient, {wear.load.chosen} load"
+    parts = {
+        "film": _there(scene.lubricant and is_rough),
+        "film in the coefficient": _there(has_film),
         "initial wear": _there(wear and wear.initial),
         "start from another run": str(scene.start.run)[:10] if scene.start else None,
-        "wear": f"{' and '.join(models)} coefficient, {wear.load.chosen} load"
-        if wear and models
-        else None,
-        **(
-            {"one wear state": f"no cycles pass; {REMEDY}"}
-            if is_one_state(scene)
-            else {}
-        ),
-        "life": wear.step.chosen if wear and not is_one_state(scene) else None,
+        "wear": law,
     }
+    if is_one_state(scene):
+        parts["one wear state"] = f"no cycles pass; {REMEDY}"
+    parts["life"] = wear.step.chosen if wear and not is_one_state(scene) else None
+    return parts
 
 
 def _there(part: object) -> str | None:
@@ -168,51 +184,51 @@ def _idle_oil(scene: Scene) -> Iterator[str]:
 
     Nothing where it does, or where a plug-in may ask it.
     """
-    each = list(scene.coefficients.values())
-    asking: list[Any] = [*each, scene.wear and scene.wear.law]
-    asked = scene.mesh.damping_law.needs_oil or any(
-        coefficient.film for coefficient in each
+    if scene.lubricant is None or _asks_the_oil(scene):
+        return
+    first = next(iter(scene.coefficients.values()))
+    without_roughness = [
+        f"gears.{name}.roughness_ra"
+        for name, gear in scene.gears.gears().items()
+        if gear.roughness_ra is None
+    ]
+    further = f" (and {', '.join(without_roughness)})" if without_roughness else ""
+    yield (
+        f"the oil does not change this life: wear.coefficient = {first.chosen!r} takes "
+        "no notice of [lubricant]; let its film count with film = true in "
+        f"[wear.coefficient]{further}, or leave it out"
     )
-    asked = asked or any(
-        own.origin or OF_OIL.intersection(getattr(own, "needs", ())) for own in asking
+
+
+def _asks_the_oil(scene: Scene) -> bool:
+    """Say whether something of a scene that wears may depend on the oil."""
+    coefficients = list(scene.coefficients.values())
+    if scene.mesh.damping_law.needs_oil or any(model.film for model in coefficients):
+        return True
+    models: list[Any] = [*coefficients, scene.wear and scene.wear.law]
+    return any(
+        model.origin or OF_OIL.intersection(getattr(model, "needs", ()))
+        for model in models
     )
-    if scene.lubricant is not None and not asked:
-        rough = [
-            name
-            for name, gear in scene.gears.gears().items()
-            if gear.roughness_ra is None
-        ]
-        further = (
-            f" (and {', '.join(f'gears.{name}.roughness_ra' for name in rough)})"
-            if rough
-            else ""
-        )
-        yield (
-            "the oil does not change this life: wear.coefficient = "
-            f"{each[0].chosen!r} takes no notice of "
-            "[lubricant]; let its film count with film = true in "
-            f"[wear.coefficient]{further}, or leave it "
-            "out"
-        )
 
 
 def _shared_coefficient(scene: Scene) -> Iterator[str]:
     """Yield that gears of different materials have one coefficient."""
-    each = list(scene.coefficients.values())
-    gears = scene.gears.gears()
-    shared = all(own is each[0] for own in each)
-    of_each = isinstance(each[0], HardnessCoefficient) and each[0].hardness is None
-    material = {
-        name: gear.material or scene.gears.material for name, gear in gears.items()
+    coefficients = list(scene.coefficients.values())
+    first = coefficients[0]
+    is_shared = all(coefficient is first for coefficient in coefficients)
+    by_hardness = isinstance(first, HardnessCoefficient) and first.hardness is None
+    materials = {
+        name: gear.material or scene.gears.material
+        for name, gear in scene.gears.gears().items()
     }
-    moduli = [own.youngs_modulus for own in material.values()]
-    if shared and not of_each and max(moduli) > ALIKE * min(moduli):
-        known = {
-            name: own.name or f"E = {own.youngs_modulus:.3g} Pa"
-            for name, own in material.items()
-        }
-        made_of = ", ".join(f"{name} {told}" for name, told in known.items())
-        tables = ", ".join(f"{name} = {{…}}" for name in gears)
+    moduli = [material.youngs_modulus for material in materials.values()]
+    if is_shared and not by_hardness and max(moduli) > ALIKE * min(moduli):
+        made_of = ", ".join(
+            f"{name} {material.name or f'E = {material.youngs_modulus:.3g} Pa'}"
+            for name, material in materials.items()
+        )
+        tables = ", ".join(f"{name} = {{…}}" for name in materials)
         yield (
             f"one wear coefficient for two materials ({made_of}): the harder flank "
             "wears as the softer one "

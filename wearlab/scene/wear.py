@@ -31,32 +31,35 @@ def _per_member(value: Any, info: pydantic.ValidationInfo) -> Any:
     if strangers := [
         repr(name) for name in NAMES if name in value and name not in members
     ]:
-        known = f"no member with teeth of this gear set; there are {', '.join(members)}"
-        raise ValueError(f"{', '.join(strangers)}: {known}")
+        problem = (
+            f"no member with teeth of this gear set; there are {', '.join(members)}"
+        )
+        raise ValueError(f"{', '.join(strangers)}: {problem}")
     if value.keys().isdisjoint(members):
         return value
-    general = {key: own for key, own in value.items() if key not in members}
+    general = {key: option for key, option in value.items() if key not in members}
     return {member: _over(general, value.get(member, {})) for member in members}
 
 
-def _over(general: dict[str, Any], own: Any) -> Any:
+def _over(general: dict[str, Any], table: Any) -> Any:
     """Return a member's options over the general ones; another model starts afresh."""
-    own = {"model": own} if isinstance(own, str) else own
-    if not isinstance(own, dict) or own.get(
+    table = {"model": table} if isinstance(table, str) else table
+    if not isinstance(table, dict) or table.get(
         "model", general.get("model")
     ) != general.get("model"):
-        return own
-    return {**general, **own}
+        return table
+    return {**general, **table}
 
 
-def _one_if_equal(each: Any) -> Any:
+def _one_if_equal(coefficients: Any) -> Any:
     """Return one coefficient where both members have the same."""
-    if not isinstance(each, dict):
-        return each
+    if not isinstance(coefficients, dict):
+        return coefficients
     different = {
-        identity.canonical(coefficient.model_dump()) for coefficient in each.values()
+        identity.canonical(coefficient.model_dump())
+        for coefficient in coefficients.values()
     }
-    return next(iter(each.values())) if len(different) == 1 else each
+    return next(iter(coefficients.values())) if len(different) == 1 else coefficients
 
 
 def _one_or_each(value: Any) -> str:
@@ -208,23 +211,27 @@ class WearSection(options.Part):
 
     @classmethod
     def _complete(
-        cls, given: dict[str, Any], info: pydantic.ValidationInfo
+        cls, table: dict[str, Any], info: pydantic.ValidationInfo
     ) -> dict[str, Any]:
         """Read the other word for a contact patch as what it means."""
-        averaged = given.get("average_over_contact_width")
-        if "contact_patch" in given or not isinstance(averaged, bool):
-            return given
+        averaged = table.get("average_over_contact_width")
+        if "contact_patch" in table or not isinstance(averaged, bool):
+            return table
         rest = {
             key: value
-            for key, value in given.items()
+            for key, value in table.items()
             if key != "average_over_contact_width"
         }
         return {**rest, "contact_patch": "one-way" if averaged else "none"}
 
     def coefficient_of(self, flank: str) -> Any:
         """Return the coefficient of one flank, that of its member, None when nothing wears."""
-        each = self.coefficient
-        return each[gears.member_of(flank)] if isinstance(each, dict) else each
+        coefficient = self.coefficient
+        return (
+            coefficient[gears.member_of(flank)]
+            if isinstance(coefficient, dict)
+            else coefficient
+        )
 
     def initial_of(self, flank: str) -> Any:
         """Return the initial wear of one flank, None when it is new."""
