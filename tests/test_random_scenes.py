@@ -5,11 +5,39 @@ from collections import Counter
 import numpy as np
 import pytest
 import random_scenes
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import HealthCheck, Phase, given, seed, settings
 
 from wearlab.scene import Scene
 from wearlab.simulation import Refused, simulate
 
+SEED = 1
+"""Of the drawn scenes: a number, not a hash of the test's own text, which formatting moves."""
+NEVER_IN_CONTACT = {
+    "gears": {
+        "kind": "external-pair",
+        "module": "0.001273 m",
+        "face_width": "0.001273 m",
+        "pinion": {"teeth": 185, "profile_shift_coefficient": 0.2},
+        "gear": {"teeth": 140},
+    },
+    "operation": {"torque": "0.00155729 N*m", "speed": "5353.0 rpm"},
+    "mesh": {
+        "stiffness": {
+            "model": "potential-energy",
+            "coupling": "shared",
+            "hertz": "weber",
+        },
+        "damping_ratio": 1.0,
+        "damping_in": "always",
+    },
+    "dynamics": {"model": "torsional"},
+    "errors": {"harmonic": [{"order": 3, "amplitude": "2.269759e-09 m"}]},
+    "wear": {
+        "coefficient": {"model": "constant", "value": "8.746e-15 m^2/N"},
+        "until": {"depth": "4.025e-06 m"},
+    },
+}
+"""Teeth that a dashpot keeps apart for whole periods, under 14 mN."""
 KINDS = [
     (random_scenes.scenes(), 21),
     (random_scenes.internal_pairs(), 15),
@@ -37,12 +65,12 @@ def test_random_scenes_are_finite_or_refused_by_name(drawn, examples):
 
     @settings(
         max_examples=examples,
-        derandomize=True,
         deadline=None,
         database=None,
         phases=[Phase.generate],
         suppress_health_check=list(HealthCheck),
     )
+    @seed(SEED)
     @given(drawn)
     def run(mapping):
         verdict, rules = random_scenes.outcome(mapping)
@@ -52,6 +80,12 @@ def test_random_scenes_are_finite_or_refused_by_name(drawn, examples):
     run()
     assert verdicts["refused"] <= 0.2 * verdicts.total()
     assert verdicts["completed"] >= 0.3 * verdicts.total()
+
+
+@pytest.mark.xfail(strict=True, reason="the mean force is off by 119 static forces")
+def test_teeth_that_a_dashpot_keeps_apart_carry_the_load_in_the_mean():
+    _, rules = random_scenes.outcome(NEVER_IN_CONTACT)
+    assert rules == []
 
 
 def test_the_rules_see_what_is_broken():

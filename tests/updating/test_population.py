@@ -20,7 +20,7 @@ from units import (
 )
 
 import wearlab
-from wearlab.updating import fit_population as room
+from wearlab.updating import population as room
 from wearlab.updating.fleet import (
     DRAWS,
     UnitState,
@@ -199,7 +199,7 @@ def test_what_is_measured_of_a_unit_strays_together():
     shared = room.Shared(
         0.9 * lane, 0.2 * lane, (5e-5 * lane, 1e-3 * lane, 8e-5 * lane), 1.5e4
     )
-    seen = room.seen_by(one, shared, np.log([[1.1]]), steps=True)
+    seen = room.unit_likelihood(one, shared, np.log([[1.1]]), steps=True)
     cov = rate * np.minimum(equal[:, None], equal) * worn[:, None] * worn + np.diag(own)
     exact = stats.multivariate_normal(model, cov).logpdf(value)
     assert seen.log_likelihood[0, 0] == pytest.approx(exact, abs=1e-9)

@@ -32,7 +32,7 @@ SLACK = 1e-3
 COUNTS = {"million cycles": 1e6, "millions": 1e6, "thousand cycles": 1e3, "cycles": 1.0}
 
 
-class MeasuredFlank(NamedTuple):
+class MeasuredMap(NamedTuple):
     """A flank measured trace after trace over its face.
 
     Parameters
@@ -130,7 +130,7 @@ def published(
         )
 
 
-def beside_map(curve: Series, flank: MeasuredFlank) -> Series:
+def beside_map(curve: Series, flank: MeasuredMap) -> Series:
     """Return a flank as it was measured as a map that stands beside a computed one, by its own traces.
 
     Straight from point to point and from trace to trace, at the nodes of the computed
@@ -184,7 +184,7 @@ def beside_map(curve: Series, flank: MeasuredFlank) -> Series:
     )
 
 
-def measured_flank(request: FigureRequest) -> MeasuredFlank:
+def measured_flank(request: FigureRequest) -> MeasuredMap:
     """Return the flank that a figure of maps is to show beside them.
 
     Raises
@@ -213,7 +213,7 @@ def measured_flank(request: FigureRequest) -> MeasuredFlank:
         np.array(rows)[np.argsort(where[rows], kind="stable")] for rows in each.values()
     ]
     of_trace = [(where[rows], gone[rows]) for rows in rising]
-    return MeasuredFlank(
+    return MeasuredMap(
         points.name,
         x,
         ABSCISSAE[x],
