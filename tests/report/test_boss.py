@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from wearlab.assembly.sheet import thickness
+from wearlab.campaign.blocks import CampaignError, modelled
 from wearlab.campaign.campaign import PARTS, ReportSpec
-from wearlab.campaign.inheritance import CampaignError, modelled
 from wearlab.gears.outline import drawing, half_tooth
 from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec

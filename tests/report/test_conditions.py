@@ -9,7 +9,7 @@ from made_up import put, run
 import wearlab as wl
 from wearlab.assembly.gear_model import build
 from wearlab.assembly.sheet import sheet
-from wearlab.campaign.reading import campaign_of
+from wearlab.campaign.coercion import campaign_of
 from wearlab.report.answer import answer, conditions
 from wearlab.report.page import report
 from wearlab.store import Store

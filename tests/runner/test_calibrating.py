@@ -2,7 +2,7 @@
 
 import pytest
 
-from wearlab.campaign.reading import campaign_of
+from wearlab.campaign.coercion import campaign_of
 from wearlab.cli.commands.ls import show
 from wearlab.runner import run
 from wearlab.runner.plan import plan

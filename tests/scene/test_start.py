@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import wearlab as wl
-from wearlab.campaign.inheritance import CampaignError
+from wearlab.campaign.blocks import CampaignError
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.wear import StartWear, is_replaced
 

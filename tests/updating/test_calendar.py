@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wearlab.campaign.inheritance import CampaignError
+from wearlab.campaign.blocks import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.campaign.update_options import Days
 from wearlab.updating.calendar import Calendar, day_number

@@ -5,7 +5,7 @@ import pytest
 from made import LIMIT, RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
-from wearlab.campaign.inheritance import CampaignError
+from wearlab.campaign.blocks import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.updating.answers import answer_of, facts_of
 from wearlab.updating.clocks import runs_with_change

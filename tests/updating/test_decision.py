@@ -7,7 +7,7 @@ import pytest
 from made import LIMIT, RATE, ErrorModel, history, observed, study
 from scipy import stats
 
-from wearlab.campaign.inheritance import CampaignError
+from wearlab.campaign.blocks import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.campaign.update_options import Decision
 from wearlab.updating.answers import finding_of

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from wearlab.campaign import distributions
-from wearlab.campaign.inheritance import CampaignError, is_list_of, listed, modelled
+from wearlab.campaign.blocks import CampaignError, is_list_of, listed, modelled
 from wearlab.scene.problems import shown
 from wearlab.schema import DIMENSIONS, VARIABLES
 from wearlab.units import UnitError, convert, is_number, is_quantity, rounded, split

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from wearlab import nearest, schema, units
-from wearlab.campaign.inheritance import CampaignError, texts_of
+from wearlab.campaign.blocks import CampaignError, texts_of
 from wearlab.query import Key, QueryError, Vocabulary, keys, read_condition
 from wearlab.scene import Scene, merge, problems
 

@@ -11,7 +11,8 @@ from pydantic import ConfigDict, StrictBool
 
 from wearlab.campaign import campaign, case
 from wearlab.campaign.axes import MAX_CASES, Axis, too_many
-from wearlab.campaign.inheritance import CampaignError, blocks_of, dropped
+from wearlab.campaign.blocks import CampaignError, blocks_of
+from wearlab.campaign.inheritance import dropped
 from wearlab.options import OptionTable
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.scene import Scene, SceneError, merge

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from wearlab import nearest, options, units
-from wearlab.campaign.inheritance import CampaignError, blocks_of
+from wearlab.campaign.blocks import CampaignError, blocks_of
 from wearlab.query.formula import AmountError, amount, parse_formula, spelled_out
 from wearlab.query.keys import QueryError
 

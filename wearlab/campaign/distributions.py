@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import StrictInt, ValidationInfo, field_validator
 
 from wearlab.arrays import Array
-from wearlab.campaign.inheritance import CampaignError
+from wearlab.campaign.blocks import CampaignError
 from wearlab.options import ClosedTable
 from wearlab.scene.problems import shown
 from wearlab.units import UnitError, convert, is_number, is_quantity, rounded, split

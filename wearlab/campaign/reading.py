@@ -1,29 +1,38 @@
-"""Whatever describes runs becomes a campaign: a file, a table, a scene or a list of scenes."""
+"""A campaign file, or a table that says the same, becomes a campaign."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
-from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from wearlab import nearest, units
-from wearlab.campaign import (
-    axes,
-    campaign,
-    case,
-    cases,
-    claims,
-    inheritance,
-    json_schema,
-    update,
+from wearlab.campaign import axes, campaign, case, cases, claims, json_schema, update
+from wearlab.campaign.blocks import (
+    CampaignError,
+    attempt,
+    blocks_of,
+    is_list_of,
+    modelled,
 )
-from wearlab.campaign.update_options import SECTION
+from wearlab.campaign.inheritance import (
+    PLUGINS,
+    Inherited,
+    Layer,
+    inherit,
+    over_parents,
+)
+from wearlab.campaign.toml_file import plain
+from wearlab.campaign.update_options import SECTION, UpdateSpec
 from wearlab.plugins import Plugin, PluginError, held, use
-from wearlab.query.keys import flat, scene_key
-from wearlab.scene import Scene, merge, oversights, problems
+from wearlab.query.keys import flat
+from wearlab.scene import Scene, merge, oversights
+from wearlab.scene.problems import shown
 
-TOLD_ELSEWHERE = (
+IN_MEMORY = Path("campaign")
+"""What errors call a campaign that is no file."""
+MAX_QUANTITIES_OF_KEY = 100
+NOT_OF_SCENES = (
     "title",
     "reference",
     "figure",
@@ -34,55 +43,6 @@ TOLD_ELSEWHERE = (
     "report",
     "exclude",
 )
-
-
-def undone(layers: Sequence[inheritance.Layer]) -> Iterator[str]:
-    """Yield what files that are extended twice set back, one line each.
-
-    Parameters
-    ----------
-    layers : the files of a campaign, the one that counts most last
-    """
-    files = [layer.file for layer in layers]
-    written = [
-        axes.swept_keys(
-            {
-                name: own
-                for name, own in layer.table.items()
-                if name not in TOLD_ELSEWHERE
-            }
-        )
-        for layer in layers
-    ]
-    for again, file in enumerate(files):
-        first = files.index(file)
-        for key, value in written[again].items() if first < again else ():
-            others = (
-                range(first, again)
-                if not any(_sets(own, key) for own in written[again + 1 :])
-                else ()
-            )
-            between = [
-                files[n].name
-                for n in others
-                if files[n] != file and _sets(written[n], key, value)
-            ]
-            if between:
-                said = (
-                    f"is reached again after {between[-1]} and sets {key} back to "
-                    f"{problems.shown(value)}"
-                )
-                yield f"extends: {file.name} {said}: put {between[-1]} last"
-
-
-def _sets(table: Mapping[str, Any], key: str, but: Any = None) -> bool:
-    """Return whether a table of dotted keys sets a key, or what lies within or above, to another value."""
-    return any(
-        axes.overlap(key, own) and (own, x) != (key, but) for own, x in table.items()
-    )
-
-
-TABLE = Path("campaign")  # what errors call a campaign that is no file
 
 
 def load(path: str | Path | Mapping[str, Any]) -> campaign.Campaign:
@@ -105,16 +65,18 @@ def load(path: str | Path | Mapping[str, Any]) -> campaign.Campaign:
     """
     if isinstance(path, Mapping):
         file = None
-        inherited = inheritance.over_parents(inheritance.plain(path), TABLE, Path.cwd())
+        inherited = over_parents(plain(path), IN_MEMORY, Path.cwd())
     else:
         file = Path(path).expanduser().resolve()
-        inherited = inheritance.inherit(file)
+        inherited = inherit(file)
     with _naming_files(inherited):
         return _read(inherited, file)
 
 
 def read_plugins(path: str | Path) -> tuple[Plugin, ...]:
-    """Make the variants known that a file, or one that it extends, brings by its plug-ins; read nothing else.
+    """Make the variants of a file's plug-ins known; read nothing else of the file.
+
+    Plug-ins of files that it extends are among them.
 
     Parameters
     ----------
@@ -125,117 +87,205 @@ def read_plugins(path: str | Path) -> tuple[Plugin, ...]:
     CampaignError
         When it cannot be read, or a plug-in may not be run and nothing is known of it.
     """
-    inherited = inheritance.inherit(Path(path).expanduser().resolve())
+    inherited = inherit(Path(path).expanduser().resolve())
     with _naming_files(inherited):
-        return _plugins(inherited.table.get(inheritance.PLUGINS, []))
+        return _use_plugins(inherited.table.get(PLUGINS, []))
 
 
 @contextmanager
-def _naming_files(inherited: inheritance.Inherited) -> Iterator[None]:
-    """Put in front of every problem the file that wrote what it is about."""
+def _naming_files(inherited: Inherited) -> Iterator[None]:
+    """Put in front of every problem the file that wrote what the problem is about."""
     try:
         yield
-    except inheritance.CampaignError as error:
-        raise inheritance.CampaignError(
-            f"{inherited.file_of(_written_at(line, inherited.table))}: {line}"
+    except CampaignError as error:
+        raise CampaignError(
+            f"{inherited.file_of(_key_of_problem(line, inherited.table))}: {line}"
             for line in error.problems
         ) from None
 
 
-def _written_at(problem: str, table: merge.Table) -> str:
-    """Return the dotted key that a problem is about.
+def _key_of_problem(problem: str, table: merge.Table) -> str:
+    """Return the dotted key that a problem is about, "sweep" where that gives the value."""
+    subject = problem.split(": ")[0]
+    key = subject.removeprefix("scene.").split("[")[0].split(" ")[0]
+    if not subject.startswith("scene."):
+        return key
 
-    "sweep" where that gives the value.
-    """
-    about = problem.split(": ")[0]
-    path = about.removeprefix("scene.").split("[")[0].split(" ")[0]
-    blocks = table.get("sweep", [])
-    for block in blocks if isinstance(blocks, list) else [blocks]:
-        if about.startswith("scene.") and isinstance(block, dict):
-            if any(axes.overlap(path, key) for key in axes.swept_keys(block)):
-                return "sweep"
-    return path
+    sweeps = table.get("sweep", [])
+    blocks = sweeps if isinstance(sweeps, list) else [sweeps]
+    for block in blocks:
+        if isinstance(block, dict) and _sets(axes.swept_keys(block), key):
+            return "sweep"
+    return key
 
 
-def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campaign:
+def _sets(keys: Iterable[str], key: str) -> bool:
+    """Whether one of some dotted keys is a key, or lies within or above it."""
+    return any(axes.overlap(key, other) for other in keys)
+
+
+class _Blocks(NamedTuple):
+    """What a campaign file says besides scenes; None where it is wrong or missing."""
+
+    axes: tuple[axes.Axis, ...] | None
+    differences: cases.Differences | None
+    figures: tuple[campaign.FigureSpec, ...] | None
+    claims: tuple[claims.ClaimSpec, ...] | None
+    metadata: dict[str, str] | None
+    update: UpdateSpec | None
+    report: campaign.ReportSpec | None
+    title: str | None
+    reference: str | None
+    conditions: tuple[str, ...] | None
+
+
+def _read(inherited: Inherited, file: Path | None) -> campaign.Campaign:
+    """Return the campaign of a file merged over what it extends."""
     table = inherited.table
-    plugins = _plugins(table.get(inheritance.PLUGINS, []))
+    plugins = _use_plugins(table.get(PLUGINS, []))
+
+    faults = _unknown_keys(table)
+    blocks = _read_blocks(table, faults)
+    sections = _scene_sections(table, plugins)
+    every_case = attempt(
+        faults,
+        cases.expand,
+        sections,
+        blocks.axes or (),
+        blocks.differences or (),
+        load,
+    )
+    if blocks.update is not None and every_case:
+        attempt(faults, update.refuse_unknown_keys, blocks.update, every_case)
+    if faults:
+        raise CampaignError(faults)
+
+    included, excluded = case.without_excluded(every_case, blocks.conditions or ())
+    scene_warnings = dict.fromkeys(
+        line for run in included for line in oversights(run.scene)
+    )
+    return campaign.Campaign(
+        title=blocks.title or (file.stem if file else "untitled"),
+        reference=blocks.reference or None,
+        metadata=blocks.metadata or {},
+        cases=included,
+        axes=blocks.axes or (),
+        figures=blocks.figures or (),
+        path=file,
+        excluded=excluded,
+        plugins=plugins,
+        update=blocks.update,
+        report=blocks.report or campaign.ReportSpec(),
+        warnings=(*values_set_back(inherited.layers), *scene_warnings),
+        claims=blocks.claims or (),
+        written=written_quantities(_tables_of_scenes(sections, blocks)),
+    )
+
+
+def _unknown_keys(table: merge.Table) -> list[str]:
+    """Return one line for each key that no campaign file has."""
     valid = list(json_schema.CampaignFile.model_fields)
-    listed = f"; there are {', '.join(valid)}"
-    faults = [
-        f"{key}: unknown key{nearest.meant(key, valid, listed)}"
+    remedy = f"; there are {', '.join(valid)}"
+    return [
+        f"{key}: unknown key{nearest.meant(key, valid, remedy)}"
         for key in table
         if key not in valid
     ]
-    tried = partial(inheritance.tried, faults)
-    swept = tried(axes.read_axes, table.get("sweep", []))
-    differences = (
-        None
-        if swept is None
-        else tried(cases.read_differences, table.get("case", []), swept)
-    )
-    told: dict[str, Any] = {
-        "figures": tried(
-            inheritance.blocks_of,
-            campaign.FigureSpec,
-            table.get("figure", []),
-            "figure",
-        ),
-        "claims": tried(claims.read_claims, table.get("claim", [])),
-        "metadata": tried(_metadata, table.get("metadata", {})),
-        "update": tried(update.read_update, table[SECTION])
-        if SECTION in table
-        else None,
-        "report": tried(
-            inheritance.modelled, campaign.ReportSpec, table.get("report", {}), "report"
-        ),
-    }
-    for number, figure in enumerate(
-        told["figures"] or () if told["claims"] is not None else ()
-    ):
-        try:
-            claims.spelled_note(figure.note or "", told["claims"])
-        except ValueError as error:
-            faults.append(f"figure[{number}].note: {error}")
-    title = tried(_text, table, "title")
-    reference = tried(_text, table, "reference")
-    sections = {
-        key: value
-        for key, value in table.items()
-        if key in (*Scene.model_fields, cases.EXPECT)
-    }
-    kept = sections.get("store", {})
-    if isinstance(kept, dict) and (own := held("results", plugins)):
-        sections["store"] = {**kept, "results": {**kept.get("results", {}), **own}}
-    conditions = tried(case.read_conditions, table.get("exclude", []))
-    every = tried(cases.expand, sections, swept or (), differences or (), load)
-    if told["update"] is not None and every:
-        tried(update.refuse_unknown_keys, told["update"], every)
-    if faults:
-        raise inheritance.CampaignError(faults)
-    told["cases"], told["excluded"] = case.without_excluded(every, conditions)
-    unmeant = dict.fromkeys(
-        line for one in told["cases"] for line in oversights(one.scene)
-    )
-    tables = [
-        sections,
-        *({key: list(texts) for key, texts in axis.written.items()} for axis in swept),
-    ]
-    return campaign.Campaign(
-        title=title or (file.stem if file else "untitled"),
-        reference=reference or None,
+
+
+def _read_blocks(table: merge.Table, faults: list[str]) -> _Blocks:
+    """Return what a file says besides scenes; note what is wrong in ``faults``."""
+    read = partial(attempt, faults)
+
+    swept = read(axes.read_axes, table.get("sweep", []))
+    differences = None
+    if swept is not None:
+        differences = read(cases.read_differences, table.get("case", []), swept)
+    figures = read(blocks_of, campaign.FigureSpec, table.get("figure", []), "figure")
+    claimed = read(claims.read_claims, table.get("claim", []))
+    metadata = read(_metadata, table.get("metadata", {}))
+    measured = None
+    if SECTION in table:
+        measured = read(update.read_update, table[SECTION])
+    report = read(modelled, campaign.ReportSpec, table.get("report", {}), "report")
+    if figures is not None and claimed is not None:
+        faults += _wrong_notes(figures, claimed)
+
+    return _Blocks(
         axes=swept,
-        path=file,
-        plugins=plugins,
-        warnings=(*undone(inherited.layers), *unmeant),
-        written=written_quantities(
-            [*tables, *(difference.settings for difference in differences or ())]
-        ),
-        **told,
+        differences=differences,
+        figures=figures,
+        claims=claimed,
+        metadata=metadata,
+        update=measured,
+        report=report,
+        title=read(_text, table, "title"),
+        reference=read(_text, table, "reference"),
+        conditions=read(case.read_conditions, table.get("exclude", [])),
     )
 
 
-MOST_WRITTEN = 100  # quantities of a key
+def _wrong_notes(
+    figures: Sequence[campaign.FigureSpec], claimed: Sequence[claims.ClaimSpec]
+) -> Iterator[str]:
+    """Yield what is wrong with placeholders in notes of figures."""
+    for number, figure in enumerate(figures):
+        try:
+            claims.spelled_note(figure.note or "", claimed)
+        except ValueError as error:
+            yield f"figure[{number}].note: {error}"
+
+
+def _scene_sections(table: merge.Table, plugins: Sequence[Plugin]) -> merge.Table:
+    """Return the sections that scenes have, and ``expect``, with plug-ins' results."""
+    valid = (*Scene.model_fields, cases.EXPECT)
+    sections = {key: value for key, value in table.items() if key in valid}
+    store = sections.get("store", {})
+    results = held("results", plugins)
+    if isinstance(store, dict) and results:
+        stored_results = {**store.get("results", {}), **results}
+        sections["store"] = {**store, "results": stored_results}
+    return sections
+
+
+def _use_plugins(names: Any) -> tuple[Plugin, ...]:
+    """Make the file's own variants known, before anything of it is read."""
+    if not is_list_of(names, str):
+        raise CampaignError(
+            f"{PLUGINS}: {shown(names)} is no list of Python files or entry points"
+        )
+    try:
+        return use(names)
+    except PluginError as error:
+        raise CampaignError(f"{PLUGINS}: {error}") from None
+
+
+def _text(table: merge.Table, key: str) -> str:
+    """Return the text under a key, "" where there is none."""
+    text = table.get(key, "")
+    if not isinstance(text, str):
+        raise CampaignError(f"{key}: {shown(text)} is no text")
+    return str(text)
+
+
+def _metadata(table: Any) -> dict[str, str]:
+    """Return ``[metadata]``, each list as one text."""
+    metadata = modelled(campaign.Metadata, table, "metadata")
+    return {
+        key: value if isinstance(value, str) else "; ".join(value)
+        for key, value in metadata.model_dump(exclude_none=True).items()
+    }
+
+
+def _tables_of_scenes(
+    sections: merge.Table, blocks: _Blocks
+) -> Iterator[Mapping[str, Any]]:
+    """Yield what gives scenes their values: sections, sweeps and cases."""
+    yield sections
+    for axis in blocks.axes or ():
+        yield {key: list(values) for key, values in axis.written.items()}
+    for difference in blocks.differences or ():
+        yield difference.settings
 
 
 def written_quantities(
@@ -245,130 +295,70 @@ def written_quantities(
 
     Entries of a list share its key.
 
+    Parameters
+    ----------
+    tables : sections, or dotted keys and their values
+
     Examples
     --------
-    >>> written_quantities([{"operation": {"torque": "0.34 kN*m"}}, {"operation.torque": ["340 Nm"]}])
+    >>> tables = [{"operation": {"torque": "0.34 kN*m"}}, {"operation.torque": ["340 Nm"]}]
+    >>> written_quantities(tables)
     {'operation.torque': ('0.34 kN*m', '340 Nm')}
     """
-    found: dict[str, dict[str, None]] = {}
+    texts: dict[str, dict[str, None]] = {}
     for table in tables:
         for path, value in flat(dict(table)):
+            if not units.is_quantity(value):
+                continue
             key = ".".join(word for word in path.split(".") if not word.isdigit())
-            if (
-                units.is_quantity(value)
-                and len(known := found.setdefault(key, {})) < MOST_WRITTEN
-            ):
-                known[value] = None
-    return {key: tuple(texts) for key, texts in found.items()}
+            texts_of_key = texts.setdefault(key, {})
+            if len(texts_of_key) < MAX_QUANTITIES_OF_KEY:
+                texts_of_key[value] = None
+    return {key: tuple(texts_of_key) for key, texts_of_key in texts.items()}
 
 
-def _plugins(named: Any) -> tuple[Plugin, ...]:
-    """Make the file's own variants known, before anything of it is read."""
-    if not inheritance.is_list_of(named, str):
-        raise inheritance.CampaignError(
-            f"{inheritance.PLUGINS}: {problems.shown(named)} is no list of Python "
-            "files or entry points"
-        )
-    try:
-        return use(named)
-    except PluginError as error:
-        raise inheritance.CampaignError(f"{inheritance.PLUGINS}: {error}") from None
-
-
-def _text(table: merge.Table, key: str) -> str:
-    if not isinstance(table.get(key, ""), str):
-        raise inheritance.CampaignError(
-            f"{key}: {problems.shown(table[key])} is no text"
-        )
-    return str(table.get(key, ""))
-
-
-def _metadata(given: Any) -> dict[str, str]:
-    told = inheritance.modelled(campaign.Metadata, given, "metadata").model_dump(
-        exclude_none=True
-    )
-    return {
-        key: value if isinstance(value, str) else "; ".join(value)
-        for key, value in told.items()
-    }
-
-
-Given = (
-    campaign.Campaign
-    | Scene
-    | Sequence[Scene]
-    | Mapping[str, Any]
-    | str
-    | PathLike[str]
-)
-ALONG = "scene"
-
-
-def campaign_of(given: Given) -> campaign.Campaign:
-    """Return the campaign that is meant.
+def values_set_back(layers: Sequence[Layer]) -> Iterator[str]:
+    """Yield what files that are extended twice set back, one line each.
 
     Parameters
     ----------
-    given : a campaign; the path of its file; a mapping like a file; a scene; a list of
-        scenes, which become an axis ``scene`` with everything in which they differ
-        along it
-
-    Raises
-    ------
-    CampaignError : the file or the mapping is wrong
-    TypeError : it is none of these
+    layers : the files of a campaign, the one that counts most last
     """
-    match given:
-        case Scene():
-            return campaign.Campaign(
-                "one scene", None, {}, (case.Case(case.BASE, given, {}),)
-            )
-        case Mapping() | str() | PathLike():
-            return load(given)  # type: ignore[arg-type]
-        case Sequence():
-            scenes = [block for block in given if isinstance(block, Scene)]
-            if not scenes or len(scenes) < len(given):
-                raise TypeError("a list of runs holds scenes only, and at least one")
-            numbered = tuple(
-                case.Case(case.BASE, scene, {ALONG: n})
-                for n, scene in enumerate(scenes)
-            )
-            axis = axes.Axis(
-                ALONG, tuple(range(len(scenes))), coordinates=_differences(scenes)
-            )
-            return campaign.Campaign(
-                f"{len(scenes)} scenes", None, {}, numbered, (axis,)
-            )
-        case _ if hasattr(given, "cases"):  # also a record of one
-            return given
-    raise TypeError(
-        f"{type(given).__name__} is no campaign: give one, its file, a mapping, or "
-        "scenes"
+    files = [layer.file for layer in layers]
+    tables = [_settings(layer) for layer in layers]
+    for last, file in enumerate(files):
+        first = files.index(file)
+        if first == last:
+            continue
+        for key, value in tables[last].items():
+            if any(_sets(table, key) for table in tables[last + 1 :]):
+                continue
+            overridden = [
+                files[between].name
+                for between in range(first, last)
+                if files[between] != file
+                and _sets_otherwise(tables[between], key, value)
+            ]
+            if overridden:
+                yield (
+                    f"extends: {file.name} is reached again after {overridden[-1]} "
+                    f"and sets {key} back to {shown(value)}: put {overridden[-1]} last"
+                )
+
+
+def _settings(layer: Layer) -> dict[str, Any]:
+    """Return the dotted keys of scenes that one file sets, and their values."""
+    sections = {
+        name: section
+        for name, section in layer.table.items()
+        if name not in NOT_OF_SCENES
+    }
+    return axes.swept_keys(sections)
+
+
+def _sets_otherwise(table: Mapping[str, Any], key: str, value: Any) -> bool:
+    """Whether a table sets a key, or what is within or above, to another value."""
+    return any(
+        axes.overlap(key, other) and (other, written) != (key, value)
+        for other, written in table.items()
     )
-
-
-def _differences(scenes: Sequence[Scene]) -> dict[str, axes.Coordinate]:
-    """Return what differs between scenes, by as few last words of its key as make a free name."""
-    tables = [dict(flat(scene.model_dump())) for scene in scenes]
-    differences: dict[str, axes.Coordinate] = {}
-    for key in tables[0]:
-        values = tuple(table.get(key) for table in tables)
-        plain = all(isinstance(value, str | int | float) for value in values)
-        if (
-            plain
-            and len(set(values)) > 1
-            and (name := axes.free_name(key, {*differences, *axes.RESERVED}))
-        ):
-            differences[name] = _shown(values, key)
-    return differences
-
-
-def _shown(values: tuple[Any, ...], key: str) -> axes.Coordinate:
-    """Return values in the unit in which people write them."""
-    known = scene_key(key, isinstance(values[0], str))
-    if not known.unit or known.unit == known.display_unit:
-        return axes.Coordinate(values, known.unit or None, key)
-    shown = tuple(
-        units.convert(float(value), known.unit, known.display_unit) for value in values
-    )
-    return axes.Coordinate(shown, known.display_unit, key)

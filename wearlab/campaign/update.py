@@ -8,8 +8,8 @@ from functools import partial
 from typing import Any
 
 from wearlab.campaign import axes, distributions
+from wearlab.campaign.blocks import CampaignError, attempt, modelled
 from wearlab.campaign.case import Case
-from wearlab.campaign.inheritance import CampaignError, modelled, tried
 from wearlab.campaign.update_options import (
     SECTION,
     DataBlock,
@@ -37,7 +37,7 @@ def read_update(given: Any) -> UpdateSpec:
         SECTION,
     )
     problems: list[str] = []
-    heard = partial(tried, problems)
+    heard = partial(attempt, problems)
     read: dict[str, Any] = {
         "unknown": heard(_unknown, block.unknown),
         "limit": block.limit and block.limit.read(),

@@ -10,7 +10,7 @@ from pydantic import ValidationInfo, field_validator, model_validator
 
 from wearlab import nearest
 from wearlab.campaign import axes, distributions
-from wearlab.campaign.inheritance import CampaignError
+from wearlab.campaign.blocks import CampaignError
 from wearlab.options import POSITIVE, ClosedTable, Depth, Mass, option
 from wearlab.scene.problems import not_a_choice, shown
 from wearlab.schema import VARIABLES

@@ -133,11 +133,11 @@ def _in_unit_of(texts: Sequence[tuple[float, str]], value: float, key: Key) -> s
 
 def _texts(name: str, written: Written, kind: str) -> list[tuple[float, str]]:
     """Return the quantities that a file wrote at a key, or at the one above, in SI and as texts."""
-    from wearlab.campaign.reading import MOST_WRITTEN
+    from wearlab.campaign.reading import MAX_QUANTITIES_OF_KEY
 
     found = []
     for text in (written.get(name) or written.get(name.rpartition(".")[0], ()))[
-        :MOST_WRITTEN
+        :MAX_QUANTITIES_OF_KEY
     ]:
         with suppress(units.UnitError):  # what others recorded, or one of another kind
             found.append((units.quantity(text, kind), text))

@@ -21,7 +21,7 @@ from wearlab.store.outcome import seconds_text
 from wearlab.store.table import table_html
 
 if TYPE_CHECKING:
-    from wearlab.campaign import Campaign, reading
+    from wearlab.campaign import Campaign, coercion
 
 FEWEST_POINTS = 64  # along the phase, that a run has at least
 VARIABLES_ALONG_PHASE = 8  # that a run has at least
@@ -187,7 +187,7 @@ def store_of(store: Store | str | PathLike[str] | None) -> Store:
 
 
 def plan(
-    campaign: "reading.Given",
+    campaign: "coercion.CampaignLike",
     store: Store | str | PathLike[str] | None = None,
     *,
     workers: int | None = None,
@@ -211,9 +211,9 @@ def plan(
     CampaignError : the file or the mapping is wrong
     StoreError : the store cannot be read
     """
-    from wearlab.campaign import reading
+    from wearlab.campaign import coercion
 
-    campaign = reading.campaign_of(campaign)
+    campaign = coercion.campaign_of(campaign)
     store = store_of(store)
     exists = store.archive.catalogue.exists()
     due_states = ("new", "lost", "failed", "refused") if retry else ("new", "lost")

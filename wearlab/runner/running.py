@@ -17,7 +17,7 @@ from wearlab.store import Store, StoreError, catalogue, locks, outcome
 if TYPE_CHECKING:
     from dask.distributed import Client
 
-    from wearlab.campaign import Campaign, reading
+    from wearlab.campaign import Campaign, coercion
 
 CALIBRATING = "lives that calibrate the wear coefficient of the other cases"
 WAITING_SECONDS = 0.2  # between two looks at what another process computes
@@ -27,7 +27,7 @@ StartWorkers = Callable[[], cluster.Cluster]
 
 
 def run(
-    campaign: "reading.Given",
+    campaign: "coercion.CampaignLike",
     store: Store | str | PathLike[str] | None = None,
     *,
     workers: int | None = None,
@@ -72,10 +72,10 @@ def run(
     RunnerError : no scheduler answers, or its client is closed
     Interrupted : on Ctrl-C; the finished runs are kept, those in flight are released
     """
-    from wearlab.campaign import reading
+    from wearlab.campaign import coercion
 
     clock = time.perf_counter()
-    campaign = reading.campaign_of(campaign)
+    campaign = coercion.campaign_of(campaign)
     store = store_of(store)
     is_due = preparation.chosen(recompute, retry)
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}

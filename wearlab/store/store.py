@@ -12,7 +12,7 @@ from wearlab.store.stored_runs import StoredRuns
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wearlab.campaign.reading import Given
+    from wearlab.campaign.coercion import CampaignLike
     from wearlab.store import remarks, table
 
 LATEST = 20  # runs that a notebook shows
@@ -92,7 +92,7 @@ class Store(StoredRuns):
             )
         return rows
 
-    def open(self, campaign: "Given", *, si: bool = False) -> "xr.Dataset":
+    def open(self, campaign: "CampaignLike", *, si: bool = False) -> "xr.Dataset":
         """Return a campaign's runs as one lazy dataset.
 
         Along sweep axes, ``case``, then the run's dimensions. What a file gives stands
@@ -108,7 +108,7 @@ class Store(StoredRuns):
         CampaignError : the file or the mapping is wrong
         StoreError : there is no store
         """
-        from wearlab.campaign.reading import campaign_of
+        from wearlab.campaign.coercion import campaign_of
         from wearlab.store import database, grid
 
         subject = f"{self.archive.catalogue.path}: what it says of these runs"
