@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from wearlab.campaign import CampaignError, Wanted
+from wearlab.campaign import CampaignError, ExpectedNumber
 
 
 def test_file_expectation_holds_for_every_case_and_changes_no_identity(study):
@@ -71,7 +71,7 @@ def test_tolerance_is_absolute_unless_it_is_a_plain_number_beside_a_unit(
 ):
     (case,) = study("[expect]\n" + given).cases
     (wanted,) = case.expect.values.values()
-    assert isinstance(wanted, Wanted)
+    assert isinstance(wanted, ExpectedNumber)
     assert math.isclose(wanted.value, value)
     assert math.isclose(wanted.tolerance, tolerance)
 

@@ -6,7 +6,7 @@ import pytest
 from fake_campaign import SIMULATE, Campaign, Case, sweep
 
 import wearlab
-from wearlab.campaign import Expectation, Wanted
+from wearlab.campaign import Expectation, ExpectedNumber
 from wearlab.runner import running
 from wearlab.store import Store
 
@@ -46,7 +46,7 @@ DEEPEST = (
 
 
 def wear_depth(value, tolerance):
-    return {"wear_depth": Wanted(value, tolerance, f"{value} ± {tolerance}")}
+    return {"wear_depth": ExpectedNumber(value, tolerance, f"{value} ± {tolerance}")}
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,11 @@ def wear_depth(value, tolerance):
         ("finish", Expectation(values=wear_depth(DEEPEST - 0.2, 0.1)), False),
         ("refuse", Expectation(values=wear_depth(DEEPEST, 1e9)), False),
         ("finish", Expectation(end_reason="no such reason"), False),
-        ("finish", Expectation(values={"life": Wanted(0.0, 1e99, "anything")}), None),
+        (
+            "finish",
+            Expectation(values={"life": ExpectedNumber(0.0, 1e99, "anything")}),
+            None,
+        ),
     ],
 )
 def test_success_is_what_was_expected(store, act, expect, met):

@@ -1,4 +1,4 @@
-"""One case of a campaign, what ``[expect]`` says that it must come to, and which cases are excluded."""
+"""One case of a campaign, what ``[expect]`` expects of it, and which are excluded."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -8,23 +8,34 @@ from typing import Any, NamedTuple
 from wearlab import nearest, schema, units
 from wearlab.campaign.blocks import CampaignError, texts_of
 from wearlab.query import Key, QueryError, Vocabulary, keys, read_condition
-from wearlab.scene import Scene, merge, problems
+from wearlab.scene import Scene, merge
+from wearlab.scene.problems import not_a_choice, shown
 
+BASE = "base"
+"""Label of the campaign's file itself."""
 VERDICTS = (
-    *("completed", "refused", "failed", "aperiodic"),
-    *(
-        "coexisting",
-        "non-unique",
-        "not attracting within the margin",
-        "unstable",
-        "stopped",
-    ),
+    "completed",
+    "refused",
+    "failed",
+    "aperiodic",
+    "coexisting",
+    "non-unique",
+    "not attracting within the margin",
+    "unstable",
+    "stopped",
 )
 WITHOUT_DATA = ("refused", "failed")
-WORDS = ("verdict", "response_period", "end_reason")
+EXPECT_KEYS = ("verdict", "response_period", "end_reason")
+"""Keys of ``[expect]`` that are no variables of a dataset."""
+DERIVED_KEYS = (
+    Key("contact_ratio"),
+    Key("mesh_frequency", unit="Hz", display_unit="Hz"),
+    Key("speed_ratio"),
+)
+DERIVED = tuple(key.name for key in DERIVED_KEYS)
 
 
-class Wanted(NamedTuple):
+class ExpectedNumber(NamedTuple):
     """An expected value.
 
     Parameters
@@ -53,52 +64,64 @@ class Expectation:
 
     verdict: str | None = None
     end_reason: str | None = None
-    values: Mapping[str, Wanted] = field(default_factory=dict)
+    values: Mapping[str, ExpectedNumber] = field(default_factory=dict)
 
 
-def merged(base: merge.Table | None, own: merge.Table | None) -> merge.Table | None:
+def merged(base: merge.Table | None, over: merge.Table | None) -> merge.Table | None:
     """Return a case's ``expect`` over the file's, key by key.
 
     Another verdict replaces it all.
+
+    Parameters
+    ----------
+    base : ``expect`` of the file, None where it has none
+    over : ``expect`` of the case, None where it has none
     """
-    if not isinstance(base, dict) or not isinstance(own, dict):
-        return base if own is None else own
-    changes = "verdict" in own and own["verdict"] != base.get("verdict", "completed")
-    return own if changes else merge.merge(base, own)
+    if not isinstance(base, dict) or not isinstance(over, dict):
+        return base if over is None else over
+    base_verdict = base.get("verdict", "completed")
+    if "verdict" in over and over["verdict"] != base_verdict:
+        return over
+    return merge.merge(base, over)
 
 
-def read_expectation(given: Any) -> Expectation | None:
+def read_expectation(table: Any) -> Expectation | None:
     """Return the expectation of a table, None when there is none.
+
+    Parameters
+    ----------
+    table : what the file has under ``expect``
 
     Raises
     ------
     CampaignError
         With every fault of the table.
     """
-    if given is None:
+    if table is None:
         return None
-    if not isinstance(given, dict):
-        raise CampaignError(
-            f"expect: {problems.shown(given)} is no table: write [expect]"
-        )
+    if not isinstance(table, dict):
+        raise CampaignError(f"expect: {shown(table)} is no table: write [expect]")
+
+    verdict = table.get("verdict")
+    reason = table.get("end_reason")
     faults: list[str] = []
-    verdict = given.get("verdict")
-    reason = given.get("end_reason")
     if verdict is not None and verdict not in VERDICTS:
-        faults.append(f"expect.verdict: {problems.not_a_choice(verdict, VERDICTS)}")
+        faults.append(f"expect.verdict: {not_a_choice(verdict, VERDICTS)}")
     if reason is not None and not isinstance(reason, str):
         faults.append(
-            f"expect.end_reason: {problems.shown(reason)} is no text, such as "
+            f"expect.end_reason: {shown(reason)} is no text, such as "
             "'cycles' or 'depth'"
         )
-    values: dict[str, Wanted] = {}
-    for name, value in given.items():
+
+    values: dict[str, ExpectedNumber] = {}
+    for name, value in table.items():
         if name in ("verdict", "end_reason"):
             continue
         try:
-            values[name] = _wanted(name, value)
+            values[name] = _expected_number(name, value)
         except ValueError as error:
             faults.append(f"expect.{name}: {error}")
+
     if verdict in WITHOUT_DATA and (values or reason):
         faults.append(
             f"expect: a case that is {verdict} has no data to compare: give the "
@@ -109,66 +132,60 @@ def read_expectation(given: Any) -> Expectation | None:
     return Expectation(verdict, reason, values)
 
 
-def _wanted(name: str, given: Any) -> Wanted:
-    """Return value and tolerance of a variable in its stored unit.
-
-    A count of mesh periods is exact.
-    """
+def _expected_number(name: str, written: Any) -> ExpectedNumber:
+    """Return value and tolerance of a variable in its stored unit."""
     if name == "response_period":
-        if isinstance(given, bool) or not isinstance(given, int) or given < 0:
-            raise ValueError(
-                f"{problems.shown(given)} is no count of mesh periods; 0 is aperiodic"
-            )
-        return Wanted(float(given), 0.0, str(given))
+        return _expected_period(written)
     if name not in schema.VARIABLES:
-        raise ValueError(
-            "no variable of a "
-            f"dataset{nearest.meant(name, [*WORDS, *schema.VARIABLES])}"
-        )
-    if not isinstance(given, dict) or set(given) != {"value", "tolerance"}:
-        raise ValueError(f"{problems.shown(given)} is not {{value = …, tolerance = …}}")
-    stored = schema.VARIABLES[name].units
-    value = _number(given["value"], "value", stored)
-    tolerance = _number(given["tolerance"], "tolerance", stored)
-    unit = (
-        (stored, units.split(given["value"])[1])
-        if units.is_quantity(given["value"])
-        else None
-    )
-    said = str(given["tolerance"])
-    if unit and not isinstance(given["tolerance"], str):
-        said = f"{100.0 * tolerance:g} %"
+        remedy = nearest.meant(name, [*EXPECT_KEYS, *schema.VARIABLES])
+        raise ValueError(f"no variable of a dataset{remedy}")
+    if not isinstance(written, dict) or set(written) != {"value", "tolerance"}:
+        raise ValueError(f"{shown(written)} is not {{value = …, tolerance = …}}")
+
+    stored_unit = schema.VARIABLES[name].units
+    value = _number(written["value"], "value", stored_unit)
+    tolerance = _number(written["tolerance"], "tolerance", stored_unit)
+    width = str(written["tolerance"])
+    unit = None
+    if units.is_quantity(written["value"]):
+        unit = (stored_unit, units.split(written["value"])[1])
+    if unit and not isinstance(written["tolerance"], str):  # relative
+        width = f"{100.0 * tolerance:g} %"
         tolerance = abs(tolerance * value)
     if tolerance < 0.0:
-        raise ValueError(f"tolerance {problems.shown(given['tolerance'])} is negative")
-    return Wanted(value, tolerance, f"{given['value']} ± {said}", unit)
+        raise ValueError(f"tolerance {shown(written['tolerance'])} is negative")
+    return ExpectedNumber(value, tolerance, f"{written['value']} ± {width}", unit)
 
 
-def _number(given: Any, key: str, stored: str) -> float:
-    """Return a number in the stored unit: a quantity with its unit, or a plain number where there is none."""
-    if not (units.is_number(given) or isinstance(given, str)):
+def _expected_period(written: Any) -> ExpectedNumber:
+    """Return a count of mesh periods, which is exact."""
+    if isinstance(written, bool) or not isinstance(written, int) or written < 0:
         raise ValueError(
-            f"{key} {problems.shown(given)} is neither a number nor a quantity"
+            f"{shown(written)} is no count of mesh periods; 0 is aperiodic"
         )
-    if isinstance(given, int | float):
-        if key == "value" and stored not in keys.PLAIN and given != 0:
+    return ExpectedNumber(float(written), 0.0, str(written))
+
+
+def _number(written: Any, key: str, stored_unit: str) -> float:
+    """Return a quantity, or a plain number of a variable without unit, as stored."""
+    if not (units.is_number(written) or isinstance(written, str)):
+        raise ValueError(f"{key} {shown(written)} is neither a number nor a quantity")
+    if isinstance(written, int | float):
+        if key == "value" and stored_unit not in keys.PLAIN and written != 0:
             raise ValueError(
-                f"{key} {problems.shown(given)} needs its unit, such as '{given} "
-                f"{stored}'"
+                f"{key} {shown(written)} needs its unit, such as '{written} "
+                f"{stored_unit}'"
             )
-        return float(given)
-    if stored in keys.PLAIN:
+        return float(written)
+    if stored_unit in keys.PLAIN:
         raise ValueError(
-            f"{key} {problems.shown(given)}: a plain number, without quotes or unit"
+            f"{key} {shown(written)}: a plain number, without quotes or unit"
         )
     try:
-        number, unit = units.split(given)
-        return units.convert(float(number), unit, stored)
+        number, unit = units.split(written)
+        return units.convert(float(number), unit, stored_unit)
     except units.UnitError as error:
-        raise ValueError(f"{key} {problems.shown(given)}: {error}") from None
-
-
-BASE = "base"
+        raise ValueError(f"{key} {shown(written)}: {error}") from None
 
 
 @dataclass(frozen=True)
@@ -198,43 +215,44 @@ class Case:
         return f"<Case {self.label!r} {self.position or ''}: {self.scene!r}>"
 
 
-KEYS = (
-    Key("contact_ratio"),
-    Key("mesh_frequency", unit="Hz", display_unit="Hz"),
-    Key("speed_ratio"),
-)
-DERIVED = tuple(key.name for key in KEYS)
-
-
 class CaseValues:
-    """The values of one case, each found when it is asked for.
+    """The values of one case, each computed when a condition asks for it.
 
     Parameters
     ----------
     scene : of the case
     values : of its scene, by key
-    critical : critical speeds that several cases share, found once
+    critical : lowest excited natural frequency [Hz] of each scene at 1 rpm, shared by
+        the cases of a campaign
     """
 
     def __init__(
         self, scene: Scene, values: dict[str, Any], critical: dict[str, float | None]
     ) -> None:
-        self.scene, self.values, self.critical = scene, values, critical
+        self.scene = scene
+        self.values = values
+        self.critical = critical
 
     def get(self, name: str) -> Any:
-        """Return a value of the scene, or one derived from it."""
+        """Return a value of the scene, or one derived from it.
+
+        Parameters
+        ----------
+        name : dotted key of the scene, or one of `DERIVED`
+        """
         if name in DERIVED and name not in self.values:
             self.values[name] = self.derived(name)
         return self.values.get(name)
 
     def derived(self, name: str) -> float | None:
-        """Return a quantity of `DERIVED`.
+        """Return a quantity of `DERIVED`, None where the scene has no such thing.
 
-        None where no such gears can be, or the scene has no such thing.
-
-        ``mesh_frequency`` is in Hz; ``speed_ratio`` is the speed of the input over its
-        first critical speed, where the mesh frequency meets the lowest natural
-        frequency that the mesh excites.
+        Parameters
+        ----------
+        name : ``contact_ratio``, the smallest where a set has meshes of several kinds;
+            ``mesh_frequency`` [Hz]; or ``speed_ratio``, the speed of the input over its
+            first critical speed, where the mesh frequency meets the lowest natural
+            frequency that the mesh excites
         """
         from wearlab.assembly import sets
         from wearlab.gears.specification import GearError
@@ -245,28 +263,28 @@ class CaseValues:
             return None
         try:
             gears = sets.build_set(scene)
-            if (
-                name == "contact_ratio"
-            ):  # the smallest where a set has meshes of several kinds
+            if name == "contact_ratio":
                 return min(float(kind.pair.contact_ratio) for kind in gears.kinds)
-            frequency = float(gears.mesh_frequency)
+            mesh_frequency = float(gears.mesh_frequency)
             if name == "mesh_frequency":
-                return frequency
-            first = self._first_excited()
-            return None if first is None else frequency / first
-        except GearError:
+                return mesh_frequency
+            natural_frequency = self._first_excited()
+            if natural_frequency is None:
+                return None
+            return mesh_frequency / natural_frequency
+        except GearError:  # no such gears can be
             return None
 
     def _first_excited(self) -> float | None:
         """Return the lowest natural frequency that the mesh excites [Hz]."""
         from wearlab.assembly import build, build_modes
 
-        same = self.scene.replace("operation.speed", "1 rpm").canonical()
-        if same not in self.critical:
+        at_1_rpm = self.scene.replace("operation.speed", "1 rpm").canonical()
+        if at_1_rpm not in self.critical:
             modes = build_modes(build(self.scene)).modes
             excited = modes.frequency[modes.excited()]
-            self.critical[same] = float(excited.min()) if excited.size else None
-        return self.critical[same]
+            self.critical[at_1_rpm] = float(excited.min()) if excited.size else None
+        return self.critical[at_1_rpm]
 
 
 class Excluded(NamedTuple):
@@ -286,12 +304,21 @@ class Excluded(NamedTuple):
 Cases = tuple[Case, ...]
 
 
-def read_conditions(given: Any) -> tuple[str, ...]:
-    """Return the conditions of ``exclude``, one text or a list of them."""
-    wanted = "no condition, such as 'speed_ratio > 1.2'"
-    texts = texts_of(given, "exclude", wanted)
-    if not all(map(str.strip, texts)):
-        raise CampaignError(f"exclude: {problems.shown(given)} is {wanted}")
+def read_conditions(value: Any) -> tuple[str, ...]:
+    """Return the conditions of ``exclude``, one text or a list of them.
+
+    Parameters
+    ----------
+    value : what the file has under ``exclude``
+
+    Raises
+    ------
+    CampaignError : it is no text or list of texts, or one is empty
+    """
+    problem = "no condition, such as 'speed_ratio > 1.2'"
+    texts = texts_of(value, "exclude", problem)
+    if not all(text.strip() for text in texts):
+        raise CampaignError(f"exclude: {shown(value)} is {problem}")
     return texts
 
 
@@ -300,6 +327,11 @@ def without_excluded(
 ) -> tuple[Cases, tuple[Excluded, ...]]:
     """Return the cases that no condition excludes, and the others.
 
+    Parameters
+    ----------
+    cases : every case of the campaign
+    conditions : of ``exclude``, as the file writes them
+
     Raises
     ------
     CampaignError
@@ -307,46 +339,42 @@ def without_excluded(
     """
     if not conditions:
         return cases, ()
+
     values = [dict(keys.flat(json.loads(case.scene.canonical()))) for case in cases]
-    bound = _bound(conditions, values)
+    parsed = dict(zip(conditions, _parsed(conditions, values), strict=True))
     critical: dict[str, float | None] = {}
-    kept = []
+    included = []
     excluded = []
-    for case, known in zip(cases, values, strict=True):
-        asked: Any = CaseValues(case.scene, known, critical)
-        met = next(
-            (
-                text
-                for text, tree in zip(conditions, bound, strict=True)
-                if tree.holds(asked)
-            ),
-            None,
+    for case, scene_values in zip(cases, values, strict=True):
+        case_values: Any = CaseValues(case.scene, scene_values, critical)
+        condition = next(
+            (text for text, tree in parsed.items() if tree.holds(case_values)), None
         )
-        if met is None:
-            kept.append(case)
+        if condition is None:
+            included.append(case)
         else:
-            excluded.append(Excluded(case.label, case.position, met))
-    if not kept:
+            excluded.append(Excluded(case.label, case.position, condition))
+    if not included:
         raise CampaignError(f"exclude: every one of {len(cases)} cases is excluded")
-    return tuple(kept), tuple(excluded)
+    return tuple(included), tuple(excluded)
 
 
-def _bound(conditions: Sequence[str], values: Sequence[dict[str, Any]]) -> list[Any]:
-    texts = {
+def _parsed(conditions: Sequence[str], values: Sequence[dict[str, Any]]) -> list[Any]:
+    """Return the syntax tree of each condition, its names bound to keys of the scenes."""
+    is_text = {
         name: isinstance(value, str)
-        for known in values
-        for name, value in known.items()
+        for scene_values in values
+        for name, value in scene_values.items()
     }
-    vocabulary = Vocabulary(
-        [*KEYS, *(keys.scene_key(name, text) for name, text in texts.items())]
-    )
-    bound = []
+    scene_keys = (keys.scene_key(name, text) for name, text in is_text.items())
+    vocabulary = Vocabulary([*DERIVED_KEYS, *scene_keys])
+    trees = []
     for number, text in enumerate(conditions):
         try:
-            bound.append(read_condition(text, vocabulary))
+            trees.append(read_condition(text, vocabulary))
         except QueryError as error:
-            where = f"at character {error.position + 1} of {error.text!r}"
+            place = f"at character {error.position + 1} of {error.text!r}"
             raise CampaignError(
-                f"exclude[{number}]: {error.reason} ({where})"
+                f"exclude[{number}]: {error.reason} ({place})"
             ) from None
-    return bound
+    return trees

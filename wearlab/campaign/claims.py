@@ -1,4 +1,4 @@
-"""What a campaign says of its runs: claims with tolerances, and notes with numbers read off the runs."""
+"""Claims of a campaign about its runs, and notes with numbers read off the runs."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,7 +23,7 @@ FORMAT = re.compile(r"(\+?(?:\.\d)?[efg])(?: (\S.*))?")
 
 
 class ClaimSpec(options.ClosedTable):
-    """Something that a campaign says of its runs, which ``wearlab check --claims`` holds against them."""
+    """What a campaign says of its runs; ``wearlab check --claims`` compares them."""
 
     name: str
     """a word for it, which notes and messages use"""
@@ -62,8 +62,9 @@ class ClaimSpec(options.ClosedTable):
     def bounds(self) -> tuple[float, float]:
         """Between which numbers it holds, in its unit."""
         value, unit = _measured(self.value)
-        size, of = _measured(self.tolerance)
-        width = abs(value) * size / 100.0 if of == "%" != unit else size
+        tolerance, tolerance_unit = _measured(self.tolerance)
+        is_relative = tolerance_unit == "%" and unit != "%"
+        width = abs(value) * tolerance / 100.0 if is_relative else tolerance
         return value - width, value + width
 
     @property
@@ -73,6 +74,7 @@ class ClaimSpec(options.ClosedTable):
 
 
 def _measured(written: Written) -> tuple[float, str]:
+    """Return the number and the unit of what a file writes, "" for a plain number."""
     if isinstance(written, str):
         number, unit = units.split(written)
         return float(number), unit
@@ -82,6 +84,10 @@ def _measured(written: Written) -> tuple[float, str]:
 def read_claims(blocks: Any) -> tuple[ClaimSpec, ...]:
     """Return all ``[[claim]]`` blocks.
 
+    Parameters
+    ----------
+    blocks : what the file has under ``claim``
+
     Raises
     ------
     CampaignError : one is malformed, its formula cannot be read, or its name stands
@@ -89,76 +95,90 @@ def read_claims(blocks: Any) -> tuple[ClaimSpec, ...]:
     """
     claims = blocks_of(ClaimSpec, blocks, "claim")
     problems = [
-        line
+        f"claim[{number}].{problem}"
         for number, claim in enumerate(claims)
-        for line in _wrong(number, claim, claims)
+        for problem in (*_name_problems(claim, claims[:number]), *_problems(claim))
     ]
     if problems:
         raise CampaignError(problems)
     return claims
 
 
-def _wrong(number: int, claim: ClaimSpec, claims: Sequence[ClaimSpec]) -> Iterator[str]:
-    where = f"claim[{number}]"
-    unit = ""
+def _name_problems(claim: ClaimSpec, earlier: Sequence[ClaimSpec]) -> Iterator[str]:
+    """Yield what is wrong with the name of a claim that follows earlier ones."""
     if not NAME.fullmatch(claim.name):
-        yield f"{where}.name: {claim.name!r} is no word of letters, digits and _"
-    if claim.name in [other.name for other in claims[:number]]:
-        yield f"{where}.name: {claim.name!r} stands twice: choose another"
+        yield f"name: {claim.name!r} is no word of letters, digits and _"
+    if claim.name in [previous.name for previous in earlier]:
+        yield f"name: {claim.name!r} stands twice: choose another"
+
+
+def _problems(claim: ClaimSpec) -> Iterator[str]:
+    """Yield what is wrong with formula, value, tolerance and printed number of a claim."""
     try:
         parse_formula(claim.formula)
     except QueryError as error:
-        yield f"{where}.quantity: {error}"
+        yield f"quantity: {error}"
+
+    value_unit = ""
     for key in ("value", "tolerance", "printed"):
-        given = getattr(claim, key)
-        try:
-            size, own = (0.0, unit) if given is None else _measured(given)
-        except units.UnitError as error:
-            yield f"{where}.{key}: {error}"
+        written = getattr(claim, key)
+        if written is None:
             continue
-        unit = own if key == "value" else unit
-        if own != unit and not (key == "tolerance" and own == "%"):
+        try:
+            number, unit = _measured(written)
+        except units.UnitError as error:
+            yield f"{key}: {error}"
+            continue
+        if key == "value":
+            value_unit = unit
+        is_relative = key == "tolerance" and unit == "%"
+        if unit != value_unit and not is_relative:
             yield (
-                f"{where}.{key}: {given!r} is not in {unit or 'plain numbers'}, the "
+                f"{key}: {written!r} is not in {value_unit or 'plain numbers'}, the "
                 "unit of the value"
             )
-        if key == "tolerance" and not (isfinite(size) and size >= 0.0):
-            yield f"{where}.{key}: {given!r} is no width"
+        if key == "tolerance" and not (isfinite(number) and number >= 0.0):
+            yield f"{key}: {written!r} is no width"
 
 
 def spelled_note(note: str, claims: Sequence[ClaimSpec]) -> str:
-    """Return a note whose placeholders name variables alone, no claims, and each has its format.
+    """Return a note whose placeholders name no claims, and each has its format.
 
     Parameters
     ----------
-    note : with placeholders ``{formula:.2f unit}`` or ``{claim:.2f}``; a claim has its
-        own unit
+    note : with placeholders ``{formula:.2f unit}`` or ``{claim:.2f}``; the unit of a
+        claim is that of its value
     claims : of the campaign
 
     Raises
     ------
     ValueError : a formula or a format cannot be read, or no claim is called so
     """
-    known = {claim.name: claim for claim in claims}
-    formulas = {claim.name: claim.formula for claim in claims}
+    by_name = {claim.name: claim for claim in claims}
+    return PLACEHOLDER.sub(lambda match: _spelled_placeholder(match, by_name), note)
 
-    def spelled(found: re.Match[str]) -> str:
-        formula = found[1].strip()
-        written = found[2]
-        claim = known.get(formula.lstrip("+- "))
-        if written is None and claim is None:
-            if NAME.fullmatch(formula):
-                raise ValueError(
-                    f"{found[0]}: no claim is called so{nearest.meant(formula, known)}"
-                )
-            return found[0]
-        form = FORMAT.fullmatch((written if written is not None else ".3g").strip())
-        if form is None:
-            raise ValueError(f"{found[0]}: {written!r} is no format such as '.2f um'")
-        unit = form[2] or (claim.unit if claim else "")
-        return f"{{{spelled_out(formula, formulas)}:{form[1]} {unit}".rstrip() + "}"
 
-    return PLACEHOLDER.sub(spelled, note)
+def _spelled_placeholder(match: re.Match[str], claims: Mapping[str, ClaimSpec]) -> str:
+    """Return a placeholder with formulas in place of claims, and with its format."""
+    formula = match[1].strip()
+    written_format = match[2]
+    claim = claims.get(formula.lstrip("+- "))
+    if written_format is None and claim is None:
+        if NAME.fullmatch(formula):
+            remedy = nearest.meant(formula, claims)
+            raise ValueError(f"{match[0]}: no claim is called so{remedy}")
+        return match[0]
+
+    number_format = ".3g" if written_format is None else written_format
+    parts = FORMAT.fullmatch(number_format.strip())
+    if parts is None:
+        raise ValueError(
+            f"{match[0]}: {written_format!r} is no format such as '.2f um'"
+        )
+    unit = parts[2] or (claim.unit if claim else "")
+    formulas = {name: other.formula for name, other in claims.items()}
+    spelled = spelled_out(formula, formulas)
+    return f"{{{spelled}:{parts[1]} {unit}".rstrip() + "}"
 
 
 def filled(note: str, grid: "xr.Dataset") -> str:
@@ -169,31 +189,48 @@ def filled(note: str, grid: "xr.Dataset") -> str:
     note : as `spelled_note` returns it
     grid : the campaign as the store has it
     """
-    return refilled(note, {place: number for place, number, _ in _read_off(note, grid)})
+    numbers = {reading.placeholder: reading.number for reading in _read_off(note, grid)}
+    return refilled(note, numbers)
 
 
-def _read_off(note: str, grid: "xr.Dataset") -> Iterator[tuple[str, str, str]]:
-    """Yield each placeholder of a spelled note, what stands for it, and why that is a dash."""
-    for found in _placeholders(note):
-        digits, _, unit = found[2].partition(" ")
+class _Reading(NamedTuple):
+    """A placeholder of a note, its number as text, and why that is a dash."""
+
+    placeholder: str
+    number: str
+    problem: str = ""
+
+
+def _read_off(note: str, grid: "xr.Dataset") -> Iterator[_Reading]:
+    """Yield what the runs say of each placeholder of a spelled note."""
+    for match in _placeholders(note):
+        digits, _, unit = match[2].partition(" ")
         try:
-            yield found[0], format(amount(found[1], grid, unit), digits), ""
+            number = format(amount(match[1], grid, unit), digits)
         except AmountError as error:
-            yield found[0], ABSENT, str(error)
+            yield _Reading(match[0], ABSENT, str(error))
+        else:
+            yield _Reading(match[0], number)
 
 
 def refilled(note: str, numbers: Mapping[str, str]) -> str:
-    """Return a note with numbers that were measured in place of its placeholders, or dashes."""
-    there = {found[0]: numbers.get(found[0], ABSENT) for found in _placeholders(note)}
-    return PLACEHOLDER.sub(lambda found: there.get(found[0], found[0]), note)
+    """Return a note with numbers in place of its placeholders, or dashes.
+
+    Parameters
+    ----------
+    note : as `spelled_note` returns it
+    numbers : as text, by placeholder
+    """
+    texts = {match[0]: numbers.get(match[0], ABSENT) for match in _placeholders(note)}
+    return PLACEHOLDER.sub(lambda match: texts.get(match[0], match[0]), note)
 
 
 def _placeholders(note: str) -> Iterator[re.Match[str]]:
     """Yield the places of a spelled note that numbers take."""
     return (
-        found
-        for found in PLACEHOLDER.finditer(note)
-        if FORMAT.fullmatch(found[2] or "")
+        match
+        for match in PLACEHOLDER.finditer(note)
+        if FORMAT.fullmatch(match[2] or "")
     )
 
 
@@ -214,19 +251,22 @@ class Checked(NamedTuple):
     @property
     def holds(self) -> bool:
         """Whether the runs are within the tolerance."""
+        if self.measured is None:
+            return False
         low, high = self.claim.bounds
-        slack = 1e-9 * max(abs(low), abs(high))
-        return (
-            self.measured is not None and low - slack <= self.measured <= high + slack
-        )
+        rounding = 1e-9 * max(abs(low), abs(high))
+        return low - rounding <= self.measured <= high + rounding
 
 
 def _spelled(claims: Sequence[ClaimSpec]) -> Iterator[tuple[ClaimSpec, str]]:
     """Yield every claim with its formula, in which no other claim is named."""
-    formulas: Mapping[str, str] = {claim.name: claim.formula for claim in claims}
     for claim in claims:
-        others = {name: text for name, text in formulas.items() if name != claim.name}
-        yield claim, spelled_out(claim.formula, others)
+        formulas = {
+            referenced.name: referenced.formula
+            for referenced in claims
+            if referenced.name != claim.name
+        }
+        yield claim, spelled_out(claim.formula, formulas)
 
 
 class MeasuredClaim(BaseModel):
@@ -249,7 +289,7 @@ class MeasuredClaim(BaseModel):
 
 
 class ClaimRecord(BaseModel):
-    """What runs say of a campaign's claims and notes, as ``wearlab check --claims --json`` writes it.
+    """What ``wearlab check --claims --json`` writes of a campaign's claims and notes.
 
     Parameters
     ----------
@@ -270,6 +310,11 @@ class ClaimRecord(BaseModel):
     def read(cls, text: str | bytes, name: str) -> "ClaimRecord":
         """Return the record that a file holds.
 
+        Parameters
+        ----------
+        text : of the file
+        name : what messages call the file
+
         Raises
         ------
         ValueError : it holds something else
@@ -278,118 +323,132 @@ class ClaimRecord(BaseModel):
             return cls.model_validate_json(text)
         except ValidationError as error:
             first = error.errors()[0]
-            where = "".join(f"{part}: " for part in first["loc"])
+            place = "".join(f"{part}: " for part in first["loc"])
             raise ValueError(
-                f"{name}: {where}{first['msg']}; give what `wearlab check FILE "
+                f"{name}: {place}{first['msg']}; give what `wearlab check FILE "
                 "--claims --json` wrote"
             ) from None
 
 
-def measured(campaign: Any, grid: "xr.Dataset") -> ClaimRecord:
-    """Return what the runs of a campaign say of its claims and notes."""
-    claims = []
-    for claim, formula in _spelled(campaign.claims):
-        told: dict[str, Any] = {
-            "name": claim.name,
-            "formula": formula,
-            "unit": claim.unit,
-        }
-        try:
-            claims.append(
-                MeasuredClaim(**told, measured=amount(formula, grid, claim.unit))
-            )
-        except AmountError as error:
-            claims.append(MeasuredClaim(**told, measured=None, reason=str(error)))
+def measure(campaign: Any, grid: "xr.Dataset") -> ClaimRecord:
+    """Return what the runs of a campaign say of its claims and notes.
+
+    Parameters
+    ----------
+    campaign : its claims and figures
+    grid : the campaign as the store has it
+    """
+    claims = tuple(
+        _measured_claim(claim, formula, grid)
+        for claim, formula in _spelled(campaign.claims)
+    )
     numbers: dict[str, str] = {}
     unfilled: list[str] = []
-    for where, note in _notes(campaign):
-        for place, number, problem in _read_off(note, grid):
-            numbers[place] = number
-            unfilled += [f"{where}: {problem}"] if problem else []
-    runs = tuple(
-        dict.fromkeys(
-            grid["run_id"].values[grid["status"].values == "done"].ravel().tolist()
-        )
-    )
+    for place, note in _notes(campaign):
+        for reading in _read_off(note, grid):
+            numbers[reading.placeholder] = reading.number
+            if reading.problem:
+                unfilled.append(f"{place}: {reading.problem}")
+
+    is_done = grid["status"].values == "done"
+    runs = dict.fromkeys(grid["run_id"].values[is_done].ravel().tolist())
     return ClaimRecord(
-        runs=runs, claims=tuple(claims), numbers=numbers, unfilled=tuple(unfilled)
+        runs=tuple(runs), claims=claims, numbers=numbers, unfilled=tuple(unfilled)
+    )
+
+
+def _measured_claim(
+    claim: ClaimSpec, formula: str, grid: "xr.Dataset"
+) -> MeasuredClaim:
+    """Return what runs say of one claim, whose formula names no other claim."""
+    number = None
+    reason = ""
+    try:
+        number = amount(formula, grid, claim.unit)
+    except AmountError as error:
+        reason = str(error)
+    return MeasuredClaim(
+        name=claim.name,
+        formula=formula,
+        unit=claim.unit,
+        measured=number,
+        reason=reason,
     )
 
 
 def check_record(
     campaign: Any, record: ClaimRecord, stale: str = ""
 ) -> tuple[list[Checked], list[str]]:
-    """Return every claim with what runs said of it, and which numbers of notes they do not tell.
+    """Return every claim with what runs said of it, and which notes lack numbers.
 
     Parameters
     ----------
     campaign : its claims and figures
     record : what the runs said
-    stale : why that is no more to be taken, "" when it is
+    stale : why the record no longer counts, "" when it does
     """
-    told = {one.name: one for one in record.claims}
+    recorded = {claim.name: claim for claim in record.claims}
     checked = []
     for claim, formula in _spelled(campaign.claims):
-        one = told.get(claim.name)
-        if stale or one is None or (one.formula, one.unit) != (formula, claim.unit):
-            checked.append(
-                Checked(
-                    claim,
-                    None,
-                    stale or "not measured, or by another formula; measure anew",
-                )
-            )
+        entry = recorded.get(claim.name)
+        if stale:
+            checked.append(Checked(claim, None, stale))
+        elif entry is None or (entry.formula, entry.unit) != (formula, claim.unit):
+            reason = "not measured, or by another formula; measure anew"
+            checked.append(Checked(claim, None, reason))
         else:
-            checked.append(Checked(claim, one.measured, one.reason))
-    asked = (
-        (where, found[0])
-        for where, note in _notes(campaign)
-        for found in _placeholders(note)
-    )
-    lacking = [
-        f"{where}: {place}" for where, place in asked if place not in record.numbers
+            checked.append(Checked(claim, entry.measured, entry.reason))
+
+    unmeasured = [
+        f"{place}: {match[0]}: not measured; measure anew"
+        for place, note in _notes(campaign)
+        for match in _placeholders(note)
+        if match[0] not in record.numbers
     ]
-    return checked, [
-        *record.unfilled,
-        *(f"{line}: not measured; measure anew" for line in lacking),
-    ]
+    return checked, [*record.unfilled, *unmeasured]
 
 
 def stale(campaign: Any, record: ClaimRecord) -> str:
-    """Return why a record is not of a campaign's runs as they are today, "" when it is."""
+    """Return why a record is not of a campaign's runs as they are today, "" when it is.
+
+    Parameters
+    ----------
+    campaign : its cases and axes
+    record : what runs said
+    """
     ids = {case.id for case in campaign.cases}
-    moved = [case for case in campaign.cases if case.id not in record.runs]
-    lost = len(set(record.runs) - ids)
-    if moved:
-        places = (
-            f"{axis.name}={axis.values[moved[0].position[axis.name]]} "
-            f"{axis.units or ''}"
-            for axis in campaign.axes
-            if axis.name in moved[0].position
-        )
-        first = ", ".join(
-            [moved[0].label, *(place.replace(".0 ", " ").rstrip() for place in places)]
-        )
+    unmeasured = [case for case in campaign.cases if case.id not in record.runs]
+    if unmeasured:
         return (
-            f"{len({case.id for case in moved})} of {len(ids)} runs were not "
-            "measured, or with another scene "
-            f"or model version, the first {first}; measure anew"
+            f"{len({case.id for case in unmeasured})} of {len(ids)} runs were not "
+            "measured, or with another scene or model version, the first "
+            f"{_place_of_case(unmeasured[0], campaign.axes)}; measure anew"
         )
-    return (
-        f"{lost} runs that were measured are no longer of the campaign; measure anew"
-        if lost
-        else ""
-    )
+    if removed := len(set(record.runs) - ids):
+        return (
+            f"{removed} runs that were measured are no longer of the campaign; "
+            "measure anew"
+        )
+    return ""
+
+
+def _place_of_case(case: Any, axes: Sequence[Any]) -> str:
+    """Return the label of a case and its place on each axis, as a message says them."""
+    places = [
+        f"{axis.name}={axis.values[case.position[axis.name]]} {axis.units or ''}"
+        for axis in axes
+        if axis.name in case.position
+    ]
+    texts = (place.replace(".0 ", " ").rstrip() for place in places)
+    return ", ".join([case.label, *texts])
 
 
 def _notes(campaign: Any) -> Iterator[tuple[str, str]]:
-    """Yield where each note of a campaign's figures stands, and the note, its placeholders spelled out."""
-    known = getattr(campaign, "claims", ())
+    """Yield place and spelled note of each figure of a campaign."""
+    claims = getattr(campaign, "claims", ())
     for number, spec in enumerate(campaign.figures, 1):
-        yield (
-            f"figure {number} ({spec.kind}): note",
-            spelled_note(getattr(spec, "note", None) or "", known),
-        )
+        note = spelled_note(getattr(spec, "note", None) or "", claims)
+        yield f"figure {number} ({spec.kind}): note", note
 
 
 def unknown_names(campaign: Any, known: Sequence[str]) -> list[str]:
@@ -401,16 +460,16 @@ def unknown_names(campaign: Any, known: Sequence[str]) -> list[str]:
     known : variables, dimensions and axes
     """
     claims = getattr(campaign, "claims", ())
-    told = [(f"claim {claim.name}", claim.formula) for claim in claims]
-    told += [
-        (where, found[1])
-        for where, note in _notes(campaign)
-        for found in _placeholders(note)
+    formulas = [(f"claim {claim.name}", claim.formula) for claim in claims]
+    formulas += [
+        (place, match[1])
+        for place, note in _notes(campaign)
+        for match in _placeholders(note)
     ]
-    own = {claim.name for claim in claims}
+    valid = {claim.name for claim in claims}.union(known)
     return [
-        f"{where}: {named.name!r} is no variable{nearest.meant(named.name, known)}"
-        for where, formula in told
+        f"{place}: {named.name!r} is no variable{nearest.meant(named.name, known)}"
+        for place, formula in formulas
         for named in parse_formula(formula).names
-        if named.name not in own and named.name not in known
+        if named.name not in valid
     ]

@@ -9,7 +9,7 @@ from wearlab.units import convert
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wearlab.campaign import Campaign, Case, Expectation, Wanted
+    from wearlab.campaign import Campaign, Case, Expectation, ExpectedNumber
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def compare(
 
 
 def _measured(
-    store: Store, entry: catalogue.Entry, name: str, expected: "Wanted"
+    store: Store, entry: catalogue.Entry, name: str, expected: "ExpectedNumber"
 ) -> float | None:
     """Return the value that counts, in the stored unit.
 
@@ -103,7 +103,7 @@ def _measured(
     return float(values[np.argmax(far)]) if values.size else None
 
 
-def _shown(measured: float | None, expected: "Wanted") -> str:
+def _shown(measured: float | None, expected: "ExpectedNumber") -> str:
     if measured is None:
         return "absent"
     if expected.units is None:

@@ -276,7 +276,7 @@ def _check_claims(campaign: "Campaign", source: "Store | Path") -> output.Findin
     from wearlab.campaign import claims
 
     if isinstance(source, Store):
-        record = claims.measured(campaign, source.open(campaign))
+        record = claims.measure(campaign, source.open(campaign))
         stale = ""
     else:
         with output.refusing(OSError, ValueError):
