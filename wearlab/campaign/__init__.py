@@ -1,4 +1,4 @@
-"""Campaigns: a file becomes scenes, each with its place in a grid, and figures to draw."""
+"""Campaigns: a file becomes scenes, each with its place in a grid, and figures."""
 
 from wearlab.campaign.axes import Axis, Coordinate
 from wearlab.campaign.blocks import CampaignError

@@ -1,4 +1,4 @@
-"""Tables and blocks of a campaign file become option tables; each wrong key is a line."""
+"""Tables and blocks of a campaign file become option tables; wrong keys are refused."""
 
 import re
 from collections.abc import Callable

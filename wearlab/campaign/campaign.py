@@ -18,36 +18,51 @@ from wearlab.campaign.claims import ClaimSpec, spelled_note
 from wearlab.options import ClosedTable, Number, option
 from wearlab.plugins import Plugin
 
-MOST_CASES = 30
+MAX_SHOWN_CASES = 30
+MAX_RECORDED_CASES = 5_000
+FORMAT = 1
+"""Of the record of a campaign."""
+DECADE = 10.0**0.5
 
 
 def campaign_html(title: str, sweeps: Sequence[Axis], cases: Sequence[Case]) -> str:
-    """Return title, and for every case its label, its place on the axes and its identity."""
+    """Return a table of the cases: label, place on the axes and identity.
+
+    Parameters
+    ----------
+    title : line above the table, in angle brackets
+    sweeps : axes of the campaign
+    cases : of the campaign
+    """
     axes = {axis.name: axis for axis in sweeps}
-    heads = [
-        "case",
-        *(
-            f"{name} [{axis.units}]" if axis.units else name
-            for name, axis in axes.items()
-        ),
-        "id",
+    axis_headings = [
+        f"{axis.name} [{axis.units}]" if axis.units else axis.name
+        for axis in axes.values()
     ]
+    headings = ["case", *axis_headings, "id"]
     rows = []
-    for case in cases[:MOST_CASES]:
+    for case in cases[:MAX_SHOWN_CASES]:
         places = (
-            axes[n].values[case.position[n]] if n in case.position else "" for n in axes
+            axis.values[case.position[name]] if name in case.position else ""
+            for name, axis in axes.items()
         )
         rows.append([case.label, *places, case.id[:10]])
-    head = "".join(f"<th>{escape(heading)}</th>" for heading in heads)
-    body = "".join(
-        f"<tr>{''.join(f'<td>{escape(str(x))}</td>' for x in row)}</tr>" for row in rows
-    )
-    more = (
-        f"<p>{MOST_CASES} of {len(cases)} cases</p>" if len(cases) > MOST_CASES else ""
-    )
+
+    head = "".join(f"<th>{escape(heading)}</th>" for heading in headings)
+    body = "".join(_html_row(row) for row in rows)
+    remark = ""
+    if len(cases) > MAX_SHOWN_CASES:
+        remark = f"<p>{MAX_SHOWN_CASES} of {len(cases)} cases</p>"
     return (
-        f"<p><b>{escape(title[1:-1])}</b></p><table><tr>{head}</tr>{body}</table>{more}"
+        f"<p><b>{escape(title[1:-1])}</b></p><table><tr>{head}</tr>{body}</table>"
+        f"{remark}"
     )
+
+
+def _html_row(cells: Sequence[Any]) -> str:
+    """Return one row of a table."""
+    columns = "".join(f"<td>{escape(str(cell))}</td>" for cell in cells)
+    return f"<tr>{columns}</tr>"
 
 
 Names = str | tuple[str, ...]
@@ -86,7 +101,6 @@ class FigureSpec(ClosedTable):
     face_position and depth among them"""
 
 
-DECADE = 10.0**0.5
 Part = Literal[
     "answer",
     "gears",
@@ -99,17 +113,15 @@ Part = Literal[
     "provenance",
 ]
 PARTS: tuple[Part, ...] = (
-    *(
-        "answer",
-        "gears",
-        "figures",
-        "assumptions",
-        "asked",
-        "results",
-        "expected",
-        "failures",
-        "provenance",
-    ),
+    "answer",
+    "gears",
+    "figures",
+    "assumptions",
+    "asked",
+    "results",
+    "expected",
+    "failures",
+    "provenance",
 )
 
 
@@ -183,16 +195,11 @@ class Campaign:
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{axis.name} {len(axis.values)}" for axis in self.axes)
-        return (
-            f"<Campaign {self.title!r}: {len(self.cases)} "
-            f"cases{f' ({axes})' if axes else ''}>"
-        )
+        grid = f" ({axes})" if axes else ""
+        return f"<Campaign {self.title!r}: {len(self.cases)} cases{grid}>"
 
     def _repr_html_(self) -> str:
         return campaign_html(repr(self), self.axes, self.cases)
-
-
-FORMAT = 1
 
 
 class RecordedCase(NamedTuple):
@@ -216,61 +223,75 @@ class RecordedCampaign:
 
 
 def to_record(campaign: Campaign) -> dict[str, Any]:
-    """Return a campaign as JSON can hold it."""
-    names = [axis.name for axis in campaign.axes]
+    """Return a campaign as JSON can hold it.
+
+    Parameters
+    ----------
+    campaign : its title, reference, axes and cases
+    """
+    axes = [
+        {
+            "name": axis.name,
+            "values": axis.values,
+            "units": axis.units,
+            "key": axis.key,
+            "beside": axis.coordinates,
+        }
+        for axis in campaign.axes
+    ]
+    cases = []
+    for case in campaign.cases:
+        places = [case.position.get(axis.name) for axis in campaign.axes]
+        cases.append([case.id, case.label, places])
     return {
         "format": FORMAT,
         "title": campaign.title,
         "reference": campaign.reference,
-        "axes": [
-            {
-                **{n: getattr(axis, n) for n in ("name", "values", "units", "key")},
-                "beside": axis.coordinates,
-            }
-            for axis in campaign.axes
-        ],
-        "cases": [
-            [case.id, case.label, [case.position.get(n) for n in names]]
-            for case in campaign.cases
-        ],
+        "axes": axes,
+        "cases": cases,
     }
-
-
-MOST_RECORDED = 5_000  # cases
 
 
 def with_figures(campaign: Campaign) -> dict[str, Any] | None:
-    """Return a campaign and its figures as JSON can hold it, None of one with too many cases.
+    """Return a campaign and its figures as JSON can hold it.
 
-    Points of papers are files of their own, and left out.
+    Points of papers are files of their own, and left out. The record is None of a
+    campaign with too many cases.
+
+    Parameters
+    ----------
+    campaign : to be recorded
     """
-    if len(campaign.cases) > MOST_RECORDED:
+    if len(campaign.cases) > MAX_RECORDED_CASES:
         return None
-    claimed = getattr(campaign, "claims", ())
-    figures = []
-    for spec in campaign.figures:
-        given = {
-            key: getattr(spec, key, None)
-            for key in FigureSpec.model_fields
-            if key != "published"
-        }
-        note = given["note"]
-        given["note"] = spelled_note(note, claimed) if note else None
-        figures.append(
-            {
-                key: value
-                for key, value in given.items()
-                if value not in (None, {}, (), "")
-            }
-        )
-    written = {
-        key: list(texts) for key, texts in getattr(campaign, "written", {}).items()
+    claims = getattr(campaign, "claims", ())
+    written = getattr(campaign, "written", {})
+    record = to_record(campaign)
+    record["figures"] = [_figure_record(spec, claims) for spec in campaign.figures]
+    record["written"] = {key: list(texts) for key, texts in written.items()}
+    return record
+
+
+def _figure_record(spec: FigureSpec, claims: Sequence[ClaimSpec]) -> dict[str, Any]:
+    """Return what a figure sets, its note spelled out, without points of a paper."""
+    options = {
+        key: getattr(spec, key, None)
+        for key in FigureSpec.model_fields
+        if key != "published"
     }
-    return {**to_record(campaign), "figures": figures, "written": written}
+    note = options["note"]
+    options["note"] = spelled_note(note, claims) if note else None
+    return {
+        key: value for key, value in options.items() if value not in (None, {}, (), "")
+    }
 
 
 def from_record(record: Mapping[str, Any]) -> RecordedCampaign:
     """Return the campaign of a record.
+
+    Parameters
+    ----------
+    record : as `to_record` returns it
 
     Raises
     ------
@@ -289,24 +310,28 @@ def from_record(record: Mapping[str, Any]) -> RecordedCampaign:
 
 
 def _read_axis(block: Mapping[str, Any]) -> Axis:
-    beside = {
-        str(n): Coordinate(tuple(v), units, str(key))
-        for n, (v, units, key) in block["beside"].items()
+    """Return the axis of a record."""
+    coordinates = {
+        str(name): Coordinate(tuple(values), units, str(key))
+        for name, (values, units, key) in block["beside"].items()
     }
     return Axis(
         str(block["name"]),
         tuple(block["values"]),
         block["units"],
         str(block["key"]),
-        beside,
+        coordinates,
     )
 
 
 def _read_case(block: list[Any], axes: tuple[Axis, ...]) -> RecordedCase:
+    """Return the case of a record; its places are on the axes."""
     run_id, label, places = block
-    position = {
-        axis.name: int(i) for axis, i in zip(axes, places, strict=True) if i is not None
-    }
+    position = {}
+    for axis, place in zip(axes, places, strict=True):
+        if place is None:
+            continue
+        position[axis.name] = int(place)
     for axis in axes:
         if not 0 <= position.get(axis.name, 0) < len(axis.values):
             raise IndexError(f"{axis.name} has no place {position[axis.name]}")

@@ -360,7 +360,7 @@ def without_excluded(
 
 
 def _parsed(conditions: Sequence[str], values: Sequence[dict[str, Any]]) -> list[Any]:
-    """Return the syntax tree of each condition, its names bound to keys of the scenes."""
+    """Return the syntax tree of each condition, its names those of the scenes."""
     is_text = {
         name: isinstance(value, str)
         for scene_values in values

@@ -113,7 +113,7 @@ def _name_problems(claim: ClaimSpec, earlier: Sequence[ClaimSpec]) -> Iterator[s
 
 
 def _problems(claim: ClaimSpec) -> Iterator[str]:
-    """Yield what is wrong with formula, value, tolerance and printed number of a claim."""
+    """Yield what is wrong with the formula and the numbers of a claim."""
     try:
         parse_formula(claim.formula)
     except QueryError as error:

@@ -61,7 +61,7 @@ def _campaign_of_scenes(source: Sequence[Any]) -> Campaign:
 
 
 def _differences(scenes: Sequence[Scene]) -> dict[str, Coordinate]:
-    """Return in what scenes differ, by as few last words of a key as are no name yet."""
+    """Return in what scenes differ, by the shortest free name of each key."""
     tables = [dict(flat(scene.model_dump())) for scene in scenes]
     differences: dict[str, Coordinate] = {}
     for key in tables[0]:

@@ -17,19 +17,24 @@ from wearlab.scene.problems import shown
 from wearlab.units import UnitError, convert, is_number, is_quantity, rounded, split
 
 SMALLEST = 2.0**-40  # a probability; a Sobol point may be exactly 0
-LEAST_KEPT = 1e-9  # probability that a truncation must leave
+MIN_REMAINING = 1e-9  # probability that a truncation must leave
+END_TOLERANCE = 1e-12  # relative; beyond an end of a truncation
 TRUNCATE = "truncate"
+INDICES = "sobol-indices"
+METHODS = ("sobol", "latin-hypercube", "random", INDICES)
+PLAIN = {"cov": "the standard deviation over the mean", "shape": "the exponent"}
+"""Numbers that have no unit; the others of a word share one."""
 Correlation = tuple[str, str, float]
 
 
 class Word(NamedTuple):
-    """A word of the campaign file: the law of `scipy.stats` that it means, and its numbers.
+    """A word of the campaign file for a law of `scipy.stats`.
 
     Parameters
     ----------
-    law : law of its numbers, given `scipy.stats`, which takes longer to import than
-        most files to read
-    listed : whether they may stand in a list
+    law : of `scipy.stats`, which takes longer to import than most files to read, and of
+        the numbers of the word
+    listed : whether the numbers may stand in a list
     """
 
     law: Callable[..., Any]
@@ -60,8 +65,6 @@ WORDS = {
     ),
     "weibull": Word(lambda stats, scale, shape: stats.weibull_min(shape, scale=scale)),
 }
-PLAIN = {"cov": "the standard deviation over the mean", "shape": "the exponent"}
-"""Numbers that have no unit; the others of a word share one."""
 DISTRIBUTIONS = tuple(WORDS)
 
 
@@ -84,114 +87,155 @@ class Distribution(NamedTuple):
     def at(self, probability: Any) -> Any:
         """Return the value that a draw stays below with this probability.
 
-        Of an array, an array.
+        Parameters
+        ----------
+        probability : a number or an array
         """
-        law, below, above = _law(self)
-        p = below + (above - below) * np.clip(probability, SMALLEST, 1.0 - SMALLEST)
-        return np.clip(
-            law.ppf(np.clip(p, SMALLEST, 1.0 - SMALLEST)), self.low, self.high
-        )
+        law = _law(self)
+        inside = np.clip(probability, SMALLEST, 1.0 - SMALLEST)
+        p = law.below_low + (law.below_high - law.below_low) * inside
+        value = law.frozen.ppf(np.clip(p, SMALLEST, 1.0 - SMALLEST))
+        return np.clip(value, self.low, self.high)
 
     def below(self, value: Any) -> Any:
-        """Return the probability of a draw below this value; of an array, an array."""
-        law, below, above = _law(self)
-        return np.clip(
-            (law.cdf(np.clip(value, self.low, self.high)) - below) / (above - below),
-            0.0,
-            1.0,
-        )
+        """Return the probability of a draw below a value.
+
+        Parameters
+        ----------
+        value : a number or an array [unit]
+        """
+        law = _law(self)
+        p = law.frozen.cdf(np.clip(value, self.low, self.high))
+        share = (p - law.below_low) / (law.below_high - law.below_low)
+        return np.clip(share, 0.0, 1.0)
 
     def log_density(self, value: Any) -> Any:
         """Return the log of the probability per ``unit``, −∞ beyond the ends.
 
-        Right however far out.
+        It is right however far out.
+
+        Parameters
+        ----------
+        value : a number or an array [unit]
         """
-        law, below, above = _law(self)
+        law = _law(self)
         x = np.asarray(value, float)
-        ends = 1e-12 * np.abs(value)
-        logs = law.logpdf(x) - math.log(above - below)
-        return np.where(
-            (x >= self.low - ends) & (x <= self.high + ends), logs, -np.inf
-        )[()]
+        slack = END_TOLERANCE * np.abs(value)
+        log_mass = math.log(law.below_high - law.below_low)
+        log_density = law.frozen.logpdf(x) - log_mass
+        is_inside = (x >= self.low - slack) & (x <= self.high + slack)
+        return np.where(is_inside, log_density, -np.inf)[()]
+
+
+class _Law(NamedTuple):
+    """A frozen law of `scipy.stats`, and the probabilities below its truncated ends."""
+
+    frozen: Any
+    below_low: float
+    below_high: float
 
 
 @cache
-def _law(distribution: Distribution) -> tuple[Any, float, float]:
-    """Return the frozen law of `scipy.stats`, and the probabilities below the ends that truncate it."""
+def _law(distribution: Distribution) -> _Law:
+    """Return the law of a distribution; `scipy.stats` is imported here."""
     from scipy import stats
 
-    law = WORDS[distribution.word].law(stats, *distribution.numbers)
-    return law, float(law.cdf(distribution.low)), float(law.cdf(distribution.high))
+    frozen = WORDS[distribution.word].law(stats, *distribution.numbers)
+    below_low = float(frozen.cdf(distribution.low))
+    below_high = float(frozen.cdf(distribution.high))
+    return _Law(frozen, below_low, below_high)
 
 
 def is_distribution(value: Any) -> bool:
-    """Say whether a value of the file is a table with the word of a distribution."""
-    return isinstance(value, dict) and any(word in value for word in WORDS)
-
-
-def read_distribution(given: dict[str, Any], where: str) -> Distribution:
-    """Return the distribution that a table such as ``{normal = {mean = …, sd = …}}`` means.
+    """Say whether a value of the file is a table with the word of a distribution.
 
     Parameters
     ----------
-    given : the table, with ``truncate = [a, b]`` beside the word where it is truncated
+    value : anything that a file holds
+    """
+    return isinstance(value, dict) and any(word in value for word in WORDS)
+
+
+def read_distribution(table: dict[str, Any], where: str) -> Distribution:
+    """Return the distribution of a table such as ``{normal = {mean = …, sd = …}}``.
+
+    Parameters
+    ----------
+    table : with ``truncate = [a, b]`` beside the word where it is truncated
     where : its place in the file
 
     Raises
     ------
     CampaignError : the word's numbers are wrong, or a key does not belong
     """
-    kind = next(word for word in WORDS if word in given)
-    extra = [key for key in given if key not in (kind, TRUNCATE)]
+    word = next(word for word in WORDS if word in table)
+    extra = [key for key in table if key not in (word, TRUNCATE)]
     if extra:
         raise CampaignError(
             f"{where}: {extra[0]!r} does not belong here; units stand in the values"
         )
-    numbers, unit = _numbers(kind, given[kind], f"{where}.{kind}")
-    whole = Distribution(kind, tuple(numbers), unit)
-    if TRUNCATE not in given:
-        return whole
-    ends = given[TRUNCATE]
-    place = f"{where}.{TRUNCATE}"
+    numbers, unit = _numbers(word, table[word], f"{where}.{word}")
+    distribution = Distribution(word, tuple(numbers), unit)
+    if TRUNCATE not in table:
+        return distribution
+    return _truncated(distribution, table[TRUNCATE], f"{where}.{TRUNCATE}")
+
+
+def _truncated(distribution: Distribution, ends: Any, where: str) -> Distribution:
+    """Return a distribution between two ends that the file gives."""
     if not isinstance(ends, list) or len(ends) != 2:
-        raise CampaignError(f"{place}: {shown(ends)} is not [low, high]")
-    low, high = (in_unit(*number_of(value, place), unit, place) for value in ends)
+        raise CampaignError(f"{where}: {shown(ends)} is not [low, high]")
+    unit = distribution.unit
+    low, high = (in_unit(*number_of(value, where), unit, where) for value in ends)
     if not low < high:
         raise CampaignError(
-            f"{place}: from {low:g} to {high:g} there is nothing to draw"
+            f"{where}: from {low:g} to {high:g} there is nothing to draw"
         )
-    if whole.below(high) - whole.below(low) < LEAST_KEPT:
+    if distribution.below(high) - distribution.below(low) < MIN_REMAINING:
         raise CampaignError(
-            f"{place}: practically nothing of the distribution lies within "
+            f"{where}: practically nothing of the distribution lies within "
             f"{shown(ends)}"
         )
-    return whole._replace(low=low, high=high)
+    return distribution._replace(low=low, high=high)
 
 
-def _numbers(kind: str, given: Any, where: str) -> tuple[list[float], str | None]:
+def _numbers(word: str, written: Any, where: str) -> tuple[list[float], str | None]:
     """Return the numbers of a word in the unit of the first, and that unit."""
-    word = WORDS[kind]
-    if word.listed and isinstance(given, list) and len(given) == len(word.names):
-        given = dict(zip(word.names, given, strict=True))
-    if not isinstance(given, dict) or set(given) != set(word.names):
-        keys = ", ".join(f"{name} = …" for name in word.names)
-        wanted = f"[{', '.join(word.names)}]" if word.listed else f"{{{keys}}}"
-        raise CampaignError(f"{where}: {shown(given)} is not {wanted}")
-    first, unit = number_of(given[word.names[0]], f"{where}.{word.names[0]}")
+    names = WORDS[word].names
+    listed = WORDS[word].listed
+    table = written
+    if listed and isinstance(written, list) and len(written) == len(names):
+        table = dict(zip(names, written, strict=True))
+    if not isinstance(table, dict) or set(table) != set(names):
+        keys = ", ".join(f"{name} = …" for name in names)
+        wanted = f"[{', '.join(names)}]" if listed else f"{{{keys}}}"
+        raise CampaignError(f"{where}: {shown(table)} is not {wanted}")
+
+    first, unit = number_of(table[names[0]], f"{where}.{names[0]}")
     numbers = [first]
-    for name in word.names[1:]:
-        value, own = number_of(given[name], f"{where}.{name}")
+    for name in names[1:]:
+        value, value_unit = number_of(table[name], f"{where}.{name}")
         if name not in PLAIN:
-            value = in_unit(value, own, unit, where)
-        elif own is not None:
+            value = in_unit(value, value_unit, unit, where)
+        elif value_unit is not None:
             raise CampaignError(f"{where}.{name}: a plain number, {PLAIN[name]}")
         numbers.append(value)
-    _check(kind, numbers, where)
+    _check(word, numbers, where)
     return numbers, unit
 
 
 def number_of(value: Any, where: str) -> tuple[float, str | None]:
-    """Return a number as it is written, and its unit, None where it has none."""
+    """Return a number as it is written, and its unit, None where it has none.
+
+    Parameters
+    ----------
+    value : a quantity or a number, as the file has it
+    where : its place in the file
+
+    Raises
+    ------
+    CampaignError : it is neither
+    """
     if is_quantity(value):
         number, unit = split(value)
         return float(number), unit
@@ -202,22 +246,35 @@ def number_of(value: Any, where: str) -> tuple[float, str | None]:
     return float(value), None
 
 
-def in_unit(value: float, own: str | None, unit: str | None, where: str) -> float:
-    """Return a number in another unit."""
-    if own == unit:
+def in_unit(
+    value: float, written_unit: str | None, unit: str | None, where: str
+) -> float:
+    """Return a number in another unit.
+
+    Parameters
+    ----------
+    value : in the unit that is written
+    written_unit, unit : from which and to which it is converted, None for plain numbers
+    where : its place in the file
+
+    Raises
+    ------
+    CampaignError : one is not converted to the other
+    """
+    if written_unit == unit:
         return value
-    if own is None or unit is None:
+    if written_unit is None or unit is None:
         raise CampaignError(f"{where}: one value has a unit, the other has none")
     try:
-        return convert(value, own, unit)
+        return convert(value, written_unit, unit)
     except UnitError as error:
         raise CampaignError(f"{where}: {error}") from None
 
 
 def _check(word: str, numbers: Sequence[float], where: str) -> None:
     """Refuse numbers that make no distribution."""
-    said: Any = (word, *numbers)
-    match said:
+    definition: Any = (word, *numbers)
+    match definition:
         case ["uniform" | "loguniform", low, high] if not low < high:
             raise CampaignError(
                 f"{where}: from {low:g} to {high:g} there is nothing to draw"
@@ -235,19 +292,20 @@ def _check(word: str, numbers: Sequence[float], where: str) -> None:
             raise CampaignError(
                 f"{where}.{name}: {spread:g} must be greater than 0; or write a value"
             )
-        case ["lognormal" | "weibull", *several] if min(several) <= 0.0:
-            name, number = next(
-                (n, x)
-                for n, x in zip(WORDS[word].names, several, strict=True)
-                if x <= 0.0
-            )
-            raise CampaignError(f"{where}.{name}: {number:g} must be greater than 0")
+        case ["lognormal" | "weibull", *positive] if min(positive) <= 0.0:
+            for name, number in zip(WORDS[word].names, positive, strict=True):
+                if number <= 0.0:
+                    raise CampaignError(
+                        f"{where}.{name}: {number:g} must be greater than 0"
+                    )
 
 
-def coupled(
+def correlated(
     points: Array, correlations: Sequence[Correlation], keys: list[str], where: str
 ) -> Array:
-    """Return points of the unit cube whose columns have the wanted rank correlations, each still uniform.
+    """Return points of the unit cube whose columns have given rank correlations.
+
+    Each column is still uniform.
 
     z = Φ⁻¹(u), z′ = L z with L Lᵀ = C, u′ = Φ(z′), where C_ij = 2 sin(π ρ_ij / 6) is
     the correlation of normal variables with the rank correlation ρ_ij (Pearson 1907).
@@ -255,7 +313,7 @@ def coupled(
     Parameters
     ----------
     points : u, independent, (n, keys)
-    correlations : ρ; others are 0
+    correlations : ρ; those of other pairs are 0
     keys : what the columns are
     where : place in the file
 
@@ -268,26 +326,28 @@ def coupled(
 
     matrix = np.eye(len(keys))
     for number, (first, second, rank) in enumerate(correlations):
-        if lost := [key for key in (first, second) if key not in keys]:
-            there = ", ".join(keys)
+        if unknown := [key for key in (first, second) if key not in keys]:
             raise CampaignError(
-                f"{where}[{number}]: {lost[0]!r} is not drawn here; there are {there}"
+                f"{where}[{number}]: {unknown[0]!r} is not drawn here; there are "
+                f"{', '.join(keys)}"
             )
-        i = keys.index(first)
-        j = keys.index(second)
-        if i == j:
+        if first == second:
             raise CampaignError(f"{where}[{number}]: {first!r} stands beside itself")
-        matrix[i, j] = matrix[j, i] = 2.0 * sin(pi * rank / 6.0)
+        row = keys.index(first)
+        column = keys.index(second)
+        correlation = 2.0 * sin(pi * rank / 6.0)
+        matrix[row, column] = correlation
+        matrix[column, row] = correlation
+
     try:
         lower = np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError:
-        said = "no inputs can be correlated like this: the ρ contradict each other"
-        raise CampaignError(f"{where}: {said}") from None
-    return np.asarray(ndtr(ndtri(np.clip(points, SMALLEST, 1.0 - SMALLEST)) @ lower.T))
-
-
-INDICES = "sobol-indices"
-METHODS = ("sobol", "latin-hypercube", "random", INDICES)
+        raise CampaignError(
+            f"{where}: no inputs can be correlated like this: the ρ contradict each "
+            "other"
+        ) from None
+    normal = ndtri(np.clip(points, SMALLEST, 1.0 - SMALLEST))
+    return np.asarray(ndtr(normal @ lower.T))
 
 
 class SampleTable(ClosedTable):
@@ -307,23 +367,25 @@ class SampleTable(ClosedTable):
     @field_validator("n", "seed")
     @classmethod
     def _is_a_count(cls, number: int, info: ValidationInfo) -> int:
-        if number < (least := int(info.field_name == "n")):
-            raise ValueError(f"{number} is no whole number from {least} on")
+        smallest = int(info.field_name == "n")
+        if number < smallest:
+            raise ValueError(f"{number} is no whole number from {smallest} on")
         return number
 
     @field_validator("correlation")
     @classmethod
     def _is_within(
-        cls, given: list[Correlation] | None, info: ValidationInfo
+        cls, correlations: list[Correlation] | None, info: ValidationInfo
     ) -> list[Correlation] | None:
-        if given and info.data.get("method") == INDICES:
+        if correlations and info.data.get("method") == INDICES:
             raise ValueError("Sobol' indices are of independent inputs: drop it")
-        for block in given or ():
-            if not -1.0 < block[2] < 1.0:
+        for correlation in correlations or ():
+            if not -1.0 < correlation[2] < 1.0:
                 raise ValueError(
-                    f"{shown(list(block))} is not [key, key, ρ] with ρ within −1 and 1"
+                    f"{shown(list(correlation))} is not [key, key, ρ] with ρ within −1 "
+                    "and 1"
                 )
-        return given
+        return correlations
 
 
 def draw(
@@ -336,40 +398,45 @@ def draw(
     sample : how
     distributions : of every drawn key
     where : place of the block in the file
+
+    Raises
+    ------
+    CampaignError : the correlations are wrong
     """
+    keys = list(distributions)
     if sample.method == INDICES:
-        points = _pairs(sample, len(distributions))
+        points = _pairs(sample, len(keys))
     else:
-        points = _points(sample.method, sample.n, len(distributions), sample.seed)
+        points = _points(sample.method, sample.n, len(keys), sample.seed)
     if sample.correlation:
-        points = coupled(
-            points,
-            sample.correlation,
-            list(distributions),
-            f"{where}.sample.correlation",
-        )
-    return {
-        key: tuple(
-            written(value, distribution.unit)
-            for value in distribution.at(column).tolist()
-        )
-        for column, (key, distribution) in zip(
-            points.T, distributions.items(), strict=True
-        )
-    }
+        place = f"{where}.sample.correlation"
+        points = correlated(points, sample.correlation, keys, place)
+
+    drawn = {}
+    for key, column in zip(keys, points.T, strict=True):
+        distribution = distributions[key]
+        values = distribution.at(column).tolist()
+        drawn[key] = tuple(written(value, distribution.unit) for value in values)
+    return drawn
 
 
 def _pairs(sample: SampleTable, width: int) -> Array:
-    """Return A, B and A with each input of B, pair of points by pair of points, (n (width + 2), width)."""
-    both = _points("sobol", sample.n, 2 * width, sample.seed)
-    a = both[:, :width]
-    b = both[:, width:]
-    mixed = [np.where(np.arange(width) == j, b, a) for j in range(width)]
+    """Return A, B, and A with each input of B in turn, (n (width + 2), width)."""
+    points = _points("sobol", sample.n, 2 * width, sample.seed)
+    a = points[:, :width]
+    b = points[:, width:]
+    mixed = [np.where(np.arange(width) == column, b, a) for column in range(width)]
     return np.stack([a, b, *mixed], axis=1).reshape(-1, width)
 
 
 def written(value: float, unit: str | None) -> float | str:
-    """Return a value as a campaign file would write it."""
+    """Return a value as a campaign file would write it.
+
+    Parameters
+    ----------
+    value : in the unit
+    unit : None for a plain number
+    """
     return rounded(value) if unit is None else f"{rounded(value)!r} {unit}"
 
 
@@ -381,7 +448,6 @@ def _points(method: str, n: int, width: int, seed: int) -> Array:
 
     kinds = {"sobol": qmc.Sobol, "latin-hypercube": qmc.LatinHypercube}
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", UserWarning
-        )  # that n is no power of two: the user may extend it
+        # n may be no power of two: the user may add points later
+        warnings.simplefilter("ignore", UserWarning)
         return np.asarray(kinds[method](width, rng=seed).random(n))

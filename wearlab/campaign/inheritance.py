@@ -161,7 +161,7 @@ def _names(value: Any, key: str, file: Path) -> tuple[str, ...]:
 
 
 def _anchored(value: Any, folder: Path, key: str = "") -> Any:
-    """Return values in which paths start from the folder of the file that wrote them."""
+    """Return values whose paths start from the folder of the file that wrote them."""
     if isinstance(value, dict):
         inner = {
             word: _anchored(part, folder, word)

@@ -32,7 +32,7 @@ LIMITS = {
     "lt": "exclusiveMaximum",
     "le": "maximum",
 }
-ROUND = 8
+MAX_ROUND_LENGTH = 8  # characters of a default that is a round number
 SOURCES = {
     "L16": "Liu, Yang & Zhang 2016, Tribology International, "
     "doi:10.1016/j.triboint.2016.05.006",
@@ -42,7 +42,6 @@ SOURCES = {
     "B23": "Bai & Ning 2023, Lubricants 11(6) 255, doi:10.3390/lubricants11060255",
     "wearlab": "a decision of this package",
 }
-OTHER = "another generator"
 Names = str | tuple[str, ...]
 
 
@@ -87,7 +86,10 @@ class WeibullTable(ClosedTable):
 
 
 class DrawnTable(ClosedTable):
-    """Values drawn from one distribution, in a block with ``sample`` or of an unknown of an update."""
+    """Values drawn from one distribution.
+
+    It stands in a block with ``sample``, or at an unknown of an update.
+    """
 
     lognormal: Lognormal | None = None
     """log-normal [another generator]"""
@@ -200,80 +202,99 @@ def _changed(
         return [_changed(inner, change) for inner in value]
     if not isinstance(value, dict):
         return value
-    table = {
-        key: _changed(inner, change, key in ("properties", "$defs"))
-        for key, inner in value.items()
-    }
+    table = {}
+    for key, inner in value.items():
+        holds_names = key in ("properties", "$defs")
+        table[key] = _changed(inner, change, holds_names)
     return table if names else change(table)
 
 
 def _plain(table: dict[str, Any]) -> dict[str, Any]:
-    """Return a table without titles and nulls, limits and defaults as users would write them."""
+    """Return a table without titles and nulls; limits and defaults as written."""
     plain = {
         LIMITS.get(key, key): inner for key, inner in table.items() if key != "title"
     }
-    # of a table's default the choice; what else it has stands at its keys
     if isinstance(plain.get("default"), dict | None):
-        default = plain.pop("default", None) or {}
-        plain["default"] = default.get("model", default.get("method"))
-        plain = {key: inner for key, inner in plain.items() if inner is not None}
+        plain = _with_chosen_default(plain)
     if "anyOf" in plain:
         plain["anyOf"] = [kind for kind in plain["anyOf"] if kind != {"type": "null"}]
-    if len(plain.get("anyOf", ())) == 1:
-        plain = {**plain.pop("anyOf")[0], **plain}
+        if len(plain["anyOf"]) == 1:
+            only_kind = plain.pop("anyOf")[0]
+            plain = {**only_kind, **plain}
     if "required" in plain:
-        plain["required"] = [
-            key for key in plain["required"] if key in plain["properties"]
-        ]
+        properties = plain["properties"]
+        plain["required"] = [key for key in plain["required"] if key in properties]
     if "unit" in plain and isinstance(plain.get("default"), int | float):
-        plain["default"] = _written(
-            plain["default"], plain["unit"], plain["examples"][0]
-        )
+        example = plain["examples"][0]
+        plain["default"] = _written(plain["default"], plain["unit"], example)
     return plain
+
+
+def _with_chosen_default(table: dict[str, Any]) -> dict[str, Any]:
+    """Return a table whose default is a choice, no table and no null.
+
+    What else the table of a default has stands at its keys.
+    """
+    plain = dict(table)
+    default = plain.pop("default", None) or {}
+    plain["default"] = default.get("model", default.get("method"))
+    return {key: inner for key, inner in plain.items() if inner is not None}
 
 
 def _written(default: float, unit: str, example: str) -> str:
     """Return a default in the unit of the example, where it is a round number there."""
-    usual = units.split(example)[1]
-    number = f"{units.convert(default, unit, usual):.12g}"
-    return f"{number} {usual}" if len(number) < ROUND else f"{default:g} {unit}"
+    usual_unit = units.split(example)[1]
+    number = f"{units.convert(default, unit, usual_unit):.12g}"
+    if len(number) < MAX_ROUND_LENGTH:
+        return f"{number} {usual_unit}"
+    return f"{default:g} {unit}"
 
 
 def schema_json() -> str:
-    """Return the JSON Schema of a campaign file, every option with unit, default, meaning and source."""
+    """Return the JSON Schema of a campaign file.
+
+    Every option has its unit, default, meaning and source.
+    """
     schema = _changed(CampaignFile.model_json_schema(), _plain)
-    given = [{"required": schema.pop("required")}, {"required": ["extends"]}]
+    required = {"required": schema.pop("required")}
+    extending = {"required": ["extends"]}
     whole = {
         "$schema": DIALECT,
         "title": "wearlab campaign",
         "sources": SOURCES,
         **schema,
-        "anyOf": given,
+        "anyOf": [required, extending],
     }
     return json.dumps(whole, indent=2, ensure_ascii=False)
 
 
 def added_json(plugins: Iterable[Plugin]) -> str:
-    """Return the JSON Schemas of the variants that plug-ins have brought, by slot and name."""
-    theirs = {plugin.sha256 for plugin in plugins}
-    added: dict[str, dict[str, Any]] = {}
+    """Return the JSON Schemas of the variants of plug-ins, by slot and name.
+
+    Parameters
+    ----------
+    plugins : that have brought variants
+    """
+    hashes = {plugin.sha256 for plugin in plugins}
+    schemas: dict[str, dict[str, Any]] = {}
     for name, variant in brought():
-        if variant.origin is not None and variant.origin.sha256 in theirs:
-            added.setdefault(variant.slot.key, {})[name] = _changed(
-                variant.model_json_schema(), _plain
-            )
-    return json.dumps(added, indent=2, ensure_ascii=False)
+        if variant.origin is not None and variant.origin.sha256 in hashes:
+            schema = _changed(variant.model_json_schema(), _plain)
+            schemas.setdefault(variant.slot.key, {})[name] = schema
+    return json.dumps(schemas, indent=2, ensure_ascii=False)
 
 
 def editors_schema() -> str:
-    """Return the JSON Schema of one file: what a file that it extends may give is optional."""
-    return json.dumps(
-        _changed(json.loads(schema_json()), _partial), indent=1, ensure_ascii=False
-    )
+    """Return the JSON Schema of one file.
+
+    What a file that it extends may give is optional.
+    """
+    schema = _changed(json.loads(schema_json()), _partial)
+    return json.dumps(schema, indent=1, ensure_ascii=False)
 
 
 def _partial(table: dict[str, Any]) -> dict[str, Any]:
-    """Return a table that demands nothing: one in part is of any variant that has its keys."""
+    """Return a table that demands no key; a part of it may be of any variant."""
     plain = {
         key: part for key, part in table.items() if key not in ("required", "oneOf")
     }

@@ -105,7 +105,7 @@ def _naming_files(inherited: Inherited) -> Iterator[None]:
 
 
 def _key_of_problem(problem: str, table: merge.Table) -> str:
-    """Return the dotted key that a problem is about, "sweep" where that gives the value."""
+    """Return the dotted key that a problem is about, "sweep" where a sweep sets it."""
     subject = problem.split(": ")[0]
     key = subject.removeprefix("scene.").split("[")[0].split(" ")[0]
     if not subject.startswith("scene."):
@@ -301,8 +301,9 @@ def written_quantities(
 
     Examples
     --------
-    >>> tables = [{"operation": {"torque": "0.34 kN*m"}}, {"operation.torque": ["340 Nm"]}]
-    >>> written_quantities(tables)
+    >>> section = {"operation": {"torque": "0.34 kN*m"}}
+    >>> sweep = {"operation.torque": ["340 Nm"]}
+    >>> written_quantities([section, sweep])
     {'operation.torque': ('0.34 kN*m', '340 Nm')}
     """
     texts: dict[str, dict[str, None]] = {}

@@ -118,7 +118,7 @@ def check_table(table: Table, file: Path) -> None:
 
 
 def _faults(value: Any, path: str = "", depth: int = 0) -> Iterator[str]:
-    """Yield what is wrong with keys and whole numbers of a table, each with its path."""
+    """Yield what is wrong with keys and whole numbers of a table, path first."""
     if depth > MAX_DEPTH:
         yield f"{_short(path)}: keys nested more than {MAX_DEPTH} deep"
     elif isinstance(value, dict):

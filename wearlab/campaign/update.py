@@ -1,4 +1,4 @@
-"""``[update]`` read: what was measured, what is unknown, and which wear ends the life.
+"""The section ``[update]``: what was measured and is unknown, which wear is the end.
 
 No part of any run's identity: the same stored runs serve every measurement.
 """
@@ -22,148 +22,169 @@ from wearlab.scene.problems import not_a_choice, shown
 
 FACTOR = "wear.coefficient.factor"
 POPULATION = f"{SECTION}.population"
+FACTOR_ALONE = f"goes with the unknown {FACTOR} alone"
 
 
-def read_update(given: Any) -> UpdateSpec:
+def read_update(table: Any) -> UpdateSpec:
     """Return what ``[update]`` says.
+
+    Parameters
+    ----------
+    table : what the file has under ``update``
 
     Raises
     ------
     CampaignError : with every fault, one line each
     """
-    block = modelled(
-        UpdateBlock,
-        {"unknown": {}, **given} if isinstance(given, dict) else given,
-        SECTION,
-    )
+    if isinstance(table, dict):  # _read_unknown says what is missing
+        table = {"unknown": {}, **table}
+    block = modelled(UpdateBlock, table, SECTION)
+
     problems: list[str] = []
-    heard = partial(attempt, problems)
-    read: dict[str, Any] = {
-        "unknown": heard(_unknown, block.unknown),
+    read = partial(attempt, problems)
+    values: dict[str, Any] = {
+        "unknown": read(_read_unknown, block.unknown),
         "limit": block.limit and block.limit.read(),
         "data": tuple(
-            heard(one.read, number) for number, one in enumerate(block.data, 1)
+            read(data.read, number) for number, data in enumerate(block.data, 1)
         ),
-        "check": block.check and heard(block.check.read, block.data),
+        "check": block.check and read(block.check.read, block.data),
     }
-    keys = [*axes.swept_keys(block.unknown)]
-    if (
-        block.population is not None
-        or block.unit
-        or any(one.columns.unit for one in block.data)
-    ):
-        fleet = heard((block.population or PopulationBlock()).read, block.unit)
-        read |= {"fleet": fleet, "population": None, "unit": ()}
-        problems += _not_of_a_fleet(block, keys)
-    problems += _not_together(block, keys)
+    unknown_keys = [*axes.swept_keys(block.unknown)]
+    if _is_of_a_fleet(block):
+        population = block.population or PopulationBlock()
+        values["fleet"] = read(population.read, block.unit)
+        values["population"] = None
+        values["unit"] = ()
+        problems += _not_of_a_fleet(block, unknown_keys)
+    problems += _not_together(block, unknown_keys)
     if problems:
         raise CampaignError(problems)
-    return UpdateSpec.model_construct(**{**dict(block), **read})
+    return UpdateSpec.model_construct(**{**dict(block), **values})
+
+
+def _is_of_a_fleet(block: UpdateBlock) -> bool:
+    """Whether several units were measured."""
+    names_units = any(data.columns.unit for data in block.data)
+    return block.population is not None or bool(block.unit) or names_units
 
 
 def refuse_unknown_keys(spec: UpdateSpec, cases: Sequence[Case]) -> None:
-    """Refuse unknowns that are no key of the scene, and data of cases that are not there.
+    """Refuse unknowns that are no key of the scene, and data of unknown cases.
+
+    Parameters
+    ----------
+    spec : the section
+    cases : of the campaign, at least one
 
     Raises
     ------
     CampaignError : with one line each
     """
-    middle = {
-        key: distributions.written(law.at(0.5), law.unit)
-        for key, law in spec.unknown.items()
-    }
-    tried = [(f"unknown.{key}", key, value) for key, value in middle.items()]
-    own = () if spec.fleet is None else enumerate(spec.fleet.units)
-    tried += [
-        (f"unit[{n}].scene.{key}", key, value)
-        for n, unit in own
-        for key, value in unit.scene.items()
-    ]
     problems = []
-    for place, key, value in tried:
+    for place, key, value in _settings(spec):
         try:
             cases[0].scene.replace(key, value)
         except SceneError as error:
             problems += [f"{SECTION}.{place}: {line}" for line in error.problems]
+
     if spec.fleet is not None and len(cases) > 1:
         problems.append(
             f"{SECTION}: a fleet has one case, here are {len(cases)}: give "
             "update.unit.scene"
         )
+
     labels = list(dict.fromkeys(case.label for case in cases))
-    wrong = (
-        (data.place, label)
+    problems += [
+        f"{data.place}.case: {not_a_choice(label, labels)}"
         for data in spec.data
         for label in data.cases
         if label not in labels
-    )
-    problems += [
-        f"{place}.case: {not_a_choice(label, labels)}" for place, label in wrong
     ]
     if problems:
         raise CampaignError(problems)
 
 
-def _unknown(given: dict[str, Any]) -> dict[str, distributions.Distribution]:
+def _settings(spec: UpdateSpec) -> Iterator[tuple[str, str, Any]]:
+    """Yield place, key and a value of everything that the section sets in scenes."""
+    for key, prior in spec.unknown.items():
+        median = distributions.written(prior.at(0.5), prior.unit)
+        yield f"unknown.{key}", key, median
+    if spec.fleet is None:
+        return
+    for number, unit in enumerate(spec.fleet.units):
+        for key, value in unit.scene.items():
+            yield f"unit[{number}].scene.{key}", key, value
+
+
+def _read_unknown(table: dict[str, Any]) -> dict[str, distributions.Distribution]:
+    """Return the prior of each unknown key."""
     where = f"{SECTION}.unknown"
     priors = {}
-    for key, value in axes.swept_keys(given).items():
+    for key, value in axes.swept_keys(table).items():
         if not distributions.is_distribution(value):
             raise CampaignError(
                 f"{where}.{key}: {shown(value)} is no distribution to be known better"
             )
         priors[key] = distributions.read_distribution(value, f"{where}.{key}")
     if not priors:
-        said = 'what is not known, such as "wear.coefficient.factor" = {lognormal = …}'
-        raise CampaignError(f"{where}: required: {said}")
+        raise CampaignError(
+            f"{where}: required: what is not known, such as "
+            '"wear.coefficient.factor" = {lognormal = …}'
+        )
     return priors
 
 
 def _not_together(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]:
-    """Yield what does not go together, one line each."""
-    if block.discrepancy != "none" and all(
-        one.error.drift is None for one in block.data
-    ):
+    """Yield which options do not go together, one line each."""
+    drifts = [data.error.drift for data in block.data]
+    if block.discrepancy != "none" and all(drift is None for drift in drifts):
         yield (
             f"{SECTION}.discrepancy: {block.discrepancy!r} needs error.drift in the "
             "data whose quantity "
             "strays: a value with its unit, or a distribution"
         )
-    changes = block.change != "none"
-    alone = f"goes with the unknown {FACTOR} alone"
-    if changes and unknown != [FACTOR]:
-        yield f"{SECTION}.change: {alone}: what changes is k"
-    others = [
-        key for key in ("record", "unit", "population", "check") if getattr(block, key)
-    ]
-    others += ["change"] if changes else []
-    if block.replaced and others:
-        mean = (
-            "; without the record, give [operation] the mean torque and speed since "
-            "the gear was new"
-        )
-        remedy = f"leave one of them out{mean if others[0] == 'record' else ''}"
-        yield (
-            f"{SECTION}.replaced: does not go with {SECTION}.{others[0]} yet: {remedy}"
-        )
-    elif block.replaced and unknown != [FACTOR]:
-        yield f"{SECTION}.replaced: {alone}: one run is made of each new gear"
-    for place, one in _placed(block.data if block.record else ()):
-        if one.columns.hours is None and one.columns.date is None:
-            said = (
-                "with update.record, say when by hours or date: cycles depend on the "
-                "speeds"
+    if block.change != "none" and unknown != [FACTOR]:
+        yield f"{SECTION}.change: {FACTOR_ALONE}: what changes is k"
+    if block.replaced:
+        yield from _not_with_replaced(block, unknown)
+    if block.record:
+        for number, data in enumerate(block.data):
+            if data.columns.hours is None and data.columns.date is None:
+                yield (
+                    f"{SECTION}.data[{number}].columns: with update.record, say when "
+                    "by hours or date: cycles depend on the speeds"
+                )
+
+
+def _not_with_replaced(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]:
+    """Yield which options do not go with gears that were replaced."""
+    keys = ["record", "unit", "population", "check"]
+    excluded = [key for key in keys if getattr(block, key)]
+    if block.change != "none":
+        excluded.append("change")
+    if excluded:
+        remedy = "leave one of them out"
+        if excluded[0] == "record":
+            remedy += (
+                "; without the record, give [operation] the mean torque and speed "
+                "since the gear was new"
             )
-            yield f"{place}.columns: {said}"
+        yield (
+            f"{SECTION}.replaced: does not go with {SECTION}.{excluded[0]} yet: "
+            f"{remedy}"
+        )
+    elif unknown != [FACTOR]:
+        yield f"{SECTION}.replaced: {FACTOR_ALONE}: one run is made of each new gear"
 
 
 def _not_of_a_fleet(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]:
-    """Yield what is asked of a fleet that only one unit can have, one line each."""
+    """Yield which options of a fleet only a single unit can have, one line each."""
     for key in unknown:
         if key != FACTOR:
-            said = "what differs between units goes into update.unit.scene"
             yield (
-                f"{SECTION}.unknown.{key}: of a fleet {FACTOR} alone is unknown: {said}"
+                f"{SECTION}.unknown.{key}: of a fleet {FACTOR} alone is unknown: what "
+                "differs between units goes into update.unit.scene"
             )
     if block.change != "none":
         yield f"{SECTION}.change: of a fleet, {POPULATION}.power below 1 is running-in"
@@ -172,18 +193,18 @@ def _not_of_a_fleet(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]
             f"{SECTION}: of a fleet, neither discrepancy nor check; wear strays by "
             f"{POPULATION}"
         )
-    for place, one in _placed(block.data):
-        wrong = {
-            "columns.unit: required of a fleet: which unit a row is of": one.columns.unit
-            is None,
-            "since: of a fleet, values count from the first cycle": one.since
-            is not None,
-            f"error.drift: of a fleet, use {POPULATION}.straying": one.error.drift
-            is not None,
-            "error.gain_sd: of a fleet, every unit has a k of its own: leave it out": one.error.gain_sd,
-        }
-        yield from (f"{place}.{said}" for said, is_so in wrong.items() if is_so)
+    for number, data in enumerate(block.data):
+        for problem in _data_not_of_a_fleet(data):
+            yield f"{SECTION}.data[{number}].{problem}"
 
 
-def _placed(data: Sequence[DataBlock]) -> Iterator[tuple[str, DataBlock]]:
-    return ((f"{SECTION}.data[{n}]", one) for n, one in enumerate(data))
+def _data_not_of_a_fleet(data: DataBlock) -> Iterator[str]:
+    """Yield what is wrong with measurements of a fleet, key first."""
+    if data.columns.unit is None:
+        yield "columns.unit: required of a fleet: which unit a row is of"
+    if data.since is not None:
+        yield "since: of a fleet, values count from the first cycle"
+    if data.error.drift is not None:
+        yield f"error.drift: of a fleet, use {POPULATION}.straying"
+    if data.error.gain_sd:
+        yield "error.gain_sd: of a fleet, every unit has a k of its own: leave it out"

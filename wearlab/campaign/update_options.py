@@ -1,4 +1,4 @@
-"""``[update]`` as files write it and as it comes to in SI: what was measured and what ends the life."""
+"""The section ``[update]`` as files write it, and read: what was measured, in SI."""
 
 from collections.abc import Sequence
 from datetime import date as date_
@@ -20,11 +20,16 @@ THICKNESS = "tooth_thickness"
 WHEN = ("cycle", "hours", "mesh_cycles", "date")
 WHERE = ("diameter", "roll_angle", "path_position")
 PREVIOUS = "previous"
-MOST_DRAWS = 100_000
+MAX_DRAWS = 100_000
 HOURS_A_YEAR = 8784.0  # of the longest
 CHANGES = ("none", "once", "running-in")
-
-
+POPULATION_DEFAULTS = {
+    "spread": {"lognormal": {"median": 0.3, "cov": 1.0}},
+    "straying": {"lognormal": {"median": 0.2, "cov": 1.0}},
+    "power": {"lognormal": {"median": 1.0, "cov": 0.2}},
+}
+POPULATION_MIN = {"straying": 0.0, "power": 0.05}  # of numbers
+POPULATION_LIMIT = 10.0  # of numbers
 DATE_FORMAT: Any = option(
     None,
     'how dates are written, such as "%d/%m/%Y"',
@@ -62,9 +67,9 @@ class Columns(ClosedTable):
     @model_validator(mode="after")
     def _one_of_each(self) -> "Columns":
         for kind, names in (("when", WHEN), ("where on the flank", WHERE)):
-            given = [name for name in names if getattr(self, name) is not None]
-            if len(given) > 1 and given != ["hours", "date"]:
-                raise ValueError(f"{' and '.join(given)} both say {kind}; name one")
+            columns = [name for name in names if getattr(self, name) is not None]
+            if len(columns) > 1 and columns != ["hours", "date"]:
+                raise ValueError(f"{' and '.join(columns)} both say {kind}; name one")
         return self
 
 
@@ -87,63 +92,67 @@ class ErrorBlock(ClosedTable):
     distribution where it is unknown"""
 
     def read(self, unit: str, where: str, *, by_column: bool = False) -> "ErrorModel":
-        """Return the errors in SI of a quantity with this unit.
+        """Return the errors in SI of a quantity.
 
-        A column may have those of its values.
+        Parameters
+        ----------
+        unit : of the quantity
+        where : place of the errors in the file
+        by_column : whether a column has the standard errors of the values
 
         Raises
         ------
         CampaignError : there are none, or they do not go together
         """
-        sd, drift, offset = (
-            _positive(getattr(self, name), unit, f"{where}.{name}")
-            for name in ("sd", "drift", "offset_sd")
-        )
+        sd = _positive(self.sd, unit, f"{where}.sd")
+        drift = _positive(self.drift, unit, f"{where}.drift")
+        offset = _positive(self.offset_sd, unit, f"{where}.offset_sd")
         relative = self.relative or 0.0
         gain = self.gain_sd or 0.0
         if sd is None and not relative and not by_column:
-            said = (
-                "required: sd (a value with its unit, or a distribution), relative, or "
-                "columns.sd"
+            raise CampaignError(
+                f"{where}: required: sd (a value with its unit, or a distribution), "
+                "relative, or columns.sd"
             )
-            raise CampaignError(f"{where}: {said}")
         if gain and (offset or drift is not None):
-            said = (
-                "goes with independent errors: leave out offset_sd and drift, or the "
-                "gain"
+            raise CampaignError(
+                f"{where}.gain_sd: goes with independent errors: leave out offset_sd "
+                "and drift, or the gain"
             )
-            raise CampaignError(f"{where}.gain_sd: {said}")
         return ErrorModel(sd, relative, offset or 0.0, drift, gain)
 
 
-def _positive(given: Any, unit: str, where: str) -> Any:
-    """Return a positive number [SI], its distribution in a unit of its kind, or None as it is."""
-    if not isinstance(given, dict):
-        return given if given is None else _number(given, unit, where)
-    if not distributions.is_distribution(given):
+def _positive(written: Any, unit: str, where: str) -> Any:
+    """Return a positive number [SI], or its distribution; None stays None."""
+    if written is None:
+        return None
+    if not isinstance(written, dict):
+        return _number(written, unit, where)
+    if not distributions.is_distribution(written):
         raise CampaignError(
-            f"{where}: {shown(given)} is neither a value nor a distribution"
+            f"{where}: {shown(written)} is neither a value nor a distribution"
         )
-    spread = distributions.read_distribution(given, where)
-    if spread.below(0.0) > 0.0:
+    distribution = distributions.read_distribution(written, where)
+    if distribution.below(0.0) > 0.0:
         raise CampaignError(
             f"{where}: is negative at times; truncate it, or take a log-normal"
         )
-    if spread.unit is None and unit not in ("1", ""):
+    if distribution.unit is None and unit not in ("1", ""):
         raise CampaignError(f"{where}: its values need the quantity's unit")
-    distributions.in_unit(1.0, spread.unit or unit, unit, where)
-    return spread
+    distributions.in_unit(1.0, distribution.unit or unit, unit, where)
+    return distribution
 
 
-def _number(given: Any, unit: str, where: str) -> float:
-    value, own = distributions.number_of(given, where)
-    if own is None and unit not in ("1", ""):
+def _number(written: Any, unit: str, where: str) -> float:
+    """Return a positive number in a unit."""
+    value, written_unit = distributions.number_of(written, where)
+    if written_unit is None and unit not in ("1", ""):
         raise CampaignError(
-            f"{where}: {shown(given)} is no quantity: write a number with its unit"
+            f"{where}: {shown(written)} is no quantity: write a number with its unit"
         )
-    value = distributions.in_unit(value, own or unit, unit, where)
+    value = distributions.in_unit(value, written_unit or unit, unit, where)
     if not value > 0.0:
-        raise CampaignError(f"{where}: {shown(given)} must be greater than 0")
+        raise CampaignError(f"{where}: {shown(written)} must be greater than 0")
     return value
 
 
@@ -176,17 +185,11 @@ class DataBlock(ClosedTable):
     @field_validator("quantity")
     @classmethod
     def _varies(cls, quantity: str) -> str:
-        known = [
-            *(
-                name
-                for name, variable in VARIABLES.items()
-                if "update" in variable.dims
-            ),
-            THICKNESS,
-        ]
-        if quantity not in known:
+        stored = [name for name, var in VARIABLES.items() if "update" in var.dims]
+        valid = [*stored, THICKNESS]
+        if quantity not in valid:
             remedy = nearest.meant(
-                quantity, known, "; `wearlab variables` lists what is stored"
+                quantity, valid, "; `wearlab variables` lists what is stored"
             )
             raise ValueError(f"{quantity!r} is no variable along update{remedy}")
         return quantity
@@ -207,26 +210,28 @@ class DataBlock(ClosedTable):
     def read(self, number: int) -> "Data":
         """Return the block with its errors in SI.
 
-        ``number`` is its place in the file, from 1.
+        Parameters
+        ----------
+        number : place of the block in the file, from 1
 
         Raises
         ------
         CampaignError : these are wrong, or columns say a place where there is none
         """
         where = f"{SECTION}.data[{number - 1}]"
-        by_column = self.columns.sd is not None
         error = self.error.read(
-            unit_of(self.quantity), f"{where}.error", by_column=by_column
+            unit_of(self.quantity),
+            f"{where}.error",
+            by_column=self.columns.sd is not None,
         )
-        along = any(getattr(self.columns, name) is not None for name in WHERE)
-        if along != (self.quantity in ("wear_depth", THICKNESS)):
-            said = (
-                "needs one of the columns"
-                if not along
-                else "has no place for the columns"
-            )
+
+        names_place = any(getattr(self.columns, name) is not None for name in WHERE)
+        has_place = self.quantity in ("wear_depth", THICKNESS)
+        if names_place != has_place:
+            problem = "has no place for" if names_place else "needs one of"
             raise CampaignError(
-                f"{where}.quantity: {self.quantity} {said} {', '.join(WHERE)}"
+                f"{where}.quantity: {self.quantity} {problem} the columns "
+                f"{', '.join(WHERE)}"
             )
         return Data.model_construct(**{**dict(self), "number": number, "error": error})
 
@@ -272,7 +277,10 @@ class Days(ClosedTable):
 
 
 class CheckBlock(ClosedTable):
-    """What is true of the synthetic twins of ``--check``, where that is not what the study believes."""
+    """What is true of the synthetic twins of ``--check``.
+
+    It is given where that is not what the study believes.
+    """
 
     error: ErrorBlock | None = None
     """true errors of every block of data [those that the data have in this file]"""
@@ -283,16 +291,19 @@ class CheckBlock(ClosedTable):
     def read(self, data: Sequence[DataBlock]) -> "TrueModel":
         """Return what is true of twins with such blocks of data.
 
+        Parameters
+        ----------
+        data : blocks of the file
+
         Raises
         ------
         CampaignError : errors are wrong
         """
-        own = self.error
+        if self.error is None:
+            return TrueModel(None, self.power)
         where = f"{SECTION}.check.error"
-        errors = (
-            None
-            if own is None
-            else tuple(own.read(unit_of(one.quantity), where) for one in data)
+        errors = tuple(
+            self.error.read(unit_of(block.quantity), where) for block in data
         )
         return TrueModel(errors, self.power)
 
@@ -317,6 +328,10 @@ class PopulationBlock(ClosedTable):
     def read(self, units: "Sequence[UnitBlock]") -> "Fleet":
         """Return a fleet of such units, what they share as numbers and distributions.
 
+        Parameters
+        ----------
+        units : blocks of the file
+
         Raises
         ------
         CampaignError : a number or a distribution is wrong, or two units have one name
@@ -324,40 +339,33 @@ class PopulationBlock(ClosedTable):
         names = [unit.name for unit in units]
         for number, name in enumerate(names):
             if name in names[:number]:
-                where = f"{SECTION}.unit[{number}].name"
                 raise CampaignError(
-                    f"{where}: {name!r} is there already: give each unit its own"
+                    f"{SECTION}.unit[{number}].name: {name!r} is there already: give "
+                    "each unit its own"
                 )
-        shared = {name: _shared(getattr(self, name), name) for name in DEFAULTS}
-        own = tuple(
+        shared = {
+            name: _shared(getattr(self, name), name) for name in POPULATION_DEFAULTS
+        }
+        units_by_key = tuple(
             unit.model_copy(update={"scene": axes.swept_keys(unit.scene)})
             for unit in units
         )
-        return Fleet.model_construct(**{**dict(self), **shared, "units": own})
-
-
-DEFAULTS = {
-    name: {"lognormal": {"median": median, "cov": cov}}
-    for name, median, cov in (
-        ("spread", 0.3, 1.0),
-        ("straying", 0.2, 1.0),
-        ("power", 1.0, 0.2),
-    )
-}
-LEAST = {"straying": 0.0, "power": 0.05}  # of numbers
+        values = {**dict(self), **shared, "units": units_by_key}
+        return Fleet.model_construct(**values)
 
 
 def _shared(
-    given: float | dict[str, Any] | None, name: str
+    written: float | dict[str, Any] | None, name: str
 ) -> float | distributions.Distribution:
     """Return a number, or a distribution of what is positive."""
     where = f"{SECTION}.population.{name}"
-    law = DEFAULTS[name] if given is None else given
-    if not isinstance(law, dict):
-        if not LEAST[name] <= law < 10.0:
-            raise CampaignError(f"{where}: {law:g} is not from {LEAST[name]:g} to 10")
-        return law
-    return _positive(law, "1", where)
+    law = POPULATION_DEFAULTS[name] if written is None else written
+    if isinstance(law, dict):
+        return _positive(law, "1", where)
+    smallest = POPULATION_MIN[name]
+    if not smallest <= law < POPULATION_LIMIT:
+        raise CampaignError(f"{where}: {law:g} is not from {smallest:g} to 10")
+    return law
 
 
 class UnitBlock(ClosedTable):
@@ -389,12 +397,10 @@ class RecordColumns(ClosedTable):
 
     @model_validator(mode="after")
     def _one_time(self) -> "RecordColumns":
-        if (
-            when := sum(
-                each is not None for each in (self.hours, self.date, self.duration)
-            )
-        ) != 1:
-            raise ValueError(f"name one of hours, date, duration, not {when} of them")
+        columns = (self.hours, self.date, self.duration)
+        count = sum(column is not None for column in columns)
+        if count != 1:
+            raise ValueError(f"name one of hours, date, duration, not {count} of them")
         return self
 
 
@@ -439,7 +445,8 @@ class Replaced(ClosedTable):
 
     @model_validator(mode="after")
     def _one_time(self) -> "Replaced":
-        if sum(each is not None for each in (self.cycle, self.hours, self.date)) != 1:
+        times = (self.cycle, self.hours, self.date)
+        if sum(time is not None for time in times) != 1:
             raise ValueError("give one of cycle, hours, date")
         return self
 
@@ -460,10 +467,11 @@ class Decision(ClosedTable):
     @field_validator("failure")
     @classmethod
     def _dearer(cls, failure: float, info: ValidationInfo) -> float:
-        if failure <= (planned := info.data.get("planned", 0.0)):
-            why = "then nothing is gained by changing before"
+        planned = info.data.get("planned", 0.0)
+        if failure <= planned:
             raise ValueError(
-                f"{failure:g} is not more than the planned change, {planned:g}: {why}"
+                f"{failure:g} is not more than the planned change, {planned:g}: then "
+                "nothing is gained by changing before"
             )
         return failure
 
@@ -476,7 +484,7 @@ class UpdateBlock(ClosedTable):
     discrepancy: Literal["none", "accumulating"] = "none"
     """what is wrong with the model itself: nothing, or noise that accumulates
     (error.drift)"""
-    draws: Annotated[int, Ge(1), Le(MOST_DRAWS)] = 4000
+    draws: Annotated[int, Ge(1), Le(MAX_DRAWS)] = 4000
     """draws from the posterior, and runs for unknowns besides wear's factor"""
     seed: Annotated[int, Ge(0), Lt(2**63)] = 0
     """seed of all draws"""
@@ -559,10 +567,9 @@ class Data(DataBlock):
     @property
     def label(self) -> str:
         """The quantity, where it was measured, and what of it was selected."""
+        place = [self.where] if self.where else []
         selected = [f"{dim}_{value}" for dim, value in self.select.items()]
-        return "_".join(
-            [self.quantity, *([self.where] if self.where else []), *selected]
-        )
+        return "_".join([self.quantity, *place, *selected])
 
     @property
     def si(self) -> str:
@@ -571,14 +578,20 @@ class Data(DataBlock):
 
 
 class TrueModel(NamedTuple):
-    """What is true of synthetic twins: errors of each block (None: its own), and a power of the cycles."""
+    """What is true of synthetic twins.
+
+    Parameters
+    ----------
+    errors : of each block of data, None: those of the file
+    power : of the cycles
+    """
 
     errors: tuple[ErrorModel, ...] | None
     power: float
 
 
 class Fleet(PopulationBlock):
-    """A fleet: what its units share, known or not, and those that are named in the file."""
+    """A fleet: what its units share, known or not, and the units of the file."""
 
     spread: distributions.Distribution  # type: ignore[assignment]
     straying: float | distributions.Distribution  # type: ignore[assignment]
@@ -596,5 +609,10 @@ class UpdateSpec(UpdateBlock):
 
 
 def unit_of(quantity: str) -> str:
-    """Return the SI unit of a quantity that may be measured, "1" for a plain number."""
+    """Return the SI unit of a quantity that may be measured, "1" for a plain number.
+
+    Parameters
+    ----------
+    quantity : of a block of data
+    """
     return "m" if quantity == THICKNESS else VARIABLES[quantity].units
