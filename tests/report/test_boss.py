@@ -12,7 +12,8 @@ from wearlab.campaign.campaign import PARTS, ReportSpec
 from wearlab.gears.outline import drawing, half_tooth
 from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.report.answer import CaseTold, _axis_name, _deepest_point, _sentences
+from wearlab.report.answer import CaseAnswer, _deepest_point, _sentences
+from wearlab.report.conditions import _axis_name
 from wearlab.report.page import FOLDER
 
 
@@ -79,8 +80,8 @@ def test_bodies_lie_on_their_own_sides():
 
 def test_sentences_name_the_limit_the_range_and_the_error():
     cases = [
-        CaseTold("a", "10 h", "", "", "0.02 %", "", 0.0),
-        CaseTold("b", "20 h", "", "", "0.03 %", "", 0.0),
+        CaseAnswer("a", "10 h", "", "", "0.02 %", "", 0.0),
+        CaseAnswer("b", "20 h", "", "", "0.03 %", "", 0.0),
     ]
     said = list(_sentences(cases, [36e3, 72e3], 3, "20 µm of wear", 2.0))
     assert (
@@ -97,7 +98,7 @@ def test_sentences_name_the_limit_the_range_and_the_error():
 
 def test_equal_lives_are_told_once_and_a_page_says_where_the_flank_is_deepest():
     cases = [
-        CaseTold(name, "10 h", "", "", "", "", 1.0, "pinion", 0.0, 0.054)
+        CaseAnswer(name, "10 h", "", "", "", "", 1.0, "pinion", 0.0, 0.054)
         for name in "ab"
     ]
     said = list(_sentences(cases, [36e3, 36e3 + 1e-6], 2, "20 µm of wear", 2.0))

@@ -10,7 +10,8 @@ import wearlab as wl
 from wearlab.assembly.gear_model import build
 from wearlab.assembly.sheet import sheet
 from wearlab.campaign.coercion import campaign_of
-from wearlab.report.answer import answer, conditions
+from wearlab.report.answer import answer
+from wearlab.report.conditions import conditions
 from wearlab.report.page import report
 from wearlab.store import Store
 

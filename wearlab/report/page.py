@@ -14,7 +14,8 @@ from wearlab.assembly.sheet import Sheet, sheet
 from wearlab.campaign import Campaign, Case, inheritance
 from wearlab.campaign.campaign import ReportSpec
 from wearlab.figures import doubt, drawing
-from wearlab.report.answer import Entries, answer, conditions, gathered
+from wearlab.report.answer import Entries, answer, gathered
+from wearlab.report.conditions import conditions
 from wearlab.scene import parts_left_out, parts_present
 from wearlab.store import Store, StoreError, outcome, provenance
 from wearlab.store.catalogue import Entry
