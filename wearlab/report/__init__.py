@@ -1,1 +1,1 @@
-"""What is told of a campaign, or of two: pages and figures that need nothing else to be read."""
+"""What is told of a campaign, or of two: pages and figures that need nothing else."""

@@ -128,7 +128,7 @@ def _done_cases(campaign: Campaign, entries: Entries) -> Iterator[_DoneCase]:
 
 
 def _varies_coefficient(campaign: Campaign) -> bool:
-    """Whether the cases differ in their wear coefficient: they are the range themselves."""
+    """Whether the cases differ in their wear coefficient, so that they are its range."""
     first, *rest = [
         getattr(case.scene.wear, "coefficient", None) for case in campaign.cases
     ]
@@ -203,7 +203,7 @@ def _case_answer(
 
 
 def _deepest(store: Store | None, case: Case) -> dict[str, Any]:
-    """Return the flank of a run that is worn deepest, and where, as fields of a case."""
+    """Return which flank of a run is worn deepest, and where, as fields of a case."""
     if store is None:
         return {}
     try:
@@ -318,7 +318,7 @@ def _deepest_point(cases: Sequence[CaseAnswer]) -> Iterator[str]:
 
 
 def _ended_otherwise(done: Sequence[tuple[str, Summary]]) -> list[str]:
-    """Return which cases ended otherwise than asked, those of one reason in a sentence."""
+    """Return which cases ended otherwise than asked, a sentence for each reason."""
     names_by_end = gathered(
         (end, name) for name, summary in done if (end := unasked_end(summary))
     )

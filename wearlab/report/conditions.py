@@ -195,7 +195,7 @@ def _oil(scene: Scene) -> Iterator[Condition]:
 
 
 def _wear(scene: Scene) -> Iterator[Condition]:
-    """Yield the wear law with its coefficient, the initial wear, and what ends the life."""
+    """Yield the wear law, its coefficient, the initial wear, and what ends the life."""
     wear = scene.wear
     if wear is None:
         return
@@ -226,7 +226,7 @@ def _coefficients(scene: Scene) -> Iterator[Condition]:
 
 
 def _coefficient(coefficient: Any, meaning: str) -> Condition:
-    """Return a wear coefficient: its number where it has one, else what it follows from."""
+    """Return the number of a wear coefficient, or what it follows from."""
     factor = "" if coefficient.factor == 1.0 else f" × {coefficient.factor:.4g}"
     if coefficient.chosen == "constant":
         value = _number(1e9 * coefficient.value)

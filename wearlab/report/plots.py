@@ -1,7 +1,8 @@
-"""Figures that no campaign asks for: a comparison, a measured flank as it was understood."""
+"""Figures that no campaign asks for: of a comparison, and of a measured flank."""
 
 import json
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -13,7 +14,40 @@ from wearlab.figures.render import rendered
 from wearlab.figures.wording import converted, cycles, first_of, scaled
 
 PENS = {"A": Pen(NAMES[0], "-", "o", 1.5), "B": Pen(NAMES[1], "--", "s", 1.0)}
+"""Pens of the two runs."""
 WAVES = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
+COMPARED = ("max_wear_depth", *WAVES, "mesh_force_orders")
+"""Quantities of campaigns that are drawn, as many as can be told apart."""
+GREY = "#7a7a7a"
+MAX_PAIRS = 40  # of runs in a figure
+MAX_KEYS = 6  # of a scene in a note
+MAX_MARKED_POINTS = 60  # of a curve
+COLUMNS = 2  # of panels
+
+
+class Quantity(NamedTuple):
+    """What a column of a measured flank is called, and its units.
+
+    Parameters
+    ----------
+    label : of the axis
+    unit, display_unit : in which values are given and shown
+    """
+
+    label: str
+    unit: str
+    display_unit: str
+
+
+QUANTITIES = {
+    "diameter": Quantity("diameter", "m", "mm"),
+    "roll_angle": Quantity("roll angle", "rad", "deg"),
+    "roll_length": Quantity("length of roll", "m", "mm"),
+    "path_position": Quantity("position on the path of contact", "m", "mm"),
+    "depth": Quantity("wear depth", "m", "um"),
+    "deviation": Quantity("deviation, material missing downwards", "m", "um"),
+}
+Column = tuple[str, Sequence[float]]
 
 
 def comparison_figure(comparison: xr.Dataset, ending: str = "png") -> bytes:
@@ -27,75 +61,87 @@ def comparison_figure(comparison: xr.Dataset, ending: str = "png") -> bytes:
     ending : png, svg or pdf
     """
     plot = _campaigns(comparison) if "pair" in comparison.dims else _runs(comparison)
-    said = {key: str(value) for key, value in comparison.attrs.items() if value}
-    return rendered(plot, {"Title": plot.title, **said}, ending)
+    attributes = {key: str(value) for key, value in comparison.attrs.items() if value}
+    return rendered(plot, {"Title": plot.title, **attributes}, ending)
 
 
 def _runs(comparison: xr.Dataset) -> Plot:
+    """Return the panels of two runs, side by side."""
     panels = [*_over_life(comparison), *_waves(comparison)]
-    lettered = (
-        panel._replace(title=f"({chr(ord('a') + i)}) {panel.title}")
-        for i, panel in enumerate(panels)
-    )
     placed = [
-        panel._replace(row=i // 2, column=i % 2) for i, panel in enumerate(lettered)
+        panel._replace(
+            title=f"({chr(ord('a') + number)}) {panel.title}",
+            row=number // COLUMNS,
+            column=number % COLUMNS,
+        )
+        for number, panel in enumerate(panels)
     ]
-    ids = {
-        side: comparison.attrs[f"run_{side.lower()}"][:10] or "unnamed" for side in PENS
-    }
-    legend = tuple(
-        LegendEntry(f"{side}: run {run_id}", PENS[side], "line")
-        for side, run_id in ids.items()
-    )
-    shape = -(-len(placed) // 2), min(2, len(placed))
+    legend = []
+    for side, pen in PENS.items():
+        run_id = comparison.attrs[f"run_{side.lower()}"][:10] or "unnamed"
+        legend.append(LegendEntry(f"{side}: run {run_id}", pen, "line"))
+
+    rows = -(-len(placed) // COLUMNS)
+    columns = min(COLUMNS, len(placed))
     return Plot(
-        "Two runs compared", tuple(placed), *shape, "none", legend, _notes(comparison)
+        "Two runs compared",
+        tuple(placed),
+        rows,
+        columns,
+        "none",
+        tuple(legend),
+        _notes(comparison),
     )
 
 
 def _notes(comparison: xr.Dataset) -> tuple[str, ...]:
-    changed = json.loads(comparison.attrs.get("scene_differences") or "[]")
-    told = first_of(
-        [f"{key['key']} {_said(key, 'a')} → {_said(key, 'b')}" for key in changed],
-        6,
-        "; ",
-    )
-    return (f"Asked differently: {told}." if told else "No key of the scenes differs.",)
+    """Return in which keys the scenes differ."""
+    differences = json.loads(comparison.attrs.get("scene_differences") or "[]")
+    texts = [
+        f"{difference['key']} {_value_of(difference, 'a')} → "
+        f"{_value_of(difference, 'b')}"
+        for difference in differences
+    ]
+    shown = first_of(texts, MAX_KEYS, "; ")
+    if not shown:
+        return ("No key of the scenes differs.",)
+    return (f"Asked differently: {shown}.",)
 
 
-def _said(difference: dict[str, object], side: str) -> str:
+def _value_of(difference: dict[str, object], side: str) -> str:
+    """Return the value of a key in one of two scenes."""
     value = difference[side]
     if value is None:
         return "absent"
-    return (
-        f"{value:.6g} {difference['units'] or ''}".rstrip()
-        if isinstance(value, float)
-        else str(value)
-    )
+    if isinstance(value, float):
+        return f"{value:.6g} {difference['units'] or ''}".rstrip()
+    return str(value)
 
 
 def _over_life(comparison: xr.Dataset) -> Iterator[Panel]:
     """Yield the largest wear and how much everything differs, over cycles or depth."""
-    if on_cycles := comparison.attrs["aligned_on"] == "cycle":
-        (x,), across = scaled([comparison["cycle"].values], "wear cycles", "1")
+    is_over_cycles = comparison.attrs["aligned_on"] == "cycle"
+    if is_over_cycles:
+        (x,), x_label = scaled([comparison["cycle"].values], "wear cycles", "1")
     else:
         depth = converted(comparison["aligned_depth"].values, "m", "um")
-        (x,), across = scaled([depth], "largest wear depth", "um")
-    if on_cycles and "max_wear_depth" in comparison:
+        (x,), x_label = scaled([depth], "largest wear depth", "um")
+    if is_over_cycles and "max_wear_depth" in comparison:
         values = comparison["max_wear_depth"].max("flank")
-        yield _panel("largest wear depth", x, values, across, line="line-points")
-    largest = (
-        100.0 * comparison["relative_difference"].max("quantity", skipna=True).values
+        yield _panel("largest wear depth", x, values, x_label, style="line-points")
+
+    difference = comparison["relative_difference"].max("quantity", skipna=True)
+    difference_curve = Curve(
+        x, 100.0 * difference.values, Pen("#222222", "-", "o"), "line-points"
     )
     tolerance = 100.0 * float(comparison.attrs["tolerance"])
-    limit = Curve(x, np.full(len(x), tolerance), Pen("#7a7a7a", ":"), "reference")
-    differ = Curve(x, largest, Pen("#222222", "-", "o"), "line-points")
+    limit = Curve(x, np.full(len(x), tolerance), Pen(GREY, ":"), "reference")
     title = "largest difference of all quantities (dotted: tolerance)"
-    yield Panel(0, 0, title, across, "Difference (%)", (limit, differ))
+    yield Panel(0, 0, title, x_label, "Difference (%)", (limit, difference_curve))
 
 
 def _waves(comparison: xr.Dataset) -> Iterator[Panel]:
-    """Yield the waves over the mesh phase at the last common state, of the first mesh."""
+    """Yield the waves of the first mesh over its phase, at the last common state."""
     last = comparison.isel(state=-1)
     if comparison.attrs["aligned_on"] == "cycle":
         state = cycles(float(last["cycle"])).text
@@ -109,59 +155,46 @@ def _waves(comparison: xr.Dataset) -> Iterator[Panel]:
 
 
 def _panel(
-    title: str, x: Array, values: xr.DataArray, across: str, line: LineStyle = "line"
+    title: str, x: Array, values: xr.DataArray, x_label: str, style: LineStyle = "line"
 ) -> Panel:
-    shown = values.attrs.get("display_units") or "1"
-    sides = [
-        converted(values.sel(run=side).values, values.attrs["units"], shown)
-        for side in PENS
+    """Return the panel of one quantity of both runs."""
+    unit = values.attrs["units"]
+    display_unit = values.attrs.get("display_units") or "1"
+    of_runs = [
+        converted(values.sel(run=side).values, unit, display_unit) for side in PENS
     ]
-    both, label = scaled(sides, str(values.attrs["long_name"]).split(",")[0], shown)
+    name = str(values.attrs["long_name"]).split(",")[0]
+    ys, y_label = scaled(of_runs, name, display_unit)
     curves = tuple(
-        Curve(x, y, pen, line) for y, pen in zip(both, PENS.values(), strict=True)
+        Curve(x, y, pen, style) for y, pen in zip(ys, PENS.values(), strict=True)
     )
-    return Panel(0, 0, title, across, label, curves)
+    return Panel(0, 0, title, x_label, y_label, curves)
 
 
 def _campaigns(comparison: xr.Dataset) -> Plot:
     """Return one dot for every pair and quantity: how much they differ at most."""
-    shown = comparison.isel(pair=slice(40))
-    share = 100.0 * shown["largest_relative_difference"].values
+    shown = comparison.isel(pair=slice(MAX_PAIRS))
+    differences = 100.0 * shown["largest_relative_difference"].values
+    pairs = np.arange(1.0, len(differences) + 1)
+    quantities = [str(name) for name in shown["quantity"].values]
     names = [str(name) for name in shown["quantity_name"].values]
-    told = (
-        "max_wear_depth",
-        *WAVES,
-        "mesh_force_orders",
-    )  # as many as can be told apart
-    keep = [
-        i for i, name in enumerate(shown["quantity"].values) if str(name) in told
-    ] or [0]
-    pen = {i: Pen(NAMES[k % len(NAMES)], "-", "o") for k, i in enumerate(keep)}
-    curves = tuple(
-        Curve(np.arange(1.0, len(share) + 1), share[:, i], pen[i], "line-points")
-        for i in keep
-    )
-    title = (
-        f"{comparison.attrs['campaign_a']} (A) and {comparison.attrs['campaign_b']} (B)"
-    )
-    panel = Panel(0, 0, "", "Pair of runs", "Largest difference (%)", curves)
-    legend = tuple(LegendEntry(names[i], pen[i], "line-points") for i in keep)
-    numbered = (
-        "; ".join(f"{i}: {name}" for i, name in enumerate(shown["pair"].values, 1))
-        + "."
-    )
-    return Plot(title, (panel,), 1, 1, "none", legend, (*_notes(comparison), numbered))
+    drawn = [i for i, quantity in enumerate(quantities) if quantity in COMPARED] or [0]
 
+    curves = []
+    legend = []
+    for number, i in enumerate(drawn):
+        pen = Pen(NAMES[number % len(NAMES)], "-", "o")
+        curves.append(Curve(pairs, differences[:, i], pen, "line-points"))
+        legend.append(LegendEntry(names[i], pen, "line-points"))
+    panel = Panel(0, 0, "", "Pair of runs", "Largest difference (%)", tuple(curves))
 
-SHOWN = {
-    "diameter": ("diameter", "m", "mm"),
-    "roll_angle": ("roll angle", "rad", "deg"),
-    "roll_length": ("length of roll", "m", "mm"),
-    "path_position": ("position on the path of contact", "m", "mm"),
-    "depth": ("wear depth", "m", "um"),
-    "deviation": ("deviation, material missing downwards", "m", "um"),
-}
-Column = tuple[str, Sequence[float]]
+    first = comparison.attrs["campaign_a"]
+    second = comparison.attrs["campaign_b"]
+    numbered = (f"{i}: {name}" for i, name in enumerate(shown["pair"].values, 1))
+    notes = (*_notes(comparison), f"{'; '.join(numbered)}.")
+    return Plot(
+        f"{first} (A) and {second} (B)", (panel,), 1, 1, "none", tuple(legend), notes
+    )
 
 
 def profile_figure(
@@ -176,19 +209,21 @@ def profile_figure(
     note : how the file was read
     ending : png, svg or pdf
     """
-    told = (
-        (SHOWN[quantity], np.asarray(given, float)) for quantity, given in (across, up)
-    )
-    shown = (
-        scaled([converted(v, stored, wanted)], words, wanted)
-        for (words, stored, wanted), v in told
-    )
-    ((x,), x_label), ((y,), y_label) = shown
-    look = "line-points" if len(across[1]) <= 60 else "line"
-    curve = Curve(x, y, Pen("#0072B2", "-", "o"), look)  # type: ignore[arg-type]
-    zero = Curve(x[[0, -1]], np.zeros(2), Pen("#7a7a7a", ":"), "reference")
+    (x,), x_label = _axis(across)
+    (y,), y_label = _axis(up)
+    style: LineStyle = "line-points" if len(x) <= MAX_MARKED_POINTS else "line"
+    curve = Curve(x, y, Pen("#0072B2", "-", "o"), style)
+    zero = Curve(x[[0, -1]], np.zeros(2), Pen(GREY, ":"), "reference")
     panel = Panel(0, 0, "", x_label, y_label, (zero, curve))
     plot = Plot(
         f"{name} as it was understood", (panel,), 1, 1, notes=(f"Read as {note}.",)
     )
     return rendered(plot, {"Title": plot.title}, ending)
+
+
+def _axis(column: Column) -> tuple[list[Array], str]:
+    """Return the values of a column in their display unit, and the label of the axis."""
+    name, values = column
+    quantity = QUANTITIES[name]
+    shown = converted(np.asarray(values, float), quantity.unit, quantity.display_unit)
+    return scaled([shown], quantity.label, quantity.display_unit)
