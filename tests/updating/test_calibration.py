@@ -30,7 +30,7 @@ def checked(error, discrepancy="none", told=None):
     made = blocks(seen, accumulating=discrepancy != "none")
     answer = answer_of(asked, [history(seen)], made)
     wrong = None if told is None else blocks((observed(CYCLES, np.zeros(6), told),))
-    return calibrated(asked, answer.posterior, N, told=wrong)
+    return calibrated(asked, answer.posterior, N, believed=wrong)
 
 
 @pytest.mark.parametrize(

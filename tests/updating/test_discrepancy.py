@@ -92,7 +92,7 @@ def test_replicas_stray_as_far_as_a_drift_says(since, passed):
         blocks(seen, accumulating=True),
     )
     rng = np.random.default_rng(1)
-    values, strayed = replicated(draw(found, 4000, rng), 0, rng, known=False)
+    values, strayed = replicated(draw(found, 4000, rng), 0, rng, conditional=False)
     expected = np.hypot(sd, drift * np.sqrt(passed / 1e6))
     assert values.std(axis=0) == pytest.approx(expected, rel=0.05)
     assert strayed.std() == pytest.approx(drift * np.sqrt(passed[-1] / 1e6), rel=0.05)

@@ -254,7 +254,7 @@ def _prior_predictive_p(
         block_draws = replace(
             draws, posterior=prior_answer.posterior.but(blocks=single)
         )
-        replicas = sampling.replicated(block_draws, number, rng, known=False)[0]
+        replicas = sampling.replicated(block_draws, number, rng, conditional=False)[0]
         below = (np.sum(replicas <= block.observed.value[latest]) + 0.5) / (
             len(draws) + 1.0
         )
@@ -335,42 +335,55 @@ def _larger_errors(
 
 def oddities(number: int, block: Block, run: RunHistory) -> Iterator[dict[str, Any]]:
     """Yield what is odd about the values of a block: none, copies, below nothing, falling."""
-    seen = block.observed
+    observed = block.observed
     data = block.data
     error = block.data.error
-    if not len(seen):
+    if not len(observed):
         yield {"what": "empty", "data": data}
         return
-    value = np.where(seen.censored, 0.0, seen.value)
-    asked = run.points[number]
+    value = np.where(observed.censored, 0.0, observed.value)
+    points = run.points[number]
     whole = np.column_stack(
-        [asked.cycle, asked.column, np.where(seen.censored, -seen.below, value)]
+        [
+            points.cycle,
+            points.column,
+            np.where(observed.censored, -observed.below, value),
+        ]
     )
     order = np.lexsort(whole.T)
-    again = np.sort(order[1:][np.all(whole[order[1:]] == whole[order[:-1]], axis=1)])
-    if len(again):
+    repeated = np.sort(order[1:][np.all(whole[order[1:]] == whole[order[:-1]], axis=1)])
+    if len(repeated):
         yield {
             "what": "copied",
             "data": data,
-            "line": seen.row[again[0]],
-            "count": len(again),
+            "line": observed.row[repeated[0]],
+            "count": len(repeated),
         }
     parts = np.broadcast_arrays(
-        block.sd.known, seen.sd, error.offset_sd, error.relative * value
+        block.sd.known, observed.sd, error.offset_sd, error.relative * value
     )
-    own = np.linalg.norm(parts, axis=0)
+    errors = np.linalg.norm(parts, axis=0)
     far = norm.isf(
-        FALSE_ALARM / len(seen)
+        FALSE_ALARM / len(observed)
     )  # standard errors beyond which one of so many values is odd
-    negative = np.flatnonzero(value < -far * own)
+    negative = np.flatnonzero(value < -far * errors)
     if data.quantity not in WORN:
         return
     if len(negative):
-        yield {"what": "negative", "data": data, "line": seen.row[negative[0]]}
-    if seen.place_kind is None and data.since is None and not seen.censored.any():
-        order = np.argsort(asked.cycle, kind="stable")
+        yield {"what": "negative", "data": data, "line": observed.row[negative[0]]}
+    if (
+        observed.place_kind is None
+        and data.since is None
+        and not observed.censored.any()
+    ):
+        order = np.argsort(points.cycle, kind="stable")
         falls = np.flatnonzero(
-            np.diff(value[order]) < -far * np.hypot(own[order][1:], own[order][:-1])
+            np.diff(value[order])
+            < -far * np.hypot(errors[order][1:], errors[order][:-1])
         )
         if len(falls):
-            yield {"what": "falls", "data": data, "line": seen.row[order[falls[0] + 1]]}
+            yield {
+                "what": "falls",
+                "data": data,
+                "line": observed.row[order[falls[0] + 1]],
+            }

@@ -52,7 +52,7 @@ PosteriorFunction = Callable[[Runs], grids.Posterior]
 
 def clock_of(
     record: OperatingRecord,
-    own: RunHistory,
+    scene_run: RunHistory,
     runs: Runs,
     factor: float,
     block: int | None,
@@ -66,38 +66,44 @@ def clock_of(
     on the wear that was reached, and so on the factor; hardly, where the conditions
     wear alike in shape.
     """
-    which = record.conditions()[1]
+    condition_of_piece = record.conditions()[1]
     passed = np.diff(record.time)
     if record.mixed:  # all of them, one after another, many times
-        each = np.bincount(which + 1, passed, len(runs) + 1)
-        which = np.tile(np.arange(-1, len(runs), dtype=np.intp), SWEEPS)
-        passed = np.tile(each / SWEEPS, SWEEPS)
-    begins = np.append(0, np.flatnonzero(np.diff(which)) + 1)
-    which = which[begins]
+        seconds_of = np.bincount(condition_of_piece + 1, passed, len(runs) + 1)
+        condition_of_piece = np.tile(np.arange(-1, len(runs), dtype=np.intp), SWEEPS)
+        passed = np.tile(seconds_of / SWEEPS, SWEEPS)
+    begins = np.append(0, np.flatnonzero(np.diff(condition_of_piece)) + 1)
+    condition_of_piece = condition_of_piece[begins]
     passed = np.add.reduceat(passed, begins)
     wear, *worn_by = (
-        run.limit if block is None else run.points[block].curve for run in (own, *runs)
+        run.limit if block is None else run.points[block].curve
+        for run in (scene_run, *runs)
     )
     equal = [0.0]
-    for condition, seconds in zip(which, passed, strict=True):
+    for condition, seconds in zip(condition_of_piece, passed, strict=True):
         reached = equal[-1]
         if condition >= 0:
             run = runs[condition]
             curve = worn_by[condition]
-            after = float(
+            condition_cycle = float(
                 curve.first_above(
-                    wear.at(own.start + np.array(reached * factor / own.factor))
+                    wear.at(
+                        scene_run.start + np.array(reached * factor / scene_run.factor)
+                    )
                 )
             )
-            after += seconds / run.seconds_per_cycle * factor / run.factor
-            there = wear.first_above(curve.at(np.array(after)))
-            reached = max(float(there - own.start) * own.factor / factor, reached)
+            condition_cycle += seconds / run.seconds_per_cycle * factor / run.factor
+            equal_cycle = wear.first_above(curve.at(np.array(condition_cycle)))
+            reached = max(
+                float(equal_cycle - scene_run.start) * scene_run.factor / factor,
+                reached,
+            )
         equal.append(reached)
-    at = np.append(0.0, np.cumsum(passed)) / own.seconds_per_cycle
+    at = np.append(0.0, np.cumsum(passed)) / scene_run.seconds_per_cycle
     ahead = max(float(at[-1]), 1.0)
     return Clock(
-        own.start + np.append(at, at[-1] + ahead),
-        own.start + np.append(equal, equal[-1] + ahead),
+        scene_run.start + np.append(at, at[-1] + ahead),
+        scene_run.start + np.append(equal, equal[-1] + ahead),
     )
 
 
@@ -165,7 +171,7 @@ def runs_with_change(run: RunHistory, kind: str, judge: PosteriorFunction) -> Ru
     UpdateError : there are fewer than two inspections
     """
     cycles = np.unique(
-        np.concatenate([[run.start], *(asked.cycle for asked in run.points)])
+        np.concatenate([[run.start], *(points.cycle for points in run.points)])
     )
     if len(cycles) < 3:
         raise UpdateError(
@@ -185,8 +191,8 @@ def runs_with_change(run: RunHistory, kind: str, judge: PosteriorFunction) -> Ru
             + np.diff(cycles)[:, None] * (np.arange(IN_GAP) + 0.5) / IN_GAP
         ).ravel()
     n = len(at)
-    least = 0.0 if early else -WIDE
-    low = np.full(n, least)
+    lowest_ratio = 0.0 if early else -WIDE
+    low = np.full(n, lowest_ratio)
     high = np.full(n, WIDE)
     moved = np.arange(n)
     grid, evidence = np.empty((2, n, RATIOS))
@@ -197,36 +203,38 @@ def runs_with_change(run: RunHistory, kind: str, judge: PosteriorFunction) -> Ru
         grid[moved] = (
             low[:, None] + step[:, None] * (np.arange(RATIOS) + inside[:, None])
         )[moved]
-        some = tuple(
+        candidates = tuple(
             with_step_in_k(run, float(at[t]), float(np.exp(r)))
             for t in moved
             for r in grid[t]
         )
-        evidence[moved] = judge(some).log_evidence.reshape(-1, RATIOS)
+        evidence[moved] = judge(candidates).log_evidence.reshape(-1, RATIOS)
         logs = evidence - 0.5 * grid**2
         held = logs > logs.max(axis=1, keepdims=True) - DEPTH
-        left = np.maximum(np.where(held, grid, np.inf).min(axis=1) - step, least)
+        left = np.maximum(np.where(held, grid, np.inf).min(axis=1) - step, lowest_ratio)
         right = np.minimum(np.where(held, grid, -np.inf).max(axis=1) + step, WIDE)
         moved = np.flatnonzero(right - left < 0.6 * (high - low))
         if not len(moved):
             break
         low[moved], high[moved] = left[moved], right[moved]
     scale = (2.0 if early else 1.0) / np.sqrt(2.0 * np.pi) / n
-    before = np.log(0.5 * scale * step[:, None]) - 0.5 * grid**2
-    kept = np.argwhere(before + evidence > (before + evidence).max() - DEPTH)
+    log_prior = np.log(0.5 * scale * step[:, None]) - 0.5 * grid**2
+    counted = np.argwhere(log_prior + evidence > (log_prior + evidence).max() - DEPTH)
     runs = (
         run,
         *(
             with_step_in_k(
                 run, float(at[t]), float(np.exp(grid[t, r])), float(width[t])
             )
-            for t, r in kept
+            for t, r in counted
         ),
     )
-    often = -np.append(np.log(0.5), before[tuple(kept.T)]) - np.log(len(runs))
+    log_weights = -np.append(np.log(0.5), log_prior[tuple(counted.T)]) - np.log(
+        len(runs)
+    )
     return [
-        replace(one, log_weight=ratio)
-        for one, ratio in zip(runs, often.tolist(), strict=True)
+        replace(changed_run, log_weight=ratio)
+        for changed_run, ratio in zip(runs, log_weights.tolist(), strict=True)
     ]
 
 
@@ -261,35 +269,37 @@ def with_replacements(
         for gear in gears
     }
     _gear_of(study.limit.where, gears, "update.limit")
-    told = []
+    descriptions = []
     for number, (members, at) in enumerate(_events(study, first, gears)):
-        known, history = _history(study, scene, eras)
-        before = likelihood.select_by_cycle(
-            answers.blocks_of(known, (history,)), history, np.less_equal, at
+        parted, history = _history(study, scene, eras)
+        blocks_before = likelihood.select_by_cycle(
+            answers.blocks_of(parted, (history,)), history, np.less_equal, at
         )
-        answer = answers.answer_of(known, (history,), before)
+        answer = answers.answer_of(parted, (history,), blocks_before)
         factor = float(f"{answer.factor(np.array([0.5]))[0]:.{DIGITS}g}")
-        own = {
-            gear: (at - each[-1].begin) * factor / history.factor
-            for gear, each in eras.items()
+        run_cycle = {
+            gear: (at - intervals[-1].begin) * factor / history.factor
+            for gear, intervals in eras.items()
         }
         worn: dict[str, Any] = {}
         for flank, gear in zip(flanks, map(run_curves.gear, flanks), strict=True):
             new = gear in members
             worn[f"wear.initial.{flank}"] = (
-                None if new else _profile(eras[gear][-1].run, flank, own[gear])
+                None if new else _profile(eras[gear][-1].run, flank, run_cycle[gear])
             )
-        then = compute(
-            scene.replace({key: one for key, one in worn.items() if one or number})
+        next_run = compute(
+            scene.replace({key: wear for key, wear in worn.items() if wear or number})
         )
-        for gear, each in eras.items():
+        for gear, intervals in eras.items():
             if gear in members:
-                each.append(ServiceInterval(at, then))
+                intervals.append(ServiceInterval(at, next_run))
             else:
-                each[-1] = each[-1]._replace(run=_joined(each[-1].run, own[gear], then))
-        told.append(f"{' and '.join(members)} new at {at:.6g} cycles")
-    known, history = _history(study, scene, eras)
-    return replace(known, renewals="; ".join(told)), history
+                intervals[-1] = intervals[-1]._replace(
+                    run=_joined(intervals[-1].run, run_cycle[gear], next_run)
+                )
+        descriptions.append(f"{' and '.join(members)} new at {at:.6g} cycles")
+    parted, history = _history(study, scene, eras)
+    return replace(parted, renewals="; ".join(descriptions)), history
 
 
 def _gear_of(where: str | None, gears: list[str], place: str) -> str:

@@ -227,23 +227,24 @@ def decision_of(
 
 
 def change_costs(
-    known: lives.Lives, run: RunHistory, costs: Decision, places: int = PLACES
+    answer: lives.Lives, run: RunHistory, costs: Decision, places: int = PLACES
 ) -> xr.Dataset | None:
     """Return the cost per hour of planned changes, the best, and its sensitivity.
 
     None without an end.
     """
     hour = run.seconds_per_cycle / HOUR
-    now = known.now
-    end, middle = known.life(np.array([LAST, 0.5]))
+    last_cycle = answer.now
+    end, middle = answer.life(np.array([LAST, 0.5]))
     end = end if np.isfinite(end) else 4.0 * middle
-    if not (np.isfinite(end) and end > now and np.isfinite(hour)):
+    if not (np.isfinite(end) and end > last_cycle and np.isfinite(hour)):
         return None
-    cycles: Array = np.linspace(now, end, places + 1)
-    below = known.life_below(cycles)
-    age = hour * (now - run.start)
+    cycles: Array = np.linspace(last_cycle, end, places + 1)
+    below = answer.life_below(cycles)
+    age = hour * (last_cycle - run.start)
     hours = np.maximum(
-        age + cumulative_trapezoid(1.0 - below, hour * (cycles - now), initial=0.0),
+        age
+        + cumulative_trapezoid(1.0 - below, hour * (cycles - last_cycle), initial=0.0),
         1e-9,
     )
     rates = np.stack(
@@ -253,23 +254,23 @@ def change_costs(
         ]
     )
     best = rates.argmin(axis=1)
-    found = {
+    values = {
         "cost_rate": rates[1],
         "best_change": cycles[best[1]],
         "best_rate": rates[1, best[1]],
     }
-    found |= {"rate_to_failure": rates[1, -1], "best_change_if": cycles[best]}
+    values |= {"rate_to_failure": rates[1, -1], "best_change_if": cycles[best]}
     if costs.horizon_hours is not None:
         steps: Array = costs.horizon_hours / hour * np.linspace(0.0, 1.0, STEPS + 1)
-        ahead = now + steps
-        new = known.life_below(run.start + steps)
-        below = known.life_below(ahead)
-        at, found["horizon_cost"] = over_horizon(below, new - new[0], costs)
-        found["horizon_change"] = ahead[at] if at < STEPS else np.nan
-        found["horizon_to_failure"] = over_horizon(
+        ahead = last_cycle + steps
+        new = answer.life_below(run.start + steps)
+        below = answer.life_below(ahead)
+        at, values["horizon_cost"] = over_horizon(below, new - new[0], costs)
+        values["horizon_change"] = ahead[at] if at < STEPS else np.nan
+        values["horizon_to_failure"] = over_horizon(
             below, new - new[0], costs, planned=False
         )[1]
-    return layout.dataset("decision", found, change=cycles, failure_times=list(DEARER))
+    return layout.dataset("decision", values, change=cycles, failure_times=list(DEARER))
 
 
 def over_horizon(

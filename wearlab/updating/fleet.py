@@ -360,7 +360,7 @@ def _names(fleet: Population) -> np.ndarray:
 
 
 def _predictions(
-    studies: Subjects, found: Population, states: States, blanks: States
+    studies: Subjects, fleet: Population, states: States, blanks: States
 ) -> xr.Dataset:
     """Return each unit's life, remaining life, day, wear now, and whether it is like the others."""
     middle = np.array([float(np.median(state.factor)) for state in states])
@@ -370,12 +370,16 @@ def _predictions(
     calendars = any(study.calendar is not None for study in studies)
     for k, (study, state) in enumerate(zip(studies, states, strict=True)):
         run = state.unit.run
-        now = state.unit.now
-        days = layout.calendar_of(study, run, now)
+        last_cycle = state.unit.now
+        days = layout.calendar_of(study, run, last_cycle)
         row = layout.lives(state.lives, np.quantile(state.factor, layout.P), run, days)
-        worn = float(np.mean(state.wear(now)[0])) / run.level
-        row |= {"end_passed": state.lives.below(now), "pace": pace[k], "worn": worn}
-        row["p_like_the_others"] = _like_the_others(found, k, blanks[k])
+        worn = float(np.mean(state.wear(last_cycle)[0])) / run.level
+        row |= {
+            "end_passed": state.lives.below(last_cycle),
+            "pace": pace[k],
+            "worn": worn,
+        }
+        row["p_like_the_others"] = _like_the_others(fleet, k, blanks[k])
         if calendars:
             row["hours_per_year"] = (
                 np.nan if study.calendar is None else study.calendar.a_year
@@ -391,18 +395,22 @@ def _predictions(
         )
         if advice is not None:
             advice = layout.dated(advice, days)
-            single = [name for name, one in advice.data_vars.items() if not one.dims]
+            single = [
+                name for name, value in advice.data_vars.items() if not value.dims
+            ]
             rows[-1] = rows[-1].merge(advice[single])
     # of a unit whose limit has been passed nothing is advised
-    both = layout.joined(rows, "unit")
+    predictions_of_units = layout.joined(rows, "unit")
     texts = {
-        name: one.fillna("")
-        for name, one in both.data_vars.items()
-        if one.dtype == object
+        name: value.fillna("")
+        for name, value in predictions_of_units.data_vars.items()
+        if value.dtype == object
     }
-    both = both.assign({**texts, "limit": layout.limit_of(studies[0].limit)})
-    return both.assign_coords(
-        unit=layout.variable("coordinates", "unit", _names(found))
+    predictions_of_units = predictions_of_units.assign(
+        {**texts, "limit": layout.limit_of(studies[0].limit)}
+    )
+    return predictions_of_units.assign_coords(
+        unit=layout.variable("coordinates", "unit", _names(fleet))
     )
 
 
@@ -448,7 +456,7 @@ def _two_sided_p(state: UnitState, cycle: float, value: float, count: int) -> fl
 
 
 def _inspection_table(
-    found: Population, blanks: list[UnitState], rng: Random
+    fleet: Population, blanks: list[UnitState], rng: Random
 ) -> xr.Dataset:
     """Return every inspection that is foreseen: its value, what those before and the other units tell.
 
@@ -456,7 +464,7 @@ def _inspection_table(
     line through the origin.
     """
     rows: list[dict[str, Any]] = []
-    for number, (unit, blank) in enumerate(zip(found.units, blanks, strict=True)):
+    for number, (unit, blank) in enumerate(zip(fleet.units, blanks, strict=True)):
         for n in (n for n in unit.whole if len(unit.blocks[n].rows)):
             values = _inspections(unit, n)
             # at the very first inspection of a unit the others alone tell what to
@@ -464,10 +472,10 @@ def _inspection_table(
             new = int(not len(replace(unit, foreseen=n).up_to(values[0][0]).cycles))
             later = [at for at, *_ in values[new:]]
             states = [blank] * new + (
-                states_after(found, number, np.array(later), rng, n) if later else []
+                states_after(fleet, number, np.array(later), rng, n) if later else []
             )
-            for known, (cycle, value, count) in zip(states, values, strict=True):
-                state = replace(known, block=n)
+            for state_before, (cycle, value, count) in zip(states, values, strict=True):
+                state = replace(state_before, block=n)
                 off = (np.nan, np.nan)
                 row: dict[str, Any] = {
                     "unit_name": unit.name,
@@ -475,10 +483,14 @@ def _inspection_table(
                     "cycle": cycle,
                     "value": value,
                 }
-                other = len(known.unit.cycles) and known.block not in (None, n)
+                compares_blocks = len(
+                    state_before.unit.cycles
+                ) and state_before.block not in (None, n)
                 row |= {
                     "what": _named(unit, n),
-                    "against": _named(unit, known.block) if other else "",
+                    "against": _named(unit, state_before.block)
+                    if compares_blocks
+                    else "",
                 }
                 row["foreseen"] = state.value(cycle, layout.P)
                 if np.isfinite(value):
@@ -496,33 +508,35 @@ def _inspection_table(
                 )
     if not rows:
         return xr.Dataset()
-    told = layout.stacked(rows)
-    at = told["cycle"]
-    seen = told["value"]
-    block = told["block"]
-    names = told["unit_name"]
+    columns = layout.stacked(rows)
+    at = columns["cycle"]
+    mean_values = columns["value"]
+    block = columns["block"]
+    names = columns["unit_name"]
     first = np.append(True, (names[1:] != names[:-1]) | (block[1:] != block[:-1]))
-    before = np.where(first, 0.0, np.roll(at, 1))
-    worn = np.where(first, 0.0, np.roll(seen, 1))
+    previous_cycle = np.where(first, 0.0, np.roll(at, 1))
+    worn = np.where(first, 0.0, np.roll(mean_values, 1))
     with np.errstate(
         divide="ignore", invalid="ignore"
     ):  # from one inspection to the next
-        pace = (seen - worn) / (at - before)
-        line = np.where(before > 0.0, worn / before, np.nan)
+        pace = (mean_values - worn) / (at - previous_cycle)
+        line = np.where(previous_cycle > 0.0, worn / previous_cycle, np.nan)
     rate = np.full(len(rows), np.nan)
     for k, name in enumerate(names):
-        others = pace[(names != name) & (block == block[k]) & np.isfinite(pace)]
-        rate[k] = np.median(others) if len(others) else np.nan
-    told |= {
+        other_paces = pace[(names != name) & (block == block[k]) & np.isfinite(pace)]
+        rate[k] = np.median(other_paces) if len(other_paces) else np.nan
+    columns |= {
         "first": first,
-        "flagged": told["check_p"] < sampling.ALARM / len(rows),
+        "flagged": columns["check_p"] < sampling.ALARM / len(rows),
         "by_a_line": line * at,
     }
-    told["by_the_rate"] = np.where(first, np.nan, worn + rate * (at - before))
-    si = {"units": found.units[0].blocks[int(np.bincount(block).argmax())].data.si}
+    columns["by_the_rate"] = np.where(
+        first, np.nan, worn + rate * (at - previous_cycle)
+    )
+    si = {"units": fleet.units[0].blocks[int(np.bincount(block).argmax())].data.si}
     labelled = {
         n: layout.variable("fleet", n, v, **(si if n in IN_SI else {}))
-        for n, v in told.items()
+        for n, v in columns.items()
     }
     return layout.dataset("fleet", labelled, quantile=layout.P)
 

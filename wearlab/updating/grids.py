@@ -388,7 +388,7 @@ class Posterior:
         ) + log_density(prior, self._at(s))
         return s, logs + np.log(self.width[:, None] * np.cosh(s))
 
-    def widened(self, alone: "Sequence[Posterior]") -> "Posterior":
+    def widened(self, sources: "Sequence[Posterior]") -> "Posterior":
         """Return what is known where each source has a scale of its own: it sees ln k + δ, δ ~ N(0, τ²).
 
         p(u | y) ∝ p(u) ∫ p(τ) Π_b ∫ L_b(x) N(x; u, τ²) dx dτ, τ half-normal with a
@@ -396,7 +396,7 @@ class Posterior:
 
         Parameters
         ----------
-        alone : of each source alone; this is of all together, as if each were right
+        sources : of each source alone; this is of all together, as if each were right
         """
         assert self.prior is not None
         n = self.place.shape[1]
@@ -404,35 +404,38 @@ class Posterior:
         tau = np.geomspace(0.01, 4.0, 25) * SCALE
         log_tau = -0.5 * (tau / SCALE) ** 2 + np.log(tau)
         s = np.broadcast_to(np.linspace(-6.0, 6.0, n), (runs, n))
-        found = self.but(centre=self.centre.copy(), width=np.empty(runs))
+        widened_posterior = self.but(centre=self.centre.copy(), width=np.empty(runs))
         logs = np.empty((runs, n))
         for i in range(runs):
             means = [
-                float(np.sum(one.mass[i] * one.log_factor[i]) / one.mass[i].sum())
-                for one in alone
+                float(
+                    np.sum(source.mass[i] * source.log_factor[i]) / source.mass[i].sum()
+                )
+                for source in sources
             ]
-            found.centre[i] = np.mean(means)
-            found.width[i] = max(np.ptp(means), 1e-6) / 4.0
-            u = found.centre[i] + found.width[i] * np.sinh(s[i])
+            widened_posterior.centre[i] = np.mean(means)
+            widened_posterior.width[i] = max(np.ptp(means), 1e-6) / 4.0
+            u = widened_posterior.centre[i] + widened_posterior.width[i] * np.sinh(s[i])
             together = log_tau + np.zeros((n, 1))
-            for one in alone:
-                x = one.log_factor[i][::4]
-                density = one.density[i][::4] * even_weights(n)[::4]
-                own = (
+            for source in sources:
+                x = source.log_factor[i][::4]
+                density = source.density[i][::4] * even_weights(n)[::4]
+                source_logs = (
                     np.log(np.maximum(density, 1e-290))
                     - log_density(self.prior, x)
-                    + one.log_evidence[i]
+                    + source.log_evidence[i]
                 )
                 away = (u[:, None] - x) ** 2
-                seen = [
-                    logsumexp(own - 0.5 * away / t**2, axis=1) - np.log(t) for t in tau
+                logs_by_scale = [
+                    logsumexp(source_logs - 0.5 * away / t**2, axis=1) - np.log(t)
+                    for t in tau
                 ]
-                together = together + np.stack(seen, axis=1)
+                together = together + np.stack(logs_by_scale, axis=1)
             logs[i] = logsumexp(together, axis=1) + log_density(self.prior, u)
-            logs[i] += np.log(found.width[i] * np.cosh(s[i]))
-        found.nodes = found._at(s[:, ::FINER])
-        found._norm(s, logs)
-        return found
+            logs[i] += np.log(widened_posterior.width[i] * np.cosh(s[i]))
+        widened_posterior.nodes = widened_posterior._at(s[:, ::FINER])
+        widened_posterior._norm(s, logs)
+        return widened_posterior
 
 
 def weighted_quantiles(value: Array, weight: Array, p: Any) -> Array:

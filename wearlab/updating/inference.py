@@ -78,54 +78,56 @@ def update(
     UpdateError : nothing was measured, a file cannot be read, or no run has data
     StoreError : the store cannot be read or written
     """
-    wanted = cases.studies(campaign)
-    if (known := stored_update(wanted, store, replay=replay, check=check)) is not None:
-        return known
-    about = subject_hash(wanted)
+    studies = cases.studies(campaign)
+    if (
+        stored := stored_update(studies, store, replay=replay, check=check)
+    ) is not None:
+        return stored
+    about = subject_hash(studies)
     name = identity(about, replay=replay, check=check)
     runner = Runner(campaign.title, store, progress, workers)
-    if wanted[0].spec.fleet is not None:
+    if studies[0].spec.fleet is not None:
         if check:
-            said = (
+            message = (
                 "twins are made of one unit; of a fleet, --replay scores what it "
                 "foresaw"
             )
-            raise measurements.UpdateError(f"--check: {said}")
-        runs = [own[0] for own in runner.run(wanted)]
-        made = tree.tree_of_groups(
-            campaign, wanted, fleet.fleet_groups(wanted, runs, replay=replay)
+            raise measurements.UpdateError(f"--check: {message}")
+        runs = [histories[0] for histories in runner.run(studies)]
+        tree_made = tree.tree_of_groups(
+            campaign, studies, fleet.fleet_groups(studies, runs, replay=replay)
         )
-        each = made["predictions"].to_dataset()
-        told = list(
+        predictions = tree_made["predictions"].to_dataset()
+        remaining_lives = list(
             zip(
-                each["unit"].values,
-                each["now"].values,
-                each[REST].values[:, ::2],
+                predictions["unit"].values,
+                predictions["now"].values,
+                predictions[REST].values[:, ::2],
                 strict=True,
             )
         )
     else:
-        outcomes = [update_case(study, runner) for study in wanted]
-        made = tree.tree_of(campaign, outcomes, replay=replay, check=check)
+        outcomes = [update_case(study, runner) for study in studies]
+        tree_made = tree.tree_of(campaign, outcomes, replay=replay, check=check)
         runs = [run for outcome in outcomes for run in outcome.posterior.histories]
-        told = [
+        remaining_lives = [
             (o.study.label, o.answer.now, o.answer.remaining(ENDS)) for o in outcomes
         ]
     keys = ("now", "remaining_5", "remaining_50", "remaining_95")
     summary = {
-        str(n): dict(zip(keys, map(float, (now, *q)), strict=True))
-        for n, now, q in told
+        str(n): dict(zip(keys, map(float, (last_cycle, *q)), strict=True))
+        for n, last_cycle, q in remaining_lives
     }
     ids = list(dict.fromkeys(run.id for run in runs))
-    made.attrs |= {
+    tree_made.attrs |= {
         "id": name,
         "subject": about,
         "runs": " ".join(ids),
         "summary": json.dumps(summary),
     }
-    made.attrs[netcdf.SEAL] = updates.seal_of(made)
-    updates.keep_update(store, made)
-    return made
+    tree_made.attrs[netcdf.SEAL] = updates.seal_of(tree_made)
+    updates.keep_update(store, tree_made)
+    return tree_made
 
 
 class Runner(NamedTuple):

@@ -106,9 +106,9 @@ class Filtered:
 
 
 def filtered(
-    seen: Compared,
+    values_compared: Compared,
     times: Inspections,
-    known: Filtered,
+    state: Filtered,
     rate: Any,
     loading: Any = None,
     steps: bool = False,
@@ -117,40 +117,40 @@ def filtered(
 
     Parameters
     ----------
-    seen : (…, n) measured minus model, leading dimensions being lanes; (…, n) or (…, 1)
+    values_compared : (…, n) measured minus model, leading dimensions being lanes; (…, n) or (…, 1)
         variance of the independent errors, lanes being broadcast; (…, n) limit minus
         model of values of which only a limit is known, NaN of those that were seen
     times : inspections in order of time
-    known : of W before
+    state : of W before
     rate : variance of W per cycle
     loading : (…, n) by which W and the offset count in a value [1]
     steps : whether each inspection's innovation is kept
     """
-    (residual, variance, room) = seen
+    (residual, variance, room) = values_compared
     a = np.ones(1) if loading is None else loading
     lanes = np.broadcast_shapes(
         *(part.shape[:-1] for part in (residual, variance, a)), np.shape(rate)
     )
     limited = censored_values(room)
     # each grows to the lanes that it depends on
-    total = known.log_likelihood
-    mean = known.mean
-    spread = known.variance
-    last = known.cycle
-    kept: list[Innovation] = []
+    total = state.log_likelihood
+    mean = state.mean
+    spread = state.variance
+    last = state.cycle
+    innovations: list[Innovation] = []
     for cycle, values, offset_variance, scale in times:
-        before = scale * mean
+        expected = scale * mean
         before_spread = scale**2 * (spread + rate * (cycle - last))
         # of W and the offset
         last = cycle
-        shared = before
+        shared = expected
         shared_spread = before_spread + offset_variance
         whole = shared_spread
         (off, chi, gained) = np.zeros((3, 1))[:, 0]
         under = values[limited[values]]
-        told = values[~limited[values]]
-        if len(told):
-            sums = _weighted_sums(residual, variance, told, loading)
+        measured = values[~limited[values]]
+        if len(measured):
+            sums = _weighted_sums(residual, variance, measured, loading)
             off, chi, gained, shared, shared_spread = update_state(
                 shared, shared_spread, sums
             )
@@ -160,25 +160,25 @@ def filtered(
                 room, variance, under, wide[0], np.sqrt(wide[1])
             )
             gained = gained + log_below
-            if not len(told):
+            if not len(measured):
                 first = variance[..., 0 if variance.shape[-1] == 1 else under[0]]
-                off = (shared - before) / np.sqrt(wide[1] + first)
+                off = (shared - expected) / np.sqrt(wide[1] + first)
         gain = before_spread / np.maximum(
             whole, 1e-300
         )  # 0 where nothing is unknown before
         total = total + gained
-        mean = (before + gain * (shared - before)) / scale
+        mean = (expected + gain * (shared - expected)) / scale
         spread = (before_spread * (1.0 - gain) + gain**2 * shared_spread) / scale**2
         if steps:
-            own = (
+            parts = (
                 np.broadcast_to(np.asarray(e, float), lanes)
                 for e in (off, chi, gained, mean, spread)
             )
-            kept.append(Innovation(len(told), *own))
+            innovations.append(Innovation(len(measured), *parts))
     total = np.broadcast_to(total, lanes)
     mean = np.broadcast_to(mean, lanes)
     spread = np.broadcast_to(spread, lanes)
-    return Filtered(total, mean, spread, last, kept)
+    return Filtered(total, mean, spread, last, innovations)
 
 
 def censored_values(room: Array) -> Flags:
@@ -287,7 +287,7 @@ def with_gain(
 
 
 def _integrated_over_gain(
-    y: Array, model: Array, own: Array, error: ErrorModel
+    y: Array, model: Array, variance: Array, error: ErrorModel
 ) -> tuple[Array, Array, Array]:
     """Return ln ∫ Π N(y; γ m, v) N(γ; 1, s²) dγ with v = own + (r γ m)², and mean and variance of γ.
 
@@ -299,7 +299,7 @@ def _integrated_over_gain(
     for _ in range(SCORINGS):
         m = gain[..., None] * model
         part = (relative * model) ** 2
-        v = own + gain[..., None] ** 2 * part
+        v = variance + gain[..., None] ** 2 * part
         r = y - m
         rise = gain[..., None] * part / v  # half of the slope of ln v
         slope = (
@@ -312,12 +312,12 @@ def _integrated_over_gain(
     width = information**-0.5
     logs = []
     gains = [gain + width * node for node in nodes]
-    for each, node, weight in zip(gains, nodes, weights, strict=True):
-        m = each[..., None] * model
-        v = own + (relative * m) ** 2
+    for gain_node, node, weight in zip(gains, nodes, weights, strict=True):
+        m = gain_node[..., None] * model
+        v = variance + (relative * m) ** 2
         off = (
             np.sum((y - m) ** 2 / v + np.log(v) + LOG_TWO_PI, axis=-1)
-            + ((each - 1.0) / gain_sd) ** 2
+            + ((gain_node - 1.0) / gain_sd) ** 2
         )
         logs.append(
             0.5 * (node**2 - off) - np.log(gain_sd) - 0.5 * LOG_TWO_PI + np.log(weight)
@@ -344,26 +344,30 @@ def below_limits(
     values : which of the n are meant
     mean, spread : (…) mean and standard deviation of u before
     """
-    own = [
+    value_sds = [
         np.sqrt(variance[..., 0 if variance.shape[-1] == 1 else value])
         for value in values
     ]
     if len(values) == 1:  # in closed form
-        both = np.hypot(own[0], spread)
-        a = (room[..., values[0]] - mean) / both
+        total_sd = np.hypot(value_sds[0], spread)
+        a = (room[..., values[0]] - mean) / total_sd
         log_probability = log_ndtr(a)
         hazard = np.exp(-0.5 * a * a - 0.5 * LOG_TWO_PI - log_probability)
-        left = 1.0 - (spread / both) ** 2 * hazard * (a + hazard)
-        return log_probability, mean - spread**2 / both * hazard, spread**2 * left
-    ratio = max(float(np.max(spread / row)) for row in own)
+        left = 1.0 - (spread / total_sd) ** 2 * hazard * (a + hazard)
+        return log_probability, mean - spread**2 / total_sd * hazard, spread**2 * left
+    ratio = max(float(np.max(spread / row)) for row in value_sds)
     z, logs = _normal_rule(int(np.clip(PANELS * np.ceil(0.5 * ratio), PANELS, FINEST)))
     u = mean[..., None] + spread[..., None] * z
-    for value, sd in zip(values, own, strict=True):
+    for value, sd in zip(values, value_sds, strict=True):
         logs = logs + log_ndtr((room[..., value][..., None] - u) / sd[..., None])
     log_probability = logsumexp(logs, axis=-1)
     weight = np.exp(logs - log_probability[..., None])
-    after = np.sum(weight * u, axis=-1)
-    return log_probability, after, np.sum(weight * (u - after[..., None]) ** 2, axis=-1)
+    mean_below = np.sum(weight * u, axis=-1)
+    return (
+        log_probability,
+        mean_below,
+        np.sum(weight * (u - mean_below[..., None]) ** 2, axis=-1),
+    )
 
 
 @cache

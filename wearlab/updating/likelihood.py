@@ -338,14 +338,16 @@ def log_likelihood(
     rate = drift**2 / PER
     shape = np.broadcast_shapes(np.shape(factor), np.shape(sd), rate.shape)
 
-    def of_lanes(each: Sequence[Any]) -> Any:
+    def of_lanes(items: Sequence[Any]) -> Any:
         """Return what each run has, of each lane; once where all have the same."""
-        if all(np.array_equal(one, each[0]) for one in each[1:]):
-            return each[0]
-        found = np.empty((shape[0], *np.ones(len(shape) - 1, int), *np.shape(each[0])))
-        for (_, mine), one in zip(pairs, each, strict=True):
-            found[mine] = one
-        return found
+        if all(np.array_equal(item, items[0]) for item in items[1:]):
+            return items[0]
+        by_batch = np.empty(
+            (shape[0], *np.ones(len(shape) - 1, int), *np.shape(items[0]))
+        )
+        for (_, mine), item in zip(pairs, items, strict=True):
+            by_batch[mine] = item
+        return by_batch
 
     cycles = [run.points[number].cycle[rows] for run, _ in pairs]
     begins = [run.begin(number) for run, _ in pairs]
@@ -364,8 +366,8 @@ def log_likelihood(
         model[mine] = modelled(block, run, number, factor[mine])
     residual, variance, room = compared(block, model, sd)
     if data.since == PREVIOUS:
-        gone = cycle - of_lanes(list(map(_previous_inspection, cycles, begins)))
-        variance = variance + rate[..., None] * gone
+        elapsed = cycle - of_lanes(list(map(_previous_inspection, cycles, begins)))
+        variance = variance + rate[..., None] * elapsed
         rate = np.zeros_like(rate)
     elif data.since is not None:
         start = float(data.since)
@@ -379,12 +381,12 @@ def log_likelihood(
         )
     times = steps or inspections_of(block, pairs[0][0], number)
     times = [
-        one._replace(cycle=cycle[..., one.values[0]]) if len(one.values) else one
-        for one in times
+        item._replace(cycle=cycle[..., item.values[0]]) if len(item.values) else item
+        for item in times
     ]
-    known = kalman.Filtered(cycle=start)
+    start_state = kalman.Filtered(cycle=start)
     return kalman.filtered(
-        (residual, variance, room), times, known, rate, steps=len(steps) > 0
+        (residual, variance, room), times, start_state, rate, steps=len(steps) > 0
     )
 
 
@@ -495,8 +497,8 @@ def condensed(cycle: Array, column: Index, value: Array, weight: Array) -> Conde
     half = np.where(high > low, 0.5 * (high - low), 1.0)
     middle = 0.5 * (high + low)
     nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
-    own = legendre.legvander((cycles - middle) / half, NODES - 1)
-    lagrange = own @ np.linalg.inv(legendre.legvander(nodes, NODES - 1))
+    polynomials = legendre.legvander((cycles - middle) / half, NODES - 1)
+    lagrange = polynomials @ np.linalg.inv(legendre.legvander(nodes, NODES - 1))
     centre = np.einsum("bs,bs->b", real, values)[:, None] / real.sum(
         axis=1, keepdims=True
     )
@@ -541,7 +543,7 @@ def _condensed_log_likelihood(
 def _piece_sums(
     bins: Condensed,
     run: RunHistory,
-    asked: ObservationPoints,
+    points: ObservationPoints,
     factor: Array,
     sd: Array,
     block: Block,
@@ -550,9 +552,9 @@ def _piece_sums(
 
     Σ ln 2πv and Σ (y − m)²/v; with a gain Σ ln 2πv, Σ y²/v, Σ m y/v and Σ m²/v.
     """
-    curve = asked.curve
+    curve = points.curve
     f = factor[:, None, None]
-    model = curve.at(run.own_cycle(bins.node, f, asked.clock), bins.column)
+    model = curve.at(run.own_cycle(bins.node, f, points.clock), bins.column)
     zeroth, once, twice = bins.moment
     if block.data.error.gain_sd:
         square = np.broadcast_to(
@@ -562,16 +564,16 @@ def _piece_sums(
     else:
         off = model - bins.centre
         sums = [twice + off * (off * zeroth - 2.0 * once)]
-    outer = run.own_cycle(bins.cycle[:, [0, -1]], f, asked.clock)
+    outer = run.own_cycle(bins.cycle[:, [0, -1]], f, points.clock)
     ends = np.searchsorted(curve.cycle[1:], outer, side="right")
     smooth = ends[..., 0] == ends[..., 1]
     if block.relative:
-        least = np.abs(model).min(axis=-1)
+        smallest = np.abs(model).min(axis=-1)
         largest = np.abs(model).max(axis=-1)
-        smooth &= largest - least <= SMOOTH * least
+        smooth &= largest - smallest <= SMOOTH * smallest
     select_by_cycle = smooth[..., None]
     total = _summed_over_bins(
-        [np.where(select_by_cycle, each, 0.0) for each in sums],
+        [np.where(select_by_cycle, terms, 0.0) for terms in sums],
         select_by_cycle * bins.many,
         model,
         sd,
@@ -582,21 +584,21 @@ def _piece_sums(
     for i, b in zip(
         np.array_split(lane, pieces), np.array_split(uneven, pieces), strict=True
     ):
-        own = curve.at(
-            run.own_cycle(bins.cycle[b], factor[i, None], asked.clock), bins.column[b]
+        uneven_model = curve.at(
+            run.own_cycle(bins.cycle[b], factor[i, None], points.clock), bins.column[b]
         )
         value = bins.value[b]
         weight = bins.weight[b]
         squares = (
-            (value * value, own * value, own * own)
+            (value * value, uneven_model * value, uneven_model * uneven_model)
             if len(sums) > 1
-            else ((value - own) ** 2,)
+            else ((value - uneven_model) ** 2,)
         )
-        each = [(weight * one)[:, None] for one in squares]
-        more = _summed_over_bins(
-            each, bins.real[b][:, None], own[:, None], sd[i], block.relative
+        terms = [(weight * square)[:, None] for square in squares]
+        piece_sums = _summed_over_bins(
+            terms, bins.real[b][:, None], uneven_model[:, None], sd[i], block.relative
         )
-        np.add.at(total, np.s_[:, i], more)  # type: ignore[arg-type]
+        np.add.at(total, np.s_[:, i], piece_sums)  # type: ignore[arg-type]
     return total
 
 

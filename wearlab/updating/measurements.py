@@ -67,7 +67,7 @@ class MeasuredColumns:
                 f"{block.place}.file: {self.path}: cannot be read ({error})"
             ) from None
 
-    def find(self, wanted: Mapping[str, str | None], unit: str | None) -> None:
+    def find(self, columns_by_role: Mapping[str, str | None], unit: str | None) -> None:
         """Find the column of each role, None where there is none.
 
         Of one unit where the file has many.
@@ -77,9 +77,11 @@ class MeasuredColumns:
         UpdateError : a column is not there
         """
         for role, column in (
-            (role, column) for role, column in wanted.items() if column is not None
+            (role, column)
+            for role, column in columns_by_role.items()
+            if column is not None
         ):
-            if (found := self.table.find(column)) is None:
+            if (column_found := self.table.find(column)) is None:
                 begins = f"{column} [", f"{column} ("
                 strange = next(
                     (n for n in self.table.names if n.startswith(begins)), ""
@@ -88,19 +90,19 @@ class MeasuredColumns:
                     f"{strange[len(column) :].strip()} in its header is no unit that "
                     "is known: "
                 )
-                own = f" as {strange!r}, and its unit in units" if strange else ""
-                there = (
+                hint = f" as {strange!r}, and its unit in units" if strange else ""
+                listed = (
                     f"there are {', '.join(self.table.names)}: "
                     f"{unknown if strange else ''}"
                 )
-                said = (
+                message = (
                     f"line {self.table.header_line}: no column {column!r} for {role}; "
-                    f"{there}"
+                    f"{listed}"
                 )
                 raise UpdateError(
-                    f"{self.path}: {said}name it in {self.block.place}.columns{own}"
+                    f"{self.path}: {message}name it in {self.block.place}.columns{hint}"
                 )
-            self.names[role] = found
+            self.names[role] = column_found
         if unit is not None and "unit" in self.names:
             self.table = self.table.where(self.names["unit"], unit)
         self.lines = np.array(self.table.lines, np.int64)
@@ -298,12 +300,12 @@ def read_observations(
         else columns.numbers("place", PLACE_UNITS[place_kind])
     )
     columns.refuse(time < 0.0, "time", "is before the first cycle", time)
-    said = (
+    message = (
         "is empty, and no limit of detection: write the value, name its limit of "
         "detection "
     )
-    said += "(columns.below, or <0.1 in the cell), or delete the row"
-    columns.refuse(np.isnan(value) & np.isnan(below), "value", said)
+    message += "(columns.below, or <0.1 in the cell), or delete the row"
+    columns.refuse(np.isnan(value) & np.isnan(below), "value", message)
     columns.refuse(sd < 0.0, "sd", "is no standard error", sd)
     if data.error.sd is None and not data.error.relative:
         columns.refuse(
@@ -314,8 +316,10 @@ def read_observations(
             time < data.since, "time", f"is before since = {data.since:g}", time
         )
     if data.error.gain_sd:
-        said = "is empty: with error.gain_sd no value may be below a limit of detection"
-        columns.refuse(np.isnan(value), "value", said)
+        message = (
+            "is empty: with error.gain_sd no value may be below a limit of detection"
+        )
+        columns.refuse(np.isnan(value), "value", message)
     held = (place_kind, place, columns.lines, columns.fingerprint)
     return Observed(
         data, "hours" if clock == "date" else clock, time, value, sd, below, *held
@@ -508,15 +512,17 @@ def read_record(
     ------
     UpdateError : with row and column of what cannot be read
     """
-    own = block.columns
+    named = block.columns
     columns = MeasuredColumns(block)
     (when,) = (
-        name for name in ("hours", "date", "duration") if getattr(own, name) is not None
+        name
+        for name in ("hours", "date", "duration")
+        if getattr(named, name) is not None
     )
     columns.find(
         {
-            "time": getattr(own, when),
-            **own.model_dump(include={"torque", "speed", "unit"}),
+            "time": getattr(named, when),
+            **named.model_dump(include={"torque", "speed", "unit"}),
         },
         unit,
     )
@@ -545,9 +551,9 @@ def read_record(
         ends = np.append(0.0, np.cumsum(time))
     else:
         if len(time) < 2:
-            alone = f"{columns.path}: line {columns.lines[0]}"
+            place = f"{columns.path}: line {columns.lines[0]}"
             raise UpdateError(
-                f"{alone}: a row holds until the next: at least two are needed"
+                f"{place}: a row holds until the next: at least two are needed"
             )
         columns.refuse(
             np.append(False, np.diff(time) <= 0.0),

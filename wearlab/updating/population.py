@@ -311,26 +311,28 @@ def _likelihood_on_grid(
 
     def log_likelihood(lanes: Shared, u: Array, cycles: Array | None = None) -> Array:
         shape = (len(lanes.straying), u.shape[1])
-        seen = unit_likelihood(unit, lanes, u, steps=cycles is not None)
+        filtered = unit_likelihood(unit, lanes, u, steps=cycles is not None)
         if cycles is None:
-            return np.broadcast_to(seen.log_likelihood, shape)
-        gained = [np.broadcast_to(step.log_likelihood, shape) for step in seen.steps]
+            return np.broadcast_to(filtered.log_likelihood, shape)
+        gained = [
+            np.broadcast_to(step.log_likelihood, shape) for step in filtered.steps
+        ]
         return np.asarray(
             np.cumsum([np.zeros(shape), *gained], axis=0)[unit.inspected(cycles)]
         )
 
     # one lane in the middle of all: the top moves little with what the units share
-    each = (
-        np.log(np.maximum(one, 1e-300))
-        for one in (shared.power, shared.straying, *shared.sd)
+    logs_of = (
+        np.log(np.maximum(lane_values, 1e-300))
+        for lane_values in (shared.power, shared.straying, *shared.sd)
     )
     power, straying, *sd = (
-        np.exp(np.mean(logs, axis=0, keepdims=True)) for logs in each
+        np.exp(np.mean(logs, axis=0, keepdims=True)) for logs in logs_of
     )
     middle = Shared(power, straying, tuple(sd), shared.reference)
-    found = grids.find_peaks(lambda u, _: log_likelihood(middle, u), ends[:1], ends[1:])
-    centre = float(found[0][0])
-    width = float(np.clip(found[1][0], 1e-4, 0.25 * (ends[1] - ends[0])))
+    top = grids.find_peaks(lambda u, _: log_likelihood(middle, u), ends[:1], ends[1:])
+    centre = float(top[0][0])
+    width = float(np.clip(top[1][0], 1e-4, 0.25 * (ends[1] - ends[0])))
     first, last = np.arcsinh((ends - centre) / width).tolist()
     coarse, fine = (
         np.linspace(first, last, n) for n in (NODES, FINER * (NODES - 1) + 1)
@@ -462,17 +464,17 @@ def fit_population(units: Sequence[FleetMember], law: Law, seed: int) -> Populat
     """
 
     def log_prior(theta: Array) -> Array:
-        both = zip(law.parameters, theta.T, strict=True)
+        pairs = zip(law.parameters, theta.T, strict=True)
         return np.asarray(
-            sum(likelihood.log_density(p.prior, u, p.scale) for p, u in both)
+            sum(likelihood.log_density(p.prior, u, p.scale) for p, u in pairs)
         )
 
-    def log_units(theta: Array, some: Sequence[FleetMember] = units) -> Array:
+    def log_units(theta: Array, fitted_units: Sequence[FleetMember] = units) -> Array:
         nothing = np.zeros(len(theta))
         return np.stack(
             [
                 masses(unit, law, theta)[2] if len(unit.cycles) else nothing
-                for unit in some
+                for unit in fitted_units
             ]
         )
 
@@ -485,48 +487,55 @@ def fit_population(units: Sequence[FleetMember], law: Law, seed: int) -> Populat
     root = np.diag(0.5 * (high - low))
     temper = 0.0
     d = len(mean)
-    some = units[:: max(len(units) // SOME, 1)]
+    fitted_units = units[:: max(len(units) // SOME, 1)]
     for n in range(ROUNDS):
         z = ndtri(np.clip(qmc.Sobol(d, rng=seed + n).random(GUIDES), 1e-6, 1.0 - 1e-6))
         theta = mean + z @ root.T
-        seen = log_units(theta, some).sum(axis=0)
-        before = log_prior(theta) + 0.5 * np.sum(z * z, axis=1)
-        most = 1.0
+        log_seen = log_units(theta, fitted_units).sum(axis=0)
+        log_before = log_prior(theta) + 0.5 * np.sum(z * z, axis=1)
+        highest = 1.0
         for _ in range(
-            30 if _surplus(1.0, before, seen) < 0.0 else 0
+            30 if _surplus(1.0, log_before, log_seen) < 0.0 else 0
         ):  # not one root: from above
-            middle = 0.5 * (temper + most)
-            temper, most = (
-                (middle, most)
-                if _surplus(middle, before, seen) >= 0.0
+            middle = 0.5 * (temper + highest)
+            temper, highest = (
+                (middle, highest)
+                if _surplus(middle, log_before, log_seen) >= 0.0
                 else (temper, middle)
             )
-        temper = 1.0 if most == 1.0 else temper
-        mean, root = _fitted(theta, before + temper * seen)
-        if temper == 1.0 and len(some) < len(units):
-            temper = len(some) / len(units)
-            some = units
-        elif temper == 1.0 and _surplus(1.0, before, seen) > FIT:
+        temper = 1.0 if highest == 1.0 else temper
+        mean, root = _fitted(theta, log_before + temper * log_seen)
+        if temper == 1.0 and len(fitted_units) < len(units):
+            temper = len(fitted_units) / len(units)
+            fitted_units = units
+        elif temper == 1.0 and _surplus(1.0, log_before, log_seen) > FIT:
             break
     for _ in range(3):
         z = lattice(d)
         theta = mean + z @ root.T
-        each = log_units(theta)
+        log_marginal = log_units(theta)
         cell = float(np.linalg.slogdet(root)[1]) + d * np.log(SPACING[d])
-        found = Population(
-            law, tuple(units), mean, root, theta, log_prior(theta) + cell, each, True
+        fitted = Population(
+            law,
+            tuple(units),
+            mean,
+            root,
+            theta,
+            log_prior(theta) + cell,
+            log_marginal,
+            True,
         )
-        weight = found.weight()
+        weight = fitted.weight()
         edge = float(
             weight[np.linalg.norm(z, axis=1) > RADIUS - 0.5 * SPACING[d]].sum()
         )
-        own = np.linalg.solve(root, (weight @ theta) - mean)
+        offset = np.linalg.solve(root, (weight @ theta) - mean)
         mean, fitted_root = _fitted(theta, np.log(np.maximum(weight, 1e-300)))
         ratio = np.linalg.svd(np.linalg.solve(root, fitted_root), compute_uv=False)
-        if np.abs(own).max() < 0.3 and 0.7 < ratio.min() and ratio.max() < 1.2:
+        if np.abs(offset).max() < 0.3 and 0.7 < ratio.min() and ratio.max() < 1.2:
             break
         root = fitted_root
-    return replace(found, resolved=edge < EDGE)
+    return replace(fitted, resolved=edge < EDGE)
 
 
 @cache

@@ -185,49 +185,49 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     hours = float(predictions["seconds_per_cycle"]) / HOUR
     calendar = calendar_of(predictions)
     life, rest = (_last(predictions[f"{name}_quantile"]) for name in DERIVED[1:])
-    found: dict[str, Any] = {
+    values: dict[str, Any] = {
         "life": life,
         "rest": rest,
         "now": float(predictions["now"]),
     }
-    found |= {
+    values |= {
         "hours": hours if np.isfinite(hours) else None,
         "alarm": ALARM,
         "most": MOST_LISTED,
     }
-    found["at"] = partial(_at, hours=hours, calendar=calendar)
-    found["foreseen"] = partial(_foreseen, calendar=calendar)
-    found |= {"notes": _listed(stats), "checks": list(_checks(stats))}
-    found["sources"] = _sources(stats, rest, hours)
-    found |= {
+    values["at"] = partial(_at, hours=hours, calendar=calendar)
+    values["foreseen"] = partial(_foreseen, calendar=calendar)
+    values |= {"notes": _listed(stats), "checks": list(_checks(stats))}
+    values["sources"] = _sources(stats, rest, hours)
+    values |= {
         "stats": _numbers(stats),
         "ahead": _numbers(ahead),
         "costs": _numbers(costs),
     }
-    found["coefficient"] = np.quantile(sample["wear_coefficient"], P)
-    found["unknowns"] = list(_unknowns(groups["prior"], sample, predictions))
+    values["coefficient"] = np.quantile(sample["wear_coefficient"], P)
+    values["unknowns"] = list(_unknowns(groups["prior"], sample, predictions))
     if "end_of_life_quantile" in predictions:
         about = str(predictions["end_of_life_quantile"].attrs["long_name"])
-        found |= {"days": _days(predictions), "days_about": about.rpartition(", ")[2]}
+        values |= {"days": _days(predictions), "days_about": about.rpartition(", ")[2]}
     if predictions.sizes.get("inspection"):
         columns = ("inspection", "remaining_useful_life_quantile", "check_p_forward")
-        each = zip(*(predictions[name].values for name in columns), strict=True)
-        found["replay"] = [row for row in each if np.isfinite(row[1]).any()]
-    if np.isfinite(best := found["ahead"].get("recommended", np.nan)):
+        columns_of = zip(*(predictions[name].values for name in columns), strict=True)
+        values["replay"] = [row for row in columns_of if np.isfinite(row[1]).any()]
+    if np.isfinite(best := values["ahead"].get("recommended", np.nan)):
         width = (
             ahead["expected_width"].sel(instrument=1.0).sel(look=best, method="nearest")
         )
-        found["ahead"]["width"] = float(width)
+        values["ahead"]["width"] = float(width)
     if "best_rate" in costs:
-        found |= {
+        values |= {
             n: _numbers(costs.sel(failure_times=t))
             for n, t in (("cheaper", 0.5), ("dearer", 2.0))
         }
     if "rate_with_look" in costs:
-        found["costs"]["rate_with_look"] = float(costs["rate_with_look"].min())
+        values["costs"]["rate_with_look"] = float(costs["rate_with_look"].min())
     if "calibration" in groups:
-        found["twins"] = _twins(groups["calibration"])
-    return found
+        values["twins"] = _twins(groups["calibration"])
+    return values
 
 
 def _listed(stats: xr.Dataset) -> list[str]:
@@ -376,37 +376,37 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
         *(rows[key].values[rows["flagged"].values] for key in keys if rows), strict=True
     )
     shown, scale = _shown(rows["value"].attrs["units"] if rows else "1")
-    (_, heads, told), *without = fleet_tables(tree)
-    found: dict[str, Any] = {
+    (_, heads, rows_told), *without = fleet_tables(tree)
+    values: dict[str, Any] = {
         "title": str(tree.attrs.get("title", "")),
         "notes": _listed(stats),
     }
-    each = [dict(zip(keys, row, strict=True)) for row in flagged]
-    found["flagged"] = [
-        row | {"hours": hour[row["unit_name"]] * row["cycle"]} for row in each
+    flagged_rows = [dict(zip(keys, row, strict=True)) for row in flagged]
+    values["flagged"] = [
+        row | {"hours": hour[row["unit_name"]] * row["cycle"]} for row in flagged_rows
     ]
-    found["unlike"] = [
+    values["unlike"] = [
         {"unit": predictions["unit"].values[k], "pace": pace[k], "p": p[k]}
         for k in unlike
     ]
-    found |= {
-        "table": _table([heads, *told]),
+    values |= {
+        "table": _table([heads, *rows_told]),
         "about": fleet_about(tree),
         "first": _units_to_open(predictions),
     }
-    found |= {
+    values |= {
         "shared": list(_shared(sample)),
         "stats": _numbers(stats),
         "shown": shown,
         "scale": scale,
     }
     for _, heads, rest in without:
-        own = _units_to_open(tree["predictions_without"].to_dataset())
-        found["without"] = [
-            *_table([heads, *(row for row in rest if row not in told)]),
-            *own,
+        first_lines = _units_to_open(tree["predictions_without"].to_dataset())
+        values["without"] = [
+            *_table([heads, *(row for row in rest if row not in rows_told)]),
+            *first_lines,
         ]
-    return found
+    return values
 
 
 def fleet_tables(

@@ -50,41 +50,50 @@ def read_runs(
     ------
     StoreError : a file is gone or was altered, or the catalogue does not describe it
     """
+    archive = store.archive
     placed = {
         run.id: run
-        for run in store.archive.heads(ids).values()
+        for run in archive.heads(ids).values()
         if run.state == "done" and run.layout
     }
-    layouts = store.archive.catalogue.layouts(
-        str(run.layout) for run in placed.values()
-    )
+    layouts = archive.catalogue.layouts(str(run.layout) for run in placed.values())
+
     runs: dict[str, xr.Dataset] = {}
-    coords: dict[Any, xr.Coordinates] = {}
-    for run_id in (each for each in ids if each in placed):
-        layout = layouts[str(placed[run_id].layout)]
-        path = str(store.archive.file_of(run_id))
-        known = layout["variables"]
-        wanted = names if runs else {*names, *once}
-        dims = {name: known[name]["dims"] for name in wanted if name in known}
-        arrays = reading.read_variables(path, dims, placed[run_id].sha256)
-        if wrong := [
-            name for name, values in arrays.items() if values.ndim != len(dims[name])
-        ]:
-            raise StoreError(
-                f"{path}: {wrong[0]} is not as the catalogue says; 'wearlab reindex' "
-                "mends it"
+    coords: dict[Any, xr.Coordinates] = {}  # with indices, each made once
+    for run_id in ids:
+        if run_id not in placed:
+            continue
+        entry = placed[run_id]
+        layout = layouts[str(entry.layout)]
+        required = names if runs else {*names, *once}
+        path = str(archive.file_of(run_id))
+        variables = _variables(path, layout["variables"], required, entry.sha256)
+
+        dims = frozenset(
+            dim for of_variable, _ in variables.values() for dim in of_variable
+        )
+        key = (entry.layout, dims)
+        if key not in coords:
+            labels = layout["labels"]
+            coords[key] = xr.Coordinates(
+                {dim: labels[dim] for dim in labels if dim in dims}
             )
-        each = {name: (dims[name], values) for name, values in arrays.items()}
-        has = frozenset(dim for own in dims.values() for dim in own)
-        if (
-            shared := coords.get((placed[run_id].layout, has))
-        ) is None:  # with indices, made once
-            told = {
-                dim: labels for dim, labels in layout["labels"].items() if dim in has
-            }
-            shared = coords[placed[run_id].layout, has] = xr.Coordinates(told)
-        runs[run_id] = xr.Dataset(each, shared)
+        runs[run_id] = xr.Dataset(variables, coords[key])
     return runs
+
+
+def _variables(
+    path: str, declared: Mapping[str, Any], required: Names, sha256: str | None
+) -> dict[str, tuple[Any, Array]]:
+    """Return dims and values of those required variables that a run's file has."""
+    dims = {name: declared[name]["dims"] for name in required if name in declared}
+    arrays = reading.read_variables(path, dims, sha256)
+    for name, values in arrays.items():
+        if values.ndim != len(dims[name]):
+            raise StoreError(
+                f"{path}: {name} is not as the catalogue says; 'wearlab reindex' mends it"
+            )
+    return {name: (dims[name], values) for name, values in arrays.items()}
 
 
 @dataclass(frozen=True)
@@ -315,7 +324,7 @@ def refuse_stages(scene: Scene) -> None:
 
 
 def history_of(
-    run: xr.Dataset, scene: Scene, seen: Sequence[Observed], limit: Limit
+    run: xr.Dataset, scene: Scene, observations: Sequence[Observed], limit: Limit
 ) -> RunHistory:
     """Return what a stored run says over the cycles.
 
@@ -323,7 +332,7 @@ def history_of(
     ----------
     run : a stored run
     scene : that it is of
-    seen : the observations that it is compared with
+    observations : the observations that it is compared with
     limit : what ends the life
 
     Raises
@@ -338,14 +347,18 @@ def history_of(
     run = distinct(run)
     ended = curve_of(run, limit.quantity, limit.where, {}, "update.limit")
     factor = float(getattr(scene.wear and scene.wear.coefficient, "factor", 1.0))
-    asked = tuple(points_of(run, inspection, limit, ended) for inspection in seen)
+    points = tuple(
+        points_of(run, inspection, limit, ended) for inspection in observations
+    )
     start, end, limit_cycle = map(
         float, (*ended.cycle[[0, -1]], ended.first_above(np.array(limit.value)))
     )
-    known = str(scene.id), factor, _coefficient(run, limit.where) / factor
+    identity = str(scene.id), factor, _coefficient(run, limit.where) / factor
     over = start, end, per_cycle(run, "operating_hours")
     beside = _predicted_curves(run, limit, ended), _numerical_errors(run, limit_cycle)
-    return RunHistory(*known, *over, asked, ended, limit.value, limit_cycle, *beside)
+    return RunHistory(
+        *identity, *over, points, ended, limit.value, limit_cycle, *beside
+    )
 
 
 def distinct(run: xr.Dataset) -> xr.Dataset:
@@ -412,32 +425,38 @@ def curve_of(
         )
     values = run[name]
     labels = dict(select)
-    own = next((dim for dim in ("flank", "member") if dim in values.dims), None)
-    if own is not None and where is not None:
-        labels[own] = where
-    if own == "flank" and own not in labels and name == "max_wear_depth":
+    labelled_dim = next(
+        (dim for dim in ("flank", "member") if dim in values.dims), None
+    )
+    if labelled_dim is not None and where is not None:
+        labels[labelled_dim] = where
+    if (
+        labelled_dim == "flank"
+        and labelled_dim not in labels
+        and name == "max_wear_depth"
+    ):
         values = values.max("flank")
     if unknown := [dim for dim in select if dim not in values.dims]:
         raise UpdateError(f"{place}.select.{unknown[0]}: {name} has no such dimension")
     for dim in [str(dim) for dim in values.dims if dim != "update"]:
-        known = values[dim].values.tolist()
+        choices = values[dim].values.tolist()
         key = dim if dim in ("flank", "member") else f"select.{dim}"
-        listed = ", ".join(map(str, known[:8]))
-        if dim not in labels and len(known) > 1:
+        listed = ", ".join(map(str, choices[:8]))
+        if dim not in labels and len(choices) > 1:
             raise UpdateError(f"{place}.{key}: required for {name}: one of {listed}")
-        if dim in labels and labels[dim] not in known:
+        if dim in labels and labels[dim] not in choices:
             raise UpdateError(f"{place}.{key}: {labels[dim]!r} is not one of {listed}")
-        values = values.isel({dim: known.index(labels[dim]) if dim in labels else 0})
-    cycle, y = (np.asarray(each.values, float) for each in (run["cycle"], values))
+        values = values.isel({dim: choices.index(labels[dim]) if dim in labels else 0})
+    cycle, y = (np.asarray(array.values, float) for array in (run["cycle"], values))
     if name == "max_wear_depth" and "wear_rate" in run and "wear_depth" in run:
         secant = np.diff(y) / np.diff(
             cycle
         )  # no cubic piece overshoots below three times the secants
-        least = np.minimum(
+        smallest = np.minimum(
             np.append(secant, secant[-1]), np.insert(secant, 0, secant[0])
         )
         slope = np.clip(
-            _rate_at_the_deepest(run, where), 0.0, 3.0 * np.maximum(least, 0.0)
+            _rate_at_the_deepest(run, where), 0.0, 3.0 * np.maximum(smallest, 0.0)
         )
     elif len(cycle) == 2:
         slope = np.full(2, (y[1] - y[0]) / (cycle[1] - cycle[0]))

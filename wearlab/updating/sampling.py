@@ -149,25 +149,25 @@ def _errors(
             if len(post.nodes[i]) > 1
             else None
         )
-        for some in np.array_split(mine, max(len(mine) // PIECE, 1)):
-            own = (
-                np.repeat(table, len(some), axis=0)
+        for chosen in np.array_split(mine, max(len(mine) // PIECE, 1)):
+            logs = (
+                np.repeat(table, len(chosen), axis=0)
                 if draws_along_grid is None
-                else draws_along_grid(log_factor[some])
+                else draws_along_grid(log_factor[chosen])
             )
-            weight = np.exp(own - own.max(axis=(1, 2), keepdims=True))
-            place = np.zeros(len(some))
+            weight = np.exp(logs - logs.max(axis=(1, 2), keepdims=True))
+            place = np.zeros(len(chosen))
             if 0 in unknown:
-                sd[some], place = _draws_of_logs(sd_grid, weight.sum(axis=2), rng)
+                sd[chosen], place = _draws_of_logs(sd_grid, weight.sum(axis=2), rng)
             if 1 in unknown:
                 j = np.minimum(place.astype(np.intp), max(weight.shape[1] - 2, 0))
                 share = (place - j)[:, None]
-                which = np.arange(len(some))
-                after = np.minimum(j + 1, weight.shape[1] - 1)
-                between = (1.0 - share) * weight[which, j] + share * weight[
-                    which, after
+                numbers = np.arange(len(chosen))
+                next_place = np.minimum(j + 1, weight.shape[1] - 1)
+                between = (1.0 - share) * weight[numbers, j] + share * weight[
+                    numbers, next_place
                 ]
-                drift[some], _ = _draws_of_logs(drift_grid, between, rng)
+                drift[chosen], _ = _draws_of_logs(drift_grid, between, rng)
     return sd, drift
 
 
@@ -228,7 +228,7 @@ def over_cycles(
 
 
 def replicated(
-    draws: Draws, number: int, rng: Random, *, known: bool = True
+    draws: Draws, number: int, rng: Random, *, conditional: bool = True
 ) -> tuple[Array, Array]:
     """Return measurements as they could have come out, (draws, values) [SI], and how far the wear strays.
 
@@ -239,7 +239,7 @@ def replicated(
     draws : runs and blocks, and what is true of each replica
     number : of the block
     rng : of errors and drift
-    known : whether they are drawn given the block's own values
+    conditional : whether they are drawn given the block's own values
     """
     block = draws.posterior.blocks[number]
     run = draws.posterior.histories[0]
@@ -248,7 +248,7 @@ def replicated(
     last_drift = np.zeros(n)
     for history, mine in draws.by_run():
         model[mine] = likelihood.modelled(block, history, number, draws.factor[mine])
-    model *= gains(draws, number, rng, conditional=known)[:, None]
+    model *= gains(draws, number, rng, conditional=conditional)[:, None]
     square = draws.sd[number][:, None] ** 2 + block.observed.sd[block.rows] ** 2
     values = model + np.sqrt(
         square + (block.relative * model) ** 2
@@ -258,18 +258,18 @@ def replicated(
     times = draws.inspections(number) if drifts or offset else []
     if drifts:
         if block.data.since == PREVIOUS:
-            gone = np.diff([time.cycle for time in times], prepend=run.begin(number))[
-                :, None
-            ]
+            elapsed = np.diff(
+                [time.cycle for time in times], prepend=run.begin(number)
+            )[:, None]
             rate = draws.drift[number] ** 2 / likelihood.PER
-            paths = np.sqrt(rate * gone) * rng.standard_normal((len(times), n))
+            paths = np.sqrt(rate * elapsed) * rng.standard_normal((len(times), n))
         else:
-            told = (
+            observed_times = (
                 times
-                if known
+                if conditional
                 else [time._replace(values=time.values[:0]) for time in times]
             )
-            paths = draws.paths(number, told, rng)
+            paths = draws.paths(number, observed_times, rng)
         last_drift = paths[-1]
         for time, w in zip(times, paths, strict=True):
             values[:, time.values] += w[:, None]

@@ -102,15 +102,15 @@ def replayed(
     prior = answers.answer_of(
         study, post.histories, answers.without_values(post.blocks)
     )
-    known = sampling.draw(prior, DRAWS, rng)
+    draws = sampling.draw(prior, DRAWS, rng)
     middle = float(prior.life(np.array([0.5]))[0])
     rows: list[dict[str, Any]] = []
     for cycle in map(float, cycles):
         until = likelihood.select_by_cycle(post.blocks, run, np.less_equal, cycle)
         answer = answers.answer_of(study, post.histories, until)
-        each, _ = sampling.checks(replace(known, posterior=answer.posterior))
-        last = [check.p for check in each if check.cycle == cycle]
-        known = sampling.draw(answer, DRAWS, rng)
+        results, _ = sampling.checks(replace(draws, posterior=answer.posterior))
+        last = [check.p for check in results if check.cycle == cycle]
+        draws = sampling.draw(answer, DRAWS, rng)
         life = answer.life(layout.P)
         row: dict[str, Any] = {
             "life_quantile": life,
@@ -132,9 +132,9 @@ def replayed(
                 )
             )
         )
-    told = layout.stacked(rows)
+    columns = layout.stacked(rows)
     return layout.dataset(
-        "replay", told, over="inspection", inspection=cycles, quantile=layout.P
+        "replay", columns, over="inspection", inspection=cycles, quantile=layout.P
     )
 
 

@@ -40,7 +40,7 @@ SKILLS = ("life_skill", "life_interval_skill")
 
 
 def calibrated(
-    study: Subject, post: grids.Posterior, n: int, *, told: likelihood.Blocks = ()
+    study: Subject, post: grids.Posterior, n: int, *, believed: likelihood.Blocks = ()
 ) -> xr.Dataset:
     """Return the ranks of the truths of synthetic twins, and how often intervals hold them.
 
@@ -48,7 +48,7 @@ def calibrated(
     ----------
     study, post : the study and its posterior: runs, blocks, prior
     n : number of twins
-    told : the errors that the twins are updated with, where they are to be wrong [those
+    believed : the errors that the twins are updated with, where they are to be wrong [those
         they are made with]
     """
     rng = np.random.default_rng([study.spec.seed, 2])
@@ -57,29 +57,29 @@ def calibrated(
     if true is not None:
         runs = tuple(_with_power(run, true.power) for run in post.histories)
         source = post.but(histories=runs, blocks=_true_blocks(post, true))
-        told = told or post.blocks
-    before = answers.answer_of(
+        believed = believed or post.blocks
+    prior = answers.answer_of(
         study, source.histories, answers.without_values(source.blocks)
     )
-    truths = replace(sampling.draw(before, n, rng), posterior=source)
-    unmeasured = before.life(scores.EVEN)
+    truths = replace(sampling.draw(prior, n, rng), posterior=source)
+    unmeasured = prior.life(scores.EVEN)
     ranks: dict[str, list[float]] = {"factor": [], "life": []}
     scored: list[tuple[tuple[float, float], ...]] = []
     foreseen: list[tuple[float, ...]] = []
     for t in range(n):
-        made, life = made_twin(truths[t : t + 1], before, rng)
-        both = zip(told or made, made, strict=True)
-        made = tuple(
-            replace(own, observed=replace(real.observed, data=own.data))
-            for own, real in both
+        made_blocks, life = made_twin(truths[t : t + 1], prior, rng)
+        pairs = zip(believed or made_blocks, made_blocks, strict=True)
+        made_blocks = tuple(
+            replace(made_block, observed=replace(real.observed, data=made_block.data))
+            for made_block, real in pairs
         )
         # its own run knows too much
-        kept = [
+        other_runs = [
             run
             for i, run in enumerate(post.histories)
             if not study.costly or i != truths.run[t]
         ]
-        answer = answers.answer_of(study, kept, made)
+        answer = answers.answer_of(study, other_runs, made_blocks)
         if study.prior is not None:
             ranks["factor"].append(answer.factor_below(float(truths.factor[t])))
         over = life <= answer.now and answer.drifting is not None
@@ -95,19 +95,23 @@ def calibrated(
             )
         if answer.now < life < np.inf:
             middle = float(answer.life(np.array([0.5]))[0])
-            before_any = float(before.life(np.array([0.5]))[0])
+            before_any = float(prior.life(np.array([0.5]))[0])
             rules = (
                 *scores.simple_rules(study, answer.posterior, answer.now),
                 before_any - answer.now,
             )
             foreseen.append((life - answer.now, middle - answer.now, *rules))
     values: dict[str, Any] = {
-        f"{name}_rank": each for name, each in ranks.items() if each
+        f"{name}_rank": rank_values
+        for name, rank_values in ranks.items()
+        if rank_values
     }
-    for name, each in ranks.items():
-        off = np.abs(np.array(each) - 0.5)
+    for name, rank_values in ranks.items():
+        off = np.abs(np.array(rank_values) - 0.5)
         values |= {
-            f"{name}_coverage_{w}": np.mean(off <= 0.005 * w) for w in (50, 90) if each
+            f"{name}_coverage_{w}": np.mean(off <= 0.005 * w)
+            for w in (50, 90)
+            if rank_values
         }
     if scored:
         mine, theirs = np.sum(scored, axis=0)
@@ -121,8 +125,8 @@ def calibrated(
                 values[f"life_error_{name}".rstrip("_")] = (
                     np.abs(told_rest - rest)[ok].sum() / rest[ok].sum()
                 )
-    found = layout.dataset("twins", values, twin=np.arange(n))
-    return found if true is None else found.assign_attrs(true_model=repr(true))
+    dataset = layout.dataset("twins", values, twin=np.arange(n))
+    return dataset if true is None else dataset.assign_attrs(true_model=repr(true))
 
 
 def _with_power(run: run_curves.RunHistory, power: float) -> run_curves.RunHistory:
@@ -177,7 +181,7 @@ def made_twin(
     ]
     last_cycle = float(max(last))
     for number, block in enumerate(post.blocks):
-        value, w = sampling.replicated(truth, number, rng, known=False)
+        value, w = sampling.replicated(truth, number, rng, conditional=False)
         values = block.observed.value.copy()
         below = block.observed.below[block.rows]
         values[block.rows] = np.where(
@@ -210,37 +214,43 @@ def twin_files(
     """
     from wearlab.simulation import simulate
 
-    wanted = studies(campaign)
-    found: dict[tuple[object, ...], Observed] = {}  # those of all cases, each once
-    for seen in (seen for study in wanted for seen in study.observations):
-        found.setdefault(
-            (seen.data.file, seen.data.columns.value, seen.data.label), seen
+    subjects = studies(campaign)
+    by_column: dict[tuple[object, ...], Observed] = {}  # those of all cases, each once
+    for observed in (observed for study in subjects for observed in study.observations):
+        by_column.setdefault(
+            (observed.data.file, observed.data.columns.value, observed.data.label),
+            observed,
         )
-    scene = wanted[0].scene.replace(dict(truth))
-    measured = tuple(found.values())
-    run = run_curves.history_of(simulate(scene), scene, measured, wanted[0].limit)
-    for number, seen in enumerate(measured):
+    scene = subjects[0].scene.replace(dict(truth))
+    measured = tuple(by_column.values())
+    run = run_curves.history_of(simulate(scene), scene, measured, subjects[0].limit)
+    for number, observed in enumerate(measured):
         if run.points[number].cycle.max(initial=0.0) > run.end:
             raise UpdateError(
-                f"{seen.data.file}: goes on beyond the twin's run, {run.end:g} cycles"
+                f"{observed.data.file}: goes on beyond the twin's run, {run.end:g} cycles"
             )
-    blocks = tuple(likelihood.block_of(seen, accumulating=True) for seen in measured)
-    known = [
-        [np.full(1, 0.0 if one is None else one.known) for one in (b.sd, b.drift)]
+    blocks = tuple(
+        likelihood.block_of(observed, accumulating=True) for observed in measured
+    )
+    errors = [
+        [
+            np.full(1, 0.0 if spread is None else spread.known)
+            for spread in (b.sd, b.drift)
+        ]
         for b in blocks
     ]
-    sd, drift = zip(*known, strict=True)
+    sd, drift = zip(*errors, strict=True)
     post = grids.Posterior((run,), answers.without_values(blocks), None).but(
         blocks=blocks
     )
     factor = np.full(1, run.factor)
     life = np.full(1, run.limit_cycle)
     true_draw = sampling.Draws(post, np.zeros(1, np.intp), factor, sd, drift, life)
-    made, true_life = made_twin(
+    made_blocks, true_life = made_twin(
         true_draw, lives.Answer(post, run.start, None), np.random.default_rng(seed)
     )
     texts: dict[Path, str] = {}
-    for block in made:
+    for block in made_blocks:
         file = Path(block.data.file)
         texts[file] = _with_values(
             texts.get(file) or file.read_text(encoding="utf-8"), block.observed

@@ -140,18 +140,18 @@ def _groups(outcome: Finding, replay: bool, check: int) -> dict[str, xr.Dataset]
     spec = outcome.study.spec
     post = outcome.posterior
     rng = np.random.default_rng([spec.seed, 1])
-    groups = {"posterior": _sample(outcome), "prior": _sample(outcome, before=True)}
+    groups = {"posterior": _sample(outcome), "prior": _sample(outcome, of_prior=True)}
     groups |= {
         "predictions": _predictions(outcome, rng),
         "observed_data": _observed_data(outcome),
     }
     groups["sample_stats"] = _statistics(outcome)
-    if told := likelihood.measured_blocks(post.blocks):
+    if measured := likelihood.measured_blocks(post.blocks):
         groups["posterior_predictive"] = xr.merge(
-            [_replicas(outcome, n, rng) for n in told], **layout.MERGED
+            [_replicas(outcome, n, rng) for n in measured], **layout.MERGED
         )
         groups["log_likelihood"] = xr.merge(
-            [_pointwise(outcome, n) for n in told], **layout.MERGED
+            [_pointwise(outcome, n) for n in measured], **layout.MERGED
         )
     days = layout.calendar_of(outcome.study, post.histories[0], outcome.answer.now)
     look = decision.virtual_inspection(outcome, rng)
@@ -164,14 +164,20 @@ def _groups(outcome: Finding, replay: bool, check: int) -> dict[str, xr.Dataset]
         look = decision.before_change(look, float(change["best_change"]))
     advice = {"virtual_inspection": look, "decision": change}
     groups |= {
-        name: layout.dated(one, days) for name, one in advice.items() if one is not None
+        name: layout.dated(advised, days)
+        for name, advised in advice.items()
+        if advised is not None
     }
     if replay:
         end = float(groups["observed_data"]["observed_life"])
-        again = scores.replayed(outcome.study, post, end)
-        kept = groups["predictions"].drop_vars(list(again.data_vars), errors="ignore")
-        groups["predictions"] = kept.merge(again)
-        groups["sample_stats"] = groups["sample_stats"].merge(scores.scored(again, end))
+        replay_rows = scores.replayed(outcome.study, post, end)
+        predictions = groups["predictions"].drop_vars(
+            list(replay_rows.data_vars), errors="ignore"
+        )
+        groups["predictions"] = predictions.merge(replay_rows)
+        groups["sample_stats"] = groups["sample_stats"].merge(
+            scores.scored(replay_rows, end)
+        )
     if check:
         groups["calibration"] = synthetic_data.calibrated(outcome.study, post, check)
     return groups
@@ -198,49 +204,74 @@ def _units(block: likelihood.Block) -> dict[str, str]:
     return {"units": block.data.si, "display_units": shown}
 
 
-def _sample(outcome: Finding, *, before: bool = False) -> xr.Dataset:
-    """Return equally probable draws of everything unknown, and of the life, after or before."""
-    known, draws = (
-        (outcome.prior, outcome.prior_draws)
-        if before
-        else (outcome.answer, outcome.draws)
-    )
-    post = known.posterior
-    found: dict[str, Any] = {}
-    # an unknown is called by its last word, by the whole key where two share it
+def _sample(outcome: Finding, *, of_prior: bool = False) -> xr.Dataset:
+    """Return equally probable draws of all unknowns and of the life, after or before."""
+    draws = outcome.prior_draws if of_prior else outcome.draws
+    values = _unknowns(outcome, draws)
+
+    runs = draws.posterior.histories
+    coefficient = np.array([run.coefficient for run in runs])[draws.run]
+    values["wear_coefficient"] = coefficient * draws.factor
+    values["life"] = draws.life
+    values["remaining_useful_life"] = np.maximum(draws.life - outcome.answer.now, 0.0)
+
+    values |= _unknown_errors(outcome, draws, conditional=not of_prior)
+    return layout.sample(values, len(draws))
+
+
+def _unknowns(outcome: Finding, draws: sampling.Draws) -> dict[str, Any]:
+    """Return the draws of each key of ``update.unknown`` in SI.
+
+    An unknown is called by its last word, by the whole key where two share it.
+    """
     words = {key: key.rpartition(".")[2] for key in outcome.study.spec.unknown}
+    repeated = [word for word in words.values() if [*words.values()].count(word) > 1]
+
+    variables: dict[str, Any] = {}
     for key, word in words.items():
-        name = word if [*words.values()].count(word) == 1 else key.replace(".", "_")
+        name = key.replace(".", "_") if word in repeated else word
         if key == cases.FACTOR:
-            found[name] = layout.variable("sample", "factor", draws.factor)
-            continue
-        written = outcome.study.drawn[key]
-        own = outcome.study.spec.unknown[key].unit
-        values = np.array(
-            [cases.plain_number(written[run.draw]) for run in post.histories]
-        )[draws.run]
-        unit = next(
-            (kind.unit for kind in units.KINDS.values() if own in kind.units),
-            own or "1",
-        )
-        scale = 1.0 if own in (None, unit) else units.convert(1.0, str(own), unit)
-        shown = {"units": unit, "long_name": key, "display_units": own or "1"}
-        found[name] = layout.variable("sample", "unknown", scale * values, **shown)
-    coefficient = np.array([run.coefficient for run in post.histories])[draws.run]
-    found |= {"wear_coefficient": coefficient * draws.factor, "life": draws.life}
-    found["remaining_useful_life"] = np.maximum(draws.life - outcome.answer.now, 0.0)
+            variables[name] = layout.variable("sample", "factor", draws.factor)
+        else:
+            variables[name] = _unknown_in_si(outcome, draws, key)
+    return variables
+
+
+def _unknown_in_si(outcome: Finding, draws: sampling.Draws, key: str) -> xr.Variable:
+    """Return the draws of an unknown that costs runs, labelled, in SI."""
+    written = outcome.study.drawn[key]
+    file_unit = outcome.study.spec.unknown[key].unit
+    runs = draws.posterior.histories
+    of_runs = np.array([cases.plain_number(written[run.draw]) for run in runs])
+
+    kinds = (kind.unit for kind in units.KINDS.values() if file_unit in kind.units)
+    unit = next(kinds, file_unit or "1")
+    same_unit = file_unit in (None, unit)
+    scale = 1.0 if same_unit else units.convert(1.0, str(file_unit), unit)
+
+    shown = {"units": unit, "long_name": key, "display_units": file_unit or "1"}
+    return layout.variable("sample", "unknown", scale * of_runs[draws.run], **shown)
+
+
+def _unknown_errors(
+    outcome: Finding, draws: sampling.Draws, *, conditional: bool
+) -> dict[str, Any]:
+    """Return the draws of unknown errors, drifts and gains of all blocks."""
     rng = np.random.default_rng([outcome.study.spec.seed, 4])
-    for number, block in enumerate(post.blocks):
+    variables: dict[str, Any] = {}
+    for number, block in enumerate(draws.posterior.blocks):
         for name, spread in (("sd", block.sd), ("drift", block.drift)):
             if spread is not None and spread.prior is not None:
-                values = getattr(draws, name)[number]
-                found[spread.name] = layout.variable(
-                    "sample", name, values, **_units(block)
+                deviations = getattr(draws, name)[number]
+                variables[spread.name] = layout.variable(
+                    "sample", name, deviations, **_units(block)
                 )
         if block.data.error.gain_sd:
-            gains = sampling.gains(draws, number, rng, conditional=not before)
-            found[f"gain_{block.data.label}"] = layout.variable("sample", "gain", gains)
-    return layout.sample(found, len(draws))
+            gains = sampling.gains(draws, number, rng, conditional=conditional)
+            variables[f"gain_{block.data.label}"] = layout.variable(
+                "sample", "gain", gains
+            )
+    return variables
 
 
 def _replicas(outcome: Finding, number: int, rng: Random) -> xr.Dataset:
@@ -293,54 +324,70 @@ def _pointwise(outcome: Finding, number: int) -> xr.Dataset:
 
 
 def _predictions(outcome: Finding, rng: Random) -> xr.Dataset:
-    """Return exact quantiles of life and remaining life, and those of draws of depth and mass over cycles."""
-    post = outcome.posterior
-    answer = outcome.answer
-    limit = outcome.study.limit
-    run = post.histories[0]
-    life = answer.life(layout.P)
+    """Return quantiles of the life, exact, and of depth and mass over the cycles, drawn."""
+    run = outcome.posterior.histories[0]
+    life = outcome.answer.life(layout.P)
+    cycles = _predicted_cycles(outcome, life)
+
+    values = _life_quantiles(outcome)
+    for name in run.beside:
+        for prefix, draws in (("", outcome.draws), ("prior_", outcome.prior_draws)):
+            values[f"{prefix}{name}_quantile"] = _wear_quantiles(
+                outcome, draws, name, cycles, rng
+            )
+    return layout.dataset("predictions", values, quantile=layout.P, cycle=cycles)
+
+
+def _predicted_cycles(outcome: Finding, life: Array) -> Array:
+    """Return the cycles at which the wear is predicted, past the end of life."""
+    run = outcome.posterior.histories[0]
+    now = outcome.answer.now
     end = life[-1] if np.isfinite(life[-1]) else life[2]
     last = AHEAD * float(min(end, 4.0 * life[2])) if np.isfinite(end) else run.end
-    cycles = np.linspace(run.start, max(last, answer.now, run.start + 1.0), PLACES)
+    return np.linspace(run.start, max(last, now, run.start + 1.0), PLACES)
+
+
+def _life_quantiles(outcome: Finding) -> dict[str, Any]:
+    """Return quantiles of life and factor, after and before, with their days."""
+    run = outcome.posterior.histories[0]
+    answer = outcome.answer
     days = layout.calendar_of(outcome.study, run, answer.now)
-    prior = outcome.prior
-    found = layout.lives(answer, answer.factor(layout.P), run, days) | {
-        "limit": layout.limit_of(limit)
-    }
-    found |= {
-        "prior_life_quantile": prior.life(layout.P),
-        "prior_factor_quantile": prior.factor(layout.P),
-    }
-    if days is not None:
-        found |= layout.places_of(days, run.start)
-        at = (
-            "day on which the limit is reached, that of the last inspection where it "
-            "was before, at "
-        )
-        at += (
-            f"{days.a_year * run.seconds_per_cycle / units.HOUR:g} operating hours a "
-            "year"
-        )
-        name = "end_of_life_quantile"
-        found[name] = layout.variable("predictions", name, found[name], long_name=at)
-    for name in run.beside:
-        drifting = answer.drifting if name == limit.quantity else None
-        own = schema.VARIABLES[name]
-        shown = {
-            "units": own.units,
-            "display_units": own.display_units,
-            "long_name": own.long_name,
-        }
-        for prefix, draws in (("", outcome.draws), ("prior_", outcome.prior_draws)):
-            values = np.quantile(
-                sampling.over_cycles(draws, name, cycles, drifting, rng),
-                layout.P,
-                axis=1,
-            ).T
-            found[f"{prefix}{name}_quantile"] = layout.variable(
-                "predictions", "wear", values, **shown
-            )
-    return layout.dataset("predictions", found, quantile=layout.P, cycle=cycles)
+
+    values = layout.lives(answer, answer.factor(layout.P), run, days)
+    values["limit"] = layout.limit_of(outcome.study.limit)
+    values["prior_life_quantile"] = outcome.prior.life(layout.P)
+    values["prior_factor_quantile"] = outcome.prior.factor(layout.P)
+    if days is None:
+        return values
+
+    values |= layout.places_of(days, run.start)
+    hours_a_year = days.a_year * run.seconds_per_cycle / units.HOUR
+    about = (
+        "day on which the limit is reached, that of the last inspection where it was "
+        f"before, at {hours_a_year:g} operating hours a year"
+    )
+    name = "end_of_life_quantile"
+    values[name] = layout.variable("predictions", name, values[name], long_name=about)
+    return values
+
+
+def _wear_quantiles(
+    outcome: Finding, draws: sampling.Draws, name: str, cycles: Array, rng: Random
+) -> xr.Variable:
+    """Return quantiles of a depth or mass over cycles, labelled."""
+    limits_life = name == outcome.study.limit.quantity
+    drifting = outcome.answer.drifting if limits_life else None
+    wear = sampling.over_cycles(draws, name, cycles, drifting, rng)
+
+    declared = schema.VARIABLES[name]
+    return layout.variable(
+        "predictions",
+        "wear",
+        np.quantile(wear, layout.P, axis=1).T,
+        units=declared.units,
+        display_units=declared.display_units,
+        long_name=declared.long_name,
+    )
 
 
 def _observed_data(outcome: Finding) -> xr.Dataset:
