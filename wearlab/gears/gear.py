@@ -1,4 +1,4 @@
-"""One involute gear with every dimension resolved, and two of them in mesh with their path of contact."""
+"""An involute gear with every dimension resolved, and two gears in mesh."""
 
 import math
 from typing import NamedTuple
@@ -61,7 +61,10 @@ class Gear(NamedTuple):
 
     @property
     def base_half_angle(self) -> float:
-        """Half the tooth (ring: space) angle at the base circle, π/2z + 2x tanα/z + inv α [rad]."""
+        """Half the tooth (ring: space) angle at the base circle [rad].
+
+        ``π/2z + 2x tanα/z + inv α``.
+        """
         return self.cut.base_half_angle
 
     @property
@@ -85,8 +88,14 @@ class Gear(NamedTuple):
 
         Of a ring the one that would leave its space.
         """
-        sizes = self.module, self.pressure_angle, self.profile_shift, self.root_radius
-        return root.RackCut(self.teeth, *sizes, self.fillet_radius / self.module)
+        return root.RackCut(
+            teeth=self.teeth,
+            module=self.module,
+            pressure_angle=self.pressure_angle,
+            profile_shift=self.profile_shift,
+            root_radius=self.root_radius,
+            fillet=self.fillet_radius / self.module,
+        )
 
     @property
     def tip_curvature(self) -> float:
@@ -94,10 +103,16 @@ class Gear(NamedTuple):
         return math.sqrt(self.tip_radius**2 - self.base_radius**2)
 
     def half_angle(self, radius: float) -> float:
-        """Return half the tooth angle at a radius, α2 − inv α_r (ring: π/z − α2 + inv α_r) [rad]."""
-        half = self.base_half_angle - involute(
-            math.acos(min(1.0, self.base_radius / radius))
-        )
+        """Return half the tooth angle at a radius [rad].
+
+        ``α2 − inv α_r``, of a ring ``π/z − α2 + inv α_r``.
+
+        Parameters
+        ----------
+        radius : r [m]
+        """
+        pressure_angle = math.acos(min(1.0, self.base_radius / radius))
+        half = self.base_half_angle - involute(pressure_angle)
         return math.pi / self.teeth - half if self.internal else half
 
 
@@ -107,10 +122,10 @@ TIP_AT = {"A": DRIVEN, "E": DRIVING}
 
 
 class PathOfContact(NamedTuple):
-    """Characteristic points along the path of contact, s from the pitch point, positive in recess [m].
+    """Characteristic points along the path of contact [m].
 
-    ``B = E − ⌊ε⌋ p_b`` and ``D = A + ⌊ε⌋ p_b``: for 1 < ε < 2 the ends of single
-    contact.
+    The coordinate s counts from the pitch point and is positive in recess. ``B = E −
+    ⌊ε⌋ p_b`` and ``D = A + ⌊ε⌋ p_b``: for 1 < ε < 2 the ends of single contact.
     """
 
     A: float
@@ -153,7 +168,7 @@ class GearPair(NamedTuple):
 
     @property
     def ratio(self) -> float:
-        """Speed of the driven over that of the driving gear, z_driving / z_driven [1]."""
+        """Speed of the driven over that of the driving gear, ``z_1 / z_2`` [1]."""
         return self.driving.teeth / self.driven.teeth
 
     @property
@@ -184,13 +199,16 @@ class GearPair(NamedTuple):
 
     @property
     def drawn_backlash(self) -> float | None:
-        """The normal backlash that a drawing's numbers leave, None where it is less than they are rounded."""
-        free = self.backlash
-        return None if abs(free) <= self.rounding else free
+        """The normal backlash that a drawing's numbers leave [m].
+
+        None where it is less than the numbers are rounded.
+        """
+        backlash = self.backlash
+        return None if abs(backlash) <= self.rounding else backlash
 
     @property
     def rounding(self) -> float:
-        """What shifts of three decimals leave open of the backlash, ``2 m sin α Δx`` [m]."""
+        """Backlash that shifts of three decimals leave open, ``2 m sin α Δx`` [m]."""
         return (
             2.0
             * self.driving.module
@@ -200,8 +218,9 @@ class GearPair(NamedTuple):
         )
 
     def curvature(self, s: ArrayLike) -> tuple[Array, Array]:
-        """Return the radii of curvature, ρ1 = r_b1 tanα_w ± s, ρ2 = r_b2 tanα_w ∓ s (upper sign: no ring).
+        """Return the radii of curvature of both flanks.
 
+        ``ρ1 = r_b1 tanα_w ± s``, ``ρ2 = r_b2 tanα_w ∓ s``, upper signs without a ring.
         Contact moves from root to tip on the driving and from tip to root on the driven
         gear; a ring's root is where its radius is large, so a ring's sign is the lower
         one.
@@ -220,25 +239,46 @@ class GearPair(NamedTuple):
         return first, self.driven.base_radius * t - self.driven.outwards * position
 
     def equivalent_curvature(self, s: ArrayLike) -> Array:
-        """Return the equivalent radius, 1/ρ = ±1/ρ1 ± 1/ρ2 with minus for a ring, (n,) [m]."""
+        """Return the equivalent radius, 1/ρ = ±1/ρ1 ± 1/ρ2, minus of a ring, (n,) [m].
+
+        Parameters
+        ----------
+        s : (n,) path coordinate [m]
+        """
         rho1, rho2 = self.curvature(s)
         return (
             rho1 * rho2 / (self.driving.outwards * rho2 + self.driven.outwards * rho1)
         )
 
     def radius(self, gear: int, s: ArrayLike) -> Array:
-        """Return the radius at which a gear (0 driving, 1 driven) touches at s, √(r_b² + ρ²), (n,) [m]."""
+        """Return the radius at which a gear touches at s, √(r_b² + ρ²), (n,) [m].
+
+        Parameters
+        ----------
+        gear : 0 driving, 1 driven
+        s : (n,) path coordinate [m]
+        """
         return np.hypot(self.gears[gear].base_radius, self.curvature(s)[gear])
 
     def roll_angle(self, gear: int, s: ArrayLike) -> Array:
-        """Return the roll angle ρ / r_b of a gear (0 driving, 1 driven) at s, (n,) [rad]."""
+        """Return the roll angle ρ / r_b of a gear at s, (n,) [rad].
+
+        Parameters
+        ----------
+        gear : 0 driving, 1 driven
+        s : (n,) path coordinate [m]
+        """
         return self.curvature(s)[gear] / self.gears[gear].base_radius
 
     def sliding(self, s: ArrayLike) -> Array:
-        """Return the sliding velocity per unit speed of the driving gear, ρ1 − ρ2 z1/z2, (n,) [m/rad].
+        """Return the sliding velocity per speed of the driving gear, (n,) [m/rad].
 
-        Positive where the driving flank is the faster one (recess); 0 at the pitch
-        point.
+        ``ρ1 − ρ2 z1/z2``, positive where the driving flank is the faster one (recess);
+        0 at the pitch point.
+
+        Parameters
+        ----------
+        s : (n,) path coordinate [m]
         """
         rho1, rho2 = self.curvature(s)
         return rho1 - rho2 * self.ratio
@@ -260,27 +300,42 @@ class GearPair(NamedTuple):
         return np.stack([1.0 - v2 / v1, 1.0 - v1 / v2])
 
     def modification(self, gear: int, s: ArrayLike) -> Array:
-        """Return what the modification of a flank (0 driving, 1 driven) removes at s, (n,) [m]."""
+        """Return what the modification of a flank removes at s, (n,) [m].
+
+        Parameters
+        ----------
+        gear : 0 driving, 1 driven
+        s : (n,) path coordinate [m]
+        """
         position = np.asarray(s, dtype=float)
-        item = self.gears[gear].modification
-        if item is None:
+        modification = self.gears[gear].modification
+        if modification is None:
             return np.zeros_like(position)
-        from_root = (
-            position - self.path.A if gear == DRIVING else self.path.E - position
-        )
-        return item.removed(from_root, self.path.E - self.path.A)
+        if gear == DRIVING:
+            from_root = position - self.path.A
+        else:
+            from_root = self.path.E - position
+        return modification.removed(from_root, self.path.E - self.path.A)
 
     def from_root(self, gear: int, s: ArrayLike) -> Array:
-        """Return the share of the active profile between its root end and s, (n,) [1]."""
-        share = (np.asarray(s, dtype=float) - self.path.A) / (self.path.E - self.path.A)
+        """Return the share of the active profile between its root end and s, (n,) [1].
+
+        Parameters
+        ----------
+        gear : 0 driving, 1 driven
+        s : (n,) path coordinate [m]
+        """
+        length = self.path.E - self.path.A
+        share = (np.asarray(s, dtype=float) - self.path.A) / length
         return np.asarray(share if gear == DRIVING else 1.0 - share)
 
 
 def in_mesh(driving: Gear, driven: Gear, centre_distance: float) -> GearPair:
-    """Return the pair with its path of contact cut off by the two tip circles, not yet checked.
+    """Return the pair with its path of contact between the two tip circles.
 
-    ``cos α_w = (r_b2 ± r_b1)/a``, ``s_E = ±(√(r_a1² − r_b1²) − r_b1 tanα_w)``,
-    ``s_A = ∓(√(r_a2² − r_b2²) − r_b2 tanα_w)``, lower signs of a ring.
+    The pair is not yet checked. ``cos α_w = (r_b2 ± r_b1)/a``, ``s_E = ±(√(r_a1² −
+    r_b1²) − r_b1 tanα_w)``, ``s_A = ∓(√(r_a2² − r_b2²) − r_b2 tanα_w)``, lower signs of
+    a ring.
 
     Parameters
     ----------
@@ -291,16 +346,26 @@ def in_mesh(driving: Gear, driven: Gear, centre_distance: float) -> GearPair:
     ----------
     ISO 21771:2007, clause 5.
     """
-    both = driving.outwards * driving.base_radius + driven.outwards * driven.base_radius
-    alpha_w = math.acos(abs(both) / centre_distance)
-    p_b = math.pi * driving.module * math.cos(driving.pressure_angle)
-    s_E, approach = (
-        gear.outwards * (gear.tip_curvature - gear.base_radius * math.tan(alpha_w))
-        for gear in (driving, driven)
+    distance_of_bases = abs(
+        driving.outwards * driving.base_radius + driven.outwards * driven.base_radius
     )
-    whole = math.floor((s_E + approach) / p_b)
+    alpha_w = math.acos(distance_of_bases / centre_distance)
+    recess = _path_to_tip(driving, alpha_w)
+    approach = _path_to_tip(driven, alpha_w)
+    p_b = math.pi * driving.module * math.cos(driving.pressure_angle)
+    whole = math.floor((recess + approach) / p_b)
     path = PathOfContact(
-        -approach, s_E - whole * p_b, 0.0, -approach + whole * p_b, s_E
+        A=-approach,
+        B=recess - whole * p_b,
+        C=0.0,
+        D=-approach + whole * p_b,
+        E=recess,
     )
     width = min(driving.face_width, driven.face_width)
     return GearPair(driving, driven, centre_distance, alpha_w, p_b, path, width)
+
+
+def _path_to_tip(gear: Gear, working_pressure_angle: float) -> float:
+    """Return the length of the path from the pitch point to a gear's tip circle [m]."""
+    at_pitch_point = gear.base_radius * math.tan(working_pressure_angle)
+    return gear.outwards * (gear.tip_curvature - at_pitch_point)

@@ -40,7 +40,7 @@ class Helix(NamedTuple):
 
     @property
     def slope(self) -> float:
-        """Signed tan β_b: by how much a section at y = 1 m is behind along the line of action [1]."""
+        """Signed tan β_b: lag of a section at y = 1 m on the line of action [1]."""
         return self.sense * math.tan(self.base_angle)
 
     @property
@@ -55,11 +55,11 @@ SPUR = Helix()
 def helix(
     helix_angle: float, normal_pressure_angle: float, sense: float = 1.0
 ) -> Helix:
-    """Return the helix of a helix angle at the reference circle, ``sin β_b = sin β cos α_n``.
+    """Return the helix of a helix angle, ``sin β_b = sin β cos α_n``.
 
     Parameters
     ----------
-    helix_angle : β [rad]
+    helix_angle : β at the reference circle [rad]
     normal_pressure_angle : α_n [rad]
     sense : of :class:`Helix`
 
@@ -74,8 +74,8 @@ def helix(
 
     Examples
     --------
-    >>> found = helix(math.radians(10.0), math.radians(20.0))
-    >>> round(math.degrees(found.base_angle), 3)
+    >>> turned = helix(math.radians(10.0), math.radians(20.0))
+    >>> round(math.degrees(turned.base_angle), 3)
     9.391
     """
     if not 0.0 <= helix_angle <= LARGEST:
@@ -91,9 +91,14 @@ def helix(
 
 
 def transverse_basics(basics: Basics, helix_angle: float) -> Basics:
-    """Return module and pressure angle of the transverse section from those of the normal section.
+    """Return module and pressure angle of the transverse section.
 
     ``m_t = m_n / cos β``, ``tan α_t = tan α_n / cos β``.
+
+    Parameters
+    ----------
+    basics : of the normal section
+    helix_angle : β [rad]
 
     References
     ----------
@@ -111,7 +116,7 @@ def transverse_basics(basics: Basics, helix_angle: float) -> Basics:
 
 
 def transverse(spec: GearSpec, turned: Helix) -> GearSpec:
-    """Return a gear's numbers of the transverse section from those of the normal section.
+    """Return a gear's numbers of the transverse section.
 
     Coefficients count modules, so they shrink by cos β (x_t = x_n cos β); an allowance
     of the tooth thickness grows by 1/cos β; what is removed along the flank normal
@@ -202,7 +207,8 @@ class Lead(NamedTuple):
 
         Examples
         --------
-        >>> (1e6 * Lead(crowning=8e-6).removed([-0.01, 0.0, 0.01], [0.5], 0.02)).round(6).ravel().tolist()
+        >>> removed = Lead(crowning=8e-6).removed([-0.01, 0.0, 0.01], [0.5], 0.02)
+        >>> (1e6 * removed).round(6).ravel().tolist()
         [8.0, 0.0, 8.0]
         """
         y = np.asarray(face_position, float)[:, None]

@@ -1,4 +1,4 @@
-"""What standards say of gears: the ratings of ISO 6336, and the deviations that ISO 1328 allows.
+"""Standards of gears: ratings of ISO 6336, and deviations that ISO 1328 allows.
 
 ISO 6336-1: method B of the mesh stiffness and method C of the face load factor K_Hβ.
 ISO 6336-2, method B: contact stress at the pitch point and safety S_H against pitting,
@@ -58,7 +58,7 @@ class Rack(NamedTuple):
 
 
 def virtual_teeth(teeth: float, helix_angle: float, pressure_angle: float) -> float:
-    """Return the number of teeth of the virtual spur gear, ``z_n = z/(cos²β_b cos β)`` [1].
+    """Return the teeth of the virtual spur gear, ``z_n = z/(cos²β_b cos β)`` [1].
 
     References
     ----------
@@ -110,7 +110,7 @@ def single_stiffness(
     body_factor: float = 1.0,
     modulus: float = 206e9,
 ) -> float:
-    """Return the single stiffness ``c' = c'_th C_M C_R C_B cos β`` per face width [N/m²].
+    """Return the single stiffness ``c' = c'_th C_M C_R C_B cos β`` per width [N/m²].
 
     Parameters
     ----------
@@ -162,7 +162,9 @@ def mesh_stiffness(single: float, transverse_ratio: float) -> MeshStiffness:
 
 
 def face_load_factor(misalignment: float, mean_load: float, stiffness: float) -> float:
-    """Return K_Hβ of a linear opening, ``1 + u`` up to 2 and ``2 √u`` beyond, ``u = F_βy c_γβ/(2 F_m/b)``.
+    """Return K_Hβ of a linear opening, ``1 + u`` up to 2 and ``2 √u`` beyond.
+
+    ``u = F_βy c_γβ/(2 F_m/b)``.
 
     Parameters
     ----------
@@ -186,7 +188,9 @@ def face_load_factor(misalignment: float, mean_load: float, stiffness: float) ->
 
 
 def root_load_factor(flank: float, face_width: float, tooth_depth: float) -> float:
-    """Return ``K_Fβ = K_Hβ^N_F`` with ``N_F = (b/h)²/(1 + b/h + (b/h)²)``, b/h at least 3 [1].
+    """Return ``K_Fβ = K_Hβ^N_F`` [1].
+
+    ``N_F = (b/h)²/(1 + b/h + (b/h)²)``, b/h at least 3.
 
     Parameters
     ----------
@@ -267,7 +271,9 @@ def contact_ratio_factor(transverse: float, overlap: float) -> float:
 
 
 def single_contact_factors(pair: GearPair, overlap: float) -> tuple[float, float]:
-    """Return Z_B and Z_D of (driving, driven), from the pitch point to the inner point of single contact [1].
+    """Return Z_B and Z_D of (driving, driven) [1].
+
+    They lead from the pitch point to the inner point of single contact.
 
     ``M² = ρ_red,C/ρ_red`` at the point nearest to the root of each gear; ``M − ε_β (M −
     1)``, and 1 at least. A ring has 1.
@@ -342,7 +348,8 @@ def film_factors(
 
     Examples
     --------
-    >>> [round(factor, 5) for factor in film_factors(1500e6, 320e-6, 2.664, 6e-6, 21.855e-3)]
+    >>> factors = film_factors(1500e6, 320e-6, 2.664, 6e-6, 21.855e-3)
+    >>> [round(factor, 5) for factor in factors]
     [1.04739, 0.96911, 0.96599]
     """
     held = float(np.clip(1e-6 * limit, SOFT, HARD))
@@ -471,7 +478,10 @@ def _middle(value: float, ends: tuple[float, ...], name: str) -> float:
 
 
 def _rounded(micrometres: float) -> float:
-    """Round to whole micrometres above 10, to halves above 5, to tenths below (ISO 1328-1:1995, 5.2)."""
+    """Round to whole micrometres above 10, to halves above 5, to tenths below.
+
+    ISO 1328-1:1995, 5.2.
+    """
     if micrometres > 10.0:
         return float(round(micrometres))
     return (

@@ -1,10 +1,37 @@
-"""Gears, rings among them: from a specification to every dimension, or a refusal with its reason."""
+"""Gears, rings among them: every dimension of a specification, or why there is none."""
 
 import math
+from collections.abc import Iterator
+from typing import NamedTuple
 
 from wearlab.gears.gear import Gear
-from wearlab.gears.root import RackCut, ring_root, root_of
-from wearlab.gears.specification import Basics, GearSpec, refuse
+from wearlab.gears.root import RackCut, ToothRoot, ring_root, root_of
+from wearlab.gears.specification import (
+    Basics,
+    GearSpec,
+    Material,
+    refuse_first,
+)
+
+MIN_TEETH = 5
+
+
+class _Circles(NamedTuple):
+    """Radii of a gear: base, reference, tip and root circle, and bore or rim [m]."""
+
+    base: float
+    reference: float
+    tip: float
+    root: float
+    bore: float
+
+
+class _Body(NamedTuple):
+    """Mass [kg] and inertia [kg·m²] of a gear, and which of them are assumed."""
+
+    mass: float
+    inertia: float
+    assumed: tuple[str, ...]
 
 
 def build_gear(
@@ -50,181 +77,245 @@ def build_gear(
     ISO 21771:2007, 4: tip and root circle from profile shift and tip alteration; Wang
     et al., Appl. Sci. 13 (2023) 2022, Table 1, for that of a ring.
     """
-    width = _check_specification(spec, basics.face_width, internal=internal)
-    module, pressure_angle = basics[:2]
-    r = 0.5 * module * spec.teeth
+    width = spec.face_width or basics.face_width or 0.0
+    refuse_first(spec.name, _specification_problems(spec, width, internal=internal))
+
+    module = basics.module
+    pressure_angle = basics.pressure_angle
     outwards = -1.0 if internal else 1.0
-    r_b = r * math.cos(pressure_angle)
-    k = (
-        tip_alteration
-        if spec.tip_alteration_coefficient is None
-        else spec.tip_alteration_coefficient
+    thinning = spec.thinning(module, pressure_angle)
+    generated_shift = profile_shift + outwards * thinning
+    k = _tip_alteration(spec, pressure_angle, tip_alteration)
+    root_radius = spec.root_radius(module, generated_shift, outwards)
+    reference_radius = 0.5 * module * spec.teeth
+    bore_diameter = spec.rim_diameter if internal else spec.bore_diameter
+    circles = _Circles(
+        base=reference_radius * math.cos(pressure_angle),
+        reference=reference_radius,
+        tip=spec.tip_radius(module, profile_shift, k, outwards),
+        root=root_radius,
+        bore=0.5 * (root_radius if bore_diameter is None else bore_diameter),
     )
-    if spec.tip_alteration == "wang-2023":
-        k = -1.0 / (spec.teeth * math.tan(pressure_angle) ** 2)
-    r_a = spec.tip_radius(module, profile_shift, k, outwards)
-    generated = profile_shift + outwards * spec.thinning(module, pressure_angle)
-    r_f = spec.root_radius(module, generated, outwards)
-    held = spec.rim_diameter if internal else spec.bore_diameter
-    bore = 0.5 * (r_f if held is None else held)
-    _check_circles(spec.name, r_b, r_a, r_f, bore, internal=internal)
+    refuse_first(spec.name, _circle_problems(circles, internal=internal))
+
     cut = RackCut(
-        spec.teeth,
-        module,
-        pressure_angle,
-        generated,
-        r_f,
-        spec.fillet_radius_coefficient,
+        teeth=spec.teeth,
+        module=module,
+        pressure_angle=pressure_angle,
+        profile_shift=generated_shift,
+        root_radius=root_radius,
+        fillet=spec.fillet_radius_coefficient,
     )
-    asked = spec.root_profile, spec.name, cut
-    root = ring_root(*asked, r_a) if internal else root_of(*asked)
-    E, nu, density = material = spec.material or basics.material
-    lacks = (
-        "a material needs youngs_modulus > 0, 0 <= poisson_ratio < 0.5 and density > "
-        "0, not"
-    )
-    exists = E > 0.0 and 0.0 <= nu < 0.5 and density > 0.0
-    refuse(spec.name, {f"{lacks} {E:g} Pa, {nu:g} and {density:g} kg/m³": not exists})
-    mass = spec.mass
-    inertia = spec.inertia
-    flags = [*assumed, *root.assumed]
-    if held is None:
+    tooth_root = _tooth_root(spec, cut, circles.tip, internal=internal)
+    material = spec.material or basics.material
+    refuse_first(spec.name, _material_problems(material))
+    body = _body(spec, material, circles, width, internal=internal)
+    flags = [*assumed, *tooth_root.assumed]
+    if bore_diameter is None:
         flags.append("bore_diameter assumed 0.5 root diameter")
-    between = (
-        f"of the solid between {'rim' if internal else 'bore'} and reference circle"
+
+    gear = Gear(
+        name=spec.name,
+        teeth=spec.teeth,
+        module=module,
+        pressure_angle=pressure_angle,
+        profile_shift=generated_shift,
+        base_radius=circles.base,
+        reference_radius=circles.reference,
+        tip_radius=circles.tip,
+        root_radius=circles.root,
+        form_radius=tooth_root.form_radius,
+        fillet_radius=tooth_root.fillet_radius,
+        root_profile=tooth_root.profile,
+        bore_radius=circles.bore,
+        face_width=width,
+        material=material,
+        mass=body.mass,
+        inertia=body.inertia,
+        assumed=(*flags, *body.assumed),
+        modification=spec.modification(circles.base, circles.tip, internal=internal),
+        internal=internal,
     )
-    if mass is None:
-        mass = density * math.pi * width * abs(r**2 - bore**2)
-        flags.append(f"mass {between}")
-    if inertia is None:
-        inertia = 0.5 * mass * (r**2 + bore**2)
-        flags.append(f"inertia {between}")
-    sizes = (
-        r_b,
-        r,
-        r_a,
-        r_f,
-        root.form_radius,
-        root.fillet_radius,
-        root.profile,
-        bore,
-        width,
-    )
-    body = (
-        material,
-        mass,
-        inertia,
-        tuple(flags),
-        spec.modification(r_b, r_a, internal=internal),
-        internal,
-    )
-    gear = Gear(spec.name, spec.teeth, module, pressure_angle, generated, *sizes, *body)
-    _check_tip(gear)
+    refuse_first(gear.name, _tip_problems(gear))
     return gear
 
 
-def _check_specification(
-    spec: GearSpec, face_width: float | None, *, internal: bool
-) -> float:
-    """Refuse what no gear can be: too few teeth, two answers to one question, sizes that are not positive.
+def _tip_alteration(spec: GearSpec, pressure_angle: float, default: float) -> float:
+    """Return k of a gear [1]."""
+    if spec.tip_alteration == "wang-2023":
+        return -1.0 / (spec.teeth * math.tan(pressure_angle) ** 2)
+    if spec.tip_alteration_coefficient is None:
+        return default
+    return spec.tip_alteration_coefficient
 
-    Return its face width [m].
+
+def _tooth_root(
+    spec: GearSpec, cut: RackCut, tip_radius: float, *, internal: bool
+) -> ToothRoot:
+    """Return the root of a tooth, external or of a ring."""
+    if internal:
+        return ring_root(spec.root_profile, spec.name, cut, tip_radius)
+    return root_of(spec.root_profile, spec.name, cut)
+
+
+def _body(
+    spec: GearSpec,
+    material: Material,
+    circles: _Circles,
+    width: float,
+    *,
+    internal: bool,
+) -> _Body:
+    """Return mass and inertia as given, or of the solid up to the reference circle.
+
+    ``m = ρ π b |r² − r_bore²|``, ``J = ½ m (r² + r_bore²)``.
     """
-    width = spec.face_width or face_width or 0.0
+    r = circles.reference
+    bore = circles.bore
+    solid = f"of the solid between {'rim' if internal else 'bore'} and reference circle"
+    assumed = []
+    mass = spec.mass
+    if mass is None:
+        mass = material.density * math.pi * width * abs(r**2 - bore**2)
+        assumed.append(f"mass {solid}")
+    inertia = spec.inertia
+    if inertia is None:
+        inertia = 0.5 * mass * (r**2 + bore**2)
+        assumed.append(f"inertia {solid}")
+    return _Body(mass, inertia, tuple(assumed))
+
+
+def _specification_problems(
+    spec: GearSpec, width: float, *, internal: bool
+) -> Iterator[str]:
+    """Yield what no gear can be: few teeth, two answers to one question, no size."""
+    has_tip_diameter = spec.tip_diameter is not None
+    has_addendum = spec.addendum_coefficient is not None
+    has_tip_alteration = spec.tip_alteration is not None
+    has_tip_coefficient = spec.tip_alteration_coefficient is not None
+    if spec.teeth < MIN_TEETH:
+        yield f"{spec.teeth} teeth cannot carry an involute; give at least {MIN_TEETH}"
+    if has_tip_diameter and (has_addendum or has_tip_coefficient):
+        yield "give tip_diameter, or addendum and tip alteration coefficients, not both"
+    if spec.root_diameter is not None and spec.dedendum_coefficient is not None:
+        yield "give root_diameter or dedendum_coefficient, not both"
+    if not width > 0.0:
+        yield (
+            "face_width is missing or not positive; give it for the gear or for the "
+            "pair"
+        )
+    if has_tip_alteration and (has_tip_diameter or has_tip_coefficient):
+        yield (
+            "give tip_alteration, tip_alteration_coefficient or tip_diameter, not two "
+            "of them"
+        )
+    for key in ("mass", "inertia", "bore_diameter"):
+        value = getattr(spec, key)
+        if value is not None and not value > 0.0:
+            yield f"{key} must be positive, not {value:g}"
+    yield from _ring_problems(spec) if internal else _external_problems(spec)
+
+
+def _ring_problems(spec: GearSpec) -> Iterator[str]:
+    """Yield what no ring can be."""
     fillet = spec.fillet_radius_coefficient
-    tip = spec.tip_diameter is not None
-    rim = spec.rim_diameter
-    wang = spec.tip_alteration is not None
-    height = spec.addendum_coefficient is not None
-    alteration = spec.tip_alteration_coefficient is not None
-    sizes = {word: getattr(spec, word) for word in ("mass", "inertia", "bore_diameter")}
-    twice = None not in (spec.root_diameter, spec.dedendum_coefficient)
-    two = wang and (tip or alteration)
-    key = "tip_alteration" if rim is None else "rim_diameter"
-    racked = spec.root_profile == "trochoid"
-    of_ring = {
-        "rim_diameter is missing: a ring needs the outside diameter of its rim, above "
-        "its root "
-        "diameter": not (rim or 0.0) > 0.0,
-        "a ring has no bore_diameter; give rim_diameter, outside its teeth": spec.bore_diameter
-        is not None,
-        'root_profile "trochoid" needs the cutter that made the ring; give "fillet" '
-        "(a circle between "
-        'involute and root circle) or "radial" (the involute up to the root circle)': racked,
-        f"fillet_radius_coefficient must not be negative, not {fillet:g}": fillet < 0.0,
-    }
-    of_external = {
-        f"{key} belongs to a ring, and this gear has external teeth; leave it out": wang
-        or rim is not None,
-        'root_profile "fillet" belongs to a ring; give "trochoid" or "radial"': spec.root_profile
-        == "fillet",
-    }
-    both_tips = (
-        "give tip_diameter, or addendum and tip alteration coefficients, not both"
-    )
-    reasons = {
-        f"{spec.teeth} teeth cannot carry an involute; give at least 5": spec.teeth < 5,
-        both_tips: tip and (height or alteration),
-        "give root_diameter or dedendum_coefficient, not both": twice,
-        "face_width is missing or not positive; give it for the gear or for the pair": not width
-        > 0.0,
-        "give tip_alteration, tip_alteration_coefficient or tip_diameter, not two of "
-        "them": two,
-        **{
-            f"{word} must be positive, not {v:g}": not v > 0.0
-            for word, v in sizes.items()
-            if v is not None
-        },
-        **(of_ring if internal else of_external),
-    }
-    refuse(spec.name, reasons)
-    return width
+    if not (spec.rim_diameter or 0.0) > 0.0:
+        yield (
+            "rim_diameter is missing: a ring needs the outside diameter of its rim, "
+            "above its root diameter"
+        )
+    if spec.bore_diameter is not None:
+        yield "a ring has no bore_diameter; give rim_diameter, outside its teeth"
+    if spec.root_profile == "trochoid":
+        yield (
+            'root_profile "trochoid" needs the cutter that made the ring; give '
+            '"fillet" (a circle between involute and root circle) or "radial" (the '
+            "involute up to the root circle)"
+        )
+    if fillet < 0.0:
+        yield f"fillet_radius_coefficient must not be negative, not {fillet:g}"
 
 
-def _check_circles(
-    name: str, r_b: float, r_a: float, r_f: float, bore: float, *, internal: bool
-) -> None:
-    base, tip, root, held = (
-        f"{2e3 * radius:.5g} mm" for radius in (r_b, r_a, r_f, bore)
-    )
-    beyond = not 0.0 < bore < r_f
-    of_ring = {
-        f"involute interference: the ring's tip diameter {tip} is not above its base "
-        f"diameter {base}, "
-        'where the involute ends; shorten the tip with tip_alteration = "wang-2023", '
-        "a larger "
-        "tip_diameter or a smaller addendum_coefficient": not r_a > r_b,
-        f"the root diameter {root} of a ring must lie above its tip diameter {tip}": not r_f
-        > r_a,
-        f"rim_diameter {held} must lie above the root diameter {root}": not bore > r_f,
-    }
-    of_external = {
-        f"the tip diameter {tip} is not above the root diameter {root}": not r_a > r_f,
-        f"no involute: the tip diameter {tip} is not above the base diameter {base}; "
-        "enlarge the tip or "
-        "the profile shift": not r_a > r_b,
-        f"the bore diameter {held} must lie below the root diameter {root}, and both "
-        "above 0": beyond,
-    }
-    refuse(name, of_ring if internal else of_external)
+def _external_problems(spec: GearSpec) -> Iterator[str]:
+    """Yield what no gear with external teeth can be."""
+    if spec.tip_alteration is not None or spec.rim_diameter is not None:
+        key = "tip_alteration" if spec.rim_diameter is None else "rim_diameter"
+        yield f"{key} belongs to a ring, and this gear has external teeth; leave it out"
+    if spec.root_profile == "fillet":
+        yield 'root_profile "fillet" belongs to a ring; give "trochoid" or "radial"'
 
 
-def _check_tip(gear: Gear) -> None:
-    """Refuse a gear without an involute, or whose teeth have no thickness left at the tip."""
-    half = gear.half_angle(gear.tip_radius)
-    tip, form = (
-        f"{2e3 * radius:.5g} mm" for radius in (gear.tip_radius, gear.form_radius)
-    )
-    ends = f"form diameter {form} and the tip diameter {tip}"
-    less = "the rounding or the profile shift"
-    if gear.internal:
-        ends = f"tip diameter {tip} and the form diameter {form}"
-        less = "fillet_radius_coefficient"
-    height = gear.outwards * (gear.tip_radius - gear.form_radius)
-    reasons = {
-        f"no involute is left between the {ends}; reduce {less}": not height > 0.0,
-        f"pointed tip: at the tip diameter {tip} the tooth is "
-        f"{2e3 * gear.tip_radius * half:.3g} mm thick; "
-        "shorten it or reduce profile_shift_coefficient": half <= 0.0,
-    }
-    refuse(gear.name, reasons)
+def _circle_problems(circles: _Circles, *, internal: bool) -> Iterator[str]:
+    """Yield what is wrong with the order of the circles of a gear."""
+    base = _diameter(circles.base)
+    tip = _diameter(circles.tip)
+    root = _diameter(circles.root)
+    bore = _diameter(circles.bore)
+    if internal:
+        if not circles.tip > circles.base:
+            yield (
+                f"involute interference: the ring's tip diameter {tip} is not above "
+                f"its base diameter {base}, where the involute ends; shorten the tip "
+                'with tip_alteration = "wang-2023", a larger tip_diameter or a smaller '
+                "addendum_coefficient"
+            )
+        if not circles.root > circles.tip:
+            yield (
+                f"the root diameter {root} of a ring must lie above its tip diameter "
+                f"{tip}"
+            )
+        if not circles.bore > circles.root:
+            yield f"rim_diameter {bore} must lie above the root diameter {root}"
+        return
+
+    if not circles.tip > circles.root:
+        yield f"the tip diameter {tip} is not above the root diameter {root}"
+    if not circles.tip > circles.base:
+        yield (
+            f"no involute: the tip diameter {tip} is not above the base diameter "
+            f"{base}; enlarge the tip or the profile shift"
+        )
+    if not 0.0 < circles.bore < circles.root:
+        yield (
+            f"the bore diameter {bore} must lie below the root diameter {root}, and "
+            "both above 0"
+        )
+
+
+def _material_problems(material: Material) -> Iterator[str]:
+    """Yield what is wrong with the numbers of a material."""
+    E, nu, density = material
+    if not (E > 0.0 and 0.0 <= nu < 0.5 and density > 0.0):
+        yield (
+            "a material needs youngs_modulus > 0, 0 <= poisson_ratio < 0.5 and density "
+            f"> 0, not {E:g} Pa, {nu:g} and {density:g} kg/m³"
+        )
+
+
+def _tip_problems(gear: Gear) -> Iterator[str]:
+    """Yield that a gear has no involute, or that its teeth are pointed at the tip."""
+    tip = _diameter(gear.tip_radius)
+    form = _diameter(gear.form_radius)
+    if not gear.outwards * (gear.tip_radius - gear.form_radius) > 0.0:
+        if gear.internal:
+            yield (
+                f"no involute is left between the tip diameter {tip} and the form "
+                f"diameter {form}; reduce fillet_radius_coefficient"
+            )
+        else:
+            yield (
+                f"no involute is left between the form diameter {form} and the tip "
+                f"diameter {tip}; reduce the rounding or the profile shift"
+            )
+    half_angle = gear.half_angle(gear.tip_radius)
+    if half_angle <= 0.0:
+        thickness = 2e3 * gear.tip_radius * half_angle
+        yield (
+            f"pointed tip: at the tip diameter {tip} the tooth is {thickness:.3g} mm "
+            "thick; shorten it or reduce profile_shift_coefficient"
+        )
+
+
+def _diameter(radius: float) -> str:
+    """Return the diameter of a circle in mm."""
+    return f"{2e3 * radius:.5g} mm"

@@ -1,4 +1,4 @@
-"""The outline of one tooth: half thickness against height, on the tooth's own centre line.
+"""The outline of one tooth: half thickness against height on the tooth's centre line.
 
 Heights x are measured from the gear's centre along the tooth's centre line, half
 thicknesses y across it. From the root circle to the form circle runs the root curve,
@@ -17,12 +17,20 @@ from numpy.typing import ArrayLike
 from wearlab.arrays import Array
 from wearlab.gears.gear import Gear, GearPair
 
+VIEW_WIDTH = 9.0  # modules
+VIEW_HEIGHT = 5.6  # modules
+BODY_DEPTH = 3.0  # of what is drawn below the root circle, in modules
+MAX_TEETH_BESIDE = 5  # drawn on each side of the one in mesh
+CURVE_POINTS = 24
+ARC_POINTS = 61
+BODY_POINTS = 40
+
 
 def load_angle(gear: Gear, radius: ArrayLike) -> Array:
-    """Return the angle between the flank normal and the thickness direction, λ = ρ/r_b − α2.
+    """Return the angle λ between the flank normal and the thickness direction.
 
-    In a ring, with α2 half the tooth space's angle at the base circle, λ = ρ/r_b − α2 +
-    π/z.
+    ``λ = ρ/r_b − α2``. In a ring, with α2 half the tooth space's angle at the base
+    circle, ``λ = ρ/r_b − α2 + π/z``.
 
     Parameters
     ----------
@@ -44,12 +52,13 @@ def load_angle(gear: Gear, radius: ArrayLike) -> Array:
 
 
 def _start_angle(gear: Gear) -> float:
-    """Return α2, and α2 − π/z of a ring: how far the involute's start stands from the centre line [rad]."""
-    return (
-        gear.base_half_angle - math.pi / gear.teeth
-        if gear.internal
-        else gear.base_half_angle
-    )
+    """Return the angle of the involute's start from the centre line [rad].
+
+    This is α2, of a ring α2 − π/z.
+    """
+    if gear.internal:
+        return gear.base_half_angle - math.pi / gear.teeth
+    return gear.base_half_angle
 
 
 def involute_point(gear: Gear, angle: ArrayLike) -> tuple[Array, Array]:
@@ -82,7 +91,14 @@ def involute_point(gear: Gear, angle: ArrayLike) -> tuple[Array, Array]:
 
 
 def involute_rise(gear: Gear, angle: ArrayLike) -> Array:
-    """Return the height gained per load angle on the involute, dx/dλ = r_b (λ + α2) cosλ, (n,) [m/rad].
+    """Return the height gained per load angle on the involute, (n,) [m/rad].
+
+    ``dx/dλ = r_b (λ + α2) cosλ``.
+
+    Parameters
+    ----------
+    gear : the gear
+    angle : (n,) load angle λ [rad]
 
     References
     ----------
@@ -93,7 +109,11 @@ def involute_rise(gear: Gear, angle: ArrayLike) -> Array:
 
 
 def root_half_angle(gear: Gear) -> float:
-    """Return half the tooth angle where the root curve meets the root circle, θ_f [rad].
+    """Return half the tooth angle θ_f where the root curve meets the root circle [rad].
+
+    Parameters
+    ----------
+    gear : the gear
 
     References
     ----------
@@ -162,7 +182,9 @@ def root_curve(gear: Gear, fraction: ArrayLike) -> tuple[Array, Array, Array]:
 
 
 def contact_depth(gear: Gear, radius: ArrayLike) -> Array:
-    """Return the distance along the line of action from the contact to the tooth's centre line, y/cosλ.
+    """Return the distance from the contact to the tooth's centre line, y/cosλ.
+
+    It is measured along the line of action.
 
     Parameters
     ----------
@@ -179,9 +201,6 @@ def contact_depth(gear: Gear, radius: ArrayLike) -> Array:
     """
     lam = load_angle(gear, radius)
     return involute_point(gear, lam)[1] / np.cos(lam)
-
-
-WIDE, HIGH = 9.0, 5.6  # of what is seen, in modules
 
 
 class ToothDrawing(NamedTuple):
@@ -204,14 +223,42 @@ class ToothDrawing(NamedTuple):
 
 
 def half_tooth(gear: Gear) -> tuple[Array, Array]:
-    """Return radius and angle from the tooth's centre line, from root to tip, each (n,) [m], [rad]."""
-    t = np.linspace(0.0, 1.0, 24)
-    x, y, _ = root_curve(gear, t)
-    ends = load_angle(gear, np.array([gear.form_radius, gear.tip_radius]))
-    along = involute_point(gear, ends[0] + (ends[1] - ends[0]) * t)
-    x = np.concatenate([x, along[0][1:]])
-    y = np.concatenate([y, along[1][1:]])
+    """Return radii and angles from the tooth's centre line, from root to tip.
+
+    Parameters
+    ----------
+    gear : the gear
+
+    Returns
+    -------
+    radii [m] and angles [rad], each (n,)
+    """
+    fraction = np.linspace(0.0, 1.0, CURVE_POINTS)
+    root_x, root_y, _ = root_curve(gear, fraction)
+    first, last = load_angle(gear, np.array([gear.form_radius, gear.tip_radius]))
+    involute_x, involute_y = involute_point(gear, first + (last - first) * fraction)
+    x = np.concatenate([root_x, involute_x[1:]])
+    y = np.concatenate([root_y, involute_y[1:]])
     return np.hypot(x, y), np.arctan2(y, x)
+
+
+class _Placed(NamedTuple):
+    """A gear in a drawing.
+
+    Parameters
+    ----------
+    gear : the gear
+    pitch_radius : of its working pitch circle [m]
+    centre : place of its centre on the centre line, downwards [m]
+    pitch_point : direction of the pitch point as seen from the centre [rad]
+    side : 1 where the flank in contact is the one that `involute_point` describes
+    """
+
+    gear: Gear
+    pitch_radius: float
+    centre: float
+    pitch_point: float
+    side: float
 
 
 def drawing(pair: GearPair) -> ToothDrawing:
@@ -219,67 +266,102 @@ def drawing(pair: GearPair) -> ToothDrawing:
 
     The centre line runs downwards, the pinion's centre above the pitch point; its right
     flank drives.
+
+    Parameters
+    ----------
+    pair : the gears in mesh
     """
+    placed = _placed(pair)
+    module = pair.driving.module
+    points = _contact_points(pair)
+    view = f"{-VIEW_WIDTH / 2:g} {-VIEW_HEIGHT / 2:g} {VIEW_WIDTH:g} {VIEW_HEIGHT:g}"
+    return ToothDrawing(
+        view=view,
+        bodies=tuple((gear.gear.name, _body(gear, module)) for gear in placed),
+        circles=tuple(_pitch_circle(gear, module) for gear in placed),
+        line=(*points["A"], *points["E"]),
+        points=tuple((name, *place) for name, place in points.items()),
+    )
+
+
+def _placed(pair: GearPair) -> tuple[_Placed, _Placed]:
+    """Return the gears of a pair in a drawing, a ring last."""
     first, second = sorted(pair.gears, key=lambda gear: gear.internal)
-    module = first.module
-    angle = pair.working_pressure_angle
-    r1 = first.base_radius / math.cos(angle)
-    r2 = second.base_radius / math.cos(angle)
-    bodies = []
-    circles = []
-    sweep = np.linspace(-0.5, 0.5, 61)
-    for gear, radius, middle, towards, side in (
-        (first, r1, -r1, 0.0, 1.0),
-        (
+    cos = math.cos(pair.working_pressure_angle)
+    r1 = first.base_radius / cos
+    r2 = second.base_radius / cos
+    upwards = 0.0 if second.internal else math.pi
+    return (
+        _Placed(first, r1, centre=-r1, pitch_point=0.0, side=1.0),
+        _Placed(
             second,
             r2,
-            second.outwards * r2,
-            0.0 if second.internal else math.pi,
-            second.outwards,
+            centre=second.outwards * r2,
+            pitch_point=upwards,
+            side=second.outwards,
         ),
-    ):
-        x, y = involute_point(gear, load_angle(gear, radius))
-        teeth = _outline(gear, towards + side * math.atan2(y, x))
-        bodies.append((gear.name, _path(teeth, middle, module) + " Z"))
-        arc = towards + sweep * min(math.pi, 2.0 * WIDE * module / radius)
-        circles.append(_path((np.full_like(arc, radius), arc), middle, module))
-    places = {
-        name: pair.driving.outwards * s / module
-        for name, s in pair.path._asdict().items()
-    }
-    place = {
-        name: (f"{-s * math.cos(angle):.4f}", f"{s * math.sin(angle):.4f}")
-        for name, s in places.items()
-    }
-    view = f"{-WIDE / 2:g} {-HIGH / 2:g} {WIDE:g} {HIGH:g}"
-    points = tuple((name, *where) for name, where in place.items())
-    return ToothDrawing(
-        view, tuple(bodies), tuple(circles), (*place["A"], *place["E"]), points
     )
+
+
+def _body(placed: _Placed, module: float) -> str:
+    """Return the outline of a gear as a closed path through the pitch point."""
+    gear = placed.gear
+    x, y = involute_point(gear, load_angle(gear, placed.pitch_radius))
+    turn = placed.pitch_point + placed.side * math.atan2(y, x)
+    return _path(_outline(gear, turn), placed.centre, module) + " Z"
+
+
+def _pitch_circle(placed: _Placed, module: float) -> str:
+    """Return the part of a pitch circle that is seen, as a path."""
+    radius = placed.pitch_radius
+    sweep = min(math.pi, 2.0 * VIEW_WIDTH * module / radius)
+    angle = placed.pitch_point + np.linspace(-0.5, 0.5, ARC_POINTS) * sweep
+    return _path((np.full_like(angle, radius), angle), placed.centre, module)
+
+
+def _contact_points(pair: GearPair) -> dict[str, tuple[str, str]]:
+    """Return the points A to E of the path of contact: across and down, in modules."""
+    sin = math.sin(pair.working_pressure_angle)
+    cos = math.cos(pair.working_pressure_angle)
+    points = {}
+    for name, position in pair.path._asdict().items():
+        s = pair.driving.outwards * position / pair.driving.module
+        points[name] = (f"{-s * cos:.4f}", f"{s * sin:.4f}")
+    return points
 
 
 def _outline(gear: Gear, turn: float) -> tuple[Array, Array]:
-    """Return radius [m] and angle [rad] of some teeth about the direction ``turn``, closed by the body."""
+    """Return radius and angle of teeth about the direction ``turn``, with the body.
+
+    Radii are in [m], angles in [rad].
+    """
     radius, angle = half_tooth(gear)
     pitch = 2.0 * math.pi / gear.teeth
-    # drawn on each side
-    count = min(5, (gear.teeth - 1) // 2)
-    middles = turn + pitch * np.arange(-count, count + 1)[:, None]
-    teeth = (middles + np.concatenate([-angle, angle[::-1]])).ravel()
-    back = turn + (count + 0.5) * pitch * np.linspace(1.0, -1.0, 40)
-    # of the body below the teeth, in modules
-    inner = np.full_like(back, max(radius[0] - gear.outwards * 3.0 * gear.module, 0.0))
-    each = np.concatenate([radius, radius[::-1]])
-    return np.concatenate([*(each,) * len(middles), inner]), np.concatenate(
-        [teeth, back]
+    beside = min(MAX_TEETH_BESIDE, (gear.teeth - 1) // 2)
+    centre_lines = turn + pitch * np.arange(-beside, beside + 1)[:, None]
+    tooth_angle = np.concatenate([-angle, angle[::-1]])
+    tooth_radius = np.concatenate([radius, radius[::-1]])
+    teeth_angle = (centre_lines + tooth_angle).ravel()
+    teeth_radius = np.tile(tooth_radius, len(centre_lines))
+
+    half_span = (beside + 0.5) * pitch
+    body_angle = turn + half_span * np.linspace(1.0, -1.0, BODY_POINTS)
+    depth = gear.outwards * BODY_DEPTH * gear.module
+    body_radius = np.full_like(body_angle, max(radius[0] - depth, 0.0))
+    return (
+        np.concatenate([teeth_radius, body_radius]),
+        np.concatenate([teeth_angle, body_angle]),
     )
 
 
-def _path(points: tuple[Array, Array], middle: float, module: float) -> str:
-    """Return an SVG path of radii and angles about a centre: the centre line downwards, in modules."""
+def _path(points: tuple[Array, Array], centre: float, module: float) -> str:
+    """Return an SVG path of radii and angles about a centre, in modules.
+
+    The centre line runs downwards.
+    """
     radius, angle = points
-    x = (middle + radius * np.cos(angle)) / module
-    y = radius * np.sin(angle) / module
+    down = (centre + radius * np.cos(angle)) / module
+    across = radius * np.sin(angle) / module
     return "M" + " L".join(
-        f"{across:.4f} {down:.4f}" for across, down in zip(y, x, strict=True)
+        f"{x:.4f} {y:.4f}" for x, y in zip(across, down, strict=True)
     )

@@ -1,4 +1,4 @@
-"""Pairs of gears in mesh: from two specifications to a pair that can run, or a refusal with its reason.
+"""Pairs of gears in mesh: from two specifications to a pair that can run.
 
 A ring's tooth *space* has the shape of an external tooth of the same numbers: half its
 angle at a radius is ``ψ(r) = π/2z + 2x tanα/z + inv α − inv α_r``, and half the tooth's
@@ -11,6 +11,8 @@ teeth, or rounds the cutter a little less.
 """
 
 import math
+from collections.abc import Iterator
+from itertools import chain
 
 from wearlab.gears import making, root
 from wearlab.gears.gear import DRIVEN, DRIVING, Gear, GearPair, in_mesh
@@ -20,8 +22,12 @@ from wearlab.gears.specification import (
     GearError,
     GearSpec,
     check_reliefs,
-    refuse,
+    refuse_first,
 )
+
+FORM_SLACK = 1e-9  # relative, of a contact that begins at the form circle
+MIN_ROUNDING = 0.95
+"""Share of its tip rounding that a rack keeps when a ring needs more involute."""
 
 
 def gear_pair(
@@ -73,41 +79,62 @@ def gear_pair(
             "ring more teeth than the gear within it"
         )
     position = internal_position if internal else operating_position
-    shifts = first.profile_shift_coefficient, second.profile_shift_coefficient
-    a, _, (x_1, x_2), k, assumed = position(
-        (first.teeth, second.teeth), shifts, basics, centre_distance
+    operating = position(
+        (first.teeth, second.teeth),
+        (first.profile_shift_coefficient, second.profile_shift_coefficient),
+        basics,
+        centre_distance,
     )
-    one = making.build_gear(first, basics, x_1, k, assumed)
-    other = making.build_gear(second, basics, x_2, k, assumed, internal=internal)
+    a = operating.centre_distance
+    first_shift, second_shift = operating.shifts
+    first_gear = making.build_gear(
+        first, basics, first_shift, operating.tip_alteration, operating.assumed
+    )
+    second_gear = making.build_gear(
+        second,
+        basics,
+        second_shift,
+        operating.tip_alteration,
+        operating.assumed,
+        internal=internal,
+    )
+    thinned = -first.tooth_thickness_allowance - second.tooth_thickness_allowance
     if internal:
-        one, other = make_room(one, other, a, shorten=second.tip_is_derived)
-    pair = in_mesh(*((other, one) if driving == second.name else (one, other)), a)
-    check_pair(
-        pair,
-        0.0
-        if internal
-        else -first.tooth_thickness_allowance - second.tooth_thickness_allowance,
-    )
+        thinned = 0.0
+        first_gear, second_gear = make_room(
+            first_gear, second_gear, a, shorten=second.tip_is_derived
+        )
+    if driving == second.name:
+        pair = in_mesh(second_gear, first_gear, a)
+    else:
+        pair = in_mesh(first_gear, second_gear, a)
+    check_pair(pair, thinned)
     return pair
 
 
 def check_basics(first: GearSpec, second: GearSpec, basics: Basics) -> None:
     """Refuse a module or a pressure angle that no gear has, and two gears of one name.
 
+    Parameters
+    ----------
+    first, second : the gears
+    basics : module and pressure angle
+
     Raises
     ------
     GearError : naming the value
     """
-    module, pressure_angle = basics[:2]
-    degrees = math.degrees(pressure_angle)
-    sharp = not 0.0 < pressure_angle < math.pi / 4
-    reasons = {
-        f"the module must be positive, not {module:g} m": not module > 0.0,
-        f"the pressure angle must lie between 0 and 45 deg, not {degrees:.4g} deg": sharp,
-        f"both gears are called {first.name!r}; give them two names": first.name
-        == second.name,
-    }
-    refuse("", reasons)
+    module = basics.module
+    angle = basics.pressure_angle
+    if not module > 0.0:
+        raise GearError(f"the module must be positive, not {module:g} m")
+    if not 0.0 < angle < math.pi / 4:
+        raise GearError(
+            "the pressure angle must lie between 0 and 45 deg, not "
+            f"{math.degrees(angle):.4g} deg"
+        )
+    if first.name == second.name:
+        raise GearError(f"both gears are called {first.name!r}; give them two names")
 
 
 def check_pair(pair: GearPair, thinned: float = 0.0) -> None:
@@ -127,75 +154,106 @@ def check_pair(pair: GearPair, thinned: float = 0.0) -> None:
     ----------
     ISO 21771:2007, clause 5.
     """
-    order = sorted((DRIVING, DRIVEN), key=lambda number: pair.gears[number].internal)
-    first, second = (pair.gears[number] for number in order)
-    path = pair.path.E - pair.path.A
-    outside = second.outwards * pair.centre_distance
-    enlarge = "enlarge the tips or reduce the centre distance"
+    numbers = sorted((DRIVING, DRIVEN), key=lambda number: pair.gears[number].internal)
+    first, second = (pair.gears[number] for number in numbers)
+
+    ratio = _low_contact_ratio(pair, first, second)
+    interference = _interference(pair, first, second, numbers)
+    # of a ring, interference tells more than the contact ratio that follows from it
     if pair.internal:
-        enlarge = (
-            f"enlarge the teeth of {first.name} or {second.name}, or change the centre "
-            "distance"
-        )
-    apart = {
-        f"contact ratio {pair.contact_ratio:.4f} is below 1: the path of contact is "
-        f"{path * 1e3:.4g} mm and "
-        f"the base pitch {pair.base_pitch * 1e3:.4g} mm; {enlarge}": not pair.contact_ratio
-        >= 1.0
-    }
-    meet: dict[str, bool] = {}
-    for number in order:
-        begins = pair.curvature(pair.path.E if number else pair.path.A)[number]
-        meet |= _off_involute(pair.gears[number], pair.gears[1 - number], float(begins))
-    for gear, mate in ((first, second), (second, first)):
-        room = (
-            outside - gear.outwards * gear.tip_radius - mate.outwards * mate.root_radius
-        )
-        meet[
-            f"{gear.name}: its tip runs {-room * 1e3:.4g} mm into the root of "
-            f"{mate.name}; shorten the tip "
-            f"of {gear.name} or deepen the root of {mate.name}"
-        ] = room <= 0.0
-    if pair.internal:
-        clearance = tip_clearance(first, second, pair.centre_distance)
-        more = second.teeth - first.teeth
-        meet[
-            f"tip interference: with {second.teeth} − {first.teeth} = {more} teeth of "
-            "difference the tips of "
-            f"{first.name} and {second.name} overlap by {-clearance * 1e3:.4g} mm "
-            "where their tip circles "
-            "cross; shorten a tip, or use a larger difference or centre distance"
-        ] = clearance < 0.0
-    refuse("", meet | apart if pair.internal else apart | meet)
+        refuse_first("", chain(interference, ratio))
+    else:
+        refuse_first("", chain(ratio, interference))
     for gear in (first, second):
-        check_reliefs(gear.modification, path, gear.name)
+        check_reliefs(gear.modification, pair.path.E - pair.path.A, gear.name)
     check_backlash(pair, thinned)
 
 
-def _off_involute(gear: Gear, mate: Gear, curvature: float) -> dict[str, bool]:
-    """Say whether contact begins beyond the base circle's tangent point, or beyond the form circle."""
-    word, remedy = (
-        ("involute", ' (tip_alteration = "wang-2023")')
-        if mate.internal
-        else ("tip", "")
+def _interference(
+    pair: GearPair, first: Gear, second: Gear, numbers: list[int]
+) -> Iterator[str]:
+    """Yield where teeth meet that should not; the second gear may be a ring."""
+    for number in numbers:
+        yield from _involute_interference(pair, number)
+    yield from _tip_in_root(first, second, pair.centre_distance)
+    yield from _tip_in_root(second, first, pair.centre_distance)
+    if pair.internal:
+        yield from _tip_interference(first, second, pair.centre_distance)
+
+
+def _low_contact_ratio(pair: GearPair, first: Gear, second: Gear) -> Iterator[str]:
+    """Yield that the contact ratio is below 1."""
+    if pair.contact_ratio >= 1.0:
+        return
+    path = pair.path.E - pair.path.A
+    remedy = "enlarge the tips or reduce the centre distance"
+    if pair.internal:
+        remedy = (
+            f"enlarge the teeth of {first.name} or {second.name}, or change the centre "
+            "distance"
+        )
+    yield (
+        f"contact ratio {pair.contact_ratio:.4f} is below 1: the path of contact is "
+        f"{path * 1e3:.4g} mm and the base pitch {pair.base_pitch * 1e3:.4g} mm; "
+        f"{remedy}"
     )
+
+
+def _involute_interference(pair: GearPair, number: int) -> Iterator[str]:
+    """Yield that contact on a gear begins beyond its base circle or its form circle."""
+    gear = pair.gears[number]
+    mate = pair.gears[1 - number]
+    begins_at = pair.path.A if number == DRIVING else pair.path.E
+    curvature = float(pair.curvature(begins_at)[number])
+    name = "involute" if mate.internal else "tip"
+    shorten = f"shorten the tip of {mate.name}"
+    if mate.internal:
+        shorten += ' (tip_alteration = "wang-2023")'
+    if curvature <= 0.0:
+        yield (
+            f"{name} interference: the tip of {mate.name} reaches "
+            f"{-curvature * 1e3:.4g} mm beyond the tangent point of the base circle of "
+            f"{gear.name}; {shorten} or raise the profile shift of {gear.name}"
+        )
+
     start = math.hypot(gear.base_radius, curvature)
     form = gear.form_radius
-    side = "above" if gear.internal else "below"
-    beyond = gear.outwards * (form - start) > 1e-9 * form
-    # relative slack of a comparison of two lengths
-    return {
-        f"{word} interference: the tip of {mate.name} reaches {-curvature * 1e3:.4g} "
-        "mm beyond the tangent "
-        f"point of the base circle of {gear.name}; shorten the tip of "
-        f"{mate.name}{remedy} or raise the "
-        f"profile shift of {gear.name}": curvature <= 0.0,
-        f"fillet interference: {mate.name} would touch {gear.name} at diameter "
-        f"{2e3 * start:.5g} mm, {side} "
-        f"its form diameter {2e3 * form:.5g} mm; shorten the tip of "
-        f"{mate.name}{remedy}, deepen the root of "
-        f"{gear.name} or reduce its fillet_radius_coefficient": beyond,
-    }
+    if gear.outwards * (form - start) > FORM_SLACK * form:
+        side = "above" if gear.internal else "below"
+        yield (
+            f"fillet interference: {mate.name} would touch {gear.name} at diameter "
+            f"{2e3 * start:.5g} mm, {side} its form diameter {2e3 * form:.5g} mm; "
+            f"{shorten}, deepen the root of {gear.name} or reduce its "
+            "fillet_radius_coefficient"
+        )
+
+
+def _tip_in_root(gear: Gear, mate: Gear, centre_distance: float) -> Iterator[str]:
+    """Yield that the tip of a gear runs into the root of its mate."""
+    is_internal = gear.internal or mate.internal
+    distance = (-1.0 if is_internal else 1.0) * centre_distance
+    room = distance - gear.outwards * gear.tip_radius - mate.outwards * mate.root_radius
+    if room <= 0.0:
+        yield (
+            f"{gear.name}: its tip runs {-room * 1e3:.4g} mm into the root of "
+            f"{mate.name}; shorten the tip of {gear.name} or deepen the root of "
+            f"{mate.name}"
+        )
+
+
+def _tip_interference(
+    pinion: Gear, ring: Gear, centre_distance: float
+) -> Iterator[str]:
+    """Yield that tips of a pinion and of its ring overlap where their circles cross."""
+    clearance = tip_clearance(pinion, ring, centre_distance)
+    if clearance < 0.0:
+        yield (
+            f"tip interference: with {ring.teeth} − {pinion.teeth} = "
+            f"{ring.teeth - pinion.teeth} teeth of difference the tips of "
+            f"{pinion.name} and {ring.name} overlap by {-clearance * 1e3:.4g} mm "
+            "where their tip circles cross; shorten a tip, or use a larger difference "
+            "or centre distance"
+        )
 
 
 def check_backlash(pair: GearPair, thinned: float = 0.0) -> None:
@@ -211,38 +269,37 @@ def check_backlash(pair: GearPair, thinned: float = 0.0) -> None:
     ------
     GearError : the backlash is negative by more than printed numbers are rounded
     """
-    if pair.backlash < -pair.rounding:
-        names = " and ".join(gear.name for gear in pair.gears)
-        farther = "reduce" if pair.internal else "raise"
-        added = thinned * math.cos(pair.driving.pressure_angle)
-        left = f"{pair.backlash * 1e6:.4g} µm"
-        if added:
-            without = f"{(pair.backlash - added) * 1e6:.4g} µm"
-            left = (
-                f"{without}, allowances of the tooth thickness add {added * 1e6:.4g} "
-                f"µm: together {left}"
-            )
-        by = -pair.backlash / (2.0 * math.sin(pair.working_pressure_angle))
-        raise GearError(
-            f"the teeth of {names} jam: the backlash that profile shifts and centre "
-            "distance leave is "
-            f"{left} along the line of action; {farther} the centre distance by "
-            f"{by * 1e3:.3g} mm, give "
-            f"{'more' if added else 'a'} tooth_thickness_allowance below 0, or leave "
-            "out one of shifts and "
-            "centre distance"
+    if not pair.backlash < -pair.rounding:
+        return
+    names = " and ".join(gear.name for gear in pair.gears)
+    farther = "reduce" if pair.internal else "raise"
+    allowance = "a tooth_thickness_allowance"
+    backlash = f"{pair.backlash * 1e6:.4g} µm"
+    added = thinned * math.cos(pair.driving.pressure_angle)
+    if added:
+        allowance = "more tooth_thickness_allowance"
+        backlash = (
+            f"{(pair.backlash - added) * 1e6:.4g} µm, allowances of the tooth "
+            f"thickness add {added * 1e6:.4g} µm: together {backlash}"
         )
+    distance = -pair.backlash / (2.0 * math.sin(pair.working_pressure_angle))
+    raise GearError(
+        f"the teeth of {names} jam: the backlash that profile shifts and centre "
+        f"distance leave is {backlash} along the line of action; {farther} the centre "
+        f"distance by {distance * 1e3:.3g} mm, give {allowance} below 0, or leave out "
+        "one of shifts and centre distance"
+    )
 
 
 def make_room(
     pinion: Gear, ring: Gear, centre_distance: float, *, shorten: bool
 ) -> tuple[Gear, Gear]:
-    """Return both gears so that contact begins on the pinion's involute, where a small change does that.
+    """Return both gears so that contact begins on the pinion's involute.
 
-    Where nobody said where the ring's tip lies, it is shortened to ``r_a = √(r_b² +
-    (ρ_form + a sinα_w)²)``; otherwise the rounding of the pinion's rack is reduced by
-    at most 5 per cent. A ring's tip that would touch beyond the end of the pinion's
-    involute stays as it is.
+    Only a small change is made. Where nobody said where the ring's tip lies, it is
+    shortened to ``r_a = √(r_b² + (ρ_form + a sinα_w)²)``; otherwise the rounding of the
+    pinion's rack is reduced by at most 5 per cent. A ring's tip that would touch beyond
+    the end of the pinion's involute stays as it is.
 
     Parameters
     ----------
@@ -271,7 +328,9 @@ def make_room(
 
 
 def _less_rounded(pinion: Gear, ring: Gear, start: float) -> Gear:
-    """Return the pinion with the rounding whose edge ends where contact starts, if that is large enough.
+    """Return the pinion with the rounding whose edge ends where contact starts.
+
+    It is the given pinion where that rounding would be much smaller.
 
     ``ρ_form = r sinα − h_e / sinα`` with ``h_e = h − ρ (1 − sinα)``, as in
     :mod:`wearlab.gears.root`.
@@ -279,13 +338,11 @@ def _less_rounded(pinion: Gear, ring: Gear, start: float) -> Gear:
     sin = math.sin(pinion.pressure_angle)
     edge = (pinion.reference_radius * sin - start) * sin
     rounding = (pinion.reference_radius - pinion.root_radius - edge) / (1.0 - sin)
-    # part of its tip rounding that a generating rack keeps when a ring's tip needs a
-    # little more involute
-    if pinion.root_profile != "trochoid" or not rounding >= 0.95 * pinion.fillet_radius:
+    is_enough = rounding >= MIN_ROUNDING * pinion.fillet_radius
+    if pinion.root_profile != "trochoid" or not is_enough:
         return pinion
-    form = root.form_radius(
-        pinion.name, pinion.cut._replace(fillet=rounding / pinion.module)
-    )
+    cut = pinion.cut._replace(fillet=rounding / pinion.module)
+    form = root.form_radius(pinion.name, cut)
     flag = (
         "rounding of the rack reduced from "
         f"{pinion.fillet_radius / pinion.module:.3g} to "
@@ -326,10 +383,11 @@ def tip_clearance(pinion: Gear, ring: Gear, centre_distance: float) -> float:
     if not -1.0 < cos_p < 1.0:
         return math.inf
     alpha_w = math.acos((ring.base_radius - pinion.base_radius) / a)
+    alpha_p = math.acos(pinion.base_radius / r_p)
+    alpha_r = math.acos(ring.base_radius / r_r)
+    delta_p = math.acos(cos_p)
     delta_r = math.acos((r_r**2 - r_p**2 + a**2) / (2.0 * a * r_r))
-    total = pinion.teeth * (
-        involute(math.acos(pinion.base_radius / r_p)) + math.acos(cos_p)
-    )
-    total -= ring.teeth * (involute(math.acos(ring.base_radius / r_r)) + delta_r)
+    total = pinion.teeth * (involute(alpha_p) + delta_p)
+    total -= ring.teeth * (involute(alpha_r) + delta_r)
     total += (ring.teeth - pinion.teeth) * involute(alpha_w)
     return total * r_r / ring.teeth

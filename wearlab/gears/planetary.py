@@ -1,4 +1,4 @@
-"""Planetary sets: sun, planets on a carrier and ring, how planets are spaced and meshes lag each other.
+"""Planetary sets: sun, planets on a carrier, and ring; the lag between their meshes.
 
 Seen from the carrier the sun turns towards rising ψ and brings the same teeth to planet
 n after ``z_s ψ_n / 2π`` mesh periods; the ring turns the other way. Both agree: ``(z_s
@@ -26,7 +26,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.gears import gear, making, pairs, shifts
-from wearlab.gears.specification import Basics, GearError, GearSpec, refuse
+from wearlab.gears.specification import Basics, GearError, GearSpec
 
 Central = Literal["sun", "ring", "carrier"]
 
@@ -50,7 +50,7 @@ class TrainSpeeds(NamedTuple):
 
 
 class TrainTorques(NamedTuple):
-    """External torques on the central members, positive in the sense of positive speeds [N·m]."""
+    """External torques on the central members, positive as their speeds are [N·m]."""
 
     sun: float
     ring: float
@@ -87,20 +87,22 @@ class Train:
 
     def __post_init__(self) -> None:
         if {self.input, self.output, self.fixed} != set(get_args(Central)):
-            given = (
-                f"input {self.input!r}, output {self.output!r} and fixed {self.fixed!r}"
+            raise GearError(
+                f"input {self.input!r}, output {self.output!r} and fixed "
+                f"{self.fixed!r} must be sun, ring and carrier, each once"
             )
-            raise GearError(f"{given} must be sun, ring and carrier, each once")
 
     def _weight(self, member: Central) -> float:
         """Return w with Σ w ω = 0 over the central members.
 
         Torques are in the same ratio.
         """
-        total = self.sun_teeth + self.ring_teeth
-        return {"sun": self.sun_teeth, "ring": self.ring_teeth, "carrier": -total}[
-            member
-        ]
+        weights = {
+            "sun": self.sun_teeth,
+            "ring": self.ring_teeth,
+            "carrier": -(self.sun_teeth + self.ring_teeth),
+        }
+        return weights[member]
 
     @property
     def ratio(self) -> float:
@@ -124,7 +126,7 @@ class Train:
         )
 
     def torques(self, torque: float, member: Central | None = None) -> TrainTorques:
-        """Return the external torques on all central members from that on one, without losses.
+        """Return the external torques on all central members from one, without losses.
 
         Parameters
         ----------
@@ -138,7 +140,7 @@ class Train:
 
     @property
     def sun_drives(self) -> bool:
-        """Whether power flows from the sun over the planets to the ring, as seen from the carrier.
+        """Whether power flows from the sun to the ring, as seen from the carrier.
 
         It does when the torque on the sun acts in the sense in which the sun turns
         relative to the carrier.
@@ -158,7 +160,9 @@ class Train:
 def entry_lag(
     sun_planet: gear.GearPair, planet_ring: gear.GearPair, *, sun_drives: bool
 ) -> float:
-    """Return γ_rs: by how much a planet's ring mesh enters at A after its sun mesh, in [0, 1) [1].
+    """Return γ_rs, by how much a planet's ring mesh enters at A after its sun mesh [1].
+
+    It is a share of the mesh period in [0, 1).
 
     Parameters
     ----------
@@ -182,7 +186,14 @@ def entry_lag(
 
 
 def fraction(turns: Array | float) -> Array:
-    """Return the fractional part in [0, 1); a rounding error below a whole number counts as 0."""
+    """Return the fractional part in [0, 1).
+
+    A rounding error below a whole number counts as 0.
+
+    Parameters
+    ----------
+    turns : any numbers [1]
+    """
     part = np.asarray(turns) % 1.0
     return np.where(part > 1.0 - 1e-9, 0.0, part)
 
@@ -195,7 +206,7 @@ decimals of a degree."""
 def assembled_angles(
     teeth: int, planets: int, wanted: Sequence[float] | None = None
 ) -> tuple[float, ...]:
-    """Return the planets' angles, each at a whole number of ``(z_s + z_r) ψ / 2π`` from the first.
+    """Return the planets' angles, at whole numbers of ``(z_s + z_r) ψ / 2π``.
 
     Parameters
     ----------
@@ -363,7 +374,10 @@ class PlanetarySet(NamedTuple):
 
     @property
     def passes(self) -> dict[str, float]:
-        """Passes of each flank per cycle, a revolution of the sun relative to the carrier [1]."""
+        """Passes of each flank per cycle [1].
+
+        A cycle is a revolution of the sun relative to the carrier.
+        """
         N = self.planets
         z_s = self.sun.teeth
         each = z_s / self.planet.teeth
@@ -418,62 +432,77 @@ def planetary_set(
     """
     pairs.check_basics(sun, planet, basics)
     pairs.check_basics(planet, ring, basics)
-    teeth = sun.teeth, planet.teeth, ring.teeth
-    x_s = sun.profile_shift_coefficient
-    x_p = planet.profile_shift_coefficient
-    x_r = ring.profile_shift_coefficient
     outer, inner = shifts.planetary_position(
-        teeth, (x_s, x_p, x_r), basics, centre_distance
+        (sun.teeth, planet.teeth, ring.teeth),
+        (
+            sun.profile_shift_coefficient,
+            planet.profile_shift_coefficient,
+            ring.profile_shift_coefficient,
+        ),
+        basics,
+        centre_distance,
     )
     a_sp = outer.centre_distance
     a_pr = inner.centre_distance
-    centre, middle = (
+    sun_gear, planet_gear = (
         making.build_gear(spec, basics, x, outer.tip_alteration, outer.assumed)
         for spec, x in zip((sun, planet), outer.shifts, strict=True)
     )
-    around = making.build_gear(
+    ring_gear = making.build_gear(
         ring, basics, inner.shifts[1], assumed=outer.assumed, internal=True
     )
-    middle, around = pairs.make_room(middle, around, a_pr, shorten=ring.tip_is_derived)
-    external = gear.in_mesh(
-        *((centre, middle) if sun_drives else (middle, centre)), a_sp
+    planet_gear, ring_gear = pairs.make_room(
+        planet_gear, ring_gear, a_pr, shorten=ring.tip_is_derived
     )
+
+    if sun_drives:
+        external = gear.in_mesh(sun_gear, planet_gear, a_sp)
+        internal = gear.in_mesh(planet_gear, ring_gear, a_pr)
+    else:
+        external = gear.in_mesh(planet_gear, sun_gear, a_sp)
+        internal = gear.in_mesh(ring_gear, planet_gear, a_pr)
     pairs.check_pair(external)
-    internal = gear.in_mesh(
-        *((middle, around) if sun_drives else (around, middle)), a_pr
-    )
     pairs.check_pair(internal)
-    held = carrier._replace(pin_circle_radius=_pin_circle(carrier, a_sp, a_pr))
+
+    pin_circle = _pin_circle(carrier, a_sp, a_pr)
     angles = assembled_angles(sun.teeth + ring.teeth, planets, planet_angles)
-    check_neighbours(angles, held.pin_circle_radius or a_sp, middle)
+    check_neighbours(angles, pin_circle or a_sp, planet_gear)
     return PlanetarySet(
-        centre, middle, around, external, internal, held, angles, sun_drives
+        sun_gear,
+        planet_gear,
+        ring_gear,
+        external,
+        internal,
+        carrier._replace(pin_circle_radius=pin_circle),
+        angles,
+        sun_drives,
     )
 
 
 def _pin_circle(carrier: Carrier, a_sp: float, a_pr: float) -> float:
-    """Return the radius of a carrier's pin circle [m], or refuse what no carrier has."""
-    given = {"mass": carrier.mass, "inertia": carrier.inertia}
-    told = {
-        f"{word} must be positive, not {v:g}": not v > 0.0
-        for word, v in given.items()
-        if v is not None
-    }
-    refuse(carrier.name, told)
+    """Return the radius of a carrier's pin circle [m], or refuse what no carrier has.
+
+    ``a_sp`` and ``a_pr`` are the centre distances of both meshes.
+    """
+    for key, value in (("mass", carrier.mass), ("inertia", carrier.inertia)):
+        if value is not None and not value > 0.0:
+            raise GearError(f"{carrier.name}: {key} must be positive, not {value:g}")
+
     radius = carrier.pin_circle_radius
-    one = abs(a_sp - a_pr) <= 1e-9 * a_sp
+    is_one_distance = abs(a_sp - a_pr) <= 1e-9 * a_sp
     if radius is None:
-        two = (
-            f"two centre distances, {a_sp * 1e3:.5g} and {a_pr * 1e3:.5g} mm, give no "
-            "pin circle"
-        )
-        refuse(carrier.name, {f"{two}; give pin_circle_diameter": not one})
+        if not is_one_distance:
+            raise GearError(
+                f"{carrier.name}: two centre distances, {a_sp * 1e3:.5g} and "
+                f"{a_pr * 1e3:.5g} mm, give no pin circle; give pin_circle_diameter"
+            )
         return a_sp
-    apart = ONE_DISTANCE if one else TWO_DISTANCES
-    if not (1.0 - apart) * min(a_sp, a_pr) < radius < (1.0 + apart) * max(a_sp, a_pr):
+    margin = ONE_DISTANCE if is_one_distance else TWO_DISTANCES
+    smallest = (1.0 - margin) * min(a_sp, a_pr)
+    largest = (1.0 + margin) * max(a_sp, a_pr)
+    if not smallest < radius < largest:
         raise GearError(
             f"{carrier.name}: pin_circle_diameter {2e3 * radius:.5g} mm is far from "
-            "twice the centre "
-            f"distance, {2e3 * a_sp:.5g} mm"
+            f"twice the centre distance, {2e3 * a_sp:.5g} mm"
         )
     return radius

@@ -42,7 +42,7 @@ class RackCut(NamedTuple):
 
     @property
     def depth(self) -> float:
-        """How far the rack reaches below the reference circle, h − x, in modules [1]."""
+        """Depth of the rack below the reference circle, h − x, in modules [1]."""
         return (self.reference_radius - self.root_radius) / self.module
 
     @property
@@ -52,7 +52,10 @@ class RackCut(NamedTuple):
 
     @property
     def base_half_angle(self) -> float:
-        """Half the tooth (ring: space) angle at the base circle, π/2z + 2x tanα/z + inv α [rad]."""
+        """Half the tooth (ring: space) angle at the base circle [rad].
+
+        ``π/2z + 2x tanα/z + inv α``.
+        """
         z = self.teeth
         x = self.profile_shift
         alpha = self.pressure_angle
@@ -60,7 +63,7 @@ class RackCut(NamedTuple):
 
     @property
     def offset(self) -> float:
-        """Distance of the centre of the rack's rounding from the tooth's centre line, b [m]."""
+        """Distance b of the rack's rounding, its centre, from the centre line [m]."""
         alpha = self.pressure_angle
         fillet = self.fillet
         dedendum = self.depth + self.profile_shift
@@ -72,25 +75,29 @@ class RackCut(NamedTuple):
 
     @property
     def edge(self) -> float:
-        """Depth at which the rack's straight edge ends, h_e = h − ρ (1 − sinα) − x, in modules [1]."""
+        """Depth of the edge's end, h_e = h − ρ (1 − sinα) − x, in modules [1]."""
         return self.depth - self.fillet * (1.0 - math.sin(self.pressure_angle))
 
     @property
     def free_of_undercut(self) -> float:
-        """Depth of the edge from which it cuts into the involute, z sin²α / 2, in modules [1]."""
+        """Depth from which the edge undercuts, z sin²α / 2, in modules [1]."""
         return 0.5 * self.teeth * math.sin(self.pressure_angle) ** 2
 
     @property
     def end_curvature(self) -> float:
-        """Radius of curvature where the rack's straight edge ends, negative when it undercuts [m]."""
+        """Radius of curvature where the edge ends, negative of an undercut [m]."""
         sin = math.sin(self.pressure_angle)
         return self.reference_radius * sin - self.module * self.edge / sin
 
     def point(self, gamma: Any) -> tuple[Array, Array, Array]:
-        """Return height x, half thickness y and dx/dγ of the root curve at angles γ, (n,) [m].
+        """Return height x, half thickness y and dx/dγ of the root curve, (n,) [m].
 
         The rounding's centre is a below the pitch line and b from the tooth's centre
         line.
+
+        Parameters
+        ----------
+        gamma : (n,) angles γ of the normal to the pitch line [rad]
         """
         r = self.reference_radius
         rho = self.module * self.fillet
@@ -109,10 +116,10 @@ class RackCut(NamedTuple):
         return r * np.cos(phi) - D * along, r * np.sin(phi) - D * across, rise
 
     def last_angle(self) -> float:
-        """Return the γ with which the root curve ends: α, or where an undercut meets the involute [rad].
+        """Return the γ with which the root curve ends [rad].
 
-        The curve of an undercut gear lies within the tooth up to that point, and beyond
-        it in the space.
+        This is α, or where an undercut meets the involute. The curve of an undercut
+        gear lies within the tooth up to that point, and beyond it in the space.
         """
         if self.end_curvature >= 0.0:
             return self.pressure_angle
@@ -122,11 +129,12 @@ class RackCut(NamedTuple):
             middle = 0.5 * (outside + within)
             x, y, _ = self.point(middle)
             radius = math.hypot(x, y)
-            flank = self.base_half_angle - involute(
-                math.acos(min(1.0, self.base_radius / radius))
-            )
-            beyond = radius > self.base_radius and math.atan2(y, x) > flank
-            outside, within = (middle, within) if beyond else (outside, middle)
+            pressure_angle = math.acos(min(1.0, self.base_radius / radius))
+            flank = self.base_half_angle - involute(pressure_angle)
+            if radius > self.base_radius and math.atan2(y, x) > flank:
+                outside = middle
+            else:
+                within = middle
         return 0.5 * (outside + within)
 
 
@@ -148,7 +156,7 @@ class ToothRoot(NamedTuple):
 
 
 def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
-    """Return the root of a tooth: a trochoid wherever a rack of that depth and rounding can exist.
+    """Return the root of a tooth, a trochoid wherever such a rack can exist.
 
     Its rounding's centre lies ``x_c = π/4 − (h − ρ) tanα − ρ/cosα`` modules from the
     rack tooth's centre line, negative when it does not fit.
@@ -239,7 +247,7 @@ def form_radius(name: str, cut: RackCut) -> float:
 def ring_root(
     wanted: RootProfile | None, name: str, cut: RackCut, tip_radius: float
 ) -> ToothRoot:
-    """Return the root of a ring: the wanted fillet, or the largest that one tooth space leaves room for.
+    """Return the root of a ring: the fillet asked for, or the largest in a tooth space.
 
     The cutter that made a ring is rarely known, so its root is the simple one: the
     involute ends on a circular fillet that touches it and the root circle. With ``r_c =
@@ -279,12 +287,14 @@ def ring_root(
         high = min(fillet, limit)
         for _ in range(60):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if centre(middle) >= 0.0 else (low, middle)
-        told = (
+            if centre(middle) >= 0.0:
+                low = middle
+            else:
+                high = middle
+        flags = (
             f"root fillet reduced from {fillet / cut.module:.3g} to "
-            f"{low / cut.module:.3g} modules"
+            f"{low / cut.module:.3g} modules: the largest in its tooth space",
         )
         fillet = low
-        flags = (f"{told}: the largest in its tooth space",)
     form = math.hypot(r_b, math.sqrt((r_f - fillet) ** 2 - r_b**2) + fillet)
     return ToothRoot("fillet" if fillet > 0.0 else "radial", form, fillet, flags)

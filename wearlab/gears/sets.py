@@ -1,4 +1,4 @@
-"""What a kind of gear set is, in words: members, flanks, meshes and who may drive, each said once."""
+"""Kinds of gear sets: their members, flanks and meshes, and which of them may drive."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""The involute function, and the operating position that profile shifts or a centre distance lead to."""
+"""The involute function, and the operating position that profile shifts lead to."""
 
 import math
 from typing import NamedTuple
@@ -7,6 +7,12 @@ from wearlab.gears.specification import Basics, GearError
 
 Shifts = tuple[float | None, float | None]
 """Profile shift coefficients (first, second), None where absent [1]."""
+ROUNDING = 1e-3
+"""By how much the sum of printed shifts may miss what a centre distance asks for: three
+decimals."""
+MAX_BACKLASH_SHIFT = 0.25
+"""By how much it may miss where backlash is left between the teeth: some 0.17 modules
+of it at 20°."""
 
 
 def involute(angle: float) -> float:
@@ -33,7 +39,9 @@ def involute(angle: float) -> float:
 
 
 def inverse_involute(value: float) -> float:
-    """Return the pressure angle of an involute function, solved by Newton's rule on a convex branch.
+    """Return the pressure angle of an involute function.
+
+    It is solved by Newton's rule on a convex branch.
 
     Parameters
     ----------
@@ -74,11 +82,6 @@ def inverse_involute(value: float) -> float:
     return math.atan(t)
 
 
-ROUNDING = 1e-3
-"""By how much the sum of printed shifts may miss what a centre distance asks for: three
-decimals."""
-
-
 class Operating(NamedTuple):
     """The operating position of a pair.
 
@@ -104,7 +107,10 @@ def operating_position(
     rack: Basics,
     centre_distance: float | None = None,
 ) -> Operating:
-    """Solve ``inv α_w = inv α + 2 Σx tanα / Σz`` and ``a cosα_w = a_d cosα`` for what is not given.
+    """Return the operating position of a pair from shifts, centre distance or both.
+
+    Solves ``inv α_w = inv α + 2 Σx tanα / Σz`` and ``a cosα_w = a_d cosα`` for what is
+    not given.
 
     Parameters
     ----------
@@ -132,42 +138,61 @@ def operating_position(
     Examples
     --------
     >>> rack = Basics(2e-3)
-    >>> round(1e3 * operating_position((20, 40), (0.3, 0.1), rack).centre_distance, 3)
+    >>> position = operating_position((20, 40), (0.3, 0.1), rack)
+    >>> round(1e3 * position.centre_distance, 3)
     60.765
-    >>> [round(x, 3) for x in operating_position((20, 40), (0.3, None), rack, 0.061).shifts]
+    >>> position = operating_position((20, 40), (0.3, None), rack, 0.061)
+    >>> [round(x, 3) for x in position.shifts]
     [0.3, 0.23]
     """
-    module, alpha = rack[:2]
-    a_d = 0.5 * module * sum(teeth)
-    word = "sum" if min(teeth) > 0 else "difference"
-    per_shift = 2.0 * math.tan(alpha) / sum(teeth)
-    assumed: tuple[str, ...] = ()
     if centre_distance is None:
-        x1 = shifts[0] or 0.0
-        x2 = shifts[1] or 0.0
-        alpha_w = inverse_involute(involute(alpha) + per_shift * (x1 + x2))
-        a = a_d * math.cos(alpha) / math.cos(alpha_w)
-    else:
-        a = centre_distance
-        if not a > a_d * math.cos(alpha):
-            raise GearError(
-                f"no involute contact: the centre distance {a * 1e3:.5g} mm is not "
-                f"above the {word} of the "
-                f"base radii, {a_d * math.cos(alpha) * 1e3:.5g} mm; give about "
-                f"{a_d * 1e3:.5g} mm"
-            )
-        alpha_w = math.acos(a_d * math.cos(alpha) / a)
-        total = (involute(alpha_w) - involute(alpha)) / per_shift
-        x1, x2, assumed = _shared(shifts, total, a, word)
-        if abs(x1 + x2 - total) > ROUNDING:  # backlash leaves the gears as they are
-            tight = operating_position(teeth, (x1, x2), rack)
-            shortened = (min(a, tight.centre_distance) - a_d) / module - (x1 + x2)
-            return tight._replace(
-                centre_distance=a,
-                working_pressure_angle=alpha_w,
-                tip_alteration=shortened,
-            )
-    return Operating(a, alpha_w, (x1, x2), (a - a_d) / module - (x1 + x2), assumed)
+        return _position_of_shifts(teeth, (shifts[0] or 0.0, shifts[1] or 0.0), rack)
+
+    module = rack.module
+    alpha = rack.pressure_angle
+    a_d = 0.5 * module * sum(teeth)
+    sum_name = "sum" if min(teeth) > 0 else "difference"
+    alpha_w = _working_angle(a_d, alpha, centre_distance, sum_name)
+    per_shift = 2.0 * math.tan(alpha) / sum(teeth)
+    total = (involute(alpha_w) - involute(alpha)) / per_shift
+    x1, x2, assumed = _shared(shifts, total, centre_distance, sum_name)
+    a_tight = centre_distance
+    if abs(x1 + x2 - total) > ROUNDING:  # backlash leaves the gears as they are
+        assumed = ()
+        tight = _position_of_shifts(teeth, (x1, x2), rack)
+        a_tight = min(centre_distance, tight.centre_distance)
+    return Operating(
+        centre_distance=centre_distance,
+        working_pressure_angle=alpha_w,
+        shifts=(x1, x2),
+        tip_alteration=(a_tight - a_d) / module - (x1 + x2),
+        assumed=assumed,
+    )
+
+
+def _position_of_shifts(
+    teeth: tuple[int, int], shifts: tuple[float, float], rack: Basics
+) -> Operating:
+    """Return the position in which teeth of given shifts touch without backlash."""
+    module = rack.module
+    alpha = rack.pressure_angle
+    x1, x2 = shifts
+    a_d = 0.5 * module * sum(teeth)
+    per_shift = 2.0 * math.tan(alpha) / sum(teeth)
+    alpha_w = inverse_involute(involute(alpha) + per_shift * (x1 + x2))
+    a = a_d * math.cos(alpha) / math.cos(alpha_w)
+    return Operating(a, alpha_w, (x1, x2), (a - a_d) / module - (x1 + x2), ())
+
+
+def _working_angle(a_d: float, alpha: float, a: float, sum_name: str) -> float:
+    """Return α_w at a centre distance, ``cosα_w = a_d cosα / a`` [rad]."""
+    if not a > a_d * math.cos(alpha):
+        raise GearError(
+            f"no involute contact: the centre distance {a * 1e3:.5g} mm is not above "
+            f"the {sum_name} of the base radii, {a_d * math.cos(alpha) * 1e3:.5g} mm; "
+            f"give about {a_d * 1e3:.5g} mm"
+        )
+    return math.acos(a_d * math.cos(alpha) / a)
 
 
 def internal_position(
@@ -176,7 +201,9 @@ def internal_position(
     rack: Basics,
     centre_distance: float | None = None,
 ) -> Operating:
-    """Solve ``inv α_w = inv α + 2 (x_r − x_p) tanα / (z_r − z_p)`` for what is not given.
+    """Return the operating position of a pinion in a ring.
+
+    Solves ``inv α_w = inv α + 2 (x_r − x_p) tanα / (z_r − z_p)`` for what is not given.
 
     Parameters
     ----------
@@ -206,28 +233,25 @@ def internal_position(
 
 
 def _shared(
-    shifts: Shifts, total: float, a: float, word: str
+    shifts: Shifts, total: float, a: float, sum_name: str
 ) -> tuple[float, float, tuple[str, ...]]:
     """Return both shifts so that they sum to ``total``, and what had to be assumed."""
     x1, x2 = shifts
     if x1 is None and x2 is None:
-        half = 0.5 * total if abs(total) >= 1e-12 else 0.0
-        return (
-            half,
-            half,
-            (f"profile shift {word} {total:.4f} split in halves",) if half else (),
-        )
-    x1 = total - (x2 or 0.0) if x1 is None else x1
-    x2 = total - x1 if x2 is None else x2
-    # and by how much where backlash is left between the teeth: some 0.17 modules of it
-    # at 20°
-    if abs(x1 + x2 - total) > 0.25:
+        if abs(total) < 1e-12:
+            return 0.0, 0.0, ()
+        flag = f"profile shift {sum_name} {total:.4f} split in halves"
+        return 0.5 * total, 0.5 * total, (flag,)
+
+    if x1 is None:
+        x1 = total - (x2 or 0.0)
+    if x2 is None:
+        x2 = total - x1
+    if abs(x1 + x2 - total) > MAX_BACKLASH_SHIFT:
         raise GearError(
-            f"the {word} of the profile shifts is {x1 + x2:.4f}, but the centre "
-            "distance "
-            f"{a * 1e3:.5g} mm needs {total:.4f}, more than backlash makes up for; "
-            "leave out "
-            "one of the three"
+            f"the {sum_name} of the profile shifts is {x1 + x2:.4f}, but the centre "
+            f"distance {a * 1e3:.5g} mm needs {total:.4f}, more than backlash makes up "
+            "for; leave out one of the three"
         )
     return x1, x2, ()
 
@@ -270,11 +294,12 @@ def planetary_position(
             f"ring: {z_r} teeth cannot surround a planet of {z_p}: give the ring more "
             "teeth"
         )
-    a_sp, a_pr = (
-        centre_distance
-        if isinstance(centre_distance, tuple)
-        else (centre_distance,) * 2
-    )
+    a_sp: float | None
+    a_pr: float | None
+    if isinstance(centre_distance, tuple):
+        a_sp, a_pr = centre_distance
+    else:
+        a_sp = a_pr = centre_distance
     if a_pr is not None and x_s is None and x_p is None and x_r is not None:
         x_p = internal_position((z_p, z_r), (None, x_r), rack, a_pr).shifts[0]
     outer = operating_position((z_s, z_p), (x_s, x_p), rack, a_sp)

@@ -5,7 +5,7 @@ dimensions.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -47,9 +47,13 @@ class Material(NamedTuple):
         return self.youngs_modulus / (1.0 - self.poisson_ratio**2)
 
     def in_plane(self, plane: Plane) -> "Material":
-        """Return the material that in plane stress is what this one is in a plane state.
+        """Return the material whose plane stress is this one's in a plane state.
 
         In plane strain that of the same G with ``E/(1 − ν²)`` and ``ν/(1 − ν)``.
+
+        Parameters
+        ----------
+        plane : "stress" or "strain"
         """
         if plane == "stress":
             return self
@@ -62,29 +66,29 @@ class Material(NamedTuple):
 STEEL = Material(youngs_modulus=206e9, poisson_ratio=0.3, density=7830.0)
 
 
-def refuse(name: str, reasons: Mapping[str, bool]) -> None:
-    """Refuse a gear for the first reason that holds.
+def refuse_first(name: str, problems: Iterable[str]) -> None:
+    """Refuse a gear for its first problem.
 
     Parameters
     ----------
-    name : of the gear
-    reasons : each with its remedy, and whether it holds
+    name : of the gear, "" for a pair
+    problems : each with its remedy; none where the gear is right
 
     Raises
     ------
-    GearError : one holds
+    GearError : there is one
     """
-    for reason, holds in reasons.items():
-        if holds:
-            raise GearError(f"{name}: {reason}" if name else reason)
+    for problem in problems:
+        raise GearError(f"{name}: {problem}" if name else problem)
 
 
+RELIEF_SLACK = 1e-9  # relative, of a length that is the whole active path
 POWERS = {"linear": 1, "parabolic": 2}
 """Power of the distance from its beginning with which a relief of each shape grows."""
 
 
 class Relief(NamedTuple):
-    """Material removed over a length of the path of contact at one end of the active profile.
+    """Material removed over a length of the path at one end of the active profile.
 
     Parameters
     ----------
@@ -98,7 +102,12 @@ class Relief(NamedTuple):
     shape: Literal["linear", "parabolic"] = "linear"
 
     def removed(self, distance: Array) -> Array:
-        """Return the material removed at a distance from the profile's end, (n,) [m]."""
+        """Return the material removed, (n,) [m].
+
+        Parameters
+        ----------
+        distance : (n,) from the profile's end [m]
+        """
         return (
             self.amount
             * np.clip(1.0 - distance / self.length, 0.0, None) ** POWERS[self.shape]
@@ -124,7 +133,9 @@ class ReliefFrom(NamedTuple):
     def of(
         self, base_radius: float, tip_radius: float, name: str, *, internal: bool
     ) -> Relief:
-        """Return the relief of a gear, ``length = |√(r_a² − r_b²) − ρ|``, ρ = r_b φ or √(r² − r_b²).
+        """Return the relief of a gear, ``length = |√(r_a² − r_b²) − ρ|``.
+
+        ρ is r_b φ or √(r² − r_b²).
 
         Raises
         ------
@@ -193,28 +204,36 @@ class Modification(NamedTuple):
         return removed
 
 
-def check_reliefs(item: Modification | None, active_length: float, name: str) -> None:
+def check_reliefs(
+    modification: Modification | None, active_length: float, name: str
+) -> None:
     """Refuse reliefs that are negative or longer than the active profile.
+
+    Parameters
+    ----------
+    modification : of the gear, or None
+    active_length : of the path of contact [m]
+    name : of the gear
 
     Raises
     ------
     GearError : naming the relief, its numbers and the longest one possible
     """
-    for word in ("tip_relief", "root_relief"):
-        relief = getattr(item, word, None)
-        if relief is not None:
-            amount = relief.amount
-            length = relief.length
-            reasons = {
-                f"{word} amount {amount * 1e6:.3g} µm is negative; give >= 0": not amount
-                >= 0.0,
-                f"{word} length {length * 1e3:.4g} mm must lie above 0 and within the "
-                "active path of "
-                f"{active_length * 1e3:.4g} mm": not 0.0
-                < length
-                <= active_length * (1.0 + 1e-9),
-            }
-            refuse(name, reasons)
+    for key in ("tip_relief", "root_relief"):
+        relief = getattr(modification, key, None)
+        if relief is None:
+            continue
+        amount = relief.amount
+        length = relief.length
+        if not amount >= 0.0:
+            raise GearError(
+                f"{name}: {key} amount {amount * 1e6:.3g} µm is negative; give >= 0"
+            )
+        if not 0.0 < length <= active_length * (1.0 + RELIEF_SLACK):
+            raise GearError(
+                f"{name}: {key} length {length * 1e3:.4g} mm must lie above 0 and "
+                f"within the active path of {active_length * 1e3:.4g} mm"
+            )
 
 
 RootProfile = Literal["trochoid", "radial", "fillet"]
@@ -337,10 +356,15 @@ class GearSpec:
         )
 
     def thinning(self, module: float, pressure_angle: float) -> float:
-        """Return by how much the cutter is fed deeper into an external gear, ``E_sn / (2 m tan α)`` [1].
+        """Return how much deeper the cutter is fed into an external gear, in modules [1].
 
+        It is ``E_sn / (2 m tan α)``.
         The generating profile shift is ``x_E = x + E_sn / (2 m tan α)``; a ring's
         spaces widen, x_E = x − … .
+
+        Parameters
+        ----------
+        module, pressure_angle : m [m], α [rad]
 
         References
         ----------
@@ -353,7 +377,9 @@ class GearSpec:
     def tip_radius(
         self, module: float, profile_shift: float, alteration: float, outwards: float
     ) -> float:
-        """Return the radius of the tip circle, ``m (z/2 + x ± (h_a + k))`` unless it is given [m].
+        """Return the radius of the tip circle as given, or as it follows [m].
+
+        It follows as ``m (z/2 + x ± (h_a + k))``.
 
         Parameters
         ----------
@@ -370,7 +396,14 @@ class GearSpec:
     def root_radius(
         self, module: float, profile_shift: float, outwards: float
     ) -> float:
-        """Return that of the root circle, ``m (z/2 + x ∓ h_f)``, parameters as of `tip_radius` [m]."""
+        """Return the radius of the root circle as given, or as it follows [m].
+
+        It follows as ``m (z/2 + x ∓ h_f)``.
+
+        Parameters
+        ----------
+        module, profile_shift, outwards : as of `tip_radius`
+        """
         if self.root_diameter is not None:
             return 0.5 * self.root_diameter
         height = (

@@ -128,7 +128,7 @@ def _done_cases(campaign: Campaign, entries: Entries) -> Iterator[_DoneCase]:
 
 
 def _varies_coefficient(campaign: Campaign) -> bool:
-    """Whether the cases differ in their wear coefficient, so that they are its range."""
+    """Whether the cases differ in their wear coefficient, and are its range."""
     first, *rest = [
         getattr(case.scene.wear, "coefficient", None) for case in campaign.cases
     ]

@@ -222,7 +222,7 @@ def profile_figure(
 
 
 def _axis(column: Column) -> tuple[list[Array], str]:
-    """Return the values of a column in their display unit, and the label of the axis."""
+    """Return the values of a column in display units, and the label of its axis."""
     name, values = column
     quantity = QUANTITIES[name]
     shown = converted(np.asarray(values, float), quantity.unit, quantity.display_unit)
