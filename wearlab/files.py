@@ -1,4 +1,4 @@
-"""Files and folders: bounded reading of what people name, and the folder of compiled code and copies."""
+"""Bounded reading of files that users name, and the folder of compiled code."""
 
 import atexit
 import logging
@@ -17,28 +17,33 @@ def cache_folder() -> Path:
 
 
 def writable(folder: Path) -> Path:
-    """Return the folder, or one of this process and its children alone where it cannot be written.
+    """Return the folder, or a temporary one where that cannot be written.
 
-    Another user's cache is never taken: compiled code is run.
+    The temporary folder belongs to this process and its children. Another user's cache
+    is never taken, because compiled code from it would be run.
+
+    Parameters
+    ----------
+    folder : an existing folder
     """
     try:
         with TemporaryFile(dir=folder):
             return folder
     except OSError as error:
-        own = Path(mkdtemp(prefix="wearlab-cache-"))
-        atexit.register(_drop, own, os.getpid())
-        os.environ["WEARLAB_CACHE"] = str(own)
+        temporary = Path(mkdtemp(prefix="wearlab-cache-"))
+        atexit.register(_remove, temporary, os.getpid())
+        os.environ["WEARLAB_CACHE"] = str(temporary)
         logging.getLogger("wearlab").warning(
             "%s: cannot be written (%s): every command compiles anew; set "
             "WEARLAB_CACHE to a folder of yours",
             folder.parent,
             error.strerror or error,
         )
-        return own
+        return temporary
 
 
-def _drop(folder: Path, owner: int) -> None:
-    """Remove a folder when the process that made it leaves, not when a child of it does."""
+def _remove(folder: Path, owner: int) -> None:
+    """Remove a folder when the process that made it ends, not when a child ends."""
     if os.getpid() == owner:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -58,24 +63,24 @@ def read_regular(path: str | Path, largest: int) -> bytes:
     OSError : it cannot be read, is no regular file, is larger, or has more in it than
         its size says
     """
-    descriptor = os.open(
-        path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-    )
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    descriptor = os.open(path, flags)
     with open(descriptor, "rb", buffering=0) as file:
         status = os.fstat(descriptor)
         if not stat.S_ISREG(status.st_mode):
             raise OSError(0, "not a file", str(path))
-        if status.st_size > largest:
-            raise OSError(
-                0,
-                f"{status.st_size} bytes are more than the {largest} of such a file",
-                str(path),
-            )
+
+        size = status.st_size
+        if size > largest:
+            message = f"{size} bytes are more than the {largest} of such a file"
+            raise OSError(0, message, str(path))
+
         parts = []
-        left = status.st_size + 1
-        while left and (part := file.read(left)):
+        remaining = size + 1  # one byte more than the file has by its size
+        while remaining and (part := file.read(remaining)):
             parts.append(part)
-            left -= len(part)
-    if left == 0:
+            remaining -= len(part)
+
+    if remaining == 0:
         raise OSError(0, "not a file of a size that can be told", str(path))
     return b"".join(parts)

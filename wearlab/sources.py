@@ -1,4 +1,4 @@
-"""Which code this is: hashes of wearlab's sources and tables, without importing any.
+"""Hashes of wearlab's sources and tables, without importing any.
 
 A run bears the hash of the code that it used. What comes after a run (the store,
 figures, commands) is no part of it, nor is `dynamics` of a run without ``[dynamics]``:
@@ -24,11 +24,12 @@ SHORT_ID = 10
 
 @cache
 def source_hash() -> str:
-    """Return the hash of all of wearlab's Python sources and tables, 16 hexadecimal digits."""
+    """Return the hash of all of wearlab's sources and tables, 16 hexadecimal digits."""
     return hash_of(_sources())
 
 
 def _sources() -> list[Path]:
+    """Return all Python files and tables of the package, sorted."""
     return sorted(
         [
             *PACKAGE.rglob("*.py"),
@@ -49,7 +50,7 @@ def used_hash(dynamics: bool) -> str:
 
     Parameters
     ----------
-    dynamics : whether its scene moves
+    dynamics : whether its scene has ``[dynamics]``
     """
     left_out = AFTER if dynamics else AFTER | {DYNAMICS}
     return hash_of(
@@ -65,18 +66,24 @@ def present_hashes() -> tuple[str, ...]:
 
 
 def is_other_code(recorded: str | None) -> bool:
-    """Say whether a run was made by code that has changed since, by the hash that it bears."""
+    """Return whether a run was made by code that has changed since.
+
+    Parameters
+    ----------
+    recorded : the hash that the run bears; None: it bears none
+    """
     return bool(recorded) and recorded not in present_hashes()
 
 
 def hash_of(files: Iterable[Path]) -> str:
-    """Return the hash of some of the sources: their names and bytes."""
+    """Return the hash of files by their names and bytes, 16 hexadecimal digits.
+
+    Parameters
+    ----------
+    files : files of the package
+    """
     digest = hashlib.sha256()
     for file in files:
-        digest.update(
-            file.relative_to(PACKAGE).as_posix().encode()
-            + b"\0"
-            + file.read_bytes()
-            + b"\0"
-        )
+        name = file.relative_to(PACKAGE).as_posix().encode()
+        digest.update(name + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()[:16]

@@ -1,1 +1,1 @@
-"""Materials and oils by the names that workshops use, and the standards behind the names."""
+"""Materials and oils by the names that workshops use, and the standards behind them."""

@@ -1,35 +1,20 @@
-"""What an oil's grade or datasheet says of it at a temperature: viscosity, density, pressure-viscosity.
+"""Viscosity, density and pressure-viscosity of an oil, from its grade or datasheet.
 
 ISO 3448 names a grade by its kinematic viscosity at 40 °C; the viscosity index (ISO
 2909, ASTM D2270) gives that at 100 °C; ASTM D341 joins the two.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 KELVIN = 273.15
-GRADES = (
-    2,
-    3,
-    5,
-    7,
-    10,
-    15,
-    22,
-    32,
-    46,
-    68,
-    100,
-    150,
-    220,
-    320,
-    460,
-    680,
-    1000,
-    1500,
-    2200,
-    3200,
-)
+"""0 °C [K]."""
+GRADES_TEXT = """
+    2 3 5 7 10 15 22 32 46 68
+    100 150 220 320 460 680 1000 1500 2200 3200
+"""
+GRADES = tuple(map(int, GRADES_TEXT.split()))
 """ISO 3448: kinematic viscosity at 40 °C [mm²/s], within ±10 %."""
 USUAL_INDEX = 95.0
 """Viscosity index of a mineral oil that states none (ISO 3448, Annex)."""
@@ -99,12 +84,16 @@ def of_grade(
 def of_datasheet(
     at_40: float, at_100: float, density: float | None = None, base: str = "mineral"
 ) -> Oil:
-    """Return the oil of a datasheet's two viscosities [m²/s].
+    """Return the oil of a datasheet.
 
-    The density is estimated where none is given.
+    Where no density is given, it is estimated by ``ρ₁₅ = 43.37 log₁₀ ν₄₀ + 805.5`` with
+    ν₄₀ in mm²/s: ISO/TR 15144-1:2014, mineral oils.
 
-    ``ρ₁₅ = 43.37 log₁₀ ν₄₀ + 805.5`` with ν₄₀ in mm²/s: ISO/TR 15144-1:2014, mineral
-    oils.
+    Parameters
+    ----------
+    at_40, at_100 : kinematic viscosity at 40 and 100 °C [m²/s]
+    density : at 15 °C [kg/m³]; None: estimated
+    base : mineral or pao
     """
     if density is None:
         density = 43.37 * math.log10(at_40 / CENTISTOKES) + 805.5
@@ -112,76 +101,129 @@ def of_datasheet(
 
 
 def viscosity_index(at_40: float, at_100: float) -> float:
-    """Return the viscosity index of two kinematic viscosities [mm²/s]: ASTM D2270, procedures A and B."""
-    low, high = _reference(at_100)
-    if at_40 >= high:
-        return 100.0 * (low - at_40) / (low - high)
-    return (
-        100.0
-        + (10.0 ** (math.log10(high / at_40) / math.log10(at_100)) - 1.0) / 0.00715
-    )
+    """Return the viscosity index of two kinematic viscosities [1].
+
+    Parameters
+    ----------
+    at_40, at_100 : kinematic viscosity at 40 and 100 °C [mm²/s]
+
+    References
+    ----------
+    ASTM D2270, procedure A up to an index of 100, procedure B above.
+    """
+    of_index_0, of_index_100 = _reference(at_100)
+    if at_40 >= of_index_100:
+        return 100.0 * (of_index_0 - at_40) / (of_index_0 - of_index_100)
+
+    exponent = math.log10(of_index_100 / at_40) / math.log10(at_100)
+    return 100.0 + (10.0**exponent - 1.0) / 0.00715
 
 
 def _reference(at_100: float) -> tuple[float, float]:
-    """Return L and H, the viscosities at 40 °C of oils of index 0 and 100 with this one at 100 °C."""
-    _, a, b, c, d, e, f = next(row for row in INDEX if at_100 <= row[0])
-    return a * at_100**2 + b * at_100 + c, d * at_100**2 + e * at_100 + f
+    """Return L and H of ASTM D2270 [mm²/s].
+
+    L and H are the viscosities at 40 °C of oils of index 0 and 100 that have the given
+    viscosity at 100 °C.
+    """
+    row = next(row for row in INDEX if at_100 <= row[0])
+    _, *coefficients = row
+    of_index_0 = _parabola(coefficients[:3], at_100)
+    of_index_100 = _parabola(coefficients[3:], at_100)
+    return of_index_0, of_index_100
+
+
+def _parabola(coefficients: Sequence[float], x: float) -> float:
+    """Return ``a x² + b x + c``."""
+    a, b, c = coefficients
+    return a * x**2 + b * x + c
 
 
 def viscosity_at_100(at_40: float, index: float) -> float:
-    """Return the kinematic viscosity at 100 °C of an index [mm²/s], by bisection on the index.
+    """Return the kinematic viscosity at 100 °C of an index [mm²/s], by bisection.
+
+    Parameters
+    ----------
+    at_40 : kinematic viscosity at 40 °C [mm²/s]
+    index : viscosity index [1]
 
     Raises
     ------
     ValueError : no oil of that viscosity has the index
     """
-    low, high = 2.0, at_40
+    low = 2.0
+    high = at_40
     if not viscosity_index(at_40, low) < index < viscosity_index(at_40, high):
         raise ValueError(
             f"no oil of {at_40:g} mm²/s at 40 °C has a viscosity index of {index:g}"
         )
     for _ in range(80):
         middle = 0.5 * (low + high)
-        low, high = (
-            (middle, high) if viscosity_index(at_40, middle) < index else (low, middle)
-        )
+        if viscosity_index(at_40, middle) < index:
+            low = middle
+        else:
+            high = middle
     return 0.5 * (low + high)
 
 
 def kinematic_viscosity(oil: Oil, temperature: float) -> float:
-    """Return the kinematic viscosity at a temperature [m²/s], ``lg lg (ν + 0.7) = A − B lg T``.
+    """Return the kinematic viscosity [m²/s], ``lg lg (ν + 0.7) = A − B lg T``.
 
     Parameters
     ----------
+    oil : its viscosities at 40 and 100 °C give A and B
     temperature : T [K]
 
     Source: ASTM D341, ν in mm²/s from 2 upwards.
     """
-    each = (
-        viscosity / CENTISTOKES for viscosity in (oil.viscosity_40, oil.viscosity_100)
-    )
-    first, second = (math.log10(math.log10(viscosity + 0.7)) for viscosity in each)
+    at_40 = _double_logarithm(oil.viscosity_40)
+    at_100 = _double_logarithm(oil.viscosity_100)
     cold = math.log10(40.0 + KELVIN)
     hot = math.log10(100.0 + KELVIN)
-    slope = (first - second) / (hot - cold)
-    value = first - slope * (math.log10(temperature) - cold)
+
+    slope = (at_40 - at_100) / (hot - cold)
+    value = at_40 - slope * (math.log10(temperature) - cold)
     return CENTISTOKES * (10.0 ** (10.0**value) - 0.7)
 
 
+def _double_logarithm(viscosity: float) -> float:
+    """Return ``lg lg (ν + 0.7)`` with ν in mm²/s of a kinematic viscosity [m²/s]."""
+    return math.log10(math.log10(viscosity / CENTISTOKES + 0.7))
+
+
 def density(oil: Oil, temperature: float) -> float:
-    """Return the density at a temperature, ``ρ = ρ₁₅ − 0.7 (T − 289 K)`` [kg/m³] (ISO/TR 15144-1:2014)."""
+    """Return the density at a temperature, ``ρ = ρ₁₅ − 0.7 (T − 289 K)`` [kg/m³].
+
+    Parameters
+    ----------
+    oil : its density at 15 °C is ρ₁₅
+    temperature : T [K]
+
+    Source: ISO/TR 15144-1:2014.
+    """
     return oil.density_15 - 0.7 * (temperature - 289.0)
 
 
 def dynamic_viscosity(oil: Oil, temperature: float) -> float:
-    """Return the dynamic viscosity at a temperature, ``η = ν ρ`` [Pa·s]."""
+    """Return the dynamic viscosity, ``η = ν ρ`` [Pa·s].
+
+    Parameters
+    ----------
+    oil : gives ν and ρ
+    temperature : [K]
+    """
     return kinematic_viscosity(oil, temperature) * density(oil, temperature)
 
 
 def pressure_viscosity(oil: Oil, temperature: float) -> float:
     """Return an estimate of the pressure-viscosity coefficient, ``α = k η^s`` [1/Pa].
 
+    Parameters
+    ----------
+    oil : gives η; its base gives k and s
+    temperature : [K]
+
     Source: AGMA 925-A03; for mineral oils the same as ISO/TR 15144-1 at 38 °C.
     """
     k, s = PRESSURE[oil.base]
-    return 1e-6 * k * (1e3 * dynamic_viscosity(oil, temperature)) ** s
+    millipascal_seconds = 1e3 * dynamic_viscosity(oil, temperature)
+    return 1e-6 * k * millipascal_seconds**s

@@ -57,7 +57,7 @@ def _material(value: object) -> object:
     )
     if name is None:
         return value
-    material = grades.known(name) if isinstance(name, str) else None
+    material = grades.catalogue_name(name) if isinstance(name, str) else None
     if material is None:
         near = nearest.meant(str(name), [*grades.MATERIALS, *grades.ALIASES], ";")
         choices = f"{near} there are {', '.join(grades.MATERIALS)}"
