@@ -21,7 +21,7 @@ from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.dynamics.steady.response import deflection_at
 from wearlab.dynamics.system import System
-from wearlab.mesh.clock import Mesh, look_within, sampling
+from wearlab.mesh.clock import Mesh, locate_within_steps, sampling
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.excitation import MeshFlanks, stage_tables
 from wearlab.mesh.force import Dashpot, Deflections, flank_forces
@@ -186,7 +186,7 @@ def moving(analysis: ContactAnalysis, moved: Mover) -> Moving:
     )
     response = Periodic().solve(system, tables, moved.period, None)
     delta = deflection_at(response, steps, np.zeros(1))[0][0, 0]
-    where = look_within(grid, [0.0], np.zeros((1, 1)), np.array([1e-6]))
+    where = locate_within_steps(grid, [0.0], np.zeros((1, 1)), np.array([1e-6]))
     pair = flank_forces(
         touching, where, Deflections(delta, 0.0 * delta), Dashpot(0.0), 1.0
     ).pair

@@ -114,7 +114,7 @@ class GearModel:
         phases : (n,) of the clock [1]
         """
         on_clock = self.meshes[mesh]
-        return clock.look(
+        return clock.locate(
             self.kinds[on_clock.kind].analysis.grid, [on_clock.lag], phases
         )
 

@@ -16,7 +16,7 @@ from wearlab.dynamics.models import InMotion
 from wearlab.gears import specification
 from wearlab.life.coupled import Vibration, hunting_grid
 from wearlab.mesh import contact, gear_set, stages
-from wearlab.mesh.clock import Friction, Mesh, Sampling, look_within, sampling
+from wearlab.mesh.clock import Friction, Mesh, Sampling, locate_within_steps, sampling
 from wearlab.mesh.damping_laws import MeshesInOperation
 from wearlab.scene import Scene, operation
 
@@ -178,7 +178,8 @@ def steps_grid(
         beyond = turned / (STABILITY_OF_RK4 * steps_stated)
         if dynamics.steps_by_runge_kutta and not exact and beyond > 1.0:
             raise specification.GearError(
-                f"numerics.steps_per_period = {steps_stated} is beyond the stability of "
+                f"numerics.steps_per_period = {steps_stated} is beyond the stability "
+                "of "
                 "Runge-Kutta 4 by a factor "
                 f"{beyond:.3g}: give {int(np.ceil(turned))} or more, or leave it out"
             )
@@ -256,7 +257,9 @@ def unresolved(
     """
     ends = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
     phase = grid.start[:, None] + grid.width[:, None] * ends
-    where = look_within(analysis.grid, [mesh.lag], phase, grid.start + 0.5 * grid.width)
+    where = locate_within_steps(
+        analysis.grid, [mesh.lag], phase, grid.start + 0.5 * grid.width
+    )
     compliance, _, _ = analysis.at(analysis.unworn[0], where)
     stiffness = (1.0 / compliance).sum(axis=1).reshape(phase.shape)
     error = mesh.error.value(where.phase).reshape(phase.shape)

@@ -175,7 +175,7 @@ class Coupling(OneCondition):
         dashpot = dashpot_of(vibration.system, int(kind.meshes[0]))
         acting = flank_forces(
             flanks,
-            clock.joined([where] * len(weight)),
+            clock.concatenate([where] * len(weight)),
             motion,
             dashpot,
             vibration.period,
@@ -261,8 +261,8 @@ class FaceKind(NamedTuple):
     ----------
     contact : of the worn flanks
     law : the wear law at all nodes of the face, slice after slice; None: no wear
-    patch : over which width along the profile wear is spread and effective_wear, slice after
-        slice; None: at points
+    patch : over which width along the profile wear is spread and effective_wear, slice
+        after slice; None: at points
     lags : γ of each mesh of this kind, by its number in the set [1]
     """
 

@@ -1,4 +1,4 @@
-"""The elastic wheel body under a loaded tooth: Sainsot's formula, and an annulus that teeth share.
+"""The elastic wheel body under a loaded tooth: Sainsot's formula, and a shared annulus.
 
 The annulus is plane, clamped at the bore, or at the outside of a ring's rim. A tooth
 hands its load over to the arc |θ| ≤ θ_f of the root circle as a normal stress linear in
@@ -24,7 +24,6 @@ from wearlab.gears.gear import Gear
 from wearlab.gears.outline import load_angle, root_half_angle
 from wearlab.gears.specification import Material
 
-# X = A/θ² + B h² + C h/θ + D/θ + E h + F (Sainsot, Velex & Duverger 2004, Table 1)
 _TABLE = np.array(
     [
         [-5.574e-5, -1.9986e-3, -2.3015e-4, 4.7702e-3, 0.0271, 6.8045],
@@ -33,6 +32,13 @@ _TABLE = np.array(
         [-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904],
     ]
 )
+"""A to F of L*, M*, P* and Q*, each ``A/θ² + B h² + C h/θ + D/θ + E h + F``.
+
+Sainsot, Velex & Duverger 2004, Table 1.
+"""
+BORE_RATIO_RANGE = (1.4, 7.0)
+ROOT_ANGLE_RANGE = (0.01, 0.12)
+"""Of h_f [1] and θ_f [rad], in which the polynomials were fitted."""
 
 
 def sainsot_coefficients(bore_ratio: float, root_half_angle: float) -> Array:
@@ -53,21 +59,23 @@ def sainsot_coefficients(bore_ratio: float, root_half_angle: float) -> Array:
     Sainsot, Velex & Duverger, J. Mech. Des. 126 (2004) 748–752,
     https://doi.org/10.1115/1.1758252, Eq. 6.
     """
-    h, theta = bore_ratio, root_half_angle
-    return np.asarray(_TABLE @ [1.0 / theta**2, h * h, h / theta, 1.0 / theta, h, 1.0])
+    h = bore_ratio
+    theta = root_half_angle
+    powers = [1.0 / theta**2, h * h, h / theta, 1.0 / theta, h, 1.0]
+    return np.asarray(_TABLE @ powers)
 
 
 def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
-    """Return the compliance of the wheel body along the line of action, for the whole face width.
+    """Return the compliance of the wheel body along the line of action.
 
-    ``c_f = cos²λ / (E B) [L (u/S)² + M u/S + P (1 + Q tan²λ)]`` with ``S = 2 r_f θ_f``
-    and ``u = x_A − y_A tanλ − r_f``, the height above the root circle where the line of
-    action crosses the tooth's centre line. Wear moves the contact point along its own
-    normal, so u stays ``r_b/cosλ − r_f``. It is negative where that line crosses the
-    root circle first, and so is the cross term then. A ring: ``u = r_f − r_b/cosλ`` and
-    ``h_f = r_rim/r_f``, outside what the polynomials were fitted to
-    (:func:`foundation_validity` says so; :func:`wearlab.mesh.body.body_compliance` has
-    no such range).
+    For the whole face width, ``c_f = cos²λ / (E B) [L (u/S)² + M u/S + P (1 + Q
+    tan²λ)]`` with ``S = 2 r_f θ_f`` and ``u = x_A − y_A tanλ − r_f``, the height above
+    the root circle where the line of action crosses the tooth's centre line. Wear moves
+    the contact point along its own normal, so u stays ``r_b/cosλ − r_f``. It is
+    negative where that line crosses the root circle first, and so is the cross term
+    then. A ring: ``u = r_f − r_b/cosλ`` and ``h_f = r_rim/r_f``, outside what the
+    polynomials were fitted to (:func:`foundation_validity` says so;
+    :func:`wearlab.mesh.body.body_compliance` has no such range).
 
     Parameters
     ----------
@@ -86,13 +94,22 @@ def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
     r_f = gear.root_radius
     L, M, P, Q = sainsot_coefficients(body_ratio(gear), theta)
     lam = load_angle(gear, radius)
-    ratio = gear.outwards * (gear.base_radius / np.cos(lam) - r_f) / (2.0 * r_f * theta)
+
+    crossing = gear.base_radius / np.cos(lam)
+    ratio = gear.outwards * (crossing - r_f) / (2.0 * r_f * theta)
     shape = L * ratio**2 + M * ratio + P * (1.0 + Q * np.tan(lam) ** 2)
-    return np.cos(lam) ** 2 * shape / (gear.material.youngs_modulus * gear.face_width)
+    stiffness = gear.material.youngs_modulus * gear.face_width
+    return np.cos(lam) ** 2 * shape / stiffness
 
 
 def body_ratio(gear: Gear) -> float:
-    """Return h_f, the outer over the inner radius of the body: r_f / r_bore, or r_rim / r_f of a ring [1].
+    """Return h_f, the outer over the inner radius of the body [1].
+
+    ``r_f / r_bore`` of an external gear, ``r_rim / r_f`` of a ring.
+
+    Parameters
+    ----------
+    gear : the gear
 
     References
     ----------
@@ -103,7 +120,7 @@ def body_ratio(gear: Gear) -> float:
 
 
 def foundation_validity(gear: Gear) -> tuple[str, ...]:
-    """Return where a gear lies outside the range in which Sainsot's polynomials were fitted, in words.
+    """Return messages on quantities outside the range of Sainsot's polynomials.
 
     Parameters
     ----------
@@ -118,22 +135,23 @@ def foundation_validity(gear: Gear) -> tuple[str, ...]:
     Sainsot, Velex & Duverger 2004: 1.4 ≤ h_f ≤ 7 and 0.01 ≤ θ_f ≤ 0.12.
     """
     ratio = "h_f = r_rim/r_f" if gear.internal else "h_f = r_f/r_bore"
-    known = (
-        (ratio, body_ratio(gear), (1.4, 7.0)),
-        ("theta_f", root_half_angle(gear), (0.01, 0.12)),
+    quantities = (
+        (ratio, body_ratio(gear), BORE_RATIO_RANGE),
+        ("theta_f", root_half_angle(gear), ROOT_ANGLE_RANGE),
     )
     return tuple(
         f"{gear.name}: sainsot foundation outside its range: {symbol} = {value:.4g}, "
         f"fitted for {low:g} to {high:g}"
-        for symbol, value, (low, high) in known
+        for symbol, value, (low, high) in quantities
         if not low <= value <= high
     )
 
 
 class ModeCompliance(NamedTuple):
-    """Displacements of the root circle under unit tractions σ cos nθ and τ sin nθ, n = 0, 1, 2 and up.
+    """Displacements of the root circle under unit tractions σ cos nθ and τ sin nθ.
 
-    Tractions and displacements count outwards (σ, u_r) and along rising θ (τ, u_θ).
+    The modes are n = 0, 1, 2 and up. Tractions and displacements count outwards (σ,
+    u_r) and along rising θ (τ, u_θ).
 
     Parameters
     ----------
@@ -150,7 +168,7 @@ class ModeCompliance(NamedTuple):
 def mode_compliance(
     clamped: float, loaded: float, material: Material, n_modes: int
 ) -> ModeCompliance:
-    """Solve the annulus, clamped at one radius and loaded at the other, for every Fourier mode.
+    """Solve the annulus, clamped at one radius and loaded at the other, for all modes.
 
     Parameters
     ----------
@@ -170,51 +188,70 @@ def mode_compliance(
     """
     n = np.arange(n_modes, dtype=float)
     solutions = _michell(n, material)
-    ends = min(clamped, loaded), max(clamped, loaded)
-    clamp, _ = _at_radius(solutions, n, clamped, ends, material)
-    rim, surface = _at_radius(solutions, n, loaded, ends, material)
+    inner = min(clamped, loaded)
+    outer = max(clamped, loaded)
+    clamp, _ = _at_radius(solutions, n, clamped, inner, outer, material)
+    rim, surface = _at_radius(solutions, n, loaded, inner, outer, material)
+
     # an inner surface faces the centre: what pulls it outwards is a negative stress
     # there
     tractions = np.zeros((n_modes, 4, 2))
-    tractions[:, 2, 0] = tractions[:, 3, 1] = 1.0 if loaded > clamped else -1.0
-    compliance = rim @ np.linalg.solve(
-        np.concatenate([clamp, surface], axis=1), tractions
+    outwards = 1.0 if loaded > clamped else -1.0
+    tractions[:, 2, 0] = outwards
+    tractions[:, 3, 1] = outwards
+
+    conditions = np.concatenate([clamp, surface], axis=1)
+    compliance = rim @ np.linalg.solve(conditions, tractions)
+    return ModeCompliance(
+        normal=compliance[:, 0, 0],
+        mixed=compliance[:, 0, 1],
+        shear=compliance[:, 1, 1],
     )
-    return ModeCompliance(compliance[:, 0, 0], compliance[:, 0, 1], compliance[:, 1, 1])
 
 
 def _at_radius(
     solutions: Array,
     n: Array,
     radius: float,
-    ends: tuple[float, float],
+    inner: float,
+    outer: float,
     material: Material,
 ) -> tuple[Array, Array]:
-    """Displacements (u_r, u_θ) and tractions (σ_r, τ) of the solutions, each (n_modes, 2, 4)."""
+    """Return displacements and tractions of the solutions at a radius.
+
+    Displacements (u_r, u_θ) and tractions (σ_r, τ), each (n_modes, 2, 4).
+    """
     mu = material.shear_modulus
     lame = 2.0 * mu * material.poisson_ratio / (1.0 - material.poisson_ratio)
-    displacement, traction = np.empty((2, len(n), 2, 4))
+    displacement = np.empty((len(n), 2, 4))
+    traction = np.empty((len(n), 2, 4))
+
     for column, (U, V, power, logarithm) in enumerate(solutions):
         # growing powers are scaled by the outer and falling ones by the inner radius:
         # nothing overflows
-        scale = np.where(power > 0.0, *ends[::-1])
+        scale = np.where(power > 0.0, outer, inner)
         size = (radius / scale) ** power
-        u = size * (U + logarithm * np.log(radius / scale))
-        v = size * (V - logarithm * np.log(radius / scale))
+        log_radius = np.log(radius / scale)
+
+        u = size * (U + logarithm * log_radius)
+        v = size * (V - logarithm * log_radius)
         u_rate = power * u + size * logarithm
         v_rate = power * v - size * logarithm
-        displacement[:, 0, column], displacement[:, 1, column] = u, v
-        traction[:, 0, column] = (
-            (lame + 2.0 * mu) * u_rate + lame * (u + n * v)
-        ) / radius
+
+        normal = (lame + 2.0 * mu) * u_rate + lame * (u + n * v)
+        displacement[:, 0, column] = u
+        displacement[:, 1, column] = v
+        traction[:, 0, column] = normal / radius
         traction[:, 1, column] = mu * (v_rate - n * u - v) / radius
+
     return displacement, traction
 
 
 def _michell(n: Array, material: Material) -> Array:
-    """Return the four solutions of each mode, u_r = (U + G ln r) r^p cos nθ, u_θ = (V − G ln r) r^p sin nθ.
+    """Return Michell's four solutions of each mode, (4 solutions, 4 values, n_modes).
 
-    Shape (4 solutions, 4 values U V p G, n_modes); the overall factor of each is free.
+    ``u_r = (U + G ln r) r^p cos nθ`` and ``u_θ = (V − G ln r) r^p sin nθ``; the values
+    are U, V, p and G. The overall factor of each solution is free.
     """
     kappa = (3.0 - material.poisson_ratio) / (1.0 + material.poisson_ratio)
     ones = np.ones_like(n)
@@ -230,7 +267,7 @@ def _michell(n: Array, material: Material) -> Array:
     # mode 1: r^(1−n) and r^(n−1) coincide; the point force takes the place of the
     # second
     solutions[1, :, n == 1.0] = [-1.0, -1.0, 0.0, 2.0 * kappa]
-    # mode 0: radial and rotational solutions part, r and 1/r each
+    # mode 0: the radial solutions r and 1/r, and the rotational ones
     solutions[:, :, n == 0.0] = np.array(
         [
             [1.0, 0.0, 1.0, 0.0],
@@ -243,7 +280,7 @@ def _michell(n: Array, material: Material) -> Array:
 
 
 def arc_tractions(gear: Gear, radius: ArrayLike) -> Array:
-    """Return the tractions that carry a unit load into the root arc, per unit face width.
+    """Return the tractions that carry a unit load into the root arc, per face width.
 
     ``σ = σ0 + σ1 θ/θ_f`` and ``τ = τ0``, with the radial force ``2 r_f sinθ_f σ0 =
     −sinλ``, the moment about the centre ``2 r_f² θ_f τ0 = −r_b`` and the tangential
@@ -267,14 +304,16 @@ def arc_tractions(gear: Gear, radius: ArrayLike) -> Array:
     theta = root_half_angle(gear)
     r_f = gear.root_radius
     lam = load_angle(gear, radius)
+
     constant = -gear.outwards * np.sin(lam) / (2.0 * r_f * np.sin(theta))
     shear = np.full_like(lam, -gear.base_radius / (2.0 * r_f**2 * theta))
-    rest = -np.cos(lam) / (2.0 * r_f) - shear * np.sin(theta)
-    return np.stack([constant, rest / (np.sin(theta) / theta - np.cos(theta)), shear])
+    tangential = -np.cos(lam) / (2.0 * r_f) - shear * np.sin(theta)
+    linear = tangential / (np.sin(theta) / theta - np.cos(theta))
+    return np.stack([constant, linear, shear])
 
 
 def arc_work(gear: Gear, separation: float) -> Array:
-    """Return the work of each arc traction on the displacements due to each, at an angular separation.
+    """Return the work of arc tractions of one tooth on displacements due to another's.
 
     Parameters
     ----------
@@ -297,27 +336,29 @@ def arc_work(gear: Gear, separation: float) -> Array:
     compliance = mode_compliance(
         gear.bore_radius, gear.root_radius, gear.material, n_modes
     )
+    # complex amplitudes of e^{inθ} of the tractions: cosines are real, sines −i
     n = np.arange(1, n_modes)
-    even = 2.0 * np.sin(n * theta) / n
-    odd = 2.0 * (np.sin(n * theta) / n**2 - theta * np.cos(n * theta) / n) / theta
-    nothing = np.zeros_like(even)
-    # complex amplitudes of e^{inθ}: cosines are real, sines −i
-    normal = np.stack([even + 0j, -1j * odd, nothing + 0j])
-    shear = np.stack([nothing, nothing, even])
-    u_r = compliance.normal[1:] * normal + 1j * compliance.mixed[1:] * shear
-    u_t = -1j * compliance.mixed[1:] * normal + compliance.shear[1:] * shear
+    sine = np.sin(n * theta)
+    even = 2.0 * sine / n
+    odd = 2.0 * (sine / n**2 - theta * np.cos(n * theta) / n) / theta
+    zero = np.zeros_like(even)
+    normal = np.stack([even + 0j, -1j * odd, zero + 0j])
+    shear = np.stack([zero, zero, even])
+
+    # those of the displacements
+    mixed = compliance.mixed[1:]
+    u_r = compliance.normal[1:] * normal + 1j * mixed * shear
+    u_t = -1j * mixed * normal + compliance.shear[1:] * shear
+
     turn = np.exp(1j * n * separation)
     work = (normal.conj() * turn) @ u_r.T + (shear * turn) @ u_t.T
-    uniform = (
-        (2.0 * theta) ** 2
-        / 2.0
-        * np.diag([compliance.normal[0], 0.0, compliance.shear[0]])
-    )
+    of_mode_0 = np.diag([compliance.normal[0], 0.0, compliance.shear[0]])
+    uniform = (2.0 * theta) ** 2 / 2.0 * of_mode_0
     return np.asarray(gear.root_radius / np.pi * (work.real + uniform))
 
 
 def body_compliance(gear: Gear, radius: ArrayLike) -> Array:
-    """Return the annulus's own compliance along the line of action, beside Sainsot's polynomials.
+    """Return the compliance of the annulus along the line of action.
 
     Parameters
     ----------
@@ -332,23 +373,25 @@ def body_compliance(gear: Gear, radius: ArrayLike) -> Array:
     ----------
     Sainsot, Velex & Duverger 2004, for the tractions; clamped at the bore as there.
     """
-    p = arc_tractions(gear, radius)
-    return np.asarray(_work(p, arc_work(gear, 0.0), p) / gear.face_width)
+    tractions = arc_tractions(gear, radius)
+    work = _work(tractions, arc_work(gear, 0.0), tractions)
+    return np.asarray(work / gear.face_width)
 
 
 def body_coupling(
-    gear: Gear, radius: ArrayLike, other: ArrayLike, teeth_apart: int = 1
+    gear: Gear, radius: ArrayLike, second_radius: ArrayLike, teeth_apart: int = 1
 ) -> Array:
-    """Return the body compliance two loaded teeth share, over the geometric mean of their own.
+    """Return the body compliance that two loaded teeth share, over that of one of them.
 
-    The foundation compliance between them is this ratio times ``√(c_f,i c_f,j)``. Both
-    touch the same line of action, so the tooth with the larger contact radius (a
-    ring's: the smaller) is on the loaded flank's side.
+    It is over the geometric mean of the two teeth's own. The foundation compliance
+    between them is this ratio times ``√(c_f,i c_f,j)``. Both touch the same line of
+    action, so the tooth with the larger contact radius (a ring's: the smaller) is on
+    the loaded flank's side.
 
     Parameters
     ----------
     gear : the gear
-    radius, other : (n,) contact radii of the two teeth [m]
+    radius, second_radius : (n,) contact radii of the two teeth [m]
     teeth_apart : how many pitches lie between them [1]
 
     Returns
@@ -361,20 +404,24 @@ def body_coupling(
     tractions on the root circle.
     """
     first, second = np.broadcast_arrays(
-        np.asarray(radius, dtype=float), np.asarray(other, dtype=float)
+        np.asarray(radius, dtype=float), np.asarray(second_radius, dtype=float)
     )
     low = np.minimum(first, second)
     high = np.maximum(first, second)
     if gear.internal:
         low, high = high, low
+
     p = arc_tractions(gear, low)
     q = arc_tractions(gear, high)
-    own = arc_work(gear, 0.0)
-    across = arc_work(gear, 2.0 * np.pi * teeth_apart / gear.teeth)
-    return np.asarray(
-        _work(q, across, p) / np.sqrt(_work(p, own, p) * _work(q, own, q))
-    )
+    work_at_tooth = arc_work(gear, 0.0)
+    work_between = arc_work(gear, 2.0 * np.pi * teeth_apart / gear.teeth)
+
+    shared = _work(q, work_between, p)
+    of_first = _work(p, work_at_tooth, p)
+    of_second = _work(q, work_at_tooth, q)
+    return np.asarray(shared / np.sqrt(of_first * of_second))
 
 
-def _work(moved: Array, between: Array, acting: Array) -> Array:
-    return np.asarray(np.einsum("a...,ab,b...->...", moved, between, acting))
+def _work(observing: Array, between: Array, acting: Array) -> Array:
+    """Return the work of tractions (3, n) on displacements due to tractions (3, n)."""
+    return np.asarray(np.einsum("a...,ab,b...->...", observing, between, acting))

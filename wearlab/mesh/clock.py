@@ -1,8 +1,8 @@
-"""Meshes on one clock: every mesh of a gear set lags the first by a fraction of the mesh period.
+"""Meshes on one clock: a mesh of a gear set lags the first by a part of the mesh period.
 
-A mesh meets its own phase ``(φ − γ) mod 1`` when the clock shows φ. Meshes of one kind
-share their flanks, and so one contact analysis; what differs is the lag and the error
-each of them sees.
+When the clock shows φ, a mesh is at its own phase ``(φ − γ) mod 1``. Meshes of one kind
+share their flanks, and so one contact analysis; they differ by their lag and by their
+error.
 
 A `Sampling` holds at which phases an integration asks for the meshes, and what wear
 does not change there.
@@ -24,15 +24,18 @@ from wearlab.mesh.profile import (
     lookup,
 )
 
+INTO_SEGMENT = 1e-6
+"""How far a phase is moved towards the middle of its segment, over the distance."""
+
 
 class Mesh(NamedTuple):
     """One mesh of a gear set.
 
     Parameters
     ----------
-    kind : which of the set's contact analyses is its own
+    kind : number of the set's contact analysis that holds for it
     lag : γ, phase of the clock at which a pair enters at A, in [0, 1) [1]
-    error : prescribed error; its mesh-periodic part is a function of the own phase
+    error : prescribed error; its mesh-periodic part is a function of the mesh's phase
     """
 
     kind: int
@@ -54,86 +57,127 @@ class Instants(NamedTuple):
 
 
 def of_kind(meshes: Sequence[Mesh], kind: int) -> Index:
-    """Return which meshes are of a kind."""
-    return np.array(
-        [i for i, mesh in enumerate(meshes) if mesh.kind == kind], dtype=np.int64
-    )
+    """Return the numbers of the meshes of a kind, (n,).
+
+    Parameters
+    ----------
+    meshes : all meshes of the set
+    kind : number of the kind
+    """
+    numbers = [number for number, mesh in enumerate(meshes) if mesh.kind == kind]
+    return np.array(numbers, dtype=np.int64)
 
 
 def breaks_on_clock(grids: Sequence[ProfileGrid], meshes: Sequence[Mesh]) -> Array:
-    """Return the phases of the clock between which every mesh is smooth, 0 first and 1 last [1]."""
-    lagged = [(grids[mesh.kind].breaks[:-1] + mesh.lag) % 1.0 for mesh in meshes]
-    return np.array([*distinct([0.0, *np.concatenate(lagged)]), 1.0])
+    """Return the clock phases between which every mesh is smooth, 0 first, 1 last [1].
+
+    Parameters
+    ----------
+    grids : nodes of each kind of mesh
+    meshes : all meshes of the set
+    """
+    breaks = [(grids[mesh.kind].breaks[:-1] + mesh.lag) % 1.0 for mesh in meshes]
+    return np.array([*distinct([0.0, *np.concatenate(breaks)]), 1.0])
 
 
-def own_phase(phase: Array, lag: float) -> Array:
-    """Return the phases (n,) of a mesh when the clock shows ``phase``.
+def _phase_of_mesh(phase: Array, lag: float) -> Array:
+    """Return the phases (n,) of a mesh when the clock shows ``phase``, in [0, 1).
 
-    A whole period but round-off is 0.
+    A phase that misses a whole period by round-off is 0.
     """
     return np.asarray(phase - lag - np.floor(phase - lag + SAME_PHASE))
 
 
-def look(grid: ProfileGrid, lags: Sequence[float], phase: Array) -> Lookup:
-    """Return the look-up of clock phases (n,) among the nodes, one mesh after another (n_meshes · n)."""
-    return joined([lookup(grid, own_phase(phase, lag)) for lag in lags])
+def locate(grid: ProfileGrid, lags: Sequence[float], phase: Array) -> Lookup:
+    """Locate clock phases among the nodes, for one mesh after another, (n_meshes · n).
+
+    Parameters
+    ----------
+    grid : nodes of the meshes' kind
+    lags : γ of each mesh [1]
+    phase : (n,) phases of the clock [1]
+    """
+    return concatenate([lookup(grid, _phase_of_mesh(phase, lag)) for lag in lags])
 
 
-def look_within(
+def locate_within_steps(
     grid: ProfileGrid, lags: Sequence[float], phase: Array, middle: Array
 ) -> Lookup:
-    """Return the look-up of phases (n, k) that lie within steps about ``middle`` (n,), mesh after mesh."""
-    times = []
+    """Locate clock phases within steps among the nodes, for one mesh after another.
+
+    All phases of a step are located in the segment in which its middle lies.
+
+    Parameters
+    ----------
+    grid : nodes of the meshes' kind
+    lags : γ of each mesh [1]
+    phase : (n, k) phases of the clock, k in each step [1]
+    middle : (n,) phases of the middles of the steps [1]
+    """
+    lookups = []
     for lag in lags:
         turns = np.floor(middle - lag)
         segment = np.searchsorted(grid.breaks, middle - lag - turns, side="right") - 1
-        times.append(
-            lookup(
-                grid, phase - lag - turns[:, None], np.repeat(segment, phase.shape[1])
-            )
-        )
-    return joined(times)
+        phase_of_mesh = phase - lag - turns[:, None]
+        lookups.append(lookup(grid, phase_of_mesh, np.repeat(segment, phase.shape[1])))
+    return concatenate(lookups)
 
 
-def look_within_each(
+def locate_kinds_within_steps(
     grids: Sequence[ProfileGrid], meshes: Sequence[Mesh], phase: Array, middle: Array
 ) -> tuple[Lookup, ...]:
-    """Return the look-ups of every kind of mesh, see `look_within`."""
-    return tuple(
-        look_within(
-            grid, [mesh.lag for mesh in meshes if mesh.kind == kind], phase, middle
-        )
-        for kind, grid in enumerate(grids)
-    )
+    """Locate clock phases for the meshes of every kind, see `locate_within_steps`.
+
+    Parameters
+    ----------
+    grids : nodes of each kind of mesh
+    meshes : all meshes of the set
+    phase, middle : as there
+    """
+    lookups = []
+    for kind, grid in enumerate(grids):
+        lags = [mesh.lag for mesh in meshes if mesh.kind == kind]
+        lookups.append(locate_within_steps(grid, lags, phase, middle))
+    return tuple(lookups)
 
 
-def joined(lookups: Sequence[Lookup]) -> Lookup:
-    """Return look-ups one after another."""
-    return Lookup(*(np.concatenate(parts) for parts in zip(*lookups, strict=True)))
+def concatenate(lookups: Sequence[Lookup]) -> Lookup:
+    """Return one look-up that holds several, one after another."""
+    return Lookup(*(np.concatenate(arrays) for arrays in zip(*lookups, strict=True)))
 
 
 def instants(edges: Array, phase: Array) -> Instants:
-    """Return clock phases (n,) with their segments, each the one that begins at or before the phase."""
+    """Return clock phases with their segments: a phase on a break begins a segment.
+
+    Parameters
+    ----------
+    edges : breaks of the clock [1]
+    phase : (n,) phases of the clock [1]
+    """
     segment = np.searchsorted(edges, phase + SAME_PHASE, side="right") - 1
     return Instants(phase, np.clip(segment, 0, len(edges) - 2))
 
 
 def instants_of(grid: ProfileGrid, lag: float, where: Lookup, edges: Array) -> Instants:
-    """Return when, on the clock, a mesh meets its own phases, each on its own side of a break.
+    """Return when, on the clock, a mesh is at given phases, on the same side of breaks.
 
     Parameters
     ----------
     grid : nodes of the mesh
     lag : γ [1]
-    where : own phases with their segments
-    edges : breaks of the clock
+    where : phases of the mesh with their segments
+    edges : breaks of the clock [1]
     """
-    middle = 0.5 * (grid.breaks[where.segment] + grid.breaks[where.segment + 1])
-    # how far into its segment a phase is moved to find the segment of the clock it
-    # belongs to, of its width
-    inside = where.phase + 1e-6 * (middle - where.phase)
+    low = grid.breaks[where.segment]
+    high = grid.breaks[where.segment + 1]
+    middle = 0.5 * (low + high)
+
+    # a phase on a break is moved a little into its segment of the mesh: this shows to
+    # which segment of the clock it belongs
+    inside = where.phase + INTO_SEGMENT * (middle - where.phase)
     turns = np.floor(inside + lag)
     segment = np.searchsorted(edges, inside + lag - turns, side="right") - 1
+
     return Instants(where.phase + lag - turns, np.clip(segment, 0, len(edges) - 2))
 
 
@@ -184,26 +228,37 @@ def sampling(
     grid: stages.StageGrid,
     friction: Friction | None = None,
 ) -> Sampling:
-    """Prepare the look-ups of an integrator's stages among the profile nodes of every kind of mesh.
+    """Locate an integrator's stages among the profile nodes of every kind of mesh.
 
-    Sliding turns at the pitch point, where steps end.
+    Parameters
+    ----------
+    grids : nodes of each kind of mesh
+    meshes : all meshes of the set
+    edges : breaks of the clock [1]
+    grid : steps of the integration
+    friction : of the flanks; None: they slide without
     """
     middle = grid.start + 0.5 * grid.width
-    where = look_within_each(grids, meshes, grid.phase, middle)
+    where = locate_kinds_within_steps(grids, meshes, grid.phase, middle)
     if friction is None:
         return Sampling(grid, edges, meshes, where)
-    sliding, moment = np.zeros(
-        (2, *grid.phase.shape, len(meshes), max(nodes.n_pairs for nodes in grids))
-    )
-    for kind, (nodes, at) in enumerate(zip(grids, where, strict=True)):
-        position = interpolate(nodes, at, nodes.contact_position, np.nan)
-        s = position.reshape(-1, *grid.phase.shape, nodes.n_pairs).transpose(1, 2, 0, 3)
-        own = of_kind(meshes, kind)
-        rubs = friction.coefficient * np.nan_to_num(
-            np.broadcast_to(np.sign(s[:, 1:2]), s.shape)
-        )
-        sliding[:, :, own, : nodes.n_pairs] = rubs
-        moment[:, :, own, : nodes.n_pairs] = (
-            rubs * friction.sense[kind] * np.nan_to_num(s)
-        )
+
+    n_pairs = max(nodes.n_pairs for nodes in grids)
+    shape = (*grid.phase.shape, len(meshes), n_pairs)
+    sliding = np.zeros(shape)
+    moment = np.zeros(shape)
+
+    for kind, (nodes, lookups) in enumerate(zip(grids, where, strict=True)):
+        position = interpolate(nodes, lookups, nodes.contact_position, np.nan)
+        by_mesh = position.reshape(-1, *grid.phase.shape, nodes.n_pairs)
+        s = by_mesh.transpose(1, 2, 0, 3)
+
+        # sliding turns at the pitch point, where steps end: within a step it has the
+        # sense of its middle stage
+        sense = np.broadcast_to(np.sign(s[:, 1:2]), s.shape)
+        factor = friction.coefficient * np.nan_to_num(sense)
+        place = np.s_[:, :, of_kind(meshes, kind), : nodes.n_pairs]
+        sliding[place] = factor
+        moment[place] = factor * friction.sense[kind] * np.nan_to_num(s)
+
     return Sampling(grid, edges, meshes, where, sliding, moment)

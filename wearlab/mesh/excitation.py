@@ -242,7 +242,7 @@ class Between(NamedTuple):
         )  # pairs that share a gear body
         looks = np.stack([phase, middle] if ordered else [phase], axis=1)
         grids = [flanks.analysis.grid for flanks in self.kinds]
-        where = clock.look_within_each(grids, meshes, looks, middle)
+        where = clock.locate_kinds_within_steps(grids, meshes, looks, middle)
         return of_meshes(self.kinds, meshes, where, looks.shape).each(
             lambda table: table[:, 0]
         )

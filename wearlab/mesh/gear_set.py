@@ -12,7 +12,7 @@ from wearlab.mesh import clock, harmonics
 
 
 def mesh_load(torque: float, base_radius: float, meshes: int = 1) -> float:
-    """Return the static normal force of each of a gear's equal meshes, ``F = T/(n r_b)`` [N].
+    """Return the static normal force of each of a gear's meshes, ``F = T/(n r_b)`` [N].
 
     Parameters
     ----------
@@ -36,7 +36,8 @@ class Body(NamedTuple):
     Parameters
     ----------
     mass, inertia : [kg], [kg·m²]
-    radius : at which its turning is counted: base radius, the pins' of a carrier [m]
+    radius : at which its rotation is counted as a path: the base radius; of a carrier
+        the radius of its pins [m]
     """
 
     mass: float
@@ -75,7 +76,7 @@ class PairOfSet(NamedTuple):
     loaded: int
 
     def key(self, name: str) -> str:
-        """Return the dotted key under which a campaign file gives something of this mesh."""
+        """Return the dotted key of an option of this mesh in a campaign file."""
         return ".".join(part for part in ("mesh", self.section, name) if part)
 
 
@@ -139,44 +140,52 @@ class GearSet(NamedTuple):
 
     def flank(self, name: str) -> tuple[int, int]:
         """Return the kind of mesh and the gear (0 driving, 1 driven) of a flank."""
-        return next(
-            (i, of.flanks.index(name))
-            for i, of in enumerate(self.kinds)
-            if name in of.flanks
-        )
+        for kind, pair in enumerate(self.kinds):
+            if name in pair.flanks:
+                return kind, pair.flanks.index(name)
+        raise KeyError(name)
 
     def lever(self, kind: int) -> float:
-        """Return the base radius of the gear whose torque the load of a mesh is given by [m].
+        """Return the base radius of the gear that the load of a mesh is a torque on [m].
 
         The pinion's for a pair, the sun's or the ring's in a planetary set.
+
+        Parameters
+        ----------
+        kind : number of the kind of mesh
         """
-        gears = self.kinds[kind].pair.gears
-        return next(
-            gear for name in self.members for gear in gears if gear.name == name
-        ).base_radius
+        gears = {gear.name: gear for gear in self.kinds[kind].pair.gears}
+        first_member = next(name for name in self.members if name in gears)
+        return gears[first_member].base_radius
 
     @property
     def torque(self) -> float:
-        """Torque on the gear whose torque the loads are given by: a pair's driving gear, or the sun [N·m]."""
+        """Torque of which the loads follow: on a pair's driving gear, or the sun [N·m]."""
         first = self.kinds[0]
-        return (
-            first.load
-            * self.mesh_kinds.count(0)
-            * first.pair.gears[first.loaded].base_radius
-        )
+        base_radius = first.pair.gears[first.loaded].base_radius
+        return first.load * self.mesh_kinds.count(0) * base_radius
 
     def slow_errors(self, meshes: Sequence[clock.Mesh]) -> Array | None:
-        """Return once-per-revolution errors at equally weighted member angles, (n_angles, n_mesh) [m]."""
+        """Return the slow errors of meshes at equally weighted angles of the members.
+
+        Parameters
+        ----------
+        meshes : the meshes of the set
+
+        Returns
+        -------
+        (n_angles, n_mesh) once-per-revolution errors [m], None without any
+        """
         if not any(len(mesh.error.slow.amplitude) for mesh in meshes):
             return None
         turns = harmonics.quadrature(gear.teeth for gear in self.gears.values())
         return np.stack([mesh.error.slow_at(turns) for mesh in meshes], axis=1)
 
     def columns_of(self, gear: str) -> list[int]:
-        """Return which of the members a gear is: every planet is "planet"."""
+        """Return the numbers of the members that a gear is: "planet" is every planet."""
         return [
-            i
-            for i, name in enumerate(self.members)
+            number
+            for number, name in enumerate(self.members)
             if name == gear or name.startswith(f"{gear}-")
         ]
 
@@ -188,9 +197,9 @@ class GearSet(NamedTuple):
     @property
     def assumed(self) -> tuple[str, ...]:
         """What was assumed about the gears, with their names."""
-        own = tuple(
+        of_gears = tuple(
             f"{gear.name}: {flag}"
             for gear in self.gears.values()
             for flag in gear.assumed
         )
-        return (*own, *self.notes)
+        return (*of_gears, *self.notes)

@@ -355,7 +355,7 @@ def forces_of(
     motions = parts.moving.motions(response, when)
     inside = when.phase.reshape(-1, NODES)
     for number, mesh in enumerate(parts.meshes):
-        where = clock.look_within(
+        where = clock.locate_within_steps(
             kinds[mesh.kind].analysis.grid, [mesh.lag], inside, inside.mean(axis=1)
         )
         of_meshes.append(parts.forces(kinds, number, where, motions).elastic)

@@ -267,7 +267,7 @@ def mean_moments(
             phase, segment, _ = mesh_forces.within_steps(steps)
             middle = steps.start + 0.5 * steps.width
             lag = parts.meshes[mesh].lag
-            where = clock.look_within(
+            where = clock.locate_within_steps(
                 mine.analysis.grid, [lag], phase.reshape(len(middle), -1), middle
             )
             forces = parts.forces(
