@@ -88,7 +88,7 @@ def test_pairs_beyond_both_ends_at_once_have_a_slot_each(pair):
     for share, more in ((0.2, 0), (0.9, 1)):
         reach = share * pair.base_pitch
         grid = profile_grid(pair, 101, extension=Extension(reach, reach))
-        assert grid.slots == grid.most_pairs + 1 + more
+        assert grid.slots == grid.max_pairs + 1 + more
         values = (grid.first.T >= 0).astype(float)
         np.testing.assert_array_equal(
             grid.into_slots(values, 0.0).sum(axis=0), values.sum(axis=0)

@@ -206,7 +206,9 @@ class GearModel:
             yield from () if gear.material is None else gear.material.sources
 
 
-def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> GearModel:
+def build(
+    scene: Scene, reach: Sequence[profile.ExtensionInPitches] | None = None
+) -> GearModel:
     """Turn a scene into physics.
 
     Parameters

@@ -52,15 +52,15 @@ differs a little."""
 def build_analyses(
     scene: Scene,
     kinds: Sequence[gear_set.PairOfSet],
-    reach: Sequence[profile.Extension] | None = None,
+    reach: Sequence[profile.ExtensionInPitches] | None = None,
 ) -> tuple[contact.ContactAnalysis, ...]:
     """Return the contact analysis of kinds of mesh of one set, each at its static load.
 
     Parameters
     ----------
     scene, kinds : the scene and the kinds of mesh of its gear set
-    reach : how far beyond A and E the nodes of every kind reach, in base pitches; None:
-        as far as their load asks for
+    reach : how far beyond A and E the nodes of every kind reach; None: as far as their
+        load asks for
     """
     points = profile_points(scene)
     pairs = [kind.pair for kind in kinds]
@@ -75,8 +75,8 @@ def build_analyses(
         ]
     else:
         extensions = [
-            profile.Extension(*(share * pair.base_pitch for share in shares))
-            for pair, shares in zip(pairs, reach, strict=True)
+            extension.of(pair.base_pitch)
+            for pair, extension in zip(pairs, reach, strict=True)
         ]
     matched = [points] * len(pairs)
     if even is None:

@@ -14,7 +14,7 @@ from wearlab.gears.specification import GearError
 from wearlab.life import coupled, history, limits
 from wearlab.life.coupling import Coupling
 from wearlab.life.step import Node, Step, depth_at, retake_step
-from wearlab.mesh.profile import Extension
+from wearlab.mesh.profile import ExtensionInPitches
 from wearlab.options import Part, Unit
 from wearlab.scene import Scene, SceneError
 from wearlab.simulation.life_run import initial_wear, life_at_rate
@@ -180,7 +180,7 @@ class HeldNumerics(NamedTuple):
 
     profile_points: int
     steps_per_period: int | None
-    reach: tuple[Extension, ...]
+    reach: tuple[ExtensionInPitches, ...]
 
     def built(self, scene: Scene) -> tuple[Scene, assembly.GearModel]:
         """Return a scene with these numerics, and its physics.
@@ -240,7 +240,8 @@ def frozen(scene: Scene) -> HeldNumerics:
         pitch = kind.pair.base_pitch
         before = grid.position[0] - grid.contact_position[0]
         after = grid.contact_position[-1] - grid.position[-1]
-        reach.append(Extension(float(before / pitch), float(after / pitch)))
+        extension = ExtensionInPitches(float(before / pitch), float(after / pitch))
+        reach.append(extension)
     return HeldNumerics(assembly.mesh.profile_points(scene), steps, tuple(reach))
 
 

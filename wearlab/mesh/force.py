@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_inner
 from wearlab.mesh import contact, excitation, profile, stages
 from wearlab.mesh.damping import apart_force, contact_force
 
-AT_ONCE = 100_000
-"""Pair forces that are found at once: what they take has to fit the memory."""
+BLOCK_SIZE = 100_000
+"""Pair forces that are computed together: they have to fit the memory."""
 
 
 class Deflections(NamedTuple):
@@ -66,123 +66,230 @@ class NormalForces(NamedTuple):
 def normal_forces(
     springs: stages.Springs, motion: Deflections, dashpot: Dashpot
 ) -> NormalForces:
-    """Return the forces of meshes (…), rates of gaps by time.
+    """Return the forces of meshes.
+
+    Parameters
+    ----------
+    springs : (…) of the meshes, with rates of gaps by time [m/s]
+    motion : (…); may have axes before those of the springs
+    dashpot : of the meshes, with values for the axes of the springs
 
     References
     ----------
     L16 Eq. 6, recentred: contact at δ > 0; W23 Eq. 36: the gaps of worn pairs.
     """
-    springs_at = springs.stiffness.shape
-    shape = np.broadcast_shapes(motion.deflection.shape, springs_at[:-1])
-    at = shape[
-        len(shape) - len(springs_at) + 1 :
-    ]  # instants and meshes that have springs of their own
-    count = int(np.prod(at, dtype=int))
-    pairs = springs_at[-1]
+    *spring_shape, pairs = springs.stiffness.shape
+    shape = np.broadcast_shapes(motion.deflection.shape, tuple(spring_shape))
+    # instants and meshes, which have springs of their own; axes before are motions
+    spring_shape = list(shape[len(shape) - len(spring_shape) :])
+    count = int(np.prod(spring_shape, dtype=int))
 
-    def flat(values: Array | float | None, *last: int) -> Array:
-        wide = np.broadcast_to(np.inf if values is None else values, (*at, *last))
-        return np.array(wide, float, order="C").reshape(
-            count, *last
-        )  # one kernel: none is read-only
+    def flat(values: Array | float, *last: int) -> Array:
+        """Return values of all springs, (count, *last), as one kernel takes them."""
+        wide = np.broadcast_to(values, (*spring_shape, *last))
+        return np.array(wide, float, order="C").reshape(count, *last)
 
-    part = (
-        np.empty((0, pairs, pairs))
-        if springs.part is None
-        else flat(springs.part, pairs, pairs)
+    def flat_motion(values: Array) -> Array:
+        """Return values of all motions, (n_motions, count)."""
+        wide = np.broadcast_to(values, shape)
+        return np.array(wide, float, order="C").reshape(-1, count)
+
+    part = np.empty((0, pairs, pairs))
+    if springs.part is not None:
+        part = flat(springs.part, pairs, pairs)
+    flat_springs = stages.Springs(
+        stiffness=flat(springs.stiffness, pairs),
+        gap=flat(springs.gap, pairs),
+        pair_rate=flat(springs.pair_rate, pairs),
+        lead_rate=flat(springs.lead_rate),
+        part=part,
     )
-    moved = [
-        np.array(np.broadcast_to(each, shape), float, order="C").reshape(-1, count)
-        for each in motion
-    ]
-    values = np.empty((3, len(moved[0]), count))
-    each_pair = np.empty((2, len(moved[0]), count, pairs))
-    stiffness, gap, pair_rate = (flat(each, pairs) for each in springs[:3])
-    own = stages.Springs(stiffness, gap, pair_rate, flat(springs.lead_rate), part)
-    always = dashpot.always and dashpot.law is None
-    meshes = at[-1] if np.ndim(dashpot.damping) else 1
-    beside = Dashpot(flat(dashpot.damping), always, flat(dashpot.backlash), dashpot.law)
-    _fill(own, Deflections(*moved), beside, meshes, values, each_pair)
+    motions = Deflections(flat_motion(motion.deflection), flat_motion(motion.rate))
+    flat_dashpot = Dashpot(
+        damping=flat(dashpot.damping),
+        always=dashpot.always and dashpot.law is None,
+        backlash=flat(np.inf if dashpot.backlash is None else dashpot.backlash),
+        law=dashpot.law,
+    )
+    meshes = spring_shape[-1] if np.ndim(dashpot.damping) else 1
+
+    n_motions = len(motions.deflection)
+    values = np.empty((3, n_motions, count))
+    of_pairs = np.empty((2, n_motions, count, pairs))
+    _fill_forces(flat_springs, motions, flat_dashpot, meshes, values, of_pairs)
+
     elastic, normal, reserve = values.reshape(3, *shape)
-    pair, pair_normal = each_pair.reshape(2, *shape, pairs)
+    pair, pair_normal = of_pairs.reshape(2, *shape, pairs)
     return NormalForces(elastic, normal, pair, pair_normal, reserve)
 
 
 @jit
-def _fill(
-    springs: Any, motion: Any, dashpot: Any, meshes: int, values: Any, each_pair: Any
+def _fill_forces(
+    springs: Any, motions: Any, dashpot: Any, meshes: int, values: Any, of_pairs: Any
 ) -> None:
-    """Fill elastic and normal force, reserve (3, m, n) of m motions, and forces of pairs (2, m, n, n_pairs).
+    """Fill the forces of n meshes in m motions.
 
-    The back flank, ``k max(0, −j_bn − δ)``, begins where drive contact ends at −j_bn;
-    ``meshes``: of the damping law, they take turns among the n.
+    Parameters
+    ----------
+    springs, motions, dashpot : of shape (n, …), (m, n) and (n,)
+    meshes : of the damping law; they take turns among the n
+    values : (3, m, n) filled with elastic force, normal force and reserve [N]
+    of_pairs : (2, m, n, n_pairs) filled with elastic and normal force [N]
     """
     stiffness, gap, pair_rate, lead_rate, part = springs
-    deflection, rate = motion
     damping, always, backlash, law = dashpot
     pairs = stiffness.shape[1]
-    spring = np.empty(pairs)
+    spring_force = np.empty(pairs)
     tangent = np.empty(pairs)
-    for i in range(deflection.shape[0]):
-        for j in range(deflection.shape[1]):
-            moved = deflection[i, j]
-            speed = rate[i, j]
-            c = damping[j]
-            m = j % meshes
-            far = -np.inf
-            least = np.inf
-            lead = -1
-            whole = 0.0
-            for p in range(pairs):
-                k = stiffness[j, p]
-                x = moved - gap[j, p]
-                spring[p], tangent[p] = (
-                    (k * x, k) if k > 0.0 and x > 0.0 else (0.0, 0.0)
+    pair_stiffness = np.empty(pairs)
+
+    for i in range(motions.deflection.shape[0]):
+        for j in range(motions.deflection.shape[1]):
+            deflection = motions.deflection[i, j]
+            rate = motions.rate[i, j]
+            mesh = j % meshes
+            pair = of_pairs[0, i, j]
+            pressed = of_pairs[1, i, j]
+
+            whole, strongest, clearance, nearest = _fill_springs(
+                stiffness[j], gap[j], deflection, spring_force, tangent
+            )
+            total = _fill_pairs(part, j, spring_force, tangent, pair, pair_stiffness)
+
+            reserve = -np.inf
+            if always:
+                pressed[:] = pair
+            else:
+                reserve = _press_pairs(
+                    law,
+                    mesh,
+                    damping[j],
+                    rate,
+                    pair_rate[j],
+                    clearance,
+                    nearest,
+                    total,
+                    pair,
+                    pair_stiffness,
+                    pressed,
                 )
-                whole += k
-                if k > 0.0:
-                    far = max(far, k * x)
-                    least, lead = (-x, p) if -x < least else (least, lead)
-            pair = each_pair[0, i, j]
-            pressed = each_pair[1, i, j]
-            total = 0.0
-            for p in range(pairs):
-                pair[p], pressed[p] = spring[p], tangent[p]
-                if part.shape[0] > 0:
-                    pair[p], pressed[p] = 0.0, 0.0
-                    for q in range(pairs):
-                        pair[p] += spring[q] * part[j, q, p]
-                        pressed[p] += tangent[q] * part[j, q, p]
-                total += pressed[p]
             elastic = 0.0
             normal = 0.0
-            reserve = -np.inf
             for p in range(pairs):
                 elastic += pair[p]
-                own = pressed[p]
-                push = 0.0
-                approach = speed - pair_rate[j, p]
-                if not always and own != 0.0:
-                    share = c * (own / total if total > 0.0 else 0.0)
-                    push = contact_force(law, m, pair[p], own, share, approach)[0]
-                    reserve = max(reserve, push)
-                elif not always and total == 0.0 and p == lead:
-                    push = apart_force(law, m, least, approach)[0]
-                    reserve = push if push > 0.0 else reserve
-                pressed[p] = pair[p] if always else max(push, 0.0)
                 normal += pressed[p]
-            clearance = backlash[j] + moved
-            back = whole * max(0.0, -clearance)
-            behind = back
-            if not always and back > 0.0:
-                behind = max(0.0, contact_force(law, m, back, whole, c, -speed)[0])
-            elif not always and 0.0 <= clearance < np.inf and whole > 0.0:
-                behind = apart_force(law, m, clearance, -speed)[0]
+
+            back_clearance = backlash[j] + deflection
+            back = whole * max(0.0, -back_clearance)
+            back_normal = back
+            damped = damping[j] * (rate - lead_rate[j]) if always else 0.0
+            if not always:
+                back_normal = _press_back(
+                    law, mesh, damping[j], rate, whole, back_clearance, back
+                )
+
             values[0, i, j] = elastic - back
-            values[1, i, j] = (
-                normal - behind + (c * (speed - lead_rate[j]) if always else 0.0)
-            )
-            values[2, i, j] = far if reserve == -np.inf else reserve
+            values[1, i, j] = normal - back_normal + damped
+            values[2, i, j] = strongest if reserve == -np.inf else reserve
+
+
+@jit_inner
+def _fill_springs(stiffness, gap, deflection, force, tangent):  # type: ignore[no-untyped-def]
+    """Fill force and tangent stiffness of one-sided springs at a deflection.
+
+    Returns the stiffness of all springs; the largest ``k (δ − g)``, negative where none
+    touches; the least clearance; and the spring that has it, −1: none is in the path.
+    """
+    whole = 0.0
+    strongest = -np.inf
+    least_clearance = np.inf
+    nearest = -1
+    for p in range(len(stiffness)):
+        k = stiffness[p]
+        compression = deflection - gap[p]
+        force[p] = 0.0
+        tangent[p] = 0.0
+        whole += k
+        if k > 0.0:
+            strongest = max(strongest, k * compression)
+            if compression > 0.0:
+                force[p] = k * compression
+                tangent[p] = k
+            if -compression < least_clearance:
+                least_clearance = -compression
+                nearest = p
+    return whole, strongest, least_clearance, nearest
+
+
+@jit_inner
+def _fill_pairs(part, j, force, tangent, pair, pair_stiffness):  # type: ignore[no-untyped-def]
+    """Fill elastic force and tangent stiffness of pairs from those of springs.
+
+    Returns the sum of the stiffnesses. ``part`` is empty where springs are pairs.
+    """
+    pairs = len(force)
+    total = 0.0
+    for p in range(pairs):
+        if part.shape[0] == 0:
+            pair[p] = force[p]
+            pair_stiffness[p] = tangent[p]
+        else:
+            pair[p] = 0.0
+            pair_stiffness[p] = 0.0
+            for q in range(pairs):
+                pair[p] += force[q] * part[j, q, p]
+                pair_stiffness[p] += tangent[q] * part[j, q, p]
+        total += pair_stiffness[p]
+    return total
+
+
+@jit_inner
+def _press_pairs(  # type: ignore[no-untyped-def]
+    law,
+    mesh,
+    damping,
+    rate,
+    pair_rate,
+    clearance,
+    nearest,
+    total,
+    pair,
+    pair_stiffness,
+    pressed,
+):
+    """Fill the normal forces of pairs with damping, and return the reserve.
+
+    Pairs that touch share the damping by their stiffness. Where none does, the nearest
+    pair may press through its clearance.
+    """
+    reserve = -np.inf
+    for p in range(len(pair)):
+        push = 0.0
+        approach = rate - pair_rate[p]
+        stiffness = pair_stiffness[p]
+        if stiffness != 0.0:
+            share = damping * (stiffness / total if total > 0.0 else 0.0)
+            push = contact_force(law, mesh, pair[p], stiffness, share, approach)[0]
+            reserve = max(reserve, push)
+        elif total == 0.0 and p == nearest:
+            push = apart_force(law, mesh, clearance, approach)[0]
+            reserve = push if push > 0.0 else reserve
+        pressed[p] = max(push, 0.0)
+    return reserve
+
+
+@jit_inner
+def _press_back(law, mesh, damping, rate, whole, clearance, elastic):  # type: ignore[no-untyped-def]
+    """Return the normal force of the back flank with damping.
+
+    Its elastic force ``k max(0, −j_bn − δ)`` begins where the drive contact has moved
+    back by the backlash.
+    """
+    if elastic > 0.0:
+        return max(0.0, contact_force(law, mesh, elastic, whole, damping, -rate)[0])
+    if 0.0 <= clearance < np.inf and whole > 0.0:
+        return apart_force(law, mesh, clearance, -rate)[0]
+    return elastic
 
 
 def flank_forces(
@@ -192,9 +299,9 @@ def flank_forces(
     dashpot: Dashpot,
     period: float,
 ) -> NormalForces:
-    """Return the forces of a mesh at phases for motions (…, n).
+    """Return the forces of a mesh at phases, for one motion or several periods of it.
 
-    A series' by the pairs' static share.
+    The force of a series is divided among the pairs by their share of the static load.
 
     Parameters
     ----------
@@ -208,15 +315,12 @@ def flank_forces(
     if motion.deflection.ndim == 1:
         forces = normal_forces(springs, motion, dashpot)
     else:
-        many = max(1, AT_ONCE // springs.stiffness.size)
-        blocks = [
-            normal_forces(
-                springs,
-                Deflections(*(each[at : at + many] for each in motion)),
-                dashpot,
-            )
-            for at in range(0, len(motion.deflection), many)
-        ]
+        periods = max(1, BLOCK_SIZE // springs.stiffness.size)
+        blocks = []
+        for start in range(0, len(motion.deflection), periods):
+            block = slice(start, start + periods)
+            part = Deflections(motion.deflection[block], motion.rate[block])
+            blocks.append(normal_forces(springs, part, dashpot))
         forces = NormalForces(*map(np.concatenate, zip(*blocks, strict=True)))
     if flanks.series is None:
         return forces
@@ -227,8 +331,12 @@ def flank_forces(
 
 
 def load_share(state: contact.Quasistatic) -> Array:
-    """Return each pair's share of the static force, 0 without load, (n, n_pairs) [1]."""
+    """Return each pair's share of the static force, 0 without load, (n, n_pairs) [1].
+
+    Parameters
+    ----------
+    state : the mesh under its static load at n phases
+    """
     total = state.force.sum(axis=1, keepdims=True)
-    return np.divide(
-        state.force, total, out=np.zeros_like(state.force), where=total > 0.0
-    )
+    no_load = np.zeros_like(state.force)
+    return np.divide(state.force, total, out=no_load, where=total > 0.0)

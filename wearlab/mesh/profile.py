@@ -1,11 +1,12 @@
-"""The nodes of a flank: where along the path of contact wear lives.
+"""The nodes of a flank: the places along the path of contact at which wear is known.
 
 Wear jumps where the number of pairs changes and load passes between points one base
 pitch apart. So the grid is cut in phase, not in position: every node has its base-pitch
 partners as nodes, A, B, C, D and E are nodes, and the two sides of a jump (B, D) are
 two nodes at one position. Where contact begins before A and ends after E, load and wear
-change within a layer about as wide as contact extends, on either side; light loads make
-it narrower than nodes lie apart, so that it has a least number of its own.
+change within a layer about as wide as contact extends, on either side. Under light
+loads that layer is narrower than the distance of nodes, so that it has a least number
+of nodes.
 """
 
 from collections.abc import Sequence
@@ -13,11 +14,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearlab.arrays import Array, Index
+from wearlab.arrays import Array, Flags, Index
 from wearlab.compiled import jit
 from wearlab.gears.gear import GearPair
 
 SAME_PHASE = 1e-9
+"""Difference up to which phases are the same [1]."""
+LAYER_SHARE = 26.0
+"""Nodes on the path over the least intervals of a layer: 8 of 201 nodes."""
+BY_CUBIC = np.array([[-11.0, 18.0, -9.0, 2.0], [-2.0, -3.0, 6.0, -1.0]]) / 6.0
+BY_QUARTIC = (
+    np.array([[-25.0, 48.0, -36.0, 16.0, -3.0], [-3.0, -10.0, 18.0, -6.0, 1.0]]) / 12.0
+)
+"""Weights of nodes at 0, 1, 2 … for the slope at 0 and at 1, by the polynomial through
+them."""
 
 
 class ProfileGrid(NamedTuple):
@@ -42,7 +52,7 @@ class ProfileGrid(NamedTuple):
         counts among these [m]
     before : number of nodes before A
     leading : which pair the first slot holds; pair j touches at ``s_A + (φ + j) p_b``
-    most_pairs : pairs between A and E at most, ⌈ε⌉
+    max_pairs : pairs between A and E at most, ⌈ε⌉
     """
 
     breaks: Array
@@ -54,7 +64,7 @@ class ProfileGrid(NamedTuple):
     contact_position: Array
     before: int
     leading: int
-    most_pairs: int
+    max_pairs: int
 
     @property
     def n_pairs(self) -> int:
@@ -63,39 +73,44 @@ class ProfileGrid(NamedTuple):
 
     @property
     def slots(self) -> int:
-        """Number of pair slots of datasets, ⌈ε⌉ + 1: the last one is for pairs beyond A and E.
+        """Number of pair slots of datasets, ⌈ε⌉ + 1: the last is for pairs beyond A, E.
 
         One more where a pair still touches beyond E while the next but ⌈ε⌉ already
         touches before A.
         """
-        ends = [
-            (self.first[:, self.pair_numbers == j] >= 0).any(axis=1)
-            for j in (-1, self.most_pairs)
-        ]
-        return self.most_pairs + 1 + bool(np.any(ends[0] & ends[1]))
+        approaching = self._is_in_contact(-1)
+        receding = self._is_in_contact(self.max_pairs)
+        return self.max_pairs + 1 + bool(np.any(approaching & receding))
+
+    def _is_in_contact(self, number: int) -> Flags:
+        """Return in which segments the pair of a number may touch, (n_segments,)."""
+        slots = self.pair_numbers == number
+        return np.asarray((self.first[:, slots] >= 0).any(axis=1))
 
     def into_slots(self, values: Array, absent: float) -> Array:
-        """Return values of the pairs (n_pairs, n) by slots of datasets (slots, n), leading first.
+        """Return values of pairs by slots of datasets, (slots, n), leading first.
 
         The slot after the ⌈ε⌉ of the path holds the pair that approaches A, and early
         in the period one that is further beyond E than a whole number of base pitches
         from A; where both touch at once, the latter has a slot of its own.
+
+        Parameters
+        ----------
+        values : (n_pairs, n) of the pairs
+        absent : the value of a pair that is out of the path, and of an empty slot
         """
         slots = np.full((self.slots, values.shape[1]), absent)
         for number, row in zip(self.pair_numbers, values, strict=True):
-            slot = (
-                self.most_pairs - 1 - number
-                if number < self.most_pairs
-                else self.slots - 1
-            )
-            slots[slot] = np.where(
-                ~np.isnan(row) if np.isnan(absent) else row != absent, row, slots[slot]
-            )
+            slot = self.max_pairs - 1 - number
+            if number >= self.max_pairs:
+                slot = self.slots - 1
+            present = ~np.isnan(row) if np.isnan(absent) else row != absent
+            slots[slot] = np.where(present, row, slots[slot])
         return slots
 
     @property
     def pair_numbers(self) -> Index:
-        """Which pair each slot holds, j = −1 being the one that approaches A, (n_pairs,)."""
+        """Which pair each slot holds, (n_pairs,); −1 is the one that approaches A."""
         return self.leading - np.arange(self.n_pairs)
 
     @property
@@ -105,31 +120,46 @@ class ProfileGrid(NamedTuple):
 
     @property
     def loaded(self) -> Array:
-        """Where teeth are taken to bend when pairs touch: no further than A and E, (n_contact,) [m]."""
+        """Where teeth are loaded when pairs touch: on A–E, (n_contact,) [m]."""
         return np.clip(self.contact_position, self.position[0], self.position[-1])
 
     def beyond(self, values: Array) -> Array:
-        """Carry node values (…, n) to all touching nodes (…, n_contact), beyond A and E the end values."""
-        after = len(self.contact_position) - len(self.position) - self.before
-        if not self.before and not after:
+        """Return values at all touching nodes: beyond A and E those at A and E.
+
+        Parameters
+        ----------
+        values : (…, n) at the nodes on A–E
+
+        Returns
+        -------
+        (…, n_contact)
+        """
+        n_contact = len(self.contact_position)
+        n_after = n_contact - len(self.position) - self.before
+        if not self.before and not n_after:
             return values
-        carried = np.empty(
-            (*values.shape[:-1], len(self.contact_position)), values.dtype
-        )
-        carried[..., self.on_flank] = values
-        carried[..., : self.before] = values[..., :1]
-        carried[..., len(self.contact_position) - after :] = values[..., -1:]
-        return carried
+
+        extended = np.empty((*values.shape[:-1], n_contact), values.dtype)
+        extended[..., self.on_flank] = values
+        extended[..., : self.before] = values[..., :1]
+        extended[..., n_contact - n_after :] = values[..., -1:]
+        return extended
 
     @property
     def sliding_sense(self) -> Array:
-        """Sign of s of each slot in each segment, which the pitch point bounds: 1 recess, −1 approach."""
+        """Sign of s of each slot in each segment: 1 recess, −1 approach, 0 without pair.
+
+        The pitch point is a break, so that no segment has both.
+        """
         middle = self.first + self.intervals[:, None] // 2
         return np.where(self.first >= 0, np.sign(self.contact_position[middle]), 0.0)
 
     @property
     def phase_nodes(self) -> tuple[Array, Array]:
-        """Phases of all (segment, node) and their Simpson weights over one period, (n_phase_nodes,) [1]."""
+        """Phases of all nodes of all segments, and Simpson weights over a period [1].
+
+        Both (n_phase_nodes,).
+        """
         phases = []
         weights = []
         for low, high, count in zip(
@@ -141,14 +171,25 @@ class ProfileGrid(NamedTuple):
 
     @property
     def pairs_at_phase_nodes(self) -> Index:
-        """Contact node of each slot at each phase node, −1 without, (n_phase_nodes, n_pairs)."""
+        """Contact node of each slot at each phase node, −1 without.
+
+        (n_phase_nodes, n_pairs).
+        """
         first = np.repeat(self.first, self.intervals + 1, axis=0)
         step = np.concatenate([np.arange(count + 1) for count in self.intervals])
         return np.where(first >= 0, first + step[:, None], -1)
 
 
 def simpson_weights(intervals: int) -> Array:
-    """Return the weights of Simpson's composite rule on the unit interval, (intervals + 1,) [1].
+    """Return the weights of Simpson's composite rule on the unit interval [1].
+
+    Parameters
+    ----------
+    intervals : an even number
+
+    Returns
+    -------
+    (intervals + 1,)
 
     References
     ----------
@@ -161,11 +202,11 @@ def simpson_weights(intervals: int) -> Array:
 
 
 class Extension(NamedTuple):
-    """How far pairs may touch beyond the path, along the line of action [m].
+    """How far pairs may touch beyond the path, along the line of action.
 
     Parameters
     ----------
-    approach, recess : before A and after E
+    approach, recess : before A and after E [m]
     """
 
     approach: float
@@ -173,6 +214,26 @@ class Extension(NamedTuple):
 
 
 NO_EXTENSION = Extension(0.0, 0.0)
+
+
+class ExtensionInPitches(NamedTuple):
+    """How far pairs may touch beyond the path, in base pitches.
+
+    Parameters
+    ----------
+    approach, recess : before A and after E [1]
+    """
+
+    approach: float
+    recess: float
+
+    def of(self, base_pitch: float) -> Extension:
+        """Return the extension of a pair with a base pitch [m]."""
+        return Extension(self.approach * base_pitch, self.recess * base_pitch)
+
+
+Layer = tuple[float, float]
+"""From where to where, in base pitches from A, load and wear change fast [1]."""
 
 
 def profile_grid(
@@ -194,75 +255,129 @@ def profile_grid(
     extension : how far pairs may touch beyond A and E
     """
     pitch = pair.base_pitch
-    start = pair.path.A
     ratio = pair.contact_ratio
     earliest = -extension.approach / pitch
     latest = ratio + extension.recess / pitch
-    jumps = tuple(distinct([0.0, ratio % 1.0, *jumps]))
-    bends = [((s - start) / pitch) % 1.0 for s in (pair.path.C, *kinks)]
-    before_and_after = (
+
+    all_jumps = distinct([0.0, ratio % 1.0, *jumps])
+    bends = [((s - pair.path.A) / pitch) % 1.0 for s in (pair.path.C, *kinks)]
+    layers = _layers(earliest, ratio, latest)
+    bounds = [bound % 1.0 for layer in layers for bound in layer]
+    breaks = np.array([*distinct([*all_jumps, *bends, *bounds]), 1.0])
+    intervals = _intervals(breaks, layers, points, ratio)
+
+    nodes = _lay_nodes(pair, breaks, intervals, all_jumps, earliest, latest)
+    on_flank = nodes.on_flank
+    return ProfileGrid(
+        breaks=breaks,
+        first=nodes.first,
+        intervals=intervals,
+        position=nodes.position[on_flank],
+        phase=nodes.phase[on_flank],
+        weight=nodes.weight[on_flank],
+        contact_position=nodes.position,
+        before=int(np.argmax(on_flank)),
+        leading=nodes.leading,
+        max_pairs=int(np.ceil(ratio - SAME_PHASE)),
+    )
+
+
+def _layers(earliest: float, ratio: float, latest: float) -> list[Layer]:
+    """Return the layers on both sides of A and E, as wide as contact extends there."""
+    layers = (
         (earliest, 0.0),
         (0.0, -earliest),
         (ratio - (latest - ratio), ratio),
         (ratio, latest),
     )
-    layers = [(low, high) for low, high in before_and_after if high > low]
-    bounds = [bound % 1.0 for layer in layers for bound in layer]
-    breaks = np.array([*distinct([*jumps, *bends, *bounds]), 1.0])
+    return [(low, high) for low, high in layers if high > low]
+
+
+def _intervals(
+    breaks: Array, layers: Sequence[Layer], points: int, ratio: float
+) -> Index:
+    """Return the number of intervals of every segment, even and four at least."""
     density = np.full(len(breaks) - 1, points / ratio)
+    middle = 0.5 * (breaks[:-1] + breaks[1:])
     for low, high in layers:
-        inside = (0.5 * (breaks[:-1] + breaks[1:]) - low) % 1.0 < high - low
-        # intervals, over the nodes on the path, that each layer beside A or E has at
-        # least: 8 of 201 nodes
-        density[inside] = np.maximum(density[inside], points / 26.0 / (high - low))
+        inside = (middle - low) % 1.0 < high - low
+        in_layer = points / LAYER_SHARE / (high - low)
+        density[inside] = np.maximum(density[inside], in_layer)
     halves = np.ceil(0.5 * density * np.diff(breaks) - 1e-9)
-    intervals = np.maximum(4, 2 * halves.astype(np.int64))
-    pairs = range(
-        -int(np.ceil(-earliest - SAME_PHASE)), int(np.ceil(latest - SAME_PHASE))
-    )
+    return np.maximum(4, 2 * halves.astype(np.int64))
+
+
+class _LaidNodes(NamedTuple):
+    """All touching nodes in ascending order, (n_contact,) each, see `ProfileGrid`."""
+
+    position: Array
+    phase: Array
+    weight: Array
+    on_flank: Flags
+    first: Index
+    leading: int
+
+
+def _lay_nodes(
+    pair: GearPair,
+    breaks: Array,
+    intervals: Index,
+    jumps: Sequence[float],
+    earliest: float,
+    latest: float,
+) -> _LaidNodes:
+    """Lay nodes segment after segment, from the first place of contact to the last.
+
+    Neighbouring segments share the node between them, but at a jump.
+    """
+    pitch = pair.base_pitch
+    approaching = int(np.ceil(-earliest - SAME_PHASE))
+    pairs = range(-approaching, int(np.ceil(latest - SAME_PHASE)))
+    leading = pairs[-1]
     first = np.full((len(intervals), len(pairs)), -1, dtype=np.int64)
-    table = np.empty(
-        (4, 0)
-    )  # position, phase and weight of the nodes, and whether they lie on the flank
-    for j in pairs:
-        for m, count in enumerate(intervals):
-            low = breaks[m]
-            high = breaks[m + 1]
-            middle = j + 0.5 * (low + high)
+    pieces: list[Array] = []  # rows: position, phase, weight, whether on the flank
+    count = 0
+
+    for number in pairs:
+        for segment, n_intervals in enumerate(intervals):
+            low = breaks[segment]
+            high = breaks[segment + 1]
+            middle = number + 0.5 * (low + high)
             if not earliest < middle < latest:
                 continue
-            at = np.linspace(low, high, count + 1)
-            weights = simpson_weights(count) * (high - low) * pitch
-            shared = table.shape[1] > 0 and not any(
-                abs(low - jump) < SAME_PHASE for jump in jumps
-            )
-            first[m, pairs[-1] - j] = table.shape[1] - shared
+
+            phase = np.linspace(low, high, n_intervals + 1)
+            position = pair.path.A + (phase + number) * pitch
+            weight = simpson_weights(n_intervals) * (high - low) * pitch
+            on_flank = np.full(len(phase), 0.0 < middle < pair.contact_ratio)
+            piece = np.stack([position, phase, weight, on_flank])
+
+            begins_at_jump = any(abs(low - jump) < SAME_PHASE for jump in jumps)
+            shared = count > 0 and not begins_at_jump
+            first[segment, leading - number] = count - shared
             if shared:
-                table[2, -1] += weights[0]
-            piece = np.stack(
-                [
-                    start + (at + j) * pitch,
-                    at,
-                    weights,
-                    np.full(len(at), 0.0 < middle < ratio),
-                ]
-            )
-            table = np.concatenate([table, piece[:, shared:]], axis=1)
-    flank = table[3] > 0.0
-    position, phase, weight = table[:3].compress(flank, axis=1)
-    before = int(np.argmax(flank))
-    most_pairs = int(np.ceil(ratio - SAME_PHASE))
-    nodes = position, phase, weight, table[0]
-    return ProfileGrid(breaks, first, intervals, *nodes, before, pairs[-1], most_pairs)
+                pieces[-1][2, -1] += weight[0]
+                piece = piece[:, 1:]
+            pieces.append(piece)
+            count += piece.shape[1]
+
+    position, phase, weight, on_flank = np.concatenate(pieces, axis=1)
+    return _LaidNodes(position, phase, weight, on_flank > 0.0, first, leading)
 
 
 def distinct(phases: Sequence[float]) -> list[float]:
-    """Return ascending phases in [0, 1), dropping those that coincide with another or with 1."""
-    kept: list[float] = []
+    """Return phases in [0, 1), ascending, without those equal to another or to 1.
+
+    Parameters
+    ----------
+    phases : in any order [1]
+    """
+    result: list[float] = []
     for phase in sorted(phases):
-        if (not kept or phase - kept[-1] > SAME_PHASE) and 1.0 - phase > SAME_PHASE:
-            kept.append(phase)
-    return kept
+        is_new = not result or phase - result[-1] > SAME_PHASE
+        if is_new and 1.0 - phase > SAME_PHASE:
+            result.append(phase)
+    return result
 
 
 class Lookup(NamedTuple):
@@ -283,21 +398,20 @@ class Lookup(NamedTuple):
 
 
 def cubic_weights(t: Array) -> Array:
-    """Return the Lagrange weights of nodes at 0, 1, 2 and 3 for places t (n,) among them, (n, 4) [1]."""
+    """Return the Lagrange weights of nodes at 0, 1, 2 and 3, (n, 4) [1].
+
+    Parameters
+    ----------
+    t : (n,) places among the nodes [1]
+    """
     a = t - 1
     b = t - 2
     c = t - 3
-    return np.stack(
-        [-a * b * c / 6, t * b * c / 2, -t * a * c / 2, t * a * b / 6], axis=1
-    )
-
-
-BY_CUBIC = np.array([[-11.0, 18.0, -9.0, 2.0], [-2.0, -3.0, 6.0, -1.0]]) / 6.0
-BY_QUARTIC = (
-    np.array([[-25.0, 48.0, -36.0, 16.0, -3.0], [-3.0, -10.0, 18.0, -6.0, 1.0]]) / 12.0
-)
-"""Weights of nodes at 0, 1, 2 … for the slope at 0 and at 1, by the polynomial through
-them."""
+    of_0 = -a * b * c / 6
+    of_1 = t * b * c / 2
+    of_2 = -t * a * c / 2
+    of_3 = t * a * b / 6
+    return np.stack([of_0, of_1, of_2, of_3], axis=1)
 
 
 def slopes(values: Array, at_end: Array) -> Array:
@@ -326,7 +440,7 @@ def slopes(values: Array, at_end: Array) -> Array:
 
 
 def lookup(grid: ProfileGrid, phase: Array, segment: Index | None = None) -> Lookup:
-    """Prepare the interpolation of node values to phases (one-sided within each segment).
+    """Prepare the interpolation of node values to phases, within one segment each.
 
     Parameters
     ----------
@@ -358,9 +472,14 @@ def at_phase_nodes(grid: ProfileGrid) -> Lookup:
 def interpolate(
     grid: ProfileGrid, where: Lookup, values: Array, absent: float
 ) -> Array:
-    """Return values at the touching nodes (…, n_contact) at the prepared phases, (…, n, n_pairs).
+    """Return values of all pairs at the prepared phases, (…, n, n_pairs).
 
-    Slots whose pair is out of the path get ``absent``.
+    Parameters
+    ----------
+    grid : the nodes
+    where : the phases
+    values : (…, n_contact) at the touching nodes
+    absent : value of slots whose pair is out of the path
     """
     rows = np.ascontiguousarray(values, float).reshape(-1, values.shape[-1])
     out = np.empty((len(rows), len(where.segment), grid.first.shape[1]))
@@ -372,7 +491,7 @@ def interpolate(
 def _interpolate(
     first: Index, where: Lookup, values: Array, absent: float, out: Array
 ) -> None:
-    """Fill ``out`` (n_rows, n, n_pairs) with rows of node values (n_rows, n_contact) at phases."""
+    """Fill ``out`` (n_rows, n, n_pairs) with node values (n_rows, n_contact) at phases."""
     for row in range(out.shape[0]):
         for i in range(out.shape[1]):
             for pair in range(out.shape[2]):

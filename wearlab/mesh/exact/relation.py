@@ -183,7 +183,7 @@ def single_share(flanks: WornFlanks, wear: Array, threshold: float) -> float:
     phase = (np.arange(SHARE_PHASES) + 0.5) / SHARE_PHASES
     x = (
         pair.path.A
-        + (phase + np.arange(-1, flanks.grid.most_pairs + 1)[:, None]) * pair.base_pitch
+        + (phase + np.arange(-1, flanks.grid.max_pairs + 1)[:, None]) * pair.base_pitch
     )
     near = (x >= alone.min()) & (x <= alone.max())
     gap = np.full(x.shape, np.inf)

@@ -129,7 +129,7 @@ def lattice(
     position = start + step * np.arange(inside + 1)
     touching = start + step * np.arange(-before, last + 1)
     phase = (np.arange(inside + 1) % per_pitch) / per_pitch
-    most_pairs = math.ceil(inside / per_pitch)
+    max_pairs = math.ceil(inside / per_pitch)
     nodes: tuple[Array, Array, Array, Array] = (
         np.asarray(position),
         phase,
@@ -143,7 +143,7 @@ def lattice(
         *nodes,
         before,
         pairs[-1],
-        most_pairs,
+        max_pairs,
     )
 
 
