@@ -1,4 +1,4 @@
-"""The contact problem of a face at every phase: one-sided springs on layers that bend along the face.
+"""The contact problem of a face at every phase: one-sided springs on elastic layers.
 
 Each line of contact presses on the teeth of one pair: an elastic layer of stiffness
 k(y) whose neighbouring slices are joined by a shear stiffness T, free at both ends of
@@ -18,11 +18,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearlab.arrays import Array, Index
+from wearlab.arrays import Array, Flags, Index
 from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.contact import eliminate
 
-MOST_ITERATIONS = 80
+MAX_ITERATIONS = 80
+CONVERGED = 1e-11
+"""Largest change of a line load in the last iteration, over the mean one."""
 NEAR = 0.1
 """Change of a line load, over the mean one, up to which the factor of a solid line is
 kept."""
@@ -36,16 +38,16 @@ class Section(NamedTuple):
     body : (n_contact,) compliance of teeth and bodies [m²/N]
     cross : (n_apart, n_contact) what pairs share of their bodies with those 1, 2 … base
         pitches ahead [m/N]
-    hertz : (n_contact,) compliance of the contact at the least load [m²/N]
+    hertz : (n_contact,) compliance of the contact at the smallest load [m²/N]
     softening : by how much it falls as the load grows e-fold [m²/N]
-    least : load below which it no longer changes [N/m]
+    min_load : load below which it no longer changes [N/m]
     """
 
     body: Array
     cross: Array
     hertz: Array
     softening: float
-    least: float
+    min_load: float
 
 
 class Slices(NamedTuple):
@@ -78,10 +80,48 @@ class ShearLayer(NamedTuple):
     joint: Array
 
 
+class Lines(NamedTuple):
+    """The state of all lines at one phase, which the functions of `solve_phases` fill.
+
+    Parameters
+    ----------
+    in_contact : (n_lines, n_face) which slices touch
+    spring : (n_lines, n_face) stiffness of the contact, 0 where it does not touch [N/m]
+    free : (n_lines, n_face) gap from which the spring counts [m]
+    unit, offset : (n_lines, n_face) ``unit δ − offset`` is the force of a slice that
+        touches, and the deflection of one that does not
+    slope, preload : (n_lines,) the force of a line is ``slope δ − preload`` [N/m], [N]
+    approach : (n_lines,) deflection δ_l of each line [m]
+    shared : (n_lines, n_lines) compliance that lines share by their bodies [m/N]
+    changed : (n_lines,) whether contacts of a line changed, or a load of it by more
+        than is near
+    factor : (n_lines, n_face, n_face) factor of each solid line; empty with a layer
+    place : (n_lines, n_face) the slices that a factor holds, then −1
+    work, system : (3, n_face) and (n_lines, n_lines + 2) room to solve equations
+    """
+
+    in_contact: Flags
+    spring: Array
+    free: Array
+    unit: Array
+    offset: Array
+    slope: Array
+    preload: Array
+    approach: Array
+    shared: Array
+    changed: Flags
+    factor: Array
+    place: Index
+    work: Array
+    system: Array
+
+
 def layer_of(
     slices: Slices, position: Array, body: Array, shear_length: float
 ) -> ShearLayer:
-    """Return the layers of a face. Where a line does not reach it is as stiff as at the path's end.
+    """Return the layers of a face.
+
+    Where a line does not reach, its layer is as stiff as at the end of the path.
 
     Parameters
     ----------
@@ -94,31 +134,42 @@ def layer_of(
     ----------
     Ajmi & Velex 2005.
     """
-    node = slices.node
     reached = slices.node >= 0
-    last = len(body) - 1
-    first = reached.argmax(axis=2)[..., None]
-    final = node.shape[2] - 1 - reached[..., ::-1].argmax(axis=2)[..., None]
-    low = np.take_along_axis(node, first, axis=2)
-    high = np.take_along_axis(node, final, axis=2)
-    # whether a line meets later nodes at larger y; one that meets a single node does so
-    # in a corner
-    rising = np.where(first == final, (2 * low < last) == (first > 0), high > low)
-    near = np.where(
-        reached, node, np.where((np.arange(node.shape[2]) < first) == rising, 0, last)
-    )
-    stiffness = 1.0 / body[near]
-    part = np.where(reached, slices.filled[near], 1.0) if shear_length == 0.0 else 1.0
-    joint = (
-        shear_length**2
-        * 0.5
-        * (stiffness[..., :-1] + stiffness[..., 1:])
-        / np.diff(position)
-    )
+    nearest = _nearest_node(slices.node, len(body) - 1)
+    stiffness = 1.0 / body[nearest]
+
+    neighbours = stiffness[..., :-1] + stiffness[..., 1:]
+    joint = shear_length**2 * 0.5 * neighbours / np.diff(position)
+
+    part: Array | float = 1.0
+    if shear_length == 0.0:
+        part = np.where(reached, slices.filled[nearest], 1.0)
     diagonal = part * slices.width * stiffness
     diagonal[..., :-1] += joint
     diagonal[..., 1:] += joint
     return ShearLayer(diagonal, joint)
+
+
+def _nearest_node(node: Index, last: int) -> Index:
+    """Return the node of each slice, and the end of the path where a line has none.
+
+    That end is the first node, or ``last``, on the side on which the line leaves it.
+    """
+    n_face = node.shape[2]
+    reached = node >= 0
+    first_slice = reached.argmax(axis=2)[..., None]
+    last_slice = n_face - 1 - reached[..., ::-1].argmax(axis=2)[..., None]
+    first_node = np.take_along_axis(node, first_slice, axis=2)
+    last_node = np.take_along_axis(node, last_slice, axis=2)
+
+    # whether a line meets later nodes at larger y; one that meets a single node does so
+    # in a corner
+    in_corner = (2 * first_node < last) == (first_slice > 0)
+    rising = np.where(first_slice == last_slice, in_corner, last_node > first_node)
+
+    is_before = np.arange(n_face) < first_slice
+    end = np.where(is_before == rising, 0, last)
+    return np.where(reached, node, end)
 
 
 @jit
@@ -156,171 +207,195 @@ def solve_phases(
     loads.
     """
     n_phases, n_lines, n_face = slices.node.shape
-    slots = (n_lines, n_face)
     line_load = start.copy()
     deflection = np.empty(n_phases)
     tangent = np.empty(n_phases)
-    in_contact = np.zeros(slots, np.bool_)
-    unit = np.zeros(slots)
-    offset = np.zeros(slots)
-    spring = np.zeros(slots)
-    free = np.zeros(slots)
-    work = np.zeros((3, n_face))
-    size = 0 if solid is None else n_face
-    factor = np.zeros((n_lines, size, size))
-    place = np.zeros((n_lines, n_face), np.int64)
-    shared = np.zeros((n_lines, n_lines))
-    system = np.zeros((n_lines, n_lines + 2))
-    slope = np.zeros(n_lines)
-    preload = np.zeros(n_lines)
-    at = np.zeros(n_lines)
-    far = np.ones(n_lines, np.bool_)
+    lines = _lines(n_lines, n_face, 0 if solid is None else n_face)
+
     for i in range(n_phases):
         load = line_load[i]
-        reach = slices.node[i]
+        node = slices.node[i]
         if i > 0:
-            _follow(reach, slices.node[i - 1], line_load[i - 1], load)
-        _share(reach, slices.width, section.cross, shared)
-        _start(reach, load, force[i], in_contact)
-        mean = force[i] / slices.width.sum()
-        far[:] = True
-        settled = False
-        for iteration in range(
-            MOST_ITERATIONS + 1
-        ):  # the last time about what the contact yields, held
-            for line in range(n_lines):
-                own = unit[line]
-                other = offset[line]
-                pressed = spring[line]
-                away = free[line]
-                anew = solid is None or far[line] or settled
-                held = 0.0 if settled else 1.0
-                _straighten(
-                    reach[line],
-                    slices,
-                    section,
-                    gap,
-                    load[line],
-                    in_contact[line],
-                    pressed,
-                    away,
-                    anew,
-                    held,
-                )
-                if layer is not None:
-                    slope[line], preload[line] = _respond(
-                        layer.diagonal[i, line],
-                        layer.joint[i, line],
-                        work,
-                        own,
-                        other,
-                        pressed,
-                        away,
-                    )
-                if solid is not None and anew:
-                    slope[line] = _factorise(
-                        solid[i, line], factor[line], place[line], own, pressed
-                    )
-                if solid is not None and not settled:
-                    preload[line] = _respond_solid(
-                        solid[i, line], factor[line], place[line], other, away
-                    )
-            deflected, tangent[i] = _balance(
-                slope, preload, shared, force[i], system, at
-            )
-            if settled:
+            _follow(node, slices.node[i - 1], line_load[i - 1], load)
+        _share(node, slices.width, section.cross, lines.shared)
+        _start(node, load, force[i], lines.in_contact)
+
+        mean_load = force[i] / slices.width.sum()
+        lines.changed[:] = True
+        converged = False
+        for iteration in range(MAX_ITERATIONS + 1):
+            _respond(i, slices, section, gap, load, layer, solid, converged, lines)
+            approach, tangent[i] = _balance(force[i], lines)
+            if converged:  # this time the contact's compliance was held
                 break
-            deflection[i] = deflected
-            change, moved = _update(
-                i, slices, gap, at, unit, offset, load, in_contact, NEAR * mean, far
+            deflection[i] = approach
+
+            change, contacts_changed = _update(
+                node, slices, gap, load, NEAR * mean_load, lines
             )
-            # largest change of a line load in the last iteration, over the mean one
-            settled = (
-                not moved and change <= 1e-11 * mean
-            ) or iteration + 1 == MOST_ITERATIONS
+            converged = not contacts_changed and change <= CONVERGED * mean_load
+            converged = converged or iteration + 1 == MAX_ITERATIONS
+
     return line_load, deflection, tangent
 
 
 @jit_inner
-def _follow(reach, before, its_load, load):  # type: ignore[no-untyped-def]
-    """Begin, where nothing is known, from the loads one phase before.
-
-    On slices reached since, from 1.
-    """
-    if load.max() > 0.0 or its_load.max() == 0.0:
-        return
-    for line in range(reach.shape[0]):
-        for j in range(reach.shape[1]):
-            if reach[line, j] >= 0:
-                load[line, j] = its_load[line, j] if before[line, j] >= 0 else 1.0
+def _lines(n_lines, n_face, factor_size):  # type: ignore[no-untyped-def]
+    """Return the state of lines, with nothing filled."""
+    shape = (n_lines, n_face)
+    return Lines(
+        np.zeros(shape, np.bool_),  # in_contact
+        np.zeros(shape),  # spring
+        np.zeros(shape),  # free
+        np.zeros(shape),  # unit
+        np.zeros(shape),  # offset
+        np.zeros(n_lines),  # slope
+        np.zeros(n_lines),  # preload
+        np.zeros(n_lines),  # approach
+        np.zeros((n_lines, n_lines)),  # shared
+        np.ones(n_lines, np.bool_),  # changed
+        np.zeros((n_lines, factor_size, factor_size)),  # factor
+        np.zeros(shape, np.int64),  # place
+        np.zeros((3, n_face)),  # work
+        np.zeros((n_lines, n_lines + 2)),  # system
+    )
 
 
 @jit_inner
-def _share(reach, width, cross, shared):  # type: ignore[no-untyped-def]
-    """Fill what each two lines share of their bodies, in proportion to the width on which both are."""
-    n_lines, n_face = reach.shape
+def _follow(node, last_node, last_load, load):  # type: ignore[no-untyped-def]
+    """Begin from the loads of the last phase, where none are known.
+
+    Slices that were not reached then begin from 1.
+    """
+    if load.max() > 0.0 or last_load.max() == 0.0:
+        return
+    for line in range(node.shape[0]):
+        for j in range(node.shape[1]):
+            if node[line, j] >= 0:
+                was_reached = last_node[line, j] >= 0
+                load[line, j] = last_load[line, j] if was_reached else 1.0
+
+
+@jit_inner
+def _share(node, width, cross, shared):  # type: ignore[no-untyped-def]
+    """Fill the compliance that each two lines share by their bodies.
+
+    It is in proportion to the width on which both lines are.
+    """
+    n_lines, n_face = node.shape
     total = width.sum()
     for line in range(n_lines):
         shared[line, line] = 0.0
-        for other in range(line):
-            apart = line - other - 1
+        for second in range(line):
+            apart = line - second - 1
             value = 0.0
             if apart < cross.shape[0]:
                 for j in range(n_face):
-                    if reach[line, j] >= 0 and reach[other, j] >= 0:
-                        value += cross[apart, reach[line, j]] * width[j] / total
-            shared[line, other] = value
-            shared[other, line] = value
+                    if node[line, j] >= 0 and node[second, j] >= 0:
+                        value += cross[apart, node[line, j]] * width[j] / total
+            shared[line, second] = value
+            shared[second, line] = value
 
 
 @jit_inner
-def _start(reach, load, force, in_contact):  # type: ignore[no-untyped-def]
-    """Say where to begin: where load was.
+def _start(node, load, force, in_contact):  # type: ignore[no-untyped-def]
+    """Fill which slices touch at first: those with a load; without any load, all.
 
-    Without any, everywhere. Without a force, nowhere.
+    Loads of slices that do not touch become 0. Under no force loads do not count.
     """
-    known = force > 0.0 and load.max() > 0.0
-    for line in range(reach.shape[0]):
-        for j in range(reach.shape[1]):
-            in_contact[line, j] = reach[line, j] >= 0 and (
-                load[line, j] > 0.0 or not known
-            )
+    has_loads = force > 0.0 and load.max() > 0.0
+    for line in range(node.shape[0]):
+        for j in range(node.shape[1]):
+            is_loaded = load[line, j] > 0.0 or not has_loads
+            in_contact[line, j] = node[line, j] >= 0 and is_loaded
             if not in_contact[line, j]:
                 load[line, j] = 0.0
 
 
 @jit_inner
-def _straighten(  # type: ignore[no-untyped-def]
-    reach, slices, section, gap, load, in_contact, spring, free, anew, straightened
-):
-    """Fill the stiffness of the contact of each slice, 0 where it does not touch, and the gap it counts from.
+def _respond(i, slices, section, gap, load, layer, solid, hold, lines):  # type: ignore[no-untyped-def]
+    """Fill the response of every line, straightened about the last loads.
 
-    ``anew``: about the last loads, else stiffnesses stay and the gaps alone follow the
-    loads. ``straightened``: 1 about them, 0 with what the contact yields under them
-    held.
+    ``hold``: with the compliance that the contact has under these loads.
+    """
+    for line in range(len(load)):
+        spring = lines.spring[line]
+        free = lines.free[line]
+        renew = solid is None or lines.changed[line] or hold
+        _straighten(
+            slices.node[i, line],
+            slices,
+            section,
+            gap,
+            load[line],
+            lines.in_contact[line],
+            spring,
+            free,
+            renew,
+            0.0 if hold else 1.0,
+        )
+        if layer is not None:
+            lines.slope[line], lines.preload[line] = _respond_layer(
+                layer.diagonal[i, line],
+                layer.joint[i, line],
+                lines.work,
+                lines.unit[line],
+                lines.offset[line],
+                spring,
+                free,
+            )
+        if solid is not None and renew:
+            lines.slope[line] = _factorise(
+                solid[i, line],
+                lines.factor[line],
+                lines.place[line],
+                lines.unit[line],
+                spring,
+            )
+        if solid is not None and not hold:
+            lines.preload[line] = _respond_solid(
+                solid[i, line],
+                lines.factor[line],
+                lines.place[line],
+                lines.offset[line],
+                free,
+            )
+
+
+@jit_inner
+def _straighten(  # type: ignore[no-untyped-def]
+    node, slices, section, gap, load, in_contact, spring, free, renew, straightened
+):
+    """Fill the stiffness of the contact of each slice, and the gap it counts from.
+
+    The stiffness is 0 where a slice does not touch. ``renew``: stiffnesses are those
+    about the last loads, else they stay and the gaps alone follow the loads.
+    ``straightened``: 1 tangents, 0 secants of the contact's deflection.
     """
     softening = section.softening
-    least = section.least
+    min_load = section.min_load
     for j in range(len(load)):
         if not in_contact[j]:
-            spring[j], free[j] = 0.0, 0.0
+            spring[j] = 0.0
+            free[j] = 0.0
             continue
-        k = reach[j]
-        touching = slices.filled[k] * slices.width[j]
-        yielding = section.hertz[k] - softening * np.log(max(load[j], least) / least)
-        if anew:
-            spring[j] = touching / (
-                yielding - (straightened * softening if load[j] > least else 0.0)
-            )
-        free[j] = gap[j, k] + (yielding - touching / spring[j]) * load[j]
+        k = node[j]
+        width = slices.filled[k] * slices.width[j]
+        logarithm = np.log(max(load[j], min_load) / min_load)
+        secant = section.hertz[k] - softening * logarithm
+        if renew:
+            less = straightened * softening if load[j] > min_load else 0.0
+            spring[j] = width / (secant - less)
+        free[j] = gap[j, k] + (secant - width / spring[j]) * load[j]
 
 
 @jit_inner
 def _factorise(compliance, factor, place, unit, spring):  # type: ignore[no-untyped-def]
-    """Factorise ``M = C + 1/spring`` of the slices of one line that touch, and return A of ``F = A δ − B``.
+    """Factorise ``M = C + 1/spring`` of a solid line, and return A of ``F = A δ − B``.
 
-    Fills ``factor`` below the diagonal, on it with its inverse; ``place`` with the
-    slices, then −1; ``unit`` with ``M⁻¹ 1`` on these, ``C M⁻¹ 1`` elsewhere.
+    M is of the slices that touch. Fills ``factor`` below the diagonal, on it with its
+    inverse; ``place`` with the slices, then −1; ``unit`` with ``M⁻¹ 1`` on these, ``C
+    M⁻¹ 1`` elsewhere.
     """
     count = 0
     for j in range(len(spring)):
@@ -328,28 +403,30 @@ def _factorise(compliance, factor, place, unit, spring):  # type: ignore[no-unty
             place[count] = j
             count += 1
     place[count:] = -1
-    one = np.ones(count)
+
     for a in range(count):
         row = factor[a]
-        own = compliance[place[a]]
+        of_slice = compliance[place[a]]
         for b in range(a):
-            value = own[place[b]]
-            other = factor[b]
+            value = of_slice[place[b]]
+            row_b = factor[b]
             for k in range(b):
-                value -= row[k] * other[k]
-            row[b] = value * other[b]
-        value = own[place[a]] + 1.0 / spring[place[a]]
+                value -= row[k] * row_b[k]
+            row[b] = value * row_b[b]
+        value = of_slice[place[a]] + 1.0 / spring[place[a]]
         for k in range(a):
             value -= row[k] * row[k]
         row[a] = 1.0 / np.sqrt(value)
-    _solve(factor, one)
-    _spread(compliance, place, one, unit)
-    return one.sum()
+
+    force = np.ones(count)
+    _solve(factor, force)
+    _spread(compliance, place, force, unit)
+    return force.sum()
 
 
 @jit_inner
 def _solve(factor, right):  # type: ignore[no-untyped-def]
-    """Solve ``L Lᵀ x = right`` in place, with the inverse of L's diagonal on the factor's."""
+    """Solve ``L Lᵀ x = right`` in place; the factor holds the inverse of L's diagonal."""
     count = len(right)
     for a in range(count):
         row = factor[a]
@@ -381,7 +458,7 @@ def _spread(compliance, place, force, filled):  # type: ignore[no-untyped-def]
 
 @jit_inner
 def _respond_solid(compliance, factor, place, offset, free):  # type: ignore[no-untyped-def]
-    """Fill ``offset`` of forces ``unit δ − offset`` on one solid line, and return B of ``A δ − B``."""
+    """Fill ``offset`` of ``unit δ − offset`` of a solid line, and return B of ``A δ − B``."""
     count = 0
     while count < len(place) and place[count] >= 0:
         count += 1
@@ -394,95 +471,118 @@ def _respond_solid(compliance, factor, place, offset, free):  # type: ignore[no-
 
 
 @jit_inner
-def _respond(diagonal, joint, work, unit, offset, spring, free):  # type: ignore[no-untyped-def]
-    """Fill ``unit δ − offset`` of one line on its layer, and return A and B of ``F = A δ − B``.
+def _respond_layer(diagonal, joint, work, unit, offset, spring, free):  # type: ignore[no-untyped-def]
+    """Fill ``unit δ − offset`` of a line on its layer, return A and B of ``F = A δ − B``.
 
-    That is the force of a slice that touches, and what the others yield.
+    That is the force of a slice that touches, and the deflection of one that does not.
     """
     n_face = len(diagonal)
-    forward, right, other = work
+    pivot, right_unit, right_offset = work
+
     for j in range(n_face):
-        forward[j], right[j], other[j] = (
-            diagonal[j] + spring[j],
-            spring[j],
-            spring[j] * free[j],
-        )
+        pivot[j] = diagonal[j] + spring[j]
+        right_unit[j] = spring[j]
+        right_offset[j] = spring[j] * free[j]
         if j > 0:
-            factor = joint[j - 1] / forward[j - 1]
-            forward[j] -= factor * joint[j - 1]
-            right[j] += factor * right[j - 1]
-            other[j] += factor * other[j - 1]
-    slope, preload, u, v = 0.0, 0.0, 0.0, 0.0
+            factor = joint[j - 1] / pivot[j - 1]
+            pivot[j] -= factor * joint[j - 1]
+            right_unit[j] += factor * right_unit[j - 1]
+            right_offset[j] += factor * right_offset[j - 1]
+
+    slope = 0.0
+    preload = 0.0
+    u = 0.0
+    v = 0.0
     for j in range(n_face - 1, -1, -1):
-        after = joint[j] if j < n_face - 1 else 0.0
-        u = (right[j] + after * u) / forward[j]
-        v = (other[j] + after * v) / forward[j]
-        unit[j], offset[j] = u, v
+        next_joint = joint[j] if j < n_face - 1 else 0.0
+        u = (right_unit[j] + next_joint * u) / pivot[j]
+        v = (right_offset[j] + next_joint * v) / pivot[j]
+        unit[j] = u
+        offset[j] = v
         if spring[j] > 0.0:
-            unit[j], offset[j] = spring[j] * (1.0 - u), spring[j] * (free[j] - v)
+            unit[j] = spring[j] * (1.0 - u)
+            offset[j] = spring[j] * (free[j] - v)
             slope += unit[j]
             preload += offset[j]
     return slope, preload
 
 
 @jit_inner
-def _balance(slope, preload, shared, force, system, at):  # type: ignore[no-untyped-def]
+def _balance(force, lines):  # type: ignore[no-untyped-def]
     """Fill the approach of each line, and return that of the gears and dF/dδ."""
+    slope = lines.slope
+    preload = lines.preload
+    shared = lines.shared
+    system = lines.system
     n = len(slope)
+
     for line in range(n):
-        for other in range(n):
-            system[line, other] = shared[line, other] * slope[other]
+        for second in range(n):
+            system[line, second] = shared[line, second] * slope[second]
         system[line, line] += 1.0
-        system[line, n], system[line, n + 1] = 1.0, 0.0
-        for other in range(n):
-            system[line, n + 1] += shared[line, other] * preload[other]
+        system[line, n] = 1.0
+        system[line, n + 1] = 0.0
+        for second in range(n):
+            system[line, n + 1] += shared[line, second] * preload[second]
     eliminate(system, n)
-    stiffness, carried = 0.0, 0.0
+
+    stiffness = 0.0
+    force_at_rest = 0.0  # of all lines, where the gears have not approached
     for line in range(n):
         stiffness += slope[line] * system[line, n]
-        carried += slope[line] * system[line, n + 1] - preload[line]
-    approach = (force - carried) / stiffness
+        force_at_rest += slope[line] * system[line, n + 1] - preload[line]
+    approach = (force - force_at_rest) / stiffness
+
     for line in range(n):
-        at[line] = approach * system[line, n] + system[line, n + 1]
+        lines.approach[line] = approach * system[line, n] + system[line, n + 1]
     return approach, stiffness
 
 
 @jit_inner
-def _update(i, slices, gap, at, unit, offset, load, in_contact, near, far):  # type: ignore[no-untyped-def]
-    """Put new loads and contacts in place.
+def _update(node, slices, gap, load, near, lines):  # type: ignore[no-untyped-def]
+    """Fill new loads and contacts, and which lines changed by more than ``near``.
 
-    Return the largest change of a load and whether contacts changed.
-
-    Fills ``far``: whether contacts of a line changed, or a load of it by more than
-    ``near``. Without a force only the first to touch stays in contact.
+    Returns the largest change of a load and whether contacts changed. Without a force
+    only the first slice to touch stays in contact.
     """
-    largest = 0.0
-    moved = False
-    least_gap = np.inf
-    best_line = -1
-    best = -1
+    in_contact = lines.in_contact
+    changed = lines.changed
+    largest_change = 0.0
+    contacts_changed = False
+    smallest_gap = np.inf
+    nearest_line = -1
+    nearest_slice = -1
+
     for line in range(load.shape[0]):
-        own, far[line] = 0.0, False
+        change = 0.0
+        changed[line] = False
+        approach = lines.approach[line]
         for j in range(load.shape[1]):
-            k = slices.node[i, line, j]
+            k = node[line, j]
             if k < 0:
                 continue
-            value = unit[line, j] * at[line] - offset[line, j]
-            if gap[j, k] < least_gap:
-                least_gap = gap[j, k]
-                best_line = line
-                best = j
+            if gap[j, k] < smallest_gap:
+                smallest_gap = gap[j, k]
+                nearest_line = line
+                nearest_slice = j
+
+            value = lines.unit[line, j] * approach - lines.offset[line, j]
             if in_contact[line, j]:
-                new = value / (slices.filled[k] * slices.width[j])
-                if new < 0.0:
-                    in_contact[line, j], far[line], new = False, True, 0.0
-                own = max(own, abs(new - load[line, j]))
-                load[line, j] = new
-            elif at[line] - gap[j, k] - value > 0.0:
-                in_contact[line, j], far[line] = True, True
-        moved = moved or far[line]
-        far[line] = far[line] or own > near
-        largest = max(largest, own)
-    if best >= 0 and not in_contact.any():
-        in_contact[best_line, best], far[best_line] = True, True
-    return largest, moved
+                new_load = value / (slices.filled[k] * slices.width[j])
+                if new_load < 0.0:
+                    in_contact[line, j] = False
+                    changed[line] = True
+                    new_load = 0.0
+                change = max(change, abs(new_load - load[line, j]))
+                load[line, j] = new_load
+            elif approach - gap[j, k] - value > 0.0:
+                in_contact[line, j] = True
+                changed[line] = True
+        contacts_changed = contacts_changed or changed[line]
+        changed[line] = changed[line] or change > near
+        largest_change = max(largest_change, change)
+
+    if nearest_slice >= 0 and not in_contact.any():
+        in_contact[nearest_line, nearest_slice] = True
+        changed[nearest_line] = True
+    return largest_change, contacts_changed
