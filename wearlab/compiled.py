@@ -1,4 +1,4 @@
-"""The one way to compile a kernel: ``@jit``, cached in a folder named by the sources it may contain.
+"""Compilation of kernels by ``@jit``, cached in a folder named by their sources.
 
 Numba's disk cache does not notice an edit in another file that a kernel calls. So the
 cache folder carries a hash of every source that holds kernels: an edit anywhere among
@@ -23,7 +23,7 @@ KEPT_FOLDERS = 6
 
 
 def _cache_folder() -> Path:
-    """Return this build's folder of compiled code, and drop the folders of builds long gone."""
+    """Return the folder of compiled code of these sources, and remove old ones."""
     root = cache_folder()
     parts = (b"wearlab.compiled import",)
     kernels = [
@@ -52,7 +52,7 @@ KERNEL: Any = {"error_model": "numpy"}
 
 
 def _counting(counted: bool) -> dict[str, Any]:
-    """Return the option that counts references to arrays or does not, nothing where numba knows none such."""
+    """Return the option that counts references or does not; {} where numba has none."""
     option: Any = {"_nrt": counted}
     try:
         numba.njit(**option)(lambda: None)
@@ -94,7 +94,7 @@ def jit_inner(
     counted: bool = True,
     forceinline: bool = False,
 ) -> Callable[..., Any]:
-    """Compile a kernel that is called from kernels alone: a part of theirs, on disk with them.
+    """Compile a kernel that only kernels call: it is part of theirs, also on disk.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def jit_inner(
 
 
 def by_type(choose: Callable[..., Any], *, counted: bool = False) -> Callable[..., Any]:
-    """Return a function that is another for every type of its arguments, as compiled code sees them.
+    """Return a function that compiled code chooses by the types of its arguments.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ class SlowFunction(UserWarning):
 
 
 def compiled_if_possible(function: Callable[..., Any], name: str) -> Callable[..., Any]:
-    """Return a user's function that compiles at its first call, or runs as it is, with a warning.
+    """Return a user's function compiled at its first call, or as it is, with a warning.
 
     Parameters
     ----------

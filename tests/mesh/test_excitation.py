@@ -178,7 +178,8 @@ def test_series_forces_are_one_spring_split_by_the_static_share(
 def test_periods_found_at_once_are_periods_found_one_by_one(
     grid, analysis, nodes, law, monkeypatch
 ):
-    monkeypatch.setattr(force, "AT_ONCE", 12)  # blocks of fewer periods than there are
+    # blocks of fewer periods than there are
+    monkeypatch.setattr(force, "BLOCK_SIZE", 12)
     where = lookup(grid, np.array([0.1, 0.5, 0.85]))
     flanks = MeshFlanks(analysis, nodes, None)
     rng = np.random.default_rng(3)

@@ -1,1 +1,1 @@
-"""Flanks in quasi-static contact: stiffness, gaps, load sharing, and what excites the dynamics."""
+"""Flanks in quasi-static contact: stiffness, gaps, load sharing, and excitation."""

@@ -1,4 +1,4 @@
-"""Meshes on one clock: a mesh of a gear set lags the first by a part of the mesh period.
+"""Meshes on one clock: a mesh lags the first by a part of the mesh period.
 
 When the clock shows φ, a mesh is at its own phase ``(φ − γ) mod 1``. Meshes of one kind
 share their flanks, and so one contact analysis; they differ by their lag and by their

@@ -1,4 +1,4 @@
-"""Worn flanks in quasi-static contact: compliance and gap at every node, then the sharing at every phase.
+"""Worn flanks in quasi-static contact: compliances and gaps, then the load sharing.
 
 The pairs in contact share the mesh force: ``δ − g_i = Σ_j C_ij F_j``, F_j ≥ 0, ΣF_j =
 F. Uncoupled pairs (C diagonal) are springs that engage one after another as δ passes
@@ -25,7 +25,7 @@ its mate [m]."""
 
 
 class Sharing(NamedTuple):
-    """Pairs at one phase: what they yield under each other's forces, and the forces of those that touch.
+    """Pairs at one phase: their compliance, and the forces of those that touch.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def _begin(compliance, cross, pairs):  # type: ignore[no-untyped-def]
 
 @jit_inner
 def eliminate(work, n):  # type: ignore[no-untyped-def]
-    """Solve n equations (n, n + 2) for two right-hand sides, the last columns, in place: no pivots."""
+    """Solve n equations (n, n + 2) in place; the last columns are right-hand sides."""
     for row in range(n):
         for below in range(row + 1, n):
             factor = work[below, row] / work[row, row]
@@ -121,7 +121,10 @@ def eliminate(work, n):  # type: ignore[no-untyped-def]
 
 @jit_inner
 def _touch(gap, pairs, following):  # type: ignore[no-untyped-def]
-    """Let one more pair touch: ``F_A = unit δ − offset`` with ``C_AA [unit, offset] = [1, g_A]``."""
+    """Let one more pair touch: fill ``F_A = unit δ − offset``.
+
+    ``C_AA [unit, offset] = [1, g_A]`` of the pairs A that touch.
+    """
     matrix, active, unit, offset, work, place = pairs
     active[following] = True
     m = 0
@@ -141,7 +144,7 @@ def _touch(gap, pairs, following):  # type: ignore[no-untyped-def]
 
 @jit_inner
 def _contact_at(gap, pairs, p):  # type: ignore[no-untyped-def]
-    """Return the δ at which slot ``p`` engages while the active ones bear, inf where it does not."""
+    """Return the δ at which slot ``p`` engages, inf: it does not."""
     slope = 1.0
     level = gap[p]
     for q in range(len(gap)):
@@ -178,7 +181,7 @@ def _next_in_contact(gap, pairs):  # type: ignore[no-untyped-def]
 def equivalent_springs(
     compliance: Array, gap: Array, cross: Array, stages: int
 ) -> tuple[Array, Array, Array]:
-    """Turn coupled pairs into the uncoupled springs of the same total force, at every phase.
+    """Turn coupled pairs into uncoupled springs of the same total force.
 
     ``Σ_j F_j(δ) = Σ_p k_p max(0, δ − g_p)`` with the springs in their order of
     engagement. Without coupling each slot keeps its own stiffness and gap.
@@ -315,7 +318,7 @@ class ContactAnalysis:
 
     @cached_property
     def _pairs(self) -> Index:
-        """Contact node of each slot at each phase node, −1 without, (n_phase_nodes, n_pairs)."""
+        """Node of each slot at each phase node, or −1, (n_phase_nodes, n_pairs)."""
         return self.grid.pairs_at_phase_nodes
 
     @cached_property
@@ -325,11 +328,11 @@ class ContactAnalysis:
         return nodes, self.quasistatic(nodes, self.at_nodes)
 
     def nodes(self, wear: Array, near: Quasistatic | None = None) -> Nodes:
-        """Return compliance and gap for wear depths (2, n) ordered (driving, driven) [m].
+        """Return compliance and gap of worn flanks at the touching nodes.
 
         Parameters
         ----------
-        wear : (2, n) [m]
+        wear : (2, n) depths, (driving, driven) [m]
         near : sharing of the static load at the phase nodes in a neighbouring state, to
             start from
         """
@@ -354,7 +357,7 @@ class ContactAnalysis:
         return Nodes(body + self._settled(body, gap, cross, force), gap, cross)
 
     def _settled(self, body: Array, gap: Array, cross: Array, force: Array) -> Array:
-        """Return the contact's compliance under the forces that it leads to itself, (n_contact,) [m/N].
+        """Return the contact's compliance in equilibrium, (n_contact,) [m/N].
 
         From forces (n_contact,) on by Newton's method: about F the curve ``δ = g + (b +
         c(F)) F`` is straight, its compliance less by ``−F dc/dF`` and its gap larger by
@@ -376,7 +379,18 @@ class ContactAnalysis:
         return np.asarray(self.stiffness.contact(np.maximum(force, least)))
 
     def at(self, nodes: Nodes, where: Lookup) -> tuple[Array, Array, Array]:
-        """Return compliance, gap (n, n_pairs) and cross compliance (n, n_pairs, n_apart) at phases."""
+        """Return compliance, gap and cross compliance of pairs at phases.
+
+        Parameters
+        ----------
+        nodes : the wear state at the touching nodes
+        where : the phases
+
+        Returns
+        -------
+        compliance, gap : (n, n_pairs) [m/N], [m]
+        cross : (n, n_pairs, n_apart) [m/N]
+        """
         stiffness = self.stiffness.at_phases(where)
         if stiffness is None:
             compliance = interpolate(self.grid, where, nodes.compliance, np.inf)
@@ -396,7 +410,14 @@ class ContactAnalysis:
     def quasistatic(
         self, nodes: Nodes, where: Lookup, load: Array | None = None
     ) -> Quasistatic:
-        """Solve the sharing at phases, under the static load or under given loads (n,) [N]."""
+        """Solve the load sharing at phases.
+
+        Parameters
+        ----------
+        nodes : the wear state at the touching nodes
+        where : the phases
+        load : (n,) normal force [N]; None: the static load
+        """
         compliance, gap, cross = self.at(nodes, where)
         load = np.full(len(compliance), self.load) if load is None else load
         deflection, tangent, force = share(compliance, gap, cross, load)

@@ -1,4 +1,4 @@
-"""What excites the dynamics: the flanks of a mesh, pair by pair, or series fitted to the contact analysis.
+"""What excites the dynamics: the pairs of a mesh, or series fitted to their contact.
 
 Pairs are the consistent physics: ``W = Σ_j k_j(φ) max(0, δ − g_j(φ))``. Series are the
 papers' forms ``W = k(φ) f(u)`` with ``u = d·q − e(φ)``; their truncation is part of the
@@ -28,7 +28,13 @@ class AlongPhase(NamedTuple):
 
 
 def combined_error(state: contact.Quasistatic, combination: str, error: str) -> Array:
-    """Return one transmission error for the mesh, loaded or of the gaps of the pairs in the path, (n,) [m].
+    """Return one transmission error for the mesh, (n,) [m].
+
+    Parameters
+    ----------
+    state : the mesh under its static load
+    combination : min, max or mean of the gaps of the pairs in the path
+    error : loaded: the deflection; unloaded: that combination
 
     References
     ----------
@@ -97,7 +103,14 @@ def stage_tables(
 def errors_of(
     kinds: Sequence[Flanks], meshes: Sequence[clock.Mesh], phase: Array
 ) -> tuple[Array, Array]:
-    """Return prescribed errors and their rates by phase, series' own among them, (…, n_mesh) each [m]."""
+    """Return errors and their rates by phase, of series as well, (…, n_mesh) [m].
+
+    Parameters
+    ----------
+    kinds : the flanks of each kind of mesh
+    meshes : the meshes
+    phase : (…) of the clock [1]
+    """
     error, rate = np.zeros((2, *phase.shape, len(meshes)))
     for at, mesh in enumerate(meshes):
         own = phase - mesh.lag
@@ -114,7 +127,7 @@ def of_meshes(
     at: Sequence[profile.Lookup],
     shape: Sequence[int],
 ) -> Springs:
-    """Return the springs of all meshes at instants of the clock, (*shape, n_mesh[, n_pairs]).
+    """Return the springs of all meshes at instants, (*shape, n_mesh[, n_pairs]).
 
     Parameters
     ----------
@@ -156,7 +169,13 @@ def of_meshes(
 
 
 def gap_rates(flanks: MeshFlanks, where: profile.Lookup) -> Array:
-    """Return the rates of the gaps of all pairs by phase, 0 out of the path, (n, n_pairs) [m]."""
+    """Return the rates of gaps by phase, 0 out of the path, (n, n_pairs) [m].
+
+    Parameters
+    ----------
+    flanks : of the mesh
+    where : the phases
+    """
     grid = flanks.analysis.grid
     pairs = grid.pairs_at_phase_nodes
     count = grid.intervals + 1
@@ -220,7 +239,7 @@ class Between(NamedTuple):
     slow: Array | None = None
 
     def errors_at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
-        """Return prescribed errors and their rates by phase at fractions of steps, both (n, n_mesh) [m]."""
+        """Return errors and their rates by phase within steps, (n, n_mesh) [m]."""
         error, rate = errors_of(
             self.kinds, self.sampling.meshes, self._phase(step, fraction)
         )

@@ -194,7 +194,9 @@ def _fill_forces(
 
 
 @jit_inner
-def _fill_springs(stiffness, gap, deflection, force, tangent):  # type: ignore[no-untyped-def]
+def _fill_springs(  # type: ignore[no-untyped-def]
+    stiffness, gap, deflection, force, tangent
+):
     """Fill force and tangent stiffness of one-sided springs at a deflection.
 
     Returns the stiffness of all springs; the largest ``k (δ − g)``, negative where none
@@ -222,7 +224,9 @@ def _fill_springs(stiffness, gap, deflection, force, tangent):  # type: ignore[n
 
 
 @jit_inner
-def _fill_pairs(part, j, force, tangent, pair, pair_stiffness):  # type: ignore[no-untyped-def]
+def _fill_pairs(  # type: ignore[no-untyped-def]
+    part, j, force, tangent, pair, pair_stiffness
+):
     """Fill elastic force and tangent stiffness of pairs from those of springs.
 
     Returns the sum of the stiffnesses. ``part`` is empty where springs are pairs.
@@ -279,7 +283,9 @@ def _press_pairs(  # type: ignore[no-untyped-def]
 
 
 @jit_inner
-def _press_back(law, mesh, damping, rate, whole, clearance, elastic):  # type: ignore[no-untyped-def]
+def _press_back(  # type: ignore[no-untyped-def]
+    law, mesh, damping, rate, whole, clearance, elastic
+):
     """Return the normal force of the back flank with damping.
 
     Its elastic force ``k max(0, −j_bn − δ)`` begins where the drive contact has moved

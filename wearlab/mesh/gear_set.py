@@ -146,7 +146,7 @@ class GearSet(NamedTuple):
         raise KeyError(name)
 
     def lever(self, kind: int) -> float:
-        """Return the base radius of the gear that the load of a mesh is a torque on [m].
+        """Return the base radius of the gear by whose torque a load is given [m].
 
         The pinion's for a pair, the sun's or the ring's in a planetary set.
 
@@ -160,7 +160,7 @@ class GearSet(NamedTuple):
 
     @property
     def torque(self) -> float:
-        """Torque of which the loads follow: on a pair's driving gear, or the sun [N·m]."""
+        """Torque from which the loads follow, on the driving gear or sun [N·m]."""
         first = self.kinds[0]
         base_radius = first.pair.gears[first.loaded].base_radius
         return first.load * self.mesh_kinds.count(0) * base_radius
@@ -182,7 +182,7 @@ class GearSet(NamedTuple):
         return np.stack([mesh.error.slow_at(turns) for mesh in meshes], axis=1)
 
     def columns_of(self, gear: str) -> list[int]:
-        """Return the numbers of the members that a gear is: "planet" is every planet."""
+        """Return the numbers of the members that are a gear: all for "planet"."""
         return [
             number
             for number, name in enumerate(self.members)

@@ -1,4 +1,4 @@
-"""Periodic quantities: harmonics or one modulated wave of samples, and the prescribed errors of a mesh.
+"""Periodic quantities: harmonics, a modulated wave, prescribed errors of a mesh.
 
 Errors are harmonics of the mesh frequency, and once-per-revolution parts of its
 members, ``e(φ) = Σ_r a_r sin(2π r φ + p_r) + Σ_m slow_m sin(θ_m)`` with, per member
@@ -144,7 +144,7 @@ class Modulation(NamedTuple):
         )
 
     def _wave(self, phase: Array) -> tuple[Array, Array, Array]:
-        """Return 2πφ, what amplitude modulation multiplies by, and the modulated angle."""
+        """Return 2πφ, the factor of amplitude modulation, and the modulated angle."""
         angle = 2 * np.pi * np.asarray(phase)
         argument = angle + self.carrier_phase + self.fm * np.sin(angle + self.fm_phase)
         return angle, 1.0 + self.am * np.cos(angle + self.am_phase), argument
@@ -237,7 +237,12 @@ class Realisation(NamedTuple):
     slow: tuple[tuple[float, float, float], ...]
 
     def turned(self, angle: float) -> "Realisation":
-        """Return the same member seen from another side: its slow parts lead by an angle [rad]."""
+        """Return the member seen from another side: its slow parts lead by an angle.
+
+        Parameters
+        ----------
+        angle : by which they lead [rad]
+        """
         return Realisation(
             self.mesh, tuple((z, size, start + angle) for z, size, start in self.slow)
         )
@@ -256,7 +261,12 @@ AT_REST = Realisation((), ())
 
 
 def realised(member: MemberError, random: np.random.Generator) -> Realisation:
-    """Draw the initial angles of one member: one for its toothing, one for each tolerance.
+    """Draw the initial angles of a member: of its toothing and of each tolerance.
+
+    Parameters
+    ----------
+    member : errors of the gear
+    random : draws the angles
 
     References
     ----------
@@ -295,7 +305,12 @@ class MeshError(Waves):
     slow: Waves
 
     def slow_at(self, turns: Mapping[int, Array]) -> Array:
-        """Return the once-per-revolution part with members at angles (n,) by tooth number [1], (n,) [m]."""
+        """Return the once-per-revolution part of the error, (n,) [m].
+
+        Parameters
+        ----------
+        turns : (n,) angles of the members, by tooth number, in turns [1]
+        """
         order = self.slow.order
         at = [turns[round(1.0 / each)] if each else np.zeros(ANGLES) for each in order]
         angle = (
@@ -338,7 +353,7 @@ ANGLES = 8
 
 
 def quadrature(teeth: Iterable[int]) -> dict[int, Array]:
-    """Return equally weighted angles of the members, by tooth number, each (ANGLES,) in turns [1].
+    """Return equally weighted angles of members by tooth number, in turns [1].
 
     A rank-1 lattice: the members with the k-th of the tooth numbers stand at ``i k /
     8`` turns, i = 0…7. Means, squares and products of two once-per-revolution errors of

@@ -147,7 +147,7 @@ class ProfileGrid(NamedTuple):
 
     @property
     def sliding_sense(self) -> Array:
-        """Sign of s of each slot in each segment: 1 recess, −1 approach, 0 without pair.
+        """Sign of s of each slot in each segment: 1 recess, −1 approach, 0 no pair.
 
         The pitch point is a break, so that no segment has both.
         """
@@ -491,7 +491,7 @@ def interpolate(
 def _interpolate(
     first: Index, where: Lookup, values: Array, absent: float, out: Array
 ) -> None:
-    """Fill ``out`` (n_rows, n, n_pairs) with node values (n_rows, n_contact) at phases."""
+    """Fill ``out`` (n_rows, n, n_pairs) from node values (n_rows, n_contact)."""
     for row in range(out.shape[0]):
         for i in range(out.shape[1]):
             for pair in range(out.shape[2]):

@@ -1,4 +1,4 @@
-"""The flexibilities of a pair in series: teeth, bodies and contact, by energy methods or by elements.
+"""The flexibilities of a pair in series: teeth, bodies and contact.
 
 A tooth by energy methods is a cantilever on the root circle, healthy or worn, at all
 contact points at once. A unit force along the line of action at the contact point A
@@ -158,7 +158,10 @@ def _check_radii(gear: Gear, radius: Array, growing: bool) -> None:
 
 
 def _sections(gear: Gear, lam: Array, foot: float, rule: tuple[Array, Array]) -> Array:
-    """Return Gauss sections between load angles: height, thickness, slope, weight, (4, n − 1, points)."""
+    """Return Gauss sections between load angles, (4, n − 1, points).
+
+    Height, thickness, slope and weight, see `ToothFlexibility`.
+    """
     places, weights = rule
     step = np.diff(lam)[:, None]
     angle = lam[:-1, None] + 0.5 * step * (places + 1.0)
@@ -182,7 +185,10 @@ def _root_sums(gear: Gear, lowest: float, foot: float) -> Array:
 
 
 def _sums(x: Array, t: Array, dx: Array, h: Array) -> Array:
-    """Return 1/t, 1/t³, x/t³, x²/t³, h_y/t³, x h_y/t³ and h_y²/t³ summed over sections, (7, …)."""
+    """Return sums over sections, (7, …).
+
+    Of 1/t, 1/t³, x/t³, x²/t³, h_y/t³, x h_y/t³ and h_y²/t³.
+    """
     cube = dx / t**3
     return np.stack(
         [dx / t, cube, cube * x, cube * x * x, cube * h, cube * h * x, cube * h * h]
@@ -190,7 +196,7 @@ def _sums(x: Array, t: Array, dx: Array, h: Array) -> Array:
 
 
 def tooth_compliance(tooth: ToothFlexibility, wear: Array) -> Array:
-    """Return the compliance of a worn tooth at every node, without its body, per whole face width.
+    """Return the compliance of a worn tooth at every node, without its body.
 
     ``c = ∫ M²/(E I) + κ cos²λ ∫ 1/(G A) + sin²λ ∫ 1/(E A)`` with ``A = B t``, ``I = B
     t³/12`` and ``t = 2y − h_y`` less the back flank's wear, from the root to the worn
@@ -293,16 +299,26 @@ class InSeries(stiffness.PairStiffness):
         return self.hertz.load_dependent
 
     def contact(self, force: Array | None) -> Array | float:
-        """Return the compliance of the contact, under pair forces (n,) when it depends on them [m/N]."""
+        """Return the compliance of the contact [m/N].
+
+        Parameters
+        ----------
+        force : (n,) of the pairs [N]; None where it does not matter
+        """
         return self.hertz.compliance(force) / self.scale
 
     @property
     def softening(self) -> float:
-        """By how much the contact's compliance grows as the force shrinks, ``−F dc/dF`` [m/N]."""
+        """Growth of the contact's compliance as the force falls, ``−F dc/dF`` [m/N]."""
         return self.hertz.softening / self.scale
 
     def with_worn_backs(self, depth: Array) -> Self:
-        """Return the stiffness of teeth whose back flanks are worn by (2, n) along the normal as well [m]."""
+        """Return the stiffness of teeth whose back flanks are worn as well.
+
+        Parameters
+        ----------
+        depth : (2, n) along the normal of the back flanks [m]
+        """
         both = zip(self.teeth, depth, strict=False)
         return replace(
             self, teeth=tuple(tooth._replace(back=np.array(own)) for tooth, own in both)
@@ -317,7 +333,10 @@ class InSeries(stiffness.PairStiffness):
     def body_where(
         self, wear: Array, nodes: Array, driving: Array, driven: Array
     ) -> Array:
-        """Return the compliance of each tooth and body at its own flank point, both together, (n,) [m/N]."""
+        """Return the compliance where flanks meet off the line of action, (n,) [m/N].
+
+        Of each tooth and body at its own flank point, see `PairStiffness.body_where`.
+        """
         if len(self.rest) == 1:
             return self.body(wear)
         first, second = (_beams(self.teeth, wear) + self.rest) / self.scale
@@ -326,12 +345,12 @@ class InSeries(stiffness.PairStiffness):
         )
 
     def cross(self, wear: Array) -> Array:
-        """Return the compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""
+        """Return the compliance shared with pairs ahead, (n_apart, n) [m/N]."""
         return self.shared / self.scale
 
 
 def _beams(teeth: Teeth, wear: Array) -> Array:
-    """Return the compliance of each tooth as a beam, without its body, for wear (2, n), (2, n) [m/N].
+    """Return the compliance of teeth as beams, for wear (2, n), (2, n) [m/N].
 
     Raises
     ------
@@ -355,7 +374,14 @@ def plane_of(asked: Any, pair: GearPair) -> elements.Plane:
 
 
 def finite_element(asked: Any, pair: GearPair, grid: profile.ProfileGrid) -> InSeries:
-    """Return the stiffness of a pair at the nodes of its path, from the elements of both gears."""
+    """Return the stiffness of a pair at its nodes, from the elements of both gears.
+
+    Parameters
+    ----------
+    asked : options of the variant
+    pair : the gears
+    grid : the nodes
+    """
     plane = plane_of(asked.plane, pair)
     options = elements.Options(plane=plane, refinement=REFINEMENT)
     recess = float(grid.contact_position[-1] - grid.position[-1])
@@ -376,7 +402,13 @@ def finite_element(asked: Any, pair: GearPair, grid: profile.ProfileGrid) -> InS
 
 
 def in_plane(pair: GearPair, plane: elements.Plane) -> GearPair:
-    """Return a pair of materials that in plane stress are what its own are in a plane state."""
+    """Return a pair that in plane stress yields as this one in a plane state.
+
+    Parameters
+    ----------
+    pair : the gears
+    plane : the plane state
+    """
     driving, driven = (
         gear._replace(material=gear.material.in_plane(plane)) for gear in pair.gears
     )
@@ -426,7 +458,14 @@ def potential_energy(given: Any, pair: GearPair, grid: profile.ProfileGrid) -> I
 def contact_of(
     hertz: str, pair: GearPair, grid: profile.ProfileGrid
 ) -> stiffness.HertzContact:
-    """Return how the contact of a pair yields: "weber" by its load, "yang-sun" always alike."""
+    """Return how the contact of a pair yields.
+
+    Parameters
+    ----------
+    hertz : weber: by its load; yang-sun: in proportion to it
+    pair : the gears
+    grid : the nodes
+    """
     materials = pair.driving.material, pair.driven.material
     if hertz == "yang-sun":
         return stiffness.ConstantContact(
@@ -452,7 +491,10 @@ BODIES = {
 def _shared(
     pair: GearPair, grid: profile.ProfileGrid, bodies: Array, apart: int
 ) -> Array:
-    """Return what a pair shares of its bodies (2, n) with the pair some base pitches ahead, (n,) [m/N]."""
+    """Return the compliance that a pair shares with one ``apart`` base pitches ahead.
+
+    (n,) [m/N], from the compliance of the bodies (2, n).
+    """
     behind = grid.pairs_at_phase_nodes[:, apart:]
     ahead = grid.pairs_at_phase_nodes[:, :-apart]
     both = (behind >= 0) & (ahead >= 0)

@@ -126,7 +126,7 @@ class StageTables(NamedTuple):
 
     @property
     def mean_stiffness(self) -> Array:
-        """Mean stiffness of every mesh with all its pairs in contact, (n_mesh,) [N/m]."""
+        """Mean stiffness of each mesh with all pairs in contact, (n_mesh,) [N/m]."""
         weight = (self.width[:, None] * np.array([1.0, 4.0, 1.0]) / 6.0).ravel()
         total = weight @ self.stiffness.reshape(len(weight), -1)
         return np.asarray(
@@ -135,7 +135,7 @@ class StageTables(NamedTuple):
 
     @property
     def filled(self) -> "StageTables":
-        """The tables with empty ones for those that are absent: kernels compile once for both."""
+        """The tables, with empty arrays for absent ones: one type for kernels."""
         rates = self.pair_rate, self.lead_rate
         if self.pair_rate.shape != self.stiffness.shape:
             rates = np.zeros_like(self.stiffness), np.zeros_like(self.error)
@@ -154,18 +154,37 @@ class StageTables(NamedTuple):
         return Springs(full.stiffness, full.gap, full.pair_rate, full.lead_rate, part)
 
     def errors_at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
-        """Return errors and their rates by phase at fractions of steps (n,), (n, n_mesh) [m]."""
+        """Return errors and their rates by phase within steps, (n, n_mesh) [m].
+
+        Parameters
+        ----------
+        step : (n,) numbers of steps
+        fraction : (n,) of the step that has passed [1]
+        """
         return parabola(self.error, step, fraction), parabola(
             self.error_rate, step, fraction
         )
 
     def springs_at(self, step: Index, fraction: Array) -> Springs:
-        """Return the springs at fractions of steps (n,), by the parabolas through three stages."""
+        """Return the springs at places within steps, by parabolas through three stages.
+
+        Parameters
+        ----------
+        step : (n,) numbers of steps
+        fraction : (n,) of the step that has passed [1]
+        """
         return self.springs.each(lambda table: parabola(table, step, fraction))
 
 
 def parabola(table: Array, step: Index, fraction: Array) -> Array:
-    """Return three stage values (n_steps, 3, …) at fractions of steps (n,), by the parabola through them."""
+    """Return values within steps, by the parabola through three stages, (n, …).
+
+    Parameters
+    ----------
+    table : (n_steps, 3, …) values at the stages
+    step : (n,) numbers of steps
+    fraction : (n,) of the step that has passed [1]
+    """
     x = fraction
     y = 1.0 - fraction
     return np.einsum(
@@ -197,7 +216,9 @@ def stage_grid(breaks: Array, steps: int, multiple: int = 2) -> StageGrid:
 
 
 def graded_grid(breaks: Array, first: float, alike: float) -> StageGrid:
-    """Cut one mesh period into steps that grow after every break, as what a jump excites dies out.
+    """Cut one mesh period into steps that grow after every break.
+
+    What a jump excites dies out in short steps.
 
     Parameters
     ----------
@@ -225,7 +246,7 @@ def graded_grid(breaks: Array, first: float, alike: float) -> StageGrid:
 
 
 def _cut(breaks: Array, lengths: Callable[[float], Array]) -> StageGrid:
-    """Return the steps of every smooth segment of the mesh period, whose lengths follow from its own."""
+    """Return the steps of all segments; ``lengths`` cuts a segment by its length."""
     edges = np.unique(np.concatenate([[0.0], np.asarray(breaks, float), [1.0]]))
     each = [lengths(length) for length in np.diff(edges).tolist()]
     begins = [

@@ -120,7 +120,10 @@ class WeberContact:
 
     @property
     def softening(self) -> float:
-        """The same under all forces, ``1/(π B) Σ (1 − ν²)/E``: the compliance goes with −ln √F [m/N]."""
+        """Growth of the compliance as the force falls, ``−F dc/dF`` [m/N].
+
+        ``1/(π B) Σ (1 − ν²)/E``, the same under all forces.
+        """
         return sum(1.0 / each.plane_strain_modulus for each in self.materials) / (
             math.pi * self.face_width
         )
@@ -175,7 +178,13 @@ class PiecewiseCurve:
         return tuple(self.x[self._cuts].tolist())
 
     def value(self, x: Array, side: Array) -> Array:
-        """Return the curve at ``x``, on the side of a jump on which the point ``side`` lies."""
+        """Return the curve at places.
+
+        Parameters
+        ----------
+        x : the places
+        side : points on the side of a jump that is meant
+        """
         x, side = np.broadcast_arrays(np.asarray(x, float), np.asarray(side, float))
         inside = np.clip(x, self.x[0], self.x[-1])
         piece = np.searchsorted(np.array(self.jumps), side, side="right")
@@ -204,7 +213,7 @@ class PairStiffness(Protocol):
 
     @property
     def softening(self) -> float:
-        """By how much :meth:`contact` grows as the force shrinks, ``−F dc/dF``, about [m/N].
+        """Growth of :meth:`contact` as the force falls, ``−F dc/dF``, roughly [m/N].
 
         However rough, it changes only how soon compliances and forces agree.
         """
@@ -227,7 +236,7 @@ class PairStiffness(Protocol):
     def body_where(
         self, wear: Array, nodes: Array, driving: Array, driven: Array
     ) -> Array:
-        """Return the compliance of teeth and bodies whose flanks meet off the line of action, (n,) [m/N].
+        """Return the compliance where flanks meet off the line of action, (n,) [m/N].
 
         Where a stiffness does not tell the two gears apart, that of the nodes stands
         for it.
@@ -245,15 +254,21 @@ class PairStiffness(Protocol):
         return 0.0
 
     def cross(self, wear: Array) -> Array:
-        """Return the compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""
+        """Return the compliance shared with pairs ahead, (n_apart, n) [m/N].
+
+        Those 1, 2 … base pitches ahead.
+        """
         return np.zeros((0, wear.shape[1]))
 
     def at_phases(self, where: Lookup) -> Array | None:
-        """Return the stiffness of pairs at phases, 0 out of the path, (n, n_pairs) [N/m]; None: by nodes."""
+        """Return the stiffness of pairs at phases, (n, n_pairs) [N/m]; None: by nodes.
+
+        0 out of the path.
+        """
         return None
 
     def with_worn_backs(self, depth: Array) -> "PairStiffness":
-        """Return the stiffness of teeth whose back flanks are worn as well, by (2, n) along the normal [m].
+        """Return the stiffness of teeth whose back flanks are worn as well.
 
         A stiffness that knows no sections stays as it is.
         """
@@ -266,7 +281,7 @@ class SectionVanished(ValueError):
 
 @dataclass(frozen=True)
 class GivenStiffness(PairStiffness):
-    """A stiffness that is prescribed, constant or from a table, of one pair or of the whole mesh.
+    """A prescribed stiffness, constant or from a table, of a pair or of the whole mesh.
 
     A mesh stiffness is shared out evenly among the pairs that are in the path at that
     phase.
@@ -289,7 +304,7 @@ class GivenStiffness(PairStiffness):
         return np.asarray(self.curve.x % 1.0)
 
     def at_phases(self, where: Lookup) -> Array:
-        """Return the pair stiffness at phases, 0 when out of the path, (n, n_pairs) [N/m]."""
+        """Return the stiffness of pairs, 0 out of the path, (n, n_pairs) [N/m]."""
         present = self.grid.first[where.segment] >= 0
         if self.of_mesh:
             middle = 0.5 * (
@@ -306,7 +321,7 @@ class GivenStiffness(PairStiffness):
         return np.where(present, value, 0.0)
 
     def body(self, wear: Array) -> Array:
-        """Return the reciprocal of the stiffness at the nodes, whatever the wear, (n,) [m/N]."""
+        """Return the reciprocal of the stiffness at the nodes, for any wear [m/N]."""
         pairs = self.grid.pairs_at_phase_nodes
         nodal = np.empty(len(self.grid.contact_position))
         nodal[pairs[pairs >= 0]] = self.at_phases(at_phase_nodes(self.grid))[pairs >= 0]

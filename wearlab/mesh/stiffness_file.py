@@ -1,4 +1,4 @@
-"""Tables of a stiffness over phase or path position, as ``mesh.stiffness`` names them."""
+"""Tables of a stiffness over phase or path position, which ``mesh.stiffness`` names."""
 
 from collections.abc import Mapping
 from itertools import pairwise

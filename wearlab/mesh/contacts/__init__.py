@@ -38,7 +38,7 @@ class ContactModel(Variant):
         return self.engagement == "threshold"
 
     def engagement_gap(self, pair: "GearPair") -> float:
-        """Return by how much the gap of an engaged pair exceeds the smallest at most [m].
+        """Return the largest difference of an engaged pair's gap to the smallest [m].
 
         Infinite where the load decides which pairs engage.
 

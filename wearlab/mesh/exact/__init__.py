@@ -1,1 +1,1 @@
-"""The exact mesh relationship of worn flanks: where they touch when contact leaves the line of action."""
+"""The exact mesh relationship of worn flanks."""

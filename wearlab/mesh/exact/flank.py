@@ -1,4 +1,4 @@
-"""A worn flank as a plane curve, in one form for external and internal gears, driving and driven.
+"""A worn flank as a plane curve, of external and internal gears, driving and driven.
 
 Coordinates are (n, u): u along the line of action as the driving gear pushes, n normal
 to it, the origin at the pitch point. The flank point that would touch at path position
@@ -35,11 +35,11 @@ from wearlab.mesh.stiffness import SectionVanished
 
 
 class OverhangingFlank(SectionVanished):
-    """A worn flank that is no flank any more: it overhangs, or wear reaches its base circle."""
+    """A flank worn too far: it overhangs, or wear reaches its base circle."""
 
 
 class Flank(NamedTuple):
-    """A worn flank between the radius where its involute begins and its tip corner, piecewise cubic.
+    """A worn flank from where its involute begins to its tip corner, piecewise cubic.
 
     Intervals ascend along the path; within a piece the wear is smooth, between pieces
     it may bend or jump.
@@ -91,7 +91,7 @@ def involute_of(pair: GearPair, gear: int) -> Involute:
 
 
 def smooth_runs(grid: ProfileGrid) -> list[slice]:
-    """Return the smooth runs of nodes on A–E: from one break of the grid to the next."""
+    """Return the smooth runs of nodes on A–E, from one break to the next."""
     begin = grid.first - grid.before
     on_flank = (begin >= 0) & (begin < len(grid.position))
     end = begin + grid.intervals[:, None] + 1
@@ -101,7 +101,9 @@ def smooth_runs(grid: ProfileGrid) -> list[slice]:
 
 
 def healthy_reach(pair: GearPair, gear: int) -> tuple[float, float]:
-    """Return the path positions between which a flank can be touched, from below its active part to its tip.
+    """Return the path positions between which a flank can be touched.
+
+    From below its active part to its tip.
 
     Below the active flank that is a tenth of a base pitch, if the involute reaches so
     far and stays well off its base circle: no deeper can a worn or deflected mate's tip
@@ -245,7 +247,7 @@ def contact_angle(pair: GearPair, gear: int, position: ArrayLike) -> Array:
 
 
 def rotation_angle(pair: GearPair, gear: int, x: ArrayLike) -> Array:
-    """Return the rotation of a gear's axis X from the line of centres, forwards, φ [rad].
+    """Return the rotation φ of a gear's axis X from the line of centres [rad].
 
     ``φ = x / r_b + t (inv α_w − α2)`` with t as in :mod:`.flank`: for zero wear of an
     internal pair ``φ = α − α_w``.
@@ -265,7 +267,9 @@ def rotation_angle(pair: GearPair, gear: int, x: ArrayLike) -> Array:
 
 
 def position_of(pair: GearPair, gear: int, angle: ArrayLike) -> Array:
-    """Return the position x to which a gear with rotation φ has turned, (n,) [m along the line of action].
+    """Return the position x to which a gear with rotation φ has turned, (n,) [m].
+
+    Along the line of action.
 
     References
     ----------
@@ -287,7 +291,7 @@ def _at_pitch_point(pair: GearPair, gear: int) -> float:
 def local_points(
     pair: GearPair, gear: int, flank: Flank, position: Array
 ) -> tuple[Array, Array, Array]:
-    """Return points of a worn flank in the tooth's own axes, γ [rad], R [m] and λ [rad], each (n,).
+    """Return points of a worn flank in the tooth's axes, γ [rad], R [m] and λ [rad].
 
     Parameters
     ----------
@@ -311,7 +315,7 @@ def local_points(
 
 
 def wear_slope(pair: GearPair, gear: int, grid: ProfileGrid, depth: Array) -> Array:
-    """Return the slope of the wear depth in the tooth's own axes, ``dh_x/dx``, at the nodes, (…, n) [1].
+    """Return the slope of the wear depth in the tooth's axes, ``dh_x/dx``, (…, n) [1].
 
     ``h_x = h/cos α`` across the tooth, over the height x along its centre line, ``dx/ds
     = t ρ cos α/r_b``; to first order in the depth over the radius of curvature.

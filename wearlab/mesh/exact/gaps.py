@@ -1,4 +1,4 @@
-"""Gaps of the pairs as a contact analysis asks for them: exact, to first order, or by Y23's Algorithm 1.
+"""Gaps of the pairs for a contact analysis: exact, first order, or Y23's Algorithm 1.
 
 Before A the driven tip meets the driving flank, after E the driving tip the driven one,
 both inside the active flanks. Geometry knows neither load nor wear, so it is a table:
@@ -34,7 +34,7 @@ furthest."""
 def end_of(
     holds: Callable[[Array], Flags], inside: float, outside: float, close: float
 ) -> float:
-    """Return the last place where something holds, by scans of which each encloses it more narrowly.
+    """Return the last place where a condition holds, by ever narrower scans.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def beyond_path(
     deflection: tuple[float, float],
     close: float,
 ) -> profile.Extension:
-    """Return how far beyond A and E a gap stays below a deflection, by scans that enclose its end.
+    """Return how far beyond A and E a gap stays below a deflection, by scans.
 
     Parameters
     ----------
@@ -111,7 +111,12 @@ class Corner(NamedTuple):
     share: Array
 
     def gap(self, removed: Array) -> Array:
-        """Return the smallest gap for material removed from the flanks (2, …, n_nodes), (…, n) [m]."""
+        """Return the smallest gap, (…, n) [m].
+
+        Parameters
+        ----------
+        removed : (2, …, n_nodes) material removed from the flanks [m]
+        """
         own = removed[self.gear][..., None, self.own]
         mate = removed[1 - self.gear]
         theirs = (
@@ -165,7 +170,7 @@ def reach_beyond(
     deflection: tuple[float, float],
     close: float = NEARLY,
 ) -> profile.Extension:
-    """Return how far beyond A and E the gap stays below a deflection, to first order in wear.
+    """Return how far beyond A and E the gap stays below a deflection, to first order.
 
     Parameters
     ----------
@@ -201,7 +206,7 @@ def reach_beyond(
 
 
 def unworn_extension(pair: GearPair, deflection: float) -> profile.Extension:
-    """Return how far beyond A and E a deflection keeps the tip corners of unworn gears in contact [m].
+    """Return how far beyond A and E tip corners of unworn gears touch [m].
 
     References
     ----------
@@ -212,7 +217,7 @@ def unworn_extension(pair: GearPair, deflection: float) -> profile.Extension:
 
 
 def separations(pair: GearPair, gear: int, x: Array, s: Array) -> tuple[Array, Array]:
-    """Return how far points of one unworn flank are from the mate, and the mate's points they meet.
+    """Return how far points of an unworn flank are from the mate, and where.
 
     A flank point that touches at s lies, with its gear turned to x, at the angle (x −
     s)/r_b from there. The mate's point at the same distance from the mate's centre
@@ -370,7 +375,7 @@ class WornFlanks:
 
 
 class MeetingGaps(NamedTuple):
-    """Gaps from the points of both flanks that meet, beyond A and E against the tip corners.
+    """Gaps at the points of both flanks that meet; beyond A and E, at the tip corners.
 
     Parameters
     ----------
@@ -385,7 +390,13 @@ class MeetingGaps(NamedTuple):
     )
 
     def contact(self, wear: Array, x: Array) -> kinematics.FlankContact:
-        """Return where a pair touches for wear (2, n) when the driving gear has turned to x (m,) [m]."""
+        """Return where a pair of worn flanks touches.
+
+        Parameters
+        ----------
+        wear : (2, n) depths [m]
+        x : (m,) positions to which the driving gear has turned [m]
+        """
         return self.find(*self.flanks.worn(wear), x)
 
     def at(self, wear: Array) -> Array:
@@ -473,7 +484,12 @@ class DisplacementBeyond:
         return self.of(wear + self.flanks.modification)
 
     def of(self, removed: Array) -> Array:
-        """Return the gap for material removed from the flanks (2, …, n), (…, n_contact) [m]."""
+        """Return the gap, (…, n_contact) [m].
+
+        Parameters
+        ----------
+        removed : (2, …, n) material removed from the flanks [m]
+        """
         gap = self.flanks.grid.beyond(removed.sum(axis=0))
         for part, tip in self.corners:
             least = tip.gap(removed)

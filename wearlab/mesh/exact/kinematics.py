@@ -1,4 +1,4 @@
-"""Two worn flanks, one point: the rotation gap at a driving point, and the tangency of two points.
+"""Two worn flanks: the rotation gap at a driving point, and the tangency of two points.
 
 One bracketed scalar root finds each contact. A common point with a common normal at the
 fixed centre distance means, with both points seen along their own worn normals,
@@ -24,7 +24,7 @@ CLOSE = 1e-14  # [m]; the Newton step after it is below rounding
 def rotation_gap(
     driving: Flank, driven: Flank, x: float, s: float, w: float
 ) -> tuple[float, float]:
-    """Return how far the driven gear is ahead of touching one point of the driving flank.
+    """Return how far the driven gear is ahead of a point of the driving flank.
 
     The driven flank is turned until it passes through the point; of several pieces that
     can, the one that touches first counts.
@@ -59,7 +59,7 @@ def rotation_gap(
 def corner_gap(
     driving: Flank, driven: Flank, x: float, s2: float, reach: float
 ) -> tuple[float, float]:
-    """Return how far a corner of the driven flank is ahead of touching the driving flank.
+    """Return how far a corner of the driven flank is ahead of the driving flank.
 
     Of several pieces of the driving flank that it could touch, the one it touches first
     counts.
@@ -113,8 +113,10 @@ def _shift_within(flank, first, last, s):  # type: ignore[no-untyped-def]
 
 
 @jit_inner
-def _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b):  # type: ignore[no-untyped-def]
-    """Return the driving point between a and b at the corner's distance from the driven gear's centre.
+def _crossing(  # type: ignore[no-untyped-def]
+    driving, driven, x, reach, first, last, a, f_a, b, f_b
+):
+    """Return the driving point as far as the corner from the driven gear's centre.
 
     By false position, halving the older end's value where it stays (Illinois).
     """
@@ -136,7 +138,7 @@ def _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b):  # type: 
 
 
 def point_seen(driving, driven, x, s, w):  # type: ignore[no-untyped-def]
-    """Return driving points seen from the driven gear: the ``s2 + w2`` of their radius, and their place.
+    """Return driving points seen from the driven gear: ``s2 + w2`` and place.
 
     The place is counted from the pitch point's own, so that nothing cancels [m]; NaN:
     no such radius.
@@ -161,7 +163,7 @@ def point_seen(driving, driven, x, s, w):  # type: ignore[no-untyped-def]
 
 
 def turned_to(driven, reach, q_n, q_u):  # type: ignore[no-untyped-def]
-    """Return how far the driven gear must turn to bring its point of that reach to (q_n, q_u) [m]."""
+    """Return how far the driven gear turns to bring its point to (q_n, q_u) [m]."""
     b_n = driven.side * driven.base_radius
     b_u = driven.side * driven.curvature
     cross = (b_n * q_u - b_u * q_n) - reach * (b_n + q_n)
@@ -175,7 +177,7 @@ _turned = jit_inner(turned_to)
 
 @jit_inner
 def _point_reaching(flank: Flank, p: int, reach: float) -> float:
-    """Return s with ``s + w(s) = reach`` on one piece, NaN when the piece does not reach."""
+    """Return s with ``s + w(s) = reach`` on one piece, NaN without."""
     low = flank.piece[p]
     high = flank.piece[p + 1]
     if reach < flank.reached[low, 0] or reach > flank.reached[high - 1, 1]:
@@ -211,7 +213,7 @@ def _point_reaching(flank: Flank, p: int, reach: float) -> float:
 def along_normal(
     flank: Flank, s: float, w: float, slope: float
 ) -> tuple[float, float, float]:
-    """Return the tilt η of the worn normal, and what wear and tilt move the point by, seen along that normal.
+    """Return the tilt η of the worn normal, and the shift of the point along it.
 
     ``tan η = (dw/ds) r_b / (ρ + t w)``; the vector is ``R(−η) v − v_0`` with ``v_0 = (t
     r_b, t ρ_0)``.
@@ -250,7 +252,7 @@ class FlankContact(NamedTuple):
 
 
 def tangency(driving: Flank, driven: Flank, position: ArrayLike) -> FlankContact:
-    """Return where points of the driving flank touch the driven one with a common tangent.
+    """Return where driving points touch the driven flank with a common tangent.
 
     Parameters
     ----------
@@ -297,7 +299,9 @@ def _solve(driving, driven, s):  # type: ignore[no-untyped-def]
 
 @jit_inner
 def excess_distance(flank, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
-    """Return ``(|D|² − a²) / 2a``, which is D's excess over the centre distance to first order [m].
+    """Return ``(|D|² − a²) / 2a``, the excess of D over the centre distance [m].
+
+    It is so to first order.
 
     References
     ----------
@@ -312,7 +316,9 @@ def excess_distance(flank, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-de
 
 @jit_inner
 def root_near(flank, start, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
-    """Return the root nearest to ``start``, bracketed by growing steps towards falling distance.
+    """Return the root nearest to ``start``, bracketed by growing steps.
+
+    Steps go towards falling distance.
 
     Within the bracket by secants, the end that stays halved (Illinois); NaN where the
     function jumps.

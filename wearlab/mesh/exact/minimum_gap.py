@@ -1,4 +1,4 @@
-"""Where two worn flanks touch first: the smallest rotation gap over all points of the driving flank.
+"""Where two worn flanks touch first: the smallest rotation gap over the driving flank.
 
 For each position of the driving gear the driven flank is turned back until it meets the
 first point of the driving one. Nothing is assumed of tangents: concave wear, steps,
@@ -20,7 +20,7 @@ MINIMISER_TOLERANCE = 3e-9  # [m]: the gap is quadratic in it
 
 
 def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> FlankContact:
-    """Return where the flanks touch first when the driving gear has turned to given positions.
+    """Return where flanks touch first when the driving gear has turned to positions.
 
     ``g(x) = min_s [x − x_driven(s; x)]`` over the driving flank from its form circle to
     its tip corner, and the driven flank likewise.
@@ -48,7 +48,7 @@ def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> FlankCont
 
 
 def gap_curvature(driving: Flank, driven: Flank) -> float:
-    """Return the smallest c of ``½ c Δs²``, by which unworn flanks part Δs from their contact [1/m].
+    """Return the smallest c of ``½ c Δs²``, the gap Δs beside contact [1/m].
 
     ``c = (ρ1/r_b1)² (1/ρ1 + 1/ρ2)`` external, ``1/ρ1 − 1/ρ2`` for internal pairs.
     """
@@ -120,7 +120,7 @@ def _at_end(driving, driven, x, k, end):  # type: ignore[no-untyped-def]
 
 @jit_inner
 def _refined(driving, driven, x, low, high, ends, best):  # type: ignore[no-untyped-def]
-    """Return the smallest gap and its points, searching every interval whose ends are nearly as low."""
+    """Return the smallest gap and its points; intervals with low ends are searched."""
     gap = math.inf
     where = math.nan
     partner = math.nan
@@ -149,8 +149,10 @@ def _refined(driving, driven, x, low, high, ends, best):  # type: ignore[no-unty
 
 
 @jit_inner
-def _at_corners(driving, driven, x, span, where, partner, gap):  # type: ignore[no-untyped-def]
-    """Let the corners of the driven flank within ``span`` of x touch first, if they do."""
+def _at_corners(  # type: ignore[no-untyped-def]
+    driving, driven, x, span, where, partner, gap
+):
+    """Fill where corners of the driven flank within ``span`` of x touch first."""
     for p in range(len(driven.piece) - 1):
         for end in range(2):
             k = driven.piece[p] if end == 0 else driven.piece[p + 1] - 1
@@ -165,7 +167,7 @@ def _at_corners(driving, driven, x, span, where, partner, gap):  # type: ignore[
 
 @jit_inner
 def _sag(ends, low, high, k):  # type: ignore[no-untyped-def]
-    """Return how far the gap may sink inside interval k below its ends, from the bend at both of them.
+    """Return how far the gap may sink below the ends of interval k.
 
     A parabola sinks by an eighth of its second difference at most; all of it is allowed
     for.
@@ -186,7 +188,7 @@ def _sag(ends, low, high, k):  # type: ignore[no-untyped-def]
 def smallest_within(
     driving: Flank, driven: Flank, x: float, k: int
 ) -> tuple[float, float]:
-    """Return the smallest rotation gap at x within interval k of the driving flank, and its point [m]."""
+    """Return the smallest rotation gap at x within interval k, and its point [m]."""
     a = driving.start[k]
     b = driving.start[k] + driving.width[k]
     s = a + GOLDEN * (b - a)
@@ -217,8 +219,10 @@ def smallest_within(
 
 
 @jit_inner
-def _next_step(a, b, s, g, r, g_r, v, g_v, middle, step, before):  # type: ignore[no-untyped-def]
-    """Return the parabolic step where it can be trusted, else the golden section, and the step before."""
+def _next_step(  # type: ignore[no-untyped-def]
+    a, b, s, g, r, g_r, v, g_v, middle, step, before
+):
+    """Return the step, parabolic or by the golden section, and the step before."""
     if abs(before) > MINIMISER_TOLERANCE:
         p1 = (s - r) * (g - g_v)
         q1 = (s - v) * (g - g_r)

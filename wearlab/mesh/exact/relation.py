@@ -1,4 +1,4 @@
-"""The mesh relationship of worn flanks over a mesh period, and how far the first-order form is from it."""
+"""The mesh relationship of worn flanks over a mesh period, exact and to first order."""
 
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ LONE_POINTS = 1849
 
 
 class MeshRelation(NamedTuple):
-    """Where the pairs of a mesh touch, each on its own, and how far ahead of each other they are.
+    """Where each pair of a mesh touches, and how far pairs are ahead.
 
     Parameters
     ----------
@@ -33,11 +33,16 @@ class MeshRelation(NamedTuple):
 
     @property
     def unloaded_error(self) -> Array:
-        """Unloaded transmission error of the leading pair, r_b1 φ1 − r_b2 φ2 but for a constant [m]."""
+        """Unloaded transmission error of the leading pair, up to a constant [m].
+
+        ``r_b1 φ1 − r_b2 φ2``.
+        """
         return np.asarray(self.gap.min(axis=0))
 
     def engaged_by_threshold(self, pair: GearPair, threshold: float) -> Flags:
-        """Return which pairs are within an angle of the driven gear of the leading one (Y23), (n_pairs, n).
+        """Return which pairs are within an angle of the leading one, (n_pairs, n).
+
+        The angle is one of the driven gear.
 
         Parameters
         ----------
@@ -111,7 +116,7 @@ def meshing_range(angles: Array, engaged: Flags) -> Array:
 
 
 def lone_ranges(flanks: WornFlanks, wear: Array) -> tuple[Array, Array]:
-    """Return over which angles a pair would touch with a common tangent if it were alone.
+    """Return over which angles a pair alone would touch with a common tangent.
 
     Parameters
     ----------
@@ -221,7 +226,7 @@ SHALLOWEST, DEEPEST = 1e-8, 1e-3
 
 
 def first_order_excess(flanks: WornFlanks, wear: Array) -> float:
-    """Return by how much first-order gaps overestimate the largest unloaded error, over the exact one [1].
+    """Return the relative error of the largest unloaded error by first-order gaps [1].
 
     Parameters
     ----------
@@ -244,7 +249,7 @@ def first_order_excess(flanks: WornFlanks, wear: Array) -> float:
 def depth_of_disagreement(
     flanks: WornFlanks, shape: Array, share: float = AGREEMENT
 ) -> float:
-    """Return the wear depth beyond which the first-order error differs by a share from the exact one.
+    """Return the depth beyond which the first-order error is off by a share.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""Flanks with a width: sections side by side, coupled along the face, touching where a gap closes."""
+"""Flanks with a width: coupled sections, which touch where a gap closes."""

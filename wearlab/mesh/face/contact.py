@@ -1,4 +1,4 @@
-"""Quasi-static contact over the face: gaps of worn flanks at every slice, then the line loads at every phase.
+"""Quasi-static contact over the face: gaps at every slice, then loads at every phase.
 
 Every slice is the section that a spur pair has on its whole face, with gaps of its own.
 What does not change with wear - compliances, who meets whom - is laid out once a gear
@@ -198,9 +198,13 @@ class FaceContact:
         return float(self.grid.weight @ self.unworn.tangent)
 
     def gap(self, wear: Array) -> Array:
-        """Return the gap of every slice at every touching node for wear (2, n_face, n), normal [m].
+        """Return the gap of each slice at each touching node, (n_face, n_contact) [m].
 
         Along the line of action: depths over cos β_b.
+
+        Parameters
+        ----------
+        wear : (2, n_face, n) depths normal to the flank, (driving, driven) [m]
 
         Raises
         ------
@@ -256,7 +260,9 @@ class FaceContact:
         return LineLoads(deflection, tangent, load, self._unloaded(gap))
 
     def gap_rate(self, wear: Array, loads: LineLoads) -> Array:
-        """Return the mean rate of the gaps that touch, ``Σ k_j ġ_j/Σ k_j``, by phase, (n_phases,) [m].
+        """Return the mean rate of the gaps that touch, by phase, (n_phases,) [m].
+
+        ``Σ k_j ġ_j/Σ k_j``.
 
         Parameters
         ----------
@@ -286,7 +292,13 @@ class FaceContact:
         return np.asarray(each.min(axis=(1, 2)))
 
     def residuals(self, loads: LineLoads, force: float) -> Array:
-        """Return by how much the line loads miss the force at every phase, over it, (n_phases,) [1]."""
+        """Return the sum of line loads over the force less 1, (n_phases,).
+
+        Parameters
+        ----------
+        loads : of all lines
+        force : static force of the mesh [N]
+        """
         grid = self.grid
         part = np.where(grid.node >= 0, grid.filled[grid.node], 0.0)
         return np.asarray(
@@ -299,7 +311,7 @@ LEVELS = (0.1, 0.25, 0.45, 0.65, 0.85, 1.0, 1.2, 1.5, 2.0, 3.0, 4.5)
 
 
 class FaceFlanks(NamedTuple):
-    """The flanks of one kind of mesh in one wear state, as dynamics see them: their force over deflection.
+    """The flanks of one kind of mesh in one wear state: their force over deflection.
 
     ``W'(δ, φ)`` is the force under which the contact over the face is deflected by δ:
     convex, since ever more of the face touches. It is given as the sum of one-sided

@@ -1,4 +1,4 @@
-"""The nodes of a face: slices across its width, and which profile node of each slice touches when.
+"""The nodes of a face: slices, and which profile node of each slice touches when.
 
 A section at y is behind that at mid-face by ``y tan β_b``. On nodes that are equally
 far apart, M to the base pitch, slices as far apart as a whole number of them meet each
@@ -75,7 +75,12 @@ class FaceGrid(NamedTuple):
         return len(self.position), len(self.profile.position)
 
     def at_nodes(self, load: Array) -> Array:
-        """Carry loads of lines (n_phases, n_lines, n_face) to the wear nodes, (n_face, n_profile)."""
+        """Return loads at the wear nodes, (n_face, n_profile).
+
+        Parameters
+        ----------
+        load : (n_phases, n_lines, n_face) of the lines
+        """
         nodal = np.zeros((len(self.position), len(self.profile.contact_position)))
         phase, line, slice_ = np.nonzero(self.node >= 0)
         nodal[slice_, self.node[phase, line, slice_]] = load[phase, line, slice_]
@@ -148,7 +153,7 @@ def lattice(
 
 
 def nodes_per_pitch(contact_ratios: Sequence[float], points: int) -> int:
-    """Return how many nodes to lay to a base pitch so that E of every mesh is nearly one of them.
+    """Return how many nodes a base pitch has, so that E of every mesh is nearly a node.
 
     Parameters
     ----------
@@ -172,7 +177,7 @@ def equal_slices(face_width: float, slices: int) -> tuple[Array, Array]:
 
 
 def spur_face(profile: ProfileGrid, face_width: float, slices: int) -> FaceGrid:
-    """Return the face of a spur pair: slices alike, that all meet the same node at a time.
+    """Return the face of a spur pair: equal slices, at the same node at any time.
 
     Parameters
     ----------
@@ -192,7 +197,9 @@ def spur_face(profile: ProfileGrid, face_width: float, slices: int) -> FaceGrid:
 def helical_face(
     profile: ProfileGrid, pair: gear.GearPair, turned: helix.Helix, slices: int
 ) -> FaceGrid:
-    """Return the face of a helical pair, slices on the lattice of its nodes where that gives enough of them.
+    """Return the face of a helical pair, its slices on the lattice of its nodes.
+
+    Where that gives too few slices, they are equal.
 
     Slices that lie a whole number of nodes apart fill the face from its middle; the two
     at the ends have what is left of it. Where the overlap is so small that they would

@@ -313,7 +313,9 @@ def _start(node, load, force, in_contact):  # type: ignore[no-untyped-def]
 
 
 @jit_inner
-def _respond(i, slices, section, gap, load, layer, solid, hold, lines):  # type: ignore[no-untyped-def]
+def _respond(  # type: ignore[no-untyped-def]
+    i, slices, section, gap, load, layer, solid, hold, lines
+):
     """Fill the response of every line, straightened about the last loads.
 
     ``hold``: with the compliance that the contact has under these loads.
@@ -426,7 +428,7 @@ def _factorise(compliance, factor, place, unit, spring):  # type: ignore[no-unty
 
 @jit_inner
 def _solve(factor, right):  # type: ignore[no-untyped-def]
-    """Solve ``L Lᵀ x = right`` in place; the factor holds the inverse of L's diagonal."""
+    """Solve ``L Lᵀ x = right`` in place; the factor holds 1 over L's diagonal."""
     count = len(right)
     for a in range(count):
         row = factor[a]
@@ -457,8 +459,10 @@ def _spread(compliance, place, force, filled):  # type: ignore[no-untyped-def]
 
 
 @jit_inner
-def _respond_solid(compliance, factor, place, offset, free):  # type: ignore[no-untyped-def]
-    """Fill ``offset`` of ``unit δ − offset`` of a solid line, and return B of ``A δ − B``."""
+def _respond_solid(  # type: ignore[no-untyped-def]
+    compliance, factor, place, offset, free
+):
+    """Fill ``offset`` of a solid line, and return B of ``F = A δ − B``."""
     count = 0
     while count < len(place) and place[count] >= 0:
         count += 1
@@ -471,10 +475,12 @@ def _respond_solid(compliance, factor, place, offset, free):  # type: ignore[no-
 
 
 @jit_inner
-def _respond_layer(diagonal, joint, work, unit, offset, spring, free):  # type: ignore[no-untyped-def]
-    """Fill ``unit δ − offset`` of a line on its layer, return A and B of ``F = A δ − B``.
+def _respond_layer(  # type: ignore[no-untyped-def]
+    diagonal, joint, work, unit, offset, spring, free
+):
+    """Fill ``unit`` and ``offset`` of a line on its layer, return A, B of ``A δ − B``.
 
-    That is the force of a slice that touches, and the deflection of one that does not.
+    See `Lines`.
     """
     n_face = len(diagonal)
     pivot, right_unit, right_offset = work

@@ -39,7 +39,7 @@ class FaceCouplingModel(Variant):
     def lines(
         self, pair: "GearPair", grid: "FaceGrid", turned: "Helix"
     ) -> "SolidLines | None":
-        """Return how slices yield under each other's loads, None: by the layer in shear.
+        """Return how slices yield under each other's loads; None: by the layer.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Stiffness from plane finite elements: the default, and what other methods are judged by.
+"""Stiffness from plane finite elements: the default, and the reference of all methods.
 
 Nothing here knows of beams or foundation formulas. One sector of each gear (a tooth,
 its roots, its share of the body down to the clamp) is meshed with biquadratic

@@ -1,4 +1,4 @@
-"""How far the teeth of one gear yield under loads on their flanks: the whole wheel, from one sector.
+"""How the teeth of a gear yield under loads on their flanks: a wheel from one sector.
 
 A sector keeps its displacements q on the two radial cuts, in its own frame; the rest is
 eliminated:
@@ -44,7 +44,7 @@ LENGTHS = (
 def through_cuts(
     sector: elements.Sector, loads: Array, teeth_apart: int
 ) -> tuple[Array, Array]:
-    """Return what loads on one tooth do to its own load points and those of teeth further on.
+    """Return how loads on a tooth move its load points and those of teeth further on.
 
     Of a sector in three dimensions, under waves along the face, likewise.
 
@@ -77,7 +77,7 @@ def through_cuts(
 
 
 def _reduced(sector: elements.Sector, loads: Array) -> tuple[Array, Array, Array]:
-    """Eliminate everything but the two cuts: A (m, m), S (2c, 2c), g (2c, m), right cut turned.
+    """Eliminate all but the two cuts: A (m, m), S (2c, 2c) and g (2c, m).
 
     The sector is its own mirror image: what the left cut moves tells what the right one
     does.
@@ -120,7 +120,7 @@ def _reduced(sector: elements.Sector, loads: Array) -> tuple[Array, Array, Array
 
 
 def _turn(angle: float, count: int, axes: int) -> Array:
-    """Turn the unknowns of the right cut from the next sector's frame into this one's."""
+    """Return what turns the right cut from the next sector's frame into this one's."""
     cos = math.cos(angle)
     sin = math.sin(angle)
     own = np.eye(axes)
@@ -131,7 +131,9 @@ def _turn(angle: float, count: int, axes: int) -> Array:
 
 
 class GearCompliance(NamedTuple):
-    """Compliance of a gear along the line of action, per unit face width, without the local indentation.
+    """Compliance of a gear along the line of action, without the local indentation.
+
+    Per unit face width.
 
     Parameters
     ----------
@@ -154,18 +156,24 @@ class GearCompliance(NamedTuple):
         return spline_weights(self.parameter, parameter)
 
 
-def spline_weights(samples: Array, wanted: ArrayLike) -> Array:
-    """Return the weights of samples (m,) at places (n,), (n, m) [1]: a cubic spline, straight beyond."""
+def spline_weights(samples: Array, places: ArrayLike) -> Array:
+    """Return the weights of samples at places, (n, m) [1]: a spline, straight beyond.
+
+    Parameters
+    ----------
+    samples : (m,) places of the samples, ascending
+    places : (n,)
+    """
     from scipy.interpolate import CubicSpline
 
-    q = np.asarray(wanted, dtype=float)
+    q = np.asarray(places, dtype=float)
     spline = CubicSpline(samples, np.eye(len(samples)))
     inside = np.clip(q, samples[0], samples[-1])
     return np.asarray(spline(inside) + (q - inside)[:, None] * spline(inside, 1))
 
 
 def gear_compliance(gear: Gear, options: elements.Options) -> GearCompliance:
-    """Return the compliance of an unworn gear, remembered when the same shape was solved before.
+    """Return the compliance of an unworn gear; each shape is solved once.
 
     Plane elasticity knows no length: gears that differ in their module alone yield
     alike per unit face width, and in inverse proportion to Young's modulus.
@@ -184,7 +192,12 @@ def gear_compliance(gear: Gear, options: elements.Options) -> GearCompliance:
 
 
 def of_unit_size(gear: Gear) -> Gear:
-    """Return the shape of a gear: of module and Young's modulus 1, and nothing else that does not matter."""
+    """Return the shape of a gear: with module and Young's modulus 1, without the rest.
+
+    Parameters
+    ----------
+    gear : its name, size, face width, mass and modifications do not matter
+    """
     # significant digits in which shapes are compared
     own: dict[str, Any] = {
         name: float(f"{getattr(gear, name) / gear.module:.11e}") for name in LENGTHS

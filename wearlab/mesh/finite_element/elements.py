@@ -1,4 +1,4 @@
-"""The finite elements of one sector of a gear: biquadratic quadrilaterals, loads, and the local indentation.
+"""The finite elements of one sector of a gear, its loads, and the local indentation.
 
 A load on a flank sinks in without bound as its patch shrinks. That part is the half
 plane's, known in closed form: with a unit load on the half plane (Flamant),
@@ -81,14 +81,14 @@ class Sector(NamedTuple):
     stiffness: csr_matrix
 
     def nodes(self, *, u: float = math.nan, v: float = math.nan) -> Index:
-        """Return the nodes on a line of the chart, from the clamp to the tip or from −u to +u."""
+        """Return the nodes on a line of the chart, clamp to tip or −u to +u."""
         across, along = self.logical
         numbers = np.flatnonzero(np.isclose(across, u) | np.isclose(along, v))
         return numbers[np.argsort((along if math.isnan(v) else across)[numbers])]
 
     @property
     def mirrored(self) -> tuple[Index, Array]:
-        """The unknown that is the mirror image of each across the centre line, and the sign it takes."""
+        """The mirror image of each unknown across the centre line, and its sign."""
         across, along = np.round(self.logical, 9)
         image, sign = np.empty((2, self.stiffness.shape[0]))
         here = np.lexsort((across, along))
@@ -123,7 +123,7 @@ def mesh_lines(chart: Chart, refinement: int) -> tuple[Array, Array]:
 
 
 def _graded(count: int, ratio: float) -> Array:
-    """Return count + 1 points in [0, 1] whose spacing grows geometrically by a ratio in all."""
+    """Return count + 1 points in [0, 1]; spacings grow, by a ratio in all."""
     sizes = ratio ** (np.arange(count) / max(1, count - 1))
     return np.concatenate([[0.0], np.cumsum(sizes) / np.sum(sizes)])
 
@@ -153,7 +153,19 @@ def sector(chart: Chart, material: Material, plane: Plane, refinement: int) -> S
 def assemble(
     mesh: "MeshQuad2", material: Material, plane: Plane
 ) -> tuple[Index, csr_matrix]:
-    """Return the unknowns of the nodes, (2, n_nodes), and the stiffness matrix for unit face width [Pa]."""
+    """Return the unknowns of the nodes and the stiffness matrix for unit face width.
+
+    Parameters
+    ----------
+    mesh : the elements
+    material : elastic constants
+    plane : plane strain or stress
+
+    Returns
+    -------
+    dofs : (2, n_nodes)
+    stiffness : (n_dofs, n_dofs) [Pa]
+    """
     basis, gradient = gradients(mesh)
     numbers = np.hstack([basis.nodal_dofs, basis.facet_dofs, basis.interior_dofs])[0]
     K = product(basis, gradient, gradient, lame(material, plane))
@@ -161,7 +173,17 @@ def assemble(
 
 
 def gradients(mesh: "MeshQuad2") -> tuple["Basis", Array]:
-    """Return the shape functions of a mesh, and their slopes, (n_elements, n_shapes, 2, n_points) [1/m]."""
+    """Return the shape functions of a mesh, and their slopes.
+
+    Parameters
+    ----------
+    mesh : the elements
+
+    Returns
+    -------
+    basis : the shape functions
+    slopes : (n_elements, n_shapes, 2, n_points) [1/m]
+    """
     from skfem import Basis, ElementQuad2
 
     basis = Basis(mesh, ElementQuad2())
@@ -173,7 +195,9 @@ def gradients(mesh: "MeshQuad2") -> tuple["Basis", Array]:
 def product(
     basis: "Basis", left: Array, right: Array, moduli: tuple[float, float]
 ) -> csr_matrix:
-    """Return ``∫ λ A_ia B_jb + G (A_ib B_ja + δ_ab A_i·B_j)`` of all shapes i, j and axes a, b.
+    """Return the product of shape functions that a stiffness is made of.
+
+    ``∫ λ A_ia B_jb + G (A_ib B_ja + δ_ab A_i·B_j)`` of shapes i, j and axes a, b.
 
     That is a stiffness for unit face width where A and B are the gradients of the shape
     functions [Pa].
@@ -215,7 +239,7 @@ def lame(material: Material, plane: Plane) -> tuple[float, float]:
 def loaded_sector(
     gear: Gear, options: Options, wear: Wear | None = None
 ) -> tuple[Sector, Array, Array]:
-    """Return the sector of a gear, places on its flank (m,) and unit loads there (n_dofs, m).
+    """Return the sector of a gear, places on its flank (m,), loads (n_dofs, m).
 
     The outermost load touches the tip edge with its patch.
 
@@ -241,7 +265,7 @@ def flank_loads(
     half_width: float,
     direction: Array | None = None,
 ) -> Array:
-    """Return the nodal loads of unit Hertzian patches, along the inward flank normals or as asked.
+    """Return the nodal loads of unit Hertzian patches on the flank.
 
     The patch is a half ellipse of pressure in the length along the flank, ``p ∝ √(1 −
     (x/w)²)``, integrated by the Gauss rule made for it.
@@ -275,7 +299,7 @@ def flank_loads(
 
 
 def _quadratic(nodes: Array, v: Array) -> tuple[Index, Array]:
-    """Return the element of each v and the values of its three shape functions there."""
+    """Return the element of each v and its three shape functions there."""
     ends = nodes[::2]
     element = np.clip(np.searchsorted(ends, v, side="right") - 1, 0, len(ends) - 2)
     x = (v - ends[element]) / (ends[element + 1] - ends[element])
@@ -285,7 +309,7 @@ def _quadratic(nodes: Array, v: Array) -> tuple[Index, Array]:
 
 
 def patch_rule(points: int = 24) -> tuple[Array, Array]:
-    """Return positions x/w and weights of a unit half ellipse (Gauss–Chebyshev, second kind).
+    """Return positions x/w and weights of a half ellipse (Gauss–Chebyshev).
 
     Parameters
     ----------
@@ -306,7 +330,9 @@ def patch_rule(points: int = 24) -> tuple[Array, Array]:
 def half_plane_compliance(
     material: Material, plane: Plane, half_width: float, depth: Array
 ) -> Array:
-    """Return the compliance of a half plane under a patch against depths below it, per unit face width.
+    """Return the compliance of a half plane under a patch, per unit face width.
+
+    It is that of the patch against points at depths below it.
 
     Parameters
     ----------

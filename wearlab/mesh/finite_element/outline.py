@@ -58,7 +58,12 @@ class LoadedFlank(NamedTuple):
         return np.where(q < 1.0, np.stack([x, y]), involute)
 
     def normal(self, parameter: ArrayLike) -> Array:
-        """Return the outward unit normal of the unworn involute for parameters in [1, 2], (2, n) [1]."""
+        """Return the outward unit normal of the unworn involute, (2, n) [1].
+
+        Parameters
+        ----------
+        parameter : (n,) in [1, 2]
+        """
         lam = self._angle(np.asarray(parameter, dtype=float))
         return np.stack([self.gear.outwards * np.sin(lam), np.cos(lam)])
 
@@ -68,7 +73,7 @@ class LoadedFlank(NamedTuple):
         return 1.0 + (load_angle(self.gear, radius) - start) / (end - start)
 
     def depth(self, parameter: ArrayLike) -> Array:
-        """Return the distance along the flank normal to the tooth's centre line, (n,) [m]."""
+        """Return the distance along the flank normal to the centre line, (n,) [m]."""
         return self.point(parameter)[1] / self.normal(parameter)[1]
 
     @property
@@ -118,7 +123,12 @@ class Chart(NamedTuple):
         return np.interp(np.asarray(length, float), self.length, self.parameter)
 
     def map(self, u: Array, v: Array) -> Array:
-        """Return the points of the sector, (2, n) [m], at u in [−2, 2] and v in [0, 2], each (n,)."""
+        """Return the points of the sector, (2, n) [m].
+
+        Parameters
+        ----------
+        u, v : (n,) in [−2, 2] and [0, 2] [1]
+        """
         side = np.where(u < 0.0, -1.0, 1.0)
         across = np.abs(u)
         inside = np.where(v > 1.0, self._tooth(across, v - 1.0), self._body(across, v))
@@ -139,7 +149,7 @@ class Chart(NamedTuple):
         return np.stack([middle + (edge[0] - middle) * u**2, edge[1] * u])
 
     def _root(self, u: Array) -> Array:
-        """Return the top of the body: under the tooth, then down the fillet and along the root circle."""
+        """Return the top of the body: below the tooth, fillet and root circle."""
         down = np.clip(u - 1.0, 0.0, 1.0)
         fillet = float(self.length_of(self.foot))
         root = self.flank.gear.root_radius

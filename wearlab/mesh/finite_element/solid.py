@@ -1,4 +1,6 @@
-"""A tooth in three dimensions: the section's elements, extruded along the face with both ends free.
+"""A tooth in three dimensions: the section's elements, extruded along the face.
+
+    Both ends of the face are free.
 
 On the section displacements are sums of shapes, ``u(x, y, z) = Σ φ_i(x, y) a_i(z)``;
 along the face each a_i is piecewise quadratic. The shapes are what the section does
@@ -96,7 +98,10 @@ def _digest(content: bytes) -> bytes:
 
 
 def _used(file: Path) -> None:
-    """Note when a tooth was used last, to the nanosecond: file systems themselves count milliseconds."""
+    """Note when a tooth was used last, to the nanosecond.
+
+    File systems themselves count milliseconds.
+    """
     now = time.time_ns()
     os.utime(file, ns=(now, now))
 
@@ -158,21 +163,24 @@ LONGEST = 0.3
 
 
 class Extruded(NamedTuple):
-    """Matrices of a section for products of derivatives across and along the face, (n_dofs, n_dofs)."""
+    """Matrices of a section for derivatives across and along the face.
+
+    Each (n_dofs, n_dofs).
+    """
 
     across: csr_matrix
     mixed: csr_matrix
     along: csr_matrix
 
     def wave(self, s: complex) -> csr_matrix:
-        """Return the stiffness for displacements that vary as ``e^{sz}`` along an endless face."""
+        """Return the stiffness for displacements ``e^{sz}`` along an endless face."""
         return self.across + s * (self.mixed - self.mixed.T) - s * s * self.along
 
 
 def extruded(
     flat: elements.Sector, material: Material, oblique: float
 ) -> tuple[Index, Extruded]:
-    """Return the unknowns (3, n_nodes) of a section's nodes and its matrices for an oblique extrusion.
+    """Return the unknowns (3, n_nodes) and matrices of an oblique extrusion.
 
     Parameters
     ----------
@@ -222,7 +230,10 @@ def _placed(gear: Gear, oblique: float, options: Options) -> _Placed:
 
 
 def _shapes(at: _Placed, module: float) -> Array:
-    """Return shapes of the section, orthonormal in the plane and along the face, (n_free, n_shapes)."""
+    """Return shapes of the section, (n_free, n_shapes).
+
+    Orthonormal, those in the plane and those along the face.
+    """
     free = _free(at)
     loads = at.loads[free]
     found = []
@@ -255,9 +266,10 @@ def _free(at: _Placed) -> Index:
 
 
 class SolidCompliance(NamedTuple):
-    """How a tooth with free ends yields to even loads on slices of its face, its local indentation included.
+    """How a tooth with free ends yields to even loads on slices of its face.
 
-    That is :func:`indentation` of each slice under its own load.
+    The local indentation is part of it: :func:`indentation` of each slice under its
+    own load.
 
     Parameters
     ----------
@@ -271,7 +283,14 @@ class SolidCompliance(NamedTuple):
 
 
 def indentation(gear: Gear, q: Array, options: Options = SOLID) -> Array:
-    """Return the local indentation at places (m,) of the flank under a load of unit width, (m,) [1/Pa]."""
+    """Return the local indentation under a load of unit width, (m,) [1/Pa].
+
+    Parameters
+    ----------
+    gear : in its transverse section
+    q : (m,) places on the flank
+    options : of elements and loads
+    """
     depth = outline.LoadedFlank(gear).depth(q)
     return elements.half_plane_compliance(
         gear.material, "strain", options.patch * gear.module, depth
@@ -290,54 +309,93 @@ def tooth_in_sector(
     oblique : t
     options : of elements and loads
     """
-    at = _placed(gear, oblique, options)
-    shapes = _shapes(at, gear.module)
-    free = _free(at)
-    across, mixed, along = (
-        shapes.T @ (each[free][:, free] @ shapes) for each in at.matrices
-    )
-    into = shapes.T @ at.loads[free]
-    count = len(shapes.T)
-    each = len(into.T)
-    n = len(edges) - 1
-    length = np.full(
-        max(4, math.ceil((edges[-1] - edges[0]) / (LONGEST * gear.module))), 0.0
-    )
-    length += (edges[-1] - edges[0]) / len(length)
-    resting = _resting(edges, len(length))
-    diagonal = np.zeros((len(length) + 1, 2 * count, 2 * count))
-    upper = np.zeros((len(length), 2 * count, 2 * count))
-    force = np.zeros((len(length) + 1, 2 * count, n, each))
-    # what an element shares with the one before is in the block before; its middle and
-    # last end are its own
-    diagonal[0, :count, :count] = np.eye(count)
-    for e, h in enumerate(length):
-        M, C, S = _quadratic(h)
-        whole = (
-            np.kron(M, across)
-            + np.kron(C, mixed)
-            + np.kron(C.T, mixed.T)
-            + np.kron(S, along)
-        )
-        diagonal[e, count:, count:] += whole[:count, :count]
-        upper[e, count:] = whole[:count, count:]
-        diagonal[e + 1] += whole[count:, count:]
-        for j in np.flatnonzero(resting[e].any(axis=0)):
-            force[e, count:, j] += into * resting[e, 0, j]
-            force[e + 1, :count, j] += into * resting[e, 1, j]
-            force[e + 1, count:, j] += into * resting[e, 2, j]
-    loaded = [
-        int(np.flatnonzero(own.any(axis=0)).max(initial=-1)) + 1 for own in resting
+    section = _placed(gear, oblique, options)
+    shapes = _shapes(section, gear.module)
+    free = _free(section)
+    matrices = [
+        shapes.T @ (matrix[free][:, free] @ shapes) for matrix in section.matrices
     ]
-    met = each * np.maximum.accumulate([*loaded, n])
+    loads = shapes.T @ section.loads[free]
+
+    length = edges[-1] - edges[0]
+    count = max(4, math.ceil(length / (LONGEST * gear.module)))
+    carried = _carried(edges, count)
+    diagonal, upper = _blocks(_element(length / count, *matrices), count)
+    force = _forces(loads, carried)
+
+    n_slices = len(edges) - 1
+    n_places = loads.shape[1]
+    met = n_places * _slices_met(carried)
     table = _compliance(diagonal, upper, force.reshape(*force.shape[:2], -1), met)
-    return SolidCompliance(
-        at.q, table.reshape(n, each, n, each).transpose(1, 0, 3, 2).copy()
+    by_slice = table.reshape(n_slices, n_places, n_slices, n_places)
+    return SolidCompliance(section.q, by_slice.transpose(1, 0, 3, 2).copy())
+
+
+def _element(h: float, across: Array, mixed: Array, along: Array) -> Array:
+    """Return the stiffness of an element of length h along the face, (3 m, 3 m).
+
+    Its unknowns are those of m shapes at the first end, the middle and the last end.
+    """
+    M, C, S = _quadratic(h)
+    return np.asarray(
+        np.kron(M, across)
+        + np.kron(C, mixed)
+        + np.kron(C.T, mixed.T)
+        + np.kron(S, along)
     )
 
 
-def _resting(edges: Array, count: int) -> Array:
-    """Return what equal elements along the face carry of a unit load on each slice, (count, 3, n)."""
+def _blocks(element: Array, count: int) -> Arrays:
+    """Return the blocks of equal elements in a row, on and above the diagonal.
+
+    A block holds the middle and the last end of an element; the first holds the end of
+    the face alone, and the identity for want of a middle.
+    """
+    m = len(element) // 3
+    diagonal = np.zeros((count + 1, 2 * m, 2 * m))
+    upper = np.zeros((count, 2 * m, 2 * m))
+    diagonal[0, :m, :m] = np.eye(m)
+    for number in range(count):
+        diagonal[number, m:, m:] += element[:m, :m]
+        upper[number, m:] = element[:m, m:]
+        diagonal[number + 1] += element[m:, m:]
+    return diagonal, upper
+
+
+def _forces(loads: Array, carried: Array) -> Array:
+    """Return the forces of unit loads on places and slices, by block.
+
+    Parameters
+    ----------
+    loads : (m, n_places) of a section on its shapes
+    carried : (count, 3, n_slices) see `_carried`
+
+    Returns
+    -------
+    (count + 1, 2 m, n_slices, n_places)
+    """
+    m, n_places = loads.shape
+    count, _, n_slices = carried.shape
+    force = np.zeros((count + 1, 2 * m, n_slices, n_places))
+    for number, (first, middle, last) in enumerate(carried):
+        for j in np.flatnonzero(carried[number].any(axis=0)):
+            force[number, m:, j] += loads * first[j]
+            force[number + 1, :m, j] += loads * middle[j]
+            force[number + 1, m:, j] += loads * last[j]
+    return force
+
+
+def _slices_met(carried: Array) -> Index:
+    """Return how many slices rest on the elements up to each block, (count + 1,)."""
+    n_slices = carried.shape[2]
+    last = [
+        int(np.flatnonzero(part.any(axis=0)).max(initial=-1)) + 1 for part in carried
+    ]
+    return np.asarray(np.maximum.accumulate([*last, n_slices]))
+
+
+def _carried(edges: Array, count: int) -> Array:
+    """Return the parts of unit loads on slices that elements carry, (count, 3, n)."""
     ends = np.linspace(edges[0], edges[-1], count + 1)
     low = np.maximum(edges[:-1], ends[:-1, None])
     overlap = np.maximum(0.0, np.minimum(edges[1:], ends[1:, None]) - low)
@@ -355,7 +413,10 @@ def _resting(edges: Array, count: int) -> Array:
 
 
 def _quadratic(h: float) -> tuple[Array, Array, Array]:
-    """Return ∫ZZ, ∫ZZ' and ∫Z'Z' of a quadratic element of length h: first end, middle, last end."""
+    """Return ∫ZZ, ∫ZZ' and ∫Z'Z' of a quadratic element of length h.
+
+    Its nodes are the first end, the middle and the last end.
+    """
     mass = h / 30.0 * np.array([[4.0, 2.0, -1.0], [2.0, 16.0, 2.0], [-1.0, 2.0, 4.0]])
     mixed = np.array([[-3.0, 4.0, -1.0], [-4.0, 0.0, 4.0], [1.0, -4.0, 3.0]]) / 6.0
     stiff = np.array([[7.0, -8.0, 1.0], [-8.0, 16.0, -8.0], [1.0, -8.0, 7.0]]) / (
@@ -365,10 +426,11 @@ def _quadratic(h: float) -> tuple[Array, Array, Array]:
 
 
 def _compliance(diagonal: Array, upper: Array, force: Array, met: Array) -> Array:
-    """Return ``Fᵀ K⁻¹ F`` of blocks on three diagonals, loads F in the order in which blocks meet them.
+    """Return ``Fᵀ K⁻¹ F`` of blocks on three diagonals.
 
-    With ``K = L Lᵀ`` it is ``Σ y_eᵀ y_e`` of ``y = L⁻¹ F``, block after block; a load
-    does nothing before its first block.
+    Loads F are in the order in which blocks meet them. With ``K = L Lᵀ`` it is ``Σ y_eᵀ
+    y_e`` of ``y = L⁻¹ F``, block after block; a load does nothing before its first
+    block.
 
     Parameters
     ----------
@@ -395,13 +457,17 @@ def _compliance(diagonal: Array, upper: Array, force: Array, met: Array) -> Arra
 
 
 def wheel_beyond(gear: Gear, waves: Sequence[float], options: Options = SOLID) -> Array:
-    """Return what the wheel beyond a tooth's sector adds under waves ``cos κz``, (n_waves, m, m) [1/Pa].
+    """Return the compliance that the wheel beyond a sector adds under waves ``cos κz``.
 
     Parameters
     ----------
     gear : in its transverse section
     waves : κ [1/m]
     options : of elements and loads
+
+    Returns
+    -------
+    (n_waves, m, m) [1/Pa]
     """
     at = _placed(gear, 0.0, options)
     sign = np.ones(at.dofs.size)
@@ -418,7 +484,7 @@ def wheel_beyond(gear: Gear, waves: Sequence[float], options: Options = SOLID) -
 def solid_compliance(
     gear: Gear, edges: Array, oblique: float, options: Options = SOLID
 ) -> SolidCompliance:
-    """Return how a tooth on its wheel yields, remembered when the same shape was solved before.
+    """Return how a tooth on its wheel yields; each shape is solved once.
 
     Parameters
     ----------

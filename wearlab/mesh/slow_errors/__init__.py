@@ -24,7 +24,7 @@ class SlowErrorModel(Variant):
     realised: ClassVar[bool] = False
     """Whether it is one drawn realisation of many."""
     turns: ClassVar[bool] = False
-    """Whether errors turn with their members: a response then lasts until the same teeth
+    """Whether errors turn with their members: a response lasts until the same teeth
     meet again."""
 
     def periods(self, teeth: Sequence[int]) -> int:
@@ -37,7 +37,7 @@ class SlowErrorModel(Variant):
         return 1
 
     def rows(self, meshes: "Sequence[Mesh]", at_angles: "Array") -> "Array | None":
-        """Return the constant errors under which responses are found, one row a response.
+        """Return the constant errors of the responses, one row a response.
 
         Parameters
         ----------

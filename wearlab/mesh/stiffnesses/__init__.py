@@ -20,7 +20,7 @@ class StiffnessModel(Variant):
     of_elements: ClassVar[bool] = False
     """Whether it comes from finite elements, which teeth of solid elements go with."""
     prescribed: ClassVar[bool] = False
-    """Whether it is prescribed as a whole: what the contact itself yields is unknown."""
+    """Whether it is prescribed as a whole, with the contact."""
     usual_coupling: ClassVar[str] = "pasternak"
     """Name of the coupling along the face that a scene has when it names none."""
 
