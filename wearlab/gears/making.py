@@ -27,7 +27,7 @@ class _Circles(NamedTuple):
 
 
 class _Body(NamedTuple):
-    """Mass [kg] and inertia [kg·m²] of a gear, and which of them are assumed."""
+    """Mass [kg] and inertia [kg·m²] of a gear, and what is assumed of its body."""
 
     mass: float
     inertia: float
@@ -80,45 +80,37 @@ def build_gear(
     width = spec.face_width or basics.face_width or 0.0
     refuse_first(spec.name, _specification_problems(spec, width, internal=internal))
 
-    module = basics.module
-    pressure_angle = basics.pressure_angle
     outwards = -1.0 if internal else 1.0
-    thinning = spec.thinning(module, pressure_angle)
+    thinning = spec.thinning(basics.module, basics.pressure_angle)
     generated_shift = profile_shift + outwards * thinning
-    k = _tip_alteration(spec, pressure_angle, tip_alteration)
-    root_radius = spec.root_radius(module, generated_shift, outwards)
-    reference_radius = 0.5 * module * spec.teeth
-    bore_diameter = spec.rim_diameter if internal else spec.bore_diameter
-    circles = _Circles(
-        base=reference_radius * math.cos(pressure_angle),
-        reference=reference_radius,
-        tip=spec.tip_radius(module, profile_shift, k, outwards),
-        root=root_radius,
-        bore=0.5 * (root_radius if bore_diameter is None else bore_diameter),
+    circles = _circles(
+        spec,
+        basics,
+        profile_shift=profile_shift,
+        generated_shift=generated_shift,
+        tip_alteration=tip_alteration,
+        outwards=outwards,
     )
     refuse_first(spec.name, _circle_problems(circles, internal=internal))
 
     cut = RackCut(
         teeth=spec.teeth,
-        module=module,
-        pressure_angle=pressure_angle,
+        module=basics.module,
+        pressure_angle=basics.pressure_angle,
         profile_shift=generated_shift,
-        root_radius=root_radius,
+        root_radius=circles.root,
         fillet=spec.fillet_radius_coefficient,
     )
     tooth_root = _tooth_root(spec, cut, circles.tip, internal=internal)
     material = spec.material or basics.material
     refuse_first(spec.name, _material_problems(material))
     body = _body(spec, material, circles, width, internal=internal)
-    flags = [*assumed, *tooth_root.assumed]
-    if bore_diameter is None:
-        flags.append("bore_diameter assumed 0.5 root diameter")
 
     gear = Gear(
         name=spec.name,
         teeth=spec.teeth,
-        module=module,
-        pressure_angle=pressure_angle,
+        module=basics.module,
+        pressure_angle=basics.pressure_angle,
         profile_shift=generated_shift,
         base_radius=circles.base,
         reference_radius=circles.reference,
@@ -132,12 +124,41 @@ def build_gear(
         material=material,
         mass=body.mass,
         inertia=body.inertia,
-        assumed=(*flags, *body.assumed),
+        assumed=(*assumed, *tooth_root.assumed, *body.assumed),
         modification=spec.modification(circles.base, circles.tip, internal=internal),
         internal=internal,
     )
     refuse_first(gear.name, _tip_problems(gear))
     return gear
+
+
+def _circles(
+    spec: GearSpec,
+    basics: Basics,
+    *,
+    profile_shift: float,
+    generated_shift: float,
+    tip_alteration: float,
+    outwards: float,
+) -> _Circles:
+    """Return the circles of a gear, not yet checked."""
+    module = basics.module
+    k = _tip_alteration(spec, basics.pressure_angle, tip_alteration)
+    reference_radius = 0.5 * module * spec.teeth
+    root_radius = spec.root_radius(module, generated_shift, outwards)
+    bore_diameter = _bore_diameter(spec, internal=outwards < 0.0)
+    return _Circles(
+        base=reference_radius * math.cos(basics.pressure_angle),
+        reference=reference_radius,
+        tip=spec.tip_radius(module, profile_shift, k, outwards),
+        root=root_radius,
+        bore=0.5 * (root_radius if bore_diameter is None else bore_diameter),
+    )
+
+
+def _bore_diameter(spec: GearSpec, *, internal: bool) -> float | None:
+    """Return the diameter at which the body is held, as given: bore or rim [m]."""
+    return spec.rim_diameter if internal else spec.bore_diameter
 
 
 def _tip_alteration(spec: GearSpec, pressure_angle: float, default: float) -> float:
@@ -174,6 +195,8 @@ def _body(
     bore = circles.bore
     solid = f"of the solid between {'rim' if internal else 'bore'} and reference circle"
     assumed = []
+    if _bore_diameter(spec, internal=internal) is None:
+        assumed.append("bore_diameter assumed 0.5 root diameter")
     mass = spec.mass
     if mass is None:
         mass = material.density * math.pi * width * abs(r**2 - bore**2)

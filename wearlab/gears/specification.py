@@ -356,7 +356,7 @@ class GearSpec:
         )
 
     def thinning(self, module: float, pressure_angle: float) -> float:
-        """Return how much deeper the cutter is fed into an external gear, in modules [1].
+        """Return how much deeper the cutter is fed into a gear, in modules [1].
 
         It is ``E_sn / (2 m tan α)``.
         The generating profile shift is ``x_E = x + E_sn / (2 m tan α)``; a ring's
