@@ -20,6 +20,14 @@ from wearlab.gears.specification import Basics, GearError, GearSpec
 
 LARGEST = math.radians(45.0)
 """Largest helix angle that is built."""
+IN_MODULES = (
+    "profile_shift_coefficient",
+    "addendum_coefficient",
+    "dedendum_coefficient",
+    "tip_alteration_coefficient",
+    "fillet_radius_coefficient",
+)
+"""Numbers of a gear that count modules."""
 
 
 class Helix(NamedTuple):
@@ -123,27 +131,37 @@ def transverse(spec: GearSpec, turned: Helix) -> GearSpec:
     leaves a gap of 1/cos β_b along the line of action. Lengths along the path,
     diameters and widths stay.
 
+    Parameters
+    ----------
+    spec : the gear's numbers of the normal section
+    turned : helix of the gear
+
     References
     ----------
     ISO 21771:2007, 4.3 and 4.8.
     """
     cosine = math.cos(turned.angle)
     normal = turned.cosine
-    given: dict[str, Any] = {} if spec.tip_diameter else {"addendum_coefficient": 1.0}
-    given |= {} if spec.root_diameter else {"dedendum_coefficient": 1.25}
-    given |= {key: value for key, value in vars(spec).items() if value is not None}
-    # what is counted in modules
-    words = ("profile_shift", "addendum", "dedendum", "tip_alteration", "fillet_radius")
-    coefficients = (f"{word}_coefficient" for word in words)
-    changed = {key: given[key] * cosine for key in coefficients if key in given}
-    changed |= {
-        key: given[key] / normal
-        for key in ("profile_crowning", "profile_slope")
-        if key in given
-    }
+    normal_section: dict[str, Any] = {}
+    if not spec.tip_diameter:
+        normal_section["addendum_coefficient"] = 1.0
+    if not spec.root_diameter:
+        normal_section["dedendum_coefficient"] = 1.25
+    for key, value in vars(spec).items():
+        if value is not None:
+            normal_section[key] = value
+
+    changed = {}
+    for key in IN_MODULES:
+        if key in normal_section:
+            changed[key] = normal_section[key] * cosine
+    for key in ("profile_crowning", "profile_slope"):
+        if key in normal_section:
+            changed[key] = normal_section[key] / normal
     for key in ("tip_relief", "root_relief"):
-        if key in given:
-            changed[key] = given[key]._replace(amount=given[key].amount / normal)
+        if key in normal_section:
+            relief = normal_section[key]
+            changed[key] = relief._replace(amount=relief.amount / normal)
     return replace(
         spec,
         tooth_thickness_allowance=spec.tooth_thickness_allowance / cosine,

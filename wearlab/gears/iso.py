@@ -278,19 +278,23 @@ def single_contact_factors(pair: GearPair, overlap: float) -> tuple[float, float
     ``M² = ρ_red,C/ρ_red`` at the point nearest to the root of each gear; ``M − ε_β (M −
     1)``, and 1 at least. A ring has 1.
 
+    Parameters
+    ----------
+    pair : the gears in mesh
+    overlap : overlap ratio ε_β [1]
+
     References
     ----------
     ISO 6336-2:2006, 6.3.
     """
     points = pair.path.E - pair.base_pitch, pair.path.A + pair.base_pitch
     at_pitch = float(pair.equivalent_curvature(0.0))
-    found = []
-    for gear, where in zip(pair.gears, points, strict=True):
-        M = math.sqrt(at_pitch / float(pair.equivalent_curvature(where)))
-        found.append(
-            1.0 if gear.internal else max(1.0, M - min(overlap, 1.0) * (M - 1.0))
-        )
-    return found[0], found[1]
+    factors = []
+    for gear, point in zip(pair.gears, points, strict=True):
+        M = math.sqrt(at_pitch / float(pair.equivalent_curvature(point)))
+        factor = max(1.0, M - min(overlap, 1.0) * (M - 1.0))
+        factors.append(1.0 if gear.internal else factor)
+    return factors[0], factors[1]
 
 
 def nominal_stress(

@@ -29,6 +29,13 @@ from wearlab.gears import gear, making, pairs, shifts
 from wearlab.gears.specification import Basics, GearError, GearSpec
 
 Central = Literal["sun", "ring", "carrier"]
+PRINTED = 5e-3
+"""How far from a whole number of teeth an angle may be: printed angles carry two
+decimals of a degree."""
+ONE_DISTANCE = 0.005
+"""How far pins may be from the centre distance, as a share."""
+TWO_DISTANCES = 0.1
+"""The same where a paper prints two centre distances."""
 
 
 class TrainSpeeds(NamedTuple):
@@ -198,13 +205,8 @@ def fraction(turns: Array | float) -> Array:
     return np.where(part > 1.0 - 1e-9, 0.0, part)
 
 
-PRINTED = 5e-3
-"""How far from a whole number of teeth an angle may be: printed angles carry two
-decimals of a degree."""
-
-
 def assembled_angles(
-    teeth: int, planets: int, wanted: Sequence[float] | None = None
+    teeth: int, planets: int, angles: Sequence[float] | None = None
 ) -> tuple[float, ...]:
     """Return the planets' angles, at whole numbers of ``(z_s + z_r) ψ / 2π``.
 
@@ -212,7 +214,7 @@ def assembled_angles(
     ----------
     teeth : z_s + z_r [1]
     planets : N [1]
-    wanted : ψ of each planet, rising [rad]; absent: equally spaced from 0
+    angles : ψ of each planet, rising [rad]; absent: equally spaced from 0
 
     Returns
     -------
@@ -229,36 +231,28 @@ def assembled_angles(
     """
     if planets < 2:
         raise GearError(f"a planetary set needs at least 2 planets, not {planets}")
-    angles = (
-        [2.0 * math.pi * n / planets for n in range(planets)]
-        if wanted is None
-        else list(wanted)
-    )
+    spacing = "planets at these angles"
+    if angles is None:
+        spacing = "equally spaced planets"
+        angles = [2.0 * math.pi * n / planets for n in range(planets)]
     if len(angles) != planets:
         raise GearError(
             f"{len(angles)} planet angles for {planets} planets; give one angle each"
         )
-    if (
-        any(b <= a for a, b in pairwise(angles))
-        or angles[-1] - angles[0] >= 2 * math.pi
-    ):
+    falls = any(second <= first for first, second in pairwise(angles))
+    if falls or angles[-1] - angles[0] >= 2 * math.pi:
         raise GearError("planet angles must rise, and lie within one turn")
+
     steps = [teeth * (angle - angles[0]) / (2.0 * math.pi) for angle in angles]
     whole = [round(step) for step in steps]
     nearest = tuple(angles[0] + 2.0 * math.pi * step / teeth for step in whole)
     for n, (step, count) in enumerate(zip(steps, whole, strict=True)):
         if abs(step - count) > PRINTED:
             listed = ", ".join(f"{math.degrees(angle):.6g}" for angle in nearest)
-            spacing = (
-                "equally spaced planets"
-                if wanted is None
-                else "planets at these angles"
-            )
             raise GearError(
                 f"{spacing} cannot be assembled: z_s + z_r = {teeth} teeth put planet "
-                f"{n + 1} {step:.4g} "
-                "teeth from the first, which must be whole; the nearest "
-                f"planet_angles are {listed} deg"
+                f"{n + 1} {step:.4g} teeth from the first, which must be whole; the "
+                f"nearest planet_angles are {listed} deg"
             )
     return nearest
 
@@ -280,24 +274,14 @@ def check_neighbours(
     """
     following = [*angles[1:], angles[0] + 2.0 * math.pi]
     for n, (first, second) in enumerate(zip(angles, following, strict=True)):
-        apart = (
-            2.0
-            * pin_circle_radius
-            * math.sin(0.5 * min(second - first, 2.0 * math.pi - second + first))
-        )
-        if apart <= 2.0 * planet.tip_radius:
+        half_angle = 0.5 * min(second - first, 2.0 * math.pi - second + first)
+        distance = 2.0 * pin_circle_radius * math.sin(half_angle)
+        if distance <= 2.0 * planet.tip_radius:
             raise GearError(
                 f"planets {n + 1} and {(n + 1) % len(angles) + 1} collide: their pins "
-                "are "
-                f"{apart * 1e3:.5g} mm apart and their tip diameter is "
-                f"{2e3 * planet.tip_radius:.5g} mm; use "
-                "fewer planets or teeth"
+                f"are {distance * 1e3:.5g} mm apart and their tip diameter is "
+                f"{2e3 * planet.tip_radius:.5g} mm; use fewer planets or teeth"
             )
-
-
-ONE_DISTANCE, TWO_DISTANCES = 0.005, 0.1
-"""How far pins may be from the centre distance, as a share: where there is one, where a
-paper prints two."""
 
 
 class Carrier(NamedTuple):
@@ -380,11 +364,11 @@ class PlanetarySet(NamedTuple):
         """
         N = self.planets
         z_s = self.sun.teeth
-        each = z_s / self.planet.teeth
+        of_planet = z_s / self.planet.teeth
         return {
             "sun": float(N),
-            "planet-sun": each,
-            "planet-ring": each,
+            "planet-sun": of_planet,
+            "planet-ring": of_planet,
             "ring": N * z_s / self.ring.teeth,
         }
 

@@ -155,7 +155,7 @@ class ToothRoot(NamedTuple):
     assumed: tuple[str, ...]
 
 
-def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
+def root_of(profile: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
     """Return the root of a tooth, a trochoid wherever such a rack can exist.
 
     Its rounding's centre lies ``x_c = π/4 − (h − ρ) tanα − ρ/cosα`` modules from the
@@ -163,7 +163,7 @@ def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
 
     Parameters
     ----------
-    wanted : the profile asked for, or None
+    profile : as the file gives it, or None
     name : the gear's name, for messages
     cut : the tooth
 
@@ -183,7 +183,7 @@ def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
     centre = (
         math.pi / 4 - (dedendum - fillet) * math.tan(alpha) - fillet / math.cos(alpha)
     )
-    if centre >= 0.0 and fillet >= 0.0 and wanted != "radial":
+    if centre >= 0.0 and fillet >= 0.0 and profile != "radial":
         excess = cut.edge - cut.free_of_undercut
         flag = (
             f"undercut by a rack edge {excess:.3g} modules too deep, within the "
@@ -194,7 +194,7 @@ def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
         return ToothRoot("trochoid", form, radius, (flag,) if excess > 0.0 else ())
     slack = math.pi / 4 - dedendum * math.tan(alpha)
     largest = slack * math.cos(alpha) / (1.0 - math.sin(alpha))
-    if wanted == "trochoid":
+    if profile == "trochoid":
         raise GearError(
             f"{name}: no rack generates a root {dedendum:.4g} modules deep with a tip "
             "rounding of "
@@ -206,7 +206,7 @@ def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
         f"root profile radial: a rounding of {fillet:.3g} modules exceeds the rack tip"
     )
     begins = max(cut.reference_radius * math.cos(alpha), cut.root_radius)
-    return ToothRoot("radial", begins, fillet * cut.module, () if wanted else (flag,))
+    return ToothRoot("radial", begins, fillet * cut.module, () if profile else (flag,))
 
 
 def form_radius(name: str, cut: RackCut) -> float:
@@ -245,7 +245,7 @@ def form_radius(name: str, cut: RackCut) -> float:
 
 
 def ring_root(
-    wanted: RootProfile | None, name: str, cut: RackCut, tip_radius: float
+    profile: RootProfile | None, name: str, cut: RackCut, tip_radius: float
 ) -> ToothRoot:
     """Return the root of a ring: the fillet asked for, or the largest in a tooth space.
 
@@ -257,7 +257,7 @@ def ring_root(
 
     Parameters
     ----------
-    wanted : "radial", or a fillet
+    profile : "radial", or a fillet
     name : the ring's name, for messages
     cut : its tooth space, with the radius of the wanted fillet
     tip_radius : r_a [m]
@@ -279,7 +279,7 @@ def ring_root(
             f"{2e3 * r_f:.5g} mm; reduce the "
             "dedendum or raise profile_shift_coefficient"
         )
-    fillet = 0.0 if wanted == "radial" else cut.fillet * cut.module
+    fillet = 0.0 if profile == "radial" else cut.fillet * cut.module
     flags: tuple[str, ...] = ()
     limit = min(r_f - tip_radius, 0.999 * (r_f - r_b))
     if fillet > limit or centre(fillet) < 0.0:

@@ -35,8 +35,18 @@ class SetDescriptor(NamedTuple):
 
 
 def _pair(kind: str, mate: str) -> SetDescriptor:
-    both = ("pinion", mate)
-    return SetDescriptor(kind, both, both, both, (f"pinion-{mate}",), ("",), both, both)
+    """Return the descriptor of a pinion and its mate."""
+    gears = ("pinion", mate)
+    return SetDescriptor(
+        kind=kind,
+        members=gears,
+        toothed=gears,
+        flanks=gears,
+        meshes=(f"pinion-{mate}",),
+        sections=("",),
+        central=gears,
+        roles=gears,
+    )
 
 
 EXTERNAL_PAIR = _pair("external-pair", "gear")
@@ -58,23 +68,21 @@ SETS = {
 """Every kind of gear set, by name."""
 
 
-def _any(words: str) -> tuple[str, ...]:
-    return tuple(
-        dict.fromkeys(
-            word for descriptor in SETS.values() for word in getattr(descriptor, words)
-        )
-    )
+def _any(field: str) -> tuple[str, ...]:
+    """Return the names that some kind of gear set has in a field."""
+    names = (name for kind in SETS.values() for name in getattr(kind, field))
+    return tuple(dict.fromkeys(names))
 
 
 UNSAID = SetDescriptor(
-    "",
-    _any("members"),
-    _any("toothed"),
-    _any("flanks"),
-    _any("meshes"),
-    ("",),
-    _any("central"),
-    (),
+    kind="",
+    members=_any("members"),
+    toothed=_any("toothed"),
+    flanks=_any("flanks"),
+    meshes=_any("meshes"),
+    sections=("",),
+    central=_any("central"),
+    roles=(),
 )
-"""What is known where no kind is said: any name that some kind has, and nobody who
-drives by default."""
+"""What is known where no kind is said: any name that some kind has, and no default
+roles."""

@@ -144,18 +144,20 @@ class ReliefFrom(NamedTuple):
         tip = math.sqrt(tip_radius**2 - base_radius**2)
         if self.roll_angle is not None:
             start = base_radius * self.roll_angle
-            said = f"{math.degrees(self.roll_angle):.4g} deg"
+            place = f"{math.degrees(self.roll_angle):.4g} deg"
         else:
             assert self.radius is not None
+            place = f"{2e3 * self.radius:.6g} mm"
             square = self.radius**2 - base_radius**2
-            said = f"{2e3 * self.radius:.6g} mm"
             if square <= 0.0:
-                said += f", inside the base circle of {2e3 * base_radius:.6g} mm"
-                raise GearError(f"{name}: tip_relief cannot start at {said}")
+                raise GearError(
+                    f"{name}: tip_relief cannot start at {place}, inside the base "
+                    f"circle of {2e3 * base_radius:.6g} mm"
+                )
             start = math.sqrt(square)
         if not (start > tip if internal else start < tip):
             raise GearError(
-                f"{name}: tip_relief starts at {said}, which is not between root and "
+                f"{name}: tip_relief starts at {place}, which is not between root and "
                 "tip"
             )
         return Relief(self.amount, abs(tip - start), self.shape)
