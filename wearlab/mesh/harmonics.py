@@ -14,6 +14,17 @@ import numpy as np
 
 from wearlab.arrays import Array
 
+FIT_STARTS = (
+    (0.0, 0.0, 0.0, 0.0),
+    (0.2, 0.0, 0.2, 0.0),
+    (-0.2, 0.0, 0.2, 0.0),
+    (0.0, 0.2, 0.0, 0.2),
+    (0.0, -0.2, 0.0, 0.2),
+)
+"""Modulations from which `fit` starts: A cos φ_a, A sin φ_a, B cos φ_b, B sin φ_b."""
+ANGLES = 8
+"""Angles of the members over which slow errors are averaged."""
+
 
 @dataclass(frozen=True)
 class Waves:
@@ -136,12 +147,8 @@ class Modulation(NamedTuple):
         angle, amplitude, argument = self._wave(phase)
         swing = -self.am * np.sin(angle + self.am_phase)
         turning = 1.0 + self.fm * np.cos(angle + self.fm_phase)
-        return (
-            2
-            * np.pi
-            * self.carrier
-            * (swing * np.cos(argument) - amplitude * turning * np.sin(argument))
-        )
+        slope = swing * np.cos(argument) - amplitude * turning * np.sin(argument)
+        return 2 * np.pi * self.carrier * slope
 
     def _wave(self, phase: Array) -> tuple[Array, Array, Array]:
         """Return 2πφ, the factor of amplitude modulation, and the modulated angle."""
@@ -185,24 +192,22 @@ def fit(phase: Array, weight: Array, value: Array) -> Modulation:
         carrier = a * np.cos(angle + turn) - b * np.sin(angle + turn)
         return root * (mean + amplitude * carrier - (value - first.mean) / scale)
 
-    a, b = (first.amplitude[0] / scale) * np.array(
-        [np.cos(first.phase[0]), np.sin(first.phase[0])]
+    fundamental = np.array([np.cos(first.phase[0]), np.sin(first.phase[0])])
+    a, b = (first.amplitude[0] / scale) * fundamental
+    fits = [
+        least_squares(residual, np.array([0.0, a, b, *modulation]), method="lm")
+        for modulation in FIT_STARTS
+    ]
+    mean, a, b, c, d, e, f = min(fits, key=lambda fit: fit.cost).x
+    return Modulation(
+        mean=float(first.mean + scale * mean),
+        carrier=float(scale * np.hypot(a, b)),
+        carrier_phase=float(np.arctan2(b, a)),
+        am=float(np.hypot(c, d)),
+        am_phase=float(np.arctan2(-d, c)),
+        fm=float(np.hypot(e, f)),
+        fm_phase=float(np.arctan2(f, e)),
     )
-    starts = [
-        (0.0, 0.0, 0.0, 0.0),
-        (0.2, 0, 0.2, 0),
-        (-0.2, 0, 0.2, 0),
-        (0, 0.2, 0, 0.2),
-        (0, -0.2, 0, 0.2),
-    ]
-    solved = [
-        least_squares(residual, np.array([0.0, a, b, *s]), method="lm") for s in starts
-    ]
-    mean, a, b, c, d, e, f = min(solved, key=lambda s: s.cost).x
-    carrier = float(scale * np.hypot(a, b)), float(np.arctan2(b, a))
-    am = float(np.hypot(c, d)), float(np.arctan2(-d, c))
-    fm = float(np.hypot(e, f)), float(np.arctan2(f, e))
-    return Modulation(float(first.mean + scale * mean), *carrier, *am, *fm)
 
 
 class MemberError(NamedTuple):
@@ -248,12 +253,17 @@ class Realisation(NamedTuple):
         )
 
     def of(self, amplitude: float, angle: float) -> "Realisation":
-        """Return this with an error at rest besides, nothing for none."""
-        return (
-            self
-            if amplitude == 0.0
-            else Realisation(self.mesh, (*self.slow, (np.inf, amplitude, angle)))
-        )
+        """Return this with another error, which is at rest in the carrier.
+
+        Parameters
+        ----------
+        amplitude : of the error, 0: none [m]
+        angle : its phase [rad]
+        """
+        if amplitude == 0.0:
+            return self
+        at_rest = (np.inf, amplitude, angle)
+        return Realisation(self.mesh, (*self.slow, at_rest))
 
 
 AT_REST = Realisation((), ())
@@ -311,11 +321,12 @@ class MeshError(Waves):
         ----------
         turns : (n,) angles of the members, by tooth number, in turns [1]
         """
-        order = self.slow.order
-        at = [turns[round(1.0 / each)] if each else np.zeros(ANGLES) for each in order]
-        angle = (
-            2 * np.pi * np.reshape(at, (len(order), ANGLES)) + self.slow.phase[:, None]
-        )
+        orders = self.slow.order
+        rows = [
+            turns[round(1.0 / order)] if order else np.zeros(ANGLES) for order in orders
+        ]
+        turned = np.reshape(rows, (len(orders), ANGLES))
+        angle = 2 * np.pi * turned + self.slow.phase[:, None]
         return np.asarray(self.slow.amplitude @ np.sin(angle))
 
 
@@ -346,10 +357,6 @@ def mesh_error(
     (order, size, start) = np.array(mesh, float).reshape(-1, 3).T
     (teeth, *rest) = np.array(slow, float).reshape(-1, 3).T
     return MeshError(order, size, start, Waves(1.0 / teeth, *rest))
-
-
-ANGLES = 8
-"""Angles of the members over which slow errors are averaged."""
 
 
 def quadrature(teeth: Iterable[int]) -> dict[int, Array]:

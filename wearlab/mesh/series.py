@@ -118,34 +118,31 @@ def tooth_flexibility(
     foot = gear.root_radius * math.cos(outline.root_half_angle(gear))
     root = _root_sums(gear, lam[0 if rising else -1], foot)
     x, y = outline.involute_point(gear, lam)
-    point = (
-        upwards * (x - foot),
-        y,
-        upwards * (gear.base_radius - foot * np.cos(lam)),
-        lam,
-    )
-    sections = _sections(gear, lam if rising else lam[::-1], foot, INNER)
     E = gear.material.youngs_modulus
     G = gear.material.shear_modulus
     B = gear.face_width
-    yielding = 12.0 / (E * B), shear_factor / (G * B), 1.0 / (E * B)
-    least = min(0.02 * gear.module, gear.tip_radius * gear.half_angle(gear.tip_radius))
+    tip_half_thickness = gear.tip_radius * gear.half_angle(gear.tip_radius)
     return ToothFlexibility(
-        rising,
-        root,
-        *point,
-        body(gear, r),
-        sections,
-        *yielding,
-        least,
-        np.zeros_like(r),
+        rising=rising,
+        root=root,
+        height=upwards * (x - foot),
+        half_thickness=y,
+        arm=upwards * (gear.base_radius - foot * np.cos(lam)),
+        angle=lam,
+        foundation=body(gear, r),
+        sections=_sections(gear, lam if rising else lam[::-1], foot, INNER),
+        bending=12.0 / (E * B),
+        shear=shear_factor / (G * B),
+        axial=1.0 / (E * B),
+        minimum_thickness=min(0.02 * gear.module, tip_half_thickness),
+        back=np.zeros_like(r),
     )
 
 
 def _check_radii(gear: Gear, radius: Array, growing: bool) -> None:
-    if np.any(
-        (np.diff(radius) if growing else -np.diff(radius)) < -1e-12 * gear.base_radius
-    ):
+    """Raise a `ValueError` for radii that turn back or lie beside the involute."""
+    growth = np.diff(radius) if growing else -np.diff(radius)
+    if np.any(growth < -1e-12 * gear.base_radius):
         raise ValueError(f"{gear.name}: contact radii must be monotone along the path")
     slack = 1e-9 * gear.base_radius
     low, high = sorted((gear.form_radius, gear.tip_radius))
@@ -219,38 +216,47 @@ def tooth_compliance(tooth: ToothFlexibility, wear: Array) -> Array:
     term that stays at h = 0.
     """
     upwards = slice(None, None, 1 if tooth.rising else -1)
-    x, thickness, slope, dx = tooth.sections
-    between = 0.5 * (INNER[0] + 1.0)
-    h, b = (
-        slope * (depth[upwards][:-1, None] + np.diff(depth[upwards])[:, None] * between)
-        for depth in (wear, tooth.back)
-    )
-    sums = _sums(x, _holding(thickness - h - b, tooth), dx, h - b)
-    K0, J0, J1, J2, H0, H1, HH = np.cumsum(np.column_stack([tooth.root, sums]), axis=1)[
-        :, upwards
-    ]
+    K0, J0, J1, J2, H0, H1, HH = _worn_sums(tooth, wear)[:, upwards]
     cos = np.cos(tooth.angle)
     sin = np.sin(tooth.angle)
     arm = tooth.arm
+
     stretch = tooth.shear * cos**2 + tooth.axial * sin**2
     bend = arm**2 * J0 - 2.0 * arm * cos * J1 + cos**2 * J2
     bend += sin * (cos * H1 - arm * H0) + 0.25 * sin**2 * HH
+
     # the strip above the worn contact point, at its middle, carries nothing any more
     strip = wear * sin
     h = wear / cos
     b = tooth.back / cos
-    t = _holding(2.0 * tooth.half_thickness + strip * sin / cos - h - b, tooth)
+    t = _or_nan_if_thin(2.0 * tooth.half_thickness + strip * sin / cos - h - b, tooth)
     moment = arm - (tooth.height - 0.5 * strip) * cos - 0.5 * (h - b) * sin
-    compliance = tooth.bending * (bend - strip / t**3 * moment**2) + stretch * (
-        K0 - strip / t
-    )
-    compliance[np.logical_or.accumulate(np.isnan(compliance)[upwards])[upwards]] = (
-        np.nan
-    )
+
+    bending = tooth.bending * (bend - strip / t**3 * moment**2)
+    compliance = bending + stretch * (K0 - strip / t)
+    is_gone = np.logical_or.accumulate(np.isnan(compliance)[upwards])[upwards]
+    compliance[is_gone] = np.nan
     return np.asarray(compliance)
 
 
-def _holding(thickness: Array, tooth: ToothFlexibility) -> Array:
+def _worn_sums(tooth: ToothFlexibility, wear: Array) -> Array:
+    """Return the sums of `_sums` from the root to every node, root first, (7, n)."""
+    x, thickness, slope, dx = tooth.sections
+    h = slope * _wear_at_sections(tooth, wear)
+    b = slope * _wear_at_sections(tooth, tooth.back)
+    sums = _sums(x, _or_nan_if_thin(thickness - h - b, tooth), dx, h - b)
+    return np.cumsum(np.column_stack([tooth.root, sums]), axis=1)
+
+
+def _wear_at_sections(tooth: ToothFlexibility, wear: Array) -> Array:
+    """Return depths (n,) at the sections between the nodes, (n − 1, points) [m]."""
+    from_root = wear if tooth.rising else wear[::-1]
+    between = 0.5 * (INNER[0] + 1.0)
+    return np.asarray(from_root[:-1, None] + np.diff(from_root)[:, None] * between)
+
+
+def _or_nan_if_thin(thickness: Array, tooth: ToothFlexibility) -> Array:
+    """Return thicknesses, NaN where a section is too thin to hold."""
     return np.where(thickness > tooth.minimum_thickness, thickness, np.nan)
 
 
@@ -319,16 +325,16 @@ class InSeries(stiffness.PairStiffness):
         ----------
         depth : (2, n) along the normal of the back flanks [m]
         """
-        both = zip(self.teeth, depth, strict=False)
-        return replace(
-            self, teeth=tuple(tooth._replace(back=np.array(own)) for tooth, own in both)
+        teeth = tuple(
+            tooth._replace(back=np.array(back))
+            for tooth, back in zip(self.teeth, depth, strict=False)
         )
+        return replace(self, teeth=teeth)
 
     def body(self, wear: Array) -> Array:
         """Return the compliance of both teeth and bodies, (n,) [m/N]."""
-        return np.asarray(
-            (_beams(self.teeth, wear).sum(axis=0) + self.rest.sum(axis=0)) / self.scale
-        )
+        beams = _beams(self.teeth, wear).sum(axis=0)
+        return np.asarray((beams + self.rest.sum(axis=0)) / self.scale)
 
     def body_where(
         self, wear: Array, nodes: Array, driving: Array, driven: Array
@@ -357,12 +363,12 @@ def _beams(teeth: Teeth, wear: Array) -> Array:
     SectionVanished
         When a worn section of a tooth has no thickness left.
     """
-    each = np.zeros_like(wear)
-    for tooth, depth, out in zip(teeth, wear, each, strict=False):
-        out[:] = tooth_compliance(tooth, depth)
-    if np.isnan(each).any():
+    beams = np.zeros_like(wear)
+    for tooth, depth, beam in zip(teeth, wear, beams, strict=False):
+        beam[:] = tooth_compliance(tooth, depth)
+    if np.isnan(beams).any():
         raise stiffness.SectionVanished("section vanished")
-    return each
+    return beams
 
 
 def plane_of(asked: Any, pair: GearPair) -> elements.Plane:
@@ -385,12 +391,12 @@ def finite_element(asked: Any, pair: GearPair, grid: profile.ProfileGrid) -> InS
     plane = plane_of(asked.plane, pair)
     options = elements.Options(plane=plane, refinement=REFINEMENT)
     recess = float(grid.contact_position[-1] - grid.position[-1])
-    own, shared = compliance.pair_compliance(
+    by_elements, shared = compliance.pair_compliance(
         pair, grid.position, grid.n_pairs, options, recess=recess
     )
     teeth = _teeth(in_plane(pair, plane), grid)
     unworn = _beams(teeth, np.zeros((2, len(grid.loaded)))).sum(axis=0)
-    rest = (grid.beyond(own) - unworn)[None]
+    rest = (grid.beyond(by_elements) - unworn)[None]
     hertz = contact_of(asked.hertz, pair, grid)
     return InSeries(
         hertz=hertz,
@@ -416,11 +422,15 @@ def in_plane(pair: GearPair, plane: elements.Plane) -> GearPair:
 
 
 def _teeth(pair: GearPair, grid: profile.ProfileGrid, **options: Any) -> Teeth:
-    each = zip(pair.gears, _radii(pair, grid), strict=True)
-    return tuple(tooth_flexibility(gear, radius, **options) for gear, radius in each)
+    """Return both teeth of a pair, prepared at the nodes; see `tooth_flexibility`."""
+    return tuple(
+        tooth_flexibility(gear, radius, **options)
+        for gear, radius in zip(pair.gears, _radii(pair, grid), strict=True)
+    )
 
 
 def _radii(pair: GearPair, grid: profile.ProfileGrid) -> list[Array]:
+    """Return the contact radii of both gears at the nodes, (n_contact,) each [m]."""
     return [pair.radius(i, grid.loaded) for i in (DRIVING, DRIVEN)]
 
 
@@ -497,15 +507,15 @@ def _shared(
     """
     behind = grid.pairs_at_phase_nodes[:, apart:]
     ahead = grid.pairs_at_phase_nodes[:, :-apart]
-    both = (behind >= 0) & (ahead >= 0)
+    in_path = (behind >= 0) & (ahead >= 0)
+    first = behind[in_path]
+    second = ahead[in_path]
+
+    couplings = []
+    for gear, radius, own in zip(pair.gears, _radii(pair, grid), bodies, strict=True):
+        ratio = body.body_coupling(gear, radius[first], radius[second], apart)
+        couplings.append(ratio * np.sqrt(own[first] * own[second]))
+
     shared = np.zeros(len(grid.loaded))
-    here = behind[both]
-    there = ahead[both]
-    shared[here] = sum(
-        body.body_coupling(gear, radius[here], radius[there], teeth_apart=apart)
-        * np.sqrt(own[here] * own[there])
-        for gear, radius, own in zip(
-            pair.gears, _radii(pair, grid), bodies, strict=True
-        )
-    )
+    shared[first] = sum(couplings)
     return shared

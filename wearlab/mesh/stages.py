@@ -129,9 +129,8 @@ class StageTables(NamedTuple):
         """Mean stiffness of each mesh with all pairs in contact, (n_mesh,) [N/m]."""
         weight = (self.width[:, None] * np.array([1.0, 4.0, 1.0]) / 6.0).ravel()
         total = weight @ self.stiffness.reshape(len(weight), -1)
-        return np.asarray(
-            total.reshape(self.stiffness.shape[2:]).sum(axis=1) / self.width.sum()
-        )
+        of_meshes = total.reshape(self.stiffness.shape[2:]).sum(axis=1)
+        return np.asarray(of_meshes / self.width.sum())
 
     @property
     def filled(self) -> "StageTables":
@@ -139,12 +138,12 @@ class StageTables(NamedTuple):
         rates = self.pair_rate, self.lead_rate
         if self.pair_rate.shape != self.stiffness.shape:
             rates = np.zeros_like(self.stiffness), np.zeros_like(self.error)
-        known = NO_FACTORS if self.fluctuation is None else self.fluctuation
+        fluctuation = NO_FACTORS if self.fluctuation is None else self.fluctuation
         sliding = NO_PAIRS if self.sliding is None else self.sliding
         moment = NO_PAIRS if self.moment is None else self.moment
         part = NO_PARTS if self.part is None else self.part
         # not by _replace, which takes as long as ten steps of a pair
-        return StageTables(*self[:5], known, sliding, moment, *rates, part)
+        return StageTables(*self[:5], fluctuation, sliding, moment, *rates, part)
 
     @property
     def springs(self) -> Springs:
@@ -161,9 +160,9 @@ class StageTables(NamedTuple):
         step : (n,) numbers of steps
         fraction : (n,) of the step that has passed [1]
         """
-        return parabola(self.error, step, fraction), parabola(
-            self.error_rate, step, fraction
-        )
+        error = parabola(self.error, step, fraction)
+        rate = parabola(self.error_rate, step, fraction)
+        return error, rate
 
     def springs_at(self, step: Index, fraction: Array) -> Springs:
         """Return the springs at places within steps, by parabolas through three stages.
@@ -187,9 +186,8 @@ def parabola(table: Array, step: Index, fraction: Array) -> Array:
     """
     x = fraction
     y = 1.0 - fraction
-    return np.einsum(
-        "in,ni...->n...", np.array([y * (y - x), 4.0 * x * y, x * (x - y)]), table[step]
-    )
+    weights = np.array([y * (y - x), 4.0 * x * y, x * (x - y)])
+    return np.einsum("in,ni...->n...", weights, table[step])
 
 
 def stage_grid(breaks: Array, steps: int, multiple: int = 2) -> StageGrid:
@@ -248,9 +246,10 @@ def graded_grid(breaks: Array, first: float, alike: float) -> StageGrid:
 def _cut(breaks: Array, lengths: Callable[[float], Array]) -> StageGrid:
     """Return the steps of all segments; ``lengths`` cuts a segment by its length."""
     edges = np.unique(np.concatenate([[0.0], np.asarray(breaks, float), [1.0]]))
-    each = [lengths(length) for length in np.diff(edges).tolist()]
-    begins = [
-        low + np.cumsum(own) - own for low, own in zip(edges[:-1], each, strict=True)
+    widths = [lengths(length) for length in np.diff(edges).tolist()]
+    starts = [
+        low + np.cumsum(width) - width
+        for low, width in zip(edges[:-1], widths, strict=True)
     ]
-    number = np.repeat(np.arange(len(each)), [len(own) for own in each])
-    return StageGrid(np.concatenate(begins), np.concatenate(each), number)
+    segment = np.repeat(np.arange(len(widths)), [len(width) for width in widths])
+    return StageGrid(np.concatenate(starts), np.concatenate(widths), segment)

@@ -99,24 +99,20 @@ class WeberContact:
         """
         F = np.asarray(force, float)
         depth = np.asarray(self.depth)
-        c1, c2 = (1.0 / each.plane_strain_modulus for each in self.materials)
-        square = (
-            4.0
-            * np.maximum(F, 0.0)
-            * self.equivalent_radius
-            / (math.pi * self.face_width)
-            * (c1 + c2)
-        )
+        c1, c2 = (1.0 / material.plane_strain_modulus for material in self.materials)
+        width = math.pi * self.face_width
+
+        load = np.maximum(F, 0.0)
+        square = 4.0 * load * self.equivalent_radius / width * (c1 + c2)
         a = np.maximum(np.sqrt(square), 1e-6 * depth.max(axis=0))
-        t1, t2 = (
-            np.maximum(
-                np.log(2.0 * t / a)
-                - 0.5 * each.poisson_ratio / (1.0 - each.poisson_ratio),
-                0.0,
-            )
-            for t, each in zip(depth, self.materials, strict=True)
-        )
-        return np.asarray(2.0 / (math.pi * self.face_width) * (c1 * t1 + c2 * t2))
+
+        brackets = []
+        for t, material in zip(depth, self.materials, strict=True):
+            nu = material.poisson_ratio
+            bracket = np.log(2.0 * t / a) - 0.5 * nu / (1.0 - nu)
+            brackets.append(np.maximum(bracket, 0.0))
+        first, second = brackets
+        return np.asarray(2.0 / width * (c1 * first + c2 * second))
 
     @property
     def softening(self) -> float:
@@ -124,9 +120,10 @@ class WeberContact:
 
         ``1/(π B) Σ (1 − ν²)/E``, the same under all forces.
         """
-        return sum(1.0 / each.plane_strain_modulus for each in self.materials) / (
-            math.pi * self.face_width
+        compliances = sum(
+            1.0 / material.plane_strain_modulus for material in self.materials
         )
+        return compliances / (math.pi * self.face_width)
 
 
 HertzContact = ConstantContact | WeberContact
@@ -190,8 +187,8 @@ class PiecewiseCurve:
         piece = np.searchsorted(np.array(self.jumps), side, side="right")
         result = np.empty(x.shape)
         for index, curve in enumerate(self._pieces):
-            here = piece == index
-            result[here] = curve(inside[here])
+            on_piece = piece == index
+            result[on_piece] = curve(inside[on_piece])
         return result
 
 
@@ -307,22 +304,20 @@ class GivenStiffness(PairStiffness):
         """Return the stiffness of pairs, 0 out of the path, (n, n_pairs) [N/m]."""
         present = self.grid.first[where.segment] >= 0
         if self.of_mesh:
-            middle = 0.5 * (
-                self.grid.breaks[where.segment] + self.grid.breaks[where.segment + 1]
-            )
-            value = self.curve.value(where.phase, middle)[:, None] / present.sum(
-                axis=1, keepdims=True
-            )
+            low = self.grid.breaks[where.segment]
+            high = self.grid.breaks[where.segment + 1]
+            of_mesh = self.curve.value(where.phase, 0.5 * (low + high))
+            value = of_mesh[:, None] / present.sum(axis=1, keepdims=True)
         else:
-            ahead = self.grid.pair_numbers
-            value = self.curve.value(
-                where.phase[:, None] + ahead, where.phase[:, None] + ahead
-            )
+            place = where.phase[:, None] + self.grid.pair_numbers
+            value = self.curve.value(place, place)
         return np.where(present, value, 0.0)
 
     def body(self, wear: Array) -> Array:
         """Return the reciprocal of the stiffness at the nodes, for any wear [m/N]."""
         pairs = self.grid.pairs_at_phase_nodes
+        present = pairs >= 0
+        at_phases = self.at_phases(at_phase_nodes(self.grid))
         nodal = np.empty(len(self.grid.contact_position))
-        nodal[pairs[pairs >= 0]] = self.at_phases(at_phase_nodes(self.grid))[pairs >= 0]
+        nodal[pairs[present]] = at_phases[present]
         return 1.0 / nodal
