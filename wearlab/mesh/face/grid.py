@@ -116,7 +116,8 @@ def lattice(
     step = pair.base_pitch / per_pitch
     start = pair.path.A
     inside = math.floor(pair.contact_ratio * per_pitch + SAME_PHASE)
-    before, after = (math.ceil(far / step - SAME_PHASE) for far in extension)
+    before = math.ceil(extension.approach / step - SAME_PHASE)
+    after = math.ceil(extension.recess / step - SAME_PHASE)
     last = inside + after
     marks = sorted(
         {0, inside % per_pitch, -before % per_pitch, last % per_pitch} | {per_pitch}
@@ -135,20 +136,17 @@ def lattice(
     touching = start + step * np.arange(-before, last + 1)
     phase = (np.arange(inside + 1) % per_pitch) / per_pitch
     max_pairs = math.ceil(inside / per_pitch)
-    nodes: tuple[Array, Array, Array, Array] = (
-        np.asarray(position),
-        phase,
-        weight,
-        np.asarray(touching),
-    )
     return ProfileGrid(
-        np.array(marks) / per_pitch,
-        first,
-        intervals,
-        *nodes,
-        before,
-        pairs[-1],
-        max_pairs,
+        breaks=np.array(marks) / per_pitch,
+        first=first,
+        intervals=intervals,
+        position=np.asarray(position),
+        phase=phase,
+        weight=weight,
+        contact_position=np.asarray(touching),
+        before=before,
+        leading=pairs[-1],
+        max_pairs=max_pairs,
     )
 
 
@@ -222,43 +220,56 @@ def helical_face(
         position, width = equal_slices(b, slices)
         shift = np.round(position * slope / step).astype(np.int64)
     else:
-        apart = max(1, round(nodes / slices))
-        each = apart * step / slope
-        count = max(3, math.ceil(b / each - 1e-9))
-        offset = np.arange(count) - (count // 2 if count % 2 else count // 2 - 1)
-        centre = (offset - offset.mean()) * each
-        width = np.full(count, each)
-        width[[0, -1]] = 0.5 * (b - (count - 2) * each)
-        position = centre.copy()
-        position[[0, -1]] = [-0.5 * (b - width[0]), 0.5 * (b - width[-1])]
-        shift = apart * offset
+        spacing = max(1, round(nodes / slices))
+        position, width, offset = _lattice_slices(b, spacing * step / slope)
+        shift = spacing * offset
     shift = shift if turned.sense > 0.0 else -shift
-    phases = np.arange(per_pitch)
-    furthest = (
-        math.ceil((len(profile.contact_position) + np.abs(shift).max()) / per_pitch) + 1
-    )
-    lines = np.arange(furthest, -furthest - 1, -1)
-    number = (
-        phases[:, None, None]
-        + lines[None, :, None] * per_pitch
-        - shift[None, None, :]
-        + profile.before
-    )
-    node = np.where(
-        (number >= 0) & (number < len(profile.contact_position)), number, -1
-    )
-    node = node[:, (node >= 0).any(axis=(0, 2))]
+
     filled = np.ones(len(profile.contact_position))
     filled[[0, -1]] = 0.5
     middle = float(shift.mean()) / per_pitch
-    weight = np.full(per_pitch, 1.0 / per_pitch)
     return FaceGrid(
-        profile,
-        position,
-        width,
-        weight,
-        phases / per_pitch - middle,
-        node,
-        filled,
+        profile=profile,
+        position=position,
+        width=width,
+        weight=np.full(per_pitch, 1.0 / per_pitch),
+        phase=np.arange(per_pitch) / per_pitch - middle,
+        node=_nodes_met(profile, per_pitch, shift),
+        filled=filled,
         even=True,
     )
+
+
+def _lattice_slices(face_width: float, width: float) -> tuple[Array, Array, Index]:
+    """Return middles and widths of slices of a width, and their numbers from mid-face.
+
+    The two at the ends have what is left of the face.
+    """
+    count = max(3, math.ceil(face_width / width - 1e-9))
+    offset = np.arange(count) - (count // 2 if count % 2 else count // 2 - 1)
+
+    widths = np.full(count, width)
+    end_width = 0.5 * (face_width - (count - 2) * width)
+    widths[[0, -1]] = end_width
+
+    position = (offset - offset.mean()) * width
+    end = 0.5 * (face_width - end_width)
+    position[[0, -1]] = [-end, end]
+    return position, widths, offset
+
+
+def _nodes_met(profile: ProfileGrid, per_pitch: int, shift: Index) -> Index:
+    """Return the node that each line meets on each slice, −1 beyond.
+
+    (n_phases, n_lines, n_face), for slices that are ``shift`` nodes behind.
+    """
+    n_contact = len(profile.contact_position)
+    phases = np.arange(per_pitch)
+    furthest = math.ceil((n_contact + np.abs(shift).max()) / per_pitch) + 1
+    lines = np.arange(furthest, -furthest - 1, -1)
+
+    at_mid_face = phases[:, None, None] + lines[None, :, None] * per_pitch
+    number = at_mid_face - shift[None, None, :] + profile.before
+    node = np.where((number >= 0) & (number < n_contact), number, -1)
+    is_met = (node >= 0).any(axis=(0, 2))
+    return node[:, is_met]
