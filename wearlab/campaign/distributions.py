@@ -367,6 +367,7 @@ class SampleTable(ClosedTable):
     @field_validator("n", "seed")
     @classmethod
     def _is_a_count(cls, number: int, info: ValidationInfo) -> int:
+        """Refuse a number of points below 1, and a negative seed."""
         smallest = int(info.field_name == "n")
         if number < smallest:
             raise ValueError(f"{number} is no whole number from {smallest} on")
@@ -377,6 +378,7 @@ class SampleTable(ClosedTable):
     def _is_within(
         cls, correlations: list[Correlation] | None, info: ValidationInfo
     ) -> list[Correlation] | None:
+        """Refuse correlations beyond ±1, and any of Sobol' indices."""
         if correlations and info.data.get("method") == INDICES:
             raise ValueError("Sobol' indices are of independent inputs: drop it")
         for correlation in correlations or ():

@@ -66,6 +66,7 @@ class Columns(ClosedTable):
 
     @model_validator(mode="after")
     def _one_of_each(self) -> "Columns":
+        """Refuse two columns that say the same thing."""
         for kind, names in (("when", WHEN), ("where on the flank", WHERE)):
             columns = [name for name in names if getattr(self, name) is not None]
             if len(columns) > 1 and columns != ["hours", "date"]:
@@ -185,6 +186,7 @@ class DataBlock(ClosedTable):
     @field_validator("quantity")
     @classmethod
     def _varies(cls, quantity: str) -> str:
+        """Refuse a quantity that does not vary over the life."""
         stored = [name for name, var in VARIABLES.items() if "update" in var.dims]
         valid = [*stored, THICKNESS]
         if quantity not in valid:
@@ -197,12 +199,14 @@ class DataBlock(ClosedTable):
     @field_validator("since")
     @classmethod
     def _begins(cls, since: float | str | None) -> float | str | None:
+        """Refuse a word other than "previous"."""
         if isinstance(since, str) and since != PREVIOUS:
             raise ValueError(f"{not_a_choice(since, (PREVIOUS,))}, or a cycle")
         return since
 
     @model_validator(mode="after")
     def _one_gear(self) -> "DataBlock":
+        """Refuse a member beside a flank."""
         if self.member is not None and self.flank is not None:
             raise ValueError("give a member or a flank, not both")
         return self
@@ -250,6 +254,7 @@ class LimitBlock(ClosedTable):
 
     @model_validator(mode="after")
     def _one_limit(self) -> "LimitBlock":
+        """Refuse two limits, none, or one with the wrong place."""
         if (self.depth is None) == (self.worn_mass is None):
             raise ValueError("give either depth or worn_mass")
         if self.depth is not None and self.member is not None:
@@ -397,6 +402,7 @@ class RecordColumns(ClosedTable):
 
     @model_validator(mode="after")
     def _one_time(self) -> "RecordColumns":
+        """Refuse two columns of time, or none."""
         columns = (self.hours, self.date, self.duration)
         count = sum(column is not None for column in columns)
         if count != 1:
@@ -445,6 +451,7 @@ class Replaced(ClosedTable):
 
     @model_validator(mode="after")
     def _one_time(self) -> "Replaced":
+        """Refuse two times, or none."""
         times = (self.cycle, self.hours, self.date)
         if sum(time is not None for time in times) != 1:
             raise ValueError("give one of cycle, hours, date")
@@ -467,6 +474,7 @@ class Decision(ClosedTable):
     @field_validator("failure")
     @classmethod
     def _dearer(cls, failure: float, info: ValidationInfo) -> float:
+        """Refuse a failure that costs no more than a planned change."""
         planned = info.data.get("planned", 0.0)
         if failure <= planned:
             raise ValueError(

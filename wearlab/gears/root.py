@@ -271,6 +271,7 @@ def ring_root(
     r_f = cut.root_radius
 
     def centre(fillet: float) -> float:
+        """Return ψ_c, the angle of a fillet's centre from the space's centre line."""
         return space - fillet / r_b - involute(math.acos(r_b / (r_f - fillet)))
 
     if centre(0.0) <= 0.0:
