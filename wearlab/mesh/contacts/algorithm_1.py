@@ -34,5 +34,6 @@ class AlgorithmOneContact(ContactModel):
     def flags(self) -> tuple[str, ...]:
         """Return a note on the error of the search."""
         return (
-            f"contact by Algorithm 1: errors are half a step of {self.points} points off",
+            "contact by Algorithm 1: errors are half a step of "
+            f"{self.points} points off",
         )

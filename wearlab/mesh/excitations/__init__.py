@@ -20,13 +20,13 @@ class ExcitationModel(Variant):
     """Whether every pair has a force of its own, which friction on flanks needs."""
 
     def build(self) -> "ExcitationModel":
-        """Return what makes a mesh force of a contact analysis: by default this model."""
+        """Return what makes a mesh force of a contact analysis: by default self."""
         return self
 
     def prepare(
         self, analysis: "ContactAnalysis", nodes: "Nodes"
     ) -> "AlongPhase | None":
-        """Return the series fitted to a wear state, None: the force is found pair by pair.
+        """Return the series fitted to a wear state, None: forces are those of pairs.
 
         Parameters
         ----------

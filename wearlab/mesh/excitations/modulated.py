@@ -56,7 +56,7 @@ class ModulatedExcitation(SeriesExcitation):
     def fit_stiffness(
         self, phase: "Array", weight: "Array", stiffness: "Array"
     ) -> "Curve":
-        """Return the modulation of the stiffness as given, else fitted to the samples."""
+        """Return the modulation of the stiffness as stated, else fitted to samples."""
         return _prescribed_or_fitted(
             self.stiffness_modulation, phase, weight, stiffness
         )

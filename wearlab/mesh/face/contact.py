@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Index
 from wearlab.gears.gear import DRIVING, GearPair
 from wearlab.gears.helix import SPUR, Helix
 from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
@@ -57,43 +57,93 @@ def solid_lines(pair: GearPair, grid: FaceGrid, turned: Helix) -> SolidLines:
     grid : slices and nodes
     turned : the helix
     """
-    edges = np.concatenate([[0.0], np.cumsum(grid.width)])
-    position = np.clip(grid.profile.contact_position, pair.path.A, pair.path.E)
-    rows, which = np.unique(
-        grid.node.reshape(-1, grid.node.shape[-1]), axis=0, return_inverse=True
+    n_face = grid.node.shape[-1]
+    lines, line_of = np.unique(
+        grid.node.reshape(-1, n_face), axis=0, return_inverse=True
     )
-    found = np.zeros((len(rows), grid.node.shape[-1], grid.node.shape[-1]))
-    even = np.zeros(len(position))
-    evenly = grid.width / grid.face_width
-    for number, gear in enumerate(pair.gears):
-        oblique = (
-            turned.sense * math.tan(turned.angle) * (-1.0 if number == DRIVING else 1.0)
-        )
-        tooth = solid.solid_compliance(gear, edges, oblique)
-        q = outline.LoadedFlank(gear).parameter(pair.radius(number, position))
-        sampled = np.clip(q, tooth.q[0], tooth.q[-1])
-        at = compliance.spline_weights(tooth.q, sampled)
-        local = solid.indentation(gear, sampled) / turned.cosine
-        # plane elements by which compliances are continued to the tip
-        plane = compliance.gear_compliance(gear, elements.Options(refinement=2))
-        beyond = np.sqrt(
-            plane.weights(q) @ plane.own / (plane.weights(sampled) @ plane.own)
-        )
-        pressed = (
-            np.einsum("j,ajbk,k->ab", evenly, tooth.table, evenly) * grid.face_width
-        )
-        even += (np.einsum("na,ab,nb->n", at, pressed, at) - local) * beyond**2
-        for j, width in enumerate(grid.width):
-            for k in range(j + 1):
-                both = np.flatnonzero((rows[:, j] >= 0) & (rows[:, k] >= 0))
-                here = rows[both, j]
-                there = rows[both, k]
-                value = ((at @ tooth.table[:, j, :, k])[here] * at[there]).sum(axis=1)
-                if j == k:
-                    value -= local[here] / width
-                found[both, j, k] += value * beyond[here] * beyond[there]
-    found += np.tril(found, -1).swapaxes(1, 2)
-    return SolidLines(found[which.ravel()].reshape(*grid.node.shape, -1), even)
+    of_lines = np.zeros((len(lines), n_face, n_face))
+    even = np.zeros(len(grid.profile.contact_position))
+    share = grid.width / grid.face_width
+    for number in range(len(pair.gears)):
+        tooth = _solid_tooth(pair, number, grid, turned)
+        table = tooth.table
+        per_width = np.einsum("j,ajbk,k->ab", share, table, share) * grid.face_width
+        at_nodes = np.einsum("na,ab,nb->n", tooth.weights, per_width, tooth.weights)
+        even += (at_nodes - tooth.local) * tooth.beyond**2
+        _add_tooth(of_lines, lines, tooth, grid.width)
+
+    of_lines += np.tril(of_lines, -1).swapaxes(1, 2)
+    by_line = of_lines[line_of.ravel()]
+    return SolidLines(by_line.reshape(*grid.node.shape, -1), even)
+
+
+class _SolidTooth(NamedTuple):
+    """How a solid tooth yields at the touching nodes of its profile.
+
+    Parameters
+    ----------
+    table : (m, n_face, m, n_face) of its samples, see `solid.SolidCompliance` [m/N]
+    weights : (n_contact, m) of the samples at the nodes [1]
+    local : (n_contact,) local indentation per width [m²/N]
+    beyond : (n_contact,) factor beyond the outermost sample, 1 within [1]
+    """
+
+    table: Array
+    weights: Array
+    local: Array
+    beyond: Array
+
+
+def _solid_tooth(
+    pair: GearPair, number: int, grid: FaceGrid, turned: Helix
+) -> _SolidTooth:
+    """Return the tooth of one gear of a pair, 0 driving or 1 driven."""
+    gear = pair.gears[number]
+    sense = -1.0 if number == DRIVING else 1.0
+    oblique = turned.sense * math.tan(turned.angle) * sense
+    edges = np.concatenate([[0.0], np.cumsum(grid.width)])
+    tooth = solid.solid_compliance(gear, edges, oblique)
+
+    position = np.clip(grid.profile.contact_position, pair.path.A, pair.path.E)
+    q = outline.LoadedFlank(gear).parameter(pair.radius(number, position))
+    sampled = np.clip(q, tooth.q[0], tooth.q[-1])
+
+    # plane elements by which compliances are continued to the tip
+    plane = compliance.gear_compliance(gear, elements.Options(refinement=2))
+    at_node = plane.weights(q) @ plane.own
+    at_sampled = plane.weights(sampled) @ plane.own
+    return _SolidTooth(
+        table=tooth.table,
+        weights=compliance.spline_weights(tooth.q, sampled),
+        local=solid.indentation(gear, sampled) / turned.cosine,
+        beyond=np.sqrt(at_node / at_sampled),
+    )
+
+
+def _add_tooth(
+    of_lines: Array, lines: Index, tooth: _SolidTooth, widths: Array
+) -> None:
+    """Add the compliance of a tooth to that of lines, on and below the diagonals.
+
+    Parameters
+    ----------
+    of_lines : (n, n_face, n_face) added to [m/N]
+    lines : (n, n_face) node that each line meets on each slice, −1 without
+    tooth : the tooth
+    widths : (n_face,) of the slices [m]
+    """
+    weights = tooth.weights
+    beyond = tooth.beyond
+    for j, width in enumerate(widths):
+        for k in range(j + 1):
+            reaching = np.flatnonzero((lines[:, j] >= 0) & (lines[:, k] >= 0))
+            at_j = lines[reaching, j]
+            at_k = lines[reaching, k]
+            under_load = weights @ tooth.table[:, j, :, k]
+            value = (under_load[at_j] * weights[at_k]).sum(axis=1)
+            if j == k:
+                value -= tooth.local[at_j] / width
+            of_lines[reaching, j, k] += value * beyond[at_j] * beyond[at_k]
 
 
 class LineLoads(NamedTuple):
@@ -238,26 +288,26 @@ class FaceContact:
             mesh [N]
         """
         grid = self.grid
-        given = self.section
         gap = self.gap(wear)
-        asked = np.broadcast_to(
-            self.analysis.load if force is None else force, len(grid.phase)
-        )
-        pressed = np.where(asked > 0.0, asked, LIGHT)
+        force = self.analysis.load if force is None else force
+        forces = np.broadcast_to(force, len(grid.phase))
+        pressed = np.where(forces > 0.0, forces, LIGHT)
         start = np.zeros(grid.node.shape) if near is None else near.load
         load, deflection, tangent = solve_phases(
             self._slices,
-            given,
+            self.section,
             gap,
             pressed,
             start,
             self._layer,
             self.solid and self.solid.compliance,
         )
-        free = ~(asked > 0.0)  # as stiff as under a light touch, and not deflected
+        unloaded = self._unloaded(gap)
+        free = ~(forces > 0.0)  # as stiff as under a light touch, and not deflected
         if free.any():
-            load[free], deflection[free] = 0.0, self._unloaded(gap)[free]
-        return LineLoads(deflection, tangent, load, self._unloaded(gap))
+            load[free] = 0.0
+            deflection[free] = unloaded[free]
+        return LineLoads(deflection, tangent, load, unloaded)
 
     def gap_rate(self, wear: Array, loads: LineLoads) -> Array:
         """Return the mean rate of the gaps that touch, by phase, (n_phases,) [m].

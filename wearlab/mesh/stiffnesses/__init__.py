@@ -31,7 +31,7 @@ class StiffnessModel(Variant):
 
     @property
     def model_error(self) -> str:
-        """How far it is known to be off, with the source of that (docs/model_error.md)."""
+        """How far it is known to be off, and the source (docs/model_error.md)."""
         return "as prescribed; nothing here tells how far it is off"
 
     def jumps(self, pair: "GearPair") -> tuple[float, ...]:

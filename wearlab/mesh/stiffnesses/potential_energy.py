@@ -48,7 +48,7 @@ class PotentialEnergyStiffness(StiffnessModel):
 
     @property
     def model_error(self) -> str:
-        """How far it is known to be off, which depends on whether pairs share bodies."""
+        """How far it is known to be off, with and without shared bodies."""
         table = "tests/benchmarks/defaults_table.py"
         if self.coupling == "shared":
             return f"up to 26 % off plane elements, most under light loads ({table})"
@@ -64,7 +64,7 @@ class PotentialEnergyStiffness(StiffnessModel):
         return series.potential_energy(self, pair, grid)
 
     def flags(self, pair: "GearPair", key: str) -> tuple[str, ...]:
-        """Return the notes, those on a foundation outside the range of its formula first."""
+        """Return the notes, first those on a foundation outside its formula's range."""
         notes = super().flags(pair, key)
         if self.foundation != "sainsot":
             return notes
