@@ -37,7 +37,7 @@ class HardnessError(ValueError):
 
 
 def vickers_of_rockwell(number: float) -> float:
-    """Return the Vickers number of a Rockwell C number, linear between the table's rows.
+    """Return the Vickers number of a Rockwell C number, linear between table rows.
 
     Parameters
     ----------
