@@ -7,7 +7,8 @@ from wearlab.accuracy import curves as measured
 from wearlab.accuracy.curves import integrated_curve, steps_curve
 from wearlab.accuracy.ladder import Rung, WorkPrecision, interpolated, timing
 from wearlab.accuracy.steady import Steady, reference
-from wearlab.dynamics.methods import Newmark, RungeKutta4
+from wearlab.dynamics.methods.newmark import Newmark
+from wearlab.dynamics.methods.rk4 import RungeKutta4
 from wearlab.gears.specification import GearError
 from wearlab.life.euler import Euler
 

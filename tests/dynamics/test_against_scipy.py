@@ -8,7 +8,7 @@ from benchmark_pair import BenchmarkPair, mesh_period
 from scipy.integrate import solve_ivp
 
 from wearlab.dynamics.integrators.kernel import kernel_of
-from wearlab.dynamics.methods import RungeKutta45
+from wearlab.dynamics.methods.rk45 import RungeKutta45
 from wearlab.dynamics.steady.integrate import OnTables
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables, stage_grid

@@ -13,7 +13,9 @@ from scipy.integrate import quad, solve_ivp
 
 from wearlab.dynamics.forces.energy import energy_balance
 from wearlab.dynamics.forces.mesh_forces import extremes
-from wearlab.dynamics.methods import Newmark, RungeKutta4, RungeKutta45
+from wearlab.dynamics.methods.newmark import Newmark
+from wearlab.dynamics.methods.rk4 import RungeKutta4
+from wearlab.dynamics.methods.rk45 import RungeKutta45
 from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.dynamics.steady.shooting import Shooting
 from wearlab.mesh.damping import apart_force, contact_force

@@ -38,7 +38,7 @@ from wearlab.dynamics.integrators.count import (
 )
 from wearlab.dynamics.integrators.kernel import Dense, Propagated, kernel_of
 from wearlab.dynamics.integrators.propagator import GRID, propagator_of
-from wearlab.dynamics.methods import Newmark
+from wearlab.dynamics.methods.newmark import Newmark
 from wearlab.dynamics.steady.integrate import OnTables
 from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.dynamics.steady.response import Response, deflection_at, step_forces

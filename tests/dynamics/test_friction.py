@@ -8,14 +8,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from wearlab.dynamics.forces.energy import energy_balance, nominal_speeds
-from wearlab.dynamics.methods import (
-    Method,
-    Newmark,
-    Periodic,
-    RungeKutta4,
-    RungeKutta45,
-)
+from wearlab.dynamics.methods import Method
+from wearlab.dynamics.methods.newmark import Newmark
+from wearlab.dynamics.methods.rk4 import RungeKutta4
+from wearlab.dynamics.methods.rk45 import RungeKutta45
 from wearlab.dynamics.spur import Meshing, Paired, PairFriction, spur_3dof
+from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.dynamics.steady.response import (
     Response,
     deflection_at,

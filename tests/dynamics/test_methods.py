@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.dynamics.methods import (
-    Method,
-    Newmark,
-    Periodic,
-    RungeKutta4,
-    RungeKutta45,
-)
+from wearlab.dynamics.methods import Method
+from wearlab.dynamics.methods.newmark import Newmark
+from wearlab.dynamics.methods.rk4 import RungeKutta4
+from wearlab.dynamics.methods.rk45 import RungeKutta45
 from wearlab.dynamics.steady.integrate import remaining_change
+from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.dynamics.steady.response import deflection_at
 
 PAIR = BenchmarkPair()

@@ -36,7 +36,10 @@ from wearlab.accuracy.steady import (
 )
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.integrators import count, kernel
-from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
+from wearlab.dynamics.methods.newmark import Newmark
+from wearlab.dynamics.methods.rk4 import RungeKutta4
+from wearlab.dynamics.methods.rk45 import RungeKutta45
+from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.dynamics.steady.response import Response
 from wearlab.gears.specification import GearError
 from wearlab.life import adaptive, euler, history, integrate

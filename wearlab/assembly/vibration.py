@@ -1,6 +1,6 @@
 """The dynamics of a scene: equation of motion, steps, damping and loads."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from math import lcm
@@ -13,6 +13,7 @@ from wearlab.arrays import Array
 from wearlab.dynamics import methods, modes, system
 from wearlab.dynamics.integrators import count, kernel
 from wearlab.dynamics.models import InMotion
+from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.gears import specification
 from wearlab.life.coupled import Vibration, hunting_grid
 from wearlab.mesh import contact, gear_set, stages
@@ -60,7 +61,6 @@ def check_held(scene: Scene, gears: gear_set.GearSet) -> None:
 RESOLVED = 0.3
 """Share of the tolerance that the stages may miss of mesh stiffness and error."""
 RISE = 1.5
-STABILITY_OF_RK4 = 2.78
 MOST_STEPS = 30_000
 """Steps of a mesh period beyond which a motion is refused: it is quasi-static."""
 AFFORDED = 4_000
@@ -127,9 +127,11 @@ def build_vibration(
     grid = steps_grid(scene, followed, system, stiffest, gears.period)
     hunting = hunting_period(scene, gears, clock.meshes)
     turning = [gears.coordinate_speeds.get(name, 0.0) for name in system.coordinates]
+    method_class = methods.method_named(scene.dynamics.method)
+    method = method_class.at_tolerance(scene.numerics.tolerance)
     return Vibration(
         system=system,
-        method=patient(METHODS[scene.dynamics.method](scene), system, len(grid.width)),
+        method=patient(method, system, len(grid.width)),
         excitation=scene.mesh.of(gears.kinds[0].section).excitation.build(),
         sampling=clock.sampled(scene, gears, grid),
         period=gears.period,
@@ -166,7 +168,8 @@ def steps_grid(
     tolerance = scene.numerics.tolerance
     steps_stated = scene.numerics.steps_per_period
     turned = count.fastest_rate(system, stiffness) * period
-    exact = dynamics.follows_orbits and not kernel.is_small(system)
+    method = methods.method_named(dynamics.method)
+    exact = method.exact_when_large and not kernel.is_small(system)
     slow = (
         count.graded_steps(system, stiffness, period, tolerance, breaks, steps_stated)
         if exact
@@ -175,12 +178,12 @@ def steps_grid(
     if slow is not None:
         return slow
     if steps_stated is not None:
-        beyond = turned / (STABILITY_OF_RK4 * steps_stated)
-        if dynamics.steps_by_runge_kutta and not exact and beyond > 1.0:
+        limit = None if exact else method.stability
+        beyond = 0.0 if limit is None else turned / (limit.turn * steps_stated)
+        if limit is not None and beyond > 1.0:
             raise specification.GearError(
-                f"numerics.steps_per_period = {steps_stated} is beyond the stability "
-                "of "
-                "Runge-Kutta 4 by a factor "
+                f"numerics.steps_per_period = {steps_stated} is beyond the stability of "
+                f"{limit.method} by a factor "
                 f"{beyond:.3g}: give {int(np.ceil(turned))} or more, or leave it out"
             )
         return stages.stage_grid(breaks, steps_stated)
@@ -234,7 +237,7 @@ def patient(
     which motions die out.
     """
     afforded = AFFORDED if kernel.is_small(system) else AFFORDED_DENSE
-    if not isinstance(method, methods.Periodic) or steps <= afforded:
+    if not isinstance(method, Periodic) or steps <= afforded:
         return method
     share = afforded / steps
     minima = {"transient": 20, "longest": 2, "averaged": 8}
@@ -370,13 +373,3 @@ def fluctuation(
         for harmonic, angle in zip(harmonics, turned, strict=True)
     ]
     return np.asarray(sum(waves) / harmonics[0].amplitude)
-
-
-METHODS: dict[str, Callable[[Scene], methods.Method]] = {
-    "periodic": lambda scene: methods.Periodic(closed=1e-3 * scene.numerics.tolerance),
-    "rk4": lambda scene: methods.RungeKutta4(tolerance=1e-3 * scene.numerics.tolerance),
-    "rk45": lambda scene: methods.RungeKutta45(
-        tolerance=1e-2 * scene.numerics.tolerance
-    ),
-    "newmark": lambda scene: methods.Newmark(tolerance=1e-3 * scene.numerics.tolerance),
-}

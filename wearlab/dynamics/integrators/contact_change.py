@@ -19,10 +19,21 @@ import numpy as np
 from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.integrators import mesh_law
 from wearlab.dynamics.integrators.kernel import TERMS, copy, multiply
-from wearlab.dynamics.integrators.mesh_law import NEXT, THIS, WITHIN
+from wearlab.dynamics.integrators.mesh_law import (
+    DAMPING,
+    NEXT,
+    OFFSET,
+    STIFFNESS,
+    THIS,
+    WITHIN,
+)
 
 MOST_CHANGES = 16
+"""Changes of contact in a step that are located; the rest of it is taken as it is."""
 NOTHING = -1
+"""No mesh, no flank."""
+NOWHERE = 2.0
+"""Of a root, a fraction beyond the end of any part of a step."""
 NO_TIME = 1e-12
 """Fraction of a step too short for another change: flanks that part together do so
 within rounding."""
@@ -51,11 +62,23 @@ def parabola(first: float, middle: float, last: float) -> tuple[float, float, fl
 def series_over(
     kernel: Any, step: int, a: float, end: float, h: float, state: Any
 ) -> int:
-    """Fill the series of the motion from ``state`` on over the part a…end, which lasts ``h``; count terms."""
+    """Fill the series of the motion over a part of a step; return how many terms it has.
+
+    The terms are in ``kernel.series.terms`` afterwards, the projections d·q of each in
+    ``kernel.series.sensed``.
+
+    Parameters
+    ----------
+    kernel, step : the system, whose channel laws of the part are in the scratch, and a
+        step of its tables
+    a, end : fractions of the step at which the part begins and ends [1]
+    h : duration of the part [s]
+    state : (2n, w) at the beginning of the part
+    """
     terms = kernel.series.terms
     n = kernel.series.terms.shape[1]
     w = kernel.series.terms.shape[2]
-    mesh_law.fill_loads(kernel, step, a, end, THIS)
+    mesh_law.fill_load_inputs(kernel, step, a, end, THIS)
     for row in range(n):
         for col in range(np.uint64(0), np.uint64(w)):
             terms[0, row, col] = state[row, col]
@@ -65,83 +88,119 @@ def series_over(
 
 @jit(counted=False)
 def expand(kernel: Any, h: float) -> int:
-    """Fill the series from its first two terms, ``q`` and ``h q̇``.
+    """Fill the series from its first two terms, ``q`` and ``h q̇``; count the terms.
 
-    Return how many terms there are.
+    ``(j + 1)(j + 2) q_{j+2} = h² p_j − h² K q_j − h (j + 1) C q_{j+1} − h² Σ_c r_c
+    Q_{c,j}`` with the terms Q of the channels and p of the inputs.
 
     Parameters
     ----------
     kernel : the system, the law of its channels and the inputs in the scratch
     h : duration [s]
     """
-    given = kernel.series
-    held = kernel.balance.held
-    enters = kernel.series.enters
-    mesh = kernel.flanks.scratch.mesh[0]
-    inputs = kernel.flanks.scratch.inputs[0]
-    terms = given.terms
-    sensed = given.sensed
-    product = given.product
-    total = given.force
-    n = terms.shape[1]
+    series = kernel.series
+    terms = series.terms
+    sensed = series.sensed
     w = terms.shape[2]
-    meshes = sensed.shape[1]
-    channels = len(given.jump)
-    square = h * h
-    multiply(given.direction, terms[0], sensed[0])
-    multiply(given.direction, terms[1], sensed[1])
+    multiply(series.direction, terms[0], sensed[0])
+    multiply(series.direction, terms[1], sensed[1])
     size = largest(terms[0], 0, 1) + largest(terms[1], 0, 1)
-    small = 0
+    small_terms = 0
     for j in range(TERMS - 2):
         term = terms[j + 2]
-        multiply(given.stiffness, terms[j], term)
-        multiply(given.damping, terms[j + 1], product)
-        rate = h * (j + 1)
-        for row in range(n):
-            for col in range(np.uint64(0), np.uint64(w)):
-                term[row, col] = -square * term[row, col] - rate * product[row, col]
-        for c in range(channels):
-            m = c % meshes
-            k = parabola(mesh[c], mesh[channels + c], mesh[2 * channels + c])
-            b = parabola(
-                mesh[3 * channels + c], mesh[4 * channels + c], mesh[5 * channels + c]
-            )
-            for col in range(np.uint64(0), np.uint64(w)):
-                total[col] = (
-                    square * k[0] * sensed[j, m, col]
-                    + rate * b[0] * sensed[j + 1, m, col]
-                )
-            for power in range(1, min(j, 2) + 1):
-                slower = h * (j + 1 - power) * b[power]
-                for col in range(np.uint64(0), np.uint64(w)):
-                    total[col] += square * k[power] * sensed[j - power, m, col]
-                    total[col] += slower * sensed[j + 1 - power, m, col]
-            for row in range(n):
-                if enters[c, row] != 0.0:
-                    for col in range(np.uint64(0), np.uint64(w)):
-                        term[row, col] -= enters[c, row] * total[col]
-        for x in range(len(enters) if j < 3 else 0):
-            value = square * parabola(inputs[0, x], inputs[1, x], inputs[2, x])[j]
-            column = 1 + held[x - len(enters)] if x >= len(enters) - len(held) else 0
-            for row in range(n):
-                term[row, 0] += value * enters[x, row]
-                if j == 0 and 0 < column < w:  # a tangent, by a load of one
-                    term[row, column] += square * enters[x, row]
-        for row in range(n):
+        _start_term(series, j, h)
+        _add_channels(series, kernel.flanks.scratch.mesh[0], j, h)
+        if j < 3:  # inputs are parabolas
+            inputs = kernel.flanks.scratch.inputs[0]
+            _add_inputs(series, kernel.balance.held, inputs, j, h)
+        for row in range(term.shape[0]):
             for col in range(np.uint64(0), np.uint64(w)):
                 term[row, col] /= (j + 1.0) * (j + 2.0)
-        multiply(given.direction, term, sensed[j + 2])
-        rests = largest(term, 0, 1) <= LEFT_OUT * size
-        rests = rests and (w == 1 or largest(term, 1, w) <= LEFT_OUT_OF_TANGENTS)
-        small = small + 1 if rests else 0
-        if small >= 2 and j >= 3:
+        multiply(series.direction, term, sensed[j + 2])
+
+        is_small = largest(term, 0, 1) <= LEFT_OUT * size
+        is_small = is_small and (w == 1 or largest(term, 1, w) <= LEFT_OUT_OF_TANGENTS)
+        small_terms = small_terms + 1 if is_small else 0
+        if small_terms >= 2 and j >= 3:
             return j + 3
     return TERMS
 
 
+@jit_inner(counted=False, forceinline=True)
+def _start_term(series: Any, j: int, h: float) -> None:
+    """Write ``−h² K q_j − h (j + 1) C q_{j+1}`` as term j + 2."""
+    terms = series.terms
+    term = terms[j + 2]
+    square = h * h
+    rate = h * (j + 1)
+    multiply(series.stiffness, terms[j], term)
+    multiply(series.damping, terms[j + 1], series.product)
+    for row in range(terms.shape[1]):
+        for col in range(np.uint64(0), np.uint64(terms.shape[2])):
+            term[row, col] = -square * term[row, col] - rate * series.product[row, col]
+
+
+@jit_inner(counted=False, forceinline=True)
+def _add_channels(series: Any, mesh: Any, j: int, h: float) -> None:
+    """Subtract the accelerations by the channels' forces from term j + 2.
+
+    The force of a channel is a product: its stiffness and damping, parabolas of the
+    time, times the deflection and its rate.
+    """
+    term = series.terms[j + 2]
+    sensed = series.sensed
+    enters = series.enters
+    n = series.terms.shape[1]
+    w = series.terms.shape[2]
+    meshes = sensed.shape[1]
+    channels = len(series.jump)
+    force = series.force
+    square = h * h
+    rate = h * (j + 1)
+    for c in range(channels):
+        m = c % meshes
+        k = parabola(mesh[c], mesh[channels + c], mesh[2 * channels + c])
+        b = parabola(
+            mesh[3 * channels + c], mesh[4 * channels + c], mesh[5 * channels + c]
+        )
+        for col in range(np.uint64(0), np.uint64(w)):
+            force[col] = (
+                square * k[0] * sensed[j, m, col] + rate * b[0] * sensed[j + 1, m, col]
+            )
+        for power in range(1, min(j, 2) + 1):
+            slower = h * (j + 1 - power) * b[power]
+            for col in range(np.uint64(0), np.uint64(w)):
+                force[col] += square * k[power] * sensed[j - power, m, col]
+                force[col] += slower * sensed[j + 1 - power, m, col]
+        for row in range(n):
+            if enters[c, row] != 0.0:
+                for col in range(np.uint64(0), np.uint64(w)):
+                    term[row, col] -= enters[c, row] * force[col]
+
+
+@jit_inner(counted=False, forceinline=True)
+def _add_inputs(series: Any, held: Any, inputs: Any, j: int, h: float) -> None:
+    """Add the accelerations by the inputs to term j + 2, j < 3.
+
+    A load of unknown size also moves the tangent by itself, which a load of one drives.
+    """
+    term = series.terms[j + 2]
+    enters = series.enters
+    n = series.terms.shape[1]
+    w = series.terms.shape[2]
+    square = h * h
+    for x in range(len(enters)):
+        value = square * parabola(inputs[0, x], inputs[1, x], inputs[2, x])[j]
+        column = 1 + held[x - len(enters)] if x >= len(enters) - len(held) else 0
+        for row in range(n):
+            term[row, 0] += value * enters[x, row]
+            if j == 0 and 0 < column < w:
+                term[row, column] += square * enters[x, row]
+
+
 @jit_inner(counted=False)
 def largest(term: Any, first: int, end: int) -> float:
-    """Return the largest modulus in some columns of a matrix."""
+    """Return the largest modulus in the columns ``first … end − 1`` of a matrix."""
     modulus = 0.0
     for row in range(term.shape[0]):
         for col in range(first, end):
@@ -151,15 +210,24 @@ def largest(term: Any, first: int, end: int) -> float:
 
 @jit_inner(counted=False)
 def diverges(terms: Any) -> bool:
-    """Whether the last term of a motion is no rest: the series is asked for more time than it reaches."""
+    """Whether a series is asked for more time than it reaches: its last term is large."""
     return largest(terms[TERMS - 1], 0, 1) > REST * (
         largest(terms[0], 0, 1) + largest(terms[1], 0, 1)
     )
 
 
 @jit_inner(counted=False)
-def look_at(series: Any, terms: int, u: float, h: float, out: Any) -> None:
-    """Write the state (2n, w) at fraction ``u`` of the series into ``out``, by Horner's rule."""
+def write_state_at(series: Any, terms: int, u: float, h: float, out: Any) -> None:
+    """Write the state at a fraction of the series, by Horner's rule.
+
+    Parameters
+    ----------
+    series : (TERMS, n, w) terms of the motion
+    terms : how many of them there are
+    u : fraction of the part of the step [1]
+    h : duration of the part [s]
+    out : (2n, w) state
+    """
     n = series.shape[1]
     w = series.shape[2]
     for row in range(n):
@@ -177,8 +245,15 @@ def look_at(series: Any, terms: int, u: float, h: float, out: Any) -> None:
 
 
 @jit_inner(counted=False)
-def touching_at(flanks: Any, step: int, m: int, p: int, x: float) -> float:
-    """Return the place d·q from which a spring of mesh ``m``, or the back flank p = n_pairs, is pressed."""
+def place_of_touch(flanks: Any, step: int, m: int, p: int, x: float) -> float:
+    """Return the place d·q at which a spring or the back flank begins to be pressed [m].
+
+    Parameters
+    ----------
+    flanks, step, m : of the kernel, a step of its tables, a mesh
+    p : spring, or the back flank, p = n_pairs
+    x : fraction of the step [1]
+    """
     place = mesh_law.within(flanks.tables.error[step, :, m], x)
     if p == len(flanks.meshes.pairs):
         return place - flanks.meshes.backlash[m]
@@ -189,14 +264,18 @@ def touching_at(flanks: Any, step: int, m: int, p: int, x: float) -> float:
 def course_of(
     series: Any, m: int, k: Any, b: Any, offset: Any, h: float, sign: float, terms: int
 ) -> None:
-    """Write ``± (k d·q + b d·q̇ − w)`` over a part of the step, positive before a change, as a polynomial.
+    """Write ``± (k d·q + b d·q̇ − w)`` over a part of a step as a polynomial.
+
+    It is positive before a change, and goes into ``series.polynomial``.
 
     Parameters
     ----------
+    series : of the motion
     m : mesh
     k, b, offset : parabolas of stiffness, damping and w over the part
     h : duration of the part [s]
     sign : 1 where it is positive until the change, −1 where it is negative
+    terms : of the series
     """
     sensed = series.sensed
     out = series.polynomial
@@ -214,7 +293,14 @@ def course_of(
 
 @jit_inner(counted=False)
 def horner(p: Any, terms: int, u: float) -> tuple[float, float]:
-    """Return a polynomial and its slope."""
+    """Return the value and the slope of a polynomial.
+
+    Parameters
+    ----------
+    p : coefficients, constant first
+    terms : how many of them there are
+    u : where
+    """
     value = p[terms - 1]
     slope = 0.0
     for j in range(terms - 2, -1, -1):
@@ -225,10 +311,16 @@ def horner(p: Any, terms: int, u: float) -> tuple[float, float]:
 
 @jit_inner(counted=False)
 def first_root(p: Any, terms: int, changed: bool) -> float:
-    """Return where a polynomial, positive at first, is negative by the middle or the end; 2.0: nowhere.
+    """Return where a polynomial becomes negative that is positive at first.
 
-    By Newton's method in a bracket. Of a flank that has just ``changed`` the root at 0
-    is divided out.
+    By Newton's method in a bracket; `NOWHERE` where it is negative neither in the
+    middle nor at the end.
+
+    Parameters
+    ----------
+    p : coefficients, constant first; changed
+    terms : how many of them there are
+    changed : the flank has just changed: its root at 0 is divided out
     """
     count = terms
     if changed:
@@ -241,7 +333,7 @@ def first_root(p: Any, terms: int, changed: bool) -> float:
         high = 1.0
         (end, _) = horner(p, count, 1.0)
         if not end < 0.0:
-            return 2.0
+            return NOWHERE
     if not p[0] > 0.0:
         return 0.0
     low = 0.0
@@ -268,58 +360,106 @@ def first_root(p: Any, terms: int, changed: bool) -> float:
 def next_change(
     kernel: Any, step: int, a: float, end: float, mesh: int, flank: int, terms: int
 ) -> tuple[float, int, int]:
-    """Return at which fraction of a part of a step contact first changes, mesh and flank; 2.0: nowhere.
+    """Return at which fraction of a part of a step contact first changes, mesh and flank.
 
-    Flanks are counted: springs, the back flank, then whether pairs push, and the back
-    flank. ``mesh`` and ``flank`` are those that changed where the part begins.
+    The fraction is `NOWHERE` where nothing changes. Flanks are counted: springs, the
+    back flank, then whether pairs push, and the back flank.
+
+    Parameters
+    ----------
+    kernel, step : the system, and a step of its tables
+    a, end : fractions of the step at which the part begins and ends [1]
+    mesh, flank : those that changed where the part begins, `NOTHING`: none
+    terms : of the series of the part
     """
-    earliest, found_mesh, found_flank = 2.0, NOTHING, NOTHING
+    earliest = NOWHERE
+    changed_mesh = NOTHING
+    changed_flank = NOTHING
     flanks = kernel.flanks
-    meshes = kernel.flanks.meshes
-    s = kernel.flanks.scratch
-    pairs = len(meshes.pairs)
+    pairs = len(flanks.meshes.pairs)
     h = (end - a) * flanks.tables.width[step] * flanks.period
-    for m in range(len(meshes.damping)):
+    for m in range(len(flanks.meshes.damping)):
         for f in range(2 * (pairs + 1)):
             p = f % (pairs + 1)
             if f <= pairs:
-                if p < pairs and not mesh_law.in_path(flanks.tables, step, m, p):
+                if not _may_touch(flanks, step, m, p):
                     continue
-                if p == pairs and meshes.backlash[m] == np.inf:
-                    continue
-                k = (1.0, 0.0, 0.0)
-                b = (0.0, 0.0, 0.0)
-                sign = 1.0 if s.touch[m, p] == (p < pairs) else -1.0
-                first = touching_at(flanks, step, m, p, a)
-                last = touching_at(flanks, step, m, p, end)
-                offset = parabola(
-                    first, touching_at(flanks, step, m, p, a + 0.5 * (end - a)), last
-                )
+                _course_of_touch(kernel.series, flanks, step, a, end, m, p, h, terms)
             else:
-                law = s.law[0, :, m, p]
-                if not meshes.gated[m] or law[1, 0] == 0.0:
+                if not _may_cease_to_push(flanks, m, p):
                     continue
-                k = parabola(law[0, 0], law[1, 0], law[2, 0])
-                b = parabola(law[0, 1], law[1, 1], law[2, 1])
-                offset = parabola(law[0, 2], law[1, 2], law[2, 2])
-                sign = 1.0 if s.pushes[m, p] else -1.0
-            course_of(kernel.series, m, k, b, offset, h, sign, terms)
-            u = first_root(kernel.series.polynomial, terms, m == mesh and f == flank)
+                _course_of_push(kernel.series, flanks, m, p, h, terms)
+
+            changed = m == mesh and f == flank
+            u = first_root(kernel.series.polynomial, terms, changed)
             if u < earliest:
-                earliest, found_mesh, found_flank = u, m, f
-    return earliest, found_mesh, found_flank
+                earliest = u
+                changed_mesh = m
+                changed_flank = f
+    return earliest, changed_mesh, changed_flank
+
+
+@jit_inner(counted=False, forceinline=True)
+def _may_touch(flanks: Any, step: int, m: int, p: int) -> bool:
+    """Whether a spring is in the path of contact, or a mesh has a back flank."""
+    if p < len(flanks.meshes.pairs):
+        return bool(mesh_law.in_path(flanks.tables, step, m, p))
+    return bool(flanks.meshes.backlash[m] != np.inf)
+
+
+@jit_inner(counted=False, forceinline=True)
+def _may_cease_to_push(flanks: Any, m: int, p: int) -> bool:
+    """Whether a pair touches and may not pull."""
+    law = flanks.scratch.law[0, :, m, p]
+    return bool(flanks.meshes.gated[m] and law[1, STIFFNESS] != 0.0)
+
+
+@jit_inner(counted=False, forceinline=True)
+def _course_of_touch(
+    series: Any,
+    flanks: Any,
+    step: int,
+    a: float,
+    end: float,
+    m: int,
+    p: int,
+    h: float,
+    terms: int,
+) -> None:
+    """Write how far a spring or the back flank is from beginning or ceasing to touch."""
+    touches = flanks.scratch.touch[m, p]
+    sign = 1.0 if touches == (p < len(flanks.meshes.pairs)) else -1.0
+    first = place_of_touch(flanks, step, m, p, a)
+    middle = place_of_touch(flanks, step, m, p, a + 0.5 * (end - a))
+    last = place_of_touch(flanks, step, m, p, end)
+    offset = parabola(first, middle, last)
+    course_of(series, m, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), offset, h, sign, terms)
+
+
+@jit_inner(counted=False, forceinline=True)
+def _course_of_push(
+    series: Any, flanks: Any, m: int, p: int, h: float, terms: int
+) -> None:
+    """Write how far a pair that touches is from beginning or ceasing to push."""
+    law = flanks.scratch.law[0, :, m, p]
+    sign = 1.0 if flanks.scratch.pushes[m, p] else -1.0
+    k = parabola(law[0, STIFFNESS], law[1, STIFFNESS], law[2, STIFFNESS])
+    b = parabola(law[0, DAMPING], law[1, DAMPING], law[2, DAMPING])
+    offset = parabola(law[0, OFFSET], law[1, OFFSET], law[2, OFFSET])
+    course_of(series, m, k, b, offset, h, sign, terms)
 
 
 @jit(counted=False)
 def renew_contact(
     kernel: Any, step: int, x: float, m: int, p: int, w: Any, states: Any, j: Any
 ) -> None:
-    """Let a spring of mesh ``m`` begin or cease to touch at fraction ``x``.
-
-    Move the tangents.
+    """Let a spring of mesh ``m`` begin or cease to touch, and move the tangents.
 
     Parameters
     ----------
+    kernel, step : the system, and a step of its tables
+    x : fraction of the step at which contact changes [1]
+    m : mesh
     p : spring, or the back flank, p = n_pairs
     w, states, j : the state (2n, w) then, at ``states[j:]``
 
@@ -329,47 +469,81 @@ def renew_contact(
     ch. 7.
     """
     flanks = kernel.flanks
+    scratch = flanks.scratch
     jump = kernel.series.jump
-    meshes = flanks.meshes
-    tables = flanks.tables
-    s = flanks.scratch
-    n = len(kernel.structure.coordinates)
-    count = len(meshes.damping)
-    channels = len(meshes.channels)
-    law = s.law[1, 0, m]
-    mesh = s.mesh[1]
+    count = len(flanks.meshes.damping)
+    channels = len(flanks.meshes.channels)
     place, speed = mesh_law.motion_of(kernel.structure, m, w, states, j)
-    for after in range(2):
-        if after == 1:
-            s.touch[m, p] = not s.touch[m, p]
-        mesh_law.flanks_at(flanks, step, WITHIN, x, m, law, s.rub[1, 0, m])
-        if after == 1:
-            mesh_law.see_push(flanks, m, place, speed, law)
-        mesh_law.channel_law(flanks, NEXT, 1)
-        for c in range(m, channels, count):
-            force = mesh[c] * place + mesh[3 * channels + c] * speed - s.inputs[1, 0, c]
-            jump[c] = force - jump[c] if after == 1 else force
-    length = tables.width[step] * flanks.period
-    approach = speed - mesh_law.slope_within(tables.error[step, :, m], x) / length
-    if p < len(meshes.pairs):
-        approach -= mesh_law.slope_within(tables.gap[step, :, m, p], x) / length
-    if approach == 0.0:
-        return  # a grazing contact has no time of its own
+
+    law = scratch.law[1, 0, m]
+    mesh_law.fill_laws_of_mesh(flanks, step, WITHIN, x, m, law, scratch.rub[1, 0, m])
+    mesh_law.fill_channel_laws(flanks, NEXT, 1)
+    for c in range(m, channels, count):
+        jump[c] = _force_of_channel(scratch, c, channels, place, speed)
+
+    scratch.touch[m, p] = not scratch.touch[m, p]
+    mesh_law.fill_laws_of_mesh(flanks, step, WITHIN, x, m, law, scratch.rub[1, 0, m])
+    mesh_law.set_pushing(flanks, m, place, speed, law)
+    mesh_law.fill_channel_laws(flanks, NEXT, 1)
+    for c in range(m, channels, count):
+        jump[c] = _force_of_channel(scratch, c, channels, place, speed) - jump[c]
+
+    length = flanks.tables.width[step] * flanks.period
+    approach = (
+        speed - mesh_law.slope_within(flanks.tables.error[step, :, m], x) / length
+    )
+    if p < len(flanks.meshes.pairs):
+        approach -= mesh_law.slope_within(flanks.tables.gap[step, :, m, p], x) / length
+    if approach != 0.0:  # a grazing contact has no time of its own
+        _move_tangents(kernel, m, approach, w, states, j)
+
+
+@jit_inner(counted=False, forceinline=True)
+def _force_of_channel(
+    scratch: Any, c: int, channels: int, place: float, speed: float
+) -> float:
+    """Return ``k d·q + b d·q̇ − w`` of a channel by the laws in the second half [N]."""
+    mesh = scratch.mesh[1]
+    force: float = (
+        mesh[c] * place + mesh[3 * channels + c] * speed - scratch.inputs[1, 0, c]
+    )
+    return force
+
+
+@jit_inner(counted=False, forceinline=True)
+def _move_tangents(
+    kernel: Any, m: int, approach: float, w: Any, states: Any, j: Any
+) -> None:
+    """Move the tangents of a state by the jump of the forces of mesh ``m``.
+
+    A neighbouring motion meets the change earlier or later, by its distance over the
+    rate of approach.
+    """
+    n = len(kernel.structure.coordinates)
+    count = len(kernel.flanks.meshes.damping)
+    channels = len(kernel.flanks.meshes.channels)
+    enters = kernel.series.enters
+    jump = kernel.series.jump
     for col in range(np.uint64(1), w):
-        moved, _ = mesh_law.motion_of(kernel.structure, m, w, states, j + col)
+        distance, _ = mesh_law.motion_of(kernel.structure, m, w, states, j + col)
         for c in range(m, channels, count):
             for row in range(n):
                 at = j + np.uint64(n + row) * w + col
-                states[at] -= kernel.series.enters[c, row] * jump[c] * moved / approach
+                states[at] -= enters[c, row] * jump[c] * distance / approach
 
 
 @jit(counted=False)
 def step_with_changes(
     kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
 ) -> int:
-    """Advance ``states[i:]`` over one step into ``states[j:]``, cut at every change of contact; count them.
+    """Advance a state over one step, cut at every change of contact; count the changes.
 
     Which springs touch and which pairs push at the start is in the scratch.
+
+    Parameters
+    ----------
+    kernel, step, columns, w, states, i, j : as in
+        `wearlab.dynamics.integrators.rk4.diagonal_step`
     """
     series = kernel.series.terms
     pairs = len(kernel.flanks.meshes.pairs)
@@ -385,18 +559,20 @@ def step_with_changes(
     while 1.0 - a > NO_TIME:
         end = min(1.0, a + part) if 1.0 - a - part > NO_TIME else 1.0
         h = (end - a) * kernel.flanks.tables.width[step] * kernel.flanks.period
-        mesh_law.flank_law(kernel.flanks, step, a, end, THIS)
-        mesh_law.channel_law(kernel.flanks, THIS)
+        mesh_law.fill_flank_laws(kernel.flanks, step, a, end, THIS)
+        mesh_law.fill_channel_laws(kernel.flanks, THIS)
         terms = series_over(kernel, step, a, end, h, state)
         if terms == TERMS and part > SHORTEST and diverges(series):
             part = 0.5 * min(part, end - a)
             continue
+
         u, m, f = next_change(kernel, step, a, end, m, f, terms)
         if u > 1.0 or changes == MOST_CHANGES:
-            look_at(series, terms, 1.0, h, state)
+            write_state_at(series, terms, 1.0, h, state)
             a = end
             continue
-        look_at(series, terms, u, h, state)
+
+        write_state_at(series, terms, u, h, state)
         changes += 1
         a += u * (end - a)
         if f <= pairs:

@@ -13,9 +13,10 @@ RIGID = 1e-5
 """Size of the eigenvalues of a free rotation, over the largest."""
 REMEMBERED = 1e-6
 """Share of a motion that is left when it has died out."""
-STABLE, EXACT_LARGEST = 1.0, 2.0
-"""Largest ω h of Runge–Kutta steps, whose stability asks ω h < 2.78, and of exact
-steps."""
+STABLE = 1.0
+"""Largest ω h of Runge–Kutta steps, whose stability asks ω h < 2.78."""
+EXACT_LARGEST = 2.0
+"""Largest ω h of exact steps."""
 GRADED_FROM = 1000
 """Steps of a mesh period below which all are alike."""
 
@@ -24,7 +25,7 @@ PerMesh = Array | float
 
 
 def fastest_rate(system: System, mesh_stiffness: PerMesh) -> float:
-    """Return the largest modulus of the eigenvalues of the equation of motion, all meshes in contact [1/s].
+    """Return the largest modulus of the eigenvalues, all meshes in contact [1/s].
 
     Parameters
     ----------
@@ -36,9 +37,9 @@ def fastest_rate(system: System, mesh_stiffness: PerMesh) -> float:
 
 
 def settling_periods(system: System, tables: StageTables, period: float) -> float:
-    """Return the mesh periods in which the slowest free motion of touching meshes dies out, inf undamped.
+    """Return the mesh periods in which the slowest free motion of touching meshes dies out.
 
-    Free rotations, which do not vibrate, are left out.
+    Infinite without damping. Free rotations, which do not vibrate, are left out.
 
     Parameters
     ----------
@@ -46,7 +47,9 @@ def settling_periods(system: System, tables: StageTables, period: float) -> floa
         the mean mesh stiffness counts
     """
     slowest = float((-_vibrating(system, tables.mean_stiffness).real).min())
-    return float(-np.log(REMEMBERED) / (slowest * period)) if slowest > 0.0 else np.inf
+    if slowest <= 0.0:
+        return np.inf
+    return float(-np.log(REMEMBERED) / (slowest * period))
 
 
 def _vibrating(system: System, mesh_stiffness: PerMesh) -> Complex:
@@ -58,13 +61,13 @@ def _vibrating(system: System, mesh_stiffness: PerMesh) -> Complex:
 def _eigenvalues(system: System, mesh_stiffness: PerMesh) -> Complex:
     """Return the eigenvalues of the equation of motion, (2n,) [1/s]."""
     k = np.broadcast_to(np.asarray(mesh_stiffness, float), (len(system.direction),))
-    return np.asarray(
-        np.linalg.eigvals(companion(*normalised(system, k))), np.complex128
-    )
+    stiffness, damping = normalised(system, k)
+    eigenvalues = np.linalg.eigvals(companion(stiffness, damping))
+    return np.asarray(eigenvalues, np.complex128)
 
 
 class StepRule(NamedTuple):
-    """How many steps a mesh period takes: their relative error is about ``constant (ω h)^order``.
+    """How many steps a mesh period takes, their error being about ``constant (ω h)^order``.
 
     Parameters
     ----------
@@ -103,15 +106,20 @@ class StepRule(NamedTuple):
         step_angle = min(
             self.largest, (tolerance / self.constant) ** (1.0 / self.order)
         )
-        wanted = fastest_rate(system, stiff) * period / step_angle
-        floor = self.floor * tolerance ** (-1.0 / self.order)
-        return int(np.ceil(max(wanted, floor, self.per_segment * segments)))
+        for_motion = fastest_rate(system, stiff) * period / step_angle
+        for_mesh = self.floor * tolerance ** (-1.0 / self.order)
+        for_segments = self.per_segment * segments
+        return int(np.ceil(max(for_motion, for_mesh, for_segments)))
 
 
-steps_per_period = StepRule(0.06, 4.0, STABLE, 6.0, 6).steps
+steps_per_period = StepRule(
+    constant=0.06, order=4.0, largest=STABLE, floor=6.0, per_segment=6
+).steps
 """Of Runge–Kutta steps, error measured on the benchmark pair; see Hairer & Wanner 1996,
 §IV.2."""
-exact_steps_per_period = StepRule(2.5e-5, 6.0, EXACT_LARGEST, 12.0, 4).steps
+exact_steps_per_period = StepRule(
+    constant=2.5e-5, order=6.0, largest=EXACT_LARGEST, floor=12.0, per_segment=4
+).steps
 """Of exact steps of the linear part, error measured on W23's and B23's sets.
 
 They know no limit of stability, and free vibration costs no accuracy. What they
@@ -140,17 +148,22 @@ def graded_steps(
     steps : how many there are to be, all longer or shorter alike; None: as many as
         needed
     """
-    equal = exact_steps_per_period(system, stiff, period, tolerance, len(breaks))
+    equal_steps = exact_steps_per_period(system, stiff, period, tolerance, len(breaks))
     rates = _vibrating(system, stiff)
     size = np.abs(rates)
-    ratio = float((-rates.real / size).min())
-    if equal < GRADED_FROM or ratio <= 0.0:
+    damping_ratio = float((-rates.real / size).min())
+    if equal_steps < GRADED_FROM or damping_ratio <= 0.0:
         return None
-    alike = np.log(1.0 / tolerance) * equal / (ratio * float(size.max()) * period)
-    grid = graded_grid(breaks, 1.0 / equal, alike)
-    if len(grid.width) >= equal:
+
+    fastest = float(size.max())
+    steps_to_die = (
+        np.log(1.0 / tolerance) * equal_steps / (damping_ratio * fastest * period)
+    )
+    grid = graded_grid(breaks, 1.0 / equal_steps, steps_to_die)
+    if len(grid.width) >= equal_steps:
         return None
+
     if steps is not None:
         share = steps / len(grid.width)
-        grid = graded_grid(breaks, 1.0 / (share * equal), share * alike)
+        grid = graded_grid(breaks, 1.0 / (share * equal_steps), share * steps_to_die)
     return grid

@@ -6,6 +6,9 @@ in which the steps of all structures take forces, tangents of the trajectory inc
 the step gives a better motion, about which the forces are made linear anew. Where other
 flanks push at the end of a step than at its start, the step is cut into parts, each a
 power series.
+
+The predicted motion of the meshes, d·q and d·q̇ at the three stages, is ``motion`` of
+the `wearlab.dynamics.integrators.kernel.Scratch`.
 """
 
 from typing import Any
@@ -15,7 +18,13 @@ import numpy as np
 from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.integrators import contact_change, mesh_law, rk4
 from wearlab.dynamics.integrators.kernel import TERMS, copy
-from wearlab.dynamics.integrators.mesh_law import THIS, WITHIN
+from wearlab.dynamics.integrators.mesh_law import (
+    DAMPING,
+    OFFSET,
+    STIFFNESS,
+    THIS,
+    WITHIN,
+)
 from wearlab.mesh.damping import apart_force, contact_force
 
 ROUNDS = 4
@@ -24,128 +33,201 @@ AGREES = 1e-10
 """Last change of a motion, over its size, below which it is not corrected again."""
 PARTS = 8
 """Parts of a step in which other flanks push than at its start."""
+NO_TIME = 1e-9
+"""Fraction of a step too short for a part of its own."""
 
 
 @jit_inner(counted=False)
-def tangents_of_flanks(
+def fill_tangents_of_mesh(
     flanks: Any, step: int, stage: int, x: float, m: int, at: int
 ) -> None:
-    """Fill the law of mesh ``m`` with the tangents of its normal forces at a motion of the scratch.
+    """Write the tangents of a mesh's normal forces at a motion of the scratch as its law.
 
     Parameters
     ----------
-    flanks, step, stage, x : as in `wearlab.dynamics.integrators.mesh_law.flanks_at`
+    flanks, step, stage, x, m : as in
+        `wearlab.dynamics.integrators.mesh_law.fill_laws_of_mesh`
     at : where in the scratch law, friction and motion are
     """
-    meshes = flanks.meshes
-    tables = flanks.tables
-    s = flanks.scratch
+    scratch = flanks.scratch
     frequency = 1.0 / flanks.period
-    pairs = len(meshes.pairs)
-    damping = meshes.law
-    law = s.law[0, at, m]
-    place = s.motion[at, m, 0]
-    speed = s.motion[at, m, 1]
-    error = mesh_law.of_mesh(tables.error, step, stage, m, x)
-    rate = speed - mesh_law.of_mesh(tables.error_rate, step, stage, m, x) * frequency
+    pairs = len(flanks.meshes.pairs)
+    law = scratch.law[0, at, m]
+    place = scratch.motion[at, m, 0]
+    speed = scratch.motion[at, m, 1]
+    error = mesh_law.of_mesh(flanks.tables.error, step, stage, m, x)
+    error_rate = mesh_law.of_mesh(flanks.tables.error_rate, step, stage, m, x)
+    rate = speed - error_rate * frequency
+
+    touches, lead, clearance = _nearest_pair(flanks, step, stage, x, m, error, place)
+    behind = flanks.meshes.backlash[m] + place - error
+    scratch.touch[m, pairs] = behind < 0.0
+    mesh_law.fill_laws_of_mesh(flanks, step, stage, x, m, law, scratch.rub[0, at, m])
+
+    for p in range(pairs):
+        if law[p, STIFFNESS] == 0.0 and (touches or p != lead):
+            continue
+        gap_rate = mesh_law.of_pair(flanks.tables.pair_rate, step, stage, m, p, x)
+        approach = rate - gap_rate * frequency
+        _linearise_pair(
+            flanks.meshes.law, m, law[p], touches, clearance, approach, place, speed
+        )
+
+    touches_behind = scratch.touch[m, pairs]
+    if touches_behind or (behind < np.inf and lead >= 0):
+        _linearise_back_flank(
+            flanks.meshes.law, m, law[pairs], touches_behind, behind, rate, place, speed
+        )
+    for p in range(pairs + 1):
+        scratch.pushes[m, p] = True
+
+
+@jit_inner(counted=False, forceinline=True)
+def _nearest_pair(
+    flanks: Any, step: int, stage: int, x: float, m: int, error: float, place: float
+) -> tuple[bool, int, float]:
+    """Set which springs touch; return whether any does, and the pair of least clearance.
+
+    The pair is −1 where none is in the path; its clearance [m] is negative in contact.
+    """
+    tables = flanks.tables
+    touch = flanks.scratch.touch
     lead = -1
     clearance = np.inf
     touches = False
-    for p in range(pairs):
-        present = mesh_law.of_pair(tables.stiffness, step, stage, m, p, x) > 0.0
-        apart = mesh_law.of_pair(tables.gap, step, stage, m, p, x) + error - place
-        s.touch[m, p] = present and apart < 0.0
-        touches = touches or s.touch[m, p]
-        if present and apart < clearance:
-            lead, clearance = p, apart
-    behind = meshes.backlash[m] + place - error
-    s.touch[m, pairs] = behind < 0.0
-    mesh_law.flanks_at(flanks, step, stage, x, m, law, s.rub[0, at, m])
-    for p in range(pairs):
-        if law[p, 0] == 0.0 and (touches or p != lead):
-            continue
-        approach = (
-            rate - mesh_law.of_pair(tables.pair_rate, step, stage, m, p, x) * frequency
-        )
-        if touches:
-            part = law[p, 1]
-            force = law[p, 0] * place - law[p, 2] + part * (speed - approach)
-            normal, k, b = contact_force(damping, m, force, law[p, 0], part, approach)
-        else:
-            normal, k, b = apart_force(damping, m, clearance, approach)
-        law[p, 0] = k
-        law[p, 1] = b
-        law[p, 2] = k * place + b * speed - normal
-    if s.touch[m, pairs]:
-        every = -law[pairs, 0]
+    for p in range(len(flanks.meshes.pairs)):
+        stiffness = mesh_law.of_pair(tables.stiffness, step, stage, m, p, x)
+        gap = mesh_law.of_pair(tables.gap, step, stage, m, p, x)
+        present = stiffness > 0.0
+        distance = gap + error - place
+        touch[m, p] = present and distance < 0.0
+        touches = touches or touch[m, p]
+        if present and distance < clearance:
+            lead = p
+            clearance = distance
+    return touches, lead, clearance
+
+
+@jit_inner(counted=False, forceinline=True)
+def _linearise_pair(
+    damping: Any,
+    m: int,
+    law: Any,
+    touches: bool,
+    clearance: float,
+    approach: float,
+    place: float,
+    speed: float,
+) -> None:
+    """Write the tangent of a pair's normal force over its viscous law."""
+    if touches:
+        part = law[DAMPING]
+        force = law[STIFFNESS] * place - law[OFFSET] + part * (speed - approach)
+        normal, k, b = contact_force(damping, m, force, law[STIFFNESS], part, approach)
+    else:
+        normal, k, b = apart_force(damping, m, clearance, approach)
+    law[STIFFNESS] = k
+    law[DAMPING] = b
+    law[OFFSET] = k * place + b * speed - normal
+
+
+@jit_inner(counted=False, forceinline=True)
+def _linearise_back_flank(
+    damping: Any,
+    m: int,
+    law: Any,
+    touches: bool,
+    behind: float,
+    rate: float,
+    place: float,
+    speed: float,
+) -> None:
+    """Write the tangent of the back flank's normal force over its viscous law."""
+    if touches:
+        stiffness = -law[STIFFNESS]
         normal, k, b = contact_force(
-            damping, m, -every * behind, every, -law[pairs, 1], -rate
+            damping, m, -stiffness * behind, stiffness, -law[DAMPING], -rate
         )
-        law[pairs, 0] = -k
-        law[pairs, 1] = -b
-        law[pairs, 2] = -k * place - b * speed - normal
-    elif behind < np.inf and lead >= 0:
+    else:
         normal, k, b = apart_force(damping, m, behind, -rate)
-        law[pairs, 0] = -k
-        law[pairs, 1] = -b
-        law[pairs, 2] = -k * place - b * speed - normal
-    for p in range(pairs + 1):
-        s.pushes[m, p] = True
+    law[STIFFNESS] = -k
+    law[DAMPING] = -b
+    law[OFFSET] = -k * place - b * speed - normal
 
 
 @jit_inner(counted=False)
-def see_flanks(
+def set_flanks(
     damping: Any, flanks: Any, step: int, x: float, m: int, place: float, speed: float
 ) -> None:
-    """Set what touches and pushes in mesh ``m`` at fraction ``x`` of a step, and the forces of its flanks.
+    """Set what touches and pushes in a mesh within a step, and the laws of its flanks.
 
     Parameters
     ----------
     damping : law of the meshes, None: viscous; an argument of its own, which the
         compiler tells apart
+    flanks, step, m : of the kernel, a step of its tables, a mesh
+    x : fraction of the step [1]
+    place, speed : d·q [m] and d·q̇ [m/s] of the mesh there
     """
-    s = flanks.scratch
+    scratch = flanks.scratch
     if damping is None:
-        mesh_law.note_contact(flanks, step, WITHIN, x, m, place)
-        mesh_law.flanks_at(flanks, step, WITHIN, x, m, s.law[0, 0, m], s.rub[0, 0, m])
-        mesh_law.see_push(flanks, m, place, speed, s.law[0, 0, m])
+        law = scratch.law[0, 0, m]
+        mesh_law.set_touching(flanks, step, WITHIN, x, m, place)
+        mesh_law.fill_laws_of_mesh(
+            flanks, step, WITHIN, x, m, law, scratch.rub[0, 0, m]
+        )
+        mesh_law.set_pushing(flanks, m, place, speed, law)
     else:
-        s.motion[0, m, 0], s.motion[0, m, 1] = place, speed
-        tangents_of_flanks(flanks, step, WITHIN, x, m, 0)
+        scratch.motion[0, m, 0] = place
+        scratch.motion[0, m, 1] = speed
+        fill_tangents_of_mesh(flanks, step, WITHIN, x, m, 0)
 
 
 @jit_inner(counted=False)
-def tangents_of_step(flanks: Any, step: int, a: float, b: float) -> bool:
-    """Make the forces linear about the motion of the scratch over the part a…b.
+def fill_tangents_of_step(flanks: Any, step: int, a: float, b: float) -> bool:
+    """Make the forces linear about the motion of the scratch over a part of a step.
 
-    Whether the same flanks push.
+    Fill the laws of the channels at start, middle and end. Return whether the same
+    flanks push at all three.
 
-    Fills the law of the channels at start, middle and end.
+    Parameters
+    ----------
+    flanks, step : of the kernel, and a step of its tables
+    a, b : fractions of the step at which the part begins and ends [1]
     """
     law = flanks.scratch.law[0]
     whole = a == 0.0 and b == 1.0
-    same = True
+    unchanged = True
     for stage in range(3):
+        at = stage if whole else WITHIN
+        x = a + 0.5 * stage * (b - a)
         for m in range(len(flanks.meshes.damping)):
-            tangents_of_flanks(
-                flanks,
-                step,
-                stage if whole else WITHIN,
-                a + 0.5 * stage * (b - a),
-                m,
-                stage,
-            )
+            fill_tangents_of_mesh(flanks, step, at, x, m, stage)
             for p in range(len(flanks.meshes.pairs) + 1):
-                pushes = law[stage, m, p, 0] != 0.0 or law[stage, m, p, 1] != 0.0
-                pushed = law[0, m, p, 0] != 0.0 or law[0, m, p, 1] != 0.0
-                same = same and pushes == pushed
-    mesh_law.channel_law(flanks, THIS)
-    return same
+                pushes = _has_force(law[stage, m, p])
+                pushed_at_start = _has_force(law[0, m, p])
+                unchanged = unchanged and pushes == pushed_at_start
+    mesh_law.fill_channel_laws(flanks, THIS)
+    return unchanged
+
+
+@jit_inner(counted=False, forceinline=True)
+def _has_force(law: Any) -> bool:
+    """Whether a flank exerts a force that depends on the motion."""
+    return bool(law[STIFFNESS] != 0.0 or law[DAMPING] != 0.0)
 
 
 @jit_inner(counted=False)
-def predict(kernel: Any, h: float, w: Any, states: Any, i: Any) -> None:
-    """Let the meshes move on as they do in state ``i``, over a time ``h``."""
+def predict_motion(kernel: Any, h: float, w: Any, states: Any, i: Any) -> None:
+    """Let the meshes move on as they do in a state, for the stages of a step.
+
+    Parameters
+    ----------
+    kernel : the system
+    h : duration of the step [s]
+    w : columns of a state
+    states, i : flat states; the state begins at ``states[i]``
+    """
     motion = kernel.flanks.scratch.motion
     for m in range(len(kernel.flanks.meshes.damping)):
         place, speed = mesh_law.motion_of(kernel.structure, m, w, states, i)
@@ -156,34 +238,45 @@ def predict(kernel: Any, h: float, w: Any, states: Any, i: Any) -> None:
 
 @jit_inner(counted=False)
 def correct_motion(kernel: Any, h: float, w: Any, states: Any, j: Any) -> float:
-    """Take the end of the motion from state ``j``, its middle from the cubic.
+    """Take the end of the motion from a state, its middle from the cubic between.
 
-    Return the relative change.
+    Return the relative change of the end [1].
+
+    Parameters
+    ----------
+    kernel, h, w : as in `predict_motion`
+    states, j : flat states; that at the end of the step begins at ``states[j]``
     """
     motion = kernel.flanks.scratch.motion
-    change = 0.0
+    largest_change = 0.0
     for m in range(len(kernel.flanks.meshes.damping)):
-        first = motion[0, m, 0]
-        before = motion[0, m, 1]
-        last, after = mesh_law.motion_of(kernel.structure, m, w, states, j)
-        moved = abs(last - motion[2, m, 0]) + h * abs(after - motion[2, m, 1])
-        change = max(change, moved / (abs(last) + h * abs(after) + 1e-30))
-        motion[1, m, 0] = 0.5 * (first + last) + 0.125 * h * (before - after)
-        motion[1, m, 1] = 1.5 * (last - first) / h - 0.25 * (before + after)
-        motion[2, m, 0], motion[2, m, 1] = last, after
-    return change
+        first_place = motion[0, m, 0]
+        first_speed = motion[0, m, 1]
+        place, speed = mesh_law.motion_of(kernel.structure, m, w, states, j)
+        change = abs(place - motion[2, m, 0]) + h * abs(speed - motion[2, m, 1])
+        size = abs(place) + h * abs(speed) + 1e-30
+        largest_change = max(largest_change, change / size)
+        motion[1, m, 0] = 0.5 * (first_place + place) + 0.125 * h * (
+            first_speed - speed
+        )
+        motion[1, m, 1] = 1.5 * (place - first_place) / h - 0.25 * (first_speed + speed)
+        motion[2, m, 0] = place
+        motion[2, m, 1] = speed
+    return largest_change
 
 
 @jit(counted=False)
-def in_parts(
+def step_in_parts(
     kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
 ) -> int:
-    """Advance ``states[i:]`` over one step into ``states[j:]``, cut into parts.
+    """Advance a state over one step by power series over parts of it; count the parts.
 
-    Return how many.
+    Parameters
+    ----------
+    kernel, step, columns, w, states, i, j : as in
+        `wearlab.dynamics.integrators.rk4.diagonal_step`
     """
     series = kernel.series
-    motion = kernel.flanks.scratch.motion
     rows = np.uint64(2 * series.terms.shape[1])
     copy(states, i, j, rows * w, columns, w)
     state = states[j : j + rows * w].reshape((rows, w))
@@ -191,50 +284,61 @@ def in_parts(
     part = 1.0 / PARTS
     count = 0
     while a < 1.0:
-        end = min(1.0, a + part) if 1.0 - a - part > 1e-9 else 1.0
+        end = min(1.0, a + part) if 1.0 - a - part > NO_TIME else 1.0
         h = (end - a) * kernel.flanks.tables.width[step] * kernel.flanks.period
-        predict(kernel, h, w, states, j)
+        predict_motion(kernel, h, w, states, j)
         terms = 0
         for _ in range(ROUNDS):
-            tangents_of_step(kernel.flanks, step, a, end)
+            fill_tangents_of_step(kernel.flanks, step, a, end)
             terms = contact_change.series_over(kernel, step, a, end, h, state)
-            for stage in range(1, 3):
-                for m in range(motion.shape[1]):
-                    place, rise = contact_change.horner(
-                        series.sensed[:, m, 0], terms, 0.5 * stage
-                    )
-                    motion[stage, m, 0] = place
-                    motion[stage, m, 1] = rise / h
-        if (
-            terms == TERMS
-            and part > contact_change.SHORTEST
-            and contact_change.diverges(series.terms)
-        ):
+            _take_motion_from_series(kernel, terms, h)
+
+        too_long = terms == TERMS and part > contact_change.SHORTEST
+        if too_long and contact_change.diverges(series.terms):
             part *= 0.5
             continue
-        contact_change.look_at(series.terms, terms, 1.0, h, state)
+        contact_change.write_state_at(series.terms, terms, 1.0, h, state)
         a = end
         count = count + 1
     return count
 
 
 @jit_inner(counted=False)
+def _take_motion_from_series(kernel: Any, terms: int, h: float) -> None:
+    """Take the motion of the meshes in the middle and at the end from the series."""
+    motion = kernel.flanks.scratch.motion
+    for stage in range(1, 3):
+        for m in range(motion.shape[1]):
+            place, rise = contact_change.horner(
+                kernel.series.sensed[:, m, 0], terms, 0.5 * stage
+            )
+            motion[stage, m, 0] = place
+            motion[stage, m, 1] = rise / h
+
+
+@jit_inner(counted=False)
 def step_by_law(
     law: Any, kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
 ) -> int:
-    """Advance ``states[i:]`` by one step into ``states[j:]`` under a law that is not viscous.
+    """Advance a state by one step under a law that is not viscous.
 
-    Returns −1 for the viscous law, None, which it leaves to others; else how many parts
-    beyond the first.
+    Return −1 for the viscous law, which is left to others; else how many parts beyond
+    the first the step was cut into.
+
+    Parameters
+    ----------
+    law : of the meshes, None: viscous
+    kernel, step, columns, w, states, i, j : as in
+        `wearlab.dynamics.integrators.rk4.diagonal_step`
     """
     if law is None:
         return -1
     h = kernel.flanks.tables.width[step] * kernel.flanks.period
-    predict(kernel, h, w, states, i)
+    predict_motion(kernel, h, w, states, i)
     for _ in range(ROUNDS):
-        if not tangents_of_step(kernel.flanks, step, 0.0, 1.0):
-            return in_parts(kernel, step, columns, w, states, i, j)
-        mesh_law.fill_loads(kernel, step, 0.0, 1.0, THIS)
+        if not fill_tangents_of_step(kernel.flanks, step, 0.0, 1.0):
+            return step_in_parts(kernel, step, columns, w, states, i, j)
+        mesh_law.fill_load_inputs(kernel, step, 0.0, 1.0, THIS)
         rk4.step_of(kernel, step, columns, w, states, i, j)
         if correct_motion(kernel, h, w, states, j) <= AGREES:
             break

@@ -29,6 +29,10 @@ TERMS = 40
 turns by six radians."""
 COEFFICIENTS = 3
 """Of a flank's normal force: stiffness, damping and offset."""
+LANES = 4
+"""Columns of a state that fill a vector register: widths are rounded up to them."""
+JUMP = 1e-9
+"""Difference of two values of a table, over the largest, that is rounding."""
 
 
 class Diagonal(NamedTuple):
@@ -64,11 +68,16 @@ class Dense(NamedTuple):
 
 
 class Stepped(Dense):
-    """The same, moved by a method of its own, whose memory is its ``work``."""
+    """The same, moved by a method of `wearlab.dynamics.methods`.
+
+    Its ``work`` is the memory of that method.
+    """
 
 
 class Propagated(NamedTuple):
-    """A structure whose linear part is advanced exactly, see `wearlab.dynamics.integrators.propagator`.
+    """A structure whose linear part is advanced exactly.
+
+    See `wearlab.dynamics.integrators.propagator`.
 
     Parameters
     ----------
@@ -113,7 +122,7 @@ class Meshes(NamedTuple):
 
 
 class PowerSeries(NamedTuple):
-    """What a power series of the motion between two changes of contact is made of, and its memory.
+    """What a power series of the motion between two changes is made of, and its memory.
 
     Parameters
     ----------
@@ -170,7 +179,9 @@ class Scratch(NamedTuple):
 
 
 class Flanks(NamedTuple):
-    """What forces of the flanks are made of. It is handed on alone: the compiler hands every word by value.
+    """What forces of the flanks are made of.
+
+    It is an argument of its own: compiled code hands every word on by value.
 
     Parameters
     ----------
@@ -205,10 +216,8 @@ class Kernel(NamedTuple):
 
 def structure_of(kernel: Any) -> type:
     """Return the class of a kernel's structure, from the compiler's type of the kernel."""
-    return cast(
-        type,
-        dict(zip(kernel.fields, kernel.types, strict=True))["structure"].instance_class,
-    )
+    types = dict(zip(kernel.fields, kernel.types, strict=True))
+    return cast(type, types["structure"].instance_class)
 
 
 put: Any = tuple_setitem
@@ -233,28 +242,38 @@ def add(a: Any, factor: float, b: Any) -> Any:
 
 
 @jit_inner(counted=False)
-def write(given: Any, out: Any) -> None:
-    """Write ``given`` over the first entries of ``out``.
+def write(values: Any, out: Any) -> None:
+    """Write ``values`` over the first entries of ``out``.
 
     Numba compiles for an assignment of arrays also what to say of unequal lengths, in
     text: seconds.
     """
-    for x in range(np.uint64(0), np.uint64(len(given))):
-        out[x] = given[x]
+    for x in range(np.uint64(0), np.uint64(len(values))):
+        out[x] = values[x]
 
 
 @jit_inner(counted=False)
 def copy(states: Any, i: Any, j: Any, size: Any, columns: Any, w: Any) -> None:
-    """Copy the state at ``states[i:]`` to ``states[j:]``, 0 beyond the columns that are followed."""
+    """Copy the state at ``states[i:]`` to ``states[j:]``.
+
+    Columns that are not followed become 0.
+
+    Parameters
+    ----------
+    states, i, j : flat states, and where the two begin (uint64)
+    size : values of a state (uint64)
+    columns, w : columns that are followed, columns that a state has (uint64)
+    """
     for x in range(np.uint64(0), size):
         states[j + x] = states[i + x] if x % w < columns else 0.0
 
 
 @jit_inner(counted=False)
 def multiply(matrix: Any, x: Any, out: Any) -> None:
-    """Do what `times` does without BLAS, for kernels that count no references, where most entries are zero.
+    """Write ``matrix @ x`` into ``out`` without BLAS, for matrices of many zeros.
 
-    Exact steps, whose matrices are full, take twice as long by it.
+    Kernels that count no references cannot call `times`. Exact steps, whose matrices
+    are full, take twice as long by this.
     """
     for row in range(matrix.shape[0]):
         for col in range(np.uint64(0), np.uint64(x.shape[1])):
@@ -268,7 +287,10 @@ def multiply(matrix: Any, x: Any, out: Any) -> None:
 
 @lru_cache(maxsize=16)
 def is_small(system: System) -> bool:
-    """Whether a system is advanced in registers: few diagonal coordinates, nothing free, no friction."""
+    """Whether a system is advanced in registers.
+
+    It has few coordinates, diagonal matrices, no free rotation and no friction.
+    """
     if (
         len(system.load) > LARGEST_SMALL
         or system.friction_constant is not None
@@ -277,7 +299,8 @@ def is_small(system: System) -> bool:
         return False
     matrices = system.mass, system.total_damping, system.total_stiffness
     diagonal = all(
-        np.count_nonzero(each) == np.count_nonzero(each.diagonal()) for each in matrices
+        np.count_nonzero(matrix) == np.count_nonzero(matrix.diagonal())
+        for matrix in matrices
     )
     return diagonal and not len(rigid_modes(system))
 
@@ -303,103 +326,177 @@ def kernel_of(
         these tables, or `Dense`, Runge–Kutta steps; else the memory of a method that
         moves a single state by steps of its own
     """
-    tables, n, (meshes, pairs) = (
-        tables.filled,
-        len(system.load),
-        tables.stiffness.shape[2:],
-    )
+    tables = tables.filled
+    n = len(system.load)
     small = isinstance(way, type) and is_small(system)
-    width = -(-(1 + 2 * n) // 4) * 4 if tangents or small else 1
-    matrices = _matrices(system)
+    width = -(-(1 + 2 * n) // LANES) * LANES if tangents or small else 1
     balance = balance_of(system, period)
-    direction = system.force_vectors[0].ravel()
-    enters = np.vstack([matrices[3], balance.push])
-    channels = len(system.force_vectors[0])
-    inputs = len(enters)
-    loads = len(balance.held)
-    terms = np.zeros((TERMS, n, width))
-    sensed = np.zeros((TERMS, meshes, width))
-    room = (
-        np.zeros((n, width)),
-        np.zeros(width),
-        np.zeros(TERMS + 2),
-        np.zeros(channels),
-    )
-    series = PowerSeries(*matrices[:3], enters, terms, sensed, *room)
-    backlash = np.full(
-        meshes, np.inf if system.backlash is None else system.backlash, float
-    )
-    gated = (system.mesh_damping > 0.0) & (not system.damping_always)
-    damping = np.ascontiguousarray(system.mesh_damping, float)
-    counted = (np.zeros(pairs), np.zeros(channels))
-    columns: Any = np.zeros(width)
+    matrices = _matrices(system)
+    series = _power_series(matrices, balance, tables, width)
+
+    structure: Any
     if small:
-        rows = (
-            series.stiffness.diagonal(),
-            series.damping.diagonal(),
-            direction,
-            enters[:channels].ravel(),
-        )
-        structure: Any = Diagonal(
-            *(tuple(row.tolist()) for row in (*rows, np.zeros(n)))
-        )
-        columns = (0,) * width
+        structure = _diagonal(system, series)
     elif way is Propagated:
-        force = np.zeros((5, inputs, width))
-        if width > 1:
-            # The tangent by a load of unknown size starts from rest and is pushed by a
-            # load of one.
-            force[:, inputs - loads + np.arange(loads), 1 + balance.held] = 1.0
-        how = *propagator_of(system, enters, tables, period), paired_steps(tables)
-        sense, feed = np.zeros((2, 8 * meshes, width))
-        own = sense, feed, force.reshape(5 * inputs, width), np.zeros((2 * n, width))
-        structure = Propagated(direction, np.zeros(n), *how, *own)
-    elif way is Dense:
-        structure = Dense(direction, np.zeros(n), np.zeros(8 * n))
+        structure = _propagated(system, tables, period, series, balance)
     else:
-        structure = Stepped(direction, np.zeros(n), way)
-    acting = (
-        np.zeros((2, 6 * channels)),
-        np.zeros((2, 3, inputs)),
-        np.zeros(3 * n * width),
-    )
-    touch, pushes = np.zeros((2, meshes, pairs + 1), np.bool_)
-    law = np.zeros((2, 3, meshes, pairs + 2, COEFFICIENTS))
-    rub = np.zeros((2, 3, meshes, pairs, 2))
-    memory = Scratch(*acting, touch, pushes, law, rub, np.zeros((3, meshes, 2)))
-    of_meshes = Meshes(damping, backlash, gated, *counted, system.damping_law)
+        direction = system.force_vectors[0].ravel()
+        if way is Dense:
+            structure = Dense(direction, coordinates=np.zeros(n), work=np.zeros(8 * n))
+        else:
+            structure = Stepped(direction, coordinates=np.zeros(n), work=way)
+
     return Kernel(
-        structure, Flanks(of_meshes, tables, period, memory), series, balance, columns
+        structure=structure,
+        flanks=Flanks(
+            meshes=_meshes(system, tables),
+            tables=tables,
+            period=period,
+            scratch=_scratch(tables, series),
+        ),
+        series=series,
+        balance=balance,
+        width=(0,) * width if small else np.zeros(width),
     )
+
+
+class _Matrices(NamedTuple):
+    """M⁻¹K, M⁻¹C, the directions, and accelerations by the inputs of known size."""
+
+    stiffness: Array
+    damping: Array
+    direction: Array
+    enters: Array
 
 
 @lru_cache(maxsize=16)
-def _matrices(system: System) -> tuple[Array, Array, Array, Array]:
-    """Return M⁻¹K, M⁻¹C, the directions and accelerations by inputs, those of unknown size left out."""
+def _matrices(system: System) -> _Matrices:
+    """Return the mass-normalised matrices of a system."""
     inverse = np.linalg.inv(system.mass)
-    pushed = system.fluctuation_direction
-    loads = system.load, np.zeros(len(system.load)) if pushed is None else pushed
-    stiffness = inverse @ system.total_stiffness
-    damping = inverse @ system.total_damping
-    entering = np.vstack([system.force_vectors[1], *loads]) @ inverse.T
-    return stiffness, damping, np.ascontiguousarray(system.direction, float), entering
+    fluctuation = system.fluctuation_direction
+    if fluctuation is None:
+        fluctuation = np.zeros(len(system.load))
+    forces = np.vstack([system.force_vectors[1], system.load, fluctuation])
+    return _Matrices(
+        stiffness=inverse @ system.total_stiffness,
+        damping=inverse @ system.total_damping,
+        direction=np.ascontiguousarray(system.direction, float),
+        enters=forces @ inverse.T,
+    )
 
 
-JUMP = 1e-9
-"""Difference of two values of a table, over the largest, that is rounding."""
+def _power_series(
+    matrices: _Matrices, balance: Balance, tables: StageTables, width: int
+) -> PowerSeries:
+    """Return the matrices and the empty memory of a power series."""
+    n = len(matrices.stiffness)
+    meshes = tables.stiffness.shape[2]
+    channels = len(matrices.enters) - 2  # the constant and the fluctuating load
+    return PowerSeries(
+        stiffness=matrices.stiffness,
+        damping=matrices.damping,
+        direction=matrices.direction,
+        enters=np.vstack([matrices.enters, balance.push]),
+        terms=np.zeros((TERMS, n, width)),
+        sensed=np.zeros((TERMS, meshes, width)),
+        product=np.zeros((n, width)),
+        force=np.zeros(width),
+        polynomial=np.zeros(TERMS + 2),
+        jump=np.zeros(channels),
+    )
+
+
+def _diagonal(system: System, series: PowerSeries) -> Diagonal:
+    """Return the structure of a small system, as tuples."""
+
+    def row(values: Array) -> Row:
+        return tuple(values.tolist())
+
+    channels = len(series.jump)
+    return Diagonal(
+        stiffness=row(series.stiffness.diagonal()),
+        damping=row(series.damping.diagonal()),
+        direction=row(system.force_vectors[0].ravel()),
+        per_force=row(series.enters[:channels].ravel()),
+        coordinates=row(np.zeros(len(system.load))),
+    )
+
+
+def _propagated(
+    system: System,
+    tables: StageTables,
+    period: float,
+    series: PowerSeries,
+    balance: Balance,
+) -> Propagated:
+    """Return a structure that is advanced by exact steps, with the tables of these."""
+    _, n, width = series.terms.shape
+    inputs = len(series.enters)
+    meshes = tables.stiffness.shape[2]
+    loads = len(balance.held)
+    force = np.zeros((5, inputs, width))
+    if width > 1:
+        # The tangent by a load of unknown size starts from rest and is pushed by a
+        # load of one.
+        force[:, inputs - loads + np.arange(loads), 1 + balance.held] = 1.0
+
+    propagator, slot = propagator_of(system, series.enters, tables, period)
+    return Propagated(
+        direction=system.force_vectors[0].ravel(),
+        coordinates=np.zeros(n),
+        tables=propagator,
+        slot=slot,
+        paired=paired_steps(tables),
+        sense=np.zeros((8 * meshes, width)),
+        feed=np.zeros((8 * meshes, width)),
+        force=force.reshape(5 * inputs, width),
+        moved=np.zeros((2 * n, width)),
+    )
+
+
+def _meshes(system: System, tables: StageTables) -> Meshes:
+    """Return damping and backlash of the meshes of a system."""
+    meshes, pairs = tables.stiffness.shape[2:]
+    backlash = np.inf if system.backlash is None else system.backlash
+    return Meshes(
+        damping=np.ascontiguousarray(system.mesh_damping, float),
+        backlash=np.full(meshes, backlash, float),
+        gated=(system.mesh_damping > 0.0) & (not system.damping_always),
+        pairs=np.zeros(pairs),
+        channels=np.zeros(len(system.force_vectors[0])),
+        law=system.damping_law,
+    )
+
+
+def _scratch(tables: StageTables, series: PowerSeries) -> Scratch:
+    """Return the empty memory of one integration."""
+    meshes, pairs = tables.stiffness.shape[2:]
+    channels = len(series.jump)
+    inputs = len(series.enters)
+    _, n, width = series.terms.shape
+    return Scratch(
+        mesh=np.zeros((2, 6 * channels)),
+        inputs=np.zeros((2, 3, inputs)),
+        load=np.zeros(3 * n * width),
+        touch=np.zeros((meshes, pairs + 1), np.bool_),
+        pushes=np.zeros((meshes, pairs + 1), np.bool_),
+        law=np.zeros((2, 3, meshes, pairs + 2, COEFFICIENTS)),
+        rub=np.zeros((2, 3, meshes, pairs, 2)),
+        motion=np.zeros((3, meshes, 2)),
+    )
 
 
 def paired_steps(tables: StageTables) -> Flags:
-    """Return whether each step is as long as the next, with no jump of a table between them, (n_steps,)."""
+    """Return whether each step is as long as the next and no table jumps between them.
+
+    (n_steps,)
+    """
     paired = np.zeros(len(tables.width), np.bool_)
     smooth = tables.width[1:] == tables.width[:-1]
     for table in (tables.stiffness, tables.gap, tables.sliding):
         if table is not None and table.size:
-            apart = (
-                np.abs(table[1:, 0] - table[:-1, 2])
-                .reshape(len(table) - 1, -1)
-                .max(axis=1)
-            )
-            smooth &= apart <= JUMP * (np.abs(table).max() + 1e-30)
+            jump = np.abs(table[1:, 0] - table[:-1, 2])
+            largest_jump = jump.reshape(len(table) - 1, -1).max(axis=1)
+            smooth &= largest_jump <= JUMP * (np.abs(table).max() + 1e-30)
     paired[:-1] = smooth
     return paired

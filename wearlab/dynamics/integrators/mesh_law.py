@@ -12,6 +12,9 @@ N_p``.
 
 Where damping acts always, as in the papers, the elastic forces push as long as they
 touch, and a dashpot follows the pair of the least gap.
+
+The functions read and write the `wearlab.dynamics.integrators.kernel.Scratch` of the
+integration: which flanks touch and push, the laws of flanks and of channels.
 """
 
 from typing import Any
@@ -29,6 +32,10 @@ WITHIN = np.int64(-1)
 THIS = np.int64(0)
 NEXT = np.int64(1)
 """Halves of the scratch: of a step, and of the one after it or of an instant within."""
+STIFFNESS = 0
+DAMPING = 1
+OFFSET = 2
+"""Columns of a flank's law ``N = k d·q + b d·q̇ − w``: k, b and w."""
 
 
 @jit_inner(counted=False)
@@ -50,13 +57,28 @@ def slope_within(table: Any, x: float) -> float:
 
 @jit_inner(counted=False, forceinline=True)
 def of_mesh(table: Any, step: int, stage: int, m: int, x: float) -> float:
-    """Return the value of a table (n_steps, 3, n_mesh) at a stage, or at fraction ``x`` of the step."""
+    """Return the value of a mesh at a stage, or at a fraction of the step.
+
+    Parameters
+    ----------
+    table : (n_steps, 3, n_mesh)
+    step, stage : which step, and its stage; `WITHIN`: at fraction ``x``
+    m : mesh
+    x : fraction of the step [1]
+    """
     return table[step, stage, m] if stage >= 0 else within(table[step, :, m], x)
 
 
 @jit_inner(counted=False, forceinline=True)
 def of_pair(table: Any, step: int, stage: int, m: int, p: int, x: float) -> float:
-    """Return a value of a table (n_steps, 3, n_mesh, n_pairs) at a stage, or at fraction ``x``."""
+    """Return the value of a pair at a stage, or at a fraction of the step.
+
+    Parameters
+    ----------
+    table : (n_steps, 3, n_mesh, n_pairs)
+    step, stage, m, x : as in `of_mesh`
+    p : pair
+    """
     return table[step, stage, m, p] if stage >= 0 else within(table[step, :, m, p], x)
 
 
@@ -71,7 +93,15 @@ def in_path(tables: Any, step: int, m: int, p: int) -> bool:
 def motion_of(
     structure: Any, m: int, w: Any, states: Any, i: Any
 ) -> tuple[float, float]:
-    """Return ``d_m·q`` and ``d_m·q̇`` of the state (2n, w) at ``states[i:]``."""
+    """Return ``d_m·q`` and ``d_m·q̇`` of a state.
+
+    Parameters
+    ----------
+    structure : of the kernel
+    m : mesh, or channel
+    w : columns of a state
+    states, i : flat states; the state (2n, w) begins at ``states[i]``
+    """
     n = len(structure.coordinates)
     place = 0.0
     speed = 0.0
@@ -83,37 +113,47 @@ def motion_of(
 
 
 @jit_inner(counted=False)
-def note_contact(
+def set_touching(
     flanks: Any, step: int, stage: int, x: float, m: int, place: float
 ) -> None:
-    """Set which springs of mesh ``m`` touch, from its ``place`` d·q at an instant of the step."""
+    """Set which springs of mesh ``m`` touch at an instant of the step.
+
+    Parameters
+    ----------
+    flanks, step, stage, x, m : as in `fill_laws_of_mesh`
+    place : d·q of the mesh at that instant [m]
+    """
     tables = flanks.tables
     touch = flanks.scratch.touch
     pairs = len(flanks.meshes.pairs)
     deflection = place - of_mesh(tables.error, step, stage, m, x)
     for p in range(pairs):
-        touch[m, p] = deflection > of_pair(
-            tables.gap, step, stage, m, p, x
-        ) and in_path(tables, step, m, p)
+        gap = of_pair(tables.gap, step, stage, m, p, x)
+        touch[m, p] = deflection > gap and in_path(tables, step, m, p)
     touch[m, pairs] = -flanks.meshes.backlash[m] - deflection > 0.0
 
 
 @jit_inner(counted=False)
 def normal_force(law: Any, place: float, speed: float) -> float:
-    """Return ``k d·q + b d·q̇ − w``."""
-    return law[0] * place + law[1] * speed - law[2]
+    """Return ``k d·q + b d·q̇ − w`` of a flank [N]."""
+    return law[STIFFNESS] * place + law[DAMPING] * speed - law[OFFSET]
 
 
 @jit_inner(counted=False)
-def see_push(flanks: Any, m: int, place: float, speed: float, law: Any) -> None:
-    """Set which pairs of mesh ``m`` push.
+def set_pushing(flanks: Any, m: int, place: float, speed: float, law: Any) -> None:
+    """Set which pairs of mesh ``m`` push: those whose normal force is above nought.
 
-    ``law`` (n_pairs + 2, 3) of its flanks then.
+    Parameters
+    ----------
+    flanks : of the kernel
+    m : mesh
+    place, speed : d·q [m] and d·q̇ [m/s] of the mesh
+    law : (n_pairs + 2, 3) of its flanks then
     """
     gated = flanks.meshes.gated[m]
     pushes = flanks.scratch.pushes
     for p in range(len(flanks.meshes.pairs) + 1):
-        pushes[m, p] = law[p, 0] != 0.0 and (
+        pushes[m, p] = law[p, STIFFNESS] != 0.0 and (
             not gated or normal_force(law[p], place, speed) > 0.0
         )
 
@@ -122,99 +162,185 @@ def see_push(flanks: Any, m: int, place: float, speed: float, law: Any) -> None:
 def contact_differs(
     flanks: Any, step: int, stage: int, m: int, place: float, speed: float, law: Any
 ) -> bool:
-    """Whether mesh ``m`` at a stage contradicts which springs touch and which pairs push."""
+    """Whether the motion at a stage contradicts which flanks touch and push.
+
+    Parameters
+    ----------
+    flanks, step, stage, m : as in `fill_laws_of_mesh`
+    place, speed : d·q [m] and d·q̇ [m/s] of the mesh at that stage
+    law : (n_pairs + 2, 3) of its flanks then
+    """
     meshes = flanks.meshes
     tables = flanks.tables
-    s = flanks.scratch
+    scratch = flanks.scratch
     pairs = len(meshes.pairs)
     deflection = place - tables.error[step, stage, m]
+
     for p in range(pairs):
-        x = deflection - tables.gap[step, stage, m, p]
-        if (x < 0.0 if s.touch[m, p] else x > 0.0) and in_path(tables, step, m, p):
+        approach = deflection - tables.gap[step, stage, m, p]
+        wrong = approach < 0.0 if scratch.touch[m, p] else approach > 0.0
+        if wrong and in_path(tables, step, m, p):
             return True
-    x = -meshes.backlash[m] - deflection
-    if x < 0.0 if s.touch[m, pairs] else x > 0.0:
+
+    approach = -meshes.backlash[m] - deflection
+    if approach < 0.0 if scratch.touch[m, pairs] else approach > 0.0:
         return True
+
     if meshes.gated[m]:
         for p in range(pairs + 1):
-            if law[p, 0] != 0.0:
+            if law[p, STIFFNESS] != 0.0:
                 normal = normal_force(law[p], place, speed)
-                if normal < 0.0 if s.pushes[m, p] else normal > 0.0:
+                if normal < 0.0 if scratch.pushes[m, p] else normal > 0.0:
                     return True
     return False
 
 
 @jit_inner(counted=False)
-def flanks_at(
+def fill_laws_of_mesh(
     flanks: Any, step: int, stage: int, x: float, m: int, law: Any, rub: Any
 ) -> None:
-    """Fill ``law`` (n_pairs + 2, 3) of all flanks of mesh ``m`` at one instant, from which springs touch.
+    """Fill the laws of all flanks of a mesh at one instant, from which springs touch.
+
+    Parameters
+    ----------
+    flanks : of the kernel
+    step : of the tables
+    stage : of the step, or `WITHIN`: at fraction ``x`` of it
+    x : fraction of the step, read `WITHIN` alone [1]
+    m : mesh
+    law : (n_pairs + 2, 3) written: k, b, w of each pair, of the back flank, and of a
+        dashpot that always acts
+    rub : (n_pairs, 2) written with friction: force and moment over the normal force
 
     References
     ----------
     L16 Eq. 6, recentred; W23 Eq. 36: the gaps of worn pairs.
     """
-    meshes = flanks.meshes
     tables = flanks.tables
-    touch = flanks.scratch.touch
     frequency = 1.0 / flanks.period
-    pairs = len(meshes.pairs)
-    parts = tables.part
     error = of_mesh(tables.error, step, stage, m, x)
-    rate = of_mesh(tables.error_rate, step, stage, m, x) * frequency
-    every = 0.0
-    total = 0.0
-    c = meshes.damping[m]
-    for p in range(pairs + 2):
-        for i in range(3):
-            law[p, i] = 0.0
-    for j in range(pairs):
-        k = of_pair(tables.stiffness, step, stage, m, j, x)
-        every += k
-        if touch[m, j]:
-            total += k
-            reach = k * (of_pair(tables.gap, step, stage, m, j, x) + error)
-            if len(parts) == 0:
-                law[j, 0], law[j, 2] = k, reach
-            else:
-                for p in range(pairs):
-                    share = (
-                        parts[step, stage, m, j, p]
-                        if stage >= 0
-                        else within(parts[step, :, m, j, p], x)
-                    )
-                    law[p, 0] += share * k
-                    law[p, 2] += share * reach
-    if touch[m, pairs]:
-        law[pairs, 0] = -every
-        law[pairs, 2] = -every * (error - meshes.backlash[m])
-    if meshes.gated[m]:
-        if total > 0.0:
-            for p in range(pairs):
-                if law[p, 0] != 0.0:
-                    part = c * law[p, 0] / total
-                    law[p, 1] = part
-                    law[p, 2] += part * (
-                        rate
-                        + of_pair(tables.pair_rate, step, stage, m, p, x) * frequency
-                    )
-        if touch[m, pairs]:
-            law[pairs, 1] = -c
-            law[pairs, 2] -= c * rate
-    else:
-        law[pairs + 1, 1] = c
-        law[pairs + 1, 2] = c * (
-            rate + of_mesh(tables.lead_rate, step, stage, m, x) * frequency
+    error_rate = of_mesh(tables.error_rate, step, stage, m, x) * frequency
+
+    stiffness, touching_stiffness = _fill_springs(flanks, step, stage, x, m, error, law)
+    _fill_back_flank(flanks, m, stiffness, error, law)
+    if flanks.meshes.gated[m]:
+        _fill_pair_dashpots(
+            flanks, step, stage, x, m, error_rate, touching_stiffness, law
         )
-    if len(meshes.channels) > len(meshes.damping):
-        for p in range(pairs):
+    else:
+        _fill_mesh_dashpot(flanks, step, stage, x, m, error_rate, law)
+    if len(flanks.meshes.channels) > len(flanks.meshes.damping):
+        for p in range(len(flanks.meshes.pairs)):
             rub[p, 0] = of_pair(tables.sliding, step, stage, m, p, x)
             rub[p, 1] = of_pair(tables.moment, step, stage, m, p, x)
 
 
+@jit_inner(counted=False, forceinline=True)
+def _fill_springs(
+    flanks: Any, step: int, stage: int, x: float, m: int, error: float, law: Any
+) -> tuple[float, float]:
+    """Write the springs that touch into an emptied law.
+
+    Return the stiffness of all springs of the mesh, and of those that touch [N/m].
+    """
+    tables = flanks.tables
+    touch = flanks.scratch.touch
+    shares = tables.part
+    pairs = len(flanks.meshes.pairs)
+    stiffness = 0.0
+    touching_stiffness = 0.0
+
+    for p in range(pairs + 2):
+        for i in range(3):
+            law[p, i] = 0.0
+
+    for j in range(pairs):
+        k = of_pair(tables.stiffness, step, stage, m, j, x)
+        stiffness += k
+        if touch[m, j]:
+            touching_stiffness += k
+            offset = k * (of_pair(tables.gap, step, stage, m, j, x) + error)
+            if len(shares) == 0:
+                law[j, STIFFNESS] = k
+                law[j, OFFSET] = offset
+            else:
+                for p in range(pairs):
+                    share = (
+                        shares[step, stage, m, j, p]
+                        if stage >= 0
+                        else within(shares[step, :, m, j, p], x)
+                    )
+                    law[p, STIFFNESS] += share * k
+                    law[p, OFFSET] += share * offset
+    return stiffness, touching_stiffness
+
+
+@jit_inner(counted=False, forceinline=True)
+def _fill_back_flank(
+    flanks: Any, m: int, stiffness: float, error: float, law: Any
+) -> None:
+    """Write the spring of the back flank, as stiff as all pairs, where it touches."""
+    pairs = len(flanks.meshes.pairs)
+    if flanks.scratch.touch[m, pairs]:
+        law[pairs, STIFFNESS] = -stiffness
+        law[pairs, OFFSET] = -stiffness * (error - flanks.meshes.backlash[m])
+
+
+@jit_inner(counted=False, forceinline=True)
+def _fill_pair_dashpots(
+    flanks: Any,
+    step: int,
+    stage: int,
+    x: float,
+    m: int,
+    error_rate: float,
+    touching_stiffness: float,
+    law: Any,
+) -> None:
+    """Share the damping of the mesh among the flanks that touch, by their stiffness."""
+    frequency = 1.0 / flanks.period
+    pairs = len(flanks.meshes.pairs)
+    damping = flanks.meshes.damping[m]
+    gap_rates = flanks.tables.pair_rate
+
+    if touching_stiffness > 0.0:
+        for p in range(pairs):
+            if law[p, STIFFNESS] != 0.0:
+                part = damping * law[p, STIFFNESS] / touching_stiffness
+                law[p, DAMPING] = part
+                law[p, OFFSET] += part * (
+                    error_rate + of_pair(gap_rates, step, stage, m, p, x) * frequency
+                )
+
+    if flanks.scratch.touch[m, pairs]:
+        law[pairs, DAMPING] = -damping
+        law[pairs, OFFSET] -= damping * error_rate
+
+
+@jit_inner(counted=False, forceinline=True)
+def _fill_mesh_dashpot(
+    flanks: Any, step: int, stage: int, x: float, m: int, error_rate: float, law: Any
+) -> None:
+    """Write the dashpot that always acts, which follows the pair of the least gap."""
+    frequency = 1.0 / flanks.period
+    pairs = len(flanks.meshes.pairs)
+    damping = flanks.meshes.damping[m]
+    lead_rate = of_mesh(flanks.tables.lead_rate, step, stage, m, x) * frequency
+    law[pairs + 1, DAMPING] = damping
+    law[pairs + 1, OFFSET] = damping * (error_rate + lead_rate)
+
+
 @jit_inner(counted=False)
-def flank_law(flanks: Any, step: int, a: float, b: float, half: int) -> None:
-    """Fill law and friction of all flanks in a half of the scratch, at three instants of a part a…b."""
+def fill_flank_laws(flanks: Any, step: int, a: float, b: float, half: int) -> None:
+    """Fill law and friction of all flanks at start, middle and end of a part of a step.
+
+    Parameters
+    ----------
+    flanks : of the kernel
+    step : of the tables
+    a, b : fractions of the step at which the part begins and ends [1]
+    half : of the scratch that is written, `THIS` or `NEXT`
+    """
     law = flanks.scratch.law[half]
     rub = flanks.scratch.rub[half]
     whole = a == 0.0 and b == 1.0
@@ -222,14 +348,20 @@ def flank_law(flanks: Any, step: int, a: float, b: float, half: int) -> None:
         at = stage if whole else WITHIN
         x = a + 0.5 * stage * (b - a)
         for m in range(len(flanks.meshes.damping)):
-            flanks_at(flanks, step, at, x, m, law[stage, m], rub[stage, m])
+            fill_laws_of_mesh(flanks, step, at, x, m, law[stage, m], rub[stage, m])
 
 
 @jit_inner(counted=False)
-def channel_law(flanks: Any, half: int, stages: int = 3) -> None:
-    """Fill the law of the channels, ``mesh`` and first ``inputs`` of the scratch, from which pairs push.
+def fill_channel_laws(flanks: Any, half: int, stages: int = 3) -> None:
+    """Fill stiffness, damping and offset of the channels, from which pairs push.
 
-    Of fewer ``stages`` the first ones.
+    They go into ``mesh`` and the first ``inputs`` of the scratch.
+
+    Parameters
+    ----------
+    flanks : of the kernel; the scratch has the laws of the flanks
+    half : of the scratch, `THIS` or `NEXT`
+    stages : how many of the three stages, the first ones
 
     References
     ----------
@@ -244,37 +376,55 @@ def channel_law(flanks: Any, half: int, stages: int = 3) -> None:
     count = len(meshes.damping)
     pairs = len(meshes.pairs)
     channels = len(meshes.channels)
+
     for stage in range(stages):
         for c in range(channels):
             m = c % count
             kind = c // count
-            k, b, w = 0.0, 0.0, 0.0
+            k = 0.0
+            b = 0.0
+            w = 0.0
             for p in range(pairs):
                 if pushes[m, p]:
                     factor = 1.0 if kind == 0 else rub[stage, m, p, kind - 1]
-                    k += factor * law[stage, m, p, 0]
-                    b += factor * law[stage, m, p, 1]
-                    w += factor * law[stage, m, p, 2]
+                    k += factor * law[stage, m, p, STIFFNESS]
+                    b += factor * law[stage, m, p, DAMPING]
+                    w += factor * law[stage, m, p, OFFSET]
+
             if kind == 0:
                 if pushes[m, pairs]:
-                    k -= law[stage, m, pairs, 0]
-                    b -= law[stage, m, pairs, 1]
-                    w -= law[stage, m, pairs, 2]
-                b += law[stage, m, pairs + 1, 1]
-                w += law[stage, m, pairs + 1, 2]
+                    k -= law[stage, m, pairs, STIFFNESS]
+                    b -= law[stage, m, pairs, DAMPING]
+                    w -= law[stage, m, pairs, OFFSET]
+                b += law[stage, m, pairs + 1, DAMPING]
+                w += law[stage, m, pairs + 1, OFFSET]
+
             at = stage * channels + c
-            mesh[at], mesh[3 * channels + at], inputs[half, stage, c] = k, b, w
+            mesh[at] = k
+            mesh[3 * channels + at] = b
+            inputs[half, stage, c] = w
 
 
 @jit_inner(counted=False)
-def fill_loads(kernel: Any, step: int, a: float, b: float, half: int) -> None:
-    """Fill the inputs beside those of the channels at start, middle and end of a part a…b of a step."""
+def fill_load_inputs(kernel: Any, step: int, a: float, b: float, half: int) -> None:
+    """Fill the inputs by loads at start, middle and end of a part of a step.
+
+    They follow those of the channels: the constant load, the fluctuating one, and loads
+    of unknown size.
+
+    Parameters
+    ----------
+    kernel, step : the system, and a step of its tables
+    a, b : fractions of the step at which the part begins and ends [1]
+    half : of the scratch that is written, `THIS` or `NEXT`
+    """
     tables = kernel.flanks.tables
     balance = kernel.balance
     inputs = kernel.flanks.scratch.inputs
     at = len(kernel.flanks.meshes.channels)
     for stage in range(3):
-        inputs[half, stage, at], inputs[half, stage, at + 1] = 1.0, 0.0
+        inputs[half, stage, at] = 1.0
+        inputs[half, stage, at + 1] = 0.0
         if len(tables.fluctuation) > 0:
             inputs[half, stage, at + 1] = within(
                 tables.fluctuation[step], a + 0.5 * stage * (b - a)
@@ -284,46 +434,66 @@ def fill_loads(kernel: Any, step: int, a: float, b: float, half: int) -> None:
 
 
 @jit_inner(counted=False, forceinline=True)
-def see_start(kernel: Any, step: int, w: Any, states: Any, i: Any) -> None:
-    """Set what touches and pushes at the start of a step, and the normal forces over all of it."""
+def set_contact_at_start(kernel: Any, step: int, w: Any, states: Any, i: Any) -> None:
+    """Set what touches and pushes at the start of a step; fill the laws of its flanks.
+
+    Parameters
+    ----------
+    kernel, step : the system, and a step of its tables
+    w : columns of a state
+    states, i : flat states; that of the start begins at ``states[i]``
+    """
     for m in range(len(kernel.flanks.meshes.damping)):
         place, _ = motion_of(kernel.structure, m, w, states, i)
-        note_contact(kernel.flanks, step, START, 0.0, m, place)
-    flank_law(kernel.flanks, step, 0.0, 1.0, THIS)
+        set_touching(kernel.flanks, step, START, 0.0, m, place)
+
+    fill_flank_laws(kernel.flanks, step, 0.0, 1.0, THIS)
+
     for m in range(len(kernel.flanks.meshes.damping)):
         place, speed = motion_of(kernel.structure, m, w, states, i)
-        see_push(kernel.flanks, m, place, speed, kernel.flanks.scratch.law[0, 0, m])
+        set_pushing(kernel.flanks, m, place, speed, kernel.flanks.scratch.law[0, 0, m])
 
 
 @jit_inner(counted=False)
-def hold_all(flanks: Any, step: int) -> None:
-    """Let every pair in the path touch and push, and no back flank: the contact of a loaded mesh."""
+def set_permanent_contact(flanks: Any, step: int) -> None:
+    """Let every pair in the path touch and push, and no back flank: a loaded mesh."""
     pairs = len(flanks.meshes.pairs)
-    s = flanks.scratch
+    scratch = flanks.scratch
     for m in range(len(flanks.meshes.damping)):
         for p in range(pairs):
-            s.touch[m, p] = flanks.tables.stiffness[step, 1, m, p] > 0.0
-            s.pushes[m, p] = True
-        s.touch[m, pairs], s.pushes[m, pairs] = False, False
+            scratch.touch[m, p] = flanks.tables.stiffness[step, 1, m, p] > 0.0
+            scratch.pushes[m, p] = True
+        scratch.touch[m, pairs] = False
+        scratch.pushes[m, pairs] = False
 
 
 @jit_inner(counted=False, forceinline=True)
 def contact_holds(
     kernel: Any, step: int, w: Any, states: Any, i: Any, j: Any, half: int
 ) -> bool:
-    """Whether contact is right in the middle and at the end of the step from state ``i`` to ``j``.
+    """Whether contact is right in the middle and at the end of a step.
 
     The middle is that of the cubic Hermite polynomial between both ends.
+
+    Parameters
+    ----------
+    kernel, step : the system, and a step of its tables
+    w : columns of a state
+    states, i, j : flat states; the step leads from ``states[i:]`` to ``states[j:]``
+    half : of the scratch that holds the laws of the step
     """
     h = kernel.flanks.tables.width[step] * kernel.flanks.period
     law = kernel.flanks.scratch.law[half]
     for m in range(len(kernel.flanks.meshes.damping)):
-        first, before = motion_of(kernel.structure, m, w, states, i)
-        last, after = motion_of(kernel.structure, m, w, states, j)
-        if contact_differs(kernel.flanks, step, END, m, last, after, law[2, m]):
+        first_place, first_speed = motion_of(kernel.structure, m, w, states, i)
+        place, speed = motion_of(kernel.structure, m, w, states, j)
+        if contact_differs(kernel.flanks, step, END, m, place, speed, law[2, m]):
             return False
-        place = 0.5 * (first + last) + 0.125 * h * (before - after)
-        speed = 1.5 * (last - first) / h - 0.25 * (before + after)
-        if contact_differs(kernel.flanks, step, MIDST, m, place, speed, law[1, m]):
+
+        middle_place = 0.5 * (first_place + place) + 0.125 * h * (first_speed - speed)
+        middle_speed = 1.5 * (place - first_place) / h - 0.25 * (first_speed + speed)
+        if contact_differs(
+            kernel.flanks, step, MIDST, m, middle_place, middle_speed, law[1, m]
+        ):
             return False
     return True

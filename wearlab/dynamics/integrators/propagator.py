@@ -29,6 +29,17 @@ from wearlab.mesh.stages import StageTables
 GRID = 0.05
 """Relative distance of the mean stiffnesses that share tables: they need be no exact
 means."""
+ROUNDS = 3
+"""Of a step: forces at the later stages depend on the deflections there, which depend
+on the forces. From a guess by the state at the start, every round gains two orders
+where only stiffnesses differ from their means."""
+ROUNDS_WITH_RATES = 5
+"""The same where damping differs, too: every round gains one order."""
+SAME = 1e-9
+"""Difference of a damping from that of the linear part, over it, that is rounding."""
+OF_ONE = np.int64(2)
+OF_TWO = np.int64(4)
+"""Stages after the first, of one step and of two."""
 
 
 class Steps(NamedTuple):
@@ -83,26 +94,66 @@ def propagator_of(
     ----------
     Hochbruck & Ostermann 2010, §2.2.
     """
-    rounded = np.exp(
-        GRID * np.round(np.log(np.maximum(tables.mean_stiffness, 1e-300)) / GRID)
-    )
+    logarithm = np.log(np.maximum(tables.mean_stiffness, 1e-300))
+    mean_stiffness = np.exp(GRID * np.round(logarithm / GRID))
     lengths, slot = np.unique(tables.width * period, return_inverse=True)
-    linear = (
-        *normalised(system, rounded),
-        system.direction,
-        enters,
-        system.mesh_damping,
-        rounded,
+    stiffness, damping = normalised(system, mean_stiffness)
+    linear_part = _LinearPart(
+        stiffness=_Frozen.of(stiffness),
+        damping=_Frozen.of(damping),
+        direction=_Frozen.of(system.direction),
+        enters=_Frozen.of(enters),
+        mesh_damping=_Frozen.of(system.mesh_damping),
+        mesh_stiffness=_Frozen.of(mean_stiffness),
+        lengths=_Frozen.of(lengths),
+        channels=len(system.force_vectors[0]),
     )
-    given = (*linear, lengths, len(system.force_vectors[0]))
-    return _propagator(
-        *((np.shape(x), np.asarray(x, float).tobytes()) for x in given)
-    ), slot
+    return _propagator(linear_part), slot
+
+
+class _Frozen(NamedTuple):
+    """An array by its content, so that it can be the key of a cache."""
+
+    shape: tuple[int, ...]
+    content: bytes
+
+    @classmethod
+    def of(cls, array: Array) -> "_Frozen":
+        """Return the content of an array."""
+        return cls(np.shape(array), np.asarray(array, float).tobytes())
+
+    @property
+    def array(self) -> Array:
+        """The array again."""
+        return np.frombuffer(self.content).reshape(self.shape)
+
+
+class _LinearPart(NamedTuple):
+    """What the tables are made of.
+
+    Parameters
+    ----------
+    stiffness, damping : (n, n) M⁻¹K and M⁻¹C with the mean meshes
+    direction : (n_mesh, n) of the meshes
+    enters : (n_input, n) accelerations by the inputs
+    mesh_damping, mesh_stiffness : (n_mesh,) that the linear part holds
+    lengths : (n_lengths,) of the steps [s]
+    channels : how many channels there are, friction included
+    """
+
+    stiffness: _Frozen
+    damping: _Frozen
+    direction: _Frozen
+    enters: _Frozen
+    mesh_damping: _Frozen
+    mesh_stiffness: _Frozen
+    lengths: _Frozen
+    channels: int
 
 
 @lru_cache(maxsize=16)
-def _propagator(*given: tuple[tuple[int, ...], bytes]) -> Propagator:
-    """Return the tables, from matrices by shape and bytes: by an exponential over half a step.
+def _propagator(linear_part: _LinearPart) -> Propagator:
+    """Return the tables, by an exponential over half a step.
 
     Inputs are polynomials of the time. The state (q, h/2 q̇) is followed by the inputs
     and their derivatives by the time in half steps: one matrix advances all of these,
@@ -113,59 +164,93 @@ def _propagator(*given: tuple[tuple[int, ...], bytes]) -> Propagator:
     Moler & Van Loan, SIAM Rev. 45 (2003) 3–49, method 3: scaling and squaring, as SciPy
     has it.
     """
-    arrays = (np.frombuffer(content).reshape(shape) for shape, content in given)
-    k, c, d, enters, mesh_damping, mean, h, channels = arrays
-    (inputs, n) = enters.shape
-    half = 0.5 * h[:, None, None]
-    whole = np.zeros((len(h), 2 * n + 5 * inputs, 2 * n + 5 * inputs))
-    whole[:, :n, n : 2 * n] = np.eye(n)
-    whole[:, n : 2 * n, :n] = -(half**2) * k
-    whole[:, n : 2 * n, n : 2 * n] = -half * c
-    whole[:, n : 2 * n, 2 * n : 2 * n + inputs] = half**2 * enters.T
-    whole[:, 2 * n : -inputs, 2 * n + inputs :] = np.eye(4 * inputs)
-    whole = expm(whole)
-    moved = list(accumulate(repeat(whole, 3), np.matmul, initial=whole[:, : 2 * n]))
-    for table in moved:  # in metres per second
+    direction = linear_part.direction.array
+    half = 0.5 * linear_part.lengths.array[:, None, None]
+    n = direction.shape[1]
+    half_step = expm(_augmented(linear_part, half))
+    stages = list(
+        accumulate(repeat(half_step, 3), np.matmul, initial=half_step[:, : 2 * n])
+    )
+    for table in stages:  # in metres per second
         table[:, n:] /= half
         table[:, :, n : 2 * n] *= half
-    held = np.pad([mean, mesh_damping], ((0, 0), (0, int(channels) - len(mean))))
-    return Propagator(_steps(moved[:2], d), _steps(moved, d), *held)
 
-
-def _steps(moved: list[Array], direction: Array) -> Steps:
-    """Return the tables of steps whose later stages are reached by matrices (n_lengths, 2n, …)."""
-    n = direction.shape[1]
-    stage = np.arange(len(moved) + 1)
-    # derivatives of an input at the start by its values at the stages
-    rates = factorial(stage)[:, None] * np.linalg.inv(np.vander(stage, increasing=True))
-    transitions = [table[:, :, : 2 * n] for table in moved]
-    entered = []
-    for table in moved:
-        by_rate = table[:, :, 2 * n :].reshape(len(table), 2 * n, 5, -1)[
-            :, :, : len(stage)
-        ]
-        entered.append(
-            np.einsum("lrjc,js->lrsc", by_rate, rates).reshape(len(table), 2 * n, -1)
-        )
-
-    def seen(tables: list[Array]) -> Array:
-        halves = slice(n), slice(n, None)
-        return np.concatenate(
-            [direction @ table[:, half] for half in halves for table in tables], axis=1
-        )
-
-    middle = len(moved) // 2 - 1
-    ends = transitions[-1], entered[-1], transitions[middle], entered[middle]
-    return Steps(
-        *(
-            np.ascontiguousarray(table)
-            for table in (*ends, seen(transitions), seen(entered))
-        )
+    by_mesh = [linear_part.mesh_stiffness.array, linear_part.mesh_damping.array]
+    friction_channels = linear_part.channels - len(direction)
+    stiffness, damping = np.pad(by_mesh, ((0, 0), (0, friction_channels)))
+    return Propagator(
+        single=_steps(stages[:2], direction),
+        double=_steps(stages, direction),
+        stiffness=stiffness,
+        damping=damping,
     )
 
 
+def _augmented(linear_part: _LinearPart, half: Array) -> Array:
+    """Return the matrix of (q, h/2 q̇), the inputs and their derivatives over half a step.
+
+    ``half`` (n_lengths, 1, 1): durations [s].
+    """
+    enters = linear_part.enters.array
+    inputs, n = enters.shape
+    matrix = np.zeros((len(half), 2 * n + 5 * inputs, 2 * n + 5 * inputs))
+    matrix[:, :n, n : 2 * n] = np.eye(n)
+    matrix[:, n : 2 * n, :n] = -(half**2) * linear_part.stiffness.array
+    matrix[:, n : 2 * n, n : 2 * n] = -half * linear_part.damping.array
+    matrix[:, n : 2 * n, 2 * n : 2 * n + inputs] = half**2 * enters.T
+    matrix[:, 2 * n : -inputs, 2 * n + inputs :] = np.eye(4 * inputs)
+    return matrix
+
+
+def _steps(stages: list[Array], direction: Array) -> Steps:
+    """Return the tables of steps.
+
+    Parameters
+    ----------
+    stages : of each later stage the matrix (n_lengths, 2n, 2n + 5 n_input) that leads
+        to it
+    direction : (n_mesh, n) of the meshes
+    """
+    n = direction.shape[1]
+    number = np.arange(len(stages) + 1)
+    # derivatives of an input at the start by its values at the stages
+    powers = np.vander(number, increasing=True)
+    rates = factorial(number)[:, None] * np.linalg.inv(powers)
+    transitions = [table[:, :, : 2 * n] for table in stages]
+    effects = []
+    for table in stages:
+        by_derivative = table[:, :, 2 * n :].reshape(len(table), 2 * n, 5, -1)
+        by_derivative = by_derivative[:, :, : len(number)]
+        by_value = np.einsum("lrjc,js->lrsc", by_derivative, rates)
+        effects.append(by_value.reshape(len(table), 2 * n, -1))
+
+    middle = len(stages) // 2 - 1
+    return Steps(
+        transition=np.ascontiguousarray(transitions[-1]),
+        inputs=np.ascontiguousarray(effects[-1]),
+        between=np.ascontiguousarray(transitions[middle]),
+        between_inputs=np.ascontiguousarray(effects[middle]),
+        sense=_projected(transitions, direction),
+        feed=_projected(effects, direction),
+    )
+
+
+def _projected(tables: list[Array], direction: Array) -> Array:
+    """Return mesh deflections by tables of states, then their rates."""
+    n = direction.shape[1]
+    deflections = [direction @ table[:, :n] for table in tables]
+    rates = [direction @ table[:, n:] for table in tables]
+    return np.ascontiguousarray(np.concatenate([*deflections, *rates], axis=1))
+
+
 def normalised(system: System, mesh_stiffness: Array) -> tuple[Array, Array]:
-    """Return M⁻¹K and M⁻¹C at stiffnesses of the meshes (n_mesh,), all in contact, (n, n) each."""
+    """Return M⁻¹K and M⁻¹C with all meshes in contact, (n, n) each.
+
+    Parameters
+    ----------
+    system : the equation of motion
+    mesh_stiffness : (n_mesh,) [N/m]
+    """
     inverse = np.linalg.inv(system.mass)
     d = system.direction
     damping = system.total_damping + d.T @ (system.mesh_damping[:, None] * d)
@@ -178,20 +263,15 @@ def companion(stiffness: Array, damping: Array) -> Array:
     return np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
 
 
-ROUNDS, ROUNDS_WITH_RATES = 3, 5
-"""Of a step: forces at the later stages depend on the deflections there, which depend
-on the forces. From a guess by the state at the start, every round gains two orders
-where only stiffnesses differ from their means, and one where damping does too."""
-SAME = 1e-9
-"""Difference of a damping from that of the linear part, over it, that is rounding."""
-OF_ONE = np.int64(2)
-OF_TWO = np.int64(4)
-"""Stages after the first, of one step and of two."""
-
-
 @jit_inner
 def times(matrix: Any, x: Any, out: Any) -> None:
-    """Write ``matrix @ x`` into ``out``, both (rows, columns)."""
+    """Write ``matrix @ x`` into ``out``, by BLAS.
+
+    Parameters
+    ----------
+    matrix : (n_out, n)
+    x, out : (n, columns), (n_out, columns)
+    """
     if x.shape[1] == 1:
         np.dot(matrix, x.reshape(x.shape[0]), out.reshape(out.shape[0]))
     else:
@@ -216,7 +296,9 @@ def exact_step(
 def exact_steps(
     kernel: Any, step: int, steps: Any, later: int, w: Any, states: Any
 ) -> None:
-    """Advance the first of some states over one step, or two equal ones, into those after it.
+    """Advance the first of some states over one step, or two equal ones.
+
+    The states after it are written.
 
     Parameters
     ----------
@@ -228,10 +310,10 @@ def exact_steps(
     structure = kernel.structure
     slot = kernel.structure.slot[step]
     rows = np.uint64(2 * len(structure.coordinates))
-    after = later // 2
+    count = later // 2
     force = structure.force[: (later + 1) * (len(structure.force) // 5)]
-    state = states[: np.uint64(1 + after) * rows * w].reshape(
-        (np.uint64(1 + after), rows, w)
+    state = states[: np.uint64(1 + count) * rows * w].reshape(
+        (np.uint64(1 + count), rows, w)
     )
     solve_forces(structure, kernel.flanks.scratch, steps, slot, later, state[0])
     if later == OF_TWO:
@@ -249,7 +331,7 @@ def exact_steps(
         state[0],
         force,
         structure.moved,
-        state[after],
+        state[count],
     )
 
 
@@ -257,16 +339,22 @@ def exact_steps(
 def solve_forces(
     structure: Any, s: Any, steps: Any, slot: int, later: int, old: Any
 ) -> None:
-    """Find the inputs at all stages of a step, or of two.
+    """Find the inputs at all stages of a step, or of two, into ``structure.force``.
 
-    ``later``: stages after the first.
+    Parameters
+    ----------
+    structure : `wearlab.dynamics.integrators.kernel.Propagated`
+    s : the scratch, with laws of the channels and inputs
+    steps, slot : tables, and which of their lengths
+    later : stages after the first, `OF_ONE` or `OF_TWO`
+    old : (2n, w) state at the start
     """
     tables = structure.tables
     n = len(structure.coordinates)
     meshes = len(structure.sense) // 8
-    rates = damping_differs(tables, s.mesh[0]) or (
-        later > OF_ONE and damping_differs(tables, s.mesh[1])
-    )
+    rates = damping_differs(tables, s.mesh[0])
+    if later > OF_ONE:
+        rates = rates or damping_differs(tables, s.mesh[1])
     sensed = 2 * later * meshes if rates else later * meshes
     sense = structure.sense[:sensed]
     feed = structure.feed[:sensed]
@@ -290,7 +378,15 @@ def solve_forces(
 def advance(
     transition: Any, inputs: Any, old: Any, force: Any, moved: Any, new: Any
 ) -> None:
-    """Write ``transition @ old + inputs @ force`` into ``new``."""
+    """Write ``transition @ old + inputs @ force`` into ``new``.
+
+    Parameters
+    ----------
+    transition, inputs : (2n, 2n), (2n, n_force) tables
+    old, new : (2n, w) states at the start and at the end
+    force : (n_force, w) inputs at all stages
+    moved : (2n, w) scratch
+    """
     times(transition, old, new)
     times(inputs, force, moved)
     out = new.reshape(new.size)
@@ -301,13 +397,20 @@ def advance(
 
 @jit_inner
 def damping_differs(tables: Any, mesh: Any) -> bool:
-    """Whether a mesh is damped otherwise than the linear part has it: a pair does not push, or flanks rub."""
+    """Whether a mesh is damped otherwise than the linear part has it.
+
+    It is where a pair does not push, or flanks rub.
+
+    Parameters
+    ----------
+    tables : the propagator
+    mesh : (6 n_channel,) stiffness and damping of the channels at the three stages
+    """
     channels = len(tables.stiffness)
     for stage in range(3):
         for c in range(channels):
-            if abs(mesh[(3 + stage) * channels + c] - tables.damping[c]) > SAME * (
-                1.0 + tables.damping[c]
-            ):
+            difference = abs(mesh[(3 + stage) * channels + c] - tables.damping[c])
+            if difference > SAME * (1.0 + tables.damping[c]):
                 return True
     return False
 
@@ -316,17 +419,25 @@ def damping_differs(tables: Any, mesh: Any) -> bool:
 def fill_force(
     structure: Any, s: Any, at: int, first: int, below: int, sensed: float, rates: bool
 ) -> None:
-    """Fill the inputs of stage ``at`` from deflections, ``sensed sense + feed`` in rows from ``first`` on.
+    """Fill the inputs of a stage from deflections, ``sensed sense + feed``.
 
-    ``below``: rows from a deflection to its rate.
+    Parameters
+    ----------
+    structure, s : as in `solve_forces`
+    at : the stage
+    first : row of the first mesh's deflection at that stage
+    below : rows from a deflection to its rate
+    sensed : 1.0, or 0.0 for a guess that is in ``feed`` alone
+    rates : whether dampings differ from those of the linear part
     """
     tables = structure.tables
     force = structure.force
     sense = structure.sense
     feed = structure.feed
-    half, stage = (0, at) if at <= OF_ONE else (1, at - OF_ONE)
+    half = 0 if at <= OF_ONE else 1
+    stage = at - half * OF_ONE
     mesh = s.mesh[half]
-    given = s.inputs[half, stage]
+    offset = s.inputs[half, stage]
     channels = len(tables.stiffness)
     inputs = len(force) // 5
     meshes = len(sense) // 8
@@ -342,6 +453,6 @@ def fill_force(
                     row[col] += b * (
                         sensed * sense[m + below, col] + feed[m + below, col]
                     )
-            row[0] += given[c]
+            row[0] += offset[c]
         else:
-            row[0] = given[c]
+            row[0] = offset[c]

@@ -1,4 +1,4 @@
-"""The classical Runge–Kutta step of a small system between changes of contact, for all columns at once.
+"""The classical Runge–Kutta step between changes of contact, for all columns at once.
 
 While contact lasts, channels exert ``Q = k d·q + b d·q̇ − w`` with k, b and w known at
 the stages. The trajectory (column 0) and its tangents (the other columns) then obey the
@@ -47,42 +47,47 @@ def diagonal_step(
     Kutta, Z. Math. Phys. 46 (1901) 435–453.
     """
     structure = kernel.structure
-    like = kernel.structure.coordinates
+    coordinates = kernel.structure.coordinates
     mesh = kernel.flanks.scratch.mesh[0]
     load = kernel.flanks.scratch.load
-    _accelerate(kernel, w)
-    zero = np.uint64(0)
-    n = len(like)
+    _fill_load(kernel, w)
+    n = len(coordinates)
     h = kernel.flanks.tables.width[step] * kernel.flanks.period
     below = np.uint64(n) * w
     half = 0.5 * h
-    h6 = h / 6.0
-    for col in range(zero, columns):
-        q = take(like, states, i + col, w)
-        v = take(like, states, i + below + col, w)
-        b1 = take(like, load, col, w)
-        b2 = take(like, load, below + col, w)
-        b3 = take(like, load, below + below + col, w)
-        a1 = _acceleration(structure, mesh, START, b1, q, v)
+    sixth = h / 6.0
+    for col in range(np.uint64(0), columns):
+        q = take(coordinates, states, i + col, w)
+        v = take(coordinates, states, i + below + col, w)
+        load_at_start = take(coordinates, load, col, w)
+        load_midst = take(coordinates, load, below + col, w)
+        load_at_end = take(coordinates, load, below + below + col, w)
+
+        a1 = _acceleration(structure, mesh, START, load_at_start, q, v)
+
         q_half = add(q, half, v)
-        a2 = _acceleration(structure, mesh, MIDST, b2, q_half, add(v, half, a1))
-        a3 = _acceleration(
-            structure, mesh, MIDST, b2, add(q_half, half * half, a1), add(v, half, a2)
-        )
+        v2 = add(v, half, a1)
+        a2 = _acceleration(structure, mesh, MIDST, load_midst, q_half, v2)
+
+        q3 = add(q_half, half * half, a1)
+        v3 = add(v, half, a2)
+        a3 = _acceleration(structure, mesh, MIDST, load_midst, q3, v3)
+
         q_end = add(q, h, v)
-        a4 = _acceleration(
-            structure, mesh, END, b3, add(q_end, h * half, a2), add(v, h, a3)
-        )
+        q4 = add(q_end, h * half, a2)
+        v4 = add(v, h, a3)
+        a4 = _acceleration(structure, mesh, END, load_at_end, q4, v4)
+
         for row in range(n):
             middles = a2[row] + a3[row]
             to = j + np.uint64(row) * w + col
-            states[to] = q_end[row] + h * h6 * (a1[row] + middles)
-            states[to + below] = v[row] + h6 * (a1[row] + 2.0 * middles + a4[row])
+            states[to] = q_end[row] + h * sixth * (a1[row] + middles)
+            states[to + below] = v[row] + sixth * (a1[row] + 2.0 * middles + a4[row])
 
 
 @jit_inner(counted=False)
-def _accelerate(kernel: Any, w: Any) -> None:
-    """Write the accelerations by the inputs, at start, middle and end, into column 0 of the load."""
+def _fill_load(kernel: Any, w: Any) -> None:
+    """Write the accelerations by the inputs at the three stages into column 0 of the load."""
     scratch = kernel.flanks.scratch
     enters = kernel.series.enters
     n = len(kernel.structure.coordinates)
@@ -111,7 +116,8 @@ def _acceleration(
     for row in range(n):
         out = put(out, row, load[row] - k[row] * q[row] - c[row] * v[row])
     for m in range(meshes):
-        place, speed = 0.0, 0.0
+        place = 0.0
+        speed = 0.0
         for row in range(n):
             place += d[m * n + row] * q[row]
             speed += d[m * n + row] * v[row]
@@ -125,9 +131,12 @@ def _acceleration(
 def dense_step(
     kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
 ) -> None:
-    """Advance a trajectory alone at ``states[i:]`` by one step into ``states[j:]``.
+    """Advance a trajectory, without tangents, by one step.
 
-    Parameters are those of `wearlab.dynamics.integrators.rk4.diagonal_step`.
+    Parameters
+    ----------
+    kernel, step, columns, w, states, i, j : as in `diagonal_step`, the structure
+        `wearlab.dynamics.integrators.kernel.Dense`
 
     References
     ----------
@@ -139,9 +148,10 @@ def dense_step(
     first = work[0]
     trial = work[1]
     slope = work[2]
-    after = work[3]
+    end = work[3]
     for row in range(2 * n):
-        first[row] = after[row] = states[i + np.uint64(row) * w]
+        first[row] = states[i + np.uint64(row) * w]
+        end[row] = first[row]
         slope[row] = 0.0
     for evaluation in range(4):
         stage = (evaluation + 1) // 2
@@ -150,34 +160,42 @@ def dense_step(
         write(trial[n:], slope)
         acceleration(kernel, stage, trial, slope[n:])
         for row in range(2 * n):
-            after[row] += (h / 3.0 if stage == MIDST else h / 6.0) * slope[row]
+            end[row] += (h / 3.0 if stage == MIDST else h / 6.0) * slope[row]
     for row in range(2 * n):
-        states[j + np.uint64(row) * w] = after[row]
+        states[j + np.uint64(row) * w] = end[row]
 
 
 @jit_inner(counted=False)
 def acceleration(kernel: Any, stage: int, state: Any, out: Any) -> None:
-    """Write q̈ (n,) of ``state`` (2n,) at a stage whose law and inputs are in the scratch."""
-    given = kernel.series
+    """Write q̈ of a state at a stage whose law and inputs are in the scratch.
+
+    Parameters
+    ----------
+    kernel : the system
+    stage : `START`, `MIDST` or `END`
+    state : (2n,) q [m] and q̇ [m/s]
+    out : (n,) written [m/s²]
+    """
+    series = kernel.series
     mesh = kernel.flanks.scratch.mesh[0]
     inputs = kernel.flanks.scratch.inputs[0]
     n = len(out)
     channels = len(kernel.flanks.meshes.channels)
     for row in range(n):
         out[row] = 0.0
-        for x in range(len(given.enters)):
-            out[row] += inputs[stage, x] * given.enters[x, row]
+        for x in range(len(series.enters)):
+            out[row] += inputs[stage, x] * series.enters[x, row]
         for col in range(n):
             out[row] -= (
-                given.stiffness[row, col] * state[col]
-                + given.damping[row, col] * state[n + col]
+                series.stiffness[row, col] * state[col]
+                + series.damping[row, col] * state[n + col]
             )
     for c in range(channels):
         place, speed = motion_of(kernel.structure, c, np.uint64(1), state, np.uint64(0))
         at = stage * channels + c
         force = mesh[at] * place + mesh[3 * channels + at] * speed
         for row in range(n):
-            out[row] -= given.enters[c, row] * force
+            out[row] -= series.enters[c, row] * force
 
 
 STEPS = {Diagonal: diagonal_step, Dense: dense_step, Propagated: exact_step}

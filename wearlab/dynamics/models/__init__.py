@@ -1,6 +1,8 @@
 """``[dynamics]``: which coordinates move, one model a file."""
 
 from collections.abc import Iterator
+from pathlib import Path
+from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 from annotated_types import Ge, Le
@@ -15,7 +17,23 @@ if TYPE_CHECKING:
     from wearlab.dynamics.system import System
     from wearlab.mesh.gear_set import GearSet
 
-Method = Literal["periodic", "rk4", "rk45", "newmark"]
+DEFAULT_METHOD = "periodic"
+
+
+def method_names() -> tuple[str, ...]:
+    """Return the names of the methods: the files of `wearlab.dynamics.methods`.
+
+    They are not imported, for they compile. The default comes first.
+    """
+    folder = Path(__file__).parents[1] / "methods"
+    names = sorted(module.name for module in iter_modules([str(folder)]))
+    return (DEFAULT_METHOD, *(name for name in names if name != DEFAULT_METHOD))
+
+
+if TYPE_CHECKING:
+    Method = str
+else:
+    Method = Literal[method_names()]
 
 
 class FrictionOptions(Part):
@@ -91,7 +109,7 @@ class DynamicModel(Variant):
         kind for kind, descriptor in SETS.items() if descriptor.is_pair
     )
 
-    method: Method = "periodic"
+    method: Method = DEFAULT_METHOD
     """how the steady response is found; periodic is shooting, the others integrate as
     the papers do. Source: wearlab"""
     friction: FrictionOptions | None = None
@@ -102,12 +120,7 @@ class DynamicModel(Variant):
     @property
     def follows_orbits(self) -> bool:
         """Whether the steady response is found as an orbit, not by integration until steady."""
-        return self.method == "periodic"
-
-    @property
-    def steps_by_runge_kutta(self) -> bool:
-        """Whether Runge–Kutta steps on the tables, which know a limit of stability, move it."""
-        return self.method in ("periodic", "rk4")
+        return self.method == DEFAULT_METHOD
 
     def build(self, motion: InMotion) -> "System":
         """Return its equation of motion.

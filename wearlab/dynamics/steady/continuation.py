@@ -93,34 +93,56 @@ class Continuation:
     def follow(
         self, mesh_at: MeshAt, speeds: Sequence[float], start: Array
     ) -> list[Point]:
-        """Return the responses at speeds in the order given, the first from the state ``start`` (2n,)."""
+        """Return the responses at speeds in their order, each from that of the last.
+
+        Parameters
+        ----------
+        mesh_at : speed [rad/s] → system, tables and duration of a mesh period
+        speeds : [rad/s]
+        start : (2n,) state from which the first response is looked for
+        """
         points: list[Point] = []
+        state = start
         for speed in speeds:
-            points.append(
-                self.at(mesh_at, speed, points[-1].response.end if points else start)
-            )
+            point = self.at(mesh_at, speed, state)
+            points.append(point)
+            state = point.response.end
         return points
 
     def at(self, mesh_at: MeshAt, speed: float, start: Array) -> Point:
-        """Return the response that a motion from ``start`` (2n,) settles on, at a speed [rad/s]."""
+        """Return the response that a motion settles on.
+
+        Parameters
+        ----------
+        mesh_at : as in `follow`
+        speed : [rad/s]
+        start : (2n,) state of the motion
+        """
         method = self.method
         state = start.copy()
-        shooting = Shooting(*mesh_at(speed), method)
-        for most in (self.transient, self.transient, 4 * self.transient):
-            strobe = _settled_strobe(shooting, state, most, method.longest)
+        system, tables, period = mesh_at(speed)
+        shooting = Shooting(system, tables, period, method)
+        for transient in (self.transient, self.transient, 4 * self.transient):
+            strobe = _settled_strobe(shooting, state, transient, method.longest)
             orbit = _orbit_of(shooting, strobe, method)
             if orbit is not None:
-                strobe = np.tile(
-                    orbit.state[:, 0], (-(-self.strobe // orbit.period), 1)
-                )[: self.strobe]
+                turns = -(-self.strobe // orbit.period)
+                strobe = np.tile(orbit.state[:, 0], (turns, 1))[: self.strobe]
                 return Point(speed, shooting.counted(orbit), strobe)
+
         strobe, path = shooting.integrate(
             state, max(self.strobe, method.averaged), method.averaged
         )
         return Point(speed, shooting.aperiodic(path, 0.0), strobe[-self.strobe :])
 
     def jumps(self, mesh_at: MeshAt, points: Sequence[Point]) -> list[JumpOfResponse]:
-        """Return where the responses of successive speeds lie on different branches."""
+        """Return where the responses of successive speeds lie on different branches.
+
+        Parameters
+        ----------
+        mesh_at : as in `follow`
+        points : responses at speeds, in their order
+        """
         largest = max(point.extent for point in points)
         jumps = list[JumpOfResponse | None]()
         for slow, fast in pairwise(points):
@@ -150,20 +172,23 @@ class Continuation:
         return JumpOfResponse(first.speed, second.speed, first.extent, second.extent)
 
 
-def _settled_strobe(shooting: Shooting, state: Array, most: int, longest: int) -> Array:
-    """Integrate ``state`` at most ``most`` periods, less when it comes to rest.
+def _settled_strobe(
+    shooting: Shooting, state: Array, transient: int, longest: int
+) -> Array:
+    """Integrate ``state`` over a transient, or until it comes to rest.
 
-    Return its last strobes.
+    Return its last strobed states.
     """
     n = shooting.rows // 2
-    done = 0
+    periods = 0
     while True:
         strobe, _ = shooting.integrate(state, 2 * longest + 2)
-        done += 2 * longest + 2
+        periods += 2 * longest + 2
         size = float(np.abs(strobe[:, :n]).max())
         last = strobe[-2 * longest :, :n]
         changes = (np.abs(last[m:] - last[:-m]).max() for m in range(1, longest + 1))
-        if done >= most or any(change <= AT_REST * size for change in changes):
+        at_rest = any(change <= AT_REST * size for change in changes)
+        if periods >= transient or at_rest:
             return strobe
 
 
@@ -173,21 +198,20 @@ def _orbit_of(shooting: Shooting, strobe: Array, method: Periodic) -> Response |
     size = float(np.abs(strobe[-1, :n]).max()) or 1.0
     for m in _periods(strobe, method, shooting.rate):
         orbit = shooting.near(m, strobe[-1])
-        if (
-            orbit
-            and np.abs(orbit.state[:, 0, :n] - strobe[-1, :n]).max(axis=1).min()
-            <= SAME * size
-        ):
-            return orbit
+        if orbit is not None:
+            distance = np.abs(orbit.state[:, 0, :n] - strobe[-1, :n]).max(axis=1)
+            if distance.min() <= SAME * size:
+                return orbit
     return None
 
 
 def _periods(strobe: Array, method: Periodic, rate: float) -> Iterator[int]:
-    seen = list(periods_of(strobe, method.longest, rate))
-    yield from seen
+    """Yield the periods that a motion shows, then those whose changes shrink."""
+    shown = list(periods_of(strobe, method.longest, rate))
+    yield from shown
     n = strobe.shape[1] // 2
     for m in FOLLOWED:
         changes = np.abs(strobe[m:, :n] - strobe[:-m, :n]).max(axis=1)
         third = len(changes) // 3
-        if m not in seen and changes[-third:].max() < 0.5 * changes[:third].max():
+        if m not in shown and changes[-third:].max() < 0.5 * changes[:third].max():
             yield m

@@ -5,7 +5,7 @@ The test whether a motion is steady cannot be fooled by a slow decay.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from wearlab.dynamics.integrators import (
     rk4,
 )
 from wearlab.dynamics.integrators.kernel import (
-    Dense,
     Kernel,
     Propagated,
     Stepped,
@@ -29,32 +28,34 @@ from wearlab.dynamics.integrators.kernel import (
 )
 from wearlab.dynamics.integrators.mesh_law import NEXT, THIS
 from wearlab.dynamics.rigid import rebalance, solved_load
-from wearlab.dynamics.steady.response import (
-    Counts,
-    Found,
-    Response,
-    Verdict,
-    split_periods,
-)
+from wearlab.dynamics.steady.response import Counts, Response, Verdict, split_periods
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
 BLOCK = 96
-LOCATED, PERMANENT = 0, 1
+"""Mesh periods between two looks whether a motion is steady."""
+LOCATED = 0
+PERMANENT = 1
 """Contact within a step: its changes located; or every pair in the path touches and
 pushes, whatever the state."""
 
 
-def _never(kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any) -> bool:
+def _no_double_step(
+    kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any
+) -> bool:
+    """Leave the step to others: the structure has no double steps."""
     return False
 
 
-def _two(kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any) -> bool:
+def _double_step(
+    kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any
+) -> bool:
+    """Advance two equal steps by the propagator; return whether contact allows it."""
     if not kernel.structure.paired[step]:
         return False
-    mesh_law.flank_law(kernel.flanks, step + 1, 0.0, 1.0, NEXT)
-    mesh_law.channel_law(kernel.flanks, NEXT)
-    mesh_law.fill_loads(kernel, step + 1, 0.0, 1.0, NEXT)
+    mesh_law.fill_flank_laws(kernel.flanks, step + 1, 0.0, 1.0, NEXT)
+    mesh_law.fill_channel_laws(kernel.flanks, NEXT)
+    mesh_law.fill_load_inputs(kernel, step + 1, 0.0, 1.0, NEXT)
     propagator.exact_steps(
         kernel, step, kernel.structure.tables.double, propagator.OF_TWO, w, states[i:]
     )
@@ -65,9 +66,12 @@ def _two(kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any) -> b
     )
 
 
-two_steps = by_type(
-    lambda kernel, *rest: _two if structure_of(kernel) is Propagated else _never
-)
+def _choose_double_step(kernel: Any, *rest: Any) -> Callable[..., bool]:
+    """Return how a kernel takes two steps at once, by the type of its structure."""
+    return _double_step if structure_of(kernel) is Propagated else _no_double_step
+
+
+two_steps = by_type(_choose_double_step)
 """Advance two equal steps at once where the structure can and no contact changes;
 return whether."""
 
@@ -75,25 +79,28 @@ return whether."""
 def over_period(
     kernel: Any, columns: Any, states: Any, first: Any, contact: int
 ) -> int:
-    """Advance state ``first`` over one mesh period, one state a step.
+    """Advance a state over one mesh period, one state a step.
 
     Return the number of contact changes.
 
     Parameters
     ----------
-    kernel : the system
+    kernel : the system; what touches and pushes, and the laws of flanks and channels,
+        are handed from call to call in its scratch
     columns : columns to advance (uint64): 1 for the trajectory alone
     states : flat (…, 2n, width); state ``first`` is read, the n_steps after it are
         written
+    first : number of the state from which the period begins
     contact : `LOCATED`, or `PERMANENT`, the affine map of a loaded mesh
     """
     w = np.uint64(len(kernel.width))
     size = np.uint64(2 * len(kernel.structure.coordinates)) * w
     i = np.uint64(first) * size
-    changes, done = 0, 0
+    changes = 0
+    next_step = 0  # beyond the current one after a double step
     for step in range(len(kernel.flanks.tables.width)):
         j = i + size
-        parts = -1 if step >= done else 0
+        parts = -1 if step >= next_step else 0
         if parts < 0 and contact == LOCATED:
             parts = damping_law.step_by_law(
                 kernel.flanks.meshes.law, kernel, step, columns, w, states, i, j
@@ -102,15 +109,16 @@ def over_period(
             changes += parts
             i = j
             continue
+
         if contact == PERMANENT:
-            mesh_law.hold_all(kernel.flanks, step)
-            mesh_law.flank_law(kernel.flanks, step, 0.0, 1.0, THIS)
+            mesh_law.set_permanent_contact(kernel.flanks, step)
+            mesh_law.fill_flank_laws(kernel.flanks, step, 0.0, 1.0, THIS)
         else:
-            mesh_law.see_start(kernel, step, w, states, i)
-        mesh_law.channel_law(kernel.flanks, THIS)
-        mesh_law.fill_loads(kernel, step, 0.0, 1.0, THIS)
+            mesh_law.set_contact_at_start(kernel, step, w, states, i)
+        mesh_law.fill_channel_laws(kernel.flanks, THIS)
+        mesh_law.fill_load_inputs(kernel, step, 0.0, 1.0, THIS)
         if two_steps(kernel, step, w, states, i, contact):
-            done = step + 2
+            next_step = step + 2
         else:
             rk4.step_of(kernel, step, columns, w, states, i, j)
             if contact != PERMANENT and not mesh_law.contact_holds(
@@ -123,31 +131,44 @@ def over_period(
     return changes
 
 
-STEPS: dict[type, Callable[..., Any]] = {}
-"""The step of every method that moves a single state, by the type of its memory."""
-single_step = by_type(lambda memory, *rest: STEPS[memory.instance_class], counted=True)
+def _advance_of(memory: Any, *rest: Any) -> Callable[..., int]:
+    """Return the step of a method, by the type of its memory."""
+    advance: Callable[..., int] = memory.instance_class.advance
+    return advance
+
+
+single_step = by_type(_advance_of, counted=True)
 """Advance a state (2n,) over one step of the tables by the method of the memory; count
 evaluations."""
 
 
-def by_method(kernel: Any, columns: Any, states: Any, first: Any, contact: int) -> int:
-    """Do what `over_period` does by the steps of a method.
+def over_period_by_method(
+    kernel: Any, columns: Any, states: Any, first: Any, contact: int
+) -> int:
+    """Do what `over_period` does by the steps of a method; count the evaluations.
 
-    Return the number of evaluations.
+    Parameters
+    ----------
+    kernel, states, first : as in `over_period`, the structure
+        `wearlab.dynamics.integrators.kernel.Stepped`
+    columns, contact : not read: a method moves one state, contact is its own affair
     """
     rows = 2 * len(kernel.structure.coordinates)
     evaluations = 0
     for step in range(len(kernel.flanks.tables.width)):
         i = (first + step) * rows
-        after = states[i + rows : i + 2 * rows]
-        write(states[i : i + rows], after)
-        evaluations += single_step(kernel.structure.work, kernel, step, after)
+        state = states[i + rows : i + 2 * rows]
+        write(states[i : i + rows], state)
+        evaluations += single_step(kernel.structure.work, kernel, step, state)
     return evaluations
 
 
-one_period = by_type(
-    lambda kernel, *rest: by_method if structure_of(kernel) is Stepped else over_period
-)
+def _choose_period(kernel: Any, *rest: Any) -> Callable[..., int]:
+    """Return how a kernel advances over a period, by the type of its structure."""
+    return over_period_by_method if structure_of(kernel) is Stepped else over_period
+
+
+one_period = by_type(_choose_period)
 """Advance a state over one mesh period."""
 
 
@@ -159,7 +180,7 @@ def over_periods(
 
     Return what `one_period` counts.
 
-    Every road to an orbit calls this one, so that it compiles once.
+    Every way to an orbit calls this one, so that it compiles once.
 
     Parameters
     ----------
@@ -189,12 +210,24 @@ def over_periods(
 
 
 class OnTables:
-    """Integrates the tabulated map of a kernel by the steps of its structure."""
+    """Integrates the tabulated map of a kernel by the steps of its structure.
+
+    Parameters
+    ----------
+    kernel : the system; one integration at a time uses its scratch
+
+    Attributes
+    ----------
+    maps, right_hand_sides, changes : mesh periods, evaluations and changes of contact
+        so far
+    """
 
     def __init__(self, kernel: Kernel) -> None:
         self.kernel = kernel
         self.by_method = isinstance(kernel.structure, Stepped)
-        self.maps, self.right_hand_sides, self.changes = 0, 0, 0
+        self.maps = 0
+        self.right_hand_sides = 0
+        self.changes = 0
 
     @property
     def steps(self) -> int:
@@ -202,15 +235,18 @@ class OnTables:
         return len(self.kernel.flanks.tables.width)
 
     def states(self, periods: int) -> Array:
-        """Return memory for the states of so many periods, (periods · n_steps + 1, 2n, width)."""
-        kernel = self.kernel
-        return np.empty(
-            (
-                periods * self.steps + 1,
-                2 * len(kernel.structure.coordinates),
-                len(kernel.width),
-            )
-        )
+        """Return memory for the states of some periods.
+
+        Parameters
+        ----------
+        periods : how many
+
+        Returns
+        -------
+        (periods · n_steps + 1, 2n, width), not filled
+        """
+        rows = 2 * len(self.kernel.structure.coordinates)
+        return np.empty((periods * self.steps + 1, rows, len(self.kernel.width)))
 
     def advance(
         self,
@@ -220,7 +256,18 @@ class OnTables:
         *,
         tangents: bool = True,
     ) -> int:
-        """Fill ``states`` from ``start`` (2n,) on, unknown loads in it, and count the changes of contact."""
+        """Fill the states of some periods, and count the changes of contact.
+
+        The sizes of unknown loads, which stand in ``start`` for the coordinates held,
+        go into the kernel's balance.
+
+        Parameters
+        ----------
+        states : (periods · n_steps + 1, 2n, width), written
+        start : (2n,) state to start from, sizes of unknown loads in it
+        contact : as in `over_period`
+        tangents : whether the derivatives by the start are computed, too
+        """
         balance = self.kernel.balance
         held = self.kernel.balance.held
         rows = np.arange(len(start))
@@ -231,36 +278,71 @@ class OnTables:
         if tangents:
             states[0, rows, 1 + rows] = 1.0
             states[0, held, 1 + held] = 0.0
-        strobe = np.empty(((len(states) - 1) // self.steps + 1, len(start)))
+
+        periods = (len(states) - 1) // self.steps
+        strobe = np.empty((periods + 1, len(start)))
         strobe[0] = states[0, :, 0]
         columns = np.uint64(states.shape[2] if tangents else 1)
-        return int(
-            over_periods(
-                self.kernel, columns, states.reshape(-1), strobe, contact, False
-            )
+        changes = over_periods(
+            self.kernel, columns, states.reshape(-1), strobe, contact, False
         )
+        return int(changes)
 
     def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
-        """Integrate ``count`` periods and move ``state``.
+        """Integrate some periods and move ``state`` to their end.
 
-        Strobed states and the last ``keep`` periods.
+        Parameters
+        ----------
+        state : (2n,) moved
+        count : mesh periods
+        keep : of how many of them, the last ones, the states are returned
+
+        Returns
+        -------
+        strobed states (count + 1, 2n), and those of the last periods (keep, n_steps +
+        1, 2n)
         """
         states = self.states(keep)
         strobe = np.empty((count + 1, len(state)))
-        states[0], strobe[0] = 0.0, state
+        states[0] = 0.0
+        strobe[0] = state
         counted = over_periods(
             self.kernel, np.uint64(1), states.reshape(-1), strobe, LOCATED, True
         )
         self.maps += count
-        self.changes += 0 if self.by_method else counted
-        self.right_hand_sides += counted if self.by_method else 4 * self.steps * count
+        if self.by_method:
+            self.right_hand_sides += counted
+        else:
+            self.changes += counted
+            self.right_hand_sides += 4 * self.steps * count
         state[:] = strobe[-1]
         return strobe, split_periods(states[:, :, 0], keep)
+
+
+class StabilityLimit(NamedTuple):
+    """Up to where an explicit method is stable.
+
+    Parameters
+    ----------
+    method : its name in a message
+    turn : largest angle ω h by which a step may turn the fastest mode [rad]
+    """
+
+    method: str
+    turn: float
+
+
+STABILITY_OF_RK4 = StabilityLimit("Runge-Kutta 4", 2.78)
 
 
 @dataclass(frozen=True, kw_only=True)
 class UntilSteady:
     """A method that integrates until its transient has died.
+
+    A method of its own is one file of `wearlab.dynamics.methods`: it derives from this
+    class and defines ``memory``, which returns a named tuple of what a step needs; that
+    tuple has a method ``advance(memory, kernel, step, state)``, compiled by Numba,
+    which moves a state (2n,) over one step of the tables and counts its evaluations.
 
     Parameters
     ----------
@@ -270,50 +352,66 @@ class UntilSteady:
     averaged : mesh periods kept of an aperiodic response
     """
 
+    stability: ClassVar[StabilityLimit | None] = None
+    """Of its fixed steps; None: it chooses its own steps, or is stable with any."""
+    exact_when_large: ClassVar[bool] = False
+    """Whether systems too large for registers are advanced by exact steps."""
+
     tolerance: float = 1e-7
     most: int = 5000
     longest: int = 24
     averaged: int = 200
 
+    @classmethod
+    def at_tolerance(cls, tolerance: float) -> Self:
+        """Return the method of a scene.
+
+        Parameters
+        ----------
+        tolerance : ``numerics.tolerance`` [1]
+        """
+        return cls(tolerance=1e-3 * tolerance)
+
     def memory(self, system: System, tables: StageTables) -> Any:
-        """Return the memory of the method's own steps, `Dense`: it takes Runge–Kutta steps on the tables."""
-        return Dense
+        """Return the memory of the method's steps.
+
+        Parameters
+        ----------
+        system, tables : the equation of motion, the mesh at the stages
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no memory")
 
     def integrator(
         self, system: System, tables: StageTables, period: float
     ) -> OnTables:
-        """Return what integrates a system over mesh periods."""
-        return OnTables(
-            kernel_of(system, tables, period, way=self.memory(system, tables))
-        )
+        """Return what integrates a system over mesh periods.
+
+        Parameters
+        ----------
+        system, tables, period : as in `solve`
+        """
+        memory = self.memory(system, tables)
+        return OnTables(kernel_of(system, tables, period, way=memory))
 
     def solve(
-        self, system: System, tables: StageTables, period: float, start: Found = None
+        self,
+        system: System,
+        tables: StageTables,
+        period: float,
+        start: Response | None = None,
     ) -> Response:
-        """Integrate in blocks until some period m ≤ ``longest`` has settled, and return the response.
+        """Integrate in blocks until some period m ≤ ``longest`` has settled.
 
-        Parameters as in `wearlab.dynamics.steady.periodic.Periodic.solve`.
+        Parameters
+        ----------
+        system : the equation of motion
+        tables : the mesh at the stages
+        period : duration of a mesh period [s]
+        start : response of a neighbouring case to start from
         """
         integrator = self.integrator(system, tables, period)
         state = np.zeros(2 * len(system.load)) if start is None else start.end.copy()
         rate = unit_of_speed(tables, period)
-
-        def response(
-            m: int, kept: Array, residual: float, verdict: Verdict
-        ) -> Response:
-            counts = Counts(integrator.maps, integrator.right_hand_sides, 0)
-            loaded = solved_load(system, integrator.kernel.balance)
-            return Response(
-                m,
-                kept,
-                np.empty(0, complex),
-                verdict,
-                counts,
-                residual,
-                loaded,
-                tables,
-                period,
-            )
 
         while integrator.maps < self.most:
             strobe, _ = integrator.integrate(state, BLOCK, 1)
@@ -322,36 +420,83 @@ class UntilSteady:
             for m in range(1, self.longest + 1):
                 left = remaining_change(strobe, m, rate)
                 if left <= self.tolerance:
-                    m = _least_period(strobe, m, rate, self.tolerance)
+                    m = _shortest_period(strobe, m, rate, self.tolerance)
                     _, kept = integrator.integrate(state, m, m)
-                    return response(m, kept, left, Verdict(True, None, True, True))
+                    verdict = Verdict(
+                        periodic=True, attracting=None, unique=True, converged=True
+                    )
+                    return _response(integrator, system, tables, m, kept, left, verdict)
+
         _, kept = integrator.integrate(state, self.averaged, self.averaged)
-        if np.isfinite(kept).all():
+        finite = bool(np.isfinite(kept).all())
+        if finite:
             kept = under_one_load(integrator, kept, period)
-        strobed = kept[:, 0, : len(system.load)]
-        spread = float(np.ptp(strobed, axis=0).max() / (np.abs(strobed).max() or 1.0))
-        return response(
-            0, kept, spread, Verdict(False, None, True, bool(np.isfinite(kept).all()))
+        position = kept[:, 0, : len(system.load)]
+        spread = np.ptp(position, axis=0).max() / (np.abs(position).max() or 1.0)
+        verdict = Verdict(
+            periodic=False, attracting=None, unique=True, converged=finite
         )
+        return _response(integrator, system, tables, 0, kept, float(spread), verdict)
+
+
+def _response(
+    integrator: OnTables,
+    system: System,
+    tables: StageTables,
+    period: int,
+    state: Array,
+    residual: float,
+    verdict: Verdict,
+) -> Response:
+    """Return the response that an integration has settled on."""
+    return Response(
+        period=period,
+        state=state,
+        multipliers=np.empty(0, complex),
+        verdict=verdict,
+        counts=Counts(integrator.maps, integrator.right_hand_sides, 0),
+        residual=residual,
+        system=solved_load(system, integrator.kernel.balance),
+        tables=tables,
+        mesh_period=integrator.kernel.flanks.period,
+    )
 
 
 def unit_of_speed(tables: StageTables, period: float) -> float:
-    """Return the rate that velocities are measured by, of an oscillation in 16 steps [1/s]."""
+    """Return the rate that velocities are measured by, of an oscillation in 16 steps [1/s].
+
+    Parameters
+    ----------
+    tables : the mesh at the stages
+    period : duration of a mesh period [s]
+    """
     return float(2.0 * np.pi * len(tables.width) / (16.0 * period))
 
 
 def in_one_unit(strobe: Array, rate: float) -> Array:
-    """Return strobed states (n, 2n), velocities over a rate [1/s]."""
+    """Return strobed states whose velocities are divided by a rate, (n_states, 2n).
+
+    Parameters
+    ----------
+    strobe : (n_states, 2n)
+    rate : [1/s]
+    """
     n = strobe.shape[1] // 2
     return np.hstack([strobe[:, :n], strobe[:, n:] / rate])
 
 
 def remaining_change(strobe: Array, m: int, rate: float) -> float:
-    """Return how far strobed states (n, 2n) still are from their limit over ``m`` periods, relative to size.
+    """Return how far strobed states still are from their limit, relative to size [1].
 
     The change ``D_k = |y_k − y_{k−m}|`` decays like ρ^k; what remains is the geometric
     sum ``D ρ^m/(1 − ρ^m)``. With ρ = 0.98 that is fifty times the last change: a test
     of the change alone would stop far too early.
+
+    Parameters
+    ----------
+    strobe : (n_states, 2n)
+    m : period looked for [mesh periods]
+    rate : by which velocities are measured [1/s]
     """
     scaled = in_one_unit(strobe, rate)
     size = float(np.abs(scaled).max())
@@ -365,47 +510,49 @@ def remaining_change(strobe: Array, m: int, rate: float) -> float:
     return np.inf if ratio >= 1.0 else late * ratio / (1.0 - ratio) / size
 
 
-def _least_period(strobe: Array, m: int, rate: float, tolerance: float) -> int:
-    """Return the least divisor of ``m`` after which settled states come back (its own test may lag)."""
+def _shortest_period(strobe: Array, m: int, rate: float, tolerance: float) -> int:
+    """Return the least divisor of ``m`` after which settled states come back.
+
+    A shorter period may have settled whose own test lags.
+    """
     scaled = in_one_unit(strobe, rate)[-2 * m - 1 :]
     size = float(np.abs(scaled).max())
-    back = (
-        np.abs(scaled[d:] - scaled[:-d]).max() <= 100.0 * tolerance * size
-        for d in range(1, m + 1)
-    )
-    return next((d for d, same in enumerate(back, 1) if same and m % d == 0), m)
+    for divisor in range(1, m + 1):
+        change = np.abs(scaled[divisor:] - scaled[:-divisor]).max()
+        if change <= 100.0 * tolerance * size and m % divisor == 0:
+            return divisor
+    return m
 
 
 def under_one_load(integrator: OnTables, kept: Array, period: float) -> Array:
-    """Return a motion that follows kept periods (n_kept, n_steps + 1, 2n) under a constant load.
+    """Return a motion that follows kept periods under a constant load.
 
     The load and the speed of a set free to turn are corrected after every period. It
     goes on for as many periods once to find the mean load, and once more under it; any
     other system keeps its motion.
+
+    Parameters
+    ----------
+    integrator : of the system
+    kept : (n_kept, n_steps + 1, 2n)
+    period : duration of a mesh period [s]
     """
     balance = integrator.kernel.balance
     if not len(balance.held):
         return kept
     kernel = integrator.kernel
     state = kept[-1, -1].copy()
-    count = len(kept)
-    held = balance._replace(gain=balance.gain * np.inf, shape=0.0 * balance.shape)
-    integrator.kernel = kernel._replace(balance=held)
-    strobe, _ = integrator.integrate(state.copy(), count, 1)
     n = len(state) // 2
-    balance.size[:] -= (
-        balance.momentum
-        @ (strobe[-1, n:] - strobe[0, n:])
-        / (count * period * balance.gain)
+    count = len(kept)
+
+    uncorrected = balance._replace(
+        gain=balance.gain * np.inf, shape=0.0 * balance.shape
     )
+    integrator.kernel = kernel._replace(balance=uncorrected)
+    strobe, _ = integrator.integrate(state.copy(), count, 1)
+    gained = balance.momentum @ (strobe[-1, n:] - strobe[0, n:])
+    balance.size[:] -= gained / (count * period * balance.gain)
+
     _, motion = integrator.integrate(state, count, count)
     integrator.kernel = kernel
     return motion
-
-
-@dataclass(frozen=True)
-class RungeKutta4(UntilSteady):
-    """Fixed steps of order four on the tables, contact changes located (Kutta 1901).
-
-    See `UntilSteady`.
-    """

@@ -200,10 +200,6 @@ class Response:
         )
 
 
-Found = Response | None
-"""A response, None where there is none."""
-
-
 def split_periods(path: Array, periods: int) -> Array:
     """Cut a path (periods · n_steps + 1, 2n) into (periods, n_steps + 1, 2n), ends shared."""
     if periods == 1:

@@ -1,0 +1,5 @@
+"""Newton shooting on the period map: the default."""
+
+from wearlab.dynamics.steady.periodic import Periodic
+
+METHOD = Periodic
