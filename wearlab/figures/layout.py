@@ -4,29 +4,38 @@ Nothing is left over.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations, product
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures import curves, plot, runs
 from wearlab.figures.kind import FigureRequest, Kind, no_axis, spread
-from wearlab.figures.plot import BESIDE, INK, WEAR, Pen, Plot, Series
+from wearlab.figures.plot import BESIDE, INK, WEAR, Pen, Plot, Scale, Series
 from wearlab.figures.wording import Label, axis_label, power_of_ten, within
 from wearlab.store.grid import key_text
 
 ROLES: tuple[str, ...] = ("cols", "rows", "hue")
 MOST_PANELS = 24
+MANY_PLACES = 12
+"""A dimension of more places takes panels only when no other dimension is free."""
+MOST_COLUMNS = 3
+COLOURED = ("line", "line-points", "dots", "area", "horizontal", "stem")
+WITHOUT_HUE = "#0072B2"
+"""Colour of a curve that has no hue."""
+NOT_OURS = (*BESIDE, "published")
+
 Varied = Mapping[str, list[Label]]
 """Dimension → its labels in order, of those that have more than one."""
-Powers = Mapping[tuple[str, str, str], int]
+AxisPowers = Mapping[tuple[str, Scale], int]
+"""(x or y, what the axis shows) → power of ten that its label tells."""
 Reach = tuple[float, float]
 Keys = Mapping[str, str]
 Pens = Mapping[Label, Pen]
-Drawn = Sequence[tuple[Series, Pen]]
-Legend = tuple[plot.LegendEntry, ...]
+Cell = tuple[Label | None, Label | None]
+"""Label of the row and label of the column of a panel."""
 
 
 class Layout(NamedTuple):
@@ -49,14 +58,26 @@ class Layout(NamedTuple):
         """Return the labels of a role, or one None."""
         return list(self.varied[self.roles[role]]) if role in self.roles else [None]
 
+    @property
+    def hues(self) -> list[Label]:
+        """The labels that colours tell apart, none where there is no hue."""
+        return [label for label in self.labels("hue") if label]
+
 
 def laid_out(
     series: Sequence[Series],
     request: FigureRequest,
     kind: Kind,
-    grid_dims: Mapping[str, str],
+    grid_dims: Keys,
 ) -> Layout:
     """Return the series with a role for everything that varies.
+
+    Parameters
+    ----------
+    series : all curves of the figure
+    request : what the figure asks for
+    kind : its kind, which prefers some roles
+    grid_dims : dimension of the grid → dotted key that is swept along it
 
     Raises
     ------
@@ -64,29 +85,82 @@ def laid_out(
     """
     varied = _varied(series)
     roles = _roles(varied, series, request, kind, grid_dims)
+
     if "update" in varied and roles.get("hue") != "update":
         series = curves.states_in_common(series, grid_dims)
         varied = _varied(series)
         roles = {role: name for role, name in roles.items() if name in varied}
-    return _thinned(
-        _combined(Layout(series, varied, roles), _redundant(series, varied))
-    )
+
+    redundant = _redundant(series, varied)
+    return _thinned(_combined(Layout(series, varied, roles), redundant))
 
 
 def _varied(series: Sequence[Series]) -> dict[str, list[Label]]:
-    """Return the labels along every dimension that has more than one: numbers by size, words as they come."""
-    varied: dict[str, dict[Label, None]] = {}
+    """Return the labels along every dimension that has more than one.
+
+    Numbers are in order of their size, words as they come.
+    """
+    labels: dict[str, dict[Label, None]] = {}
     for curve in series:
         for name, label in curve.key.items():
-            varied.setdefault(name, {})[label] = None
-    parted = {
-        name: plot.numbers_and_names(some)
-        for name, some in varied.items()
-        if len(some) > 1
-    }
-    return {
-        name: [*sorted(numbers), *names] for name, (numbers, names) in parted.items()
-    }
+            labels.setdefault(name, {})[label] = None
+
+    varied = {}
+    for name, distinct in labels.items():
+        if len(distinct) > 1:
+            numbers, names = plot.numbers_and_names(distinct)
+            varied[name] = [*sorted(numbers), *names]
+    return varied
+
+
+@dataclass
+class _Roles:
+    """Roles as they are given out, one after another.
+
+    Parameters
+    ----------
+    varied : dimensions that need a role
+    redundant : dimensions that are told by others
+    requested : role → dimension, of those that the figure names
+    sizes : dimension → number of its places
+    taken : role → dimension, so far
+    """
+
+    varied: Varied
+    redundant: set[str]
+    requested: Mapping[str, str]
+    sizes: Mapping[str, int]
+    taken: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def left(self) -> list[str]:
+        """Dimensions that have no role yet."""
+        return _without_role(self.varied, self.taken, self.redundant)
+
+    def is_free(self, role: str) -> bool:
+        """Say whether a role is neither taken nor named by the figure."""
+        return role not in self.taken and role not in self.requested
+
+    def give(
+        self, role: str, candidates: Iterable[str], max_places: int | None
+    ) -> None:
+        """Give a free role to the first candidate that has none and few enough places."""
+        left = self.left
+        names = [name for name in candidates if name in left]
+        if role != "hue" and max_places is not None:
+            names = [name for name in names if self.sizes[name] <= max_places]
+        if names and self.is_free(role):
+            self.taken[role] = names[0]
+
+    def swap_hue(self, max_places: int) -> None:
+        """Give the hue to what has too many places for panels, and panels to what had it."""
+        large = [name for name in self.left if self.sizes[name] > max_places]
+        free = [role for role in ("cols", "rows") if self.is_free(role)]
+        hue_size = self.sizes.get(self.taken.get("hue", ""), max_places + 1)
+
+        if large and free and "hue" not in self.requested and hue_size <= max_places:
+            self.taken[free[0]] = self.taken["hue"]
+            self.taken["hue"] = large[0]
 
 
 def _roles(
@@ -96,78 +170,69 @@ def _roles(
     kind: Kind,
     grid_dims: Keys,
 ) -> dict[str, str]:
-    """Return role → dimension: what was asked for, then the kind's preference, then whatever is free."""
-    known = {name for curve in series for name in curve.key}
-    asked = {role: name for role in ROLES if (name := getattr(request, role))}
-    for role, name in asked.items():
-        if name not in known:
-            said = no_axis(
-                name,
-                {axis: key for axis, key in grid_dims.items() if axis in known},
-                known,
-            )
-            raise request.error(f"{role} = {name!r} does not vary here; {said}")
-    for one, other in combinations(asked, 2):
-        if asked[one] == asked[other]:
-            raise request.error(
-                f"{other} and {one} both are {asked[one]!r}: leave one of them out"
-            )
-    roles = {role: name for role, name in asked.items() if name in varied}
-    redundant = _redundant(series, varied)
+    """Return role → dimension.
+
+    First what was asked for, then the kind's preference, then whatever is free.
+    """
+    requested = _requested_roles(series, request, grid_dims)
     sizes = {name: len(labels) for name, labels in varied.items()}
     if "update" in varied:  # as many as they are side by side
-        sizes["update"] = len(
-            _varied(curves.states_in_common(series, grid_dims)).get("update", [0])
-        )
+        side_by_side = _varied(curves.states_in_common(series, grid_dims))
+        sizes["update"] = len(side_by_side.get("update", [0]))
+
     preferred: list[tuple[str, str]] = [*kind.roles, *((role, "*") for role in ROLES)]
     preferred += [(role, name) for name in varied for role in ROLES]
-    if any(curve.level is not None for curve in series):  # one map would lie on another
+    if any(curve.level is not None for curve in series):  # one map would hide another
         preferred = [(role, name) for role, name in preferred if role != "hue"]
-    for most in (
-        12,
-        None,
-    ):  # what has more places takes panels only when nothing else is free
-        for role, wished in preferred:
-            left = _left(varied, roles, redundant)
-            names = [
-                name
-                for name in (grid_dims if wished == "*" else [wished])
-                if name in left
-            ]
-            if role != "hue" and most is not None:
-                names = [name for name in names if sizes[name] <= most]
-            if names and role not in roles and role not in asked:
-                roles[role] = names[0]
-        if most is not None:
-            # what has too many places for panels has the hue, if what has it can take
-            # panels
-            large = [
-                name for name in _left(varied, roles, redundant) if sizes[name] > most
-            ]
-            free = [
-                role
-                for role in ("cols", "rows")
-                if role not in roles and role not in asked
-            ]
-            if (
-                large
-                and free
-                and "hue" not in asked
-                and sizes.get(roles.get("hue", ""), most + 1) <= most
-            ):
-                roles[free[0]] = roles["hue"]
-                roles["hue"] = large[0]
-    if (
-        "rows" in roles
-        and "cols" not in roles
-        and "rows" not in asked
-        and roles["rows"] != "variable"
-    ):
-        roles["cols"] = roles.pop("rows")
-    return roles
+
+    roles = _Roles(
+        varied,
+        _redundant(series, varied),
+        requested,
+        sizes,
+        {role: name for role, name in requested.items() if name in varied},
+    )
+    for role, name in preferred:
+        roles.give(role, grid_dims if name == "*" else [name], MANY_PLACES)
+    roles.swap_hue(MANY_PLACES)
+    for role, name in preferred:
+        roles.give(role, grid_dims if name == "*" else [name], None)
+
+    taken = roles.taken
+    only_rows = "rows" in taken and "cols" not in taken and "rows" not in requested
+    if only_rows and taken["rows"] != "variable":
+        taken["cols"] = taken.pop("rows")
+    return taken
 
 
-def _left(
+def _requested_roles(
+    series: Sequence[Series], request: FigureRequest, grid_dims: Keys
+) -> dict[str, str]:
+    """Return role → dimension as the figure names them.
+
+    Raises
+    ------
+    FigureError : a dimension that does not vary, or one in two roles
+    """
+    dims = {name for curve in series for name in curve.key}
+    requested = {role: name for role in ROLES if (name := getattr(request, role))}
+
+    for role, name in requested.items():
+        if name not in dims:
+            keys = {axis: key for axis, key in grid_dims.items() if axis in dims}
+            hint = no_axis(name, keys, dims)
+            raise request.error(f"{role} = {name!r} does not vary here; {hint}")
+
+    for first, second in combinations(requested, 2):
+        if requested[first] == requested[second]:
+            raise request.error(
+                f"{second} and {first} both are {requested[first]!r}: leave one of "
+                "them out"
+            )
+    return requested
+
+
+def _without_role(
     varied: Iterable[str], roles: Mapping[str, str], redundant: set[str]
 ) -> list[str]:
     """Return what varies and has no role yet."""
@@ -177,77 +242,94 @@ def _left(
 
 
 def _redundant(series: Sequence[Series], varied: Varied) -> set[str]:
-    """Return "case" where every case but the base is broadcast, and so told by the axes already."""
+    """Return "case" where the axes tell it already: every case but the base is broadcast."""
+    if "case" not in varied:
+        return set()
     axes = [name for name in varied if name != "case"]
-    others = [s for s in series if "case" in s.key and s.key["case"].value != "base"]
-    twin = "case" in varied and any(
-        all(s.key.get(axis) == s.key["case"] for s in others) for axis in axes
+    of_cases = [s for s in series if "case" in s.key and s.key["case"].value != "base"]
+    is_told = any(
+        all(curve.key.get(axis) == curve.key["case"] for curve in of_cases)
+        for axis in axes
     )
-    return {"case"} if twin else set()
+    return {"case"} if is_told else set()
 
 
 def _combined(layout: Layout, redundant: set[str]) -> Layout:
-    """Give what found no role a place in that of the columns: their product becomes one dimension."""
-    varied = layout.varied
+    """Give what found no role a place in that of the columns.
+
+    The product of these dimensions becomes one dimension.
+    """
     roles = layout.roles
-    dims = _left(varied, roles, redundant)
+    dims = _without_role(layout.varied, roles, redundant)
     if not dims:
         return layout
+
     role = next(
         (r for r in ("cols", "rows") if r in roles and roles[r] != "variable"), "cols"
     )
     dims = [roles[role], *dims] if role in roles else dims
-    whole = set(dims)
     name = " × ".join(dims)
-    places = {
-        tuple(s.key[dim] for dim in dims)
-        for s in layout.series
-        if s.key.keys() >= whole
-    }
-    order = [{label: rank for rank, label in enumerate(varied[dim])} for dim in dims]
-    ranked = sorted(
-        places,
-        key=lambda place: [rank[x] for rank, x in zip(order, place, strict=True)],
-    )
-    texts = [
-        " · ".join(dict.fromkeys(label.text for label in place)) for place in ranked
-    ]
-    labels = {
-        place: Label(float(i), text)
-        for i, (place, text) in enumerate(zip(ranked, texts, strict=True))
-    }
+    labels = _product_labels(layout, dims)
+
     series = list(layout.series)
     for i, curve in enumerate(series):
-        if curve.key.keys() >= whole:
-            rest = {key: label for key, label in curve.key.items() if key not in whole}
-            series[i] = replace(
-                curve, key={**rest, name: labels[tuple(curve.key[dim] for dim in dims)]}
-            )
-    kept = {key: some for key, some in varied.items() if key not in dims}
-    return Layout(series, {**kept, name: list(labels.values())}, {**roles, role: name})
+        if curve.key.keys() >= set(dims):
+            place = tuple(curve.key[dim] for dim in dims)
+            key = plot.without(curve.key, *dims)
+            series[i] = replace(curve, key={**key, name: labels[place]})
+
+    varied = {key: some for key, some in layout.varied.items() if key not in dims}
+    varied[name] = list(labels.values())
+    return Layout(series, varied, {**roles, role: name})
+
+
+def _product_labels(
+    layout: Layout, dims: Sequence[str]
+) -> dict[tuple[Label, ...], Label]:
+    """Return the label of every place along several dimensions at once, in order."""
+    places = {
+        tuple(curve.key[dim] for dim in dims)
+        for curve in layout.series
+        if curve.key.keys() >= set(dims)
+    }
+    ranks = [
+        {label: rank for rank, label in enumerate(layout.varied[dim])} for dim in dims
+    ]
+
+    def order(place: tuple[Label, ...]) -> list[int]:
+        return [rank[label] for rank, label in zip(ranks, place, strict=True)]
+
+    labels = {}
+    for number, place in enumerate(sorted(places, key=order)):
+        text = " · ".join(dict.fromkeys(label.text for label in place))
+        labels[place] = Label(float(number), text)
+    return labels
 
 
 def _thinned(layout: Layout) -> Layout:
-    """Return no more panels than can be seen: evenly spread places along the longer direction, and say so."""
+    """Return no more panels than can be seen.
+
+    Of the longer direction evenly spread places are kept, and a note says so.
+    """
     while True:
         counts = {role: len(layout.labels(role)) for role in ("rows", "cols")}
-        role, other = sorted(counts, key=lambda each: -counts[each])
-        most = max(MOST_PANELS // counts[other], 2)
-        if counts["rows"] * counts["cols"] <= MOST_PANELS or most >= counts[role]:
+        longer, shorter = sorted(counts, key=lambda role: -counts[role])
+        room = max(MOST_PANELS // counts[shorter], 2)
+        if counts["rows"] * counts["cols"] <= MOST_PANELS or room >= counts[longer]:
             return layout
-        name = layout.roles[role]
-        labels = layout.varied[layout.roles[role]]
-        chosen = [labels[i] for i in spread(len(labels), most)]
-        words = f"{name.replace('_', ' ')}: {most} of {len(labels)} places shown"
-        notes = (*layout.notes, f"{words}; the others by select, or as hue")
-        kept = [s for s in layout.series if s.key.get(name, chosen[0]) in chosen]
-        layout = Layout(kept, {**layout.varied, name: chosen}, layout.roles, notes)
 
-
-MOST_COLUMNS = 3
-COLOURED = ("line", "line-points", "dots", "area", "horizontal", "stem")
-ALONE = "#0072B2"  # a curve without a hue
-NOT_OURS = (*BESIDE, "published")
+        name = layout.roles[longer]
+        labels = layout.varied[name]
+        chosen = [labels[i] for i in spread(len(labels), room)]
+        series = [s for s in layout.series if s.key.get(name, chosen[0]) in chosen]
+        message = f"{name.replace('_', ' ')}: {room} of {len(labels)} places shown"
+        note = f"{message}; the others by select, or as hue"
+        layout = Layout(
+            series,
+            {**layout.varied, name: chosen},
+            layout.roles,
+            (*layout.notes, note),
+        )
 
 
 def compose(
@@ -259,74 +341,103 @@ def compose(
 ) -> Plot:
     """Return the figure of these series.
 
+    Parameters
+    ----------
+    series : all curves
+    request : what the figure asks for
+    kind : its kind
+    grid_dims : dimension of the grid → dotted key that is swept along it
+    notes : lines below the axes
+
     Raises
     ------
     FigureError : a role names what these series do not have
     """
     layout = laid_out(series, request, kind, grid_dims)
-    series = layout.series
-    varied = layout.varied
-    roles = layout.roles
-    said = list(layout.notes)
+    notes = [*notes, *layout.notes]
     if request.y_as == "difference":
-        series, told = curves.from_first(series, roles, request)
-        said += told
+        differences, note = curves.from_first(layout.series, layout.roles, request)
+        layout = layout._replace(series=differences)
+        notes += note
     elif request.y_as == "logarithm":
-        curves.require_positive(series, request)
+        curves.require_positive(layout.series, request)
+
+    series = layout.series
+    roles = layout.roles
+    hues = layout.hues
     hue = roles.get("hue")
-    hues = [label for label in layout.labels("hue") if label]
-    pen = plot.pens(hues, hue)
-    powers = _powers(series)
+    pens = plot.pens(hues, hue)
     reach = _reach_of_maps(series)
-    of_label = [
-        name for name in roles.values() if name in ("variable", "part")
-    ]  # what the y label tells
-    itself = {label for name in of_label for label in varied.get(name, [])}
-    panels = []
-    for (row, column), place in _cells(layout, request).items():
-        wanted = {
-            roles[role]: label
-            for role, label in (("rows", row), ("cols", column))
-            if label
-        }
-        inside = [
-            s
-            for s in series
-            if all(s.key.get(dim, at) == at for dim, at in wanted.items())
-        ]
-        if inside:
-            title = ", ".join(
-                dict.fromkeys(x.text for x in (column, row) if x and x not in itself)
-            )
-            drawn = [
-                (s, _pen(s, hue, pen))
-                for s in sorted(inside, key=lambda s: s.style == "published")
-            ]
-            panels.append(_panel(drawn, place, title, powers, reach))
+
+    panels = _panels(layout, request, pens, reach)
+    rows = sorted({panel.row for panel in panels})
+    columns = sorted({panel.column for panel in panels})
+
     head = key_text(grid_dims.get(hue) or hue) if hue else ""
     bar = _bar_of_maps(series, hue, request, reach) or plot.bar_of(hues, hue, head)
     numbers, names = plot.numbers_and_names(hues)
     in_legend = hues if bar is None else names if numbers else []
-    bare = bar is None and hue != "update" and bool(hues) and hues[0].text[:1].isdigit()
-    rows = sorted({panel.row for panel in panels})
-    columns = sorted({panel.column for panel in panels})
-    one_up = len({s.y_scale.label for s in series}) == 1
-    share: Any = (
-        "all" if one_up else "row" if roles.get("rows") == "variable" else "none"
+    starts_with_digit = bool(hues) and hues[0].text[:1].isdigit()
+    needs_head = bar is None and hue != "update" and starts_with_digit
+
+    title = request.title
+    return Plot(
+        _title(layout, request, kind) if title is None else title,
+        _closed(panels, rows, columns),
+        rows=len(rows),
+        columns=len(columns),
+        share_y=_shared_y(series, roles),
+        legend=_legend(series, in_legend, pens, hue, request),
+        notes=tuple(notes),
+        shape=kind.shape,
+        ranks=kind.ranks,
+        logarithmic=request.y_as == "logarithm",
+        bar=bar,
+        head=head if needs_head else "",
     )
-    title = (
-        _title(series, varied, request, kind)
-        if request.title is None
-        else request.title
-    )
-    grid = _closed(panels, rows, columns), len(rows), len(columns), share
-    words = _legend(series, in_legend, pen, hue, request), (*notes, *said)
-    more: Any = {
-        "logarithmic": request.y_as == "logarithm",
-        "bar": bar,
-        "head": head if bare else "",
+
+
+def _shared_y(
+    series: Sequence[Series], roles: Mapping[str, str]
+) -> Literal["all", "row", "none"]:
+    """Return which panels share their y axis."""
+    if len({curve.y_scale.label for curve in series}) == 1:
+        return "all"
+    return "row" if roles.get("rows") == "variable" else "none"
+
+
+def _panels(
+    layout: Layout, request: FigureRequest, pens: Pens, reach: Reach
+) -> list[plot.Panel]:
+    """Return the panels in which a curve stands, each at its place."""
+    roles = layout.roles
+    powers = _powers(layout.series)
+    # the y label tells these places already
+    on_axis = {
+        label
+        for name in roles.values()
+        if name in ("variable", "part")
+        for label in layout.varied.get(name, [])
     }
-    return Plot(title, *grid, *words, kind.shape, kind.ranks, **more)
+
+    panels = []
+    for (row, column), place in _cells(layout, request).items():
+        wanted = {roles["rows"]: row} if row else {}
+        wanted |= {roles["cols"]: column} if column else {}
+        inside = [
+            curve
+            for curve in layout.series
+            if all(curve.key.get(dim, label) == label for dim, label in wanted.items())
+        ]
+        if not inside:
+            continue
+
+        inside.sort(key=lambda curve: curve.style == "published")
+        named = [label for label in (column, row) if label and label not in on_axis]
+        title = ", ".join(dict.fromkeys(label.text for label in named))
+        pen_of = [_pen(curve, roles.get("hue"), pens) for curve in inside]
+        panels.append(_panel(inside, pen_of, place, title, powers, reach))
+    return panels
 
 
 def _bar_of_maps(
@@ -358,172 +469,202 @@ def _reach_of_maps(series: Sequence[Series]) -> Reach:
     return low, high if high > low else low + 1.0
 
 
-def _title(
-    series: Sequence[Series], varied: Varied, request: FigureRequest, kind: Kind
-) -> str:
+def _title(layout: Layout, request: FigureRequest, kind: Kind) -> str:
     """Return the kind's title, and the places that were selected."""
-    ours = next((s for s in series if s.style not in NOT_OURS), None)
-    key = {} if ours is None else ours.key
-    asked = {
+    series = layout.series
+    computed = next((s for s in series if s.style not in NOT_OURS), None)
+    selected = {
         "update" if name in runs.STATE_COORDINATES else name for name in request.select
     }
-    fixed = [key[name].text for name in key if name in asked and name not in varied]
-    shown, first = (
-        (s.x_scale if kind.along_x else s.y_scale).label
-        for s in (ours or series[0], series[0])
-    )
-    other = bool(request.y and kind.titled and request.y[0] != kind.y)
-    label = kind.titled.format(within(shown)) if other else kind.title
-    return ", ".join(dict.fromkeys([axis_label(label or first, "", 0), *fixed]))
+    key = {} if computed is None else computed.key
+    fixed = [
+        key[name].text for name in key if name in selected and name not in layout.varied
+    ]
+
+    def result_label(curve: Series) -> str:
+        return (curve.x_scale if kind.along_x else curve.y_scale).label
+
+    if request.y and kind.titled and request.y[0] != kind.y:
+        label = kind.titled.format(within(result_label(computed or series[0])))
+    else:
+        label = kind.title
+    label = axis_label(label or result_label(series[0]), "", 0)
+    return ", ".join(dict.fromkeys([label, *fixed]))
 
 
-def _cells(
-    layout: Layout, request: FigureRequest
-) -> dict[tuple[Label | None, Label | None], tuple[int, int]]:
+def _cells(layout: Layout, request: FigureRequest) -> dict[Cell, tuple[int, int]]:
     """Return the place of every panel.
 
     Rows of many columns are turned into columns, or combined.
     """
     rows = layout.labels("rows")
     columns = layout.labels("cols")
-    free = not (request.rows or request.cols) and layout.roles.get("rows") != "variable"
-    if free and len(columns) > MOST_COLUMNS >= len(rows) > 1:
+
+    may_turn = not (request.rows or request.cols)
+    may_turn = may_turn and layout.roles.get("rows") != "variable"
+    if may_turn and len(columns) > MOST_COLUMNS >= len(rows) > 1:
         return {
-            (row, col): (c, r)
-            for c, col in enumerate(columns)
+            (row, column): (c, r)
+            for c, column in enumerate(columns)
             for r, row in enumerate(rows)
         }
-    width = (
-        len(columns)
-        if len(columns) <= MOST_COLUMNS
-        else 2
-        if len(columns) == 4
-        else MOST_COLUMNS
-    )
+
+    width = min(len(columns), MOST_COLUMNS)
+    if len(columns) == 4:
+        width = 2
     lines = -(-len(columns) // width)
-    places = product(enumerate(rows), enumerate(columns))
     return {
-        (row, col): (r * lines + i // width, i % width) for (r, row), (i, col) in places
+        (row, column): (r * lines + c // width, c % width)
+        for (r, row), (c, column) in product(enumerate(rows), enumerate(columns))
     }
 
 
-def _powers(series: Sequence[Series]) -> Powers:
+def _powers(series: Sequence[Series]) -> AxisPowers:
     """Return the power of ten of each thing that axes show, the same in every panel."""
-    held: dict[tuple[str, str, str], list[Array]] = {}
+    values: dict[tuple[str, Scale], list[Array]] = {}
     for curve in series:
-        held.setdefault(("x", *curve.x_scale), []).append(curve.x)
-        held.setdefault(("y", *curve.y_scale), []).append(curve.y)
+        values.setdefault(("x", curve.x_scale), []).append(curve.x)
+        values.setdefault(("y", curve.y_scale), []).append(curve.y)
     return {
-        key: 0 if key[2] == plot.DAYS else power_of_ten(arrays, key[2])
-        for key, arrays in held.items()
+        (axis, scale): (
+            0 if scale.units == plot.DAYS else power_of_ten(arrays, scale.units)
+        )
+        for (axis, scale), arrays in values.items()
     }
 
 
 def _panel(
-    drawn: Drawn, place: tuple[int, int], title: str, powers: Powers, reach: Reach
+    inside: Sequence[Series],
+    pens: Sequence[Pen],
+    place: tuple[int, int],
+    title: str,
+    powers: AxisPowers,
+    reach: Reach,
 ) -> plot.Panel:
-    inside = [s for s, _ in drawn]
+    """Return a panel with the curves inside it, their values over the axes' powers of ten."""
     first = next((s for s in inside if s.style not in BESIDE), inside[0])
-    dates = first.x_scale.units == plot.DAYS
-    x_scale = powers[("x", *first.x_scale)]
-    y_scale = powers[("y", *first.y_scale)]
-    tens = {"x": x_scale, "x_error": x_scale, "y": y_scale, "y_error": y_scale}
-    shown = []
-    for s, pen in drawn:
-        points: dict[str, Any] = {
-            name: v for name in plot.POINTS if (v := getattr(s, name)) is not None
-        }
-        points |= {
-            name: points[name] / 10.0**power
-            for name, power in tens.items()
-            if name in points
-        }
-        shown.append(plot.Curve(pen=pen, style=s.style, reach=reach, **points))
-    named = dict.fromkeys(mark for s in inside for mark in s.marks)
-    marks = tuple(mark._replace(x=mark.x / 10.0**x_scale) for mark in named)
-    told = {
-        f"{s.hours:.9g}" if s.hours else "" for s in inside if s.style not in NOT_OURS
+    x_power = powers["x", first.x_scale]
+    y_power = powers["y", first.y_scale]
+    drawn = [
+        _curve(series, pen, x_power, y_power, reach)
+        for series, pen in zip(inside, pens, strict=True)
+    ]
+
+    distinct = dict.fromkeys(mark for series in inside for mark in series.marks)
+    marks = tuple(mark._replace(x=mark.x / 10.0**x_power) for mark in distinct)
+    is_dated = first.x_scale.units == plot.DAYS
+    x_units = "" if is_dated else first.x_scale.units
+    row, column = place
+    return plot.Panel(
+        row,
+        column,
+        title,
+        axis_label(first.x_scale.label, x_units, x_power),
+        axis_label(*first.y_scale, y_power),
+        tuple(drawn),
+        marks,
+        _common_hours(inside, x_power),
+        next((series.names for series in inside if series.names), ()),
+        is_dated,
+    )
+
+
+def _curve(
+    series: Series, pen: Pen, x_power: int, y_power: int, reach: Reach
+) -> plot.Curve:
+    """Return a series as a curve with its pen, its values over powers of ten."""
+    powers = {"x": x_power, "x_error": x_power, "y": y_power, "y_error": y_power}
+    points: dict[str, Any] = {}
+    for name in plot.POINTS:
+        values = getattr(series, name)
+        if values is not None:
+            points[name] = values / 10.0 ** powers[name] if name in powers else values
+    return plot.Curve(pen=pen, style=series.style, reach=reach, **points)
+
+
+def _common_hours(inside: Sequence[Series], x_power: int) -> float | None:
+    """Return the hours of one unit of x where all our curves agree on them, else None."""
+    texts = {
+        f"{series.hours:.9g}" if series.hours else ""
+        for series in inside
+        if series.style not in NOT_OURS
     }
-    hours = (
-        float(told.pop()) * 10.0**x_scale if len(told) == 1 and "" not in told else None
-    )
-    names = next((s.names for s in inside if s.names), ())
-    x_label = axis_label(
-        first.x_scale.label, "" if dates else first.x_scale.units, x_scale
-    )
-    labels = title, x_label, axis_label(*first.y_scale, y_scale)
-    return plot.Panel(*place, *labels, tuple(shown), marks, hours, names, dates)
+    if len(texts) != 1 or "" in texts:
+        return None
+    return float(texts.pop()) * 10.0**x_power
 
 
-def _pen(curve: Series, hue: str | None, pen: Mapping[Label, Pen]) -> Pen:
-    alone = Pen(
-        INK
-        if curve.style == "published" or (hue and curve.style != "points")
-        else ALONE,
-        "-",
-        "o",
-    )
+def _pen(curve: Series, hue: str | None, pens: Pens) -> Pen:
+    """Return the pen of a curve: of its style, of its hue, or the one of curves without a hue."""
+    if curve.style in BESIDE:
+        return BESIDE[curve.style]
+    in_ink = curve.style == "published" or (hue and curve.style != "points")
+    without_hue = Pen(INK if in_ink else WITHOUT_HUE, "-", "o")
     label = curve.key.get(hue) if hue else None
-    return (
-        BESIDE[curve.style]
-        if curve.style in BESIDE
-        else pen.get(label, alone)
-        if label
-        else alone
-    )
+    return pens.get(label, without_hue) if label else without_hue
 
 
 def _closed(
     panels: list[plot.Panel], rows: list[int], columns: list[int]
 ) -> tuple[plot.Panel, ...]:
-    """Return panels without rows and columns in which none stands, with letters where they are several."""
+    """Return panels without rows and columns in which none stands.
+
+    Several panels have letters in their titles.
+    """
     closed = []
     for i, panel in enumerate(panels):
         letter = f"({chr(ord('a') + i)}) " if len(panels) > 1 and i < 26 else ""
-        place: Any = {
-            "row": rows.index(panel.row),
-            "column": columns.index(panel.column),
-        }
-        closed.append(panel._replace(title=f"{letter}{panel.title}".rstrip(), **place))
+        closed.append(
+            panel._replace(
+                row=rows.index(panel.row),
+                column=columns.index(panel.column),
+                title=f"{letter}{panel.title}".rstrip(),
+            )
+        )
     return tuple(closed)
 
 
 def _legend(
     series: Sequence[Series],
     hues: list[Label],
-    pen: Pens,
+    pens: Pens,
     hue: str | None,
     request: FigureRequest,
-) -> Legend:
+) -> tuple[plot.LegendEntry, ...]:
+    """Return the lines of the legend: hues, then what belongs to none."""
     coloured = [s for s in reversed(series) if s.style in COLOURED]
-    looks = {s.key[hue]: s.style for s in coloured if hue is not None and hue in s.key}
-    entries = [plot.LegendEntry(h.text, pen[h], looks.get(h, "line")) for h in hues]
+    styles = {s.key[hue]: s.style for s in coloured if hue is not None and hue in s.key}
+    entries = [
+        plot.LegendEntry(label.text, pens[label], styles.get(label, "line"))
+        for label in hues
+    ]
+
+    # one case may have to be told from others, and ours from published points
     cases = {
         s.key["case"].text
         for s in series
         if "case" in s.key and s.style not in NOT_OURS
     }
-    alone = (
-        cases.pop() if request.hue == "case" and len(cases) == 1 else ""
-    )  # to be told from others
-    if (
-        not entries
-        and coloured
-        and (alone or any(s.style == "published" for s in series))
-    ):
-        entries = [
-            plot.LegendEntry(
-                alone or "computed", Pen(ALONE, "-", "o"), coloured[-1].style
-            )
-        ]
-    extra = {s.text: s for s in reversed(series) if s.text}
-    own = BESIDE | {
-        "area": Pen(ALONE),
-        "line": Pen(ALONE),
-        "line-points": Pen(ALONE, "-", "o"),
+    only_case = cases.pop() if request.hue == "case" and len(cases) == 1 else ""
+    is_compared = only_case or any(s.style == "published" for s in series)
+    if not entries and coloured and is_compared:
+        pen = Pen(WITHOUT_HUE, "-", "o")
+        text = only_case or "computed"
+        entries = [plot.LegendEntry(text, pen, coloured[-1].style)]
+
+    return (*entries, *_extra_entries(series))
+
+
+def _extra_entries(series: Sequence[Series]) -> list[plot.LegendEntry]:
+    """Return the lines of the legend of curves that have a text of their own."""
+    pens = BESIDE | {
+        "area": Pen(WITHOUT_HUE),
+        "line": Pen(WITHOUT_HUE),
+        "line-points": Pen(WITHOUT_HUE, "-", "o"),
     }
-    for text, curve in sorted(reversed(extra.items()), key=lambda item: item[1].style):
-        entries.append(
-            plot.LegendEntry(text, own.get(curve.style, Pen(INK, "", "o")), curve.style)
-        )
-    return tuple(entries)
+    first_of_text = {s.text: s for s in reversed(series) if s.text}
+    by_style = sorted(reversed(first_of_text.items()), key=lambda item: item[1].style)
+    return [
+        plot.LegendEntry(text, pens.get(curve.style, Pen(INK, "", "o")), curve.style)
+        for text, curve in by_style
+    ]
