@@ -80,7 +80,7 @@ class ShearLayer(NamedTuple):
     joint: Array
 
 
-class Lines(NamedTuple):
+class LinesOfContact(NamedTuple):
     """The state of all lines at one phase, which the functions of `solve_phases` fill.
 
     Parameters
@@ -243,7 +243,7 @@ def solve_phases(
 def _lines(n_lines, n_face, factor_size):  # type: ignore[no-untyped-def]
     """Return the state of lines, with nothing filled."""
     shape = (n_lines, n_face)
-    return Lines(
+    return LinesOfContact(
         np.zeros(shape, np.bool_),  # in_contact
         np.zeros(shape),  # spring
         np.zeros(shape),  # free
@@ -480,7 +480,7 @@ def _respond_layer(  # type: ignore[no-untyped-def]
 ):
     """Fill ``unit`` and ``offset`` of a line on its layer, return A, B of ``A δ − B``.
 
-    See `Lines`.
+    See `LinesOfContact`.
     """
     n_face = len(diagonal)
     pivot, right_unit, right_offset = work

@@ -207,7 +207,7 @@ def extruded(
     )
 
 
-class _Placed(NamedTuple):
+class _PlacedElements(NamedTuple):
     """A section under loads: ``q``: their places on the flank, (m,).
 
     ``loads``: (n_dofs, m).
@@ -220,16 +220,16 @@ class _Placed(NamedTuple):
     loads: Array
 
 
-def _placed(gear: Gear, oblique: float, options: Options) -> _Placed:
+def _placed(gear: Gear, oblique: float, options: Options) -> _PlacedElements:
     flat, q, plane = elements.loaded_sector(gear, options)
     dofs, matrices = extruded(flat, gear.material, oblique)
     loads = np.zeros((dofs.size, len(q)))
     loads[dofs[:2]] = plane[flat.dofs]
     loads[dofs[2]] = -oblique * loads[dofs[1]]
-    return _Placed(flat, dofs, matrices, q, loads)
+    return _PlacedElements(flat, dofs, matrices, q, loads)
 
 
-def _shapes(at: _Placed, module: float) -> Array:
+def _shapes(at: _PlacedElements, module: float) -> Array:
     """Return shapes of the section, (n_free, n_shapes).
 
     Orthonormal, those in the plane and those along the face.
@@ -259,7 +259,7 @@ def _shapes(at: _Placed, module: float) -> Array:
     return np.hstack(parts)
 
 
-def _free(at: _Placed) -> Index:
+def _free(at: _PlacedElements) -> Index:
     across, along = at.flat.logical
     held = np.isclose(along, 0.0) | np.isclose(np.abs(across), 2.0)
     return np.sort(at.dofs[:, ~held].ravel())
