@@ -34,7 +34,7 @@ from outside import (
 )
 
 from wearlab.campaign.update_options import TrueModel
-from wearlab.updating.answers import answer_of, finding_of
+from wearlab.updating.answers import answer_of, outcome_of
 from wearlab.updating.decision import virtual_inspection
 from wearlab.updating.report_text import _twins
 from wearlab.updating.sampling import ALARM, checks, draw
@@ -146,7 +146,7 @@ def contradicting_files(seed: int) -> bool:
         )
         for n, f in ((1, 1.0), (2, 1.2))
     ]
-    found = finding_of(study(WIDE, ones, draws=50), (history(ones),))
+    found = outcome_of(study(WIDE, ones, draws=50), (history(ones),))
     return any("contradict" in note for note in found.notes)
 
 
@@ -208,7 +208,7 @@ def looks() -> list[str]:
         case = replace(CASES[name], many=1)
         value = measured(case, 1.3, case.sd[0], 0.0, np.random.default_rng(2))
         asked = answer_to(case, value).posterior
-        one = finding_of(
+        one = outcome_of(
             study(PRIOR, (asked.blocks[0].observed,), draws=4000), asked.histories
         )
         found = virtual_inspection(one, np.random.default_rng(0))

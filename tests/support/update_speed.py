@@ -130,13 +130,13 @@ def answers(campaign: wearlab.Campaign, store: wearlab.Store) -> tuple[float, fl
 
     By clock and by CPU.
     """
-    from wearlab.updating.answers import finding_of
+    from wearlab.updating.answers import outcome_of
     from wearlab.updating.cases import histories, studies
 
     clock = time.perf_counter()
     cpu = time.process_time()
     (one,) = studies(campaign)
-    finding_of(one, histories(one, store))
+    outcome_of(one, histories(one, store))
     return time.perf_counter() - clock, time.process_time() - cpu
 
 

@@ -59,7 +59,7 @@ def test_the_likelihood_is_that_of_the_joint_normal(under):
         block, run, 0, ParameterBatch(factor, np.array(SD), np.array(0.0))
     ).log_likelihood
     for f, mine in zip(factor, found, strict=True):
-        mean = run.limit.at(run.own_cycle(one.time, f))
+        mean = run.limit.at(run.equivalent_cycle(one.time, f))
         assert mine == pytest.approx(joint_normal(one, mean, 0.0), abs=2e-6)
 
 
@@ -80,7 +80,7 @@ def test_with_a_drift_it_is_so_to_a_hundredth(under, drift):
         sum(step.log_likelihood for step in found.steps)
     )
     for f, mine in zip(factor, found.log_likelihood, strict=True):
-        mean = run.limit.at(run.own_cycle(one.time, f))
+        mean = run.limit.at(run.equivalent_cycle(one.time, f))
         assert mine == pytest.approx(joint_normal(one, mean, drift), abs=1e-2)
 
 

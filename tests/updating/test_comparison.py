@@ -5,7 +5,7 @@ import pytest
 from made import RATE, ErrorModel, history, observed, study
 from scipy import stats
 
-from wearlab.updating.answers import finding_of
+from wearlab.updating.answers import outcome_of
 from wearlab.updating.report_text import text_of_models
 from wearlab.updating.scores import compared
 
@@ -18,7 +18,7 @@ def made(rate, values, label, error=None):
     seen = (observed(CYCLES, values, error or ErrorModel(SD)),)
     asked = study(WIDE, seen, draws=200)
     object.__setattr__(asked, "label", label)
-    return finding_of(asked, (history(seen, rate=rate),))
+    return outcome_of(asked, (history(seen, rate=rate),))
 
 
 def by_quadrature(rate, values):

@@ -10,7 +10,7 @@ from scipy import stats
 from wearlab.campaign.blocks import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.campaign.update_options import Decision
-from wearlab.updating.answers import finding_of
+from wearlab.updating.answers import outcome_of
 from wearlab.updating.decision import (
     STEPS,
     _costs_of_ages,
@@ -46,7 +46,7 @@ def advice():
     seen = (observed(CYCLES, value, ErrorModel(SD)),)
     asked = study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen, draws=8000)
     asked = replace(asked, spec=asked.spec.model_copy(update={"decision": COSTS}))
-    one = finding_of(asked, (history(seen),))
+    one = outcome_of(asked, (history(seen),))
     return decision_of(one, COSTS, np.random.default_rng(0)), *posterior(value)
 
 

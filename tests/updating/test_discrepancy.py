@@ -5,7 +5,7 @@ import pytest
 from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
-from wearlab.updating.answers import answer_of, finding_of
+from wearlab.updating.answers import answer_of, outcome_of
 from wearlab.updating.lives import first_passage
 from wearlab.updating.sampling import draw, replicated
 
@@ -74,7 +74,7 @@ def test_a_drift_widens_what_the_prior_leads_to_expect():
     values = 1.3 * RATE * CYCLES + 2.2 * whole
     seen = (observed(CYCLES, values, ErrorModel(sd, drift=drift)),)
     asked = study(TIGHT, seen, "accumulating", draws=40_000)
-    found = finding_of(asked, (history(seen),)).stats["prior_predictive_p"]
+    found = outcome_of(asked, (history(seen),)).stats["prior_predictive_p"]
     assert found == pytest.approx(2.0 * stats.norm.sf(2.2), abs=4e-3)
 
 

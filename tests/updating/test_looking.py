@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made import RATE, ErrorModel, blocks, history, observed, study
 
-from wearlab.updating.answers import finding_of
+from wearlab.updating.answers import outcome_of
 from wearlab.updating.decision import expected_width, virtual_inspection
 
 
@@ -23,7 +23,7 @@ def test_later_and_better_looks_are_worth_more():
     cycles = np.array([1e5, 2e5])
     seen = (observed(cycles, 1.3 * RATE * cycles, ErrorModel(4e-4)),)
     asked = study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen)
-    one = finding_of(asked, (history(seen),))
+    one = outcome_of(asked, (history(seen),))
     found = virtual_inspection(one, np.random.default_rng(0))["expected_width"].values
     assert (found[0] <= found[1]).all() and (found[1] <= found[2]).all()
     assert found[1, -1] < 0.5 * found[1, 0] and found.max() < 1.1
@@ -45,7 +45,7 @@ def test_an_offset_common_to_an_inspection_counts(offset):
     sd = 2e-4
     seen = (observed(cycles, 1.3 * RATE * cycles, ErrorModel(sd, 0.0, offset)),)
     asked = study({"lognormal": {"median": 1.0, "cov": 14.0}}, seen, draws=4000)
-    one = finding_of(asked, (history(seen),))
+    one = outcome_of(asked, (history(seen),))
     found = virtual_inspection(one, np.random.default_rng(0))
     early = one.answer.life(np.array([0.01]))[
         0
@@ -63,7 +63,7 @@ def test_a_column_of_errors_makes_no_nan():
     )
     asked = study({"lognormal": {"median": 1.0, "cov": 14.0}}, (one,), draws=2000)
     found = virtual_inspection(
-        finding_of(asked, (history((one,)),)), np.random.default_rng(0)
+        outcome_of(asked, (history((one,)),)), np.random.default_rng(0)
     )
     assert (
         np.isfinite(found["expected_width"].values).all()
@@ -79,7 +79,7 @@ def test_a_measurement_loses_no_information_with_few_runs():
         history(seen, rate=RATE * f, run=str(f)) for f in np.linspace(0.9, 1.1, 12)
     )
     asked = study({"lognormal": {"median": 1.0, "cov": 14.0}}, seen, draws=2000)
-    found = virtual_inspection(finding_of(asked, runs), np.random.default_rng(0))
+    found = virtual_inspection(outcome_of(asked, runs), np.random.default_rng(0))
     assert found["expected_width"].max() < 1.03
 
 
@@ -91,5 +91,5 @@ def test_no_look_is_advised_before_it_is_known_which_file_is_wrong():
         for n, f in ((1, 1.0), (2, 1.2))
     ]
     asked = study({"lognormal": {"median": 1.0, "cov": 14.0}}, ones, draws=300)
-    one = finding_of(asked, (history(ones),))
+    one = outcome_of(asked, (history(ones),))
     assert virtual_inspection(one, np.random.default_rng(0)) is None

@@ -8,7 +8,7 @@ from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
 from wearlab.campaign.distributions import read_distribution
-from wearlab.updating.answers import answer_of, finding_of
+from wearlab.updating.answers import answer_of, outcome_of
 from wearlab.updating.sampling import ALARM, checks, draw
 
 WIDE = {"lognormal": {"median": 1.0, "cov": 14.0}}
@@ -84,7 +84,7 @@ def test_wear_does_not_come_back_is_not_said_of_sound_data():
             3000
         )
         seen = (observed(cycles, values, ErrorModel(4e-4)),)
-        assert finding_of(study(WIDE, seen, draws=50), (history(seen),)).notes == ()
+        assert outcome_of(study(WIDE, seen, draws=50), (history(seen),)).notes == ()
 
 
 def test_a_narrow_prior_far_from_the_truth_gives_way():
@@ -94,7 +94,7 @@ def test_a_narrow_prior_far_from_the_truth_gives_way():
     values = 8.0 * RATE * cycles
     seen = (observed(cycles, values, ErrorModel(1e-5)),)
     asked = study({"lognormal": {"median": 1.0, "cov": 0.05}}, seen)
-    found = finding_of(asked, (history(seen, end=8e6),))
+    found = outcome_of(asked, (history(seen, end=8e6),))
     grid = np.linspace(np.log(7.9), np.log(8.1), 200_001)
     logs = (
         -0.5 * (grid / sd) ** 2
@@ -133,7 +133,7 @@ def test_an_unknown_sd_far_from_its_prior_is_said():
     cycles = np.linspace(5e4, 1.15e6, 23)
     values = RATE * 1.15e6 * (cycles / 1.15e6) ** 0.6
     seen = (observed(cycles, values, ErrorModel(UNKNOWN)),)
-    found = finding_of(study(WIDE, seen, draws=300), (history(seen),))
+    found = outcome_of(study(WIDE, seen, draws=300), (history(seen),))
     assert any("times the median of its prior" in note for note in found.notes)
 
 
@@ -145,7 +145,7 @@ def test_few_effective_runs_of_few_are_said():
     runs = tuple(
         history(seen, rate=RATE * f, run=str(f)) for f in np.linspace(1.25, 1.35, 8)
     )
-    found = finding_of(replace(study(None, seen, draws=100)), runs)
+    found = outcome_of(replace(study(None, seen, draws=100)), runs)
     assert 1.5 < found.stats["effective_runs"] < 8.0
     assert any("runs carry the answer" in note for note in found.notes)
 
@@ -157,7 +157,7 @@ def test_contradicting_sources_widen_the_interval():
         observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n)
         for n, f in ((1, 1.0), (2, 1.2))
     ]
-    found = finding_of(study(WIDE, ones, draws=300), (history(ones),))
+    found = outcome_of(study(WIDE, ones, draws=300), (history(ones),))
     low, middle, high = found.answer.factor(np.array([0.05, 0.5, 0.95]))
     assert low < 0.95 and high > 1.25 and 1.05 < middle < 1.15
     without = [one.factor(np.array([0.5]))[0] for one in found.sources.values()]
@@ -183,7 +183,7 @@ def test_sources_that_agree_are_pooled_as_before():
         observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n)
         for n, f in ((1, 1.0), (2, 1.01))
     ]
-    found = finding_of(study(WIDE, ones, draws=100), (history(ones),))
+    found = outcome_of(study(WIDE, ones, draws=100), (history(ones),))
     assert np.ptp(found.answer.factor(np.array([0.05, 0.95]))) == pytest.approx(
         3.29 * 0.01 / 2**0.5, rel=0.01
     )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from made import RATE, ErrorModel, history, observed, study
 
-from wearlab.updating.answers import finding_of
+from wearlab.updating.answers import outcome_of
 
 SD = 1e-4
 WIDE = {"lognormal": {"median": 1.0, "cov": 14.0}}
@@ -14,7 +14,7 @@ CYCLES = np.array([1e5, 2e5, 3e5])
 def notes(values, prior=WIDE, cycles=CYCLES, more=()):
     seen = (observed(cycles, values, ErrorModel(SD)), *more)
     runs = (history(seen),)
-    return finding_of(study(prior, seen, draws=200), runs).notes
+    return outcome_of(study(prior, seen, draws=200), runs).notes
 
 
 @pytest.mark.parametrize(

@@ -32,14 +32,14 @@ ENDS = (0.05, 0.5, 0.95)
 WITHIN = (
     30  # cycles that a point of the grid is spread over when their interval is told
 )
-Larger = tuple[
+LargerError = tuple[
     str, float
 ]  # an error, and how many times its prior's median it came out at
 WORN = ("worn_mass", "max_wear_depth", "wear_depth", "tooth_thickness")
 
 
 @dataclass(frozen=True)
-class Finding:
+class UpdateOutcome:
     """What an update comes to.
 
     Parameters
@@ -122,7 +122,7 @@ def answer_of(study: Subject, runs: Runs, blocks: Blocks) -> Answer:
     measured = likelihood.measured_blocks(blocks)
     if len(measured) < 2 or study.prior is None:
         return answer
-    separate = [post.by(without_values(blocks, but=[n])) for n in measured]
+    separate = [post.updated_with(without_values(blocks, keep=[n])) for n in measured]
     distance, *pair = contradiction(separate)
     answer = replace(
         answer, contradiction=distance, at_odds=tuple(measured[n] for n in pair)
@@ -134,17 +134,19 @@ def answer_of(study: Subject, runs: Runs, blocks: Blocks) -> Answer:
     )
 
 
-def without_values(blocks: Blocks, but: Collection[int] = ()) -> tuple[Block, ...]:
+def without_values(blocks: Blocks, keep: Collection[int] = ()) -> tuple[Block, ...]:
     """Return blocks of which nothing counts, but of those with such numbers.
 
     Of none: the prior.
     """
     return tuple(
-        b if n in but else replace(b, rows=b.rows[:0]) for n, b in enumerate(blocks)
+        b if n in keep else replace(b, rows=b.rows[:0]) for n, b in enumerate(blocks)
     )
 
 
-def finding_of(study: Subject, runs: Runs, answer: Answer | None = None) -> Finding:
+def outcome_of(
+    study: Subject, runs: Runs, answer: Answer | None = None
+) -> UpdateOutcome:
     """Update one case.
 
     Parameters
@@ -163,7 +165,7 @@ def finding_of(study: Subject, runs: Runs, answer: Answer | None = None) -> Find
     sources = {}
     for n in measured if len(measured) > 1 else ():
         sources[n] = replace(
-            answer_of(study, runs, without_values(blocks, but={*measured} - {n})),
+            answer_of(study, runs, without_values(blocks, keep={*measured} - {n})),
             now=answer.now,
         )
     stats = _stats(study, answer) | {
@@ -172,7 +174,7 @@ def finding_of(study: Subject, runs: Runs, answer: Answer | None = None) -> Find
     notes = tuple(
         _notes(study, answer, stats, tuple(_larger_errors(blocks, draws, prior_draws)))
     )
-    return Finding(
+    return UpdateOutcome(
         study, answer, draws, prior, prior_draws, checks, courses, sources, notes, stats
     )
 
@@ -199,7 +201,7 @@ def _stats(study: Subject, answer: Answer) -> dict[str, float]:
     if any(block.data.error.drift is not None for block in blocks):
         gain = (
             post.evidence
-            - post.by(
+            - post.updated_with(
                 [block.drifting(block.drift is None) for block in blocks]
             ).evidence
         )
@@ -252,7 +254,7 @@ def _prior_predictive_p(
             for n, b in enumerate(blocks)
         ]
         block_draws = replace(
-            draws, posterior=prior_answer.posterior.but(blocks=single)
+            draws, posterior=prior_answer.posterior.with_changes(blocks=single)
         )
         replicas = sampling.replicated(block_draws, number, rng, conditional=False)[0]
         below = (np.sum(replicas <= block.observed.value[latest]) + 0.5) / (
@@ -283,7 +285,10 @@ def _widens(answer: Answer) -> bool:
 
 
 def _notes(
-    study: Subject, answer: Answer, stats: dict[str, float], larger: Sequence[Larger]
+    study: Subject,
+    answer: Answer,
+    stats: dict[str, float],
+    larger: Sequence[LargerError],
 ) -> list[str]:
     """Return what a reader must know, most important first."""
     blocks = answer.posterior.blocks
@@ -319,7 +324,7 @@ def _notes(
 
 def _larger_errors(
     blocks: Blocks, draws: sampling.Draws, prior_draws: sampling.Draws
-) -> Iterator[Larger]:
+) -> Iterator[LargerError]:
     """Yield which unknown errors came out far from what was thought, and how many times that."""
     for n, side, spread, _ in likelihood.unknown_errors(blocks):
         prior_values = (prior_draws.sd, prior_draws.drift)[side][n]

@@ -128,7 +128,7 @@ class Subject:
 
 
 Subjects = Sequence[Subject]
-Known = tuple[tuple[Observed, ...], OperatingRecord | None, Calendar | None]
+Measurements = tuple[tuple[Observed, ...], OperatingRecord | None, Calendar | None]
 
 
 def studies(campaign: Campaign) -> tuple[Subject, ...]:
@@ -235,7 +235,7 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
     return tuple(subjects)
 
 
-def _measured(spec: UpdateSpec, unit: str | None, days: Days | None) -> Known:
+def _measured(spec: UpdateSpec, unit: str | None, days: Days | None) -> Measurements:
     """Return the observations, the record and the calendar of an [update], or of one unit."""
     stated, a_year = (
         (None, None) if days is None else (Calendar.of(days), days.hours_per_year)

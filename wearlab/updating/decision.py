@@ -50,7 +50,9 @@ Seen = tuple[
 ]  # what would be measured, the life as it then is, and a value's error
 
 
-def virtual_inspection(outcome: answers.Finding, rng: Random) -> xr.Dataset | None:
+def virtual_inspection(
+    outcome: answers.UpdateOutcome, rng: Random
+) -> xr.Dataset | None:
     """Return the expected width of the remaining life's 90 % interval over the time of one more inspection.
 
     The inspection is one of the first block that has no places on the flank. None where
@@ -92,7 +94,7 @@ def before_change(ahead: xr.Dataset, change: float) -> xr.Dataset:
     return ahead.assign(recommended=ahead["recommended"].copy(data=best))
 
 
-def virtual_block(outcome: answers.Finding) -> int | None:
+def virtual_block(outcome: answers.UpdateOutcome) -> int | None:
     """Return the first block that has no places on the flank: what one would measure again.
 
     None where sources contradict each other: the next value would not tell which of
@@ -135,7 +137,7 @@ def states_at_looks(
             factor = draws.factor[mine]
             points = run.points[number]
             mean[mine] = points.curve.at(
-                run.own_cycle(np.array(look), factor, points.clock)
+                run.equivalent_cycle(np.array(look), factor, points.clock)
             )
             if drifting == number:
                 life[mine] = lives.draw_lives(
@@ -190,7 +192,7 @@ def virtual_weights(value: Array, sd: Array, rng: Random) -> NDArray[np.float32]
 
 
 def decision_of(
-    outcome: answers.Finding, costs: Decision, rng: Random
+    outcome: answers.UpdateOutcome, costs: Decision, rng: Random
 ) -> xr.Dataset | None:
     """Return the cost per hour of changes and looks, None where no end is to be expected."""
     answer = outcome.answer

@@ -23,7 +23,7 @@ from wearlab.updating import (
 from wearlab.updating.cases import Subjects
 from wearlab.updating.grids import draws_along_grid, equal_draws
 from wearlab.updating.population import FleetMember, Law, Population
-from wearlab.updating.scores import held_by
+from wearlab.updating.scores import truths_inside
 
 DRAWS = 2000
 FEW = 400  # draws that inspections are checked with
@@ -578,7 +578,7 @@ def _scores(rows: xr.Dataset) -> dict[str, float]:
     means = {
         f"replay_{name}": float(np.nanmean(values)) for name, values in mean.items()
     }
-    return {"replay_count": float(len(value)), **means, **held_by(q, value)}
+    return {"replay_count": float(len(value)), **means, **truths_inside(q, value)}
 
 
 def _notes(studies: Subjects, fleet: Population) -> list[str]:

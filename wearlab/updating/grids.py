@@ -136,13 +136,13 @@ class Posterior:
         else:
             self._norm(*self._resolve(prior))
 
-    def but(self, **changed: Any) -> "Posterior":
+    def with_changes(self, **changed: Any) -> "Posterior":
         """Return it with other histories or blocks, and all else as it is."""
         posterior = copy(self)
         vars(posterior).update(changed)
         return posterior
 
-    def by(self, blocks: Blocks) -> "Posterior":
+    def updated_with(self, blocks: Blocks) -> "Posterior":
         """Return what is known after other observations."""
         return Posterior(self.histories, blocks, self.prior)
 
@@ -404,7 +404,9 @@ class Posterior:
         tau = np.geomspace(0.01, 4.0, 25) * SCALE
         log_tau = -0.5 * (tau / SCALE) ** 2 + np.log(tau)
         s = np.broadcast_to(np.linspace(-6.0, 6.0, n), (runs, n))
-        widened_posterior = self.but(centre=self.centre.copy(), width=np.empty(runs))
+        widened_posterior = self.with_changes(
+            centre=self.centre.copy(), width=np.empty(runs)
+        )
         logs = np.empty((runs, n))
         for i in range(runs):
             means = [

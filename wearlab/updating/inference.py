@@ -193,12 +193,12 @@ class Runner(NamedTuple):
         runner.run(campaign, self.store, progress=self.progress, workers=self.workers)
 
 
-def update_case(study: cases.Subject, runner: Runner) -> answers.Finding:
+def update_case(study: cases.Subject, runner: Runner) -> answers.UpdateOutcome:
     """Update one case: run what is missing, make runs longer, draw once more where few carry the weight."""
     (runs,) = runner.run([study])
     if study.spec.replaced:
         study, history = clocks.with_replacements(study, partial(runner.stored, study))
-        return answers.finding_of(study, [history])
+        return answers.outcome_of(study, [history])
     while True:
         answer = answers.answer_of(study, runs, answers.blocks_of(study, runs))
         if answer.beyond <= ENOUGH or study.longer >= MOST_LONGER:
@@ -215,17 +215,17 @@ def update_case(study: cases.Subject, runner: Runner) -> answers.Finding:
         judge = partial(
             grids.Posterior, blocks=answers.blocks_of(study, runs), prior=study.prior
         )
-        return answers.finding_of(
+        return answers.outcome_of(
             study, clocks.runs_with_change(runs[0], study.spec.change, judge)
         )
     if len(runs) > 1 and answer.posterior.effective_runs < min(FEWEST, 0.5 * len(runs)):
         return _with_second_round(study, answer.posterior, runner)
-    return answers.finding_of(study, runs, answer)
+    return answers.outcome_of(study, runs, answer)
 
 
 def _with_second_round(
     study: cases.Subject, post: grids.Posterior, runner: Runner
-) -> answers.Finding:
+) -> answers.UpdateOutcome:
     """Return what a study comes to with a second round of draws, whose runs say how often they were drawn."""
     from scipy.stats import multivariate_normal, norm, qmc
 
@@ -264,7 +264,7 @@ def _with_second_round(
         replace(run, log_weight=ratio)
         for run, ratio in zip(runs, log_weights.tolist(), strict=True)
     ]
-    return answers.finding_of(extended, drawn)
+    return answers.outcome_of(extended, drawn)
 
 
 def scores_of(study: cases.Subject, runs: run_curves.Runs) -> Array:

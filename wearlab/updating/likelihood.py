@@ -59,7 +59,9 @@ def log_density(prior: Distribution, log_value: Array, scale: float = 1.0) -> Ar
     return np.asarray(prior.log_density(np.exp(log_in_unit)) + log_in_unit)
 
 
-OfRuns = Sequence[tuple[RunHistory, Any]]  # each run with the lanes that are its own
+RunsWithLanes = Sequence[
+    tuple[RunHistory, Any]
+]  # each run with the lanes that are its own
 
 
 @dataclass(frozen=True)
@@ -265,7 +267,7 @@ def modelled(block: Block, run: RunHistory, number: int, factor: Array) -> Array
     cycle = points.cycle[block.rows]
     column = points.column[block.rows]
     since = block.data.since
-    depth = points.curve.at(run.own_cycle(cycle, f, points.clock), column)
+    depth = points.curve.at(run.equivalent_cycle(cycle, f, points.clock), column)
     if since is None:
         return depth
     first = (
@@ -274,7 +276,7 @@ def modelled(block: Block, run: RunHistory, number: int, factor: Array) -> Array
         else np.full_like(cycle, float(since))
     )
     return np.asarray(
-        depth - points.curve.at(run.own_cycle(first, f, points.clock), column)
+        depth - points.curve.at(run.equivalent_cycle(first, f, points.clock), column)
     )
 
 
@@ -316,7 +318,7 @@ def _previous_inspection(cycle: Array, start: float) -> Array:
 
 def log_likelihood(
     block: Block,
-    runs: RunHistory | OfRuns,
+    runs: RunHistory | RunsWithLanes,
     number: int,
     lanes: ParameterBatch,
     steps: kalman.Inspections = (),
@@ -331,7 +333,7 @@ def log_likelihood(
     lanes : coefficients and errors
     steps : inspections whose surprises are kept, each [none]
     """
-    pairs: OfRuns = [(runs, ...)] if isinstance(runs, RunHistory) else runs
+    pairs: RunsWithLanes = [(runs, ...)] if isinstance(runs, RunHistory) else runs
     (factor, sd, drift) = lanes
     data = block.data
     rows = block.rows
@@ -554,7 +556,7 @@ def _piece_sums(
     """
     curve = points.curve
     f = factor[:, None, None]
-    model = curve.at(run.own_cycle(bins.node, f, points.clock), bins.column)
+    model = curve.at(run.equivalent_cycle(bins.node, f, points.clock), bins.column)
     zeroth, once, twice = bins.moment
     if block.data.error.gain_sd:
         square = np.broadcast_to(
@@ -564,7 +566,7 @@ def _piece_sums(
     else:
         off = model - bins.centre
         sums = [twice + off * (off * zeroth - 2.0 * once)]
-    outer = run.own_cycle(bins.cycle[:, [0, -1]], f, points.clock)
+    outer = run.equivalent_cycle(bins.cycle[:, [0, -1]], f, points.clock)
     ends = np.searchsorted(curve.cycle[1:], outer, side="right")
     smooth = ends[..., 0] == ends[..., 1]
     if block.relative:
@@ -585,7 +587,8 @@ def _piece_sums(
         np.array_split(lane, pieces), np.array_split(uneven, pieces), strict=True
     ):
         uneven_model = curve.at(
-            run.own_cycle(bins.cycle[b], factor[i, None], points.clock), bins.column[b]
+            run.equivalent_cycle(bins.cycle[b], factor[i, None], points.clock),
+            bins.column[b],
         )
         value = bins.value[b]
         weight = bins.weight[b]

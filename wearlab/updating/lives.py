@@ -114,7 +114,7 @@ class Answer:
         for run, mass, u in zip(
             post.histories, post.mass, post.log_factor, strict=True
         ):
-            later = run.own_cycle(np.array(self.now), np.exp(u)) > run.end
+            later = run.equivalent_cycle(np.array(self.now), np.exp(u)) > run.end
             risk += float(
                 mass[later | (run.limit_cycle > run.end * (1.0 + 1e-12))].sum()
             )
@@ -243,9 +243,9 @@ def present_state(
     -------
     gap [SI of the quantity] and cycles; a gap that is not positive has been closed.
     """
-    gap = run.level - mean - run.limit.at(run.own_cycle(np.array(cycle), factor))
+    gap = run.level - mean - run.limit.at(run.equivalent_cycle(np.array(cycle), factor))
     return gap, np.maximum(
-        run.after(run.limit.first_above(run.level - mean), factor) - cycle, 1e-300
+        run.real_cycle(run.limit.first_above(run.level - mean), factor) - cycle, 1e-300
     )
 
 

@@ -278,7 +278,7 @@ class RunHistory:
         clock = self.clock if clock is None else clock
         return (cycle if clock is None else clock(cycle)) - self.start
 
-    def own_cycle(
+    def equivalent_cycle(
         self, cycle: Array, factor: Array, clock: Clock | None = None
     ) -> Array:
         """Return the cycle of this run at which wear is as after ``cycle`` with another factor.
@@ -290,7 +290,7 @@ class RunHistory:
         """
         return self.start + self.equal(cycle, clock) * (factor / self.factor)
 
-    def after(self, run_cycle: Array, factor: Array) -> Array:
+    def real_cycle(self, run_cycle: Array, factor: Array) -> Array:
         """Return the cycle after which wear with a factor is as at a cycle of this run."""
         with np.errstate(divide="ignore", over="ignore"):
             equal = self.start + (run_cycle - self.start) * (self.factor / factor)
@@ -298,7 +298,7 @@ class RunHistory:
 
     def life(self, factor: Array) -> Array:
         """Return the cycles to the limit with a factor on the wear coefficient."""
-        return self.after(np.asarray(self.limit_cycle), factor)
+        return self.real_cycle(np.asarray(self.limit_cycle), factor)
 
 
 Runs = Sequence[RunHistory]

@@ -60,7 +60,7 @@ class Draws:
             self.life[chosen],
         )
 
-    def by_run(self) -> likelihood.OfRuns:
+    def by_run(self) -> likelihood.RunsWithLanes:
         """Return each run that was drawn, with its draws."""
         runs = self.posterior.histories
         return [
@@ -207,7 +207,7 @@ def over_cycles(
     depths = np.empty((len(cycles), len(draws)))
     for history, mine in draws.by_run():
         depths[:, mine] = history.beside[name].at(
-            history.own_cycle(cycles[:, None], draws.factor[mine])
+            history.equivalent_cycle(cycles[:, None], draws.factor[mine])
         )
     if drifting is None:
         return depths

@@ -48,7 +48,7 @@ def scores_of(quantile: Array, truth: float) -> tuple[float, float]:
     return crps(quantile, truth), float(interval_score(low, high, truth))
 
 
-def held_by(q: Array, truth: Array) -> dict[str, float]:
+def truths_inside(q: Array, truth: Array) -> dict[str, float]:
     """Return how many truths lie in the 50 and in the 90 % interval of quantiles (5, truths)."""
     inside = {
         50: (q[1] <= truth) & (truth <= q[3]),
@@ -161,7 +161,7 @@ def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
         "replay_inspections": float(len(truth)),
         "replay_mean_error": np.mean(relative_error),
     }
-    score |= held_by(rest, truth)
+    score |= truths_inside(rest, truth)
     score["replay_crps"] = np.mean(early["crps"].values / truth)
     score["replay_interval_score"] = np.mean(
         interval_score(rest[0], rest[4], truth) / truth
@@ -183,7 +183,7 @@ Model = tuple[
 ]  # name, a posterior of its runs, observations
 
 
-def models_of(outcome: answers.Finding) -> Iterator[Model]:
+def models_of(outcome: answers.UpdateOutcome) -> Iterator[Model]:
     """Yield the model that was asked for, and those that differ from it in one thing."""
     post = outcome.posterior
     study = outcome.study
@@ -208,7 +208,9 @@ def models_of(outcome: answers.Finding) -> Iterator[Model]:
             [block.drifting(not accumulates) for block in post.blocks],
         )
     if changes:
-        constant = post.but(histories=(replace(post.histories[0], log_weight=0.0),))
+        constant = post.with_changes(
+            histories=(replace(post.histories[0], log_weight=0.0),)
+        )
         yield name(errors[0], "k constant"), constant, post.blocks
 
 
@@ -225,13 +227,15 @@ def left_out(post: grids.Posterior) -> Array:
         return np.full(1, np.nan)
     cycles = likelihood.cycles_of(post.blocks, run)
     posteriors = [
-        post.by(likelihood.select_by_cycle(post.blocks, run, np.not_equal, cycle))
+        post.updated_with(
+            likelihood.select_by_cycle(post.blocks, run, np.not_equal, cycle)
+        )
         for cycle in cycles
     ]
     return post.evidence - np.array([posterior.evidence for posterior in posteriors])
 
 
-def compared(outcomes: Sequence[answers.Finding]) -> xr.Dataset | None:
+def compared(outcomes: Sequence[answers.UpdateOutcome]) -> xr.Dataset | None:
     """Return the models beside each other, the most probable first.
 
     None of a single one.
@@ -240,7 +244,7 @@ def compared(outcomes: Sequence[answers.Finding]) -> xr.Dataset | None:
     if len(models) < 2 or not likelihood.measured_blocks(models[0][2]):
         return None
     ranked = sorted(
-        ((post.by(blocks), name) for name, post, blocks in models),
+        ((post.updated_with(blocks), name) for name, post, blocks in models),
         key=lambda logs: -logs[0].evidence,
     )
     posts, names = zip(*ranked, strict=True)

@@ -56,7 +56,7 @@ def calibrated(
     source = post
     if true is not None:
         runs = tuple(_with_power(run, true.power) for run in post.histories)
-        source = post.but(histories=runs, blocks=_true_blocks(post, true))
+        source = post.with_changes(histories=runs, blocks=_true_blocks(post, true))
         believed = believed or post.blocks
     prior = answers.answer_of(
         study, source.histories, answers.without_values(source.blocks)
@@ -240,7 +240,7 @@ def twin_files(
         for b in blocks
     ]
     sd, drift = zip(*errors, strict=True)
-    post = grids.Posterior((run,), answers.without_values(blocks), None).but(
+    post = grids.Posterior((run,), answers.without_values(blocks), None).with_changes(
         blocks=blocks
     )
     factor = np.full(1, run.factor)

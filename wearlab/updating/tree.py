@@ -20,7 +20,7 @@ from wearlab.updating import (
     scores,
     synthetic_data,
 )
-from wearlab.updating.answers import Finding
+from wearlab.updating.answers import UpdateOutcome
 
 Groups = Mapping[str, xr.Dataset]
 MOST_VALUES = 2_000_000  # of a variable with a value for each draw and observation
@@ -30,7 +30,7 @@ AHEAD = 1.25  # times the 95 % quantile of the life up to which it is
 
 
 def tree_of(
-    campaign: Campaign, outcomes: Sequence[Finding], *, replay: bool, check: int
+    campaign: Campaign, outcomes: Sequence[UpdateOutcome], *, replay: bool, check: int
 ) -> xr.DataTree:
     """Return the tree of an update; several cases stand along the dimension ``case``.
 
@@ -136,7 +136,7 @@ def tree_of_groups(
     return xr.DataTree.from_dict({"/": xr.Dataset(attrs=filled), **groups})
 
 
-def _groups(outcome: Finding, replay: bool, check: int) -> dict[str, xr.Dataset]:
+def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Dataset]:
     spec = outcome.study.spec
     post = outcome.posterior
     rng = np.random.default_rng([spec.seed, 1])
@@ -183,7 +183,7 @@ def _groups(outcome: Finding, replay: bool, check: int) -> dict[str, xr.Dataset]
     return groups
 
 
-def block_name(outcome: Finding, number: int) -> str:
+def block_name(outcome: UpdateOutcome, number: int) -> str:
     """Return what the values of a block are called: quantity and place, and its number where two share it."""
     names = [block.data.label.replace("-", "_") for block in outcome.posterior.blocks]
     return (
@@ -204,7 +204,7 @@ def _units(block: likelihood.Block) -> dict[str, str]:
     return {"units": block.data.si, "display_units": shown}
 
 
-def _sample(outcome: Finding, *, of_prior: bool = False) -> xr.Dataset:
+def _sample(outcome: UpdateOutcome, *, of_prior: bool = False) -> xr.Dataset:
     """Return equally probable draws of all unknowns and of the life, after or before."""
     draws = outcome.prior_draws if of_prior else outcome.draws
     values = _unknowns(outcome, draws)
@@ -219,7 +219,7 @@ def _sample(outcome: Finding, *, of_prior: bool = False) -> xr.Dataset:
     return layout.sample(values, len(draws))
 
 
-def _unknowns(outcome: Finding, draws: sampling.Draws) -> dict[str, Any]:
+def _unknowns(outcome: UpdateOutcome, draws: sampling.Draws) -> dict[str, Any]:
     """Return the draws of each key of ``update.unknown`` in SI.
 
     An unknown is called by its last word, by the whole key where two share it.
@@ -237,7 +237,9 @@ def _unknowns(outcome: Finding, draws: sampling.Draws) -> dict[str, Any]:
     return variables
 
 
-def _unknown_in_si(outcome: Finding, draws: sampling.Draws, key: str) -> xr.Variable:
+def _unknown_in_si(
+    outcome: UpdateOutcome, draws: sampling.Draws, key: str
+) -> xr.Variable:
     """Return the draws of an unknown that costs runs, labelled, in SI."""
     written = outcome.study.drawn[key]
     file_unit = outcome.study.spec.unknown[key].unit
@@ -254,7 +256,7 @@ def _unknown_in_si(outcome: Finding, draws: sampling.Draws, key: str) -> xr.Vari
 
 
 def _unknown_errors(
-    outcome: Finding, draws: sampling.Draws, *, conditional: bool
+    outcome: UpdateOutcome, draws: sampling.Draws, *, conditional: bool
 ) -> dict[str, Any]:
     """Return the draws of unknown errors, drifts and gains of all blocks."""
     rng = np.random.default_rng([outcome.study.spec.seed, 4])
@@ -274,7 +276,7 @@ def _unknown_errors(
     return variables
 
 
-def _replicas(outcome: Finding, number: int, rng: Random) -> xr.Dataset:
+def _replicas(outcome: UpdateOutcome, number: int, rng: Random) -> xr.Dataset:
     """Return measurements of a block as they could have come out, of every draw.
 
     Of fewer for very many.
@@ -292,7 +294,7 @@ def _replicas(outcome: Finding, number: int, rng: Random) -> xr.Dataset:
     return layout.sample({name: replica}, len(draws))
 
 
-def _pointwise(outcome: Finding, number: int) -> xr.Dataset:
+def _pointwise(outcome: UpdateOutcome, number: int) -> xr.Dataset:
     """Return the log likelihood of each inspection given those before it.
 
     Their sum is that of the block.
@@ -323,7 +325,7 @@ def _pointwise(outcome: Finding, number: int) -> xr.Dataset:
     )
 
 
-def _predictions(outcome: Finding, rng: Random) -> xr.Dataset:
+def _predictions(outcome: UpdateOutcome, rng: Random) -> xr.Dataset:
     """Return quantiles of the life, exact, and of depth and mass over the cycles, drawn."""
     run = outcome.posterior.histories[0]
     life = outcome.answer.life(layout.P)
@@ -338,7 +340,7 @@ def _predictions(outcome: Finding, rng: Random) -> xr.Dataset:
     return layout.dataset("predictions", values, quantile=layout.P, cycle=cycles)
 
 
-def _predicted_cycles(outcome: Finding, life: Array) -> Array:
+def _predicted_cycles(outcome: UpdateOutcome, life: Array) -> Array:
     """Return the cycles at which the wear is predicted, past the end of life."""
     run = outcome.posterior.histories[0]
     now = outcome.answer.now
@@ -347,7 +349,7 @@ def _predicted_cycles(outcome: Finding, life: Array) -> Array:
     return np.linspace(run.start, max(last, now, run.start + 1.0), PLACES)
 
 
-def _life_quantiles(outcome: Finding) -> dict[str, Any]:
+def _life_quantiles(outcome: UpdateOutcome) -> dict[str, Any]:
     """Return quantiles of life and factor, after and before, with their days."""
     run = outcome.posterior.histories[0]
     answer = outcome.answer
@@ -372,7 +374,7 @@ def _life_quantiles(outcome: Finding) -> dict[str, Any]:
 
 
 def _wear_quantiles(
-    outcome: Finding, draws: sampling.Draws, name: str, cycles: Array, rng: Random
+    outcome: UpdateOutcome, draws: sampling.Draws, name: str, cycles: Array, rng: Random
 ) -> xr.Variable:
     """Return quantiles of a depth or mass over cycles, labelled."""
     limits_life = name == outcome.study.limit.quantity
@@ -390,7 +392,7 @@ def _wear_quantiles(
     )
 
 
-def _observed_data(outcome: Finding) -> xr.Dataset:
+def _observed_data(outcome: UpdateOutcome) -> xr.Dataset:
     """Return what was measured, with its errors as the posterior has them."""
     parts = []
     run = outcome.posterior.histories[0]
@@ -439,7 +441,7 @@ def _observed_data(outcome: Finding) -> xr.Dataset:
     return xr.merge(parts, **layout.MERGED)
 
 
-def _observed_life(outcome: Finding) -> float:
+def _observed_life(outcome: UpdateOutcome) -> float:
     """Return the cycle at which measurements of the limit's own quantity reach it, NaN where they do not."""
     limit = outcome.study.limit
     run = outcome.posterior.histories[0]
@@ -454,7 +456,7 @@ def _observed_life(outcome: Finding) -> float:
     return float("nan")
 
 
-def _statistics(outcome: Finding) -> xr.Dataset:
+def _statistics(outcome: UpdateOutcome) -> xr.Dataset:
     """Return what is known about the update itself: evidence, checks of the inspections, notes."""
     values: dict[str, Any] = {**outcome.stats, "notes": " | ".join(outcome.notes)}
     values |= {"replaced": outcome.study.renewals} if outcome.study.renewals else {}
