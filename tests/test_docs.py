@@ -5,6 +5,7 @@ Reference pages say everything.
 
 import importlib.util
 import os
+import pkgutil
 import re
 import subprocess
 import sys
@@ -26,7 +27,17 @@ PAGES = sorted(
         *(DOCS / "tutorials").glob("*.md"),
     }
 )
+ALL_PAGES = sorted({TOP / "CHANGELOG.md", *PAGES, *DOCS.rglob("*.md")})
 BLOCK = re.compile(r"^```(\w+) *([^\n]*)\n(.+?)^```", re.DOTALL | re.MULTILINE)
+PLACE = re.compile(
+    r"(?<![\w/.<-])((?:wearlab|tests|docs|campaigns|\.ci)/[\w./*-]*+)"
+    r"(?!<|`:\n\n```python|`? \(new\))"
+)
+"""A path of this repository, unless the page goes on to write that file."""
+LINK = re.compile(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)")
+DOTTED = re.compile(r"`(wearlab(?:\.\w+)+)`")
+CLASS = re.compile(r"`([A-Z][a-z]+\w*)(?:\.\w+)?`")
+ENTRY_POINTS = "wearlab.variants"
 DRIVER = """
 import subprocess, sys
 from pathlib import Path
@@ -60,6 +71,42 @@ def reference_pages(name="reference_pages"):
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+def page_name(page):
+    return page.relative_to(TOP).as_posix()
+
+
+def resolves(dotted):
+    """Return whether a dotted name is a module or stands in one."""
+    try:
+        pkgutil.resolve_name(dotted)
+    except (ImportError, AttributeError):
+        return False
+    return True
+
+
+@pytest.mark.parametrize("page", ALL_PAGES, ids=page_name)
+def test_every_path_link_and_module_on_a_page_exists(page):
+    text = page.read_text()
+    paths = [path.rstrip(".-") for path in PLACE.findall(text)]
+    modules = set(DOTTED.findall(text)) - {ENTRY_POINTS}
+
+    absent = [path for path in paths if not any(TOP.glob(path))]
+    absent += [link for link in LINK.findall(text) if not (page.parent / link).exists()]
+    absent += [name for name in modules if not resolves(name)]
+
+    assert not absent
+
+
+@pytest.mark.parametrize("name", ("develop.md", "glossary.md"))
+def test_every_type_that_developers_are_told_of_exists(name):
+    sources = [file.read_text() for file in (TOP / "wearlab").rglob("*.py")]
+    classes = re.findall(r"^class (\w+)", "".join(sources), re.MULTILINE)
+
+    mentioned = set(CLASS.findall((DOCS / name).read_text()))
+
+    assert mentioned <= {*classes, "Dataset", "None"}
 
 
 def test_the_readme_is_short_and_has_two_commands():
