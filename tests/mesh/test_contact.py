@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from wearlab.mesh.body import body_coupling
-from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
+from wearlab.mesh.contact import MIN_CONTACT_LOAD_SHARE, ContactAnalysis
 from wearlab.mesh.profile import lookup, profile_grid
 from wearlab.mesh.series import InSeries, tooth_flexibility
 from wearlab.mesh.stiffness import (
@@ -126,7 +126,7 @@ def test_contacts_that_soften_agree_with_root_finding_and_settle_from_anywhere(
     gap = wear[0] + wear[1]
 
     def deflection_under(force, node):
-        at_least = np.full(len(gap), max(force, LEAST_LOADED * LOAD))
+        at_least = np.full(len(gap), max(force, MIN_CONTACT_LOAD_SHARE * LOAD))
         return gap[node] + (body[node] + hertz.compliance(at_least)[node]) * force
 
     def force_of(delta, node):

@@ -75,7 +75,7 @@ def build_analyses(
         ]
     else:
         extensions = [
-            extension.of(pair.base_pitch)
+            extension.in_metres(pair.base_pitch)
             for pair, extension in zip(pairs, reach, strict=True)
         ]
     matched = [points] * len(pairs)

@@ -22,6 +22,10 @@ from wearlab.mesh.stiffness import PairStiffness
 ROUNDED = 1e-15
 """Difference of gaps that is rounding: where a pair begins to touch its gap is that of
 its mate [m]."""
+MIN_CONTACT_LOAD_SHARE = 0.02
+"""Smallest share of the static load for which the contact's compliance is evaluated.
+Under less it yields as under this share, since the compliance of Hertz's contact grows
+without bound as the load falls to nothing [1]."""
 
 
 class Sharing(NamedTuple):
@@ -242,11 +246,6 @@ def equivalent_springs(
     return stiffness, level, part
 
 
-LEAST_LOADED = 0.02
-"""Share of the load below which a contact yields as under it: towards none its
-compliance has no bound."""
-
-
 class Nodes(NamedTuple):
     """One wear state at the touching nodes.
 
@@ -363,7 +362,7 @@ class ContactAnalysis:
         c(F)) F`` is straight, its compliance less by ``−F dc/dF`` and its gap larger by
         as much times F. Where gaps decide which pairs engage they are left as they are.
         """
-        least = LEAST_LOADED * self.load
+        least = MIN_CONTACT_LOAD_SHARE * self.load
         softening = self.stiffness.softening if self.engagement_gap == np.inf else 0.0
         for _ in range(30):
             contact = self.stiffness.contact(np.maximum(force, least))

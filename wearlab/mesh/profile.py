@@ -227,8 +227,13 @@ class ExtensionInPitches(NamedTuple):
     approach: float
     recess: float
 
-    def of(self, base_pitch: float) -> Extension:
-        """Return the extension of a pair with a base pitch [m]."""
+    def in_metres(self, base_pitch: float) -> Extension:
+        """Return the extension of a pair with a base pitch [m].
+
+        Parameters
+        ----------
+        base_pitch : of the pair, transverse [m]
+        """
         return Extension(self.approach * base_pitch, self.recess * base_pitch)
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.gears.gear import DRIVING, GearPair
 from wearlab.gears.helix import SPUR, Helix
-from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
+from wearlab.mesh.contact import MIN_CONTACT_LOAD_SHARE, ContactAnalysis
 from wearlab.mesh.exact.gaps import DisplacementBeyond
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.mesh.face.solve import Section, ShearLayer, Slices, layer_of, solve_phases
@@ -212,7 +212,7 @@ class FaceContact:
         unworn = np.zeros((2, len(self.analysis.grid.contact_position)))
         body = stiffness.body(unworn) * face_width
         cross = stiffness.cross(unworn)
-        least = LEAST_LOADED * (self.analysis.load or LIGHT)
+        least = MIN_CONTACT_LOAD_SHARE * (self.analysis.load or LIGHT)
         softening = stiffness.softening * face_width
         contact = (
             np.broadcast_to(stiffness.contact(np.full(len(body), least)), body.shape)
