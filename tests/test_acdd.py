@@ -1,6 +1,7 @@
 """What ACDD 1.3 highly recommends, which IOOS's checker asks for, is there without that checker."""
 
 import pytest
+from scenes import external_pair
 
 from wearlab.scene import Scene
 from wearlab.schema import VARIABLES, attributes
@@ -9,13 +10,7 @@ from wearlab.simulation.label import discovery
 CONTENTS = {"modelResult", "qualityInformation", "auxiliaryInformation", "coordinate"}
 """Of ISO 19115-1's codes, those that a computed run has."""
 PAIR = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 25},
-        "gear": {"teeth": 30},
-    },
+    "gears": external_pair(25, 30),
     "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
 }
 

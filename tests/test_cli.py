@@ -11,6 +11,7 @@ import fake_campaign
 import made_up
 import pytest
 from fake_campaign import alter, sweep
+from scenes import CAMPAIGNS
 
 import wearlab
 from wearlab.cli import app, output
@@ -18,7 +19,7 @@ from wearlab.cli.commands import plan
 from wearlab.runner import Interrupted, running
 from wearlab.store import Store
 
-SPEEDS = Path(wearlab.__file__).parents[1] / "campaigns" / "spur_speeds.toml"
+SPEEDS = CAMPAIGNS / "spur_speeds.toml"
 
 
 class Result:
@@ -528,7 +529,7 @@ label = "floating"
 def test_supports_between_which_planets_float_are_refused_before_anything_is_written(
     command, word
 ):
-    base = Path(__file__).parents[1] / "campaigns" / "base" / "planetary_ngw11.toml"
+    base = CAMPAIGNS / "base" / "planetary_ngw11.toml"
     Path("floating.toml").write_text(FLOATING.format(base=base))
     refused = command(word, "floating.toml")
     assert refused.status == 2 and refused.out == ""

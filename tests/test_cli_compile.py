@@ -1,11 +1,10 @@
 """Compiling ahead, from the command line."""
 
-from pathlib import Path
+from scenes import SPUR_50_50
 
 from wearlab.cli.app import status_of
 
-BASE = Path(__file__).parents[1] / "campaigns" / "base" / "spur_50_50.toml"
-STILL = f'extends = "{BASE.as_posix()}"\ndrop = ["dynamics"]\n'
+STILL = f'extends = "{SPUR_50_50.as_posix()}"\ndrop = ["dynamics"]\n'
 
 
 def test_it_compiles_for_every_kind_once_and_tells_how_long(tmp_path, capsys):

@@ -2,17 +2,15 @@
 
 import json
 import shutil
-from pathlib import Path
 
 import pytest
 import xarray as xr
 from made_up import put, run
+from scenes import SPUR_50_50
 
 import wearlab as wl
 from wearlab.cli.app import status_of
 from wearlab.store import Store
-
-BASE = Path(wl.__file__).parents[1] / "campaigns" / "base" / "spur_50_50.toml"
 
 
 @pytest.fixture
@@ -20,7 +18,7 @@ def study(tmp_path):
     """A campaign of two speeds, one of them stored, beside a run nobody asks for."""
     file = tmp_path / "study.toml"
     file.write_text(
-        f'extends = "{BASE.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", '
+        f'extends = "{SPUR_50_50.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", '
         '"1100 rpm"]\n'
     )
     campaign = wl.load(file)

@@ -1,15 +1,14 @@
 """The stiff and extreme cases of ``campaigns/extremes``: each ends as its file expects."""
 
-from pathlib import Path
-
 import pytest
+from scenes import CAMPAIGNS
 
 import wearlab
 from wearlab.campaign import load
 from wearlab.runner import running
 from wearlab.store import Store
 
-FILES = sorted((Path(__file__).parents[1] / "campaigns" / "extremes").glob("*.toml"))
+FILES = sorted((CAMPAIGNS / "extremes").glob("*.toml"))
 
 
 LONG = ("lives",)

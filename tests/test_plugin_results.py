@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS, external_pair
 
 import wearlab as wl
 from wearlab.campaign import load
@@ -15,7 +16,7 @@ from wearlab.plugins import PluginError, Trust, forget, stand_in, trusting, use
 from wearlab.schema import VARIABLES, attributes
 from wearlab.simulation.run import simulate
 
-EXAMPLE = Path(__file__).parents[1] / "campaigns" / "plugins" / "unevenness.toml"
+EXAMPLE = CAMPAIGNS / "plugins" / "unevenness.toml"
 RESULT = """
     from wearlab.variable import Result, Variable
 
@@ -36,13 +37,7 @@ GIVEN = {
     "needs": "wear_depth",
 }
 SMALL = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 25},
-        "gear": {"teeth": 30},
-    },
+    "gears": external_pair(25, 30),
     "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
     "mesh": {"stiffness": "potential-energy"},
     "wear": {

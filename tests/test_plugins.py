@@ -7,10 +7,10 @@ import subprocess
 import sys
 import textwrap
 from importlib.metadata import EntryPoint
-from pathlib import Path
 
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS, external_pair
 
 import wearlab
 import wearlab as wl
@@ -23,15 +23,9 @@ from wearlab.scene import Scene, SceneError
 from wearlab.slots import VariantError
 from wearlab.store import Store
 
-EXAMPLES = Path(__file__).parents[1] / "campaigns" / "plugins"
+EXAMPLES = CAMPAIGNS / "plugins"
 PAIR = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 50},
-        "gear": {"teeth": 50},
-    },
+    "gears": external_pair(50, 50),
     "operation": {"torque": "340 N*m", "speed": "1100 rpm"},
 }
 SOURCE = """

@@ -1,19 +1,17 @@
 """wearlab in Python: whatever describes runs is run, opened, tabled and drawn, in one convention of units."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from matplotlib.text import Text
+from scenes import SPUR_50_50
 
 import wearlab as wl
 from wearlab.runner.progress import NotebookBar
 from wearlab.store.outcome import Outcome
 
-BASE = Path(wl.__file__).parents[1] / "campaigns" / "base" / "spur_50_50.toml"
 STUDY = {
     "title": "two torques",
-    "extends": BASE,
+    "extends": SPUR_50_50,
     "drop": ["dynamics"],
     "wear": {"load": "static", "until": {"cycles": np.float64(1e7)}},
     "sweep": [{"operation.torque": ["200 N*m", "0.3 kN*m"]}],

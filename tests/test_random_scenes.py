@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import random_scenes
 from hypothesis import HealthCheck, Phase, given, seed, settings
+from scenes import external_pair
 
 from wearlab.scene import Scene
 from wearlab.simulation import Refused, simulate
@@ -13,13 +14,12 @@ from wearlab.simulation import Refused, simulate
 SEED = 1
 """Of the drawn scenes: a number, not a hash of the test's own text, which formatting moves."""
 NEVER_IN_CONTACT = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "0.001273 m",
-        "face_width": "0.001273 m",
-        "pinion": {"teeth": 185, "profile_shift_coefficient": 0.2},
-        "gear": {"teeth": 140},
-    },
+    "gears": external_pair(
+        {"teeth": 185, "profile_shift_coefficient": 0.2},
+        140,
+        module="0.001273 m",
+        face_width="0.001273 m",
+    ),
     "operation": {"torque": "0.00155729 N*m", "speed": "5353.0 rpm"},
     "mesh": {
         "stiffness": {
@@ -90,13 +90,7 @@ def test_teeth_that_a_dashpot_keeps_apart_carry_the_load_in_the_mean():
 
 def test_the_rules_see_what_is_broken():
     mapping = {
-        "gears": {
-            "kind": "external-pair",
-            "module": "3 mm",
-            "face_width": "20 mm",
-            "pinion": {"teeth": 50},
-            "gear": {"teeth": 50},
-        },
+        "gears": external_pair(50, 50),
         "operation": {"torque": "340 N*m", "speed": "1100 rpm"},
         "mesh": {"damping_ratio": 0.05},
         "dynamics": {"model": "torsional"},
@@ -127,13 +121,7 @@ def test_the_rules_see_what_is_broken():
 )
 def test_work_without_bound_and_unstable_steps_are_refused(numerics, speed, reason):
     mapping = {
-        "gears": {
-            "kind": "external-pair",
-            "module": "0.5 mm",
-            "face_width": "5 mm",
-            "pinion": {"teeth": 20},
-            "gear": {"teeth": 40},
-        },
+        "gears": external_pair(20, 40, module="0.5 mm", face_width="5 mm"),
         "operation": {"torque": "0.1 N*m", "speed": speed},
         "mesh": {"damping_ratio": 0.05},
         "dynamics": {"model": "torsional"},

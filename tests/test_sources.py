@@ -4,21 +4,17 @@ import shutil
 import sys
 
 import pytest
+from scenes import external_pair
 
 import wearlab as wl
 from wearlab import sources
 
 PAIR = {
-    "gears": {
-        **{"kind": "external-pair", "module": "3 mm", "face_width": "20 mm"},
-        **{"pinion": {"teeth": 20}, "gear": {"teeth": 30}},
-    },
+    "gears": external_pair(20, 30),
     "operation": {"torque": "50 N*m", "speed": "1100 rpm"},
     "wear": {
-        **{
-            "load": "static",
-            "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
-        },
+        "load": "static",
+        "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
         "until": {"cycles": 1e6},
     },
 }

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 from fake_campaign import filled, sweep
+from scenes import external_pair
 
 import wearlab as wl
 from wearlab.browsing import contents, figures, listing, recorded
@@ -182,13 +183,7 @@ def test_the_page_says_why_one_lives_longer(opened, tmp_path):
     """Two torques, everything else alike: the force alone differs, and the product is the rate."""
     table = {
         "title": "Two torques",
-        "gears": {
-            "kind": "external-pair",
-            "module": "3 mm",
-            "face_width": "20 mm",
-            "pinion": {"teeth": 25},
-            "gear": {"teeth": 30},
-        },
+        "gears": external_pair(25, 30),
         "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
         "mesh": {"stiffness": "potential-energy"},
         "wear": {

@@ -1,14 +1,12 @@
 import math
 from fractions import Fraction
-from pathlib import Path
 
 import pytest
+from scenes import CAMPAIGNS
 
 from wearlab.assembly.sets import build_set
 from wearlab.campaign import CampaignError, load
 from wearlab.campaign.case import CaseValues
-
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 SWEEPS = """
 [[sweep]]

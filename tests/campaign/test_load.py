@@ -1,11 +1,8 @@
-from pathlib import Path
-
 import pytest
+from scenes import CAMPAIGNS
 
 from wearlab.campaign import CampaignError, load
 from wearlab.scene import parts_left_out, parts_present
-
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 
 def refused(study, text):

@@ -1,15 +1,14 @@
 import json
 import tomllib
-from pathlib import Path
 
 import pytest
+from scenes import CAMPAIGNS
 
 from wearlab.campaign import schema_json
 from wearlab.scene import Scene
 from wearlab.scene.sections import MEMBERS, parts_at
 from wearlab.units import KINDS, quantity
 
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 SCHEMA = json.loads(schema_json())
 DIMENSIONAL = {
     "loss",

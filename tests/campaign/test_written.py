@@ -2,20 +2,15 @@
 
 import json
 
+from scenes import external_pair
+
 import wearlab as wl
 from wearlab.campaign.campaign import with_figures
 from wearlab.report import run as told
 
 TABLE = {
     "title": "as written",
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "0.03 m",
-        "pressure_angle": "20 deg",
-        "pinion": {"teeth": 24},
-        "gear": {"teeth": 53},
-    },
+    "gears": external_pair(24, 53, face_width="0.03 m", pressure_angle="20 deg"),
     "operation": {"torque": "0.18 kN*m", "speed": "900 1/min"},
     "sweep": [{"operation.torque": ["0.18 kN*m", "250 Nm"]}],
 }

@@ -1,10 +1,9 @@
 """Other attractors: found beside an orbit that never leaves contact, and not where there is none."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
+from scenes import CAMPAIGNS
 from scipy.integrate import solve_ivp
 
 from wearlab.assembly import build
@@ -28,7 +27,7 @@ PAIR = BenchmarkPair()
 LIGHT = PAIR._replace(
     torque=60.0, mesh_damping=300.0, bearing_damping=2000.0, amplitude=8e-6
 )
-EDGES = Path(__file__).parents[2] / "campaigns" / "extremes" / "benchmark_edges.toml"
+EDGES = CAMPAIGNS / "extremes" / "benchmark_edges.toml"
 
 
 def respond(pair: BenchmarkPair, rpm: float, steps: int) -> Response:

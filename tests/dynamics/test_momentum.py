@@ -8,6 +8,7 @@ from benchmark_pair import BenchmarkPair, mesh_period
 from momentum_balance import unbalanced
 from plain_planetary import BREAKS, PERIOD, planetary, torsional
 from plain_planetary import tables as meshes
+from scenes import external_pair
 
 from wearlab.dynamics.forces.mesh_forces import (
     forces_within,
@@ -56,13 +57,7 @@ def test_a_short_blow_of_a_flank_that_comes_into_contact_counts_in_the_mean() ->
     """Its damping force, 26 times the load, lasts for a third of a step of 50 a period."""
     scene = Scene.from_mapping(
         {
-            "gears": {
-                "kind": "external-pair",
-                "module": "17.55 mm",
-                "face_width": "44 mm",
-                "pinion": {"teeth": 105},
-                "gear": {"teeth": 17},
-            },
+            "gears": external_pair(105, 17, module="17.55 mm", face_width="44 mm"),
             "operation": {"torque": "202.194 N*m", "speed": "21130 rpm"},
             "mesh": {
                 "stiffness": {

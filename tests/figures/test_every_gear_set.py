@@ -1,9 +1,9 @@
 """Every kind of figure of every kind of gear set, as they are computed: drawn, or one line says why not."""
 
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from scenes import CAMPAIGNS
 
 import wearlab as wl
 from wearlab.figures import KINDS, FigureError
@@ -11,7 +11,7 @@ from wearlab.figures.drawing import plotted
 from wearlab.figures.kind import read
 from wearlab.figures.render import rendered
 
-BASE = Path(wl.__file__).parents[1] / "campaigns" / "base"
+BASE = CAMPAIGNS / "base"
 SPUR, INTERNAL, NGW, FRICTION = (
     str(BASE / f"{name}.toml")
     for name in (

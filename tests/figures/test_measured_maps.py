@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from gear_unit import GEAR_UNIT
+from scenes import GEAR_UNIT
 
 import wearlab as wl
 from wearlab.figures.kind import FigureError

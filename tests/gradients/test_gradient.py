@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scenes import external_pair, planetary_set
 
 import wearlab as wl
 from wearlab.assembly import build
@@ -16,11 +17,8 @@ from wearlab.simulation import simulate
 
 WORN = Scene.from_mapping(
     {
-        "gears": {
-            "kind": "external-pair",
-            "module": "3 mm",
-            "face_width": "20 mm",
-            "pinion": {
+        "gears": external_pair(
+            {
                 "teeth": 28,
                 "tip_relief": {
                     "amount": "8 um",
@@ -28,8 +26,8 @@ WORN = Scene.from_mapping(
                     "shape": "parabolic",
                 },
             },
-            "gear": {"teeth": 41},
-        },
+            41,
+        ),
         "operation": {"torque": "150 N*m", "speed": "1900 rpm"},
         "mesh": {
             "damping_ratio": 0.08,
@@ -208,20 +206,16 @@ def test_derivatives_of_an_orbit_are_those_that_shooting_gives() -> None:
 
 PLANETARY = Scene.from_mapping(
     {
-        "gears": {
-            "kind": "planetary",
-            "module": "3 mm",
-            "face_width": "20 mm",
-            "planets": 3,
-            "sun": {"teeth": 21},
-            "planet": {"teeth": 21},
-            "ring": {
+        "gears": planetary_set(
+            21,
+            21,
+            {
                 "teeth": 63,
                 "rim_diameter": "215 mm",
                 "tip_alteration": "wang-2023",
             },
-            "carrier": {"mass": "2 kg", "inertia": "0.01 kg*m^2"},
-        },
+            carrier={"mass": "2 kg", "inertia": "0.01 kg*m^2"},
+        ),
         "operation": {"torque": "200 N*m", "speed": "900 rpm"},
         "mesh": {"damping_ratio": 0.07, "stiffness": "potential-energy"},
         "dynamics": {"model": "planetary-torsional"},

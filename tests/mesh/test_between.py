@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from made_pair import PAIR as MADE
+from scenes import VIBRATING_PAIR
 
 from wearlab.accuracy.steady import steady
 from wearlab.mesh.excitation import Between, stage_tables
 from wearlab.mesh.stages import parabola
 from wearlab.scene import Scene
 
-PAIR = MADE | {"errors": {"harmonic": [{"order": 3, "amplitude": "2 um"}]}}
+PAIR = VIBRATING_PAIR | {"errors": {"harmonic": [{"order": 3, "amplitude": "2 um"}]}}
 SERIES = {"model": "fourier", "stiffness_harmonics": 5, "error_harmonics": 5}
 
 

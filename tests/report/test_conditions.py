@@ -1,10 +1,10 @@
 """What a page tells of loads and wear law, and of wear that a flank begins with."""
 
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from made_up import put, run
+from scenes import CAMPAIGNS, external_pair
 
 import wearlab as wl
 from wearlab.assembly.gear_model import build
@@ -15,7 +15,6 @@ from wearlab.report.conditions import conditions
 from wearlab.report.page import report
 from wearlab.store import Store
 
-CAMPAIGNS = Path(wl.__file__).parents[1] / "campaigns"
 WEAR = {
     "coefficient": {"model": "constant", "value": "2e-10 mm^3/Nm"},
     "until": {"depth": "20 um"},
@@ -26,13 +25,12 @@ def study(**more):
     return campaign_of(
         {
             "title": "t",
-            "gears": {
-                "kind": "external-pair",
-                "module": "2.5 mm",
-                "face_width": "25 mm",
-                "pinion": {"teeth": 19, "profile_shift_coefficient": 0.3},
-                "gear": {"teeth": 31},
-            },
+            "gears": external_pair(
+                {"teeth": 19, "profile_shift_coefficient": 0.3},
+                31,
+                module="2.5 mm",
+                face_width="25 mm",
+            ),
             "operation": {"torque": "60 N*m", "speed": "1450 rpm"},
             "wear": {"load": "static", **WEAR},
             **more,

@@ -4,11 +4,11 @@ import base64
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from made_up import put, run
+from scenes import SPUR_50_50
 
 import wearlab as wl
 from wearlab.cli.app import status_of
@@ -16,11 +16,10 @@ from wearlab.report.page import drawn, remarks, report
 from wearlab.store import Store
 from wearlab.store.outcome import Comparison, Outcome, place
 
-BASE = Path(wl.__file__).parents[1] / "campaigns" / "base" / "spur_50_50.toml"
 EVIL = '<script>alert(1)</script> & "quotes"'
 STUDY = f"""
 title = '''{EVIL}'''
-extends = "{BASE.as_posix()}"
+extends = "{SPUR_50_50.as_posix()}"
 
 [metadata]
 author = "Ada <b>Lovelace</b>"

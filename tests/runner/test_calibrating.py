@@ -1,6 +1,7 @@
 """A calibration is a run: lived once, kept, named by those that rest on it, found by the next campaign."""
 
 import pytest
+from scenes import external_pair
 
 from wearlab.campaign.coercion import campaign_of
 from wearlab.cli.commands.ls import show
@@ -19,13 +20,7 @@ from wearlab.store.provenance import bibtex, children, citation, facts_of
 from wearlab.store.pruning import prunable
 
 PAIR = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 25},
-        "gear": {"teeth": 30},
-    },
+    "gears": external_pair(25, 30),
     "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
     "mesh": {"stiffness": "potential-energy"},
 }

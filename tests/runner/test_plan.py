@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import fake_campaign
 import pytest
 from fake_campaign import Campaign, alter, sweep
+from scenes import external_pair
 
 from wearlab.campaign import load
 from wearlab.cli import app, output
@@ -238,10 +239,7 @@ def test_a_plan_is_made_of_whatever_can_be_run(tmp_path, monkeypatch):
     import wearlab as wl
 
     pair = {
-        "gears": {
-            **{"kind": "external-pair", "module": "3 mm", "face_width": "20 mm"},
-            **{"pinion": {"teeth": 25}, "gear": {"teeth": 30}},
-        },
+        "gears": external_pair(25, 30),
         "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
     }
     monkeypatch.setenv("WEARLAB_STORE", str(tmp_path / "store"))

@@ -10,10 +10,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from scenes import TWO_TORQUES
 
 pytest.importorskip("dask_jobqueue")
 
-from two_torques import STUDY
 
 from wearlab.store import Store
 
@@ -70,7 +70,7 @@ def test_a_campaign_is_run_by_jobs(example, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path for path in sys.path if path))
-    (tmp_path / "study.toml").write_text(STUDY)
+    (tmp_path / "study.toml").write_text(TWO_TORQUES)
     words = [
         "study.toml",
         "store",

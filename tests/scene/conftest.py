@@ -1,16 +1,14 @@
 import copy
 
 import pytest
+from scenes import external_pair
 
 SUPPORT = {"radial_stiffness": "1150 N/um", "damping": "5360 N*s/m"}
 TABLE = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 50, "root_diameter": "140 mm"},
-        "gear": {"teeth": 50, "root_diameter": "140 mm"},
-    },
+    "gears": external_pair(
+        {"teeth": 50, "root_diameter": "140 mm"},
+        {"teeth": 50, "root_diameter": "140 mm"},
+    ),
     "operation": {"torque": "340 N*m", "speed": "1100 rpm"},
     "mesh": {"damping": "1000 N*s/m"},
     "dynamics": {

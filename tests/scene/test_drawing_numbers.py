@@ -4,6 +4,7 @@ import copy
 
 import numpy as np
 import pytest
+from scenes import external_pair, planetary_set
 
 from wearlab.assembly.sets import build_set
 from wearlab.assembly.sheet import sheet
@@ -11,22 +12,20 @@ from wearlab.assembly.vibration import build_system
 from wearlab.scene import Scene, SceneError, parts_left_out
 
 TABLE = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "2 mm",
-        "face_width": "20 mm",
-        "centre_distance": "60.85 mm",
-        "pinion": {
+    "gears": external_pair(
+        {
             "teeth": 20,
             "profile_shift_coefficient": 0.3,
             "tooth_thickness_allowance": {"upper": "-30 um", "lower": "-50 um"},
         },
-        "gear": {
+        {
             "teeth": 40,
             "profile_shift_coefficient": 0.1,
             "tooth_thickness_allowance": "-40 um",
         },
-    },
+        module="2 mm",
+        centre_distance="60.85 mm",
+    ),
     "operation": {"torque": "50 N*m", "speed": "1000 rpm"},
     "mesh": {"damping_ratio": 0.05},
     "dynamics": {"model": "torsional"},
@@ -129,16 +128,14 @@ def test_allowances_thin_teeth():
 
 
 def test_a_static_set_needs_no_carrier():
-    gears = {
-        "kind": "planetary",
-        "module": "2.25 mm",
-        "face_width": "40 mm",
-        "centre_distance": "56.5 mm",
-        "planets": 3,
-        "sun": {"teeth": 20, "profile_shift_coefficient": 0.35},
-        "planet": {"teeth": 29},
-        "ring": {"teeth": 79, "rim_diameter": "220 mm"},
-    }
+    gears = planetary_set(
+        {"teeth": 20, "profile_shift_coefficient": 0.35},
+        29,
+        {"teeth": 79, "rim_diameter": "220 mm"},
+        module="2.25 mm",
+        face_width="40 mm",
+        centre_distance="56.5 mm",
+    )
     table = {"gears": gears, "operation": {"torque": "134 N*m", "speed": "1000 rpm"}}
     assert build_set(Scene.from_mapping(table)).bodies[
         "carrier"

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from gear_unit import GEAR_UNIT
+from scenes import GEAR_UNIT
 
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.summary import parts_present

@@ -1,29 +1,22 @@
 """The static load of the meshes of a set, said once and read by the models of the dynamics."""
 
 import pytest
+from scenes import internal_pair, planetary_set
 
 from wearlab.assembly import build
 from wearlab.assembly.sets import build_set
 from wearlab.scene import Scene
 
-PLANETARY = {
-    "kind": "planetary",
-    "module": "2.25 mm",
-    "face_width": "40 mm",
-    "centre_distance": "56.5 mm",
-    "planets": 3,
-    "sun": {"teeth": 20, "profile_shift_coefficient": 0.35},
-    "planet": {"teeth": 29},
-    "ring": {"teeth": 79, "rim_diameter": "220 mm"},
-    "carrier": {"mass": "1 kg", "inertia": "0.01 kg*m^2"},
-}
-INTERNAL = {
-    "kind": "internal-pair",
-    "module": "3 mm",
-    "face_width": "20 mm",
-    "pinion": {"teeth": 30},
-    "ring": {"teeth": 80, "rim_diameter": "280 mm"},
-}
+PLANETARY = planetary_set(
+    {"teeth": 20, "profile_shift_coefficient": 0.35},
+    29,
+    {"teeth": 79, "rim_diameter": "220 mm"},
+    module="2.25 mm",
+    face_width="40 mm",
+    centre_distance="56.5 mm",
+    carrier={"mass": "1 kg", "inertia": "0.01 kg*m^2"},
+)
+INTERNAL = internal_pair(30, {"teeth": 80, "rim_diameter": "280 mm"})
 
 
 def gear_set(gears, **operation):

@@ -2,9 +2,9 @@
 
 import math
 import tomllib
-from pathlib import Path
 
 import pytest
+from scenes import CAMPAIGNS, internal_pair, planetary_set
 
 from wearlab.assembly.sets import build_pair, build_planetary
 from wearlab.gears.specification import GearError
@@ -12,27 +12,24 @@ from wearlab.scene import Scene, SceneError
 from wearlab.scene.merge import merge, nested
 
 INTERNAL = {
-    "gears": {
-        "kind": "internal-pair",
-        "module": "6 mm",
-        "face_width": "50 mm",
-        "pinion": {"teeth": 40, "fillet_radius_coefficient": 0.35},
-        "ring": {"teeth": 100, "tip_alteration": "wang-2023", "rim_diameter": "700 mm"},
-    },
+    "gears": internal_pair(
+        {"teeth": 40, "fillet_radius_coefficient": 0.35},
+        {"teeth": 100, "tip_alteration": "wang-2023", "rim_diameter": "700 mm"},
+        module="6 mm",
+        face_width="50 mm",
+    ),
     "operation": {"torque": "1000 N*m", "speed": "1000 rpm"},
 }
 PLANETARY = {
-    "gears": {
-        "kind": "planetary",
-        "module": "2.25 mm",
-        "face_width": "25 mm",
-        "centre_distance": "56.5 mm",
-        "planets": 3,
-        "sun": {"teeth": 20, "profile_shift_coefficient": 0.35, "eccentricity": "5 um"},
-        "planet": {"teeth": 29, "face_width": "28 mm"},
-        "ring": {"teeth": 79, "rim_diameter": "215 mm"},
-        "carrier": {"mass": "4.5 kg", "inertia": "11178 kg*mm^2"},
-    },
+    "gears": planetary_set(
+        {"teeth": 20, "profile_shift_coefficient": 0.35, "eccentricity": "5 um"},
+        {"teeth": 29, "face_width": "28 mm"},
+        {"teeth": 79, "rim_diameter": "215 mm"},
+        module="2.25 mm",
+        face_width="25 mm",
+        centre_distance="56.5 mm",
+        carrier={"mass": "4.5 kg", "inertia": "11178 kg*mm^2"},
+    ),
     "operation": {"torque": "90 N*m", "speed": "1000 rpm"},
 }
 
@@ -144,7 +141,7 @@ def test_planetary_section():
     assert angles == pytest.approx([0.0, 2 * math.pi / 3, 4 * math.pi / 3])
 
 
-BASE = Path(__file__).parents[2] / "campaigns/base"
+BASE = CAMPAIGNS / "base"
 
 
 def base(name):

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import create_model
+from scenes import external_pair
 
 from wearlab.options import Number, Part, option
 from wearlab.scene import Scene
@@ -211,13 +212,7 @@ def test_canonical_round_trip(
         {"value": "300 N/um"} if model == "constant" else {"scale": share}
     )
     table = {
-        "gears": {
-            "kind": "external-pair",
-            "module": "3 mm",
-            "face_width": "20 mm",
-            "pinion": {"teeth": teeth[0]},
-            "gear": {"teeth": teeth[1]},
-        },
+        "gears": external_pair({"teeth": teeth[0]}, {"teeth": teeth[1]}),
         "operation": {"torque": f"{torque!r} N*m", "speed": f"{speed!r} rpm"},
         "mesh": {"damping_ratio": share, "stiffness": stiffness},
         "errors": {

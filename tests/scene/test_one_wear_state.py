@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from scenes import external_pair
 
 import wearlab as wl
 from wearlab.assembly.contact import check_initial_wear, check_limits
@@ -13,13 +14,7 @@ from wearlab.scene import Scene, parts_left_out, parts_present
 
 SCENE = {
     "title": "one state",
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 20},
-        "gear": {"teeth": 30},
-    },
+    "gears": external_pair(20, 30),
     "operation": {"torque": "100 N*m", "speed": "1000 rpm"},
     "wear": {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}},
 }

@@ -1,6 +1,7 @@
 """What a scene says and hardly means: told with its remedy, before anything runs and in the run."""
 
 import pytest
+from scenes import external_pair
 
 from wearlab.assembly import build
 from wearlab.scene import Scene, oversights
@@ -15,13 +16,10 @@ def pair(
 ):
     own = {"roughness_ra": "0.3 um"} if rough else {}
     table = {
-        "gears": {
-            "kind": "external-pair",
-            "module": "3 mm",
-            "face_width": "20 mm",
-            "pinion": {"teeth": 25, "material": "42CrMo4", **own},
-            "gear": {"teeth": 30, "material": material, **own},
-        },
+        "gears": external_pair(
+            {"teeth": 25, "material": "42CrMo4", **own},
+            {"teeth": 30, "material": material, **own},
+        ),
         "operation": {"torque": "10 N*m", "speed": "1100 rpm"},
         "mesh": {"stiffness": "potential-energy"}
         | ({"damping_law": damping_law} if damping_law else {}),

@@ -3,22 +3,20 @@
 import copy
 
 import pytest
+from scenes import internal_pair, planetary_set
 
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.merge import merge, nested, without
 
 HELD = {"radial_stiffness": "100 N/um", "damping_ratio": 0.05}
 PLANETARY = {
-    "gears": {
-        "kind": "planetary",
-        "module": "3 mm",
-        "face_width": "50 mm",
-        "planets": 3,
-        "sun": {"teeth": 21},
-        "planet": {"teeth": 30},
-        "ring": {"teeth": 81, "rim_diameter": "280 mm"},
-        "carrier": {"mass": "7.2 kg", "inertia": "21062 kg*mm^2"},
-    },
+    "gears": planetary_set(
+        21,
+        30,
+        {"teeth": 81, "rim_diameter": "280 mm"},
+        face_width="50 mm",
+        carrier={"mass": "7.2 kg", "inertia": "21062 kg*mm^2"},
+    ),
     "operation": {"torque": "10 N*m", "speed": "100 rad/s"},
     "mesh": {"damping_ratio": 0.05},
     "dynamics": {
@@ -416,13 +414,7 @@ def test_a_measured_flank_replaces_a_shape_and_back():
 
 
 INTERNAL = {
-    "gears": {
-        "kind": "internal-pair",
-        "module": "2 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 40},
-        "ring": {"teeth": 100, "rim_diameter": "240 mm"},
-    },
+    "gears": internal_pair(40, {"teeth": 100, "rim_diameter": "240 mm"}, module="2 mm"),
     "operation": {"torque": "100 N*m", "speed": "1000 rpm"},
     "mesh": {"damping_ratio": 0.05},
 }

@@ -1,8 +1,8 @@
 import math
 import pickle
-from pathlib import Path
 
 import pytest
+from scenes import CAMPAIGNS
 
 from wearlab.campaign import load
 from wearlab.dynamics.models.pair import Spur3dofDynamics, TorsionalDynamics
@@ -17,8 +17,6 @@ from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
 from wearlab.scene.merge import merge, nested, without
 from wearlab.wear.coefficients.constant import ConstantCoefficient
 from wearlab.wear.coefficients.hardness import HardnessCoefficient
-
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 
 def test_values_are_si(table):

@@ -1,16 +1,15 @@
 """``[start]``: what it accepts, what it makes of a campaign's case, and that it is part of the identity."""
 
 import pickle
-from pathlib import Path
 
 import pytest
+from scenes import SPUR_50_50
 
 import wearlab as wl
 from wearlab.campaign.blocks import CampaignError
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.wear import StartWear, is_replaced
 
-BASE = Path(wl.__file__).parents[1] / "campaigns" / "base" / "spur_50_50.toml"
 PARENT = "0123456789abcdef0123"
 WEAR = StartWear(
     1e7, 0.0, {"pinion": "right"}, {"pinion": (0.0, 1.0)}, {"pinion": (0.0, 1e-6)}
@@ -21,7 +20,7 @@ WEAR = StartWear(
 def scene(tmp_path_factory):
     file = tmp_path_factory.mktemp("start") / "a.toml"
     file.write_text(
-        f'extends = "{BASE.as_posix()}"\n[start]\nrun = "{PARENT}"\ncycle = 1e7\n'
+        f'extends = "{SPUR_50_50.as_posix()}"\n[start]\nrun = "{PARENT}"\ncycle = 1e7\n'
     )
     return wl.load(file).cases[0].scene
 
@@ -77,13 +76,13 @@ def test_a_case_of_a_campaign_is_a_run(tmp_path):
     parent = write(
         tmp_path,
         "parent.toml",
-        f'extends = "{BASE.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", '
+        f'extends = "{SPUR_50_50.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", '
         '"1100 rpm"]\n',
     )
     child = write(
         tmp_path,
         "child.toml",
-        f'extends = "{BASE.as_posix()}"\n'
+        f'extends = "{SPUR_50_50.as_posix()}"\n'
         'start = { campaign = "parent.toml", select = { speed = 1100 }, cycle = 1e7 '
         "}\n",
     )
@@ -103,7 +102,7 @@ def test_campaigns_that_continue_each_other(tmp_path):
         write(
             tmp_path,
             f"{name}.toml",
-            f'extends = "{BASE.as_posix()}"\nstart = {{ campaign = "{other}.toml" }}\n',
+            f'extends = "{SPUR_50_50.as_posix()}"\nstart = {{ campaign = "{other}.toml" }}\n',
         )
     with pytest.raises(CampaignError, match="in a circle"):
         wl.load(tmp_path / "a.toml")
@@ -123,13 +122,13 @@ def test_select_understands_quantities(tmp_path, told):
     parent = write(
         tmp_path,
         "parent.toml",
-        f'extends = "{BASE.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", '
+        f'extends = "{SPUR_50_50.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", '
         '"1100 rpm"]\n',
     )
     child = write(
         tmp_path,
         "child.toml",
-        f'extends = "{BASE.as_posix()}"\n'
+        f'extends = "{SPUR_50_50.as_posix()}"\n'
         f'start = {{ campaign = "parent.toml", select = {{ speed = {told} }}, cycle = '
         f"1e7 }}\n",
     )

@@ -1,13 +1,10 @@
 """Parts of a scene whose meshes have sections of their own."""
 
-from pathlib import Path
-
 import pytest
+from scenes import CAMPAIGNS
 
 from wearlab.campaign import load
 from wearlab.scene import parts_left_out, parts_present
-
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 
 @pytest.fixture

@@ -1,14 +1,12 @@
 """The cases of campaigns/spur_options.toml, each simulated once for all tests."""
 
 from functools import cache
-from pathlib import Path
 
 import pytest
+from scenes import CAMPAIGNS
 
 from wearlab.campaign import load
 from wearlab.simulation import attractors, simulate
-
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 
 @cache

@@ -1,9 +1,8 @@
 """Other attractors of the states of a life: what one state has found is looked for in its neighbours."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS, external_pair
 
 from wearlab.campaign import load
 from wearlab.dynamics.steady.coexisting import FURTHER, RELEASES, Search, Tries
@@ -11,7 +10,7 @@ from wearlab.dynamics.steady.response import Response
 from wearlab.scene import Scene
 from wearlab.simulation import attractors, simulate
 
-LIVES = Path(__file__).parents[2] / "campaigns" / "spur_1dof.toml"
+LIVES = CAMPAIGNS / "spur_1dof.toml"
 
 
 def test_states_that_wear_little_have_the_same_other_attractor() -> None:
@@ -76,13 +75,10 @@ def test_states_try_other_releases_and_look_for_what_their_neighbours_found(
 
 
 PAIR = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 29, "inertia": "7300 kg*mm^2", "mass": "2 kg"},
-        "gear": {"teeth": 43, "inertia": "7300 kg*mm^2", "mass": "3 kg"},
-    },
+    "gears": external_pair(
+        {"teeth": 29, "inertia": "7300 kg*mm^2", "mass": "2 kg"},
+        {"teeth": 43, "inertia": "7300 kg*mm^2", "mass": "3 kg"},
+    ),
     "operation": {"torque": "30 N*m", "speed": "7700 rpm"},
     "mesh": {
         "stiffness": {"model": "constant", "value": "2.4e8 N/m"},

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from scenes import internal_pair, planetary_set
 
 from wearlab.assembly import build
 from wearlab.scene import Scene
@@ -15,17 +16,15 @@ pytestmark = pytest.mark.usefixtures("alone")
 
 BEARING = {"radial_stiffness": "300 N/um", "damping_ratio": 0.03}
 SET: dict[str, Any] = {
-    "gears": {
-        "kind": "planetary",
-        "module": "2.25 mm",
-        "face_width": "25 mm",
-        "centre_distance": "56.5 mm",
-        "planets": 3,
-        "sun": {"teeth": 20, "profile_shift_coefficient": 0.35},
-        "planet": {"teeth": 29, "mass": "0.35 kg", "bore_diameter": "47 mm"},
-        "ring": {"teeth": 79, "rim_diameter": "209 mm"},
-        "carrier": {"mass": "4.5 kg", "inertia": "11178 kg*mm^2"},
-    },
+    "gears": planetary_set(
+        {"teeth": 20, "profile_shift_coefficient": 0.35},
+        {"teeth": 29, "mass": "0.35 kg", "bore_diameter": "47 mm"},
+        {"teeth": 79, "rim_diameter": "209 mm"},
+        module="2.25 mm",
+        face_width="25 mm",
+        centre_distance="56.5 mm",
+        carrier={"mass": "4.5 kg", "inertia": "11178 kg*mm^2"},
+    ),
     "operation": {"torque": "134 N*m", "speed": "1500 rpm"},
     "mesh": {"damping_ratio": 0.07},
     "dynamics": {
@@ -213,13 +212,12 @@ def test_both_gears_of_an_internal_pair_are_in_equilibrium(input_gear: str) -> N
     other = "ring" if input_gear == "pinion" else "pinion"
     scene = Scene.from_mapping(
         {
-            "gears": {
-                "kind": "internal-pair",
-                "module": "6 mm",
-                "face_width": "60 mm",
-                "pinion": {"teeth": 40},
-                "ring": {"teeth": 100, "rim_diameter": "680 mm"},
-            },
+            "gears": internal_pair(
+                40,
+                {"teeth": 100, "rim_diameter": "680 mm"},
+                module="6 mm",
+                face_width="60 mm",
+            ),
             "operation": {
                 "torque": "1000 N*m",
                 "speed": "1000 rpm",

@@ -5,6 +5,7 @@ Other nodes keep steps.
 
 import numpy as np
 import pytest
+from scenes import external_pair
 
 from wearlab.scene import Scene
 from wearlab.simulation import Refused, simulate
@@ -12,13 +13,7 @@ from wearlab.simulation.life_run import moved
 from wearlab.store.align import start_wear
 
 PAIR = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 50},
-        "gear": {"teeth": 50},
-    },
+    "gears": external_pair(50, 50),
     "operation": {"torque": "340 N*m", "speed": "1100 rpm"},
     "wear": {
         "coefficient": {"model": "constant", "value": "9.65e-19 m^2/N"},

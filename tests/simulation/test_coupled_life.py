@@ -1,9 +1,8 @@
 """A coupled life against an independent march: SciPy's, small steps, the patch written out, no lag."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS
 from scipy.integrate import solve_ivp
 
 from wearlab.assembly import build
@@ -13,7 +12,6 @@ from wearlab.simulation.life_run import integrate_life, operating_conditions
 from wearlab.simulation.run import simulate
 from wearlab.wear.law import wear_rate
 
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 DEPTH = 25e-6
 
 

@@ -1,23 +1,20 @@
 """A life that has ended is stored, whatever fails of what is found of it afterwards."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS, internal_pair
 
 from wearlab.campaign import load
 from wearlab.scene import Scene
 from wearlab.simulation import run, simulate, static
 
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 LIGHT = {
-    "gears": {
-        "kind": "internal-pair",
-        "module": "1.25 mm",
-        "face_width": "14 mm",
-        "pinion": {"teeth": 26},
-        "ring": {"teeth": 66, "tip_alteration": "wang-2023", "rim_diameter": "95 mm"},
-    },
+    "gears": internal_pair(
+        26,
+        {"teeth": 66, "tip_alteration": "wang-2023", "rim_diameter": "95 mm"},
+        module="1.25 mm",
+        face_width="14 mm",
+    ),
     "operation": {"torque": "2 N*m", "speed": "1500 rpm"},
     "mesh": {"contact": "exact"},
     "wear": {

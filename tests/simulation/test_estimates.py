@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from estimate_score import score, summary
+from scenes import external_pair
 
 from wearlab.assembly import GearModel, build
 from wearlab.life.history import History
@@ -19,13 +20,7 @@ from wearlab.simulation.wear_off import above_nodes, end_of, late_rate, levelled
 
 SMALL = Scene.from_mapping(
     {
-        "gears": {
-            "kind": "external-pair",
-            "module": "3 mm",
-            "face_width": "20 mm",
-            "pinion": {"teeth": 28},
-            "gear": {"teeth": 41},
-        },
+        "gears": external_pair(28, 41),
         "operation": {"torque": "70 N*m", "speed": "1900 rpm"},
         "mesh": {
             "damping_ratio": 0.08,
@@ -304,13 +299,7 @@ def test_teeth_that_strike_hard_make_the_estimates_doubtful() -> None:
     """A light load, a large third harmonic: the depth was 2 % off, beyond its estimate."""
     scene = Scene.from_mapping(
         {
-            "gears": {
-                "kind": "external-pair",
-                "module": "8 mm",
-                "face_width": "40 mm",
-                "pinion": {"teeth": 59},
-                "gear": {"teeth": 49},
-            },
+            "gears": external_pair(59, 49, module="8 mm", face_width="40 mm"),
             "operation": {"torque": "60 N*m", "speed": "157 rpm"},
             "mesh": {"damping_ratio": 0.07, "normal_backlash": "1 nm"},
             "dynamics": {"model": "torsional"},

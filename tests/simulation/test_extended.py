@@ -1,15 +1,15 @@
 """campaigns/extended_contact.toml: what a jump at A does to forces, and so to wear."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
+from scenes import CAMPAIGNS
 
 from wearlab.campaign import load
 from wearlab.simulation import simulate
 from wearlab.wear.patches.none import NoPatch
 
-CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "extended_contact.toml"
+CAMPAIGN = CAMPAIGNS / "extended_contact.toml"
 COARSE = {"profile_points": 81, "phase_points": 128}
 
 

@@ -2,19 +2,14 @@
 
 import numpy as np
 import pytest
+from scenes import external_pair
 
 from wearlab.assembly import build
 from wearlab.scene import Scene
 from wearlab.simulation import simulate
 
 SCENE = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 50},
-        "gear": {"teeth": 50},
-    },
+    "gears": external_pair(50, 50),
     "operation": {"torque": "340 N*m", "speed": "3000 rpm"},
     "mesh": {
         "damping": "1000 N*s/m",

@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scenes import external_pair
 
 from wearlab.assembly import build
 from wearlab.scene import Scene
@@ -11,13 +12,7 @@ from wearlab.simulation import simulate
 from wearlab.simulation.static import worn_mass
 from wearlab.wear.path import sliding_velocity
 
-GEARS = {
-    "kind": "external-pair",
-    "module": "4 mm",
-    "face_width": "45 mm",
-    "pinion": {"teeth": 23},
-    "gear": {"teeth": 71},
-}
+GEARS = external_pair(23, 71, module="4 mm", face_width="45 mm")
 SPUR = {
     "gears": GEARS,
     "operation": {"torque": "320 N*m", "speed": "1450 rpm"},

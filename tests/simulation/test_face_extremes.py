@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from gear_unit import GEAR_UNIT
+from scenes import GEAR_UNIT
 
 from wearlab.scene import Scene, SceneError
 from wearlab.simulation import simulate

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from gear_unit import GEAR_UNIT
+from scenes import GEAR_UNIT
 
 from wearlab.assembly import build
 from wearlab.mesh.face.contact import LEVELS, face_flanks

@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scenes import planetary_set
 
 from wearlab.assembly import build
 from wearlab.scene import Scene, SceneError
@@ -13,16 +14,14 @@ from wearlab.wear.path import sliding_velocity
 RING = {"teeth": 76, "rim_diameter": "209 mm"}
 PLANET = {"teeth": 28, "bore_diameter": "47 mm"}
 SET = {
-    "gears": {
-        "kind": "planetary",
-        "module": "2.25 mm",
-        "face_width": "25 mm",
-        "planets": 3,
-        "sun": {"teeth": 20},
-        "planet": PLANET,
-        "ring": RING,
-        "carrier": {"mass": "4.5 kg", "inertia": "11178 kg*mm^2"},
-    },
+    "gears": planetary_set(
+        20,
+        PLANET,
+        RING,
+        module="2.25 mm",
+        face_width="25 mm",
+        carrier={"mass": "4.5 kg", "inertia": "11178 kg*mm^2"},
+    ),
     "operation": {"torque": "134 N*m", "speed": "1500 rpm"},
     "mesh": {"stiffness": {"model": "potential-energy"}, "extended_contact": False},
     "wear": {

@@ -1,22 +1,22 @@
 """A ring with few teeth more than its pinion: tip corners touch half a base pitch beyond A and E."""
 
 import numpy as np
+from scenes import internal_pair
 
 from wearlab.scene import Scene
 from wearlab.simulation import simulate
 
 CLOSE = {
-    "gears": {
-        "kind": "internal-pair",
-        "module": "1 mm",
-        "face_width": "15 mm",
-        "pinion": {"teeth": 58, "profile_shift_coefficient": 0.184},
-        "ring": {
+    "gears": internal_pair(
+        {"teeth": 58, "profile_shift_coefficient": 0.184},
+        {
             "teeth": 72,
             "profile_shift_coefficient": 0.184,
             "rim_diameter": "79.2 mm",
         },
-    },
+        module="1 mm",
+        face_width="15 mm",
+    ),
     "operation": {"torque": "57.9 N*m", "speed": "1000 rpm"},
     "mesh": {"stiffness": "potential-energy", "extended_contact": True},
 }

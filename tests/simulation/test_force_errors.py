@@ -1,11 +1,10 @@
 """The estimated error of the largest mesh force against orbits that SciPy's DOP853 closes."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from made_pair import PAIR
+from scenes import CAMPAIGNS, VIBRATING_PAIR
 
 from wearlab.accuracy.steady import second_method, steady
 from wearlab.assembly import build
@@ -17,7 +16,7 @@ from wearlab.simulation.companion_runs import LARGEST_SHARE, NEAR, error_of_larg
 
 pytestmark = pytest.mark.usefixtures("alone")
 
-SCENE: dict[str, Any] = PAIR | {
+SCENE: dict[str, Any] = VIBRATING_PAIR | {
     "mesh": {"damping_ratio": 0.05, "normal_backlash": "100 um"},
     "numerics": {"tolerance": 1e-3},
 }
@@ -60,7 +59,7 @@ def test_the_largest_is_off_by_no_more_than_the_error_where_it_may_lie() -> None
     )
 
 
-BASE = Path(__file__).parents[2] / "campaigns" / "base"
+BASE = CAMPAIGNS / "base"
 
 
 @pytest.fixture(scope="module")

@@ -2,11 +2,11 @@
 
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS, external_pair, planetary_set
 from scipy.integrate import solve_ivp
 from scipy.stats import kurtosis
 
@@ -17,16 +17,9 @@ from wearlab.simulation import simulate
 
 pytestmark = pytest.mark.usefixtures("alone")
 
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 MU = 0.1
 PAIR = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 30},
-        "gear": {"teeth": 45},
-    },
+    "gears": external_pair(30, 45),
     "operation": {"torque": "200 N*m", "speed": "1000 rpm"},
     "mesh": {
         "damping_ratio": 0.07,
@@ -36,16 +29,13 @@ PAIR = {
     "wear": {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}},
 }
 PLANETARY = {
-    "gears": {
-        "kind": "planetary",
-        "module": "3 mm",
-        "face_width": "50 mm",
-        "planets": 3,
-        "sun": {"teeth": 21},
-        "planet": {"teeth": 30},
-        "ring": {"teeth": 81, "rim_diameter": "280 mm"},
-        "carrier": {"mass": "7.198 kg", "inertia": "21062 kg*mm^2"},
-    },
+    "gears": planetary_set(
+        21,
+        30,
+        {"teeth": 81, "rim_diameter": "280 mm"},
+        face_width="50 mm",
+        carrier={"mass": "7.198 kg", "inertia": "21062 kg*mm^2"},
+    ),
     "operation": {"power": "15 kW", "speed": "1500 rpm"},
     "mesh": {"damping_ratio": 0.07},
     "dynamics": {"model": "planetary-torsional", "friction": {"coefficient": MU}},

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scenes import external_pair
 
 from wearlab.assembly import build
 from wearlab.scene import Scene
@@ -10,13 +11,7 @@ from wearlab.simulation import life_run, simulate
 SMALL = 20.0  # times less work than a run may take
 STEP = 6  # maps over all mesh periods that a step over cycles begins at most
 PAIR = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 17, "profile_shift_coefficient": 0.3},
-        "gear": {"teeth": 23},
-    },
+    "gears": external_pair({"teeth": 17, "profile_shift_coefficient": 0.3}, 23),
     "operation": {"torque": "100 N*m", "speed": "1000 rpm"},
     "mesh": {"damping_ratio": 0.07, "extended_contact": False},
     "dynamics": {"model": "torsional"},

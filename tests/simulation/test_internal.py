@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scenes import internal_pair
 
 import wearlab
 from wearlab.cli import app
@@ -13,23 +14,22 @@ from wearlab.simulation import simulate
 
 pytestmark = pytest.mark.usefixtures("alone")
 
-PAIR = {
-    "kind": "internal-pair",
-    "module": "6 mm",
-    "face_width": "50 mm",
-    "centre_distance": "180 mm",
-    "pinion": {
+PAIR = internal_pair(
+    {
         "teeth": 40,
         "root_diameter": "225 mm",
         "fillet_radius_coefficient": 0.35,
     },
-    "ring": {
+    {
         "teeth": 100,
         "tip_alteration": "wang-2023",
         "root_diameter": "615 mm",
         "rim_diameter": "700 mm",
     },
-}
+    module="6 mm",
+    face_width="50 mm",
+    centre_distance="180 mm",
+)
 BY_PINION = {"torque": "1000 N*m", "speed": "1000 rpm"}
 BY_RING = {
     "torque": "2500 N*m",

@@ -1,19 +1,17 @@
 """Spectra of the mesh acceleration: none beyond what steps carry, none that the sampling makes up."""
 
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS
 
 from wearlab.campaign import load
 from wearlab.dynamics.forces.mesh_forces import lobatto
 from wearlab.simulation import simulate
 
 pytestmark = pytest.mark.usefixtures("alone")
-
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 
 @cache

@@ -4,29 +4,27 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scenes import external_pair
 
 from wearlab.scene import Scene, SceneError
 from wearlab.simulation import simulate
 from wearlab.simulation.attractors import LINES, order_amplitudes
 
 TABLE: dict[str, Any] = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {
+    "gears": external_pair(
+        {
             "teeth": 50,
             "root_diameter": "140 mm",
             "mass": "2.8 kg",
             "inertia": "7300 kg*mm^2",
         },
-        "gear": {
+        {
             "teeth": 50,
             "root_diameter": "140 mm",
             "mass": "2.8 kg",
             "inertia": "7300 kg*mm^2",
         },
-    },
+    ),
     "operation": {"torque": "340 N*m", "speed": "2400 rpm"},
     "mesh": {
         "damping": "1000 N*s/m",

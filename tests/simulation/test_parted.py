@@ -1,20 +1,18 @@
 """Planetary sets whose teeth part: the orbits of located changes, for a bounded count of work."""
 
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS
 
 from wearlab.assembly import build
 from wearlab.campaign import load
 from wearlab.dynamics.steady.periodic import AVERAGED_LARGE, Periodic
 from wearlab.dynamics.steady.shooting import Shooting
 
-BASE = (
-    Path(__file__).parents[2] / "campaigns" / "base" / "planetary_ngw11_vibration.toml"
-)
+BASE = CAMPAIGNS / "base" / "planetary_ngw11_vibration.toml"
 DEPTH = 40e-6
 MOST_MAPS = 60 * 5
 """Mesh periods that the hardest steady state may take."""

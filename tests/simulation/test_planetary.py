@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scenes import planetary_set
 
 from wearlab.assembly import build, build_modes
 from wearlab.gears.specification import GearError
@@ -14,17 +15,15 @@ K = 1e-18
 TORQUE = 134.0
 
 SET = {
-    "gears": {
-        "kind": "planetary",
-        "module": "2.25 mm",
-        "face_width": "25 mm",
-        "centre_distance": "56.5 mm",
-        "planets": 3,
-        "sun": {"teeth": SUN, "profile_shift_coefficient": 0.35},
-        "planet": {"teeth": PLANET, "bore_diameter": "47 mm"},
-        "ring": {"teeth": RING, "rim_diameter": "209 mm"},
-        "carrier": {"mass": "4.5 kg", "inertia": "11178 kg*mm^2"},
-    },
+    "gears": planetary_set(
+        {"teeth": SUN, "profile_shift_coefficient": 0.35},
+        {"teeth": PLANET, "bore_diameter": "47 mm"},
+        {"teeth": RING, "rim_diameter": "209 mm"},
+        module="2.25 mm",
+        face_width="25 mm",
+        centre_distance="56.5 mm",
+        carrier={"mass": "4.5 kg", "inertia": "11178 kg*mm^2"},
+    ),
     "operation": {"torque": "134 N*m", "speed": "1500 rpm"},
     "mesh": {
         "stiffness": {"model": "potential-energy"},

@@ -1,16 +1,15 @@
 """Lives of a planetary set at rest: every flank may end it, be worn first, and tell its passes."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS
 
 from wearlab.campaign import load
 from wearlab.scene.problems import SceneError
 from wearlab.simulation import simulate
 
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 BY_HAND = (
     ("wear.contact_patch", "none"),
     ("mesh.stiffness", {"model": "potential-energy"}),

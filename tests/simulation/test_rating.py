@@ -2,6 +2,7 @@
 
 import pytest
 from reference_pairs import ISO, both, reference
+from scenes import external_pair, planetary_set
 
 from wearlab.gears.iso import face_load_factor
 from wearlab.scene import Scene, SceneError
@@ -23,15 +24,14 @@ def scene(**changes):
         for z, x, tip in zip(teeth, shifts, tips, strict=True)
     ]
     table = {
-        "gears": {
-            "kind": "external-pair",
-            "module": f"{given['normal_module']} mm",
-            "helix_angle": f"{given['helix_angle']} deg",
-            "face_width": f"{given['face_width']} mm",
-            "centre_distance": f"{given['centre_distance']} mm",
-            "pinion": gears[0],
-            "gear": gears[1],
-        },
+        "gears": external_pair(
+            gears[0],
+            gears[1],
+            module=f"{given['normal_module']} mm",
+            face_width=f"{given['face_width']} mm",
+            helix_angle=f"{given['helix_angle']} deg",
+            centre_distance=f"{given['centre_distance']} mm",
+        ),
         "operation": {
             "torque": f"{given['pinion_torque']} N*m",
             "speed": f"{given['pinion_speed']} rpm",
@@ -130,15 +130,9 @@ def test_a_rating_is_of_a_pair():
     with pytest.raises(SceneError, match="rating: is of a pair"):
         Scene.from_mapping(
             {
-                "gears": {
-                    "kind": "planetary",
-                    "module": "2 mm",
-                    "face_width": "20 mm",
-                    "planets": 3,
-                    "sun": {"teeth": 20},
-                    "planet": {"teeth": 28},
-                    "ring": {"teeth": 76, "rim_diameter": "190 mm"},
-                },
+                "gears": planetary_set(
+                    20, 28, {"teeth": 76, "rim_diameter": "190 mm"}, module="2 mm"
+                ),
                 "operation": {"torque": "100 N*m", "speed": "1000 rpm"},
                 "rating": {},
             }

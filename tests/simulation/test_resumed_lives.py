@@ -1,14 +1,11 @@
 """A run that was killed under way goes on from its checkpoint with the same numbers."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS
 
 import wearlab
 from wearlab.simulation import checkpoints, simulate
-
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 
 class Killed(Exception):

@@ -1,17 +1,14 @@
 """The stored force along the path is the mean normal force that wears: over the path it carries the load."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS
 
 from wearlab.assembly import build
 from wearlab.campaign import load
 from wearlab.simulation import simulate
 
 pytestmark = pytest.mark.usefixtures("alone")
-
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """A motion that grows without bound is refused by name: no run holds numbers that are none."""
 
 import pytest
+from scenes import external_pair
 
 from wearlab.dynamics.steady.periodic import Periodic, Unbounded
 from wearlab.scene import Scene
@@ -15,13 +16,12 @@ def test_flanks_that_never_part_may_grow_without_bound(ratio):
     Damped, it stays finite.
     """
     scene = {
-        "gears": {
-            "kind": "external-pair",
-            "module": "0.01012 m",
-            "face_width": "0.01012 m",
-            "pinion": {"teeth": 171, "profile_shift_coefficient": 0.0},
-            "gear": {"teeth": 98},
-        },
+        "gears": external_pair(
+            {"teeth": 171, "profile_shift_coefficient": 0.0},
+            98,
+            module="0.01012 m",
+            face_width="0.01012 m",
+        ),
         "operation": {"torque": "2.31463 N*m", "speed": "271.6 rpm"},
         "mesh": {
             "stiffness": {

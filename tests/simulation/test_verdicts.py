@@ -1,11 +1,11 @@
 """Verdicts of lightly damped pairs, and lives under responses that never repeat."""
 
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS, external_pair
 
 from wearlab.assembly import build
 from wearlab.campaign import load
@@ -16,15 +16,8 @@ from wearlab.life.coupling import BLOCK, scatter
 from wearlab.scene import Scene
 from wearlab.simulation import simulate
 
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 LIGHT: dict[str, Any] = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 30},
-        "gear": {"teeth": 40},
-    },
+    "gears": external_pair(30, 40),
     "operation": {"torque": "200 N*m", "speed": "5900 rpm"},
     "mesh": {
         "damping_ratio": 1e-4,

@@ -1,16 +1,14 @@
 """What is compiled ahead: one scene of every kind, not one of every run."""
 
 import gc
-from pathlib import Path
 
 import pytest
+from scenes import CAMPAIGNS
 
 from wearlab.campaign import load
 from wearlab.dynamics.integrators.contact_change import step_with_changes
 from wearlab.simulation import warm
 from wearlab.simulation.warm import kinds_of
-
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 
 def test_numbers_make_no_kind_but_choices_do():

@@ -2,25 +2,19 @@
 
 import numpy as np
 import pytest
+from scenes import external_pair, internal_pair
 
 from wearlab.assembly import build
 from wearlab.scene import Scene
 
 PAIRS = {
-    "internal": {
-        "kind": "internal-pair",
-        "module": "6 mm",
-        "face_width": "50 mm",
-        "pinion": {"teeth": 40},
-        "ring": {"teeth": 100, "tip_alteration": "wang-2023", "rim_diameter": "700 mm"},
-    },
-    "external": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 25},
-        "gear": {"teeth": 43},
-    },
+    "internal": internal_pair(
+        40,
+        {"teeth": 100, "tip_alteration": "wang-2023", "rim_diameter": "700 mm"},
+        module="6 mm",
+        face_width="50 mm",
+    ),
+    "external": external_pair(25, 43),
 }
 K = {"model": "constant", "value": "1e-18 m^2/N"}
 ENERGY = {"model": "potential-energy", "coupling": "none"}

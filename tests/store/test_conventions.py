@@ -1,17 +1,16 @@
 """Conventions hold under a checker that is not ours: IOOS's, for CF 1.11 and ACDD 1.3."""
 
-from pathlib import Path
-
 import made_up
 import pytest
 from conventions import check, complaints
+from scenes import CAMPAIGNS
 
 import wearlab as wl
 from wearlab.runner.worker import Task, execute
 from wearlab.store.netcdf import to_image
 
 pytest.importorskip("compliance_checker")
-BASE = Path(__file__).parents[2] / "campaigns" / "base"
+BASE = CAMPAIGNS / "base"
 
 
 @pytest.mark.filterwarnings("ignore")

@@ -4,19 +4,14 @@ import hashlib
 import json
 
 import made_up
+from scenes import external_pair
 
 from wearlab.scene import MODEL_VERSION, Scene
 from wearlab.store import Store
 
 NEWER = "stiffness"
 TABLE = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 50},
-        "gear": {"teeth": 50},
-    },
+    "gears": external_pair(50, 50),
     "operation": {"torque": "340 N*m", "speed": "800 rpm"},
 }
 

@@ -11,10 +11,10 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from scenes import CAMPAIGNS
 
 import wearlab as wl
 
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 END = date(2026, 6, 30)
 SD, SPREAD, LIMIT = 12.0, 0.3, 60e-6
 RPM = 900

@@ -9,9 +9,10 @@ import sys
 import tempfile
 from pathlib import Path
 
+from scenes import SPUR_50_50
+
 import wearlab
 
-BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
 FILE = """
 title = "Static lives under drawn torques"
 extends = "{base}"
@@ -38,7 +39,7 @@ def main(runs: int) -> None:
             ("one", runs, 1),
             ("two", runs, 2),
         ):
-            file.write_text(FILE.format(base=BASE, runs=count))
+            file.write_text(FILE.format(base=SPUR_50_50, runs=count))
             store = wearlab.Store(Path(folder) / name)
             report = wearlab.run(wearlab.load(file), store, workers=workers)
             assert report.ok and report.computed == count

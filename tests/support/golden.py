@@ -11,6 +11,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from scenes import external_pair, planetary_set
+
 from wearlab.options import Part
 from wearlab.scene import MODEL_VERSION, Scene
 from wearlab.scene.identity import canonical
@@ -31,13 +33,7 @@ RESULTS = (
 ALONG_PHASE = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
 
 PAIR: dict[str, Any] = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 50},
-        "gear": {"teeth": 40, "profile_shift_coefficient": 0.1},
-    },
+    "gears": external_pair(50, {"teeth": 40, "profile_shift_coefficient": 0.1}),
     "operation": {"torque": "340 N*m", "speed": "1100 rpm"},
 }
 RING: dict[str, Any] = {
@@ -45,16 +41,12 @@ RING: dict[str, Any] = {
     "kind": "internal-pair",
     "ring": {"teeth": 100, "rim_diameter": "340 mm"},
 }
-SET: dict[str, Any] = {
-    "kind": "planetary",
-    "module": "3 mm",
-    "face_width": "20 mm",
-    "planets": 3,
-    "sun": {"teeth": 24},
-    "planet": {"teeth": 24},
-    "ring": {"teeth": 72, "rim_diameter": "250 mm"},
-    "carrier": {"mass": "3 kg", "inertia": "0.01 kg*m^2"},
-}
+SET: dict[str, Any] = planetary_set(
+    24,
+    24,
+    {"teeth": 72, "rim_diameter": "250 mm"},
+    carrier={"mass": "3 kg", "inertia": "0.01 kg*m^2"},
+)
 WEAR: dict[str, Any] = {
     "coefficient": {"model": "constant", "value": "9.65e-19 m^2/N"},
     "until": {"depth": "10 um"},

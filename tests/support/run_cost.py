@@ -14,11 +14,12 @@ import tempfile
 import time
 from pathlib import Path
 
+from scenes import SPUR_50_50
+
 import wearlab
 from wearlab.runner.worker import Task, execute
 from wearlab.store import Store
 
-BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
 FILE = """
 title = "Static runs"
 extends = "{base}"
@@ -40,7 +41,7 @@ def scenes(runs: int):
         file = Path(folder) / "study.toml"
         swept = COEFFICIENTS if "coefficient" in sys.argv else TORQUES
         file.write_text(
-            FILE.format(base=BASE.as_posix(), swept=swept.format(runs=runs))
+            FILE.format(base=SPUR_50_50.as_posix(), swept=swept.format(runs=runs))
         )
         return wearlab.load(file).cases
 

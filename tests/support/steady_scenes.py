@@ -3,17 +3,16 @@
 from pathlib import Path
 
 import pytest
+from scenes import SPUR_50_50
 
 from wearlab.accuracy.steady import Steady, steady
 from wearlab.campaign import load
 from wearlab.scene import Scene
 
-BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
-
 
 def scene(text: str, folder: Path) -> Scene:
     file = folder / "small.toml"
-    file.write_text(f'title = "small"\nextends = "{BASE.as_posix()}"\n{text}')
+    file.write_text(f'title = "small"\nextends = "{SPUR_50_50.as_posix()}"\n{text}')
     return load(file).cases[0].scene
 
 
@@ -52,7 +51,7 @@ profile_points = 61
 @pytest.fixture(scope="module")
 def planetary() -> Scene:
     """A planetary gearbox with 18 degrees of freedom."""
-    base = load(BASE.parent / "planetary_ngw11_vibration.toml").cases[0].scene
+    base = load(SPUR_50_50.parent / "planetary_ngw11_vibration.toml").cases[0].scene
     return base.replace("numerics.profile_points", 61)
 
 

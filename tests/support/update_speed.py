@@ -15,10 +15,10 @@ from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
+from scenes import SPUR_50_50
 
 import wearlab
 
-BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
 DEPTHS = (
     "cycles,depth\n5e7,5.2\n8e7,8.5\n1.1e8,11.3\n1.4e8,14.6\n1.7e8,17.5\n2e8,20.9\n"
 )
@@ -82,7 +82,7 @@ def study(
     file = folder / "study.toml"
     file.write_text(
         FILE.format(
-            base=BASE.as_posix(), draws=draws, torque=torque, error=ERRORS[error]
+            base=SPUR_50_50.as_posix(), draws=draws, torque=torque, error=ERRORS[error]
         )
     )
     return wearlab.load(file)

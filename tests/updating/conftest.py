@@ -2,15 +2,15 @@ import sys
 from pathlib import Path
 
 import pytest
+from scenes import SPUR_50_50
 
 import wearlab as wl
 from wearlab.updating import update
 
 sys.path.insert(0, str(Path(__file__).parent))
-BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
 STATIC = f"""
 title   = "weighings"
-extends = "{BASE.as_posix()}"
+extends = "{SPUR_50_50.as_posix()}"
 drop    = ["dynamics"]
 [mesh]
 stiffness        = "potential-energy"

@@ -6,16 +6,15 @@ Here each k, and each torque, has a run of its own, whose states are at the insp
 
 import tomllib
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS
 from scipy import stats
 from scipy.interpolate import CubicSpline
 
 import wearlab as wl
 
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
 PRIOR_SD = np.sqrt(np.log1p(14.13**2))  # of ln k, in all three campaigns
 FACTOR = "wear.coefficient.factor"

@@ -3,10 +3,10 @@
 import re
 from datetime import date
 from html import unescape
-from pathlib import Path
 
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS
 
 import wearlab as wl
 from wearlab.report.page import report
@@ -14,7 +14,7 @@ from wearlab.updating import update
 from wearlab.updating.report_text import answers, fleet_about, fleet_tables, text_of
 
 END = date(2026, 6, 30)
-CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "update_department.toml"
+CAMPAIGN = CAMPAIGNS / "update_department.toml"
 
 
 @pytest.fixture(scope="module")

@@ -1,12 +1,11 @@
 """A file that cannot be right ends the command with one message and status 2, and nothing is written."""
 
-from pathlib import Path
-
 import pytest
+from scenes import CAMPAIGNS
 
 from wearlab.cli.app import status_of
 
-CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "update_gearbox.toml"
+CAMPAIGN = CAMPAIGNS / "update_gearbox.toml"
 GOOD = "hours,loss_mg,below_mg\n2000,,40\n6200,300,\n"
 HOSTILE = {
     "endless value": (

@@ -4,11 +4,11 @@ An update is kept, verified and read back as runs are.
 """
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from scenes import SPUR_50_50
 
 import wearlab as wl
 from wearlab.campaign.update_options import Limit
@@ -18,8 +18,6 @@ from wearlab.updating.cases import Subject, required_variables, studies
 from wearlab.updating.report_text import _unknowns, answers, text_of
 from wearlab.updating.run_curves import history_of
 
-BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
-
 
 @pytest.mark.parametrize(
     "load", ["static", pytest.param("instant", marks=pytest.mark.slow)]
@@ -27,7 +25,7 @@ BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
 def test_wear_is_a_function_of_k_times_cycles(campaign, load):
     scene = campaign.cases[0].scene
     if load == "instant":
-        whole = wl.load(BASE).cases[0].scene
+        whole = wl.load(SPUR_50_50).cases[0].scene
         scene = whole.replace("wear.until", {"cycles": 2e7}).replace(
             "wear.snapshots", {"cycles": [1e7]}
         )
@@ -50,7 +48,7 @@ def test_wear_is_a_function_of_k_times_cycles(campaign, load):
 
 def test_a_run_made_longer_ends_later_by_all_that_ends_it():
     scene = (
-        wl.load(BASE.parents[1] / "update_spur_twin.toml")
+        wl.load(SPUR_50_50.parents[1] / "update_spur_twin.toml")
         .cases[0]
         .scene.replace("wear.until.cycles", 3e8)
     )
@@ -162,7 +160,7 @@ def test_a_damaged_update_is_found_and_a_lost_index_made_anew(campaign, store, t
 
 def test_a_campaign_without_measurements_is_refused(store):
     with pytest.raises(UpdateError, match="nothing was measured"):
-        update(wl.load(BASE), store, progress=False)
+        update(wl.load(SPUR_50_50), store, progress=False)
 
 
 def test_masses_and_largest_depths_are_as_far_off_as_the_life_says(

@@ -1,19 +1,17 @@
 """Units of a population whose wear is known in closed form: depth = rate · factor · cycle."""
 
 import csv
-from pathlib import Path
 
 import numpy as np
 from made import ErrorModel, blocks, observed
+from scenes import CAMPAIGNS
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating.grids import weighted_quantiles
 from wearlab.updating.population import FleetMember, Law, Parameter
 from wearlab.updating.run_curves import ObservationPoints, RunCurve, RunHistory
 
-LINERS = (
-    Path(__file__).parents[2] / "campaigns" / "measured" / "cylinder_liner_wear.csv"
-)
+LINERS = CAMPAIGNS / "measured" / "cylinder_liner_wear.csv"
 RATE = 1e-7  # m a cycle (an hour of a liner) at factor 1
 LIMIT = 4e-3
 

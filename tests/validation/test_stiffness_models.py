@@ -1,17 +1,14 @@
 """The judgement of stiffness models: what it compares, and the verdict on L16's gears."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS
 from stiffness_models import judge, report
 
-import wearlab
 from wearlab.assembly.mesh import build_analyses
 from wearlab.assembly.sets import build_set
 from wearlab.campaign import load
 
-CAMPAIGNS = Path(wearlab.__file__).parents[1] / "campaigns"
 PLANES = ("stress", "strain")
 FILES = sorted(CAMPAIGNS.glob("stiffness_models*.toml"))
 

@@ -1,12 +1,12 @@
 """Teeth beyond A and E by outlines and finite elements, against the contact analysis of a scene."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from corner_elements import OPTIONS, between, elements, load_corners, solve
 from outline_contact import Outlines
+from scenes import CAMPAIGNS
 from scipy.optimize import brentq
 from tip_corners import by_model, draw, report, ways, wear_rate_at_a
 
@@ -18,7 +18,6 @@ from wearlab.mesh.finite_element.compliance import pair_compliance
 from wearlab.mesh.finite_element.outline import Wear
 from wearlab.mesh.profile import profile_grid
 
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 COARSE = OPTIONS._replace(refinement=2)
 RING_DRIVES = ("internal_wear_life.toml", "ring drives, static")
 GEARS = (

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scenes import external_pair
 
 from wearlab.assembly import build
 from wearlab.assembly.contact import check_initial_wear
@@ -11,13 +12,9 @@ from wearlab.simulation.life_run import initial_wear
 
 B = 45.0
 PAIR = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "4 mm",
-        "face_width": f"{B} mm",
-        "pinion": {"teeth": 23, "lead_crowning": "8 um"},
-        "gear": {"teeth": 71},
-    },
+    "gears": external_pair(
+        {"teeth": 23, "lead_crowning": "8 um"}, 71, module="4 mm", face_width=f"{B} mm"
+    ),
     "operation": {"torque": "320 N*m", "speed": "1450 rpm"},
     "mesh": {"stiffness": {"model": "potential-energy"}, "face_points": 21},
     "numerics": {"profile_points": 61},

@@ -23,7 +23,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[2] / "support"))
 
 import fake_campaign
-import two_torques
+import scenes
 from storm import begin, done, finish, reference
 
 from wearlab.cli.app import main
@@ -33,7 +33,7 @@ NOBODY = 65534
 LONGEST = 120.0
 WILD = 20
 STUDY = (
-    two_torques.STUDY
+    scenes.TWO_TORQUES
     + """
 [[figure]]
 kind = "max-wear"
