@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from wearlab.dynamics.forces.energy import energy_balance, nominal_speeds
-from wearlab.dynamics.methods import Method
+from wearlab.dynamics.methods import IntegrationMethod
 from wearlab.dynamics.methods.newmark import Newmark
 from wearlab.dynamics.methods.rk4 import RungeKutta4
 from wearlab.dynamics.methods.rk45 import RungeKutta45
@@ -101,7 +101,10 @@ def tables(grid: StageGrid, mu: float) -> StageTables:
 
 
 def respond(
-    mu: float = 0.1, steps: int = 300, method: Method | None = None, **changes: Any
+    mu: float = 0.1,
+    steps: int = 300,
+    method: IntegrationMethod | None = None,
+    **changes: Any,
 ) -> Response:
     return (method or Periodic()).solve(
         spur(**changes), tables(stage_grid(BREAKS, steps), mu), PERIOD
@@ -288,7 +291,9 @@ def test_slow_and_stiff_loses_what_the_quasi_static_formula_says() -> None:
     ("method", "tolerance"),
     [(RungeKutta4(), 1e-6), (RungeKutta45(), 2e-5), (Newmark(), 6e-3)],
 )
-def test_marching_methods_find_orbit_and_load(method: Method, tolerance: float) -> None:
+def test_marching_methods_find_orbit_and_load(
+    method: IntegrationMethod, tolerance: float
+) -> None:
     exact = respond(0.2, 600)
     found = respond(0.2, 600, method=method)
     assert found.verdict.deviations == ()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.dynamics.methods import Method
+from wearlab.dynamics.methods import IntegrationMethod
 from wearlab.dynamics.methods.newmark import Newmark
 from wearlab.dynamics.methods.rk4 import RungeKutta4
 from wearlab.dynamics.methods.rk45 import RungeKutta45
@@ -23,7 +23,7 @@ PHASE = np.arange(200) / 200
     [(RungeKutta4(), 1e-6), (RungeKutta45(), 3e-6), (Newmark(), 2e-3)],
 )
 def test_methods_agree(
-    method: Method, tolerance: float, pair: BenchmarkPair, rpm: float
+    method: IntegrationMethod, tolerance: float, pair: BenchmarkPair, rpm: float
 ) -> None:
     grid = pair.grid(400)
     arguments = pair.system(), pair.tables(grid), mesh_period(rpm)
@@ -74,7 +74,7 @@ def test_remaining_change_is_the_geometric_sum() -> None:
 
 
 @pytest.mark.parametrize("method", [RungeKutta4(), Newmark()])
-def test_marching_names_period_two(method: Method) -> None:
+def test_marching_names_period_two(method: IntegrationMethod) -> None:
     pair = PAIR._replace(torque=5.0)
     grid = pair.grid(300)
     assert method.solve(pair.system(), pair.tables(grid), mesh_period(4900)).period == 2

@@ -122,8 +122,8 @@ CASES = [
     (
         "dynamics.method",
         "rk5",
-        "scene.dynamics.method: 'rk5' is not one of 'periodic', 'rk4', 'rk45', "
-        "'newmark'",
+        "scene.dynamics.method: 'rk5' is not one of 'periodic', 'newmark', 'rk4', "
+        "'rk45'; did you mean 'rk45'?",
     ),
     (
         "dynamics.supports.gear.damping_ratio",

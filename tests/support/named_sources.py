@@ -32,14 +32,25 @@ class PublicFunction(NamedTuple):
         return bool(self.references or NAMED.search(self.doc))
 
 
+def _public(
+    body: list[ast.stmt], prefix: str = ""
+) -> Iterator[tuple[str, ast.FunctionDef]]:
+    """Yield the public functions of a module, and the methods of its classes."""
+    for node in body:
+        if isinstance(node, ast.ClassDef):
+            yield from _public(node.body, f"{prefix}{node.name}.")
+
+        elif isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+            yield prefix + node.name, node
+
+
 def functions() -> Iterator[PublicFunction]:
-    """Yield the public functions of the rooms of physics."""
+    """Yield the public functions and methods of the rooms of physics."""
     for room in ROOMS:
         for file in sorted((TOP / "wearlab" / room).rglob("*.py")):
-            for node in ast.parse(file.read_text()).body:
-                if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
-                    place = f"{file.relative_to(TOP)}:{node.name}"
-                    yield PublicFunction(place, ast.get_docstring(node) or "")
+            for name, node in _public(ast.parse(file.read_text()).body):
+                place = f"{file.relative_to(TOP)}:{name}"
+                yield PublicFunction(place, ast.get_docstring(node) or "")
 
 
 def known() -> list[tuple[str, ...]]:

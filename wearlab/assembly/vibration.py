@@ -229,8 +229,8 @@ def build_friction(scene: Scene, gears: gear_set.GearSet) -> Friction | None:
 
 
 def patient(
-    method: methods.Method, system: system.System, steps: int
-) -> methods.Method:
+    method: methods.IntegrationMethod, system: system.System, steps: int
+) -> methods.IntegrationMethod:
     """Return the method with integrations that take a bounded number of steps, however many a period has.
 
     Steps follow the fastest mode: an integration of as many lasts as long in time, in

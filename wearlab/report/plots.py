@@ -25,7 +25,7 @@ MAX_MARKED_POINTS = 60  # of a curve
 COLUMNS = 2  # of panels
 
 
-class Quantity(NamedTuple):
+class PlottedQuantity(NamedTuple):
     """What a column of a measured flank is called, and its units.
 
     Parameters
@@ -40,12 +40,12 @@ class Quantity(NamedTuple):
 
 
 QUANTITIES = {
-    "diameter": Quantity("diameter", "m", "mm"),
-    "roll_angle": Quantity("roll angle", "rad", "deg"),
-    "roll_length": Quantity("length of roll", "m", "mm"),
-    "path_position": Quantity("position on the path of contact", "m", "mm"),
-    "depth": Quantity("wear depth", "m", "um"),
-    "deviation": Quantity("deviation, material missing downwards", "m", "um"),
+    "diameter": PlottedQuantity("diameter", "m", "mm"),
+    "roll_angle": PlottedQuantity("roll angle", "rad", "deg"),
+    "roll_length": PlottedQuantity("length of roll", "m", "mm"),
+    "path_position": PlottedQuantity("position on the path of contact", "m", "mm"),
+    "depth": PlottedQuantity("wear depth", "m", "um"),
+    "deviation": PlottedQuantity("deviation, material missing downwards", "m", "um"),
 }
 Column = tuple[str, Sequence[float]]
 

@@ -19,7 +19,7 @@ from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
 
-class Method(Protocol):
+class IntegrationMethod(Protocol):
     """A way to find the steady response."""
 
     stability: ClassVar[StabilityLimit | None]
@@ -51,7 +51,7 @@ class Method(Protocol):
         ...
 
 
-def method_named(name: str) -> type[Method]:
+def method_named(name: str) -> type[IntegrationMethod]:
     """Return the method of a file in this folder.
 
     Parameters
@@ -59,5 +59,5 @@ def method_named(name: str) -> type[Method]:
     name : of the file, without its ending
     """
     module = import_module(f"{__name__}.{name}")
-    method: type[Method] = module.METHOD
+    method: type[IntegrationMethod] = module.METHOD
     return method

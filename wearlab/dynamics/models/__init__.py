@@ -31,9 +31,9 @@ def method_names() -> tuple[str, ...]:
 
 
 if TYPE_CHECKING:
-    Method = str
+    MethodName = str
 else:
-    Method = Literal[method_names()]
+    MethodName = Literal[method_names()]
 
 
 class FrictionOptions(Part):
@@ -109,7 +109,7 @@ class DynamicModel(Variant):
         kind for kind, descriptor in SETS.items() if descriptor.is_pair
     )
 
-    method: Method = DEFAULT_METHOD
+    method: MethodName = DEFAULT_METHOD
     """how the steady response is found; periodic is shooting, the others integrate as
     the papers do. Source: wearlab"""
     friction: FrictionOptions | None = None
