@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from wearlab.accuracy import curves as measured
-from wearlab.accuracy.curves import integrated_curve, steps_curve
+from wearlab.accuracy import knob_curves, life, life_curves, peer_curves, steady_curves
 from wearlab.accuracy.ladder import Rung, WorkPrecision, interpolated, timing
-from wearlab.accuracy.steady import Steady, reference
+from wearlab.accuracy.reference import reference
+from wearlab.accuracy.steady import Steady
+from wearlab.accuracy.steady_curves import integrated_curve, steps_curve
 from wearlab.dynamics.methods.newmark import Newmark
 from wearlab.dynamics.methods.rk4 import RungeKutta4
 from wearlab.gears.specification import GearError
@@ -15,7 +16,12 @@ from wearlab.life.euler import Euler
 
 @pytest.fixture(autouse=True)
 def untimed(monkeypatch):
-    monkeypatch.setattr(measured, "timing", lambda action, **more: (action(), 1e-3)[1])
+    def once(action):
+        action()
+        return 1e-3
+
+    for module in (knob_curves, life, peer_curves, steady_curves):
+        monkeypatch.setattr(module, "timing", once)
 
 
 @pytest.fixture(scope="module")
@@ -47,10 +53,10 @@ def test_marched_methods_have_their_order(problem, known, method, order):
 
 def test_peers_converge_to_the_same_answer(problem, known, monkeypatch):
     pytest.importorskip("CyRK")
-    monkeypatch.setattr(measured, "PEER_TOLERANCES", (1e-4, 1e-7))
+    monkeypatch.setattr(peer_curves, "PEER_TOLERANCES", (1e-4, 1e-7))
     told = []
-    curves = list(measured.peer_curves(problem, known, told.append))
-    assert [curve.name for curve in curves] == told == list(measured.peers())
+    curves = list(peer_curves.peer_curves(problem, known, told.append))
+    assert [curve.name for curve in curves] == told == list(peer_curves.peers())
     for curve in curves:
         coarse, fine = curve.rungs
         assert fine.error < 3e-5 and fine.error < coarse.error, curve.name
@@ -60,12 +66,12 @@ def test_peers_converge_to_the_same_answer(problem, known, monkeypatch):
 def test_a_march_that_takes_long_or_does_not_settle_is_not_begun(
     problem, known, monkeypatch
 ):
-    assert measured.periods_to(known, 1e-3) == np.ceil(
+    assert peer_curves.periods_to(known, 1e-3) == np.ceil(
         np.log(1e-3) / np.log(known.multiplier)
     )
-    assert measured.periods_to(known._replace(multiplier=1.01), 1e-3) == np.inf
+    assert peer_curves.periods_to(known._replace(multiplier=1.01), 1e-3) == np.inf
     assert not list(
-        measured.peer_curves(
+        peer_curves.peer_curves(
             problem, known._replace(multiplier=1.01), lambda text: None
         )
     )
@@ -75,7 +81,7 @@ def test_a_ladder_ends_where_rungs_take_long_or_tell_nothing(
     problem, known, monkeypatch
 ):
     def settings(seconds, disagreement):
-        monkeypatch.setattr(measured, "timing", lambda action, **more: seconds)
+        monkeypatch.setattr(steady_curves, "timing", lambda action: seconds)
         sure = known._replace(disagreement=disagreement)
         curve = integrated_curve(
             problem,
@@ -105,29 +111,31 @@ def test_settings_that_physics_refuses_are_left_out(problem, known, wears, monke
     def refused(wearing, method, tolerance):
         if len(wearing.wear) < 100:
             raise GearError("too few nodes")
-        return measured.TimedLife(1e6, np.ones(4), np.zeros(4), 1, 1.0)
+        return life.TimedLife(1e6, np.ones(4), np.zeros(4), 1, 1.0)
 
-    monkeypatch.setattr(measured, "lived", refused)
-    truth = measured.TimedLife(2e6, np.ones(4), np.zeros(4), 1, 1.0)
-    (curve,) = measured._knob_of_life(
+    monkeypatch.setattr(life_curves, "integrated_life", refused)
+    truth = life.TimedLife(2e6, np.ones(4), np.zeros(4), 1, 1.0)
+    (curve,) = life_curves._knob_of_life(
         wears, "numerics.profile_points", (41, 61), {}, truth
     )
     assert [rung.setting for rung in curve.rungs] == [61.0]
 
 
 def test_euler_over_cycles_is_of_first_order_and_lives_agree(wears):
-    problem = measured.wearing(wears)
-    known = measured.lived(problem, measured.adaptive.Adaptive(), 1e-5)
-    other = measured.second_life(problem, known.cycle)
-    assert max(measured.errors(known, other)) < 3e-5
+    problem = life.wear_problem(wears)
+    known = life.integrated_life(problem, life_curves.adaptive.Adaptive(), 1e-5)
+    other = life.second_life(problem, known.cycle)
+    assert max(life.errors(known, other)) < 3e-5
     deepest = float(known.depth.max())
     found = [
-        (deepest / n, measured.lived(problem, Euler(deepest / n), 1e-3))
+        (deepest / n, life.integrated_life(problem, Euler(deepest / n), 1e-3))
         for n in (40, 80, 160)
     ]
     curves = {
         c.quantity: c
-        for c in measured._both("Euler", "threshold", "as published", found, other)
+        for c in life_curves._curves_of(
+            "Euler", "threshold", "as published", found, other
+        )
     }
     assert curves["life"].order(1e-6) == pytest.approx(1.0, abs=0.1)
     assert [rung.work for rung in curves["life"].rungs] == sorted(
@@ -200,7 +208,7 @@ def test_harmonics_of_all_meshes_are_changed_wherever_they_are_written(
         }
     }
     written = series if sections == ("",) else dict.fromkeys(sections, series)
-    changed = measured.with_harmonics(planetary.replace("mesh", written), 7)
+    changed = knob_curves.with_harmonics(planetary.replace("mesh", written), 7)
     for one in changed.meshes.values():
         assert (one.excitation.stiffness_harmonics, one.excitation.error_harmonics) == (
             7,

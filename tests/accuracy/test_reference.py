@@ -3,13 +3,8 @@
 import numpy as np
 import pytest
 
-from wearlab.accuracy.steady import (
-    over_periods,
-    reference,
-    relative_error,
-    second_method,
-    steady,
-)
+from wearlab.accuracy.reference import over_periods, reference, second_method
+from wearlab.accuracy.steady import relative_error, steady
 
 
 @pytest.mark.parametrize("which", ["loaded", "separating"])

@@ -55,8 +55,8 @@ def contact_time(scene: Scene) -> ContactTime:
     return ContactTime(
         len(parts.phase),
         len(analysis.grid.position),
-        timing(lambda: analysis.nodes(worn), most=200),
-        timing(lambda: analysis.quasistatic(nodes, where), most=200),
+        timing(lambda: analysis.nodes(worn), max_repetitions=200),
+        timing(lambda: analysis.quasistatic(nodes, where), max_repetitions=200),
     )
 
 

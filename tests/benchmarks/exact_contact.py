@@ -54,9 +54,9 @@ def exact_time(
     searched = _difference(pair, worn, published)
     return ExactTime(
         depth,
-        timing(lambda: tangency(*worn, x), most=20),
-        timing(lambda: minimum_gap(*worn, x), most=20),
-        timing(lambda: algorithm_1(pair, *worn), most=2),
+        timing(lambda: tangency(*worn, x), max_repetitions=20),
+        timing(lambda: minimum_gap(*worn, x), max_repetitions=20),
+        timing(lambda: algorithm_1(pair, *worn), max_repetitions=2),
         apart,
         searched,
     )

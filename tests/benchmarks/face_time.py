@@ -46,7 +46,7 @@ def contact_seconds(scene: Scene) -> tuple[str, float]:
         1.0 + np.linspace(0.0, 1.0, contact.grid.shape[-1])
     )
     phases, lines, slices = contact.unworn.load.shape
-    seconds = timing(lambda: contact.solve(worn, contact.unworn), most=30)
+    seconds = timing(lambda: contact.solve(worn, contact.unworn), max_repetitions=30)
     return f"{phases} × {lines} × {slices}", seconds * PHASES / phases
 
 

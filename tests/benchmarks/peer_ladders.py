@@ -12,8 +12,15 @@ from numpy.typing import NDArray
 from transient import periods_to, transient
 
 from wearlab.accuracy.equation import Motion, starting_state
-from wearlab.accuracy.ladder import SHARE, Rung, WorkPrecision, timing, told
-from wearlab.accuracy.steady import Reference, Steady, relative_error
+from wearlab.accuracy.ladder import (
+    TRANSIENT_SHARE,
+    Rung,
+    WorkPrecision,
+    is_unresolved,
+    timing,
+)
+from wearlab.accuracy.reference import Reference
+from wearlab.accuracy.steady import Steady, relative_error
 from wearlab.dynamics.rigid import balance_of
 from wearlab.dynamics.steady.periodic import Periodic
 
@@ -139,7 +146,7 @@ def laddered(
         if found is None:
             break
         rungs.append(found)
-        if time.perf_counter() - begun > LONGEST or told(
+        if time.perf_counter() - begun > LONGEST or is_unresolved(
             found, given.known.disagreement
         ):
             break
@@ -155,7 +162,7 @@ def rung(given: Course, bound: Bound, tolerance: float) -> Rung | None:
     begun = time.perf_counter()
     floor = given.error(bound, tolerance, given.known.start, forgetting)
     pace = (time.perf_counter() - begun) / (forgetting + given.periods)
-    worth = SHARE * floor if np.isfinite(floor) else FORGOTTEN
+    worth = TRANSIENT_SHARE * floor if np.isfinite(floor) else FORGOTTEN
     counts = [periods_to(left, worth) for left in given.left]
     if pace * max(counts) > AFFORDED:
         return None

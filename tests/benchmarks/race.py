@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 from peer_ladders import FORGOTTEN, HARMONICS, Course, course
 from transient import periods_to
 
-from wearlab.accuracy.curves import STEPS
-from wearlab.accuracy.ladder import SHARE
-from wearlab.accuracy.steady import Steady, reference, relative_error
+from wearlab.accuracy.ladder import TRANSIENT_SHARE
+from wearlab.accuracy.reference import reference
+from wearlab.accuracy.steady import Steady, relative_error
+from wearlab.accuracy.steady_curves import STEPS
 from wearlab.dynamics.rigid import balance_of
 from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.gears.specification import GearError
@@ -209,12 +210,12 @@ def _march(given: Course, bound: Any, role: str, tolerance: float) -> Contestant
     floor = given.error(bound, tolerance, given.known.start, forgetting)
     if not np.isfinite(floor):
         return None
-    count = periods_to(given.left[0], SHARE * floor) + given.periods
+    count = periods_to(given.left[0], TRANSIENT_SHARE * floor) + given.periods
     pace = seconds_of(partial(bound.march, start, 1, tolerance, given.scale))
     some = min(count, max(1, int(SLOW / max(SHORTEST, pace))))
     action = partial(bound.march, start, some, tolerance, given.scale)
     name = f"CyRK {bound.method} {tolerance:.0e}, {count} periods"
-    return Contestant(role, name, (1.0 + SHARE) * floor, action, some / count)
+    return Contestant(role, name, (1.0 + TRANSIENT_SHARE) * floor, action, some / count)
 
 
 def _close(given: Course, bound: Any, role: str, tolerance: float) -> Contestant | None:

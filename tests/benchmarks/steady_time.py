@@ -7,10 +7,12 @@ as many as `tight_steps` asks for, and the best of several wall times, tables in
 
 import sys
 import time
+from functools import partial
 from typing import NamedTuple
 
 from wearlab.accuracy.ladder import timing
-from wearlab.accuracy.steady import relative_error, steady, tight_steps
+from wearlab.accuracy.reference import tight_steps
+from wearlab.accuracy.steady import relative_error, steady
 from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
@@ -66,12 +68,13 @@ def steady_time(
             begun = time.perf_counter()
             started = problem.solve(vibration, near)
             first = time.perf_counter() - begun
+        timed = partial(timing, max_repetitions=200, budget=budget)
         return SteadyTime(
             len(vibration.sampling.grid.width),
             found,
             relative_error(problem.force_of(vibration, started), known),
-            timing(lambda: problem.solve(vibration), most=200, budget=budget),  # noqa: B023
-            timing(lambda: problem.solve(vibration, near), most=200, budget=budget),  # noqa: B023
+            timed(partial(problem.solve, vibration)),
+            timed(partial(problem.solve, vibration, near)),
             first,
         )
     return None

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.accuracy.steady import Reference, Steady
+from wearlab.accuracy.reference import Reference
+from wearlab.accuracy.steady import Steady
 from wearlab.dynamics.integrators.kernel import kernel_of
 from wearlab.dynamics.steady.integrate import OnTables
 from wearlab.dynamics.steady.periodic import Periodic

@@ -10,8 +10,10 @@ import wearlab as wl
 from wearlab.assembly import build
 from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.dynamics.steady.shooting import Shooting
-from wearlab.gradients.derivatives import VALUES
-from wearlab.gradients.replayed_life import LivedSteps, frozen, number
+from wearlab.gradients.held_numerics import held_numerics
+from wearlab.gradients.numbers import number
+from wearlab.gradients.replayed_life import ReplayedLife
+from wearlab.gradients.values import VALUES
 from wearlab.scene import Scene
 from wearlab.simulation import simulate
 
@@ -92,16 +94,16 @@ def test_steps_of_the_scene_itself_are_taken_from_its_march(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     evaluated = []
-    take = LivedSteps._ends
+    take = ReplayedLife._replay
 
-    def counting(self: LivedSteps, parts: Any, known: Any) -> Any:
+    def counting(self: ReplayedLife, parts: Any, known: Any) -> Any:
         before = parts.coupling.account.counts["contact_analyses"]
         ends = take(self, parts, known)
         evaluated.append(parts.coupling.account.counts["contact_analyses"] - before)
         return ends
 
-    monkeypatch.setattr(LivedSteps, "_ends", counting)
-    lived = LivedSteps(WORN)
+    monkeypatch.setattr(ReplayedLife, "_replay", counting)
+    lived = ReplayedLife(WORN)
     assert evaluated == [0]
     for step, own in zip(lived.steps, lived.ends.steps, strict=True):
         np.testing.assert_allclose(step.end.depth, own.end.depth, rtol=1e-14)
@@ -140,11 +142,11 @@ def test_twins_are_rougher_where_the_tolerance_alone_changes_nothing() -> None:
     slow = UNWORN.replace(plain).replace(
         {"operation.speed": "9000 rpm", "numerics.tolerance": 1e-2}
     )
-    same = frozen(slow.replace("numerics.tolerance", 3e-2)).steps_per_period
-    held = frozen(slow)
+    same = held_numerics(slow.replace("numerics.tolerance", 3e-2)).steps_per_period
+    held = held_numerics(slow)
     assert held.steps_per_period is not None and same == held.steps_per_period
     for factor in (3.0, 10.0):
-        twin = frozen(held.rougher(slow, factor))
+        twin = held_numerics(held.rougher(slow, factor))
         share = factor ** (-1 / 3)
         assert twin.profile_points == pytest.approx(
             share * held.profile_points, abs=0.5

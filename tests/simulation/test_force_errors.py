@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scenes import CAMPAIGNS, VIBRATING_PAIR
 
-from wearlab.accuracy.steady import second_method, steady
+from wearlab.accuracy.reference import second_method
+from wearlab.accuracy.steady import steady
 from wearlab.assembly import build
 from wearlab.campaign import load
 from wearlab.dynamics.steady.periodic import Periodic

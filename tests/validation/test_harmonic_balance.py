@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from harmonic_balance import HarmonicBalance
 
-from wearlab.accuracy.steady import reference, relative_error, steady
+from wearlab.accuracy.reference import reference
+from wearlab.accuracy.steady import relative_error, steady
 
 
 def balanced(problem, known, harmonics):

@@ -9,7 +9,8 @@ from best_peers import peers
 from peer_ladders import peer_curves
 from transient import periods_to, transient
 
-from wearlab.accuracy.steady import Reference, reference, steady, tight_steps
+from wearlab.accuracy.reference import Reference, reference, tight_steps
+from wearlab.accuracy.steady import steady
 from wearlab.dynamics.steady.periodic import Periodic
 
 ONE_OF_EACH = ("SciPy DOP853", "CyRK VERN7, landing", "CyRK VERN7, Newton")

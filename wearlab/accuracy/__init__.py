@@ -1,1 +1,4 @@
-"""Work–precision studies: error against run time, each answer checked by a second method."""
+"""Work–precision studies: error against run time.
+
+A second method checks each answer.
+"""

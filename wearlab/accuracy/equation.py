@@ -1,4 +1,4 @@
-"""One wear state as a function of time that any integrator can call, and CyRK at its best on it.
+"""The equation of motion of one wear state for foreign integrators, and CyRK on it.
 
 Our own methods read tables at their stages; a foreign integrator asks at times of its
 own. So the mesh is written as polynomials of degree four on cells that end wherever
@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.system import System
 from wearlab.life.coupled import Vibration
 from wearlab.mesh import clock, excitation, stages
@@ -24,6 +24,11 @@ from wearlab.mesh import clock, excitation, stages
 DEGREE = 4
 NEVER = 1e300
 """A backlash that no motion reaches: no back flank."""
+FIRST, LAST, START = range(3)
+"""Arguments of the callback: the first cell of the smooth segment, the one after its
+last, its phase."""
+CELLS_OF_SEVERAL = 96
+"""Cells of a smooth segment of several meshes."""
 
 
 class Motion(NamedTuple):
@@ -69,7 +74,7 @@ class Motion(NamedTuple):
 
 def motion(
     kinds: Sequence[excitation.MeshFlanks],
-    moves: Vibration,
+    vibration: Vibration,
     system: System,
     friction: clock.Friction | None,
 ) -> Motion:
@@ -79,37 +84,35 @@ def motion(
     ----------
     kinds : contact of the wear state of every kind of mesh, and what the excitation was
         fitted to
-    moves : the dynamics; its slow errors must not turn (no hunting)
+    vibration : the dynamics; its slow errors must not turn (no hunting)
     system : its structure with all loads known
     friction : of the flanks, None without
     """
-    given = moves.sampling
-    edges, segment = _edges(kinds, moves)
-    width = np.diff(edges)
-    starts = np.stack([edges[:-1], edges[:-1] + 0.5 * width], 1).ravel()
-    halves = stages.StageGrid(starts, np.repeat(0.5 * width, 2), np.repeat(segment, 2))
-    grids = [kind.analysis.grid for kind in kinds]
-    sampled = clock.sampling(grids, given.meshes, given.edges, halves, friction)
-    tables = excitation.stage_tables(kinds, sampled, None)
-    meshes = len(given.meshes)
+    sampling = vibration.sampling
+    edges, segment = _edges(kinds, vibration)
+    tables = _tables_of_half_cells(kinds, sampling, edges, segment, friction)
+
+    backlash = system.backlash
+    if backlash is None:
+        backlash = np.full(len(sampling.meshes), NEVER)
     inverse = np.linalg.inv(system.mass)
     return Motion(
-        inverse @ system.total_stiffness,
-        inverse @ system.total_damping,
-        system.direction,
-        system.mesh_damping,
-        np.full(meshes, NEVER) if system.backlash is None else system.backlash,
-        inverse @ system.load,
-        system.force_vectors[1] @ inverse.T,
-        edges,
-        _coefficients(tables),
-        given.edges,
-        np.searchsorted(edges, given.edges - 1e-12),
-        tables.stiffness.shape[3],
-        moves.period,
-        not system.damping_always,
-        tables.sliding is not None,
-        tables.part is not None,
+        stiffness=inverse @ system.total_stiffness,
+        damping=inverse @ system.total_damping,
+        direction=system.direction,
+        mesh_damping=system.mesh_damping,
+        backlash=backlash,
+        push=inverse @ system.load,
+        per_force=system.force_vectors[1] @ inverse.T,
+        edges=edges,
+        coefficients=_coefficients(tables),
+        breaks=sampling.edges,
+        first_cell=np.searchsorted(edges, sampling.edges - 1e-12),
+        pairs=tables.stiffness.shape[3],
+        period=vibration.period,
+        gated=not system.damping_always,
+        rubs=tables.sliding is not None,
+        shared=tables.part is not None,
     )
 
 
@@ -118,50 +121,83 @@ def _edges(
 ) -> tuple[Array, Index]:
     """Return cell edges (n_cells + 1,) and the smooth segment of each cell.
 
-    One mesh bends at its nodes; of several meshes the bends are too many and too small
-    to be told.
+    One mesh bends at its nodes. Of several meshes the bends are too many, and too small
+    to be told apart: each segment has `CELLS_OF_SEVERAL` cells.
     """
-    inner = np.empty(0)
-    if len(vibration.sampling.meshes) == 1:
+    sampling = vibration.sampling
+    bends = np.empty(0)
+    if len(sampling.meshes) == 1:
         analysis = kinds[0].analysis
-        inner = np.concatenate([analysis.grid.phase_nodes[0], analysis.stiffness.bends])
-    edges = [vibration.sampling.edges[:1]]
+        bends = np.concatenate([analysis.grid.phase_nodes[0], analysis.stiffness.bends])
+
+    edges = [sampling.edges[:1]]
     segments = []
-    for index, (low, high) in enumerate(pairwise(vibration.sampling.edges)):
-        inside = np.unique(
-            np.round(inner[(inner > low + 1e-9) & (inner < high - 1e-9)], 12)
-        )
-        if not len(
-            inner
-        ):  # 96 cells, for the nodes of several meshes together are too many
-            inside = np.linspace(low, high, 97)[1:-1]
+    for index, (low, high) in enumerate(pairwise(sampling.edges)):
+        is_inside = (bends > low + 1e-9) & (bends < high - 1e-9)
+        inside = np.unique(np.round(bends[is_inside], 12))
+        if not len(bends):
+            inside = np.linspace(low, high, CELLS_OF_SEVERAL + 1)[1:-1]
         edges += [inside, np.array([high])]
         segments += [index] * (len(inside) + 1)
     return np.concatenate(edges), np.array(segments)
 
 
+def _tables_of_half_cells(
+    kinds: Sequence[excitation.MeshFlanks],
+    sampling: clock.Sampling,
+    edges: Array,
+    segment: Index,
+    friction: clock.Friction | None,
+) -> stages.StageTables:
+    """Return the mesh at start, middle and end of both halves of every cell."""
+    width = np.diff(edges)
+    starts = np.stack([edges[:-1], edges[:-1] + 0.5 * width], 1).ravel()
+    half_cells = stages.StageGrid(
+        starts, np.repeat(0.5 * width, 2), np.repeat(segment, 2)
+    )
+    grids = [kind.analysis.grid for kind in kinds]
+    sampled = clock.sampling(
+        grids, sampling.meshes, sampling.edges, half_cells, friction
+    )
+    return excitation.stage_tables(kinds, sampled, None)
+
+
 def _coefficients(tables: stages.StageTables) -> Array:
-    """Return coefficients (n_cells, n_mesh, quantities, 5), constant first, through five points a cell."""
+    """Return coefficients (n_cells, n_mesh, quantities, 5), constant first.
+
+    They go through five points of a cell.
+    """
     quantities = [tables.stiffness, tables.gap, tables.pair_rate]
     if tables.part is not None:
         quantities.append(tables.part.reshape(*tables.part.shape[:3], -1))
     if tables.sliding is not None and tables.moment is not None:
         quantities += [tables.sliding, tables.moment]
-    ends = (
-        each[..., None] for each in (tables.lead_rate, tables.error, tables.error_rate)
-    )
-    values = np.concatenate(
-        [*quantities, *ends], axis=3
-    )  # at start, middle and end of every half cell
-    five = np.concatenate([values[0::2], values[1::2, 1:]], axis=1)
-    inverse = np.linalg.inv(
-        np.vander(np.linspace(0.0, 1.0, DEGREE + 1), increasing=True)
-    )
-    return np.ascontiguousarray(np.einsum("kp,tpmq->tmqk", inverse, five))
+    quantities += [
+        tables.lead_rate[..., None],
+        tables.error[..., None],
+        tables.error_rate[..., None],
+    ]
+
+    # at start, middle and end of every half cell
+    values = np.concatenate(quantities, axis=3)
+    five_points = np.concatenate([values[0::2], values[1::2, 1:]], axis=1)
+    places = np.linspace(0.0, 1.0, DEGREE + 1)
+    inverse = np.linalg.inv(np.vander(places, increasing=True))
+    return np.ascontiguousarray(np.einsum("kp,tpmq->tmqk", inverse, five_points))
 
 
 def starting_state(system: System, mean: Array) -> Array:
-    """Return the static equilibrium at mean mesh stiffnesses (n_mesh,), at rest, (2n,): a first guess."""
+    """Return the static equilibrium at mean mesh stiffnesses, at rest: a first guess.
+
+    Parameters
+    ----------
+    system : the equation of motion
+    mean : (n_mesh,) stiffnesses [N/m]
+
+    Returns
+    -------
+    (2n,) coordinates [m] and their rates [m/s]
+    """
     q = np.linalg.lstsq(system.in_contact(mean), system.load, rcond=1e-12)[0]
     return np.concatenate([q, np.zeros(len(q))])
 
@@ -177,108 +213,201 @@ def polynomial(coefficients: Any, u: float) -> float:
 
 @jit
 def cell_within(edges: Any, first: int, last: int, phase: float) -> int:
-    """Return the cell among ``first … last − 1`` that holds ``phase``: one side of a jump."""
-    return max(
-        first, first + int(np.searchsorted(edges[first:last], phase, "right")) - 1
-    )
+    """Return the cell that holds a phase, on one side of a jump.
+
+    Parameters
+    ----------
+    edges : (n_cells + 1,) phases at which cells begin and end [1]
+    first, last : the cells ``first … last − 1`` are searched
+    phase : of the mesh period [1]
+    """
+    found = int(np.searchsorted(edges[first:last], phase, "right"))
+    return max(first, first + found - 1)
 
 
 @jit
-def motion_in_cell(given: Any, cell: int, phase: float, y: Any, out: Any) -> None:
-    """Write ẏ (2n,) at ``phase`` of ``cell``; flanks that approach each other touch."""
-    n = len(given.push)
-    pairs = given.pairs
-    meshes = len(given.backlash)
-    u = (phase - given.edges[cell]) / (given.edges[cell + 1] - given.edges[cell])
+def motion_in_cell(equation: Any, cell: int, phase: float, y: Any, out: Any) -> None:
+    """Write ẏ at a phase of a cell; flanks that approach each other touch.
+
+    Parameters
+    ----------
+    equation : a `Motion`
+    cell, phase : of the mesh period
+    y : (2n,) coordinates [m] and their rates [m/s]
+    out : (2n,) written, rates [m/s] and accelerations [m/s²]
+    """
+    n = len(equation.push)
+    pairs = equation.pairs
+    start = equation.edges[cell]
+    u = (phase - start) / (equation.edges[cell + 1] - start)
     elastic = np.zeros(pairs)
     tangent = np.zeros(pairs)
+    _move_without_meshes(equation, y, out)
+    for m in range(len(equation.backlash)):
+        mesh = equation.coefficients[cell, m]
+        damping = equation.mesh_damping[m]
+        delta = -polynomial(mesh[-2], u)
+        rate = -polynomial(mesh[-1], u) / equation.period
+        for row in range(n):
+            delta += equation.direction[m, row] * y[row]
+            rate += equation.direction[m, row] * y[n + row]
+
+        mesh_stiffness, touching_stiffness = _press_springs(
+            equation, mesh, u, delta, elastic, tangent
+        )
+        force, rubbed, moment = _forces_of_pairs(
+            equation, mesh, u, rate, damping, touching_stiffness, elastic, tangent
+        )
+
+        back = -equation.backlash[m] - delta
+        if back > 0.0:
+            damped = damping * rate if equation.gated else 0.0
+            force -= max(0.0, mesh_stiffness * back - damped)
+        if not equation.gated:
+            force += damping * (rate - polynomial(mesh[-3], u) / equation.period)
+
+        _subtract_mesh(equation, m, force, rubbed, moment, out)
+
+
+@jit_inner(forceinline=True)
+def _move_without_meshes(equation: Any, y: Any, out: Any) -> None:
+    """Write the rates, and the accelerations by loads and supports."""
+    n = len(equation.push)
     for row in range(n):
         out[row] = y[n + row]
-        a = given.push[row]
+        a = equation.push[row]
         for col in range(n):
-            a -= (
-                given.stiffness[row, col] * y[col]
-                + given.damping[row, col] * y[n + col]
-            )
+            elastic = equation.stiffness[row, col] * y[col]
+            damped = equation.damping[row, col] * y[n + col]
+            a -= elastic + damped
         out[n + row] = a
-    for m in range(meshes):
-        mesh = given.coefficients[cell, m]
-        delta = -polynomial(mesh[-2], u)
-        rate = -polynomial(mesh[-1], u) / given.period
-        for row in range(n):
-            delta += given.direction[m, row] * y[row]
-            rate += given.direction[m, row] * y[n + row]
-        every, total = 0.0, 0.0
-        for p in range(pairs):
-            elastic[p], tangent[p] = 0.0, 0.0
-        for j in range(pairs):
-            k = polynomial(mesh[j], u)
-            if k > 0.0:
-                every += k
-                approach = delta - polynomial(mesh[pairs + j], u)
-                if approach > 0.0:
-                    total += k
-                    for p in range(pairs):
-                        part = 1.0 if p == j else 0.0
-                        if given.shared:
-                            part = polynomial(mesh[3 * pairs + j * pairs + p], u)
-                        elastic[p] += part * k * approach
-                        tangent[p] += part * k
-        force, rubbed, moment = 0.0, 0.0, 0.0
-        first = 3 * pairs + (pairs * pairs if given.shared else 0)
-        damping = given.mesh_damping[m]
-        for p in range(pairs):
-            normal = elastic[p]
-            if given.gated and tangent[p] != 0.0:
-                gap_rate = polynomial(mesh[2 * pairs + p], u) / given.period
-                normal = max(
-                    0.0, normal + damping * tangent[p] / total * (rate - gap_rate)
-                )
-            force += normal
-            if given.rubs:
-                rubbed += normal * polynomial(mesh[first + p], u)
-                moment += normal * polynomial(mesh[first + pairs + p], u)
-        back = -given.backlash[m] - delta
-        if back > 0.0:
-            force -= max(0.0, every * back - (damping * rate if given.gated else 0.0))
-        if not given.gated:
-            force += damping * (rate - polynomial(mesh[-3], u) / given.period)
-        for row in range(n):
-            out[n + row] -= given.per_force[m, row] * force
-            if given.rubs:
-                out[n + row] -= given.per_force[meshes + m, row] * rubbed
-                out[n + row] -= given.per_force[2 * meshes + m, row] * moment
+
+
+@jit_inner(forceinline=True)
+def _press_springs(
+    equation: Any, mesh: Any, u: float, delta: float, elastic: Any, tangent: Any
+) -> tuple[float, float]:
+    """Write what springs hand to every pair.
+
+    Parameters
+    ----------
+    equation : a `Motion`
+    mesh : (quantities, 5) coefficients of the mesh in the cell
+    u : place in the cell [1]
+    delta : deflection of the mesh [m]
+    elastic, tangent : (pairs,) written, elastic forces [N] and stiffnesses [N/m]
+
+    Returns
+    -------
+    stiffness of all springs, and of those that touch [N/m]
+    """
+    pairs = equation.pairs
+    mesh_stiffness = 0.0
+    touching_stiffness = 0.0
+    for p in range(pairs):
+        elastic[p] = 0.0
+        tangent[p] = 0.0
+    for j in range(pairs):
+        k = polynomial(mesh[j], u)
+        if k > 0.0:
+            mesh_stiffness += k
+            approach = delta - polynomial(mesh[pairs + j], u)
+            if approach > 0.0:
+                touching_stiffness += k
+                for p in range(pairs):
+                    part = 1.0 if p == j else 0.0
+                    if equation.shared:
+                        part = polynomial(mesh[3 * pairs + j * pairs + p], u)
+                    elastic[p] += part * k * approach
+                    tangent[p] += part * k
+    return mesh_stiffness, touching_stiffness
+
+
+@jit_inner(forceinline=True)
+def _forces_of_pairs(
+    equation: Any,
+    mesh: Any,
+    u: float,
+    rate: float,
+    damping: float,
+    touching_stiffness: float,
+    elastic: Any,
+    tangent: Any,
+) -> tuple[float, float, float]:
+    """Return normal force, friction [N] and moment of friction [N m] of all pairs.
+
+    A pair that touches is damped by its part of the stiffness that touches, and never
+    pulls.
+    """
+    pairs = equation.pairs
+    first = 3 * pairs + (pairs * pairs if equation.shared else 0)
+    force, rubbed, moment = 0.0, 0.0, 0.0
+    for p in range(pairs):
+        normal = elastic[p]
+        if equation.gated and tangent[p] != 0.0:
+            gap_rate = polynomial(mesh[2 * pairs + p], u) / equation.period
+            share = damping * tangent[p] / touching_stiffness
+            normal = max(0.0, normal + share * (rate - gap_rate))
+        force += normal
+        if equation.rubs:
+            rubbed += normal * polynomial(mesh[first + p], u)
+            moment += normal * polynomial(mesh[first + pairs + p], u)
+    return force, rubbed, moment
+
+
+@jit_inner(forceinline=True)
+def _subtract_mesh(
+    equation: Any, m: int, force: float, rubbed: float, moment: float, out: Any
+) -> None:
+    """Subtract the accelerations by the forces of a mesh."""
+    n = len(equation.push)
+    meshes = len(equation.backlash)
+    for row in range(n):
+        out[n + row] -= equation.per_force[m, row] * force
+        if equation.rubs:
+            out[n + row] -= equation.per_force[meshes + m, row] * rubbed
+            out[n + row] -= equation.per_force[2 * meshes + m, row] * moment
 
 
 @jit
-def motion_of(time: float, y: Any, given: Motion) -> Any:
-    """Return ẏ (2n,) at ``time`` [s]; the mesh repeats every period."""
-    phase = time / given.period
-    return motion_within(
-        time - np.floor(phase) * given.period, y, given, 0, len(given.edges) - 1
-    )
+def motion_of(time: float, y: Any, equation: Motion) -> Any:
+    """Return ẏ (2n,) at a time; the mesh repeats every period.
+
+    Parameters
+    ----------
+    time : since phase 0 of any period [s]
+    y : (2n,) coordinates [m] and their rates [m/s]
+    equation : of motion
+    """
+    cells = len(equation.edges) - 1
+    begin = np.floor(time / equation.period) * equation.period
+    return motion_within(time - begin, y, equation, 0, cells)
 
 
 @jit
-def motion_within(time: float, y: Any, given: Motion, first: int, last: int) -> Any:
-    """Return ẏ (2n,) in one smooth segment, the cells ``first … last − 1``, ends included."""
+def motion_within(time: float, y: Any, equation: Motion, first: int, last: int) -> Any:
+    """Return ẏ (2n,) in one smooth segment, ends included.
+
+    Parameters
+    ----------
+    time : since phase 0 of the period [s]
+    y : (2n,) coordinates [m] and their rates [m/s]
+    equation : of motion
+    first, last : the segment is the cells ``first … last − 1``
+    """
     out = np.empty(len(y))
-    phase = time / given.period
-    motion_in_cell(given, cell_within(given.edges, first, last, phase), phase, y, out)
+    phase = time / equation.period
+    cell = cell_within(equation.edges, first, last, phase)
+    motion_in_cell(equation, cell, phase, y, out)
     return out
 
 
-FIRST, LAST, START = range(3)
-"""Arguments of the callback: the first cell of the smooth segment, the one after its
-last, its phase."""
-
-
-def motion_callback(given: Motion) -> Any:
+def motion_callback(equation: Motion) -> Any:
     """Compile ``void (ẏ, t, y, arguments)``; its ``address`` is what CyRK takes.
 
     Parameters
     ----------
-    given : the equation of motion of a wear state; time counts from the start of a
+    equation : the equation of motion of a wear state; time counts from the start of a
         smooth segment, whose cells the arguments name
 
     Returns
@@ -288,16 +417,18 @@ def motion_callback(given: Motion) -> Any:
     import numba
     from numba import carray, types
 
-    rows = 2 * len(given.push)
-    per_period = 1.0 / given.period
+    rows = 2 * len(equation.push)
+    per_period = 1.0 / equation.period
     double = types.CPointer(types.float64)
 
     @numba.cfunc(types.void(double, types.float64, double, double), error_model="numpy")
     def callback(out: Any, time: float, y: Any, arguments: Any) -> None:
         segment = carray(arguments, 3)
         phase = segment[START] + time * per_period
-        cell = cell_within(given.edges, int(segment[FIRST]), int(segment[LAST]), phase)
-        motion_in_cell(given, cell, phase, carray(y, rows), carray(out, rows))
+        first = int(segment[FIRST])
+        last = int(segment[LAST])
+        cell = cell_within(equation.edges, first, last, phase)
+        motion_in_cell(equation, cell, phase, carray(y, rows), carray(out, rows))
 
     return callback
 
@@ -308,13 +439,13 @@ None: it gave up."""
 
 
 def landing(
-    given: Motion, start: Array, periods: int, phases: Array, solve: Solve
+    equation: Motion, start: Array, periods: int, phases: Array, solve: Solve
 ) -> tuple[Array, Array]:
     """Integrate mesh periods from jump to jump.
 
     Parameters
     ----------
-    given : the equation of motion
+    equation : the equation of motion
     start : (2n,) state at phase 0
     periods : how many
     phases : (n_phases,) where states are wanted, ascending in [0, 1) [1]
@@ -327,10 +458,10 @@ def landing(
     states = np.empty((periods, len(phases), len(start)))
     state = start
     for period in range(periods):
-        for piece, (low, high) in enumerate(pairwise(given.breaks)):
+        for piece, (low, high) in enumerate(pairwise(equation.breaks)):
             inside = np.flatnonzero((phases >= low - 1e-12) & (phases < high - 1e-12))
-            times = np.append(phases[inside], high).clip(low, high) * given.period
-            values = solve(piece, low * given.period, state, times)
+            times = np.append(phases[inside], high).clip(low, high) * equation.period
+            values = solve(piece, low * equation.period, state, times)
             if values is None:
                 return np.full(states.shape, np.nan), np.full(start.shape, np.nan)
             states[period, inside] = values[:-1]
@@ -343,26 +474,33 @@ class CyRKIntegrator:
 
     Parameters
     ----------
-    given : the equation of motion
+    equation : the equation of motion
     method : of CyRK, such as "VERN7"
     """
 
-    def __init__(self, given: Motion, method: str) -> None:
-        self.callback = motion_callback(given)
+    def __init__(self, equation: Motion, method: str) -> None:
+        self.callback = motion_callback(equation)
         self.method = method
-        self.given = given
-        cells = given.first_cell
-        starts = given.breaks
-        self.pieces = np.stack([cells[:-1], cells[1:], starts[:-1]], axis=1).astype(
-            float
-        )
-        self.widths = np.diff(starts) * given.period
+        self.equation = equation
+        cells = equation.first_cell
+        starts = equation.breaks
+        pieces = np.stack([cells[:-1], cells[1:], starts[:-1]], axis=1)
+        self.pieces = pieces.astype(float)
+        self.widths = np.diff(starts) * equation.period
 
     def integrate(
         self, start: Array, periods: int, tolerance: float, scale: Array
     ) -> Array:
-        """Return the state (2n,) after so many mesh periods, NaN where CyRK gives up."""
-        found: Array = compiled_integration()(
+        """Return the state (2n,) after mesh periods, NaN where CyRK gives up.
+
+        Parameters
+        ----------
+        start : (2n,) state at phase 0
+        periods : how many
+        tolerance : relative tolerance [1]
+        scale : (2n,) size of the states
+        """
+        end: Array = compiled_integration()(
             int(self.callback.address),
             start,
             periods,
@@ -372,21 +510,27 @@ class CyRKIntegrator:
             np.array([tolerance]),
             tolerance * scale,
         )
-        return found
+        return end
 
     def states(
         self, start: Array, periods: int, phases: Array, tolerance: float, scale: Array
     ) -> Array:
-        """Return the states at phases in [0, 1) of so many mesh periods, (periods, n_phases, 2n)."""
+        """Return the states at phases of mesh periods, (periods, n_phases, 2n).
+
+        Parameters
+        ----------
+        start, periods, tolerance, scale : as for `integrate`
+        phases : (n_phases,) ascending in [0, 1) [1]
+        """
         from CyRK import nbsolve2_ivp
 
-        def solve(piece: int, begun: float, state: Array, times: Array) -> Array | None:
+        def solve(piece: int, begin: float, state: Array, times: Array) -> Array | None:
             solution = nbsolve2_ivp(
                 int(self.callback.address),
                 (0.0, self.widths[piece]),
                 np.ascontiguousarray(state),
                 self.method,
-                np.minimum(times - begun, self.widths[piece]),
+                np.minimum(times - begin, self.widths[piece]),
                 False,
                 self.pieces[piece],
                 tolerance,
@@ -398,12 +542,12 @@ class CyRKIntegrator:
             solution.free()
             return values
 
-        return landing(self.given, start, periods, phases, solve)[0]
+        return landing(self.equation, start, periods, phases, solve)[0]
 
 
 @cache
 def compiled_integration() -> Any:
-    """Return the loop around CyRK's compiled entry point that goes from jump to jump."""
+    """Return the loop around CyRK that goes from jump to jump."""
     import numba
     from CyRK import nbsolve2_ivp
 
@@ -434,13 +578,11 @@ def compiled_integration() -> Any:
                     rtols,
                     atols,
                 )
-                after = (
-                    solution.y[:, -1].copy()
-                    if solution.success
-                    else np.full(len(start), np.nan)
-                )
+                if solution.success:
+                    state = solution.y[:, -1].copy()
+                else:
+                    state = np.full(len(start), np.nan)
                 solution.free()
-                state = after
         return state
 
     return integrate

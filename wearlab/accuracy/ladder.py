@@ -1,4 +1,4 @@
-"""Ladders: one knob turned step by step, what each step costs and how wrong it still is."""
+"""Work–precision curves: one knob turned step by step, its cost and its error."""
 
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -13,20 +13,24 @@ from wearlab.gears.specification import GearError
 Role = Literal["wearlab", "as published", "peer"]
 Cost = Literal["seconds", "warm_seconds", "work"]
 
-FLOOR = 10.0
-"""Errors below this many times the uncertainty of the reference say nothing of the
-order."""
-ALIKE = 4.0
-"""Slopes that differ by more than this factor are no order."""
-COARSEST = 0.1
-"""Errors above this say nothing of the order either."""
-SHARE = 0.3
+ORDER_FLOOR = 10.0
+"""Smallest error that an order is read off, over the uncertainty of the reference."""
+ORDER_CEILING = 0.1
+"""Largest relative error that an order is read off."""
+SLOPE_SPREAD = 4.0
+"""Largest over least slope of a curve that has an order."""
+TRANSIENT_SHARE = 0.3
 """Part of a method's own error that is left of the transient when it stops [1]."""
 
-ENOUGH = 5.0
-"""What takes longer for a rung is not asked for a finer one [s]."""
-TOLD = 3.0
-"""Nor is what errs by less than this many times what the reference is sure of."""
+LONGEST_RUNG = 5.0
+"""No finer setting is tried after one that took longer [s]."""
+RESOLVED = 3.0
+"""Smallest error that the reference resolves, over its uncertainty."""
+
+SINGLE_TIMING = 2.0
+"""An action that takes longer is timed once [s]."""
+MIN_REPETITIONS = 7
+"""Wall times that a median is taken of, at least."""
 
 
 class Rung(NamedTuple):
@@ -49,18 +53,19 @@ class Rung(NamedTuple):
     warm_seconds: float = np.nan
 
 
-def climbed(
+def measured_rungs(
     settings: Iterable[float],
     rung_of: Callable[[Any], Rung | None],
     uncertainty: float | None = None,
 ) -> tuple[Rung, ...]:
-    """Return the rungs of a ladder, coarse to fine, up to the first that is fine enough or cannot be had.
+    """Measure the settings of a knob until one is fine enough or takes too long.
 
     Parameters
     ----------
-    settings : of the knob; those that are refused are left out
+    settings : of the knob, coarse to fine; settings that gears refuse are left out
     rung_of : setting → rung, None where it would take too long
-    uncertainty : relative uncertainty of the reference [1]; None: all rungs are wanted
+    uncertainty : relative uncertainty of the reference [1]; None: all settings are
+        measured
     """
     rungs: list[Rung] = []
     for setting in settings:
@@ -69,17 +74,23 @@ def climbed(
             if rung is None:
                 break
             rungs.append(rung)
-            # the next would take too long, or tell nothing
-            if uncertainty is not None and (
-                rung.seconds > ENOUGH or told(rung, uncertainty)
-            ):
+
+            if uncertainty is None:
+                continue
+            if rung.seconds > LONGEST_RUNG or is_unresolved(rung, uncertainty):
                 break
     return tuple(rungs)
 
 
-def told(rung: Rung, uncertainty: float) -> bool:
-    """Whether a rung errs by so little that the reference can tell no more."""
-    return rung.error < TOLD * uncertainty
+def is_unresolved(rung: Rung, uncertainty: float) -> bool:
+    """Whether the error of a rung is too small for the reference to tell it.
+
+    Parameters
+    ----------
+    rung : measured setting of a knob
+    uncertainty : relative uncertainty of the reference [1]
+    """
+    return rung.error < RESOLVED * uncertainty
 
 
 class WorkPrecision(NamedTuple):
@@ -90,7 +101,7 @@ class WorkPrecision(NamedTuple):
     name : what is drawn, such as "rk4" or "CyRK VERN7"
     knob : name of the setting, such as "steps_per_period"
     quantity : whose error it is: "mesh_force", "wear_depth", "life" …
-    role : wearlab's default road, a method named as published, or a peer
+    role : wearlab's default method, a method named as published, or a peer
     rungs : from coarse to fine
     fixed : what was set besides, as text, such as 'dynamics.method = "rk4"'; empty:
         nothing
@@ -104,74 +115,95 @@ class WorkPrecision(NamedTuple):
     fixed: str = ""
 
     def order(self, uncertainty: float) -> float:
-        """Return the observed order |d log error / d log setting|, the median of the finest three; NaN: few.
+        """Return the observed order, the median slope of the finest three pairs.
+
+        ``|d log error / d log setting|``; NaN where fewer than two pairs of rungs show
+        a slope, or where slopes differ by more than `SLOPE_SPREAD`.
 
         Parameters
         ----------
         uncertainty : relative uncertainty of the reference [1]
         """
-        told = [r for r in self.rungs if FLOOR * uncertainty < r.error < COARSEST]
-        falling = [
-            (a, b)
-            for a, b in pairwise(told)
-            if a.setting != b.setting and a.error > b.error
+        floor = ORDER_FLOOR * uncertainty
+        resolved = [rung for rung in self.rungs if floor < rung.error < ORDER_CEILING]
+        slopes = [
+            _slope(coarse, fine)
+            for coarse, fine in pairwise(resolved)
+            if coarse.setting != fine.setting and coarse.error > fine.error
         ]
-        finest = [
-            abs(np.log(a.error / b.error) / np.log(a.setting / b.setting))
-            for a, b in falling
-        ][-3:]
-        alike = len(finest) >= 2 and max(finest) <= ALIKE * min(finest)
-        return float(np.median(finest)) if alike else float("nan")
+        finest = slopes[-3:]
+        if len(finest) < 2 or not max(finest) <= SLOPE_SPREAD * min(finest):
+            return float("nan")
+        return float(np.median(finest))
 
     def cheapest(self, error: float) -> Rung | None:
-        """Return the fastest rung that is good enough, where all finer ones are, too.
+        """Return the fastest rung that is accurate enough, if all finer ones are, too.
 
-        None: there is none.
+        Parameters
+        ----------
+        error : relative error allowed [1]
+
+        Returns
+        -------
+        the rung; None where there is none
         """
-        good: list[Rung] = []
+        accurate: list[Rung] = []
         for rung in reversed(self.rungs):
             if not rung.error <= error:
                 break
-            good.append(rung)
-        return min(good, key=lambda rung: rung.seconds, default=None)
+            accurate.append(rung)
+        return min(accurate, key=lambda rung: rung.seconds, default=None)
 
     def cost_to(self, error: float, cost: Cost = "seconds") -> float:
         """Return the wall time [s] or the work [1] to a relative error.
 
-        See `interpolated`.
+        Parameters
+        ----------
+        error : relative error [1]
+        cost : which field of `Rung` is read; see `interpolated`
         """
-        return interpolated(
-            [r.error for r in self.rungs], [getattr(r, cost) for r in self.rungs], error
-        )
+        errors = [rung.error for rung in self.rungs]
+        costs = [getattr(rung, cost) for rung in self.rungs]
+        return interpolated(errors, costs, error)
+
+
+def _slope(coarse: Rung, fine: Rung) -> float:
+    """Return ``|d log error / d log setting|`` between two rungs."""
+    log_error = np.log(coarse.error / fine.error)
+    log_setting = np.log(coarse.setting / fine.setting)
+    return float(abs(log_error / log_setting))
 
 
 def interpolated(
     errors: Sequence[float], costs: Sequence[float], error: float
 ) -> float:
-    """Return the least cost to reach ``error``, between rungs by a straight line in logarithms.
+    """Return the least cost to reach an error, by a straight line in logarithms.
 
     NaN when no rung reaches it. A coarsest rung that is already good enough costs what
     it costs.
+
+    Parameters
+    ----------
+    errors : of the rungs, from coarse to fine [1]
+    costs : of the rungs, in any unit
+    error : to be reached [1]
     """
-    known = [
-        (e, c)
-        for e, c in zip(errors, costs, strict=True)
-        if np.isfinite(e) and np.isfinite(c)
+    points = [
+        (rung_error, rung_cost)
+        for rung_error, rung_cost in zip(errors, costs, strict=True)
+        if np.isfinite(rung_error) and np.isfinite(rung_cost)
     ]
-    reached = [c for e, c in known if e <= error]
-    for (e1, c1), (e2, c2) in pairwise(known):
-        if e2 <= error < e1 and e2 > 0.0:
-            share = np.log(e1 / error) / np.log(e1 / e2)
-            reached.append(float(np.exp(np.log(c1) + share * np.log(c2 / c1))))
-    return min(reached, default=float("nan"))
-
-
-LONG = 2.0  # what takes longer is timed once [s]
-LEAST = 7  # times that a median is taken of
+    candidates = [rung_cost for rung_error, rung_cost in points if rung_error <= error]
+    for (coarse_error, coarse_cost), (fine_error, fine_cost) in pairwise(points):
+        if fine_error <= error < coarse_error and fine_error > 0.0:
+            share = np.log(coarse_error / error) / np.log(coarse_error / fine_error)
+            growth = np.log(fine_cost / coarse_cost)
+            candidates.append(float(np.exp(np.log(coarse_cost) + share * growth)))
+    return min(candidates, default=float("nan"))
 
 
 def timing(
-    action: Callable[[], object], *, most: int = 51, budget: float = 0.15
+    action: Callable[[], object], *, max_repetitions: int = 51, budget: float = 0.15
 ) -> float:
     """Return the median of at least seven wall times [s].
 
@@ -180,17 +212,23 @@ def timing(
     Parameters
     ----------
     action : what is timed
-    most : repetitions
-    budget : stop between them after this time [s]
+    max_repetitions : of the action
+    budget : no further repetition after this time [s]
     """
-    begun = time.perf_counter()
-    action()
-    first = time.perf_counter() - begun
-    if first > LONG:
+    first = _wall_time(action)
+    if first > SINGLE_TIMING:
         return first
-    taken: list[float] = []
-    while len(taken) < LEAST or (len(taken) < most and sum(taken) < budget):
-        begun = time.perf_counter()
-        action()
-        taken.append(time.perf_counter() - begun)
-    return float(np.median(taken))
+
+    times: list[float] = []
+    while len(times) < MIN_REPETITIONS or (
+        len(times) < max_repetitions and sum(times) < budget
+    ):
+        times.append(_wall_time(action))
+    return float(np.median(times))
+
+
+def _wall_time(action: Callable[[], object]) -> float:
+    """Return the wall time of one call [s]."""
+    begin = time.perf_counter()
+    action()
+    return time.perf_counter() - begin

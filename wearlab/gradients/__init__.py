@@ -1,4 +1,6 @@
-"""Derivatives of what a run says with respect to the numbers of its scene."""
+"""Derivatives of the results of a run with respect to the numbers of its scene."""
 
 from wearlab.gradients.derivatives import gradient
-from wearlab.gradients.replayed_life import GradientError
+from wearlab.gradients.numbers import GradientError
+
+__all__ = ["GradientError", "gradient"]

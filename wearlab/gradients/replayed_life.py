@@ -1,251 +1,36 @@
-"""The numbers of a scene, and a life whose accepted steps can be taken again with one of them moved."""
+"""A life whose accepted steps can be taken again with a number of its scene moved."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
-from typing import Any, NamedTuple, get_args
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.dynamics.integrators.kernel import is_small
-from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.gears.specification import GearError
-from wearlab.life import coupled, history, limits
+from wearlab.gradients.held_numerics import CLOSED, held_numerics
+from wearlab.gradients.numbers import GradientError
+from wearlab.gradients.recorded_rate import RecordedRate
+from wearlab.life import coupled, limits
 from wearlab.life.coupling import Coupling
 from wearlab.life.step import Node, Step, depth_at, retake_step
-from wearlab.mesh.profile import ExtensionInPitches
-from wearlab.options import Part, Unit
-from wearlab.scene import Scene, SceneError
+from wearlab.scene import Scene
 from wearlab.simulation.life_run import initial_wear, life_at_rate
-from wearlab.units import KINDS
 
-STEP, STEP_OF_LARGE = 1e-7, 1e-6
-"""Change of a number over its size: the second order is lost, and round-off is still a millionth of it.
-
-Orbits of many coordinates round off more: wear depths of a planetary set are 7e-4 of
-the largest derivative off by 1e-7, and 4e-5 by 1e-6 (5e-6 and 1e-5 do no better). """
-SIZES = {"": 1.0, "length": 1e-3, "depth": 1e-6, "angle": 0.1}
-"""Least size of a number, by its kind: of one that is 0 or next to it."""
-
-
-class GradientError(ValueError):
-    """A derivative that is not there, or not asked for rightly.
-
-    The message says why and what to do.
-    """
+STEP = 1e-7
+"""Change of a number over its size: the second order is lost, and round-off is still a
+millionth of it."""
+STEP_OF_LARGE = 1e-6
+"""That of large systems, whose orbits round off more: wear depths of a planetary set
+are 7e-4 of the largest derivative off by 1e-7, and 4e-5 by 1e-6 (5e-6 and 1e-5 do no
+better)."""
+HALF_WINDOW = 1e-4
+"""Half the cycles over which the slope of the depth is taken at the end of a life, over
+those of the last step."""
 
 
-class Number(NamedTuple):
-    """A number of a scene.
-
-    Parameters
-    ----------
-    key : dotted key
-    value : in SI
-    kind : of its unit, "" for a plain number
-    """
-
-    key: str
-    value: float
-    kind: str
-
-    @property
-    def unit(self) -> str:
-        """SI unit."""
-        return KINDS[self.kind].unit if self.kind else "1"
-
-    def moved(self, scene: Scene, by: float) -> tuple[Scene, float]:
-        """Return the scene with this number moved by a share of its size, and by how much it moved.
-
-        Raises
-        ------
-        GradientError
-            When no such scene is valid.
-        """
-        step = by * max(abs(self.value), SIZES.get(self.kind, 0.0))
-        if step == 0.0:
-            raise GradientError(
-                f"{self.key}: is 0, and no size of a step is known: give it a small "
-                "value"
-            )
-        value = self.value + step
-        try:
-            changed = scene.replace(
-                self.key, f"{value!r} {self.unit}" if self.kind else value
-            )
-        except SceneError as error:
-            raise GradientError("\n".join(error.problems)) from None
-        moved = number(changed, self.key).value - self.value
-        if not moved > 0.0:
-            raise GradientError(
-                f"{self.key}: {self.value:g} cannot be moved: it is no continuous "
-                "number"
-            )
-        return changed, moved
-
-
-def number(scene: Scene, key: str) -> Number:
-    """Return a number of a scene.
-
-    Raises
-    ------
-    GradientError
-        When there is no number at the key.
-    """
-    value: Any = scene
-    for word in key.split("."):
-        part = value
-        if not isinstance(part, Part | Scene) or word not in type(part).model_fields:
-            known = "(`wearlab schema` lists keys; items of lists have none)"
-            raise GradientError(f"{key}: this scene has no such number {known}")
-        field = type(part).model_fields[word]
-        value = getattr(part, word)
-    if not isinstance(value, float):
-        said = (
-            "a count"
-            if isinstance(value, int) and not isinstance(value, bool)
-            else "no number"
-        )
-        raise GradientError(
-            f"{key}: {value!r} is {said}: derivatives are with respect to numbers"
-        )
-    return Number(key, value, _kind((*field.metadata, field.annotation)))
-
-
-def _kind(marked: Iterable[Any]) -> str:
-    """Return the kind of the first unit among marks and annotations, "" of a plain number."""
-    kinds = (
-        each.kind if isinstance(each, Unit) else _kind(get_args(each))
-        for each in marked
-    )
-    return next(filter(None, kinds), "")
-
-
-CLOSED = 1e-13
-"""Distance of an orbit from closing, over its size, that differences by `STEP` do not
-see."""
-ROUNDING = 1e-15
-"""Of depths, over the deepest: a hundred-millionth of what derivatives move them by."""
-LOOSEST = 0.5
-"""Tolerance of a rougher twin, at most [1]."""
-
-
-class RecordedRate(history.SetRate):
-    """The wear rate of all flanks, and every state in which it was evaluated.
-
-    Parameters
-    ----------
-    coupling : contact, dynamics and wear of the gear set
-    wear : of every kind of mesh at cycle 0, whose state is evaluated in full [m]
-    """
-
-    def __init__(self, coupling: Coupling, wear: coupled.Wear) -> None:
-        super().__init__(coupling)
-        first = coupling.evaluate(wear)
-        self.states: list[tuple[Array, coupled.WearState]] = [
-            (coupling.flat(wear), first)
-        ]
-        self.responses = first.responses
-
-    def evaluate(self, depth: Array) -> coupled.WearState:
-        """Return the state at depths (n_entries,), from the last orbits."""
-        state, same = self.nearest(depth)
-        if not (same and len(self.states) == 1):
-            state = super().evaluate(depth)
-            self.states.append((np.array(depth), state))
-        return state
-
-    def nearest(self, depth: Array) -> tuple[coupled.WearState, bool]:
-        """Return the state kept nearest to depths (n_entries,), and whether only rounding lies between."""
-        apart = [
-            float(np.abs(known - depth).max(initial=0.0)) for known, _ in self.states
-        ]
-        nearest = int(np.argmin(apart))
-        return self.states[nearest][1], apart[nearest] <= ROUNDING * float(
-            np.abs(depth).max(initial=0.0)
-        )
-
-
-class HeldNumerics(NamedTuple):
-    """What the numerics of a scene came to: kept while its numbers move.
-
-    Parameters
-    ----------
-    profile_points : nodes asked for on the path
-    steps_per_period : of the dynamics, None without
-    reach : how far beyond A and E the nodes of every kind of mesh reach, in base
-        pitches
-    """
-
-    profile_points: int
-    steps_per_period: int | None
-    reach: tuple[ExtensionInPitches, ...]
-
-    def built(self, scene: Scene) -> tuple[Scene, assembly.GearModel]:
-        """Return a scene with these numerics, and its physics.
-
-        Raises
-        ------
-        GradientError
-            When no such gears can exist or run.
-        """
-        given = {
-            "profile_points": self.profile_points,
-            "steps_per_period": self.steps_per_period,
-        }
-        held = scene.model_copy(
-            update={"numerics": scene.numerics.model_copy(update=given)}
-        )
-        try:
-            parts = assembly.build(held, self.reach)
-        except GearError as error:
-            raise GradientError(f"no such gears: {error}") from error
-        if parts.vibration is not None and isinstance(parts.vibration.method, Periodic):
-            # orbits close to round-off
-            closing = parts.vibration._replace(
-                method=replace(parts.vibration.method, closed=CLOSED)
-            )
-            parts = replace(parts, coupling=replace(parts.coupling, vibration=closing))
-        return held, parts
-
-    def rougher(self, scene: Scene, factor: float) -> Scene:
-        """Return the scene to a tolerance rougher by a factor, with fewer nodes and steps by its cube root.
-
-        Fewer than what the scene came to: a tolerance alone leaves both as they are
-        where the meshes or the motion ask for more than it does, and their errors would
-        show in no difference.
-        """
-        share = factor ** (-1.0 / 3.0)
-        changed: dict[str, float] = {
-            "tolerance": min(LOOSEST, factor * scene.numerics.tolerance)
-        }
-        changed["profile_points"] = max(9, round(share * self.profile_points))
-        if self.steps_per_period is not None:
-            changed["steps_per_period"] = max(4, round(share * self.steps_per_period))
-        return scene.replace(
-            {f"numerics.{name}": value for name, value in changed.items()}
-        )
-
-
-def frozen(scene: Scene) -> HeldNumerics:
-    """Return what the numerics of a scene come to."""
-    parts = assembly.build(scene)
-    steps = scene.numerics.steps_per_period
-    reach = []
-    if parts.vibration is not None and steps is None:
-        steps = len(parts.vibration.sampling.grid.width)
-    for kind in parts.kinds:
-        grid = kind.analysis.grid
-        pitch = kind.pair.base_pitch
-        before = grid.position[0] - grid.contact_position[0]
-        after = grid.contact_position[-1] - grid.position[-1]
-        extension = ExtensionInPitches(float(before / pitch), float(after / pitch))
-        reach.append(extension)
-    return HeldNumerics(assembly.mesh.profile_points(scene), steps, tuple(reach))
-
-
-class Ends(NamedTuple):
+class LifeEnds(NamedTuple):
     """The first and the last state of a life, and what led from one to the other.
 
     Parameters
@@ -262,14 +47,103 @@ class Ends(NamedTuple):
     evaluated: Sequence[coupled.WearState]
 
 
-def _places(parts: assembly.GearModel) -> list[Array]:
-    """Return how many nodes there are, where they lie, and in which segments the steps, to be compared."""
-    grids = [kind.analysis.grid for kind in parts.kinds]
-    steps = [] if parts.vibration is None else [parts.vibration.sampling.grid.segment]
-    return [np.append(grid.intervals, len(grid.position)) for grid in grids] + steps
+class Evaluation(Protocol):
+    """How the states of a replay are evaluated, one after another."""
+
+    states: list[coupled.WearState]
+    """Every state so far."""
+
+    def evaluate(self, coupling: Coupling, depth: Array) -> coupled.WearState:
+        """Return the state at depths (n_entries,)."""
+        ...
 
 
-class LivedSteps:
+class FromIntegration:
+    """States of the integration of the life, evaluated anew where they do not serve.
+
+    Parameters
+    ----------
+    rate : of the integration
+    """
+
+    def __init__(self, rate: RecordedRate) -> None:
+        self.rate = rate
+        self.states: list[coupled.WearState] = []
+
+    def evaluate(self, coupling: Coupling, depth: Array) -> coupled.WearState:
+        """Return the state at depths (n_entries,).
+
+        A state of the integration serves if it has a response where one is asked for,
+        and its orbits close as well as those of moved scenes will, which start from
+        them.
+        """
+        near, is_same = self.rate.nearest(depth)
+        is_closed = all(response.residual <= CLOSED for response in near.responses)
+        asks_for_response = coupling.vibration is not None
+        serves = is_same and is_closed and bool(near.responses) == asks_for_response
+        state = near if serves else _evaluated(coupling, depth, near, self.states)
+        self.states.append(state)
+        return state
+
+
+class FromReplay:
+    """States that each start from the state of the same turn of an earlier replay.
+
+    Parameters
+    ----------
+    earlier : states of the earlier replay, in the order of their evaluation
+    """
+
+    def __init__(self, earlier: Sequence[coupled.WearState]) -> None:
+        self.earlier = earlier
+        self.states: list[coupled.WearState] = []
+
+    def evaluate(self, coupling: Coupling, depth: Array) -> coupled.WearState:
+        """Return the state at depths (n_entries,).
+
+        Raises
+        ------
+        GradientError
+            When its response has another period than in the earlier replay.
+        """
+        near = self.earlier[len(self.states)]
+        state = _evaluated(coupling, depth, near, self.states)
+        if _periods(state) != _periods(near):
+            raise GradientError("the response changes its period as this number moves")
+        self.states.append(state)
+        return state
+
+
+def _evaluated(
+    coupling: Coupling,
+    depth: Array,
+    near: coupled.WearState,
+    states: list[coupled.WearState],
+) -> coupled.WearState:
+    """Evaluate a state from the orbits of a near one, or else of the last before it.
+
+    Raises
+    ------
+    GradientError
+        When its response does not repeat.
+    """
+    start = near.responses
+    for state in reversed(states):
+        start = start or state.responses
+    result = coupling.evaluate(coupling.split(depth), tuple(start) or None, near)
+    if 0 in _periods(result):
+        raise GradientError(
+            "the response does not repeat on the way: it has no derivative"
+        )
+    return result
+
+
+def _periods(state: coupled.WearState) -> list[int]:
+    """Return the mesh periods of the responses of a state."""
+    return [response.period for response in state.responses]
+
+
+class ReplayedLife:
     """A life and its accepted steps.
 
     Parameters
@@ -279,13 +153,14 @@ class LivedSteps:
 
     def __init__(self, scene: Scene) -> None:
         try:
-            self.frozen = frozen(scene)
-            self.scene, parts = self.frozen.built(scene)
+            self.numerics = held_numerics(scene)
+            self.scene, parts = self.numerics.built(scene)
             wear = initial_wear(self.scene, parts)
             rate = RecordedRate(parts.coupling, wear)
             life = life_at_rate(self.scene, parts, rate, wear)
         except (GearError, limits.StopWear) as error:
             raise GradientError(f"the gears cannot run: {error}") from error
+
         if life is not None and life.jumps:
             raise GradientError(
                 "the wear rate jumps to another branch: no derivative leads across"
@@ -298,107 +173,99 @@ class LivedSteps:
             )
         self.cycle = 0.0 if life is None else float(life.cycle[-1])
         self.reached = life is not None and life.worn_out
-        self.ends = self._ends(parts, rate)
+        self.ends = self._replay(parts, FromIntegration(rate))
 
     @property
     def step(self) -> float:
         """Change of a number over its size by which derivatives are taken [1]."""
-        moves = self.ends.parts.vibration
-        return STEP if moves is None or is_small(moves.system) else STEP_OF_LARGE
+        vibration = self.ends.parts.vibration
+        is_large = vibration is not None and not is_small(vibration.system)
+        return STEP_OF_LARGE if is_large else STEP
 
-    def moved(self, scene: Scene) -> Ends:
-        """Return the ends of the same steps for a scene that differs a little."""
-        _, parts = self.frozen.built(scene)
+    def moved(self, scene: Scene) -> LifeEnds:
+        """Return the ends of the same steps for a scene that differs a little.
+
+        Parameters
+        ----------
+        scene : with a number moved
+
+        Raises
+        ------
+        GradientError
+            When its nodes or steps are others, or its response has no derivative.
+        """
+        _, parts = self.numerics.built(scene)
         if not all(map(np.array_equal, _places(self.ends.parts), _places(parts))):
             raise GradientError(
                 "nodes or steps come and go as this number moves: give another value "
                 "of it"
             )
-        return self._ends(parts, self.ends.evaluated)
+        return self._replay(parts, FromReplay(self.ends.evaluated))
 
-    def _ends(
-        self,
-        parts: assembly.GearModel,
-        known: RecordedRate | Sequence[coupled.WearState],
-    ) -> Ends:
-        """Take the steps, from states of the integration to its end or from those known before, in turn."""
+    def _replay(self, parts: assembly.GearModel, evaluation: Evaluation) -> LifeEnds:
+        """Take the steps of the life again."""
         coupling = parts.coupling
-        states = list[coupled.WearState]()
-        wearing = coupling.rate_only()
+        rate_coupling = coupling.rate_only()
 
-        def evaluate(of: Coupling, wear: Array) -> coupled.WearState:
-            if isinstance(known, RecordedRate):
-                near, same = known.nearest(wear)
-                # whose orbits close as well as those of moved scenes will, which start
-                # from them
-                closed = all(response.residual <= CLOSED for response in near.responses)
-                if (
-                    same
-                    and closed
-                    and bool(near.responses) == (of.vibration is not None)
-                ):
-                    states.append(near)
-                    return near
-            else:
-                near = known[len(states)]
-            start = near.responses or next(
-                (state.responses for state in states[::-1] if state.responses), ()
-            )
-            state = of.evaluate(of.split(wear), tuple(start) or None, near)
-            here = [response.period for response in state.responses]
-            there = [response.period for response in near.responses]
-            if 0 in here:
-                raise GradientError(
-                    "the response does not repeat on the way: it has no derivative"
-                )
-            if not isinstance(known, RecordedRate) and here != there:
-                raise GradientError(
-                    "the response changes its period as this number moves"
-                )
-            states.append(state)
-            return state
+        def rate(depth: Array) -> Array:
+            state = evaluation.evaluate(rate_coupling, depth)
+            return rate_coupling.flat(state.rate)
 
-        def rate(wear: Array) -> Array:
-            return wearing.flat(evaluate(wearing, wear).rate)
-
-        wear = initial_wear(self.scene, parts)
-        first = evaluate(coupling, coupling.flat(wear))
+        depth = coupling.flat(initial_wear(self.scene, parts))
+        first = evaluation.evaluate(coupling, depth)
         if not self.steps:
-            return Ends(parts, (first,), (), states)
-        node = Node(0.0, coupling.flat(wear), coupling.flat(first.rate))
-        taken = list[Step]()
+            return LifeEnds(parts, (first,), (), evaluation.states)
+
+        node = Node(0.0, depth, coupling.flat(first.rate))
+        steps: list[Step] = []
         for step in self.steps:
             try:
-                taken.append(retake_step(step, rate, node))
+                steps.append(retake_step(step, rate, node))
             except limits.StopWear as stop:
                 raise GradientError(
                     f"the worn gears can no longer run: {stop.reason}"
                 ) from stop
-            node = taken[-1].end
-        return Ends(
-            parts,
-            (first, evaluate(coupling, depth_at(taken[-1], self.cycle))),
-            tuple(taken),
-            states,
-        )
+            node = steps[-1].end
+        last = evaluation.evaluate(coupling, depth_at(steps[-1], self.cycle))
+        return LifeEnds(parts, (first, last), tuple(steps), evaluation.states)
 
-    def life_of(self, ends: Ends) -> float:
-        """Return the cycle at which the depth limit is met, where it is within or next to the last step [1].
+    def life_of(self, ends: LifeEnds) -> float:
+        """Return the cycle at which the depth limit is met [1].
 
-        By the slope of the last step's own curve at the end of the life of the scene
-        itself.
+        It lies within the last step, or next to it: the change of depth at the end of
+        the life of the scene itself, over the slope of its last step there.
+
+        Parameters
+        ----------
+        ends : of the same steps for a scene that differs a little
         """
         step = self.ends.steps[-1]
-        known = self.ends.parts
-        counts = assembly.wear.build_limits(
-            self.scene, known.gears, known.coupling
-        ).flank
-        here = depth_at(step, self.cycle)[counts]
-        deepest = int(np.argmax(here))
-        half = 1e-4 * step.size
-        change = depth_at(ends.steps[-1], self.cycle)[counts][deepest] - here[deepest]
-        before = max(step.start.cycle, self.cycle - half)
-        after = min(step.end.cycle, self.cycle + half)
-        low = depth_at(step, before)[counts][deepest]
-        high = depth_at(step, after)[counts][deepest]
-        return self.cycle - float(change * (after - before) / (high - low))
+        parts = self.ends.parts
+        limit = assembly.wear.build_limits(self.scene, parts.gears, parts.coupling)
+
+        def counted_depth(of_step: Step, cycle: float) -> Array:
+            return depth_at(of_step, cycle)[limit.flank]
+
+        depth = counted_depth(step, self.cycle)
+        deepest = int(np.argmax(depth))
+        changed_depth = counted_depth(ends.steps[-1], self.cycle)
+        change = changed_depth[deepest] - depth[deepest]
+
+        half = HALF_WINDOW * step.size
+        begin = max(step.start.cycle, self.cycle - half)
+        end = min(step.end.cycle, self.cycle + half)
+        low = counted_depth(step, begin)[deepest]
+        high = counted_depth(step, end)[deepest]
+        return self.cycle - float(change * (end - begin) / (high - low))
+
+
+def _places(parts: assembly.GearModel) -> list[Array]:
+    """Return nodes of every kind of mesh and segments of steps, to be compared.
+
+    Nodes are their intervals, and how many they are.
+    """
+    grids = [kind.analysis.grid for kind in parts.kinds]
+    places = [np.append(grid.intervals, len(grid.position)) for grid in grids]
+    if parts.vibration is not None:
+        places.append(parts.vibration.sampling.grid.segment)
+    return places

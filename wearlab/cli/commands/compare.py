@@ -240,12 +240,12 @@ def _accuracy_text(
     studies: "list[study.Study]", error: float | None, files: list[str]
 ) -> output.Text:
     """Yield tables of error against run time, and the files."""
-    from wearlab.accuracy import curves, pages
+    from wearlab.accuracy import pages, peer_curves
 
     for title, (heads, rows) in pages.tables(studies, error).items():
         if rows:
             yield from ("", output.ShownTable(heads, rows, title))
-    if peers := ", ".join(curves.missing_peers()):
+    if peers := ", ".join(peer_curves.missing_peers()):
         yield f'\nnot installed: {peers} (the extra "peers")'
     yield from ("", *files)
 
