@@ -161,8 +161,8 @@ def test_the_bar_of_notebooks():
 def test_scatter_and_parallel_coordinates_show_what_the_grid_has(report):
     from types import SimpleNamespace
 
-    from wearlab.figures.drawing import plotted
     from wearlab.figures.kind import read
+    from wearlab.figures.plotting import plotted
 
     grid = report.to_xarray()
     last = 1e6 * grid.max_wear_depth.isel(update=-1)

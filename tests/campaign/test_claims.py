@@ -10,7 +10,7 @@ from made_up import put, run
 from wearlab.campaign import CampaignError, load
 from wearlab.campaign.claims import filled, spelled_note
 from wearlab.cli.app import status_of
-from wearlab.figures.drawing import plotted
+from wearlab.figures.plotting import plotted
 from wearlab.figures.question import question
 from wearlab.query import QueryError
 from wearlab.query.formula import AmountError, amount, parse_formula

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 from made_up import SPEEDS, Axis, Campaign, Case, put, run
 
-from wearlab.figures.drawing import draw, plotted
+from wearlab.figures.drawing import draw
 from wearlab.figures.kind import FigureRequest, read
+from wearlab.figures.plotting import plotted
 from wearlab.store import Store
 
 

@@ -12,12 +12,13 @@ import xarray as xr
 from made_up import Axis, Campaign, Case, put, run
 
 from wearlab.figures import KINDS, FigureError
-from wearlab.figures.drawing import draw, plotted
+from wearlab.figures.drawing import draw
 from wearlab.figures.kind import read
 from wearlab.figures.kinds.cycles import joined
 from wearlab.figures.kinds.results import QUANTILE_BANDS, listed, ranked
 from wearlab.figures.layout import MOST_PANELS
 from wearlab.figures.plot import MOST_NAMES, Scale, Series
+from wearlab.figures.plotting import plotted
 from wearlab.figures.render import rendered
 from wearlab.figures.wording import Label
 from wearlab.schema import VARIABLES

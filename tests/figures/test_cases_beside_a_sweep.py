@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from made_up import Axis, Campaign, Case, Coordinate, put, run
 
-from wearlab.figures.drawing import plotted
 from wearlab.figures.kind import read
+from wearlab.figures.plotting import plotted
 from wearlab.figures.render import drawn
 from wearlab.store import Store
 

@@ -9,8 +9,8 @@ from made_up import Axis, Campaign, Case, put, run
 
 from wearlab.figures import KINDS, doubt
 from wearlab.figures.doubt import ESTIMATES, doubts, error_of
-from wearlab.figures.drawing import plotted
 from wearlab.figures.kind import read
+from wearlab.figures.plotting import plotted
 from wearlab.figures.render import drawn
 from wearlab.schema import VARIABLES, attributes
 from wearlab.store import Store

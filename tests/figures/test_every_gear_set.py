@@ -7,8 +7,8 @@ from scenes import CAMPAIGNS
 
 import wearlab as wl
 from wearlab.figures import KINDS, FigureError
-from wearlab.figures.drawing import plotted
 from wearlab.figures.kind import read
+from wearlab.figures.plotting import plotted
 from wearlab.figures.render import rendered
 
 BASE = CAMPAIGNS / "base"

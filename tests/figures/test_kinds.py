@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from made_up import Campaign, Case, put, run
 
-from wearlab.figures.drawing import plotted
 from wearlab.figures.kind import read
+from wearlab.figures.plotting import plotted
 from wearlab.store import Store
 
 

@@ -55,13 +55,13 @@ def traces(
 
 
 def plot_of(run, file, **options):
-    from wearlab.figures import drawing
+    from wearlab.figures import plotting, single
     from wearlab.figures.kind import read
 
-    spec = drawing.specified(
+    spec = single.specified(
         {"kind": "wear-map", "select": PINION, "published": str(file), **options}
     )
-    return drawing.plotted(drawing._grid(run), read(spec, 1, None))[0]
+    return plotting.plotted(single.grid_of(run), read(spec, 1, None))[0]
 
 
 @pytest.mark.parametrize("along", ["diameter", "path_position", "roll_angle"])

@@ -7,9 +7,9 @@ import pytest
 from made_up import SPEEDS, Axis, Campaign, Case, put, run
 
 from wearlab.figures import FigureError
-from wearlab.figures.drawing import plotted
 from wearlab.figures.kind import no_axis, read
 from wearlab.figures.plot import Mark, Panel, Pen
+from wearlab.figures.plotting import plotted
 from wearlab.figures.render import _sides, strokes
 from wearlab.nearest import choices
 from wearlab.scene.problems import unknown_key

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from wearlab.figures import FigureError
-from wearlab.figures.curves import from_first, require_positive
+from wearlab.figures.curves import differences_from_first, require_positive
 from wearlab.figures.kind import FigureRequest
 from wearlab.figures.plot import Curve, Panel, Pen, Plot, Scale, Series
 from wearlab.figures.render import _mark_truncated
@@ -31,7 +31,7 @@ def series(hue: str, y: list[float]) -> Series:
 
 
 def test_the_first_curve_is_taken_from_all_even_on_other_abscissae() -> None:
-    found, notes = from_first(
+    found, notes = differences_from_first(
         [series("1 rpm", [1.0, 2.0, 3.0]), series("2 rpm", [1.5, 2.0, 2.5, 3.0, 3.5])],
         {"hue": "speed"},
         FigureRequest("tvms", "01"),
@@ -47,19 +47,21 @@ def test_the_first_curve_is_taken_from_all_even_on_other_abscissae() -> None:
 
 def test_what_cannot_be_drawn_so_is_refused_with_the_reason() -> None:
     with pytest.raises(FigureError, match="needs a second curve"):
-        from_first([series("1 rpm", [1.0, 2.0])], {}, FigureRequest("tvms", "01"))
+        differences_from_first(
+            [series("1 rpm", [1.0, 2.0])], {}, FigureRequest("tvms", "01")
+        )
     with pytest.raises(
         FigureError, match="needs a second curve"
     ):  # a mean beside harmonics
         mean = replace(series("1 rpm", [1.0, 2.0]), key={})
-        from_first(
+        differences_from_first(
             [mean, series("1 rpm", [1.0, 2.0])],
             {"hue": "speed"},
             FigureRequest("01", "ste-harmonics"),
         )
     orbit = replace(series("1 rpm", [1.0, 2.0, 1.0]), x=np.array([0.0, 1.0, 0.5]))
     with pytest.raises(FigureError, match=r"01: .*turns back"):
-        from_first(
+        differences_from_first(
             [orbit, series("2 rpm", [1.0, 2.0])],
             {"hue": "speed"},
             FigureRequest("01", "phase-plane"),

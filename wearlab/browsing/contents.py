@@ -7,7 +7,7 @@ from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
 from wearlab.browsing import figures, listing, one_run, recorded
-from wearlab.figures import FigureError, drawing
+from wearlab.figures import FigureError, plotting, single
 from wearlab.figures import runs as grid_runs
 from wearlab.figures.kind import KINDS, read
 from wearlab.store import Store, StoreError, database, outcome, remarks
@@ -386,8 +386,8 @@ def update(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
 def update_plot(store: Store, subject: str, kind: str) -> Any:
     """Return a figure of an update, None where there is none."""
     try:
-        return drawing.of_update(
-            subject, store, read(drawing.specified({"kind": kind}), 1, None)
+        return plotting.of_update(
+            subject, store, read(single.specified({"kind": kind}), 1, None)
         )
     except (FigureError, KeyError, ValueError):
         return None

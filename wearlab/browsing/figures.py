@@ -22,7 +22,16 @@ from markupsafe import Markup
 from wearlab.browsing import interactive, recorded
 from wearlab.browsing.interactive import WIDE
 from wearlab.campaign.campaign import RecordedCampaign
-from wearlab.figures import KINDS, FigureError, doubt, drawing, render, runs, wording
+from wearlab.figures import (
+    KINDS,
+    FigureError,
+    doubt,
+    drawing,
+    render,
+    runs,
+    single,
+    wording,
+)
 from wearlab.figures.plot import Plot, narrow
 from wearlab.figures.question import KEYS, Question, table_of
 from wearlab.schema import VARIABLES
@@ -139,7 +148,7 @@ class Source:
         ------
         FigureError : no such kind or option
         """
-        table = table_of(drawing.specified({"kind": kind, **(options or {})}))
+        table = table_of(single.specified({"kind": kind, **(options or {})}))
         return Question(1, table, None, self.campaign)
 
     def ask_for(self, of: WantedFigure) -> Question:
@@ -368,7 +377,7 @@ class Follower:
         names = [
             name for kind in kinds for name in (*KINDS[kind].needs, *KINDS[kind].also)
         ]
-        needed = {*names, *doubt.read_for(names), *runs.COORDINATES} & set(
+        needed = {*names, *doubt.variables_for(names), *runs.COORDINATES} & set(
             self.grid.variables
         )
         self.grid[list(needed)].load(scheduler="synchronous")

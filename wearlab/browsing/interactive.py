@@ -29,7 +29,7 @@ from bokeh.transform import linear_cmap
 
 from wearlab.arrays import Array
 from wearlab.browsing.frame import templates
-from wearlab.figures.doubt import least_seen
+from wearlab.figures.doubt import smallest_visible_error
 from wearlab.figures.plot import BESIDE, INK, WEAR, Curve, Panel, Plot
 from wearlab.figures.wording import SUPERSCRIPTS
 from wearlab.store.table import guarded
@@ -243,7 +243,7 @@ def _told(curve: Curve, name: str) -> str:
 
 def _columns(panel: Panel) -> list[dict[str, Any]]:
     """Return the columns of every curve of a panel, dates as Bokeh has them."""
-    least = least_seen([curve.y for curve in panel.curves if len(curve.y)])
+    least = smallest_visible_error([curve.y for curve in panel.curves if len(curve.y)])
     scale = MILLISECONDS if panel.dates else 1.0
     return [{**_data(curve, least), "x": scale * curve.x} for curve in panel.curves]
 

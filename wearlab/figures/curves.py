@@ -1,10 +1,10 @@
-"""What becomes of curves before they find their panels: bands, what is drawn once, differences."""
+"""Curves of all runs made into bands, into differences, and without repetitions."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,46 +25,71 @@ be taken."""
 Ended = Literal["above", "kept", "gone"]
 """What a run that has ended counts as: more than any that goes on, its last value,
 nothing."""
-SAID: Mapping[Ended, str] = {
+ENDED_NOTES: Mapping[Ended, str] = {
     "above": "a run at its limit counts as deeper, lines end where their share of "
     "runs has ended",
     "kept": "ended runs keep their last value",
     "gone": "of the runs that go on, while half of them do",
 }
 LINES = ("line", "line-points")
-Noted = tuple[list[Series], list[str]]
-"""Series, and what a reader must know of them."""
+
+
+class NotedSeries(NamedTuple):
+    """Series, and what a reader must know of them."""
+
+    series: list[Series]
+    notes: list[str]
 
 
 def ended_of(name: str) -> Ended:
-    """Return what an ended run counts as in a band of this variable."""
+    """Return what an ended run counts as in a band of a variable.
+
+    Parameters
+    ----------
+    name : of the variable
+    """
     if "wear_depth" in name or name == "worn_mass":
         return "above"
     return "kept" if name.startswith("remaining") else "gone"
 
 
 def sampled_axes(grid: xr.Dataset) -> list[str]:
-    """Return the axes of a grid along which runs were drawn at random: of many places in no order."""
-    dims = [str(dim) for dim in grid.run_id.dims if grid.sizes[dim] >= FEWEST_SAMPLES]
-    of_numbers = [
-        v for v in grid.coords.values() if v.dtype.kind in "fiu" and len(v.dims) == 1
-    ]
+    """Return the axes of a grid along which runs were drawn at random.
 
-    def is_random(v: xr.DataArray) -> bool:
-        steps = set(np.sign(np.diff(v.values.astype(float))))
-        return (
-            str(v.attrs.get("key", "")).endswith("errors.seed") or {-1.0, 1.0} <= steps
-        )
+    They have many places in no order, or vary the seed of errors.
 
-    return [
-        dim for dim in dims if any(is_random(v) for v in of_numbers if v.dims == (dim,))
-    ]
+    Parameters
+    ----------
+    grid : the campaign's dataset
+    """
+    axes = []
+    for dim in grid.run_id.dims:
+        coordinates = [
+            coordinate
+            for coordinate in grid.coords.values()
+            if coordinate.dims == (dim,) and coordinate.dtype.kind in "fiu"
+        ]
+        is_long = grid.sizes[dim] >= FEWEST_SAMPLES
+        if is_long and any(map(_is_random, coordinates)):
+            axes.append(str(dim))
+    return axes
 
 
-def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> Noted:
-    """Return series of which those that differ along sampled dimensions alone have become bands, and notes.
+def _is_random(coordinate: xr.DataArray) -> bool:
+    """Say whether a coordinate is a seed of errors, or rises here and falls there."""
+    if str(coordinate.attrs.get("key", "")).endswith("errors.seed"):
+        return True
+    steps = np.sign(np.diff(coordinate.values.astype(float)))
+    return {-1.0, 1.0} <= set(steps)
 
-    Curves that turn back, such as orbits, are laid over each other, thin.
+
+def sample_bands(
+    series: Sequence[Series], dims: Iterable[str], ended: Ended
+) -> NotedSeries:
+    """Return series in which samples have become bands.
+
+    Samples are those that differ along sampled dimensions alone. Curves that turn back,
+    such as orbits, are laid over each other, thin.
 
     Parameters
     ----------
@@ -73,38 +98,57 @@ def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> N
     ended : what a run counts as beyond its end
     """
     dims = set(dims)
-    apart = [replace(curve, key=without(curve.key, *dims)) for curve in series]
-    groups = grouped(apart, lambda c: (c.place, c.style, c.text, c.x_scale, c.y_scale))
-    most = max(map(len, groups.values()), default=0)
-    if not dims or most < FEWEST_SAMPLES:
-        return list(series), []
-    many = len({key for key, style, *_ in groups if style in LINES}) > 2
+    samples = [replace(curve, key=without(curve.key, *dims)) for curve in series]
+    groups = grouped(samples, _kind_of_curve)
+    largest = max(map(len, groups.values()), default=0)
+    if not dims or largest < FEWEST_SAMPLES:
+        return NotedSeries(list(series), [])
+
+    places = {place for place, style, *_ in groups if style in LINES}
+    count = 1 if len(places) > 2 else len(BANDS)
     curves: list[Series] = []
     overlaid = 0
-    ends = []
     for group in groups.values():
-        ends.append([float(curve.x[-1]) for curve in group if len(curve.x)])
-        if group[0].style in LINES and all(c.is_rising and len(c.x) > 1 for c in group):
-            curves += banded(group, ended, 1 if many else 2)
+        if _can_be_banded(group):
+            curves += banded(group, ended, count)
         else:
             overlaid += len(group)
-            curves += [
-                replace(c, style="hairline") if c.style in LINES else c for c in group
-            ]
-    how = (
-        f"; {SAID[ended]}"
-        if any(some and not np.allclose(some, some[0]) for some in ends)
-        else ""
+            curves += [_thin(curve) for curve in group]
+
+    notes = []
+    if overlaid < len(samples):
+        shares = "5–95 %" if count == 1 else "25–75 % and 5–95 %"
+        end = f"; {ENDED_NOTES[ended]}" if _ends_differ(groups.values()) else ""
+        notes.append(f"Median and {shares} of up to {largest} runs{end}.")
+    if overlaid:
+        notes.append(f"All {largest} runs laid over each other.")
+    return NotedSeries(curves, notes)
+
+
+def _kind_of_curve(curve: Series) -> tuple[object, ...]:
+    """Return what curves have in common of which one band is made."""
+    return (curve.place, curve.style, curve.text, curve.x_scale, curve.y_scale)
+
+
+def _can_be_banded(group: Sequence[Series]) -> bool:
+    """Say whether curves are lines of several points over rising x."""
+    return group[0].style in LINES and all(
+        curve.is_rising and len(curve.x) > 1 for curve in group
     )
-    shares = "5–95 %" if many else "25–75 % and 5–95 %"
-    notes = (
-        [f"Median and {shares} of up to {most} runs{how}."]
-        if overlaid < len(apart)
-        else []
-    )
-    return curves, notes + (
-        [f"All {most} runs laid over each other."] if overlaid else []
-    )
+
+
+def _thin(curve: Series) -> Series:
+    """Return a line as a thin one, and anything else as it is."""
+    return replace(curve, style="hairline") if curve.style in LINES else curve
+
+
+def _ends_differ(groups: Iterable[Sequence[Series]]) -> bool:
+    """Say whether the runs of any group end at different abscissae."""
+    for group in groups:
+        ends = [float(curve.x[-1]) for curve in group if len(curve.x)]
+        if ends and not np.allclose(ends, ends[0]):
+            return True
+    return False
 
 
 def banded(
@@ -123,71 +167,82 @@ def banded(
     bands : how many, the widest first
     """
     bare = replace(group[0], x_error=None, y_error=None, doubtful=None, runs=None)
-    x, values = _together(group, ended)
+    x, values = _on_common_places(group, ended)
     top = max(float(np.nanmax(curve.y, initial=-np.inf)) for curve in group)
-    asked = [0.5, *chain.from_iterable(BANDS[:bands])]
-    median, *edges = np.nanquantile(values, asked, axis=0, method="median_unbiased")
-    told = (~np.isnan(values)).sum(axis=0) >= SHARE * len(values)
-    drawn = []
+    shares = [0.5, *chain.from_iterable(BANDS[:bands])]
+    quantiles = np.nanquantile(values, shares, axis=0, method="median_unbiased")
+    median, *edges = quantiles
+    enough = (~np.isnan(values)).sum(axis=0) >= SHARE * len(values)
+
+    areas = []
     for low, high in zip(edges[::2], edges[1::2], strict=True):
-        held = told & (low <= top)
-        if (
-            ended == "above" and held.any() and not held.all()
-        ):  # where the lower edge meets the limit
-            held[np.flatnonzero(held)[-1] + 1] = True
-        outline = band(x[held], *(np.minimum(edge[held], top) for edge in (low, high)))
-        drawn.append(
-            replace(bare, x=outline[0], y=outline[1], style="area", text="", marks=())
+        inside = enough & (low <= top)
+        if ended == "above" and inside.any() and not inside.all():
+            # the point where the lower edge meets the limit
+            inside[np.flatnonzero(inside)[-1] + 1] = True
+        lower = np.minimum(low[inside], top)
+        upper = np.minimum(high[inside], top)
+        outline_x, outline_y = band(x[inside], lower, upper)
+        areas.append(
+            replace(bare, x=outline_x, y=outline_y, style="area", text="", marks=())
         )
-    held = told & (median <= top)
-    return [*drawn, replace(bare, x=x[held], y=median[held], style="line")]
+
+    inside = enough & (median <= top)
+    return [*areas, replace(bare, x=x[inside], y=median[inside], style="line")]
 
 
-def _together(group: Sequence[Series], ended: Ended) -> tuple[Array, Array]:
-    """Return common places and the value of every curve there: `BEYOND` above, NaN where it says nothing."""
+def _on_common_places(group: Sequence[Series], ended: Ended) -> tuple[Array, Array]:
+    """Return common abscissae, and the values of every curve there.
+
+    A value is `BEYOND` where an ended run counts as above all others, and NaN where the
+    curve says nothing.
+    """
     first = group[0]
     if all(
         curve.x.shape == first.x.shape and np.allclose(curve.x, first.x, rtol=1e-9)
         for curve in group
     ):
         return first.x, np.stack([curve.y for curve in group])
-    starts, ends = (np.array([float(curve.x[i]) for curve in group]) for i in (0, -1))
+
+    starts = np.array([float(curve.x[0]) for curve in group])
+    ends = np.array([float(curve.x[-1]) for curve in group])
     last = float(np.quantile(ends, BANDS[0][1], method="median_unbiased"))
     x = np.linspace(float(starts.min()), last, 200)
     beyond = {"above": BEYOND, "kept": None, "gone": np.nan}[ended]
-    return x, np.stack(
-        [np.interp(x, curve.x, curve.y, left=np.nan, right=beyond) for curve in group]
-    )
+    values = [
+        np.interp(x, curve.x, curve.y, left=np.nan, right=beyond) for curve in group
+    ]
+    return x, np.stack(values)
 
 
-def states_of_most(series: Sequence[Series], dims: Iterable[str]) -> Noted:
-    """Return series without the wear states that less than half of the runs have, and what to say of it.
+def states_of_most(series: Sequence[Series], dims: Iterable[str]) -> NotedSeries:
+    """Return series without the wear states that less than half of the runs have.
 
     Parameters
     ----------
     series : whose states stand side by side
     dims : along which runs differ
     """
-    count = Counter(chain.from_iterable(_states_of_runs(series, set(dims)).values()))
-    kept = {
-        None,
-        *(
-            label
-            for label, runs in count.items()
-            if runs >= SHARE * max(count.values())
-        ),
-    }
-    rare = len(count) + 1 - len(kept)
-    notes = [
-        f"Not drawn: {rare} wear state{'s' if rare > 1 else ''} that less than half "
-        "of the runs have."
-    ]
-    return [
-        curve for curve in series if curve.key.get("update") in kept
-    ], notes if rare else []
+    states_of_runs = _states_of_runs(series, set(dims)).values()
+    count = Counter(chain.from_iterable(states_of_runs))
+    frequent: set[Label | None] = {None}
+    if count:
+        fewest = SHARE * max(count.values())
+        frequent |= {label for label, runs in count.items() if runs >= fewest}
+
+    rare = len(count) + 1 - len(frequent)
+    notes = []
+    if rare:
+        notes.append(
+            f"Not drawn: {rare} wear state{'s' if rare > 1 else ''} that less than half "
+            "of the runs have."
+        )
+    drawn = [curve for curve in series if curve.key.get("update") in frequent]
+    return NotedSeries(drawn, notes)
 
 
 def _run_of(curve: Series, dims: set[str]) -> tuple[object, ...]:
+    """Return the labels that tell which run a curve is of."""
     return tuple(item for item in curve.place if item[0] in dims)
 
 
@@ -203,7 +258,7 @@ def _states_of_runs(
 
 
 def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Series]:
-    """Return series whose wear states can stand side by side for runs that wear at different rates.
+    """Return series whose wear states stand side by side for runs of different rates.
 
     A state that half of the runs have keeps its name; the last of a run becomes the end
     of life; the others are counted. Their places tell the range of cycles.
@@ -214,107 +269,135 @@ def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Seri
     dims : along which runs differ
     """
     dims = set(dims)
-    of_run = _states_of_runs(series, dims)
-    count = Counter(chain.from_iterable(of_run.values()))
-    if len({label.text for label in count}) <= max(
-        map(len, of_run.values()), default=0
-    ):
+    states_of_runs = _states_of_runs(series, dims)
+    count = Counter(chain.from_iterable(states_of_runs.values()))
+    longest = max(map(len, states_of_runs.values()), default=0)
+    if len({label.text for label in count}) <= longest:
         return list(series)
-    called: dict[tuple[object, Label | None], str] = {}
+
+    fewest = max(2, SHARE * len(states_of_runs))
+    names: dict[tuple[object, Label | None], str] = {}
     members: dict[str, list[Label]] = defaultdict(list)
-    for run, states in of_run.items():
+    for run, states in states_of_runs.items():
         for number, label in enumerate(sorted(states), 1):
-            name = "last state" if number == len(states) > 1 else f"state {number}"
-            name = label.text if count[label] >= max(2, SHARE * len(of_run)) else name
-            called[run, label] = name
+            is_last = number == len(states) > 1
+            name = "last state" if is_last else f"state {number}"
+            if count[label] >= fewest:
+                name = label.text
+            names[run, label] = name
             members[name].append(label)
-    labels = {name: _common_label(name, some) for name, some in members.items()}
-    names = [
-        called.get((_run_of(curve, dims), curve.key.get("update"))) for curve in series
-    ]
-    pairs = zip(series, names, strict=True)
-    return [
-        replace(c, key={**c.key, "update": labels[name]}) if name else c
-        for c, name in pairs
-    ]
+    labels = {name: _common_label(name, group) for name, group in members.items()}
+
+    renamed = []
+    for curve in series:
+        new_name = names.get((_run_of(curve, dims), curve.key.get("update")))
+        if new_name:
+            curve = replace(curve, key={**curve.key, "update": labels[new_name]})
+        renamed.append(curve)
+    return renamed
 
 
-def _common_label(name: str, some: Sequence[Label]) -> Label:
-    low = min(some)
-    high = max(some)
-    middle = float(np.median([float(label.value) for label in some]))
+def _common_label(name: str, labels: Sequence[Label]) -> Label:
+    """Return one label for states of different cycles: its name, and their range."""
+    low = min(labels)
+    high = max(labels)
+    middle = float(np.median([float(label.value) for label in labels]))
     if low == high:
         return Label(middle, low.text)
-    start, _, words = low.text.partition(" ")
-    begin = (
-        start if words and high.text.endswith(words) else low.text
-    )  # words that both share, said once
+    number, _, unit = low.text.partition(" ")
+    shares_unit = unit and high.text.endswith(unit)
+    begin = number if shares_unit else low.text
     return Label(middle, f"{name}: {begin} to {high.text}")
 
 
-def drawn_once(series: Sequence[Series], request: FigureRequest) -> Noted:
-    """Return the series without those that repeat another's along a symmetric dimension, and notes.
+def without_repeats(series: Sequence[Series], request: FigureRequest) -> NotedSeries:
+    """Return the series without those that repeat another's along a symmetric dimension.
 
     A label is left out where every one of its curves is that of one other label;
     dimensions that the figure itself names are left alone.
+
+    Parameters
+    ----------
+    series : all curves
+    request : what the figure asks for
     """
-    kept = list(series)
+    curves = list(series)
     notes = []
     for dim in ("mesh", "bearing"):  # along which planets repeat themselves
         if dim not in (*request.select, request.hue, request.rows, request.cols):
-            kept, more = _once_along(kept, dim)
-            notes += more
-    return kept, notes
+            unique = _without_repeats_along(curves, dim)
+            curves = unique.series
+            notes += unique.notes
+    return NotedSeries(curves, notes)
 
 
-def _once_along(series: list[Series], dim: str) -> Noted:
-    groups = grouped(
-        [curve for curve in series if dim in curve.key], lambda curve: curve.key[dim]
-    )
+def _without_repeats_along(series: list[Series], dim: str) -> NotedSeries:
+    """Return the series with one of the labels whose curves are alike, and notes."""
+    along_dim = [curve for curve in series if dim in curve.key]
+    groups = grouped(along_dim, lambda curve: curve.key[dim])
     if len(groups) < 2:
-        return series, []
-    held: dict[Scale, list[Array]] = defaultdict(list)
-    for curve in series:
-        held[curve.x_scale].append(curve.x[np.isfinite(curve.x)])
-        held[curve.y_scale].append(curve.y[np.isfinite(curve.y)])
-    whole = {scale: np.concatenate(arrays) for scale, arrays in held.items()}
-    # smaller differences are not to be seen
-    seen = {
-        scale: 1e-3 * float(np.ptp(values)) if values.size else 0.0
-        for scale, values in whole.items()
-    }
+        return NotedSeries(series, [])
+    tolerances = _visible_differences(series)
 
     def are_alike(a: Series, b: Series) -> bool:
-        told = [
-            (without(c.key, dim), c.style, c.text, c.x_scale, c.y_scale, c.x.shape)
-            for c in (a, b)
-        ]
+        if _drawn_as(a, dim) != _drawn_as(b, dim):
+            return False
         sides = ((a.x, b.x, a.x_scale), (a.y, b.y, a.y_scale))
-        return told[0] == told[1] and all(
-            np.allclose(one, other, rtol=0.0, atol=seen[scale], equal_nan=True)
-            for one, other, scale in sides
+        return all(
+            np.allclose(first, second, rtol=0.0, atol=tolerances[scale], equal_nan=True)
+            for first, second, scale in sides
         )
 
-    same: dict[Label, list[str]] = {}
+    texts_of: dict[Label, list[str]] = {}
     for label, curves in groups.items():
-        firsts = [one for one in same if len(groups[one]) == len(curves)]
-        first = next(
-            (one for one in firsts if all(map(are_alike, groups[one], curves))), label
-        )
-        same.setdefault(first, []).append(label.text)
-    told = [
-        (first.text, ", ".join(texts[1:]))
-        for first, texts in same.items()
+        first = label
+        for candidate in texts_of:
+            twins = groups[candidate]
+            if len(twins) == len(curves) and all(map(are_alike, twins, curves)):
+                first = candidate
+                break
+        texts_of.setdefault(first, []).append(label.text)
+
+    notes = [
+        f"The same, drawn once as {first.text}: {', '.join(texts[1:])}."
+        for first, texts in texts_of.items()
         if len(texts) > 1
     ]
-    notes = [f"The same, drawn once as {first}: {others}." for first, others in told]
-    return [curve for curve in series if curve.key.get(dim) in (None, *same)], notes
+    unique = [curve for curve in series if curve.key.get(dim) in (None, *texts_of)]
+    return NotedSeries(unique, notes)
 
 
-def from_first(
+def _drawn_as(curve: Series, dim: str) -> tuple[object, ...]:
+    """Return what curves must have in common to be alike, besides their values."""
+    return (
+        without(curve.key, dim),
+        curve.style,
+        curve.text,
+        curve.x_scale,
+        curve.y_scale,
+        curve.x.shape,
+    )
+
+
+def _visible_differences(series: Sequence[Series]) -> dict[Scale, float]:
+    """Return the difference that can be seen on each scale: a thousandth of its range."""
+    values: dict[Scale, list[Array]] = defaultdict(list)
+    for curve in series:
+        values[curve.x_scale].append(curve.x[np.isfinite(curve.x)])
+        values[curve.y_scale].append(curve.y[np.isfinite(curve.y)])
+
+    differences = {}
+    for scale, arrays in values.items():
+        joined_values = np.concatenate(arrays)
+        has_values = joined_values.size > 0
+        differences[scale] = 1e-3 * float(np.ptp(joined_values)) if has_values else 0.0
+    return differences
+
+
+def differences_from_first(
     series: Sequence[Series], roles: Mapping[str, str], request: FigureRequest
-) -> Noted:
-    """Return every curve less the first one of its panel, and a note that says what the first one is.
+) -> NotedSeries:
+    """Return every curve less the first one of its panel, and a note that names the first.
 
     The first curve is that of the first hue; where its abscissae are others, it is read
     between them.
@@ -344,43 +427,48 @@ def from_first(
     groups = grouped(
         series, lambda curve: tuple(curve.key.get(name) for name in panels)
     ).values()
-    if not all(curve.is_rising for curve, *_ in groups):
+    bases = [group[0] for group in groups]
+    if not all(base.is_rising for base in bases):
         raise request.error(
             'y_as = "difference" is for curves over rising x: this one turns back'
         )
-    differences = []
-    for base, curve in (
-        (first, curve) for first, *others in groups for curve in (first, *others)
-    ):
-        at = (
-            base.y
-            if np.array_equal(curve.x, base.x)
-            else np.interp(curve.x, base.x, base.y)
-        )
-        y_scale = Scale(f"change of {within(curve.y_scale.label)}", curve.y_scale.units)
-        differences.append(replace(curve, y=curve.y - at, y_scale=y_scale))
-    values = np.concatenate([first.y for first, *_ in groups])
-    named = ", ".join(dict.fromkeys(first.key[hue].text for first, *_ in groups))
-    reach = (
-        f"{np.nanmin(values):.4g} to "
-        f"{np.nanmax(values):.4g}{joined(series[0].y_scale.units)}"
+
+    differences = [_less(curve, group[0]) for group in groups for curve in group]
+    values = np.concatenate([base.y for base in bases])
+    names = ", ".join(dict.fromkeys(base.key[hue].text for base in bases))
+    units = joined(series[0].y_scale.units)
+    note = (
+        f"Drawn is the change from {names}, whose values run from "
+        f"{np.nanmin(values):.4g} to {np.nanmax(values):.4g}{units}."
     )
-    return differences, [
-        f"Drawn is the change from {named}, whose values run from {reach}."
-    ]
+    return NotedSeries(differences, [note])
+
+
+def _less(curve: Series, base: Series) -> Series:
+    """Return a curve less another one, which is read at the curve's abscissae."""
+    base_y = base.y
+    if not np.array_equal(curve.x, base.x):
+        base_y = np.interp(curve.x, base.x, base.y)
+    label = f"change of {within(curve.y_scale.label)}"
+    return replace(curve, y=curve.y - base_y, y_scale=Scale(label, curve.y_scale.units))
 
 
 def require_positive(series: Sequence[Series], request: FigureRequest) -> None:
     """Refuse what a logarithmic axis cannot show.
+
+    Parameters
+    ----------
+    series : all curves
+    request : what the figure asks for
 
     Raises
     ------
     FigureError : a value is not above zero
     """
     for curve in series:
-        least = float(np.nanmin(curve.y, initial=np.inf))
-        if least <= 0.0:
+        minimum = float(np.nanmin(curve.y, initial=np.inf))
+        if minimum <= 0.0:
             raise request.error(
-                f'y_as = "logarithm": {curve.y_scale.label} reaches {least:.3g}; all must '
-                "be above 0"
+                f'y_as = "logarithm": {curve.y_scale.label} reaches {minimum:.3g}; '
+                "all must be above 0"
             )

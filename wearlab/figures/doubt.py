@@ -1,8 +1,8 @@
-"""How far a run can be trusted, as figures show it: bars of estimated errors, hollow marks, one note."""
+"""How far a run can be trusted: its estimated errors and its doubts, and their note."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -16,7 +16,7 @@ FIRM = ("", "completed", "stopped")
 what it lacks."""
 TRUSTED = "as usual"
 LOST = "contact lost"
-MOST_NAMED = 6
+MAX_NAMED = 6
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 AT_INSTANTS = (
     "dynamic_mesh_force",
@@ -37,20 +37,24 @@ ESTIMATED = {
 ESTIMATES = {
     name: f"error_estimate_{of}" for of, names in ESTIMATED.items() for name in names
 }
-"""Variable → the estimate of its error; of a factor times the static force, of hours in
-cycles."""
+"""Variable → the estimate of its error.
+
+That of a factor is a force: the factor's error times the static force. That of hours is
+in cycles."""
 WITNESSES = ("verdict", "estimate_quality", "validity", "separation_fraction")
 """What a run says against itself."""
 
 
-def read_for(names: Iterable[str]) -> list[str]:
-    """Return the variables that tell how far others can be trusted."""
+def variables_for(names: Iterable[str]) -> list[str]:
+    """Return the variables that tell how far others can be trusted.
+
+    Parameters
+    ----------
+    names : of the others
+    """
     estimates = [ESTIMATES[name] for name in names if name in ESTIMATES]
-    return [
-        *WITNESSES,
-        *estimates,
-        *(("life", "static_mesh_force") if estimates else ()),
-    ]
+    scales = ["life", "static_mesh_force"] if estimates else []
+    return [*WITNESSES, *estimates, *scales]
 
 
 def error_of(data: xr.Dataset, name: str) -> xr.Variable | None:
@@ -68,43 +72,77 @@ def error_of(data: xr.Dataset, name: str) -> xr.Variable | None:
     if estimate not in variables or name not in variables:
         return None
     error = variables[estimate]
-    of = variables[name]
+    variable = variables[name]
     if name in FACTORS:
         if "static_mesh_force" not in variables:
             return None
         error = error / variables["static_mesh_force"]
     elif name == "service_life":
-        error = error * of / variables["life"]
-    if not set(error.dims) <= set(of.dims):
+        error = error * variable / variables["life"]
+    if not set(error.dims) <= set(variable.dims):
         return None
-    return xr.Variable(of.dims, error.set_dims(of.sizes).values, of.attrs)
+    return xr.Variable(
+        variable.dims, error.set_dims(variable.sizes).values, variable.attrs
+    )
 
 
 def doubts(data: xr.Dataset) -> tuple[str, ...]:
-    """Return what speaks against a run's numbers, in words; nothing for most runs."""
-    told: dict[str, Any] = {
+    """Return what speaks against a run's numbers, in words; nothing for most runs.
+
+    Parameters
+    ----------
+    data : variables of a run, its witnesses among them
+    """
+    witnesses: dict[str, Any] = {
         name: str(data[name].values) for name in WITNESSES[:3] if name in data
     }
     if "separation_fraction" in data:
-        told["separation_fraction"] = float(
-            np.nanmax(data["separation_fraction"].values, initial=0.0)
-        )
-    verdict, quality, lost = objections(told)
-    quality = [words.partition(":")[0] if verdict else words for words in quality]
-    return (*verdict, *quality, *(line.partition(":")[0] for line in lost[:1]))
+        shares = data["separation_fraction"].values
+        witnesses["separation_fraction"] = float(np.nanmax(shares, initial=0.0))
+
+    against = objections(witnesses)
+    quality = against.quality
+    if against.verdict:
+        quality = [text.partition(":")[0] for text in quality]
+    lost = [text.partition(":")[0] for text in against.lost_contacts[:1]]
+    return (*against.verdict, *quality, *lost)
 
 
-def objections(told: Mapping[str, Any]) -> tuple[list[str], list[str], list[str]]:
-    """Return what witnesses say against a run: its verdict, the worth of its estimates, lost contacts."""
-    verdict, quality, validity = (str(told.get(name) or "") for name in WITNESSES[:3])
-    lost = [line for line in validity.split("\n") if line.startswith(LOST)]
-    share = told.get("separation_fraction")
+class Objections(NamedTuple):
+    """What the witnesses of a run say against it, each a list of texts.
+
+    Parameters
+    ----------
+    verdict : how the run ended, where its numbers do not stand
+    quality : what its error estimates are worth, where that is not as usual
+    lost_contacts : where teeth separate
+    """
+
+    verdict: list[str]
+    quality: list[str]
+    lost_contacts: list[str]
+
+
+def objections(witnesses: Mapping[str, Any]) -> Objections:
+    """Return what witnesses say against a run.
+
+    Parameters
+    ----------
+    witnesses : values of `WITNESSES`, by name
+    """
+    texts = {name: str(witnesses.get(name) or "") for name in WITNESSES[:3]}
+    verdict = texts["verdict"]
+    quality = texts["estimate_quality"]
+
+    lines = texts["validity"].split("\n")
+    lost = [line for line in lines if line.startswith(LOST)]
+    share = witnesses.get("separation_fraction")
     if not lost and isinstance(share, int | float) and share > 0.0:
         lost = [f"{LOST} for {_percent(share)} % of the time"]
-    return (
-        ([] if verdict in FIRM else [verdict]),
-        [] if quality in ("", TRUSTED) else [quality],
-        lost,
+    return Objections(
+        verdict=[] if verdict in FIRM else [verdict],
+        quality=[] if quality in ("", TRUSTED) else [quality],
+        lost_contacts=lost,
     )
 
 
@@ -113,15 +151,24 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.0f}" if share >= 0.995 else f"{100.0 * share:.2g}"
 
 
-def least_seen(values: Iterable[Array]) -> float:
-    """Return the smallest error that lines and marks do not hide beside values on one axis."""
-    whole = np.concatenate([np.ravel(some) for some in values] or [np.zeros(0)])
-    held = whole[np.isfinite(whole)]
-    return 0.01 * float(np.ptp(held) or np.abs(held[0])) if len(held) else 0.0
+def smallest_visible_error(values: Iterable[Array]) -> float:
+    """Return the smallest error that is visible beside values on one axis.
+
+    It is one percent of their range; lines and marks hide smaller ones.
+
+    Parameters
+    ----------
+    values : of all curves on the axis [display units]
+    """
+    joined = np.concatenate([np.ravel(array) for array in values] or [np.zeros(0)])
+    finite = joined[np.isfinite(joined)]
+    if not len(finite):
+        return 0.0
+    return 0.01 * float(np.ptp(finite) or np.abs(finite[0]))
 
 
 def note(runs: Sequence[Any], names: Iterable[str], series: Sequence[Series]) -> str:
-    """Return the line that says how uncertain a figure is, "" where nothing is to be said.
+    """Return the line that says how uncertain a figure is, "" where it says nothing.
 
     Parameters
     ----------
@@ -129,85 +176,99 @@ def note(runs: Sequence[Any], names: Iterable[str], series: Sequence[Series]) ->
     names : the variables that it shows
     series : their curves
     """
-    largest = max(
-        (_relative(run.data, name) for name in names for run in runs), default=0.0
-    )
-    lines = []
-    if largest > 0.0:
-        least = {
-            side: least_seen(getattr(curve, side) for curve in series) for side in "xy"
-        }
-        errors = [
-            (getattr(s, f"{side}_error"), least[side]) for s in series for side in "xy"
-        ]
-        drawn = any(
-            e is not None and bool(np.nanmax(e, initial=0.0) > seen)
-            for e, seen in errors
+    lines = [_errors_note(runs, names, series), _doubts_note(runs)]
+    return " ".join(line for line in lines if line)
+
+
+def _errors_note(
+    runs: Sequence[Any], names: Iterable[str], series: Sequence[Series]
+) -> str:
+    """Return the sentence on estimated errors, "" where there are none."""
+    relative = [_relative(run.data, name) for name in names for run in runs]
+    largest = max(relative, default=0.0)
+    if not largest > 0.0:
+        return ""
+    if _has_visible_error(series):
+        return (
+            f"Bars and bands: estimated numerical error, up to {_percent(largest)} %."
         )
-        end = (
-            ""
-            if drawn or any(s.level is not None for s in series)
-            else ": too small to be seen"
-        )
-        how = (
-            "Bars and bands: estimated numerical error"
-            if drawn
-            else "Estimated numerical error"
-        )
-        lines.append(f"{how}, up to {_percent(largest)} %{end}.")
+    is_map = any(curve.level is not None for curve in series)
+    end = "" if is_map else ": too small to be seen"
+    return f"Estimated numerical error, up to {_percent(largest)} %{end}."
+
+
+def _has_visible_error(series: Sequence[Series]) -> bool:
+    """Say whether any error is large enough to be drawn."""
+    for side in "xy":
+        visible = smallest_visible_error(getattr(curve, side) for curve in series)
+        for curve in series:
+            error = getattr(curve, f"{side}_error")
+            if error is not None and np.nanmax(error, initial=0.0) > visible:
+                return True
+    return False
+
+
+def _doubts_note(runs: Sequence[Any]) -> str:
+    """Return the sentence on runs that are in doubt, "" where none is."""
     doubtful: dict[tuple[str, ...], list[tuple[str, str]]] = {}
     for run in runs:
         if run.doubts:
-            why = ", ".join(run.doubts)
-            doubtful.setdefault(tuple(NUMBER.split(why)), []).append((_name(run), why))
-    if doubtful:
-        told = []
-        for alike in doubtful.values():
-            names = list(dict.fromkeys(name for name, _ in alike))
-            told.append(
-                f"{first_of(names, MOST_NAMED, '; ')} "
-                f"({in_one([why for _, why in alike])})".strip()
-            )
-        more = (
-            f"; and for {len(told) - MOST_NAMED} more reasons"
-            if len(told) > MOST_NAMED
-            else ""
-        )
-        lines.append(
-            f"Hollow coloured marks are in doubt: {'; '.join(told[:MOST_NAMED])}{more}."
-        )
-    return " ".join(lines)
+            reason = ", ".join(run.doubts)
+            words = tuple(NUMBER.split(reason))
+            doubtful.setdefault(words, []).append((_name(run), reason))
+    if not doubtful:
+        return ""
+
+    texts = []
+    for group in doubtful.values():
+        names = list(dict.fromkeys(name for name, _ in group))
+        reason = combined_reasons([reason for _, reason in group])
+        texts.append(f"{first_of(names, MAX_NAMED, '; ')} ({reason})".strip())
+    rest = len(texts) - MAX_NAMED
+    end = f"; and for {rest} more reasons" if rest > 0 else ""
+    return f"Hollow coloured marks are in doubt: {'; '.join(texts[:MAX_NAMED])}{end}."
 
 
-def in_one(reasons: Sequence[str], number: re.Pattern[str] = NUMBER) -> str:
-    """Return reasons that differ in their numbers alone as one, with the range of each number.
+def combined_reasons(reasons: Sequence[str], number: re.Pattern[str] = NUMBER) -> str:
+    """Return reasons that differ in their numbers alone as one, with their ranges.
 
-    >>> in_one(["off by 53 % of 2", "off by 179 % of 2"])
+    Parameters
+    ----------
+    reasons : texts with the same words
+    number : what a number looks like
+
+    Examples
+    --------
+    >>> combined_reasons(["off by 53 % of 2", "off by 179 % of 2"])
     'off by 53 to 179 % of 2'
     """
     words = number.split(reasons[0])
-    found = zip(*(number.findall(reason) for reason in reasons), strict=True)
-    ranges = [sorted(set(numbers), key=float) for numbers in found]
-    told = [
-        some[0] if len(some) == 1 else f"{some[0]} to {some[-1]}" for some in ranges
-    ]
-    return "".join(
-        word + range_ for word, range_ in zip(words, [*told, ""], strict=True)
-    )
+    numbers_of = [number.findall(reason) for reason in reasons]
+
+    ranges = []
+    for numbers in zip(*numbers_of, strict=True):
+        ordered = sorted(set(numbers), key=float)
+        is_single = len(ordered) == 1
+        ranges.append(ordered[0] if is_single else f"{ordered[0]} to {ordered[-1]}")
+    parts = zip(words, [*ranges, ""], strict=True)
+    return "".join(word + number_range for word, number_range in parts)
 
 
 def _relative(data: xr.Dataset, name: str) -> float:
+    """Return the largest error of a variable over its largest value, 0 for none."""
     error = error_of(data, name)
     if error is None:
         return 0.0
-    scale, size = (
-        float(np.nanmax(np.abs(v.values), initial=0.0)) for v in (data[name], error)
-    )
+    scale = float(np.nanmax(np.abs(data[name].values), initial=0.0))
+    size = float(np.nanmax(np.abs(error.values), initial=0.0))
     return size / scale if 0.0 < scale < np.inf else 0.0
 
 
 def _name(run: Any) -> str:
-    told = dict.fromkeys(
-        x.text for dim, x in run.place.items() if (dim, x.value) != ("case", "base")
-    )
-    return ", ".join(told or (x.text for x in run.place.values())) or "this run"
+    """Return how a note calls a run: by its labels, without that of the base case."""
+    labels = list(run.place.items())
+    telling = [
+        label.text for dim, label in labels if (dim, label.value) != ("case", "base")
+    ]
+    texts = list(dict.fromkeys(telling)) or [label.text for _, label in labels]
+    return ", ".join(texts) or "this run"

@@ -1,4 +1,4 @@
-"""What a figure is asked for, and what a kind of figure is: a function from a run to its curves."""
+"""What a figure asks for, and what a kind of figure is: from a run to its curves."""
 
 import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -85,28 +85,35 @@ def read(spec: Any, number: int, folder: Path | None) -> FigureRequest:
         title, note, published)
     number : its place in the file, from 1
     folder : directory of the campaign file, where a relative ``published`` is looked up
+
+    Raises
+    ------
+    FigureError : its units are no text and no table
     """
     name = f"figure {number} ({spec.kind})"
-    given: dict[str, Any] = {
+    options: dict[str, Any] = {
         key: getattr(spec, key, None) for key in FigureRequest.__dataclass_fields__
     }
-    given |= {
-        key: given[key] or None for key in ("x", "hue", "rows", "cols", "y_as", "note")
-    }
-    y = given["y"]
-    units = given["units"] or {}
-    published = given["published"]
-    units = {"y": units} if isinstance(units, str) else units
+    for key in ("x", "hue", "rows", "cols", "y_as", "note"):
+        options[key] = options[key] or None
+
+    units = options["units"] or {}
+    if isinstance(units, str):
+        units = {"y": units}
     if not isinstance(units, Mapping):
         raise FigureError(
             f"{name}: units = {units!r} is neither a unit nor a table of variable = "
             "unit"
         )
-    given |= {"name": name, "select": dict(given["select"] or {})}
-    given["y"] = (y,) if isinstance(y, str) else tuple(y or ())
-    given["units"] = {str(key): str(value) for key, value in units.items()}
-    given["published"] = (folder or Path()) / published if published else None
-    return FigureRequest(**given)
+
+    y = options["y"]
+    published = options["published"]
+    options["name"] = name
+    options["select"] = dict(options["select"] or {})
+    options["y"] = (y,) if isinstance(y, str) else tuple(y or ())
+    options["units"] = {str(key): str(value) for key, value in units.items()}
+    options["published"] = (folder or Path()) / published if published else None
+    return FigureRequest(**options)
 
 
 Role = Literal["hue", "rows", "cols"]
@@ -160,11 +167,14 @@ class Kind(NamedTuple):
     def curves(self, run: Any, request: FigureRequest) -> Iterable[Series]:
         """Return the curves of a run, or of a case of an update.
 
-        Without ``y``, of its own variable.
+        Parameters
+        ----------
+        run : a run, or a case of an update
+        request : what the figure asks for; without ``y``, the kind's own variable
         """
-        return self.series(
-            run, request if request.y or not self.y else replace(request, y=(self.y,))
-        )
+        if self.y and not request.y:
+            request = replace(request, y=(self.y,))
+        return self.series(run, request)
 
 
 KINDS: dict[str, Kind] = {}
@@ -172,7 +182,12 @@ KINDS: dict[str, Kind] = {}
 
 
 def is_of_update(name: str) -> bool:
-    """Say whether a name is that of a kind which is drawn from a kept update."""
+    """Say whether a name is that of a kind which is drawn from a kept update.
+
+    Parameters
+    ----------
+    name : of a kind, or of none
+    """
     return name in KINDS and KINDS[name].of == "update"
 
 
@@ -180,56 +195,79 @@ class _Kinds(Sort):
     """Kinds of figures that plug-ins add."""
 
     def take(self, module: ModuleType, plugin: Plugin) -> None:
-        """Take up a plug-in's kinds, beside wearlab's own."""
+        """Add a plug-in's kinds to wearlab's own.
+
+        Parameters
+        ----------
+        module : the plug-in, imported
+        plugin : where it comes from
+        """
         import_module(f"{__package__}.kinds")
         super().take(module, plugin)
 
     def wrong(self, value: Kind) -> str:
-        """Return which variable that a kind needs nobody knows."""
+        """Return which variable that a kind needs is unknown, "" where all are known.
+
+        Parameters
+        ----------
+        value : the kind
+        """
         unknown = [name for name in value.needs if name not in schema.VARIABLES]
-        meant = "".join(nearest.meant(name, schema.VARIABLES) for name in unknown[:1])
-        return f"needs {unknown[0]!r}, no variable{meant}" if unknown else ""
+        if not unknown:
+            return ""
+        suggestion = nearest.meant(unknown[0], schema.VARIABLES)
+        return f"needs {unknown[0]!r}, no variable{suggestion}"
 
 
 PLUGIN_KINDS = _Kinds("figures", Kind, KINDS)
 
 
-def no_axis(name: str, keys: Mapping[str, str], known: Iterable[str]) -> str:
-    """Return what may stand for a name along which nothing varies: the axis of its key first.
+def no_axis(name: str, keys: Mapping[str, str], valid: Iterable[str]) -> str:
+    """Return what may be meant by a name along which nothing varies.
 
     Parameters
     ----------
-    name : that was asked for
+    name : that is no axis and no dimension
     keys : dotted key that is swept, by axis
-    known : axes and dimensions
+    valid : axes and dimensions
     """
-    axes = [a for a, key in keys.items() if name in key.split(".")]
+    axes = [axis for axis, key in keys.items() if name in key.split(".")]
+    if axes:
+        return (
+            f"the sweep of {keys[axes[0]]} is called {axes[0]!r}; "
+            f"{nearest.choices(name, sorted(valid))}"
+        )
+
     word = name.replace("_", " ").lower()
-    meant = f"the sweep of {keys[axes[0]]} is called {axes[0]!r}; " if axes else ""
-    told = [
+    dims = [
         dim
         for dim, meaning in schema.DIMENSIONS.items()
-        if word in meaning.lower() and dim in {*known}
+        if word in meaning.lower() and dim in {*valid}
     ]
-    if told and not axes and len(word) > 3:
-        return f"{name} is called {' or '.join(map(repr, told[:2]))}"
-    return f"{meant}{nearest.choices(name, sorted(known))}"
+    if dims and len(word) > 3:
+        return f"{name} is called {' or '.join(map(repr, dims[:2]))}"
+    return nearest.choices(name, sorted(valid))
 
 
 def no_kind(name: str) -> str:
-    """Return what to say of a name that no kind has."""
+    """Return what to say of a name that no kind has.
+
+    Parameters
+    ----------
+    name : that no kind has
+    """
     if name in UNRUN:
         return (
             f"its kind is drawn by {UNRUN[name]}, Python code that was not run: look "
             f"at it, add {CONSENT}"
         )
     word = name.replace("-", " ").lower()
-    drawn = [
-        one.name
-        for one in KINDS.values()
-        if word and word in f"{one.title} {one.shows}".lower()
+    drawn_by = [
+        candidate.name
+        for candidate in KINDS.values()
+        if word and word in f"{candidate.title} {candidate.shows}".lower()
     ]
-    meant = f"{name} is drawn by {', '.join(drawn)}; " if drawn else ""
+    meant = f"{name} is drawn by {', '.join(drawn_by)}; " if drawn_by else ""
     return f"no such kind; {meant}{nearest.choices(name, KINDS)}"
 
 
@@ -243,7 +281,12 @@ ORBITS: Roles = (("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*"))
 
 
 def kind(
-    name: str, title: str, needs: Names, dims: Names = (), shows: str = "", **more: Any
+    name: str,
+    title: str,
+    needs: Names,
+    dims: Names = (),
+    shows: str = "",
+    **fields: Any,
 ) -> Maker:
     """Return what makes a kind of figure of the function that yields its curves.
 
@@ -251,25 +294,27 @@ def kind(
     ----------
     name, title, needs, dims : as of `Kind`
     shows : one sentence, "" where it is what the function's docstring begins with
-    more : further fields of `Kind`; without roles, sweeps become hue, columns, rows;
+    fields : further fields of `Kind`; without roles, sweeps become hue, columns, rows;
         with ``titled`` alone, ``y`` is the first of ``needs``
     """
-    if "titled" in more:
-        more = {"y": needs[0], **more}
+    fields = {"roles": EACH, **fields}
+    if "titled" in fields:
+        fields = {"y": needs[0], **fields}
 
-    def made(series: Curves) -> Kind:
-        said = shows or str(inspect.getdoc(series)).partition("\n")[0].removesuffix(".")
+    def kind_of(series: Curves) -> Kind:
+        first_line = str(inspect.getdoc(series)).partition("\n")[0]
+        sentence = shows or first_line.removesuffix(".")
         return Kind(
-            name,
-            title,
-            wording.within(said),
-            needs,
-            dims,
-            series,
-            **{"roles": EACH, **more},
+            name=name,
+            title=title,
+            shows=wording.within(sentence),
+            needs=needs,
+            dims=dims,
+            series=series,
+            **fields,
         )
 
-    return made
+    return kind_of
 
 
 @dataclass(frozen=True)
@@ -299,31 +344,44 @@ class Run:
     doubts: tuple[str, ...] = ()
 
     def abscissa(self, name: str) -> tuple[float, float | None]:
-        """Return the run's place along an axis, NaN for a case without a sweep, and its own value."""
+        """Return the run's place along an axis, and a value of its own.
+
+        The place is NaN for a case without a sweep; only such a case has its own value.
+
+        Parameters
+        ----------
+        name : of the axis
+        """
         value = self.along[name].value
-        return (
-            (np.nan, self.case_values.get(name))
-            if isinstance(value, str)
-            else (float(value), None)
-        )
+        if isinstance(value, str):
+            return np.nan, self.case_values.get(name)
+        return float(value), None
 
-    def at_states(self, kept: Sequence[int]) -> "Run":
-        """Return the run at some of its wear states, by their places."""
-        data = self.data.isel(update=kept, missing_dims="ignore")
-        return replace(
-            self, data=data, states=tuple(self.states[i] for i in kept if self.states)
-        )
+    def at_states(self, states: Sequence[int]) -> "Run":
+        """Return the run at some of its wear states.
 
-    def thinned(self, most: int = 6) -> "Run":
-        """Return the run with so few wear states that each can be told apart, spread over its life."""
+        Parameters
+        ----------
+        states : their places along ``update``
+        """
+        data = self.data.isel(update=states, missing_dims="ignore")
+        labels = tuple(self.states[i] for i in states if self.states)
+        return replace(self, data=data, states=labels)
+
+    def thinned(self, max_states: int = 6) -> "Run":
+        """Return the run with a few wear states, spread over its life.
+
+        Parameters
+        ----------
+        max_states : so few that each can be told apart
+        """
         count = self.data.sizes.get("update", 1)
-        if count <= most:
+        if count <= max_states:
             return self
         cycle = self.data["cycle"].values if "cycle" in self.data else np.arange(count)
-        wanted = np.linspace(cycle[0], cycle[-1], most)
-        return self.at_states(
-            sorted({int(np.argmin(np.abs(cycle - target))) for target in wanted})
-        )
+        targets = np.linspace(cycle[0], cycle[-1], max_states)
+        places = {int(np.argmin(np.abs(cycle - target))) for target in targets}
+        return self.at_states(sorted(places))
 
 
 OnAxis = tuple[Array, Scale]
@@ -349,22 +407,45 @@ class Slice(NamedTuple):
     error: Array | None = None
 
     def over(
-        self, x: Array, x_scale: Scale, style: LineStyle = "line", **more: Any
+        self, x: Array, x_scale: Scale, style: LineStyle = "line", **fields: Any
     ) -> Series:
-        """Return the curve of its values over abscissae [display units].
+        """Return the curve of its values over abscissae.
 
-        ``more`` are fields of `Series`.
+        Parameters
+        ----------
+        x : abscissae [display units]
+        x_scale : what their axis shows
+        style : how the curve is drawn
+        fields : further fields of `Series`
         """
-        y = np.atleast_1d(self.values)
         return Series(
-            self.key, x, y, x_scale, self.scale, style, y_error=self.error, **more
+            key=self.key,
+            x=x,
+            y=np.atleast_1d(self.values),
+            x_scale=x_scale,
+            y_scale=self.scale,
+            style=style,
+            y_error=self.error,
+            **fields,
         )
 
 
 def lone(
     values: Array, scale: Scale, name: str, request: FigureRequest
 ) -> tuple[Array, Scale]:
-    """Return the one value (1,) of a run, or refuse several."""
+    """Return the one value (1,) of a run, or refuse several.
+
+    Parameters
+    ----------
+    values : of the run [display units]
+    scale : what an axis says of them
+    name : of the variable
+    request : what the figure asks for
+
+    Raises
+    ------
+    FigureError : several values
+    """
     if values.size != 1:
         remedy = "choose one place along each of its dimensions in select"
         raise request.error(f"{name} is not one number per run; {remedy}")
@@ -379,6 +460,13 @@ def shown(
 ) -> tuple[Array, Scale]:
     """Return a variable's values in display units, and what an axis says of them.
 
+    Parameters
+    ----------
+    variable : in stored units
+    name : of the variable
+    request : its ``units`` name units by variable or by axis
+    axis : "x" or "y"
+
     Raises
     ------
     FigureError : not a number, or a unit of something else
@@ -386,54 +474,76 @@ def shown(
     if variable.dtype.kind not in "fiub":
         raise request.error(f"{name} holds text, not numbers")
     stored = str(variable.attrs.get("units", "1"))
-    asked = request.units.get(name) or request.units.get(axis)
-    wanted = str(asked or variable.attrs.get("display_units") or stored)
+    requested = request.units.get(name) or request.units.get(axis)
+    units = str(requested or variable.attrs.get("display_units") or stored)
     try:
-        values = wording.converted(variable.values.astype(float), stored, wanted)
+        values = wording.converted(variable.values.astype(float), stored, units)
     except UnitError as error:
         raise request.error(f"units of {name}: {error}") from error
-    long = str(variable.attrs.get("long_name") or name.replace("_", " "))
-    return values, Scale(schema.ON_AXES.get(name) or long, wanted)
+
+    long_name = str(variable.attrs.get("long_name") or name.replace("_", " "))
+    return values, Scale(schema.ON_AXES.get(name) or long_name, units)
 
 
 def slices(
     run: Run, name: str, request: FigureRequest, *along: str, axis: str = "y"
 ) -> Iterator[Slice]:
-    """Yield a variable's pieces along some of its dimensions, one for every place along the others."""
+    """Yield a variable's pieces, one for every place along its further dimensions.
+
+    Parameters
+    ----------
+    run : that has the variable
+    name : of the variable
+    request : what the figure asks for
+    along : dimensions that each piece keeps, in this order
+    axis : "x" or "y", whose unit the values take
+    """
     variable = run.data[name].variable
     error = doubt.error_of(run.data, name)
-    others = [str(dim) for dim in variable.dims if dim not in along]
-    order = (*others, *(dim for dim in along if dim in variable.dims))
+    fixed = [str(dim) for dim in variable.dims if dim not in along]
+    order = (*fixed, *(dim for dim in along if dim in variable.dims))
+
     values, scale = shown(variable.transpose(*order), name, request, axis)
-    off = (
-        None
-        if error is None
-        else shown(error.transpose(*order), name, request, axis)[0]
-    )
-    named = {dim: labels(run, dim, variable.sizes[dim]) for dim in others}
-    for point in np.ndindex(values.shape[: len(others)]):
-        index = dict(zip(others, point, strict=True))
-        key = {dim: named[dim][at] for dim, at in index.items()}
-        beside = None if off is None else np.atleast_1d(off[point])
-        yield Slice({**run.place, **key}, index, values[(*point, ...)], scale, beside)
+    errors = None
+    if error is not None:
+        errors, _ = shown(error.transpose(*order), name, request, axis)
+    labels_of = {dim: labels(run, dim, variable.sizes[dim]) for dim in fixed}
+
+    for point in np.ndindex(values.shape[: len(fixed)]):
+        index = dict(zip(fixed, point, strict=True))
+        key = {dim: labels_of[dim][i] for dim, i in index.items()}
+        yield Slice(
+            key={**run.place, **key},
+            place=index,
+            values=values[(*point, ...)],
+            scale=scale,
+            error=None if errors is None else np.atleast_1d(errors[point]),
+        )
 
 
 def labels(run: Run, dim: str, count: int) -> Sequence[wording.Label]:
-    """Return the labels of the places along one of the run's dimensions."""
+    """Return the labels of the places along one of the run's dimensions.
+
+    Parameters
+    ----------
+    run : that has the dimension
+    dim : the dimension
+    count : how many places it has
+    """
     if dim == "update" and len(run.states) == count:
         return run.states
     if dim not in run.data.coords:
         return [wording.place(dim, index, None) for index in range(count)]
+
     variable = run.data[dim].variable
-    units = variable.attrs.get("units", "1")
-    values = variable.values.tolist()
-    wanted = None
-    if units != "1" and variable.dtype.kind in "fiu":
-        wanted = variable.attrs.get("display_units", units)
-        values = [
-            float(f"{x:.6g}") for x in wording.converted(variable.values, units, wanted)
-        ]
-    return [wording.place(dim, value, wanted) for value in values]
+    stored = variable.attrs.get("units", "1")
+    if stored == "1" or variable.dtype.kind not in "fiu":
+        return [wording.place(dim, value, None) for value in variable.values.tolist()]
+
+    units = variable.attrs.get("display_units", stored)
+    values = wording.converted(variable.values, stored, units)
+    rounded = [float(f"{value:.6g}") for value in values]
+    return [wording.place(dim, value, units) for value in rounded]
 
 
 def companion(
@@ -443,12 +553,20 @@ def companion(
     request: FigureRequest,
     axis: str = "x",
 ) -> OnAxis:
-    """Return the coordinate that goes with a piece: its values where the piece was taken."""
+    """Return the coordinate that goes with a piece: its values where the piece is.
+
+    Parameters
+    ----------
+    run : that has the coordinate
+    name : of the coordinate
+    index : place of the piece along each dimension that it fixes
+    request : what the figure asks for
+    axis : "x" or "y", whose unit the values take
+    """
     variable = run.data[name].variable
     values, scale = shown(variable, name, request, axis)
-    return values[
-        (*(index.get(str(dim), slice(None)) for dim in variable.dims), ...)
-    ], scale
+    places = [index.get(str(dim), slice(None)) for dim in variable.dims]
+    return values[(*places, ...)], scale
 
 
 def over(
@@ -459,7 +577,9 @@ def over(
     *along: str,
     style: LineStyle = "line",
 ) -> Iterator[Series]:
-    """Yield a variable over a coordinate that runs along one of its dimensions, where both are known.
+    """Yield a variable over a coordinate along one of its dimensions.
+
+    Only points with both coordinates are in the curves.
 
     Parameters
     ----------
@@ -472,8 +592,13 @@ def over(
         yield piece.over(values, x_scale, style).known
 
 
-def spread(count: int, most: int) -> list[int]:
-    """Return at most so many of the places 0 to count − 1, evenly spread, with both ends."""
-    return sorted(
-        {round(place) for place in np.linspace(0, count - 1, min(count, most)).tolist()}
-    )
+def spread(count: int, max_count: int) -> list[int]:
+    """Return some of the places 0 to count − 1, evenly spread, with both ends.
+
+    Parameters
+    ----------
+    count : of all places
+    max_count : of those that are returned
+    """
+    places = np.linspace(0, count - 1, min(count, max_count))
+    return sorted({round(place) for place in places.tolist()})

@@ -356,7 +356,9 @@ def compose(
     layout = laid_out(series, request, kind, grid_dims)
     notes = [*notes, *layout.notes]
     if request.y_as == "difference":
-        differences, note = curves.from_first(layout.series, layout.roles, request)
+        differences, note = curves.differences_from_first(
+            layout.series, layout.roles, request
+        )
         layout = layout._replace(series=differences)
         notes += note
     elif request.y_as == "logarithm":

@@ -15,7 +15,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -51,13 +51,22 @@ class MeasuredMap(NamedTuple):
 
 
 def points_of(source: Path | Points, request: FigureRequest) -> Points:
-    """Return the name and text of a CSV of points."""
+    """Return the name and text of a CSV of points.
+
+    Parameters
+    ----------
+    source : the file, or what it says
+    request : the figure, for messages
+
+    Raises
+    ------
+    FigureError : the file cannot be read
+    """
     if isinstance(source, Points):
         return source
     try:
-        return Points(
-            source.name, tables.decoded(files.read_regular(source, 10_000_000))[0]
-        )
+        content = files.read_regular(source, 10_000_000)
+        return Points(source.name, tables.decoded(content)[0])
     except OSError as error:
         raise request.error(
             f"published: {source}: {getattr(error, 'strerror', None) or error}"
@@ -77,115 +86,145 @@ def published(
     source : the CSV, or what it says
     series : our curves, whose axes and labels the points take
     hue : dimension of the hue, None when there is none
+    request : the figure, for messages
+
+    Raises
+    ------
+    FigureError : the CSV cannot be read, or the figure is a map
     """
     if series[0].level is not None:
         raise request.error(
             "published: points have no place on maps; a wear-map takes a flank"
         )
     points = points_of(source, request)
-    names, rows = _table(points, request)
-    columns = {name: i for i, (name, _) in enumerate(names)}
-    if "x" not in columns:
+    table = _table(points, request)
+    if "x" not in table.places:
         raise request.error(
-            f"{points.name}: a column x is required, found {', '.join(columns)}"
+            f"{points.name}: a column x is required, found {', '.join(table.places)}"
         )
-    first = series[0]
-    x = _column(rows, columns["x"], names[columns["x"]][1], first.x_scale, request)
-    others = {name: i for name, i in columns.items() if name not in ("x", "y", "text")}
-    dims = {hue if name == "hue" else name: i for name, i in others.items()}
-    keys = [
-        tuple((dim, row[i].strip()) for dim, i in dims.items() if dim) for row in rows
-    ]
-    y = (
-        _column(rows, columns["y"], names[columns["y"]][1], first.y_scale, request)
-        if "y" in columns
-        else None
-    )
-    texts = [row[columns["text"]].strip() if "text" in columns else "" for row in rows]
+    curve = series[0]
+    x = _column(table, "x", curve.x_scale, request)
+    y = _column(table, "y", curve.y_scale, request) if "y" in table.places else None
+    texts = table.texts("text") if "text" in table.places else [""] * len(table.rows)
+
+    keys = _keys_of_points(table, hue)
     for key in dict.fromkeys(keys):
-        inside = np.array([each_key == key for each_key in keys])
-        labels = {dim: _known(series, dim, text) for dim, text in key}
-        if y is not None:
+        inside = np.array([key_of_point == key for key_of_point in keys])
+        labels = {dim: _label_of(series, dim, text) for dim, text in key}
+        if y is None:
+            names = [texts[at] for at in np.flatnonzero(inside)]
             yield Series(
-                labels,
-                x[inside],
-                y[inside],
-                first.x_scale,
-                first.y_scale,
-                "published",
-                "published",
+                key=labels,
+                x=np.zeros(0),
+                y=np.zeros(0),
+                x_scale=curve.x_scale,
+                y_scale=curve.y_scale,
+                style="published",
+                marks=tuple(map(Mark, x[inside].tolist(), names)),
             )
-            continue
-        marks = tuple(
-            map(Mark, x[inside].tolist(), (texts[at] for at in np.flatnonzero(inside)))
-        )
-        yield Series(
-            labels,
-            np.zeros(0),
-            np.zeros(0),
-            first.x_scale,
-            first.y_scale,
-            "published",
-            marks=marks,
-        )
+        else:
+            yield Series(
+                key=labels,
+                x=x[inside],
+                y=y[inside],
+                x_scale=curve.x_scale,
+                y_scale=curve.y_scale,
+                style="published",
+                text="published",
+            )
+
+
+def _keys_of_points(table: "_Table", hue: str | None) -> list[tuple[Any, ...]]:
+    """Return dimension and text of the labels of every point."""
+    dims = {
+        hue if name == "hue" else name: name
+        for name in table.places
+        if name not in ("x", "y", "text")
+    }
+    columns = [
+        [(dim, text) for text in table.texts(name)] for dim, name in dims.items() if dim
+    ]
+    return list(zip(*columns, strict=True)) or [()] * len(table.rows)
 
 
 def beside_map(curve: Series, flank: MeasuredMap) -> Series:
-    """Return a flank as it was measured as a map that stands beside a computed one, by its own traces.
+    """Return a measured flank as a map that stands beside a computed one.
 
     Straight from point to point and from trace to trace, at the nodes of the computed
     map that all traces reach; the note says by how much the traces differ from it
     there.
+
+    Parameters
+    ----------
+    curve : the computed map
+    flank : as it was measured, by its traces
+
+    Raises
+    ------
+    FigureError : the traces and the map have no places in common
     """
     assert curve.level is not None and curve.colours is not None
     unit_x = curve.x_scale.units
     unit_y = curve.y_scale.units
     unit = curve.colours.units
-    wide = int(np.count_nonzero(curve.y == curve.y[0]))
-    x = curve.x[:wide]
-    y_scale = curve.y[::wide]
-    level = curve.level.reshape(-1, wide)
+    columns = int(np.count_nonzero(curve.y == curve.y[0]))
+    x = curve.x[:columns]
+    y = curve.y[::columns]
+    level = curve.level.reshape(-1, columns)
+
     place = converted(flank.place, "m", unit_y)
-    each = [
+    traces = [
         (converted(s, flank.units, unit_x), converted(depth, "m", unit))
         for s, depth in flank.traces
     ]
-    begin = max(along.min() for along, _ in each)
-    end = min(along.max() for along, _ in each)
-    slack = SLACK * float(np.ptp(x))
-    inside = (x >= begin - slack) & (x <= end + slack)
-    aside = SLACK * float(np.ptp(y_scale))
-    rows = y_scale[(y_scale >= place[0] - aside) & (y_scale <= place[-1] + aside)]
-    if np.count_nonzero(inside) < 2 or len(rows) < 2:
+    begin = max(abscissa.min() for abscissa, _ in traces)
+    end = min(abscissa.max() for abscissa, _ in traces)
+    slack_x = SLACK * float(np.ptp(x))
+    slack_y = SLACK * float(np.ptp(y))
+    inside = (x >= begin - slack_x) & (x <= end + slack_x)
+    nodes = x[inside]
+    rows = y[(y >= place[0] - slack_y) & (y <= place[-1] + slack_y)]
+    if len(nodes) < 2 or len(rows) < 2:
         raise FigureError(
             f"{flank.name}: its traces have {begin:.6g} to {end:.6g} {unit_x} in "
             "common at face positions "
             f"{place[0]:.4g} to {place[-1]:.4g} {unit_y}, the flank reaches from "
-            f"{x.min():.6g} to {x.max():.6g} {unit_x} and {y_scale[0]:.4g} to {y_scale[-1]:.4g} "
+            f"{x.min():.6g} to {x.max():.6g} {unit_x} and {y[0]:.4g} to {y[-1]:.4g} "
             f"{unit_y}"
         )
-    nodes = x[inside]
-    seen = np.stack([np.interp(nodes, along, depth) for along, depth in each])
-    told = np.stack(
-        [np.interp(place, y_scale, column) for column in level[:, inside].T], axis=1
+
+    measured = np.stack([np.interp(nodes, s, depth) for s, depth in traces])
+    computed = np.stack(
+        [np.interp(place, y, column) for column in level[:, inside].T], axis=1
     )
-    off = seen - told
-    x_scale, along = np.meshgrid(nodes, rows)
-    filled = np.stack([np.interp(rows, place, column) for column in seen.T], axis=1)
+    filled = np.stack([np.interp(rows, place, column) for column in measured.T], axis=1)
+    map_x, map_y = np.meshgrid(nodes, rows)
     return replace(
         curve,
-        x=x_scale.ravel(),
-        y=along.ravel(),
+        x=map_x.ravel(),
+        y=map_y.ravel(),
         level=filled.ravel(),
-        caveat=f"{flank.name} less computed: mean {off.mean():+.3g} {unit}, root mean "
-        "square "
-        f"{np.sqrt(np.mean(off**2)):.3g} {unit}, largest "
-        f"{off.flat[np.abs(off).argmax()]:+.3g} {unit}.",
+        caveat=_difference_note(flank.name, measured - computed, unit),
+    )
+
+
+def _difference_note(name: str, difference: Array, unit: str) -> str:
+    """Return by how much a measured flank differs from the computed one."""
+    mean = difference.mean()
+    root_mean_square = np.sqrt(np.mean(difference**2))
+    largest = difference.flat[np.abs(difference).argmax()]
+    return (
+        f"{name} less computed: mean {mean:+.3g} {unit}, root mean square "
+        f"{root_mean_square:.3g} {unit}, largest {largest:+.3g} {unit}."
     )
 
 
 def measured_flank(request: FigureRequest) -> MeasuredMap:
     """Return the flank that a figure of maps is to show beside them.
+
+    Parameters
+    ----------
+    request : whose ``published`` is the flank
 
     Raises
     ------
@@ -206,43 +245,70 @@ def measured_flank(request: FigureRequest) -> MeasuredMap:
             "face_position, path_position, diameter or roll_angle, and depth, "
             "positive where material is gone"
         )
-    each = traces(across, len(abscissa))
-    where = np.array(abscissa)
-    gone = np.array(depth)
-    rising = [
-        np.array(rows)[np.argsort(where[rows], kind="stable")] for rows in each.values()
-    ]
-    of_trace = [(where[rows], gone[rows]) for rows in rising]
+
+    abscissae = np.array(abscissa)
+    depths = np.array(depth)
+    rows_of_traces = traces(across, len(abscissa))
+    rising_traces = []
+    for rows in rows_of_traces.values():
+        rising = np.array(rows)[np.argsort(abscissae[rows], kind="stable")]
+        rising_traces.append((abscissae[rising], depths[rising]))
     return MeasuredMap(
-        points.name,
-        x,
-        ABSCISSAE[x],
-        np.array(list(each)),
-        of_trace,
+        name=points.name,
+        along=x,
+        units=ABSCISSAE[x],
+        place=np.array(list(rows_of_traces)),
+        traces=rising_traces,
     )
 
 
-def _table(
-    points: Points, request: FigureRequest
-) -> tuple[list[tuple[str, str]], list[list[str]]]:
+class _Table(NamedTuple):
+    """A CSV of points: its columns by name, and its rows.
+
+    Parameters
+    ----------
+    places : index of each column
+    units : unit of each column, "" where it has none
+    rows : cells as texts
+    """
+
+    places: dict[str, int]
+    units: dict[str, str]
+    rows: list[list[str]]
+
+    def texts(self, name: str) -> list[str]:
+        """Return the cells of a column.
+
+        Parameters
+        ----------
+        name : of the column
+        """
+        return [row[self.places[name]].strip() for row in self.rows]
+
+
+def _table(points: Points, request: FigureRequest) -> _Table:
+    """Return the table of a CSV, whose comments begin with ``#``."""
     lines = [line for line in points.text.splitlines() if line.strip()]
     rows = list(csv.reader(line for line in lines if not line.lstrip().startswith("#")))
     if len(rows) < 2:
         raise request.error(f"published: {points.name} holds no points")
-    matches = [
-        re.fullmatch(r"\s*([^\[\]]+?)\s*(?:\[([^\]]*)\])?\s*", cell) for cell in rows[0]
-    ]
-    heads = zip(matches, rows[0], strict=True)
-    return [
-        (m[1], (m[2] or "").strip()) if m else (cell, "") for m, cell in heads
-    ], rows[1:]
+
+    places = {}
+    units = {}
+    for index, cell in enumerate(rows[0]):
+        head = re.fullmatch(r"\s*([^\[\]]+?)\s*(?:\[([^\]]*)\])?\s*", cell)
+        name = head[1] if head else cell
+        places[name] = index
+        units[name] = (head[2] or "").strip() if head else ""
+    return _Table(places, units, rows[1:])
 
 
-def _column(
-    rows: list[list[str]], index: int, units: str, scale: Scale, request: FigureRequest
-) -> np.ndarray:
+def _column(table: _Table, name: str, scale: Scale, request: FigureRequest) -> Array:
+    """Return the numbers of a column in the units of an axis."""
+    index = table.places[name]
+    units = table.units[name]
     try:
-        values = np.array([float(row[index]) for row in rows])
+        values = np.array([float(row[index]) for row in table.rows])
         if units in COUNTS:
             return values * COUNTS[units]
         return converted(values, units or scale.units, scale.units)
@@ -250,16 +316,16 @@ def _column(
         raise request.error(f"published: column {index + 1}: {error}") from error
 
 
-def _known(series: Sequence[Series], dim: str, text: str) -> Label:
+def _label_of(series: Sequence[Series], dim: str, text: str) -> Label:
     """Return the label that a text means: by its words, or by its number."""
     try:
         number = float(text)
     except ValueError:
         number = np.nan
     for label in dict.fromkeys(s.key[dim] for s in series if dim in s.key):
-        near = not isinstance(label.value, str) and np.isclose(
+        is_near = not isinstance(label.value, str) and np.isclose(
             number, label.value, rtol=1e-6
         )
-        if near or text in (label.text, label.value):
+        if is_near or text in (label.text, label.value):
             return label
     return Label(text, text)

@@ -1,4 +1,4 @@
-"""A figure as a question: what was asked of which runs, written into its file and read back."""
+"""What a figure asks of which runs, written into its file and read back."""
 
 import json
 import re
@@ -15,63 +15,6 @@ from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
 from wearlab.figures import kind, kinds, published
 from wearlab.store.catalogue import Entry
 
-
-def figure_problems(campaign: Campaign) -> list[str]:
-    """Return one line for each ``[[figure]]`` that no run could satisfy: its kind, names or labels are wrong.
-
-    Parameters
-    ----------
-    campaign : its figures, axes and cases
-    """
-    folder = campaign.path.parent if campaign.path else None
-    problems = []
-    for number, spec in enumerate(campaign.figures, 1):
-        try:
-            problems += list(_problems(campaign, spec, number, folder))
-        except kind.FigureError as error:
-            problems.append(str(error))
-    axes = [name for axis in campaign.axes for name in (axis.name, *axis.coordinates)]
-    known = [*schema.VARIABLES, *schema.DIMENSIONS, *axes]
-    return [*problems, *claims.unknown_names(campaign, known)]
-
-
-def _problems(campaign: Campaign, spec: Any, number: int, folder: Any) -> Iterator[str]:
-    request = kind.read(spec, number, folder)
-    if request.kind not in kinds.KINDS:
-        yield f"{request.name}: {kind.no_kind(request.kind)}"
-    swept = {axis.name: axis.key for axis in campaign.axes}
-    beside = {name for axis in campaign.axes for name in axis.coordinates}
-    keys = {
-        word
-        for axis in campaign.axes
-        for word in (axis.key, axis.key.rpartition(".")[2])
-    }
-    names = {*swept, *beside, "case", *schema.DIMENSIONS, *schema.VARIABLES}
-    along = names - set(schema.VARIABLES)
-    for key in request.select:
-        if key not in names:
-            yield (
-                f"{request.name}: select.{key} is unknown; "
-                f"{kind.no_axis(key, swept, along)}"
-            )
-    for role in ("x", "hue", "rows", "cols"):
-        name = getattr(request, role)
-        if name is not None and name not in names | keys:
-            valid = names if role == "x" else along
-            yield (
-                f"{request.name}: {role} = {name!r} is unknown; "
-                f"{kind.no_axis(name, swept, valid)}"
-            )
-    for name in request.y:
-        if name not in schema.VARIABLES and not kind.is_of_update(request.kind):
-            yield (
-                f"{request.name}: y = {name!r} is no variable; "
-                f"{nearest.choices(name, schema.VARIABLES)}"
-            )
-    if isinstance(request.published, Path) and not request.published.is_file():
-        yield f"{request.name}: published file {spec.published} is not there"
-
-
 QUESTION = "question"
 KEYS = (
     "kind",
@@ -86,6 +29,73 @@ KEYS = (
     "title",
     "note",
 )
+LARGEST = 50_000_000  # bytes, and pixels
+STARTS = (PNG := b"\x89PNG", PDF := b"%PDF", b"<?xml", b"<svg")
+
+
+def figure_problems(campaign: Campaign) -> list[str]:
+    """Return one line for each ``[[figure]]`` that no run could satisfy.
+
+    Its kind, its names or its labels are wrong.
+
+    Parameters
+    ----------
+    campaign : its figures, axes and cases
+    """
+    folder = campaign.path.parent if campaign.path else None
+    problems = []
+    for number, spec in enumerate(campaign.figures, 1):
+        try:
+            problems += list(_problems(campaign, spec, number, folder))
+        except kind.FigureError as error:
+            problems.append(str(error))
+    axes = [name for axis in campaign.axes for name in (axis.name, *axis.coordinates)]
+    names = [*schema.VARIABLES, *schema.DIMENSIONS, *axes]
+    return [*problems, *claims.unknown_names(campaign, names)]
+
+
+def _problems(campaign: Campaign, spec: Any, number: int, folder: Any) -> Iterator[str]:
+    """Yield what is wrong with one ``[[figure]]``, a line each."""
+    request = kind.read(spec, number, folder)
+    if request.kind not in kinds.KINDS:
+        yield f"{request.name}: {kind.no_kind(request.kind)}"
+
+    yield from _unknown_dimensions(campaign, request)
+    for name in request.y:
+        if name not in schema.VARIABLES and not kind.is_of_update(request.kind):
+            yield (
+                f"{request.name}: y = {name!r} is no variable; "
+                f"{nearest.choices(name, schema.VARIABLES)}"
+            )
+    if isinstance(request.published, Path) and not request.published.is_file():
+        yield f"{request.name}: published file {spec.published} is not there"
+
+
+def _unknown_dimensions(
+    campaign: Campaign, request: kind.FigureRequest
+) -> Iterator[str]:
+    """Yield which names of ``select``, x and the roles are none of the campaign's."""
+    swept = {axis.name: axis.key for axis in campaign.axes}
+    coordinates = {name for axis in campaign.axes for name in axis.coordinates}
+    dims = {*swept, *coordinates, "case", *schema.DIMENSIONS} - set(schema.VARIABLES)
+    for key in request.select:
+        if key not in dims and key not in schema.VARIABLES:
+            yield (
+                f"{request.name}: select.{key} is unknown; "
+                f"{kind.no_axis(key, swept, dims)}"
+            )
+
+    last_words = {key.rpartition(".")[2] for key in swept.values()}
+    keys = {*swept.values(), *last_words}
+    for role in ("x", "hue", "rows", "cols"):
+        name = getattr(request, role)
+        if name is None or name in dims | keys or name in schema.VARIABLES:
+            continue
+        valid = dims | set(schema.VARIABLES) if role == "x" else dims
+        yield (
+            f"{request.name}: {role} = {name!r} is unknown; "
+            f"{kind.no_axis(name, swept, valid)}"
+        )
 
 
 class Question(NamedTuple):
@@ -126,18 +136,29 @@ class Question(NamedTuple):
 
 
 def table_of(spec: Any) -> dict[str, Any]:
-    """Return what a ``[[figure]]`` says, ``published`` apart, as JSON holds it."""
-    given = {key: getattr(spec, key, None) for key in KEYS}
-    told = {
-        k: v
-        for k, v in given.items()
-        if v not in (None, {}, (), "") or (k, v) == ("title", "")
-    }
-    return dict(json.loads(json.dumps(told)))
+    """Return what a ``[[figure]]`` says, ``published`` apart, as JSON holds it.
+
+    Parameters
+    ----------
+    spec : the campaign's figure
+    """
+    table = {}
+    for key in KEYS:
+        value = getattr(spec, key, None)
+        is_set = value not in (None, {}, (), "")
+        if is_set or (key == "title" and value == ""):
+            table[key] = value
+    return dict(json.loads(json.dumps(table)))
 
 
 def question(campaign: Campaign, spec: Any, number: int) -> Question:
     """Return what one ``[[figure]]`` of a campaign asks.
+
+    Parameters
+    ----------
+    campaign : that has the figure
+    spec : the figure
+    number : its place in the file, from 1
 
     Raises
     ------
@@ -147,32 +168,34 @@ def question(campaign: Campaign, spec: Any, number: int) -> Question:
     request = kind.read(spec, number, campaign.path.parent if campaign.path else None)
     table = table_of(spec)
     if "note" in table:
-        table["note"] = claims.spelled_note(
-            table["note"], getattr(campaign, "claims", ())
-        )
-    points = (
-        None
-        if request.published is None
-        else published.points_of(request.published, request)
-    )
-    text = inheritance.source_text(campaign.path)
-    subject = ""
-    if kind.is_of_update(request.kind):
-        from wearlab.updating import inference, measurements
+        campaign_claims = getattr(campaign, "claims", ())
+        table["note"] = claims.spelled_note(table["note"], campaign_claims)
 
-        try:
-            subject = inference.subject_of(campaign)
-        except measurements.UpdateError as error:
-            raise request.error(error) from None
+    points = None
+    if request.published is not None:
+        points = published.points_of(request.published, request)
+    text = inheritance.source_text(campaign.path)
     return Question(
-        number,
-        table,
-        points,
-        campaign,
-        text,
-        inheritance.fingerprint(text),
-        subject=subject,
+        number=number,
+        table=table,
+        points=points,
+        campaign=campaign,
+        text=text,
+        hash=inheritance.fingerprint(text),
+        subject=_subject_of(campaign, request),
     )
+
+
+def _subject_of(campaign: Campaign, request: kind.FigureRequest) -> str:
+    """Return the identity of what an update is of, "" for a figure of runs."""
+    if not kind.is_of_update(request.kind):
+        return ""
+    from wearlab.updating import inference, measurements
+
+    try:
+        return inference.subject_of(campaign)
+    except measurements.UpdateError as error:
+        raise request.error(error) from None
 
 
 def texts(
@@ -189,106 +212,110 @@ def texts(
     missing : names of the runs that had no data
     """
     request = asked.request
-    runs = entries.values()
-    written: dict[str, Any] = {
+    versions = {entry.wearlab_version or "" for entry in entries.values()}
+    sources = {entry.source_hash or "" for entry in entries.values()}
+    keywords = {
+        "Title": request.title or kinds.KINDS[request.kind].title,
+        "campaign": asked.campaign.title,
+        "campaign_hash": asked.hash,
+        "campaign_text": asked.text,
+        "figure": request.kind,
+        "table": _json(asked.table),
+        "select": _json(dict(request.select)),
+        "runs": " ".join(entries),
+        "missing": "; ".join(missing),
+        "wearlab": ", ".join(sorted(versions)),
+        "source_hash": ", ".join(sorted(sources)),
+        QUESTION: _json(_record_of(asked, entries)),
+    }
+    return {key: text for key, text in keywords.items() if text}
+
+
+def _record_of(asked: Question, entries: Mapping[str, Entry]) -> dict[str, Any]:
+    """Return a question, and the hashes of the files of its runs, as JSON holds them."""
+    record: dict[str, Any] = {
         "format": 1,
         "number": asked.number,
         "table": asked.table,
+        "points": None if asked.points is None else list(asked.points),
+        "campaign": to_record(asked.campaign),  # type: ignore[arg-type]
+        "runs": {run_id: entry.sha256 for run_id, entry in entries.items()},
     }
-    written["points"] = None if asked.points is None else list(asked.points)
-    written["campaign"] = to_record(asked.campaign)  # type: ignore[arg-type]
-    written["runs"] = {run_id: entry.sha256 for run_id, entry in entries.items()}
-    written |= {"subject": asked.subject} if asked.subject else {}
-    told = {
-        "Title": request.title or kinds.KINDS[request.kind].title,
-        **{
-            "campaign": asked.campaign.title,
-            "campaign_hash": asked.hash,
-            "campaign_text": asked.text,
-        },
-        **{
-            "figure": request.kind,
-            "table": _json(asked.table),
-            "select": _json(dict(request.select)),
-        },
-        **{"runs": " ".join(entries), "missing": "; ".join(missing)},
-        "wearlab": ", ".join(sorted({entry.wearlab_version or "" for entry in runs})),
-        "source_hash": ", ".join(sorted({entry.source_hash or "" for entry in runs})),
-        QUESTION: _json(written),
-    }
-    return {key: text for key, text in told.items() if text}
+    if asked.subject:
+        record["subject"] = asked.subject
+    return record
 
 
-def asked_by(told: Mapping[str, str], file: Path) -> Question:
-    """Return the question that a figure's texts hold.
+def question_in(keywords: Mapping[str, str], file: Path) -> Question:
+    """Return the question that a figure's file holds.
+
+    Parameters
+    ----------
+    keywords : texts of the file
+    file : for messages
 
     Raises
     ------
     FigureError : they hold none, or one that this wearlab cannot read
     """
-    if QUESTION not in told:
-        said = "carries no question of wearlab: it was not drawn by 'wearlab figures'"
-        raise kind.FigureError(f"{file}: {said}")
+    if QUESTION not in keywords:
+        raise kind.FigureError(
+            f"{file}: carries no question of wearlab: it was not drawn by 'wearlab "
+            "figures'"
+        )
     try:
-        written = json.loads(told[QUESTION])
-        if written["format"] != 1:
-            raise ValueError(
-                f"question of format {written['format']!r}, this wearlab reads 1"
-            )
-        table = {
-            key: value for key, value in dict(written["table"]).items() if key in KEYS
-        }
-        if table["kind"] not in kinds.KINDS:
-            raise ValueError(f"no kind of figure: {table['kind']!r}")
-        points = (
-            None
-            if written["points"] is None
-            else kind.Points(*map(str, written["points"]))
-        )
-        source = from_record(written["campaign"])
-        about = str(written.get("subject", ""))
-        text = told.get("campaign_text", "")
-        fingerprint = told.get("campaign_hash", "")
-        runs = {str(run_id): str(sha256) for run_id, sha256 in written["runs"].items()}
-        return Question(
-            int(written["number"]),
-            table,
-            points,
-            source,
-            text,
-            fingerprint,
-            runs,
-            about,
-        )
+        return _question_of(json.loads(keywords[QUESTION]), keywords)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise kind.FigureError(
             f"{file}: its question cannot be read ({error})"
         ) from None
 
 
+def _question_of(record: Mapping[str, Any], keywords: Mapping[str, str]) -> Question:
+    """Return the question that a record and the texts beside it hold."""
+    if record["format"] != 1:
+        raise ValueError(
+            f"question of format {record['format']!r}, this wearlab reads 1"
+        )
+    options = dict(record["table"]).items()
+    table = {key: value for key, value in options if key in KEYS}
+    if table["kind"] not in kinds.KINDS:
+        raise ValueError(f"no kind of figure: {table['kind']!r}")
+
+    points = None
+    if record["points"] is not None:
+        points = kind.Points(*map(str, record["points"]))
+    hashes = {str(run_id): str(sha256) for run_id, sha256 in record["runs"].items()}
+    return Question(
+        number=int(record["number"]),
+        table=table,
+        points=points,
+        campaign=from_record(record["campaign"]),
+        text=keywords.get("campaign_text", ""),
+        hash=keywords.get("campaign_hash", ""),
+        runs=hashes,
+        subject=str(record.get("subject", "")),
+    )
+
+
 def _json(value: Any) -> str:
+    """Return a value as JSON, always in the same words."""
     return json.dumps(value, sort_keys=True, ensure_ascii=False, separators=(",", ":"))
-
-
-LARGEST = 50_000_000  # bytes, and pixels
-STARTS = (PNG := b"\x89PNG", PDF := b"%PDF", b"<?xml", b"<svg")
 
 
 def embedded(file: Path) -> dict[str, str]:
     """Return the texts of a figure's file, by keyword; none when it is not ours.
+
+    Parameters
+    ----------
+    file : PNG, SVG or PDF
 
     Raises
     ------
     FigureError : it cannot be read, or is no PNG, SVG or PDF
     """
     try:
-        if file.exists() and not file.is_file():
-            raise kind.FigureError(f"{file}: is no file")
-        if file.stat().st_size > LARGEST:
-            raise kind.FigureError(
-                f"{file}: {file.stat().st_size} bytes are more than a figure has"
-            )
-        data = file.read_bytes()
+        data = _content_of(file)
     except OSError as error:
         raise kind.FigureError(
             f"{file}: cannot be read ({error.strerror or error})"
@@ -301,34 +328,50 @@ def embedded(file: Path) -> dict[str, str]:
         raise kind.FigureError(f"{file}: is damaged ({error})") from error
 
 
+def _content_of(file: Path) -> bytes:
+    """Return the bytes of a regular file that is no larger than a figure."""
+    if file.exists() and not file.is_file():
+        raise kind.FigureError(f"{file}: is no file")
+    size = file.stat().st_size
+    if size > LARGEST:
+        raise kind.FigureError(f"{file}: {size} bytes are more than a figure has")
+    return file.read_bytes()
+
+
 def _texts(file: Path, data: bytes) -> dict[str, str]:
     """Return the texts that a PNG holds one by one, a PDF or SVG as JSON."""
+    keywords: Any
+    if data.lstrip().startswith(PNG):
+        keywords = _texts_of_png(file)
+    elif data.lstrip().startswith(PDF):
+        keywords = json.loads(_subject_of_pdf(data) or "{}")
+    else:
+        description = ".//{http://purl.org/dc/elements/1.1/}description"
+        text = ElementTree.fromstring(data).findtext(description)
+        keywords = json.loads(text or "{}")
+    if not isinstance(keywords, dict):
+        return {}
+    return {str(key): str(value) for key, value in keywords.items()}
+
+
+def _texts_of_png(file: Path) -> Any:
+    """Return the texts of a PNG that has no more pixels than a figure."""
     from PIL import Image
 
-    if data.lstrip().startswith(PNG):
-        with Image.open(file, formats=["PNG"]) as image:
-            if image.width * image.height > LARGEST:
-                size = (
-                    f"{image.width} by {image.height} pixels are more than a figure has"
-                )
-                raise kind.FigureError(f"{file}: {size}")
-            image.load()
-            texts: Any = image.text  # type: ignore[attr-defined]
-    else:
-        if not data.lstrip().startswith(PDF):
-            text = ElementTree.fromstring(data).findtext(
-                ".//{http://purl.org/dc/elements/1.1/}description"
+    with Image.open(file, formats=["PNG"]) as image:
+        if image.width * image.height > LARGEST:
+            raise kind.FigureError(
+                f"{file}: {image.width} by {image.height} pixels are more than a figure "
+                "has"
             )
-        else:
-            subject = re.search(rb"/Subject \(((?:[^\\()]|\\.)*)\)", data, re.DOTALL)
-            escaped = subject[1] if subject else b""
-            signs = {b"n": b"\n", b"r": b"\r"}
-            text = re.sub(
-                rb"(?s)\\(.)", lambda s: signs.get(s[1], s[1]), escaped
-            ).decode("ascii")
-        texts = json.loads(text or "{}")
-    return (
-        {str(key): str(value) for key, value in texts.items()}
-        if isinstance(texts, dict)
-        else {}
-    )
+        image.load()
+        return image.text  # type: ignore[attr-defined]
+
+
+def _subject_of_pdf(data: bytes) -> str:
+    """Return the subject of a PDF, its escaped signs as they were."""
+    subject = re.search(rb"/Subject \(((?:[^\\()]|\\.)*)\)", data, re.DOTALL)
+    escaped = subject[1] if subject else b""
+    signs = {b"n": b"\n", b"r": b"\r"}
+    plain = re.sub(rb"(?s)\\(.)", lambda sign: signs.get(sign[1], sign[1]), escaped)
+    return plain.decode("ascii")

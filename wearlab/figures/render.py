@@ -485,7 +485,9 @@ def _panel(ax: "Axes", panel: Panel, plot: Plot) -> None:
     if panel.title:
         ax.set_title(panel.title, pad=14.0 if panel.marks else None)
     least = {
-        side: doubt.least_seen(getattr(curve, side) for curve in panel.curves)
+        side: doubt.smallest_visible_error(
+            getattr(curve, side) for curve in panel.curves
+        )
         for side in "xy"
     }
     for curve in panel.curves:

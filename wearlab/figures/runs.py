@@ -1,10 +1,10 @@
-"""The runs that a figure shows: picked from a campaign's grid, loaded without padding, narrowed by select."""
+"""The runs that a figure shows, picked from a campaign's grid and narrowed by select."""
 
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -18,104 +18,6 @@ from wearlab.store.grid import key_text, own_values
 from wearlab.units import is_number
 
 STATE_COORDINATES = ("cycle", "mesh_cycles")
-
-
-def index_of(
-    asked: Any,
-    values: Sequence[Any],
-    dim: str,
-    name: str,
-    units: str | None = None,
-    key: str = "",
-) -> list[int]:
-    """Return the indices of a label, or of a list of labels, along a dimension.
-
-    Parameters
-    ----------
-    asked : a label, a list of labels, or a quantity with its unit
-    values : the labels there are
-    dim, name : the dimension and the figure, for the message
-    units : unit of the values, when they have one
-    key : dotted key of a scene that the values were given to, when they were
-    """
-    indices = []
-    for label in _several(asked):
-        index = index_of_quantity(label, values, units, key)
-        if index is None:
-            unit = f" {units}" if units else ""
-            shown = [
-                f"{value:g}{unit}" if is_number(value) else str(value)
-                for value in values
-            ]
-            said = (
-                f"select.{dim} = {label!r} is not there; "
-                f"{nearest.choices(label, shown)}"
-            )
-            raise FigureError(f"{name}: {said}")
-        indices.append(index)
-    return indices
-
-
-def _several(asked: Any) -> list[Any]:
-    return list(asked) if isinstance(asked, list | tuple) else [asked]
-
-
-def narrow(data: xr.Dataset, request: FigureRequest, grid_dims: set[str]) -> xr.Dataset:
-    """Return the run with only the selected places of its own dimensions.
-
-    ``update`` counts from 0 (−1 is the last); ``cycle`` and ``mesh_cycles`` take the
-    nearest wear state; other dimensions go by label, or by position where they have
-    none.
-
-    Raises
-    ------
-    FigureError : an unknown dimension or label
-    """
-    for key, asked in request.select.items():
-        if key in grid_dims or (key, asked) == ("case", "base"):
-            continue
-        if key == "update" or (key in STATE_COORDINATES and key in data.variables):
-            if "update" in data.dims:
-                data = data.isel(update=_states(_several(asked), data, key, request))
-        elif key in data.dims:
-            places = data[key]  # counted from 0 where it has no coordinate
-            units = places.attrs.get("units")
-            data = data.isel(
-                {key: index_of(asked, list(places.values), key, request.name, units)}
-            )
-        elif key not in schema.DIMENSIONS:
-            valid = sorted({*grid_dims, *map(str, data.dims), *STATE_COORDINATES})
-            raise request.error(
-                f"select.{key}: no such dimension; {nearest.choices(key, valid)}"
-            )
-    return data
-
-
-def _states(
-    asked: list[Any], data: xr.Dataset, key: str, request: FigureRequest
-) -> list[int]:
-    """Return the wear states of numbers, or those next to counts of cycles."""
-    if key != "update":
-        if not all(map(is_number, asked)):
-            raise request.error(
-                f"select.{key} = {request.select[key]!r} is not a number of cycles, such "
-                "as 2e7"
-            )
-        return list(
-            dict.fromkeys(
-                int(np.nanargmin(np.abs(data[key].values - float(n)))) for n in asked
-            )
-        )
-    count = data.sizes["update"]
-    for index in asked:
-        if not isinstance(index, int) or not -count <= index < count:
-            raise request.error(
-                f"select.{key} = {index!r} is not there; valid: 0 to {count - 1}, -1 "
-                "is the last"
-            )
-    return [index % count for index in asked]
-
-
 BASE = "base"
 COUNT = "n_updates"
 COORDINATES = (
@@ -132,16 +34,160 @@ COORDINATES = (
     "contact_ratio",
     "max_wear_depth",
 )
+OF_WORN_OUT = {
+    "life",
+    "service_life",
+    "remaining_useful_life",
+    "error_estimate_life",
+}
+"""Results of lives that reached the depth of ``wear.until``."""
 
 
-Point = tuple[dict[str, int], dict[str, Label], str]
-"""A run in a grid: its place, the labels there, its id."""
+def index_of(
+    selected: Any,
+    values: Sequence[Any],
+    dim: str,
+    name: str,
+    units: str | None = None,
+    key: str = "",
+) -> list[int]:
+    """Return the indices of a label, or of a list of labels, along a dimension.
+
+    Parameters
+    ----------
+    selected : a label, a list of labels, or a quantity with its unit
+    values : the labels there are
+    dim, name : the dimension and the figure, for the message
+    units : unit of the values, when they have one
+    key : dotted key of a scene that the values were given to, when they were
+
+    Raises
+    ------
+    FigureError : a label that is not there
+    """
+    indices = []
+    for label in _listed(selected):
+        index = index_of_quantity(label, values, units, key)
+        if index is None:
+            valid = [_with_unit(value, units) for value in values]
+            raise FigureError(
+                f"{name}: select.{dim} = {label!r} is not there; "
+                f"{nearest.choices(label, valid)}"
+            )
+        indices.append(index)
+    return indices
+
+
+def _with_unit(value: Any, units: str | None) -> str:
+    """Return a label as a campaign file may name it: a number with its unit."""
+    if not is_number(value):
+        return str(value)
+    return f"{value:g} {units}" if units else f"{value:g}"
+
+
+def _listed(selected: Any) -> list[Any]:
+    """Return what was selected as a list, also where it is a single label."""
+    return list(selected) if isinstance(selected, list | tuple) else [selected]
+
+
+def narrow(data: xr.Dataset, request: FigureRequest, grid_dims: set[str]) -> xr.Dataset:
+    """Return the run with only the selected places of its own dimensions.
+
+    ``update`` counts from 0 (−1 is the last); ``cycle`` and ``mesh_cycles`` take the
+    nearest wear state; other dimensions go by label, or by position where they have
+    none.
+
+    Parameters
+    ----------
+    data : variables of a run
+    request : its ``select`` names places by dimension
+    grid_dims : dimensions of the campaign's grid, which are none of the run's
+
+    Raises
+    ------
+    FigureError : an unknown dimension or label
+    """
+    for key, selected in request.select.items():
+        if key in grid_dims or (key, selected) == ("case", "base"):
+            continue
+        names_states = key in STATE_COORDINATES and key in data.variables
+        if key == "update" or names_states:
+            if "update" in data.dims:
+                states = _states(_listed(selected), data, key, request)
+                data = data.isel(update=states)
+        elif key in data.dims:
+            places = data[key]  # counted from 0 where it has no coordinate
+            units = places.attrs.get("units")
+            values = list(places.values)
+            indices = index_of(selected, values, key, request.name, units)
+            data = data.isel({key: indices})
+        elif key not in schema.DIMENSIONS:
+            valid = sorted({*grid_dims, *map(str, data.dims), *STATE_COORDINATES})
+            raise request.error(
+                f"select.{key}: no such dimension; {nearest.choices(key, valid)}"
+            )
+    return data
+
+
+def _states(
+    selected: list[Any], data: xr.Dataset, key: str, request: FigureRequest
+) -> list[int]:
+    """Return the wear states of numbers, or those next to counts of cycles."""
+    if key == "update":
+        return _numbered_states(selected, data.sizes["update"], request)
+    if not all(map(is_number, selected)):
+        raise request.error(
+            f"select.{key} = {request.select[key]!r} is not a number of cycles, "
+            "such as 2e7"
+        )
+    cycles = data[key].values
+    nearest_states = [
+        int(np.nanargmin(np.abs(cycles - float(count)))) for count in selected
+    ]
+    return list(dict.fromkeys(nearest_states))
+
+
+def _numbered_states(
+    selected: list[Any], count: int, request: FigureRequest
+) -> list[int]:
+    """Return wear states by their numbers, those below 0 counted from the end."""
+    for index in selected:
+        if not isinstance(index, int) or not -count <= index < count:
+            raise request.error(
+                f"select.update = {index!r} is not there; valid: 0 to {count - 1}, -1 "
+                "is the last"
+            )
+    return [index % count for index in selected]
+
+
+class Point(NamedTuple):
+    """A run in a grid.
+
+    Parameters
+    ----------
+    place : its index along each dimension of the grid
+    labels : its label along each of them
+    run_id : its identity
+    """
+
+    place: dict[str, int]
+    labels: dict[str, Label]
+    run_id: str
+
+
+class _PointLabels(NamedTuple):
+    """Labels of a point, and whether its case is repeated along every axis."""
+
+    labels: dict[str, Label]
+    repeated: bool
 
 
 def pick(
     grid: xr.Dataset, request: FigureRequest, *, all_cases: bool
 ) -> tuple[list[Point], list[str]]:
-    """Return the selected points of a grid that have data, a broadcast case once, and the names of others.
+    """Return the selected points of a grid that have data, and names of those without.
+
+    A case that is repeated along every axis is picked once.
 
     Parameters
     ----------
@@ -156,29 +202,24 @@ def pick(
     dims = [str(dim) for dim in grid.run_id.dims]
     ids = grid.run_id.values
     status = grid.status.values
-    wanted = [_wanted(grid, dim, request, all_cases) for dim in dims]
-    unsaid = (
-        ()
-        if "case" in (request.hue, request.rows, request.cols, request.x)
-        else (BASE,)
-    )
+    indices = [_selected_indices(grid, dim, request, all_cases) for dim in dims]
+    names_cases = "case" in _roles_and_x(request)
+
     picked: dict[object, Point] = {}
     missing: dict[str, None] = {}
-    for point in itertools.product(*wanted):
-        run_id = str(ids[point])
+    for index in itertools.product(*indices):
+        run_id = str(ids[index])
         if not run_id:
             continue
-        labels, repeated = _labels(grid, dims, point)
-        if status[point] == "done":
-            place = dict(zip(dims, point, strict=True))
-            picked.setdefault(
-                labels["case"] if repeated else point, (place, labels, run_id)
-            )
+        labels, repeated = _labels(grid, dims, index)
+        if status[index] == "done":
+            place = dict(zip(dims, index, strict=True))
+            identity = labels["case"] if repeated else index
+            picked.setdefault(identity, Point(place, labels, run_id))
         else:
-            told = dict.fromkeys(
-                x.text for x in labels.values() if x.value not in unsaid
-            )
-            missing[f"{', '.join(told) or run_id[:12]}: {status[point]}"] = None
+            name = _name_of_missing(labels, names_cases) or run_id[:12]
+            missing[f"{name}: {status[index]}"] = None
+
     if not picked and not missing:
         raise request.error(f"select = {dict(request.select)} leaves no run")
     if not picked:
@@ -188,60 +229,69 @@ def pick(
     return list(picked.values()), list(missing)
 
 
-def _wanted(
+def _roles_and_x(request: FigureRequest) -> tuple[str | None, ...]:
+    """Return the names that a figure gives to its hue, rows, columns and x."""
+    return (request.hue, request.rows, request.cols, request.x)
+
+
+def _name_of_missing(labels: Mapping[str, Label], names_cases: bool) -> str:
+    """Return the name of a run by its labels; the base only where cases are named."""
+    texts = [
+        label.text for label in labels.values() if names_cases or label.value != BASE
+    ]
+    return ", ".join(dict.fromkeys(texts))
+
+
+def _selected_indices(
     grid: xr.Dataset, dim: str, request: FigureRequest, all_cases: bool
 ) -> list[int]:
+    """Return the selected places along a dimension of the grid."""
     values = list(grid[dim].values)
     if dim in request.select:
         units = grid[dim].attrs.get("units")
-        key = grid[dim].attrs.get("key")
-        return index_of(
-            request.select[dim], values, dim, request.name, units, key or ""
-        )
-    if (
-        dim == "case"
-        and BASE in values
-        and not (
-            all_cases or "case" in (request.hue, request.rows, request.cols, request.x)
-        )
-    ):
+        key = grid[dim].attrs.get("key") or ""
+        selected = request.select[dim]
+        return index_of(selected, values, dim, request.name, units, key)
+
+    shows_cases = all_cases or "case" in _roles_and_x(request)
+    if dim == "case" and BASE in values and not shows_cases:
         return [values.index(BASE)]
     return list(range(len(values)))
 
 
 def _labels(
-    grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]
-) -> tuple[dict[str, Label], bool]:
-    """Return the labels of a point, and whether it is one of a case that is repeated along every axis.
+    grid: xr.Dataset, dims: Sequence[str], index: tuple[int, ...]
+) -> _PointLabels:
+    """Return the labels of a point.
 
-    Such a case bears its own label along them; the base is called by what it is, where
-    the grid says that.
+    A case that is repeated along every axis bears its own label along them; the base is
+    called by what it is, where the grid says that.
     """
-    at = zip(dims, point, strict=True)
+    places = dict(zip(dims, index, strict=True))
     labels = {
         dim: place(dim, grid[dim].values[i], grid[dim].attrs.get("units"))
-        for dim, i in at
+        for dim, i in places.items()
     }
     case = labels.get("case")
-    if case is None or case.value == BASE:
-        known = (
-            {"case": Label(BASE, str(grid["case"].attrs.get("base", BASE)))}
-            if case
-            else {}
-        )
-        return labels | known, False
-    index = tuple(
-        at if dim == "case" else slice(None)
-        for dim, at in zip(dims, point, strict=True)
-    )
-    own = own_values(grid)
+    if case is None:
+        return _PointLabels(labels, repeated=False)
+    if case.value == BASE:
+        labels["case"] = Label(BASE, str(grid["case"].attrs.get("base", BASE)))
+        return _PointLabels(labels, repeated=False)
+
+    if _is_repeated(grid, case, places):
+        return _PointLabels(dict.fromkeys(dims, case), repeated=True)
+    return _PointLabels(labels, repeated=False)
+
+
+def _is_repeated(grid: xr.Dataset, case: Label, places: Mapping[str, int]) -> bool:
+    """Say whether a case is one run that is repeated along every axis."""
+    case_values = own_values(grid)
+    if case_values:
+        return case.value in case_values
+    index = tuple(i if dim == "case" else slice(None) for dim, i in places.items())
     ids = grid.run_id.values[index]
-    repeated = (
-        case.value in own
-        if own
-        else bool(ids.size > 1 and len(set(ids.flat) - {""}) == 1)
-    )
-    return ({dim: case for dim in dims} if repeated else labels), repeated
+    return bool(ids.size > 1 and len(set(ids.flat) - {""}) == 1)
 
 
 def read_runs(
@@ -255,118 +305,186 @@ def read_runs(
     Variables that a run does not have are left out of its dataset. What any figure
     needs stays in a grid of which all runs are shown: it is read once for all its
     figures.
+
+    Parameters
+    ----------
+    grid : the campaign's dataset
+    points : the runs that were picked
+    names : variables that the figure needs
+    request : its ``select`` narrows the dimensions of the runs
     """
     if len(set(map(str, grid.run_id.values.flat)) - {""}) == len(points):
-        always = [
-            name for name in (*COORDINATES, *doubt.WITNESSES) if name in grid.variables
-        ]
-        grid[always].load(scheduler="synchronous")
-    grid = grid.rename(
-        {f"{name}_values": name for name in ("phase",) if f"{name}_values" in grid}
-    )
-    names = list(names)
+        _load_common(grid)
+    if "phase_values" in grid:
+        grid = grid.rename({"phase_values": "phase"})
+
     axes = along_axes(grid)
     dims = [str(dim) for dim in grid.run_id.dims]
-    wanted = dict.fromkeys((*names, *COORDINATES, *doubt.read_for(names), *axes, COUNT))
-    places = {
-        dim: xr.Variable("picked", [point[dim] for point, _, _ in points])
-        for dim in dims
-    }
-    box = grid[[name for name in wanted if name in grid.variables]].isel(places)
-    box = box.compute(scheduler="synchronous")
-    keys = {n: grid[n].attrs.get("key") for n in axes if grid[n].dtype.kind in "fiu"}
-    words = {
-        n: key_text(str(keys.get(n) or n)) for n in axes
-    }  # numbers by the key they were given to
-    scales = {
-        name: plot.Scale(text, str(grid[name].attrs.get("units", "1")))
-        for name, text in words.items()
-    }
-    own = own_values(grid)
+    picked = _read_picked(grid, points, list(names), axes)
+    scales = _scales_of_axes(grid, axes)
+    case_values = own_values(grid)
+
     runs = []
-    for number, (_, labels, run_id) in enumerate(points):
-        whole = box.isel({"picked": number}, missing_dims="ignore")
-        values = {name: whole[name].values.item() for name in axes if name not in dims}
-        beside = {
-            name: place(name, value, grid[name].attrs.get("units"))
-            for name, value in values.items()
-        }
-        case = labels.get("case")
-        given = dict[str, float]()
-        if case is not None and (mine := own.get(str(case.value))) is not None:
-            beside = dict.fromkeys(beside, case)
-            given = {
-                name: float(v) for name, v in mine.items() if isinstance(v, int | float)
-            }
-        full = _without_absent(
-            whole.isel(update=slice(int(whole[COUNT])), missing_dims="ignore"), dims
+    for number, point in enumerate(points):
+        data = picked.isel({"picked": number}, missing_dims="ignore")
+        case = point.labels.get("case")
+        values_of_case = case_values.get(str(case.value)) if case is not None else None
+        if case is not None and values_of_case is not None:
+            beside = dict.fromkeys((axis for axis in axes if axis not in dims), case)
+        else:
+            beside = _labels_beside(grid, data, axes, dims)
+
+        states = slice(int(data[COUNT]))
+        of_states = data.isel(update=states, missing_dims="ignore")
+        present = _without_absent(of_states, dims)
+        runs.append(
+            Run(
+                id=point.run_id,
+                place=point.labels,
+                data=narrow(present, request, set(dims)),
+                along={**point.labels, **beside},
+                scales=scales,
+                case_values=_numbers_in(values_of_case or {}),
+                doubts=doubt.doubts(present),
+            )
         )
-        told = ({**labels, **beside}, scales, given, doubt.doubts(full))
-        runs.append(Run(run_id, labels, narrow(full, request, set(dims)), (), *told))
     return _with_states(runs)
 
 
+def _load_common(grid: xr.Dataset) -> None:
+    """Read what any figure needs into the grid itself."""
+    names = (*COORDINATES, *doubt.WITNESSES)
+    common = [name for name in names if name in grid.variables]
+    grid[common].load(scheduler="synchronous")
+
+
+def _read_picked(
+    grid: xr.Dataset, points: Sequence[Point], names: list[str], axes: list[str]
+) -> xr.Dataset:
+    """Return the needed variables of all picked runs, along a dimension ``picked``."""
+    witnesses = doubt.variables_for(names)
+    needed = dict.fromkeys((*names, *COORDINATES, *witnesses, *axes, COUNT))
+    places = {
+        str(dim): xr.Variable("picked", [point.place[str(dim)] for point in points])
+        for dim in grid.run_id.dims
+    }
+    box = grid[[name for name in needed if name in grid.variables]].isel(places)
+    return box.compute(scheduler="synchronous")
+
+
+def _scales_of_axes(grid: xr.Dataset, axes: Sequence[str]) -> dict[str, plot.Scale]:
+    """Return what each axis shows; axes of numbers are called by their keys."""
+    scales = {}
+    for name in axes:
+        is_numeric = grid[name].dtype.kind in "fiu"
+        key = grid[name].attrs.get("key") if is_numeric else None
+        units = str(grid[name].attrs.get("units", "1"))
+        scales[name] = plot.Scale(key_text(str(key or name)), units)
+    return scales
+
+
+def _labels_beside(
+    grid: xr.Dataset, data: xr.Dataset, axes: Sequence[str], dims: Sequence[str]
+) -> dict[str, Label]:
+    """Return a run's label of each key that advances with an axis."""
+    return {
+        name: place(name, data[name].values.item(), grid[name].attrs.get("units"))
+        for name in axes
+        if name not in dims
+    }
+
+
+def _numbers_in(values: Mapping[str, Any]) -> dict[str, float]:
+    """Return those of some values that are numbers."""
+    return {
+        name: float(value)
+        for name, value in values.items()
+        if isinstance(value, int | float)
+    }
+
+
 def along_axes(grid: xr.Dataset) -> list[str]:
-    """Return the axes of a grid and the coordinates along them, whose values a figure can be drawn over."""
+    """Return the axes of a grid and the coordinates along them.
+
+    Their values are what a figure can be drawn over.
+
+    Parameters
+    ----------
+    grid : the campaign's dataset
+    """
     dims = [str(dim) for dim in grid.run_id.dims]
     beside = [
         str(name)
-        for name, v in grid.coords.items()
-        if len(v.dims) == 1 and v.dims[0] in dims
+        for name, coordinate in grid.coords.items()
+        if len(coordinate.dims) == 1
+        and coordinate.dims[0] in dims
+        and "key" in coordinate.attrs
     ]
-    return list(
-        dict.fromkeys((*dims, *(name for name in beside if "key" in grid[name].attrs)))
-    )
+    return list(dict.fromkeys((*dims, *beside)))
 
 
 def axis_named(grid: xr.Dataset, name: str) -> str:
-    """Return the axis or coordinate that a name means: itself, or the one of a key that ends so."""
+    """Return the axis that a name means: itself, or the one of a key that ends so.
+
+    Parameters
+    ----------
+    grid : the campaign's dataset
+    name : of an axis or coordinate, or the end of the key that it varies
+    """
     if name in grid.variables or name in grid.dims:
         return name
     keys = {axis: str(grid[axis].attrs.get("key", "")) for axis in along_axes(grid)}
-    meant = [
+    matches = [
         axis for axis, key in keys.items() if key == name or key.endswith(f".{name}")
     ]
-    return meant[0] if len(meant) == 1 else name
+    return matches[0] if len(matches) == 1 else name
 
 
 def _without_absent(data: xr.Dataset, dims: Iterable[str]) -> xr.Dataset:
-    """Drop the places in the grid, variables that it only padded, mesh periods that no state reaches."""
+    """Drop the places in the grid, and variables and mesh periods that it only padded."""
     absent = [
         name
-        for name, v in data.variables.items()
-        if name not in data.dims and _is_void(v)
+        for name, variable in data.variables.items()
+        if name not in data.dims and _is_void(variable)
     ]
     data = data.drop_vars([*absent, *dims, COUNT], errors="ignore")
-    along = [v.notnull() for v in data.data_vars.values() if "mesh_period" in v.dims]
-    held = [
-        v.any([dim for dim in v.dims if dim != "mesh_period"]).values for v in along
-    ]
-    return data.isel(mesh_period=np.any(held, axis=0)) if held else data
+
+    reached = []
+    for variable in data.data_vars.values():
+        if "mesh_period" in variable.dims:
+            further = [dim for dim in variable.dims if dim != "mesh_period"]
+            reached.append(variable.notnull().any(further).values)
+    return data.isel(mesh_period=np.any(reached, axis=0)) if reached else data
 
 
 def _is_void(variable: xr.Variable) -> bool:
+    """Say whether a variable has no value at all."""
     if variable.dtype.kind == "f":
         return bool(np.isnan(variable.values).all())
     return variable.dtype.kind in "OU" and not any(variable.values.flat)
 
 
 def _with_states(runs: list[Run]) -> list[Run]:
-    """Name wear states by preset depth, or by cycles with the hours where equal cycles took equal hours."""
-    named = [_cycle_labels(run.data) for run in runs]
-    hours = [() if _preset_labels(run.data) else _hours(run.data) for run in runs]
-    pairs = {
-        pair
-        for both in zip(named, hours, strict=True)
-        for pair in zip(*both, strict=False)
-    }
-    worn = {label: text for label, text in pairs if label.value != 0.0}
-    equal = len(worn) == sum(label.value != 0.0 for label, _ in pairs)
-    said = {
-        x: Label(x.value, f"{x.text} ({text})") for x, text in worn.items() if equal
-    }
-    states = [tuple(said.get(label, label) for label in labels) for labels in named]
-    return [replace(run, states=own) for run, own in zip(runs, states, strict=True)]
+    """Name wear states by preset depth, or by cycles.
+
+    The hours stand with them where equal cycles took equal hours in all runs.
+    """
+    labels_of = [_cycle_labels(run.data) for run in runs]
+    hours_of = [() if _preset_labels(run.data) else _hours(run.data) for run in runs]
+
+    pairs = set()
+    for labels, hours in zip(labels_of, hours_of, strict=True):
+        pairs |= set(zip(labels, hours, strict=False))
+    worn = [(label, text) for label, text in pairs if label.value != 0.0]
+    with_hours = {}
+    if len(dict(worn)) == len(worn):
+        for label, text in worn:
+            with_hours[label] = Label(label.value, f"{label.text} ({text})")
+
+    return [
+        replace(run, states=tuple(with_hours.get(label, label) for label in labels))
+        for run, labels in zip(runs, labels_of, strict=True)
+    ]
 
 
 def _hours(data: xr.Dataset) -> tuple[str, ...]:
@@ -375,46 +493,48 @@ def _hours(data: xr.Dataset) -> tuple[str, ...]:
         return ()
     units = str(data["operating_hours"].attrs.get("units", "h"))
     values = converted(data["operating_hours"].values, units, "h")
-    rounded = (float(f"{value:.3g}") for value in values)
+    rounded = [float(f"{value:.3g}") for value in values]
     return tuple(
         f"{value:g} h" if value < 1000.0 else f"{value:,.0f} h" for value in rounded
     )
 
 
 def _preset_labels(data: xr.Dataset) -> list[Label]:
-    """Name wear states by the depth that they were asked for by, none unless all worn ones were."""
+    """Return wear states by their preset depths, none unless all worn ones have one."""
     if "preset_depth" not in data or data.preset_depth.dims != ("update", "flank"):
         return []
     count = int(np.isfinite(np.atleast_1d(data.cycle.values)).sum())
-    asked = converted(
-        data.preset_depth.values[:count],
-        str(data.preset_depth.attrs.get("units", "m")),
-        "um",
-    )
-    known = np.isfinite(asked)
-    if not known[1:].any(axis=1).all() or count < 2:
+    units = str(data.preset_depth.attrs.get("units", "m"))
+    depths = converted(data.preset_depth.values[:count], units, "um")
+
+    is_preset = np.isfinite(depths)
+    if not is_preset[1:].any(axis=1).all() or count < 2:
         return []
-    place = np.where(known, asked, -1.0).argmax(axis=1)
-    told = zip(asked[np.arange(count), place], data.flank.values[place], strict=True)
-    labels = [Label(float(depth), f"{depth:g} µm on {flank}") for depth, flank in told]
-    return labels if known[0].any() else [Label(0.0, "first state"), *labels[1:]]
+    deepest = np.where(is_preset, depths, -1.0).argmax(axis=1)
+    preset = depths[np.arange(count), deepest]
+    flanks = data.flank.values[deepest]
+    labels = [
+        Label(float(depth), f"{depth:g} µm on {flank}")
+        for depth, flank in zip(preset, flanks, strict=True)
+    ]
+    if not is_preset[0].any():
+        labels[0] = Label(0.0, "first state")
+    return labels
 
 
 def _cycle_labels(data: xr.Dataset) -> tuple[Label, ...]:
+    """Return the labels of wear states by preset depth or cycles, else by number."""
     if "cycle" not in data:
-        return tuple(
-            Label(i, f"wear state {i}") for i in range(data.sizes.get("update", 1))
-        )
+        count = data.sizes.get("update", 1)
+        return tuple(Label(i, f"wear state {i}") for i in range(count))
+
+    counts = np.atleast_1d(data.cycle.values)
+    labels = [cycles(float(count)) for count in counts if not math.isnan(count)]
+    labels = _preset_labels(data) or labels
     depth = data.get("max_wear_depth")
     unworn = depth is not None and not np.any(
         depth.values.reshape(data.cycle.size, -1)[0]
     )
-    labels = [
-        cycles(float(count))
-        for count in np.atleast_1d(data.cycle.values)
-        if not math.isnan(count)
-    ]
-    labels = _preset_labels(data) or labels
     if unworn and labels and labels[0].value == 0.0:
         labels[0] = Label(0.0, "unworn")
     return tuple(labels)
@@ -424,42 +544,41 @@ def require(
     runs: list[Run],
     names: Sequence[str],
     request: FigureRequest,
-    ended: Mapping[str, int],
+    end_reasons: Mapping[str, int],
 ) -> list[Run]:
     """Return the runs that have all these variables.
 
-    ``ended`` counts what ended the lives of the others.
+    Parameters
+    ----------
+    runs : that were picked
+    names : of the variables
+    request : what the figure asks for
+    end_reasons : how many lives ended for which reason
 
     Raises
     ------
-    FigureError : none has
+    FigureError : no run has them
     """
     able = [run for run in runs if all(name in run.data.variables for name in names)]
     if able:
         return able
-    absent = [
-        name for name in names if not any(name in run.data.variables for run in runs)
-    ] or list(names)
+
+    present = {str(name) for run in runs for name in run.data.variables}
+    absent = [name for name in names if name not in present] or list(names)
     lacking = f"no selected run has {' and '.join(absent)}"
-    made = list(
-        dict.fromkeys(
-            schema.origin_of(name)[1] for name in absent if name in schema.VARIABLES
+    if set(absent) <= OF_WORN_OUT and end_reasons:
+        ends = ", ".join(
+            f"{count} by {reason}" for reason, count in end_reasons.items()
         )
-    )
-    if {*absent} <= {
-        "life",
-        "service_life",
-        "remaining_useful_life",
-        "error_estimate_life",
-    } and ended:
-        by = ", ".join(f"{count} by {reason}" for reason, count in ended.items())
-        why = (
-            f"all ended before the depth of wear.until ({by}); y = 'max_wear_depth' "
-            "shows how far they came"
+        raise request.error(
+            f"{lacking}: all ended before the depth of wear.until ({ends}); "
+            "y = 'max_wear_depth' shows how far they came"
         )
-        raise request.error(f"{lacking}: {why}")
-    names = sorted({str(name) for run in runs for name in run.data.data_vars})
-    known = (
-        f"it takes {' and '.join(made)}" if made else nearest.choices(absent[0], names)
+
+    origins = dict.fromkeys(
+        schema.origin_of(name)[1] for name in absent if name in schema.VARIABLES
     )
-    raise request.error(f"{lacking}; {known}")
+    if origins:
+        raise request.error(f"{lacking}; it takes {' and '.join(origins)}")
+    valid = sorted({str(name) for run in runs for name in run.data.data_vars})
+    raise request.error(f"{lacking}; {nearest.choices(absent[0], valid)}")

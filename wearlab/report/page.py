@@ -278,7 +278,7 @@ def remarks(entries: Entries) -> tuple[tuple[str, int], ...]:
     for lines in similar_lines.values():
         if _differ_in_one_number(lines):
             runs = set().union(*(runs_of_line[line] for line in lines))
-            counts[doubt.in_one(lines, NUMBER)] = len(runs)
+            counts[doubt.combined_reasons(lines, NUMBER)] = len(runs)
         else:
             counts.update({line: len(runs_of_line[line]) for line in lines})
     return tuple(counts.most_common(MAX_LINES))

@@ -1,0 +1,119 @@
+"""One figure of a grid, a run or a report, for programs and notebooks."""
+
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+from pydantic import ValidationError
+
+from wearlab.campaign.campaign import FigureSpec
+from wearlab.figures import kinds
+from wearlab.figures.kind import FigureError, no_kind, read
+from wearlab.figures.plotting import plotted
+from wearlab.nearest import choices
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+NAME = "figure"
+"""How errors call a figure that stands in no campaign file."""
+Size = float | tuple[float, float] | None
+"""Width, or width and height [inches]."""
+
+
+def figure(
+    of: Any, kind: str, *, ax: Any = None, size: Size = None, **options: Any
+) -> "Figure":
+    """Return a figure of stored or simulated runs.
+
+    Parameters
+    ----------
+    of : a grid (`Store.open`), one run (`Store.run`, `simulate`), or what `run`
+        returned
+    kind : listed by ``wearlab schema --figures``
+    ax : axes of matplotlib to draw in, one for each panel; title and legend stand in
+        them, notes are left out
+    size : width, or width and height [inches]; text and lines grow with the width [the
+        house's]
+    options : as in ``[[figure]]``: select, x, y, hue, rows, cols, units, title, note,
+        published
+
+    Returns
+    -------
+    A figure of matplotlib; notebooks show it, ``savefig`` writes it. What the reader's
+    rcParams set (fonts, ``text.usetex``, ``font.size``) holds before the house style;
+    ``title=""`` leaves the title out.
+
+    Raises
+    ------
+    FigureError : no such kind or option, or nothing of it can be drawn
+    """
+    request = read(specified({"kind": kind, **options}), 1, None)
+    plot = plotted(grid_of(of), request).plot
+    from wearlab.figures.render import drawn
+
+    return drawn(plot, size, ax)
+
+
+def specified(options: dict[str, Any]) -> FigureSpec:
+    """Return options as of ``[[figure]]`` as a campaign has them.
+
+    Parameters
+    ----------
+    options : by name, ``kind`` among them
+
+    Raises
+    ------
+    FigureError : no such kind or option
+    """
+    fields = FigureSpec.model_fields
+    for key in options:
+        if key not in fields:
+            raise FigureError(
+                f"{NAME}: {key!r} is no option; {choices(key, sorted(fields))}"
+            )
+    if options["kind"] not in kinds.KINDS:
+        raise FigureError(f"{NAME}: {no_kind(str(options['kind']))}")
+
+    values = {
+        key: tuple(value) if isinstance(value, list) else value
+        for key, value in options.items()
+    }
+    try:
+        return FigureSpec.model_validate(values)
+    except ValidationError as error:
+        key = str(error.errors()[0]["loc"][0])
+        meaning = FigureSpec.texts()[key]["description"]
+        raise FigureError(
+            f"{NAME}: {key} = {options[key]!r}: wanted: {meaning}"
+        ) from None
+
+
+def grid_of(of: Any) -> xr.Dataset:
+    """Return a grid; of one run, a grid of one point.
+
+    Parameters
+    ----------
+    of : a grid, a run, or a report of runs
+
+    Raises
+    ------
+    FigureError : it is none of them
+    """
+    grid = of
+    if hasattr(of, "to_xarray") and not isinstance(of, xr.Dataset):
+        grid = of.to_xarray()
+    if not isinstance(grid, xr.Dataset):
+        raise FigureError(
+            f"{NAME}: {type(of).__name__} is no dataset: give a grid, a run, or a "
+            "report"
+        )
+    if "run_id" in grid:
+        return grid
+    if "id" not in grid.attrs:
+        raise FigureError(f"{NAME}: this dataset is neither a run nor a grid of runs")
+
+    return grid.assign(
+        run_id=str(grid.attrs["id"]),
+        status="done",
+        n_updates=grid.sizes.get("update", 1),
+    )
