@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import xarray as xr
 
-from wearlab.figures import checks, kinds, layout, notes, series_of_runs
+from wearlab.figures import checks, kinds, layout, notes, series_of_runs, updated
 from wearlab.figures.kind import FigureRequest, Run, no_kind
-from wearlab.figures.kinds import update
 from wearlab.figures.plot import Plot
 from wearlab.figures.runs import pick
 
@@ -44,7 +43,7 @@ def of_update(subject: str, store: "Store", request: FigureRequest) -> Plot:
     FigureError : no update that shows it is kept
     """
     kind = kinds.KINDS[request.kind]
-    cases = update.updated_cases(subject, store, request, kind.needs)
+    cases = updated.updated_cases(subject, store, request, kind.needs)
     curves = [curve for case in cases for curve in kind.curves(case, request)]
     series = [curve for curve in curves if len(curve.x)]
     if not series:
