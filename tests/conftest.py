@@ -1,4 +1,6 @@
-"""Helpers of tests that worker processes must be able to import live in ``tests/support``."""
+"""Helpers of tests that worker processes must be able to import live
+in ``tests/support``.
+"""
 
 import gc
 import os
@@ -35,12 +37,16 @@ compiles the same ones."""
 
 
 def pytest_configure(config):
-    """Keep xdist from beginning with the files of most tests: these are not the long ones."""
+    """Keep xdist from beginning with the files of most tests: these
+    are not the long ones.
+    """
     config.option.loadscopereorder = False
 
 
 def pytest_collection_modifyitems(items):
-    """Begin with the long files: a worker that is given one last would keep all waiting for it."""
+    """Begin with the long files: a worker that is given one last
+    would keep all waiting for it.
+    """
     place = {HERE / name: number for number, name in enumerate(LONG)}
 
     items.sort(key=lambda item: place.get(item.path, len(LONG)))
@@ -53,7 +59,9 @@ def _held(plugins):
 
 @pytest.fixture(autouse=True)
 def no_plugins_left():
-    """Leave the next test without the variants that campaigns or stores of this one have brought."""
+    """Leave the next test without the variants that campaigns or
+    stores of this one have brought.
+    """
     yield
     plugins = sys.modules.get("wearlab.plugins")
     if plugins is not None and (plugins.brought() or plugins.UNRUN or _held(plugins)):

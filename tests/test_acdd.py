@@ -1,4 +1,6 @@
-"""What ACDD 1.3 highly recommends, which IOOS's checker asks for, is there without that checker."""
+"""What ACDD 1.3 highly recommends, which IOOS's checker asks for, is
+there without that checker.
+"""
 
 import pytest
 from scenes import external_pair

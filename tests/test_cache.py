@@ -1,4 +1,6 @@
-"""The folder of what can be made again: compiled code of builds long gone is dropped, nothing else."""
+"""The folder of what can be made again: compiled code of builds long
+gone is dropped, nothing else.
+"""
 
 import os
 from pathlib import Path

@@ -1,4 +1,6 @@
-"""The command line as users meet it: exit statuses, one message, nothing written where it should not be."""
+"""The command line as users meet it: exit statuses, one message, nothing written where
+it should not be.
+"""
 
 import json
 import os
@@ -31,7 +33,9 @@ class Result:
 
 @pytest.fixture
 def command(capsys, tmp_path, monkeypatch):
-    """Return a function that runs a command in an empty folder and tells status and output."""
+    """Return a function that runs a command in an empty folder and
+    tells status and output.
+    """
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("WEARLAB_STORE", raising=False)
 
@@ -544,7 +548,9 @@ def test_version(capsys):
 
 
 def test_every_file_of_commands_registers_itself():
-    """A new command is one new file: whatever stands in the folder is on the command line."""
+    """A new command is one new file: whatever stands in the folder is
+    on the command line.
+    """
     files = {
         one.stem for one in (Path(app.__file__).parent / "commands").glob("*.py")
     } - {"__init__"}

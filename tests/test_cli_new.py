@@ -1,4 +1,6 @@
-"""``wearlab new``: files that load as they are, and still do with what they offer in comments."""
+"""``wearlab new``: files that load as they are, and still do with
+what they offer in comments.
+"""
 
 import json
 import re

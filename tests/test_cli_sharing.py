@@ -1,4 +1,6 @@
-"""``export``, ``merge``, ``prune``, ``reindex``, ``cite`` as commands: what they say, and their status."""
+"""``export``, ``merge``, ``prune``, ``reindex``, ``cite`` as commands: what they say,
+and their status.
+"""
 
 import json
 import shutil
@@ -18,7 +20,8 @@ def study(tmp_path):
     """A campaign of two speeds, one of them stored, beside a run nobody asks for."""
     file = tmp_path / "study.toml"
     file.write_text(
-        f'extends = "{SPUR_50_50.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", '
+        f'extends = "{SPUR_50_50.as_posix()}"\n[[sweep]]\n'
+        '"operation.speed" = ["800 rpm", '
         '"1100 rpm"]\n'
     )
     campaign = wl.load(file)

@@ -194,7 +194,9 @@ def test_reference_pages_name_everything():
 
 
 def test_reference_pages_are_those_of_this_code(tmp_path):
-    """They are committed, so that a clone has what is linked to: ``python docs/reference_pages.py``."""
+    """They are committed, so that a clone has what is linked to:
+    ``python docs/reference_pages.py``.
+    """
     reference_pages().write(tmp_path)
     made = {file.name: file.read_text() for file in tmp_path.iterdir()}
     kept = {name: (DOCS / "reference" / name).read_text() for name in made}
@@ -203,13 +205,17 @@ def test_reference_pages_are_those_of_this_code(tmp_path):
 
 @pytest.fixture(scope="module")
 def papers():
-    """The module that makes the papers' pages, and what is kept of every campaign that they name."""
+    """The module that makes the papers' pages, and what is kept of
+    every campaign that they name.
+    """
     made = reference_pages("papers_pages")
     return made, made.all_kept()
 
 
 def test_every_claim_of_every_campaign_holds(papers):
-    """On runs of today's scenes and model version: ``python docs/papers_pages.py STORE`` measures."""
+    """On runs of today's scenes and model version: ``python
+    docs/papers_pages.py STORE`` measures.
+    """
     _, kept = papers
     claiming = {
         file.stem
@@ -256,7 +262,9 @@ def test_papers_have_a_row_for_each_figure_table_and_conclusion(papers):
 
 
 def test_quick_campaigns_are_those_whose_runs_take_seconds(papers):
-    """A change is checked by new runs of these, and by what was measured of all others."""
+    """A change is checked by new runs of these, and by what was
+    measured of all others.
+    """
     made, kept = papers
     quick = {Path(file).stem for file in made.quick(kept)}
     assert sum(kept[name].seconds for name in quick) < 90.0  # of one core
@@ -266,7 +274,9 @@ def test_quick_campaigns_are_those_whose_runs_take_seconds(papers):
 
 
 def test_the_page_of_errors_over_run_time_is_that_of_its_figures(monkeypatch):
-    """``python docs/accuracy_pages.py all`` measures, on a machine that does nothing else."""
+    """``python docs/accuracy_pages.py all`` measures, on a machine
+    that does nothing else.
+    """
     monkeypatch.syspath_prepend(str(DOCS))
     made = reference_pages("accuracy_pages")
     assert (DOCS / "accuracy.md").read_text() == made.page()

@@ -1,4 +1,6 @@
-"""The stiff and extreme cases of ``campaigns/extremes``: each ends as its file expects."""
+"""The stiff and extreme cases of ``campaigns/extremes``: each ends as
+its file expects.
+"""
 
 import pytest
 from scenes import CAMPAIGNS

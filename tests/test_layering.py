@@ -1,4 +1,6 @@
-"""Imports run one way along the road of the design, and what must start fast stays light."""
+"""Imports run one way along the road of the design, and what must
+start fast stays light.
+"""
 
 import ast
 import re
@@ -77,7 +79,9 @@ MODULE = re.compile(r"wearlab(\.\w+)+(?=:|$)")
 
 @cache
 def imported(source: str, module: str) -> tuple[tuple[int, str], ...]:
-    """Return line and name of every module that a source imports: anywhere in it, and by name as text."""
+    """Return line and name of every module that a source imports: anywhere in it, and
+    by name as text.
+    """
     return tuple(_imported(source, module))
 
 
@@ -100,7 +104,9 @@ def _imported(source: str, module: str) -> Iterator[tuple[int, str]]:
 
 
 def room(module: str) -> str | None:
-    """Return the room of a module of wearlab, None for the package itself and for others."""
+    """Return the room of a module of wearlab, None for the package
+    itself and for others.
+    """
     words = module.split(":")[0].split(".")
     return (
         words[1]
@@ -183,7 +189,9 @@ def test_rooms_after_the_simulation_are_no_part_of_the_code_of_a_run():
 
 
 def test_no_room_bears_the_name_of_a_public_function():
-    """Importing ``wearlab.update`` would hide ``wl.update``: such a room is called ``updating``."""
+    """Importing ``wearlab.update`` would hide ``wl.update``: such a
+    room is called ``updating``.
+    """
     assert {module.split(".")[1] for module in modules()} & FUNCTIONS == set()
 
 
@@ -196,7 +204,9 @@ def test_imports_run_one_way():
 
 
 def taken(source: str, module: str, known: set[str]) -> set[str]:
-    """Return the modules that a module takes something from, at any place in it, for types alone too."""
+    """Return the modules that a module takes something from, at any place in it, for
+    types alone too.
+    """
     named = {name for _, name in imported(source, module) if name in known}
     whole = {
         name.rpartition(".")[0] for name in named
@@ -210,7 +220,9 @@ def taken(source: str, module: str, known: set[str]) -> set[str]:
 
 
 def circle(graph: dict[str, set[str]]) -> list[str]:
-    """Return modules that import each other in a circle, none where there is no such circle."""
+    """Return modules that import each other in a circle, none where
+    there is no such circle.
+    """
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:
@@ -245,7 +257,9 @@ def test_no_modules_import_each_other_in_a_circle():
 
 @cache
 def variants() -> tuple[str, ...]:
-    """Return the packages whose files are variants of a slot: a line ``Slot(…, __name__)`` makes one."""
+    """Return the packages whose files are variants of a slot: a line ``Slot(…,
+    __name__)`` makes one.
+    """
     found = [module for module in modules() if module.endswith(".__init__")]
     return tuple(
         m.removesuffix(".__init__")

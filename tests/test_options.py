@@ -1,4 +1,6 @@
-"""What an option means is the text under it, as ``wearlab schema`` and messages tell it."""
+"""What an option means is the text under it, as ``wearlab schema``
+and messages tell it.
+"""
 
 import pytest
 

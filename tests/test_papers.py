@@ -38,7 +38,8 @@ def test_sources_of_options_are_in_the_bibliography():
 
 
 def test_slots_that_the_docs_list_are_those_there_are():
-    from wearlab.scene import Scene  # noqa: F401  so that every section has registered its slots
+    # so that every section has registered its slots
+    from wearlab.scene import Scene  # noqa: F401
     from wearlab.slots import Slot
 
     listed = set(

@@ -1,4 +1,6 @@
-"""A user's own variants: checked, cited, part of the identity, run only where the user says so."""
+"""A user's own variants: checked, cited, part of the identity, run
+only where the user says so.
+"""
 
 import json
 import pickle
@@ -34,8 +36,12 @@ SOURCE = """
     from wearlab.wear.coefficients import CoefficientModel
 
     class Mine(CoefficientModel):
-        model: Literal["{name}"] = option("{name}", "k falls with pressure", source="my thesis, Eq. 3")
-        limit: Annotated[Pressure, POSITIVE] = option("{limit}", "a pressure", source="my thesis")
+        model: Literal["{name}"] = option(
+            "{name}", "k falls with pressure", source="my thesis, Eq. 3"
+        )
+        limit: Annotated[Pressure, POSITIVE] = option(
+            "{limit}", "a pressure", source="my thesis"
+        )
 
         def build(self, setting):
             limit = self.limit
@@ -82,7 +88,9 @@ def test_options_are_checked_converted_and_cited(plugin):
 
 
 def test_a_default_with_its_unit_is_read_when_the_plugin_is_loaded(plugin):
-    """It had passed ``check`` as the text that it is, and ended in numba's traceback."""
+    """It had passed ``check`` as the text that it is, and ended in
+    numba's traceback.
+    """
     path = plugin(name="warm", limit="3 GPa")
     text = path.read_text()
     path.write_text(text.replace(str(3e9), '"3000 N/mm^2"'))
@@ -297,7 +305,9 @@ def test_plans_and_pages_of_stored_runs_need_no_code(tmp_path, capsys, monkeypat
 
 
 def test_a_step_of_ones_own_converges_with_its_order(tmp_path):
-    """Half the step leaves a quarter of the error: of the depth after 10 million cycles, against 1e-6."""
+    """Half the step leaves a quarter of the error: of the depth after 10 million
+    cycles, against 1e-6.
+    """
     base = load(EXAMPLES / "heun_steps.toml").cases[0].scene
 
     def depth(**step):
@@ -313,7 +323,9 @@ def test_a_step_of_ones_own_converges_with_its_order(tmp_path):
 
 
 def test_a_law_of_ones_own_runs_in(tmp_path):
-    """Depth with running-in: h + h0·(r − 1)(1 − …) grows as Archard's after it, r times as fast at first."""
+    """Depth with running-in: h + h0·(r − 1)(1 − …) grows as Archard's after it, r times
+    as fast at first.
+    """
     _, grid = run_of("running_in.toml", Store(tmp_path / "store"))
     rate = (
         grid.wear_rate.sel(flank="pinion")
@@ -405,7 +417,9 @@ def test_a_coordinate_more_changes_what_it_should():
 
 
 def test_a_stiffness_of_ones_own_is_what_it_says():
-    """Pairs in the path share the load as their stiffnesses: the mesh is as stiff as their sum."""
+    """Pairs in the path share the load as their stiffnesses: the mesh
+    is as stiff as their sum.
+    """
     (case,) = load(EXAMPLES / "parabolic_stiffness.toml").cases
     run = wearlab.simulate(case.scene).isel(update=0, mesh=0)
     pair = build(case.scene).kinds[0].pair

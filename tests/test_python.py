@@ -1,4 +1,6 @@
-"""wearlab in Python: whatever describes runs is run, opened, tabled and drawn, in one convention of units."""
+"""wearlab in Python: whatever describes runs is run, opened, tabled and drawn, in one
+convention of units.
+"""
 
 import numpy as np
 import pytest

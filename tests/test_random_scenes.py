@@ -1,4 +1,6 @@
-"""Random scenes over many decades: finite data whose invariants close, or a named refusal."""
+"""Random scenes over many decades: finite data whose invariants
+close, or a named refusal.
+"""
 
 from collections import Counter
 
@@ -12,7 +14,9 @@ from wearlab.scene import Scene
 from wearlab.simulation import Refused, simulate
 
 SEED = 1
-"""Of the drawn scenes: a number, not a hash of the test's own text, which formatting moves."""
+"""Of the drawn scenes: a number, not a hash of the test's own text,
+which formatting moves.
+"""
 NEVER_IN_CONTACT = {
     "gears": external_pair(
         {"teeth": 185, "profile_shift_coefficient": 0.2},

@@ -66,7 +66,9 @@ def test_every_room_is_either_used_or_comes_after():
 
 
 def test_a_run_without_dynamics_calls_nothing_of_it():
-    """The hash of such a run leaves the room out: not one function of it may be called."""
+    """The hash of such a run leaves the room out: not one function of
+    it may be called.
+    """
     scene = wl.load(PAIR).cases[0].scene
     wl.simulate(scene)  # what is imported or compiled on the way is
     called = set()

@@ -1,4 +1,6 @@
-"""The one reader of tables: what people and machines write, and what is refused with one clear message."""
+"""The one reader of tables: what people and machines write, and what is refused with
+one clear message.
+"""
 
 import numpy as np
 import pytest
@@ -43,7 +45,9 @@ GERMAN = (
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
 def test_a_weighing_as_excel_in_germany_writes_it(table, encoding):
-    """Lines above the headers, units in them, decimal commas, thousands, a column of notes, an end mark."""
+    """Lines above the headers, units in them, decimal commas, thousands, a column of
+    notes, an end mark.
+    """
     read = table(GERMAN, encoding)
     assert (
         read.names == ("Datum", "Masse", "Stunden", "Notiz") and read.header_line == 4

@@ -1,4 +1,6 @@
-"""What docs/where_to_add.md shows is all that it takes: each example is one file of a copy of the package."""
+"""What docs/where_to_add.md shows is all that it takes: each example is one file of a
+copy of the package.
+"""
 
 import json
 import os
@@ -27,13 +29,15 @@ from wearlab.schema import VARIABLES
 def pair(law):
     return {
         "gears": {
-            "kind": "external-pair", "module": "3 mm", "face_width": "20 mm", "pinion": {"teeth": 25},
-            "gear": {"teeth": 30},
+            "kind": "external-pair", "module": "3 mm", "face_width": "20 mm",
+            "pinion": {"teeth": 25}, "gear": {"teeth": 30},
         },
         "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
         "mesh": {"stiffness": "potential-energy"},
-        "wear": {"law": law, "coefficient": {"model": "constant", "value": "1e-16 m^2/N"}, "load": "static",
-            "contact_patch": "none", "until": {"depth": "1 um"}},
+        "wear": {
+            "law": law, "coefficient": {"model": "constant", "value": "1e-16 m^2/N"},
+            "load": "static", "contact_patch": "none", "until": {"depth": "1 um"},
+        },
     }
 
 ZERO, SOME = ({"model": "threshold", "threshold": f"{p} MPa"} for p in (0, 500))
@@ -48,11 +52,13 @@ print(json.dumps({
     "same": bool(np.allclose(rates[0], rates[1], rtol=1e-6)),
     "fixed": bool(np.array_equal(old.wear_rate, again.wear_rate)),
     "less": bool((rates[2] <= rates[1]).all() and (rates[2] < rates[1]).any()),
-    "uneven": float(half.wear_unevenness[-1].max()), "units": half.wear_unevenness.attrs["units"],
+    "uneven": float(half.wear_unevenness[-1].max()),
+    "units": half.wear_unevenness.attrs["units"],
     "kind": KINDS["wear-unevenness"].title, "known": "wear_unevenness" in VARIABLES,
 }), flush=True)
 import pytest
-raise SystemExit(pytest.main(["-q", "-p", "no:cacheprovider", "--import-mode=importlib", "tests"]))
+options = ["-q", "-p", "no:cacheprovider", "--import-mode=importlib"]
+raise SystemExit(pytest.main([*options, "tests"]))
 """
 TESTS = Path(__file__).parent
 

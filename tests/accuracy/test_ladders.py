@@ -1,4 +1,6 @@
-"""Ladders show the orders that methods have, and choose the cheapest rung that is good enough."""
+"""Ladders show the orders that methods have, and choose the cheapest
+rung that is good enough.
+"""
 
 import numpy as np
 import pytest

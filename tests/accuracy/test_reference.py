@@ -1,4 +1,6 @@
-"""The reference stands: a second method agrees, and would not agree with a wrong answer."""
+"""The reference stands: a second method agrees, and would not agree
+with a wrong answer.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,5 @@
-"""Solvers that a user would pick instead, each at its best: SciPy always, CyRK when it is installed.
+"""Solvers that a user would pick instead, each at its best: SciPy always, CyRK when it
+is installed.
 
 Marching peers get the compiled equation of motion, tolerances scaled to the orbit, and
 for free the number of mesh periods after which their transient is as small as their
@@ -52,7 +53,9 @@ class Bound(Protocol):
     def states(
         self, start: Array, periods: int, phases: Array, tolerance: float, scale: Array
     ) -> Array:
-        """Return the states at phases in [0, 1) of so many mesh periods, (periods, n_phases, 2n)."""
+        """Return the states at phases in [0, 1) of so many mesh
+        periods, (periods, n_phases, 2n).
+        """
         ...
 
 
@@ -153,7 +156,8 @@ class ClosingCyRK(CyRKIntegrator):
     def close(
         self, start: Array, periods: int, tolerance: float, scale: Array, free: bool
     ) -> tuple[Array, int]:
-        """Return the periodic state (2n,) by Newton's method with a kept derivative, and the periods marched.
+        """Return the periodic state (2n,) by Newton's method with a kept derivative,
+        and the periods marched.
 
         Parameters
         ----------

@@ -1,4 +1,5 @@
-"""Papers' scenes by the defaults of model version 3 and by today's: vibration, transmission error, life.
+"""Papers' scenes by the defaults of model version 3 and by today's: vibration,
+transmission error, life.
 
 Version 3 took up the load at A by a jump and took the stiffness from the
 potential-energy method; both are named options since. Nothing else differs between the
@@ -97,7 +98,9 @@ class Changed(NamedTuple):
 
 
 def scene_of(benchmark: Benchmark) -> Scene:
-    """Return the scene of a benchmark, unworn, by the paper's own choices of its mesh."""
+    """Return the scene of a benchmark, unworn, by the paper's own
+    choices of its mesh.
+    """
     scene: Scene = load(BASE / benchmark.file).cases[0].scene
     for key, value in {**benchmark.changes, "wear": WEAR}.items():
         scene = scene.replace(key, value)

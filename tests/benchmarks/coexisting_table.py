@@ -85,7 +85,9 @@ def steady(scene: Scene) -> tuple[Response, Periodic] | None:
 
 
 def drawn(seed: int, number: int) -> tuple[Response, Periodic] | None:
-    """Return the response of a pair of a seed, None where there are no such gears or nothing repeats."""
+    """Return the response of a pair of a seed, None where there are
+    no such gears or nothing repeats.
+    """
     rng = np.random.default_rng([seed, number])
     kind = internal_pair if number % 5 == 4 else external_pair
     drawn_scenes.SPEED_RATIO = SPEED_RATIO
@@ -114,7 +116,9 @@ def deflection(response: Response) -> float:
 def random_states(
     response: Response, count: int, rng: np.random.Generator
 ) -> list[Array]:
-    """Return states about the mean one, each with one random mode at a random phase and amplitude."""
+    """Return states about the mean one, each with one random mode at
+    a random phase and amplitude.
+    """
     system = response.system
     every = response.modes
     numbers = np.flatnonzero(every.excited() & (every.frequency > 0.0))
@@ -149,7 +153,9 @@ def six_states(response: Response) -> list[Array]:
 
 
 def elsewhere(response: Response, method: Periodic, states: Iterable[Array]) -> int:
-    """Return how many of the motions from some states settle elsewhere: marched to the end, never shot."""
+    """Return how many of the motions from some states settle elsewhere: marched to the
+    end, never shot.
+    """
     away = 0
     shooting = Shooting(response.system, response.tables, response.mesh_period)
     n = len(response.system.load)
@@ -166,7 +172,9 @@ def elsewhere(response: Response, method: Periodic, states: Iterable[Array]) -> 
 
 
 def holds(response: Response, method: Periodic, rival: Response | None) -> bool:
-    """Whether a motion that begins a thousandth off a rival does not end on the response."""
+    """Whether a motion that begins a thousandth off a rival does not
+    end on the response.
+    """
     return (
         rival is not None
         and elsewhere(response, method, [rival.state[0, 0] * 1.001]) == 1

@@ -1,4 +1,5 @@
-"""How long one contact analysis takes: TVMS, static transmission error and load sharing of a worn pair.
+"""How long one contact analysis takes: TVMS, static transmission error and load sharing
+of a worn pair.
 
 ``python tests/benchmarks/contact_time.py FILE`` prints it for the first case of a
 campaign file.
@@ -41,7 +42,9 @@ class ContactTime(NamedTuple):
 
 
 def contact_time(scene: Scene) -> ContactTime:
-    """Measure the contact analysis of a scene whose flanks are both worn by 5 µm, quadratically."""
+    """Measure the contact analysis of a scene whose flanks are both
+    worn by 5 µm, quadratically.
+    """
     for key, value in (
         ("numerics.profile_points", NODES),
         ("numerics.phase_points", PHASES),

@@ -1,4 +1,5 @@
-"""Teeth that meet beyond A and E under static load, by finite elements and nothing of the contact analysis.
+"""Teeth that meet beyond A and E under static load, by finite elements and nothing of
+the contact analysis.
 
 At each phase every pair of teeth in or near contact gets its meeting point, normal and
 distance from the drawn outlines (:mod:`.outline_contact`). All points of all phases are
@@ -71,7 +72,9 @@ class Loaded:
 
 @dataclass(frozen=True)
 class Meeting:
-    """The pairs of one phase: which, where they meet, what they yield together, and their contacts."""
+    """The pairs of one phase: which, where they meet, what they yield
+    together, and their contacts.
+    """
 
     number: NDArray[np.int64]
     touches: Sequence[Touch]
@@ -79,7 +82,9 @@ class Meeting:
     contacts: "Contacts"
 
     def forces(self, turn: float, force: Array) -> Array:
-        """Return the forces along the normals (n,) [N] at a turn of the driving gear [rad], from a guess."""
+        """Return the forces along the normals (n,) [N] at a turn of the driving gear
+        [rad], from a guess.
+        """
         arm, gap = (
             np.array(each)
             for each in zip(
@@ -101,7 +106,9 @@ class Meeting:
 def meetings(
     pair: GearPair, phase: Array, options: Options = OPTIONS
 ) -> tuple[Array, list[Meeting]]:
-    """Return where each pair would touch (n, n_pairs) [m], and the pairs that meet at each phase."""
+    """Return where each pair would touch (n, n_pairs) [m], and the
+    pairs that meet at each phase.
+    """
     outlines = Outlines(pair)
     path = pair.path
     pitch = pair.base_pitch
@@ -184,7 +191,8 @@ class Contacts:
 def balance(
     C: Array, contacts: Contacts, touches: Sequence[Touch], load: float
 ) -> tuple[Array, float]:
-    """Return the forces (n,) [N] and the driving gear's turn [rad] with contacts that stiffen under load.
+    """Return the forces (n,) [N] and the driving gear's turn [rad] with contacts that
+    stiffen under load.
 
     Parameters
     ----------
@@ -207,7 +215,8 @@ def balance(
 def elements(
     pair: GearPair, index: int, touches: Sequence[Touch], options: Options
 ) -> Array:
-    """Return what one gear yields at touches under each other, the local indentation taken out.
+    """Return what one gear yields at touches under each other, the local indentation
+    taken out.
 
     Parameters
     ----------
@@ -260,7 +269,8 @@ def between(
 
 
 def solve(C: Array, arm: Array, gap: Array, torque: float) -> tuple[Array, float]:
-    """Return forces ≥ 0 (n,) [N] that balance a torque [N·m], and the driving gear's turn [rad].
+    """Return forces ≥ 0 (n,) [N] that balance a torque [N·m], and the driving gear's
+    turn [rad].
 
     Parameters
     ----------

@@ -1,4 +1,5 @@
-"""Growth of waves of wear, by wavelength and contact patch: from the linearised rate, and from runs.
+"""Growth of waves of wear, by wavelength and contact patch: from the linearised rate,
+and from runs.
 
 ``python tests/benchmarks/corrugation.py FILE [WAVES …]`` prints, for the first scene of
 a campaign and every contact patch, by how much waves of the first flank grow per µm of
@@ -98,7 +99,9 @@ class _Flank:
         )
 
     def run(self, waves: float) -> float:
-        """Return the growth in a life, from the complex wave, whatever its phase along the path."""
+        """Return the growth in a life, from the complex wave,
+        whatever its phase along the path.
+        """
         wave = self.wave(waves)
         ends = [
             self._worn(self.with_wave(one))

@@ -1,9 +1,10 @@
-"""Published, static and coupled lives of W23's Figs. 9–12, from the stored runs of their campaigns.
+"""Published, static and coupled lives of W23's Figs. 9–12, from the stored runs of
+their campaigns.
 
 ``python tests/benchmarks/coupled_table.py STORE`` writes the tables into
-docs/evidence/coupled_lives.md, between the lines that name this file. Every row names the wear
-coefficient, the contact patch, how a pair enters and the harmonics of its runs, as
-their scenes have them.
+docs/evidence/coupled_lives.md, between the lines that name this file. Every row names
+the wear coefficient, the contact patch, how a pair enters and the harmonics of its
+runs, as their scenes have them.
 """
 
 import sys
@@ -29,7 +30,9 @@ PER = 1e-7
 
 
 class Figure(NamedTuple):
-    """A figure of W23: campaign, axis of its sweep and its unit, file of points in millions of cycles."""
+    """A figure of W23: campaign, axis of its sweep and its unit, file of points in
+    millions of cycles.
+    """
 
     number: int
     campaign: str
@@ -120,7 +123,9 @@ def rows(store: Any, figure: Figure) -> Iterator[str]:
 
 
 def forces(store: Any) -> Iterator[str]:
-    """Yield the table of Fig. 9: smallest and largest mesh force [N] over the wear of the sun."""
+    """Yield the table of Fig. 9: smallest and largest mesh force [N]
+    over the wear of the sun.
+    """
     largest = published("w23_fig9_largest.csv")
     smallest = published("w23_fig9_smallest.csv")
     depths = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0)
@@ -151,7 +156,9 @@ def forces(store: Any) -> Iterator[str]:
 
 
 def sliding_force(run: xr.Dataset, depth: float) -> float:
-    """Return the integral of normal force times sliding over the sun's path at a depth of its wear [W m]."""
+    """Return the integral of normal force times sliding over the sun's path at a depth
+    of its wear [W m].
+    """
     sun = run.sel(flank="sun")
     rate = sun.tooth_force * np.abs(sun.sliding_velocity)
     touched = np.isfinite(sun.path_position.values)
@@ -174,7 +181,9 @@ def told(values: Sequence[float], form: str) -> str:
 
 
 def laws(store: Any) -> Iterator[str]:
-    """Yield the table of damping laws at light loads: life, and at some depths force and loss of contact."""
+    """Yield the table of damping laws at light loads: life, and at some depths force
+    and loss of contact.
+    """
     campaign = load(TOP / "campaigns" / f"{LAWS}.toml")
     runs = store.open(campaign)
     cells = [f"life at {x:g} N·m" for x in runs.torque.values]

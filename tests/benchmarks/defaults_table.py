@@ -1,7 +1,9 @@
-"""The defaults against finite elements, in one command: stiffness, slow speed, onset of contact.
+"""The defaults against finite elements, in one command: stiffness, slow speed, onset of
+contact.
 
 ``python tests/benchmarks/defaults_table.py FOLDER [--drawn 12] [--seconds 240] [--page
-docs/evidence/defaults.md]`` judges the six meshes of the four papers and some drawn ones,
+docs/evidence/defaults.md]`` judges the six meshes of the four papers and some drawn
+ones,
 
 1. the error of the stiffness (:mod:`.stiffness_table`),
 2. the largest mesh force at 5 rpm over the static one (:mod:`.slow_table`),
@@ -220,42 +222,46 @@ This page is written by
 python tests/benchmarks/defaults_table.py FOLDER --page docs/evidence/defaults.md
 ```
 
-which keeps what it found in a folder, so that it may be stopped and asked again. What is judged are the six
-meshes of the four [papers](bibliography.md) and {drawn} drawn ones that helped to choose nothing: 18 to 60
-teeth (rings 70 to 120), modules m of 1 to 10 mm, faces b of 4 to 16 modules, loads of 30 to 150 N/mm per
-millimetre of module. How the judges are made, and how far they can be trusted, stands in
-[How far the models are off](model_error.md).
+which keeps what it found in a folder, so that it may be stopped and asked again. What
+is judged are the six meshes of the four [papers](../bibliography.md) and {drawn} drawn
+ones that helped to choose nothing: 18 to 60 teeth (rings 70 to 120), modules m of 1 to
+10 mm, faces b of 4 to 16 modules, loads of 30 to 150 N/mm per millimetre of module. How
+the judges are made, and how far they can be trusted, stands in [How far the models are
+off](../model_error.md).
 {missing}
 ## Stiffness
 
-Largest error of the secant mesh stiffness against an element solution of its own (refinement 4, on the worn
-outline). Of the default: unworn in single and in double contact, with 50 µm off both flanks, at 0.1 and 3
-times the torque T, the worst of all, and the time that a contact analysis takes. Of the options: unworn at
-the torque, in brackets the worst of all depths and torques.
+Largest error of the secant mesh stiffness against an element solution of its own
+(refinement 4, on the worn outline). Of the default: unworn in single and in double
+contact, with 50 µm off both flanks, at 0.1 and 3 times the torque T, the worst of all,
+and the time that a contact analysis takes. Of the options: unworn at the torque, in
+brackets the worst of all depths and torques.
 
 {stiffness}
 
 ## Slow sets
 
-Largest mesh force at 5 rpm over the static one. A pair that takes up its load at once never comes to rest.
+Largest mesh force at 5 rpm over the static one. A pair that takes up its load at once
+never comes to rest.
 
 {slow}
 
 ## Before and after
 
-What the change of the defaults did to the scenes of the papers, each with its gears, torque and supports, a
-damping ratio of the mesh of 0.07 where the paper prints no damping, and wear by the vibrating load with
-k = 1e-18 m²/N: the largest dynamic factor, the range of the static transmission error, and the cycles until
-the deepest flank has lost {depth}. Version 3 took up the load at A by a jump and its stiffness from the
+What the change of the defaults did to the scenes of the papers, each with its gears,
+torque and supports, a damping ratio of the mesh of 0.07 where the paper prints no
+damping, and wear by the vibrating load with k = 1e-18 m²/N: the largest dynamic factor,
+the range of the static transmission error, and the cycles until the deepest flank has
+lost {depth}. Version 3 took up the load at A by a jump and its stiffness from the
 potential-energy method.
 
 {changed}
 
 ## Onset of contact
 
-Error of the share of a pair in the static load (largest); of the largest mesh force and of the force of the
-pair that enters at A, both vibrating; the time that a contact analysis takes. The mesh frequency is 0.6 of
-the natural one, the damping ratio 0.07.
+Error of the share of a pair in the static load (largest); of the largest mesh force and
+of the force of the pair that enters at A, both vibrating; the time that a contact
+analysis takes. The mesh frequency is 0.6 of the natural one, the damping ratio 0.07.
 
 {onset}
 """

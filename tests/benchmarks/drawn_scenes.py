@@ -1,4 +1,5 @@
-"""Scenes of all kinds, drawn over decades: what the error estimates of runs are scored on.
+"""Scenes of all kinds, drawn over decades: what the error estimates of runs are scored
+on.
 
 Three decades of load, mesh frequencies from far below a resonance to twice above it,
 damping ratios of 0.005 to 0.2, backlash of none, 0 and 1 nm to 1 mm, every load that
@@ -58,7 +59,8 @@ def draw_any(seed: int, number: int) -> Scene:
 
 
 def small_scenes() -> list[Scene]:
-    """Return short scenes that between them need everything that scenes may need compiled.
+    """Return short scenes that between them need everything that scenes may need
+    compiled.
 
     Under a hundredth of the load teeth part, and the orbit is found another way.
     """
@@ -205,21 +207,27 @@ def _force(rng: np.random.Generator, module: float, width: float) -> float:
 
 
 def _mass(module: float, width: float, teeth: int) -> float:
-    """Return the inertia of a disc over the square of its radius [kg], of lengths in mm."""
+    """Return the inertia of a disc over the square of its radius
+    [kg], of lengths in mm.
+    """
     return 0.5 * np.pi * DENSITY * 1e-3 * width * (0.5e-3 * module * teeth) ** 2
 
 
 def _mesh_frequency(
     rng: np.random.Generator, width: float, masses: list[float]
 ) -> float:
-    """Return a mesh frequency below, in or above the resonance of a mesh [Hz], width in mm."""
+    """Return a mesh frequency below, in or above the resonance of a
+    mesh [Hz], width in mm.
+    """
     effective = 1.0 / sum(1.0 / mass for mass in masses)
     natural = float(np.sqrt(MESH_STIFFNESS * 1e-3 * width / effective)) / (2.0 * np.pi)
     return _decades(rng, *SPEED_RATIO) * natural
 
 
 def _ring(module: float, teeth: int) -> Table:
-    """Return a ring whose tips are short enough for every pinion, with a rim of three modules."""
+    """Return a ring whose tips are short enough for every pinion,
+    with a rim of three modules.
+    """
     return {
         "teeth": teeth,
         "tip_alteration": "wang-2023",

@@ -98,7 +98,8 @@ def main(files: Sequence[str]) -> None:
             for rung in element_convergence(one.pair):
                 mark = "*" if rung.refinement == Options().refinement else " "
                 print(
-                    f"{rung.refinement:11d}{mark}{100 * rung.own:9.3f}%{100 * rung.shared:9.3f}%"
+                    f"{rung.refinement:11d}{mark}"
+                    f"{100 * rung.own:9.3f}%{100 * rung.shared:9.3f}%"
                     f"{rung.order:8.2f}{rung.seconds:8.2f}"
                 )
             print()

@@ -1,4 +1,6 @@
-"""The scores of the error estimates as a figure: estimate against true error, one point for each scene."""
+"""The scores of the error estimates as a figure: estimate against true error, one point
+for each scene.
+"""
 
 import io
 from collections.abc import Sequence
@@ -20,7 +22,9 @@ HONEST, EXCEEDED, DOUBTED = "#0072B2", "#D55E00", "0.75"
 
 
 class ScorePanel(NamedTuple):
-    """What a panel shows: quantity, unit in which it is drawn, and how many of that make one of ours."""
+    """What a panel shows: quantity, unit in which it is drawn, and how many of that
+    make one of ours.
+    """
 
     quantity: str
     title: str
@@ -77,7 +81,9 @@ def scores_png(scores: Sequence[Score]) -> bytes:
 def _known(
     scores: Sequence[Score], quantity: str, trusted: bool
 ) -> NDArray[np.float64]:
-    """Return true and estimated errors of the runs that trust theirs, or of the others, (2, n)."""
+    """Return true and estimated errors of the runs that trust theirs,
+    or of the others, (2, n).
+    """
     pairs = [getattr(one, quantity) for one in scores if one.trusted == trusted]
     known = [pair for pair in pairs if pair is not None and np.isfinite(pair).all()]
     return np.reshape(np.array(known), (-1, 2)).T

@@ -1,4 +1,5 @@
-"""Scores of the error estimates of many scenes, computed one by one and kept as they come.
+"""Scores of the error estimates of many scenes, computed one by one and kept as they
+come.
 
 Every scene runs in a process of its own, within a time of the processor. Its row is
 added to a table at once, so that an interruption loses no more than what is under way;
@@ -69,7 +70,8 @@ class Asked(NamedTuple):
 def scored(
     seed: int, number: int, told: Callable[[str, float], None], longest: float
 ) -> Row:
-    """Return the row of one scene, with the time of the processor that it took, and its run alone [s].
+    """Return the row of one scene, with the time of the processor that it took, and its
+    run alone [s].
 
     Parameters
     ----------
@@ -111,7 +113,9 @@ def _names(seed: int, number: int) -> Row:
 
 
 def _work(line: Connection) -> None:
-    """Score scenes as they are asked for, in a process of its own that ends when a run takes too long."""
+    """Score scenes as they are asked for, in a process of its own that ends when a run
+    takes too long.
+    """
     from wearlab.simulation import simulate
 
     for scene in small_scenes():  # compiled before any clock runs
@@ -130,7 +134,9 @@ def _work(line: Connection) -> None:
 
 
 def one_state(scene: Scene) -> Scene:
-    """Return a scene that wears no further: it compiles what the scene needs before any clock runs."""
+    """Return a scene that wears no further: it compiles what the
+    scene needs before any clock runs.
+    """
     if scene.wear is None:
         return scene
     left = {
@@ -151,7 +157,9 @@ class Worker:
         self.process: BaseProcess | None = None
 
     def scored(self, seed: int, number: int, longest: float, reference: float) -> Row:
-        """Return the row of one scene, within a time of the processor for its run and its reference [s]."""
+        """Return the row of one scene, within a time of the processor for its run and
+        its reference [s].
+        """
         if self.process is None:
             self.line, theirs = Pipe()
             self.process = CONTEXT.Process(target=_work, args=(theirs,), daemon=True)
@@ -237,7 +245,8 @@ def of_row(row: Row) -> Score | None:
 def run(
     asked: Asked, source: str, file: Path, workers: int | None, report: Report
 ) -> list[Row]:
-    """Score the scenes that the table lacks, on several processes, and add each to the table when done.
+    """Score the scenes that the table lacks, on several processes, and add each to the
+    table when done.
 
     Parameters
     ----------

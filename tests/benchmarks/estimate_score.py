@@ -1,4 +1,5 @@
-"""Is the error estimate of a run honest? The run beside a reference to a tolerance of 1e-5.
+"""Is the error estimate of a run honest? The run beside a reference to a tolerance of
+1e-5.
 
 Where that reference takes longer than it may, one to 1e-4 serves if its own estimated
 errors are small beside those that the run tells of itself.
@@ -94,7 +95,9 @@ class Truth(NamedTuple):
 
 
 def reference(scene: Scene, cycle: float, tolerance: float = TIGHT) -> Truth:
-    """Return the life of a scene to a tight tolerance, to the same cycle whatever the depth."""
+    """Return the life of a scene to a tight tolerance, to the same
+    cycle whatever the depth.
+    """
     tight = scene.replace("numerics.tolerance", tolerance).replace(
         "wear.until.cycles", cycle
     )
@@ -206,7 +209,9 @@ def score(
 
 
 def _adequate(truth: Truth, data: xr.Dataset) -> bool:
-    """Return whether the reference's own errors are small beside the estimates that it is to judge."""
+    """Return whether the reference's own errors are small beside the estimates that it
+    is to judge.
+    """
     own = truth.own
     if own is None:
         return True
@@ -269,7 +274,9 @@ def _largest(data: xr.Dataset, truth: Truth) -> Pair:
 
 
 def _differ(found: xr.DataArray, true: Array) -> float:
-    """Return the largest difference of forces (mesh, mesh_period, phase) that begin in any period [N]."""
+    """Return the largest difference of forces (mesh, mesh_period, phase) that begin in
+    any period [N].
+    """
     one = found.transpose("mesh", "mesh_period", "phase").values[:, : true.shape[1]]
     return min(
         float(np.abs(np.roll(one, turn, axis=1) - true).max())
@@ -278,7 +285,9 @@ def _differ(found: xr.DataArray, true: Array) -> float:
 
 
 def _cost(scene: Scene, data: xr.Dataset) -> float:
-    """Return the time of the estimates over that of the rest, each the shortest of several short runs."""
+    """Return the time of the estimates over that of the rest, each the shortest of
+    several short runs.
+    """
     times = [_times(data)]
     if sum(times[0]) < SHORT:
         times += [_times(_simulated(scene)) for _ in range(REPEATS - 1)]
@@ -314,7 +323,8 @@ def _aperiodic(data: xr.Dataset) -> bool:
 def summary(
     scores: Sequence[Score], missed: int = 0
 ) -> dict[str, tuple[int, float, float]]:
-    """Return for each quantity: scenes, share with error below estimate, median of estimate over error.
+    """Return for each quantity: scenes, share with error below estimate, median of
+    estimate over error.
 
     An estimate that is missing (NaN) counts as one that the error exceeds.
 

@@ -1,4 +1,6 @@
-"""What the scores of the error estimates say: a table, whether they keep what is promised, and a dataset."""
+"""What the scores of the error estimates say: a table, whether they keep what is
+promised, and a dataset.
+"""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -70,7 +72,9 @@ def scores_of(rows: Sequence[Row], group: str | None = None) -> list[Score]:
 
 
 def reason_of(row: Row) -> str:
-    """Return why a scene has no score, in one of the words of `APART` and `MISSES`, or that it has one."""
+    """Return why a scene has no score, in one of the words of `APART` and `MISSES`, or
+    that it has one.
+    """
     reason = str(row["outcome"]).partition(":")[0]
     return (
         f"{DOUBTFUL}, {reason}"
@@ -80,7 +84,9 @@ def reason_of(row: Row) -> str:
 
 
 def misses(rows: Sequence[Row], group: str) -> int:
-    """Return how many scenes of a group have an error that took too long to find: it counts as exceeded."""
+    """Return how many scenes of a group have an error that took too long to find: it
+    counts as exceeded.
+    """
     return sum(belongs(row, group) and reason_of(row) in MISSES for row in rows)
 
 

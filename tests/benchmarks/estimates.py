@@ -1,4 +1,5 @@
-"""Are the error estimates of runs honest? Drawn scenes, each run beside a tight reference.
+"""Are the error estimates of runs honest? Drawn scenes, each run beside a tight
+reference.
 
 ``python tests/benchmarks/estimates.py --seed N [--scenes 300] [--workers N] OUT`` draws
 scenes: of 25, thirteen spur pairs, six internal pairs and six planetary sets in motion.

@@ -1,4 +1,5 @@
-"""How long the exact mesh relationship of a worn pair takes: tangency, smallest gap, and Algorithm 1.
+"""How long the exact mesh relationship of a worn pair takes: tangency, smallest gap,
+and Algorithm 1.
 
 ``python tests/benchmarks/exact_contact.py FILE`` prints it for every case of a campaign
 file that presets wear, at Y23's 1849 points, with the largest difference in rotation of
@@ -46,7 +47,9 @@ class ExactTime(NamedTuple):
 def exact_time(
     pair: GearPair, worn: tuple[Flank, Flank], depth: float = 0.0
 ) -> ExactTime:
-    """Measure the three methods on two worn flanks, at equally spaced points of the path."""
+    """Measure the three methods on two worn flanks, at equally spaced
+    points of the path.
+    """
     x = np.linspace(pair.path.A, pair.path.E, PUBLISHED_POINTS)
     touching = tangency(*worn, x)
     published = algorithm_1(pair, *worn)

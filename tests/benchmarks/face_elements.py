@@ -1,4 +1,5 @@
-"""Teeth in three dimensions on a mesh of their own, beside what ``face_coupling`` makes of them.
+"""Teeth in three dimensions on a mesh of their own, beside what ``face_coupling`` makes
+of them.
 
 ``python tests/benchmarks/face_elements.py [NUMBER …]`` prints, for drawn gears, how far
 the work of a line load is from that of solid elements: of ``elements`` and of
@@ -41,7 +42,9 @@ SLICES = 40
 
 
 class Drawn(NamedTuple):
-    """A gear: teeth, shift, face width in modules, helix angle [deg] and bricks along the face."""
+    """A gear: teeth, shift, face width in modules, helix angle [deg]
+    and bricks along the face.
+    """
 
     teeth: int
     shift: float
@@ -74,7 +77,9 @@ def gear_of(drawn):
 
 
 class Outline:
-    """The outline of a sector: x from the gear's centre, the loaded flank towards y > 0."""
+    """The outline of a sector: x from the gear's centre, the loaded
+    flank towards y > 0.
+    """
 
     def __init__(self, gear):
         self.gear = gear
@@ -105,7 +110,9 @@ class Outline:
 
 
 def mesh_of(outline, sizes):
-    """Return triangles between scattered points, and the lengths along the loaded flank of its vertices."""
+    """Return triangles between scattered points, and the lengths along the loaded flank
+    of its vertices.
+    """
     gear = outline.gear
     (fine, coarse, growth) = sizes
     half = math.pi / gear.teeth
@@ -204,7 +211,9 @@ def _matrices(basis, oblique):
 
 
 def _along(width, bricks):
-    """Return ∫ZZ, ∫ZZ', ∫Z'Z' of bricks of second degree, and for each load its nodal values."""
+    """Return ∫ZZ, ∫ZZ', ∫Z'Z' of bricks of second degree, and for
+    each load its nodal values.
+    """
     h = width / bricks
     n = 2 * bricks + 1
     mass, mixed, stiff = np.zeros((3, n, n))
@@ -225,7 +234,9 @@ def _along(width, bricks):
 
 
 class Loaded(NamedTuple):
-    """A section under unit loads: matrices, free unknowns, those of the plane first, and loads."""
+    """A section under unit loads: matrices, free unknowns, those of
+    the plane first, and loads.
+    """
 
     matrices: tuple
     free: np.ndarray
@@ -240,7 +251,9 @@ class Loaded(NamedTuple):
 
 
 def loaded(gear, oblique, sizes):
-    """Return the section of a gear under patches of pressure, each along the normal of the flank."""
+    """Return the section of a gear under patches of pressure, each
+    along the normal of the flank.
+    """
     outline = Outline(gear)
     mesh, vertices = mesh_of(outline, sizes)
     basis = Basis(mesh, ElementTriP2())
@@ -270,7 +283,9 @@ def loaded(gear, oblique, sizes):
 
 
 def judged(drawn):
-    """Return works without indentation in the solid, (3 loads, 3 heights), in the plane, and unknowns."""
+    """Return works without indentation in the solid, (3 loads, 3 heights), in the
+    plane, and unknowns.
+    """
     gear = gear_of(drawn)
     oblique = math.tan(math.radians(drawn.helix))
     coarse = loaded(gear, oblique, MESH)
@@ -299,7 +314,9 @@ def judged(drawn):
 
 
 def _cosine(gear, drawn):
-    """Return cos β_b of the oblique tooth: along the action indentations are larger by it."""
+    """Return cos β_b of the oblique tooth: along the action
+    indentations are larger by it.
+    """
     return math.cos(
         math.atan(
             math.tan(math.radians(drawn.helix))
@@ -332,7 +349,9 @@ def of_run(drawn):
 
 
 def of_layer(drawn, plane, modules=1.07, n=4000):
-    """Return the works of a layer in shear on a section of such compliances, likewise."""
+    """Return the works of a layer in shear on a section of such
+    compliances, likewise.
+    """
     y = (np.arange(n) + 0.5) / n - 0.5
     step = drawn.width / n
     works = np.empty((3, len(plane)))

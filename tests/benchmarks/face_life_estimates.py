@@ -1,4 +1,5 @@
-"""Are the error estimates of lives over the face honest? Drawn scenes, each beside a finer one.
+"""Are the error estimates of lives over the face honest? Drawn scenes, each beside a
+finer one.
 
 ``python tests/benchmarks/face_life_estimates.py --seed N [--scenes 100] [--seconds S]
 [--still] OUT`` draws pairs and planetary sets with a face - spur or helical, crowned,
@@ -124,7 +125,9 @@ def drawn(seed: int, number: int) -> Scene:
 
 
 def row(seed: int, number: int, still: bool) -> dict[str, Any] | None:
-    """Return the errors of one scene beside their estimates, None where the gears cannot be, or move."""
+    """Return the errors of one scene beside their estimates, None where the gears
+    cannot be, or move.
+    """
     begun = time.process_time()
     scene = drawn(seed, number)
     if still and scene.dynamics is not None:

@@ -37,7 +37,9 @@ HEADS = (
 
 
 def contact_seconds(scene: Scene) -> tuple[str, float]:
-    """Return the size of the first kind of mesh and the time of its contact analysis [s]."""
+    """Return the size of the first kind of mesh and the time of its
+    contact analysis [s].
+    """
     sliced = scene.replace(
         {"mesh.face_points": SLICES, "numerics.phase_points": PHASES}
     )
@@ -64,7 +66,9 @@ def setup_seconds(scene: Scene) -> float:
 
 
 def run_seconds(scene: Scene) -> tuple[float, int]:
-    """Return the time of a run whose kernels and teeth are there [s], and its size on disk [bytes]."""
+    """Return the time of a run whose kernels and teeth are there [s],
+    and its size on disk [bytes].
+    """
     begun = time.process_time()
     run = simulate(scene)
     seconds = time.process_time() - begun

@@ -1,4 +1,5 @@
-"""Fresh pairs by the defaults beside finite elements: do they lie within the line that the run shows?
+"""Fresh pairs by the defaults beside finite elements: do they lie within the line that
+the run shows?
 
 ``python tests/benchmarks/fresh_pairs.py [SEED]`` draws three pairs, writes each as the
 shortest campaign that makes it vibrate, runs it, and prints beside its numbers those of
@@ -107,7 +108,9 @@ def rounded(table: dict[str, Any]) -> dict[str, Any]:
 
 
 def fresh(seed: int) -> Iterator[str]:
-    """Yield the campaigns of three pairs that exist and run between the drawn shares of their resonance."""
+    """Yield the campaigns of three pairs that exist and run between
+    the drawn shares of their resonance.
+    """
     rng = np.random.default_rng(seed)
     for internal in KINDS:
         while True:

@@ -1,4 +1,5 @@
-"""Are the estimated errors of derivatives honest? Drawn pairs, beside a thirtieth of their tolerance.
+"""Are the estimated errors of derivatives honest? Drawn pairs, beside a thirtieth of
+their tolerance.
 
 ``python tests/benchmarks/gradient_errors.py --seed N [--scenes 10]`` prints how many
 errors are below their estimates, and the median of estimate over error, of elasticities
@@ -66,7 +67,9 @@ def tell(found: list[NDArray[np.float64]]) -> None:
 
 
 def errors(scene: Scene) -> NDArray[np.float64]:
-    """Return the elasticities of a scene to a fine tolerance, their errors and estimates, (3, n) [1]."""
+    """Return the elasticities of a scene to a fine tolerance, their errors and
+    estimates, (3, n) [1].
+    """
     keys = [*KEYS[:2], *(KEYS[2:] if scene.gears.pinion.tip_relief else ())]
     of = ["life"]
     if scene.dynamics is not None:

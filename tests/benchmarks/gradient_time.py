@@ -1,4 +1,5 @@
-"""How long ten derivatives take beside a run: of the first case of `campaigns/spur_tip_relief.toml`.
+"""How long ten derivatives take beside a run: of the first case of
+`campaigns/spur_tip_relief.toml`.
 
 ``python tests/benchmarks/gradient_time.py [REPEATS]`` prints the least processor time
 of each: for a scene that the process has seen, and for others of another face width

@@ -57,7 +57,9 @@ class Growth(NamedTuple):
 
     @property
     def exponent(self) -> float:
-        """Slope of the time over the size, log over log, of the last half of the points."""
+        """Slope of the time over the size, log over log, of the last
+        half of the points.
+        """
         half = len(self.sizes) // 2
         return float(
             np.polyfit(np.log(self.sizes[half:]), np.log(self.seconds[half:]), 1)[0]
@@ -70,7 +72,8 @@ def spur(**more: Any) -> Scene:
 
 
 def planetary(planets: int, model: str) -> Scene:
-    """Return a set of so many planets on the least sun with room for them, all of whose meshes are in phase.
+    """Return a set of so many planets on the least sun with room for them, all of whose
+    meshes are in phase.
 
     Teeth of sun and ring are multiples of the planets: otherwise a period breaks at
     other instants in every mesh, and what grows is the number of steps.
@@ -109,7 +112,9 @@ def planetary(planets: int, model: str) -> Scene:
 
 
 def steady(scene: Scene) -> tuple[int, float]:
-    """Return the coordinates of a scene and the time of its wear state with a cold steady response [s]."""
+    """Return the coordinates of a scene and the time of its wear state with a cold
+    steady response [s].
+    """
     parts = build(scene)
     coupling = parts.coupling
     unworn = parts.coupling.unworn()
@@ -123,7 +128,9 @@ def grown(name: str, sizes: Sequence[float], of: Callable[[Any], float]) -> Grow
 
 
 def campaign_of(runs: int) -> float:
-    """Return the least time of campaigns of so many runs in one process, each into a fresh store [s]."""
+    """Return the least time of campaigns of so many runs in one process, each into a
+    fresh store [s].
+    """
     return least(lambda: campaign(runs))
 
 
@@ -141,7 +148,9 @@ def campaign(runs: int) -> None:
 
 
 def over_coordinates() -> Growth:
-    """Return the time of a cold steady state over the coordinates of pairs and planetary sets."""
+    """Return the time of a cold steady state over the coordinates of
+    pairs and planetary sets.
+    """
     cases = [spur(dynamics={"model": "torsional"})]
     cases += [
         spur(
@@ -189,7 +198,9 @@ PARTS: dict[str, Callable[[], Growth]] = {
 
 
 def kept(folder: Path, parts: Sequence[str]) -> list[Growth]:
-    """Time these parts anew, keep them beside those timed before, and return all in order."""
+    """Time these parts anew, keep them beside those timed before, and
+    return all in order.
+    """
     file = folder / "growth.json"
     known = json.loads(file.read_text()) if file.exists() else {}
     for part in parts:

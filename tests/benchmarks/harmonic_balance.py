@@ -1,4 +1,5 @@
-"""Harmonic balance with alternating frequency and time, for the same mesh force as every other method.
+"""Harmonic balance with alternating frequency and time, for the same mesh force as
+every other method.
 
 The state enters a mesh force by its deflection alone. With a mean stiffness k̄ kept on
 the linear side,
@@ -80,7 +81,9 @@ class HarmonicBalance:
         self.frequency = 2 * np.pi / (given.period * periods) * np.arange(harmonics + 1)
 
     def linear(self) -> tuple[Harmonics, Harmonics]:
-        """Return δ without N and the receptances −∂δ/∂N, harmonics first: (H + 1, m), (H + 1, m, m)."""
+        """Return δ without N and the receptances −∂δ/∂N, harmonics first: (H + 1, m),
+        (H + 1, m, m).
+        """
         t = self.given
         omega = self.frequency
         n = len(t.push)
@@ -102,7 +105,8 @@ class HarmonicBalance:
         return found[..., 0] - error, found[..., 1:]
 
     def solve(self, start: Harmonics | None = None) -> Harmonics | None:
-        """Return the harmonics of the mesh deflections (n_mesh, H + 1) [m], None where Newton fails.
+        """Return the harmonics of the mesh deflections (n_mesh, H + 1) [m], None where
+        Newton fails.
 
         Parameters
         ----------
@@ -138,12 +142,16 @@ class HarmonicBalance:
 
     @cached_property
     def _parts(self) -> tuple[Harmonics, Harmonics, Array]:
-        """What wear and Newton's steps leave as it is: `linear`, and its matrix on stacked harmonics."""
+        """What wear and Newton's steps leave as it is: `linear`, and
+        its matrix on stacked harmonics.
+        """
         free, receptance = self.linear()
         return free, receptance, _real_matrix(receptance)
 
     def deflection(self, delta: Harmonics, phase: Array) -> Array:
-        """Return the mesh deflections (n_periods, n_mesh, n_phases) [m] at phases in [0, 1)."""
+        """Return the mesh deflections (n_periods, n_mesh, n_phases)
+        [m] at phases in [0, 1).
+        """
         turns = (np.arange(self.periods)[:, None] + phase) / self.periods
         waves = np.exp(2j * np.pi * np.arange(self.harmonics + 1) * turns[..., None])
         waves[..., 1:] *= 2.0
@@ -155,7 +163,9 @@ class HarmonicBalance:
         return Deflections(deflection, np.zeros_like(deflection))
 
     def harmonics_of(self, deflection: Array) -> Harmonics:
-        """Return the harmonics of deflections (n_mesh, n_t) [m] at even phases of the orbit."""
+        """Return the harmonics of deflections (n_mesh, n_t) [m] at
+        even phases of the orbit.
+        """
         return self._harmonics(deflection)
 
     def _harmonics(self, samples: Array, most: int | None = None) -> Harmonics:
@@ -212,7 +222,9 @@ def sampled(given: Motion, phase: Array) -> MeshSamples:
 
 
 def _stacked(values: Harmonics) -> Array:
-    """Return harmonics (m, H + 1) as mean, real parts, imaginary parts of every mesh, (m (2 H + 1),)."""
+    """Return harmonics (m, H + 1) as mean, real parts, imaginary parts of every mesh,
+    (m (2 H + 1),).
+    """
     return np.concatenate([values.real, values.imag[:, 1:]], axis=1).ravel()
 
 
@@ -242,7 +254,8 @@ def _real_matrix(receptance: Harmonics) -> Array:
 
 
 def _toeplitz(tangent: Harmonics) -> Array:
-    """Return the matrix on stacked harmonics that multiplies by a function of time, block by mesh.
+    """Return the matrix on stacked harmonics that multiplies by a function of time,
+    block by mesh.
 
     ``(k δ)_h = Σ_m k_{h−m} δ_m + k_{h+m} δ_m*`` over m ≥ 1, and ``k_h δ_0``.
 

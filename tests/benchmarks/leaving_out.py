@@ -1,4 +1,5 @@
-"""What each absent part of a scene saves, and that leaving it out changes nothing: a table to print.
+"""What each absent part of a scene saves, and that leaving it out changes nothing: a
+table to print.
 
 ``python tests/benchmarks/leaving_out.py`` runs one wearing state of a spur pair in
 pairs of scenes. In the first of each pair a part is present but without effect, in the
@@ -43,7 +44,8 @@ Change = dict[str, Any]
 
 
 class Part(NamedTuple):
-    """A part, as a change of the base scene that has no effect, and the change that leaves it out.
+    """A part, as a change of the base scene that has no effect, and the change that
+    leaves it out.
 
     Parameters
     ----------
@@ -169,7 +171,9 @@ def saving(part: Part, turns: int = TURNS) -> Saving:
 
 
 def apart(groups: Sequence[Any]) -> float:
-    """Return how far groups of turns, (n, 2) seconds each, are apart in what is saved [1]."""
+    """Return how far groups of turns, (n, 2) seconds each, are apart
+    in what is saved [1].
+    """
     if not all(map(len, groups)):
         return 1.0
     savings = [
@@ -179,14 +183,18 @@ def apart(groups: Sequence[Any]) -> float:
 
 
 def _timed(one: Scene) -> float:
-    """Return the processor time of a run without estimates and the search for further attractors [s]."""
+    """Return the processor time of a run without estimates and the
+    search for further attractors [s].
+    """
     begun = time.process_time()
     _run(one)
     return time.process_time() - begun
 
 
 def _run(one: Scene) -> None:
-    """Build a scene, let it live, and work out everything that is stored of its states."""
+    """Build a scene, let it live, and work out everything that is
+    stored of its states.
+    """
     from wearlab.simulation import static, vibration
     from wearlab.simulation.life_run import integrate_life, operating_conditions
 
@@ -200,7 +208,9 @@ def _run(one: Scene) -> None:
 
 
 def _difference(first: Any, second: Any) -> float:
-    """Return the largest relative difference of the compared variables in the states both have."""
+    """Return the largest relative difference of the compared
+    variables in the states both have.
+    """
     found = [np.inf]
     for name in COMPARED:
         if name in first and name in second:

@@ -1,4 +1,5 @@
-"""Whether the force that wears carries the load: drawn scenes in motion, unworn and worn.
+"""Whether the force that wears carries the load: drawn scenes in motion, unworn and
+worn.
 
     python tests/benchmarks/momentum.py --seed 1 --scenes 100
 
@@ -46,7 +47,9 @@ def built(scene: Scene, finer: int) -> GearModel:
 
 
 class Balance(NamedTuple):
-    """How well the forces of a motion carry the load: the largest share left, with steps a period."""
+    """How well the forces of a motion carry the load: the largest share left, with
+    steps a period.
+    """
 
     off: float = np.inf
     steps: int = 0
@@ -57,7 +60,9 @@ class Balance(NamedTuple):
 def balance(
     scene: Scene, flanks: str, number: int, bar: float, longest: float
 ) -> Balance:
-    """Return the balance with the steps it takes to be within the bar, or with the most that time allows."""
+    """Return the balance with the steps it takes to be within the bar, or with the most
+    that time allows.
+    """
     found = Balance()
     for finer in FINER:
         try:

@@ -45,7 +45,8 @@ REFINEMENT = 3
 
 
 class Judged(NamedTuple):
-    """One mesh by elements alone: shares of the pairs (n_phases, n_pairs), and force tables.
+    """One mesh by elements alone: shares of the pairs (n_phases, n_pairs), and force
+    tables.
 
     ``force`` (n_phases, n_deflections, n_pairs) [N] over ``phase`` and ``deflection``
     [m].
@@ -58,7 +59,9 @@ class Judged(NamedTuple):
 
 
 class Moving(NamedTuple):
-    """A steady response: the largest mesh force, and the force of the pair that enters at A [N]."""
+    """A steady response: the largest mesh force, and the force of the pair that enters
+    at A [N].
+    """
 
     largest: float
     entering: float
@@ -87,7 +90,9 @@ def judged(one: PairOfSet) -> Judged:
 
 
 class Mover(NamedTuple):
-    """One degree of freedom that the mesh moves: mass [kg], damping [N s/m], mesh period [s]."""
+    """One degree of freedom that the mesh moves: mass [kg], damping
+    [N s/m], mesh period [s].
+    """
 
     mass: float
     damping: float
@@ -95,7 +100,9 @@ class Mover(NamedTuple):
 
 
 def mover(stiffness: float, tuned: float = TUNED) -> Mover:
-    """Return a unit mass on the mean stiffness, excited at a share of its natural frequency."""
+    """Return a unit mass on the mean stiffness, excited at a share of
+    its natural frequency.
+    """
     natural = np.sqrt(stiffness)
     return Mover(1.0, 2.0 * DAMPED * natural, 2.0 * np.pi / (tuned * natural))
 
@@ -150,7 +157,9 @@ def judged_moving(judge: Judged, load: float, stiffness: float, moved: Mover) ->
 
 
 def shares(analysis: ContactAnalysis, phase: Array) -> Array:
-    """Return the share of each of the judge's pairs in the static load, (n_phases, n_pairs) [1]."""
+    """Return the share of each of the judge's pairs in the static
+    load, (n_phases, n_pairs) [1].
+    """
     grid = analysis.grid
     segment = np.clip(
         np.searchsorted(grid.breaks, phase, side="right") - 1,

@@ -1,4 +1,5 @@
-"""Where two teeth meet first, from their outlines alone: points rotated, distances on circles.
+"""Where two teeth meet first, from their outlines alone: points rotated, distances on
+circles.
 
 A second way to what :mod:`wearlab.mesh.exact` computes, for comparison with it. Both
 flanks are polygons of many points of the drawn outline, root curve and tip corner
@@ -48,7 +49,9 @@ class Touch(NamedTuple):
 
 
 class Polygon(NamedTuple):
-    """A flank as points: parameter, radius and angle from its tooth's centre line, each (n,)."""
+    """A flank as points: parameter, radius and angle from its tooth's
+    centre line, each (n,).
+    """
 
     parameter: Array
     radius: Array
@@ -57,7 +60,8 @@ class Polygon(NamedTuple):
 
 @dataclass(frozen=True)
 class Outlines:
-    """The two gears in their places, the driving one in the origin, the pitch point on the x axis.
+    """The two gears in their places, the driving one in the origin, the pitch point on
+    the x axis.
 
     Parameters
     ----------
@@ -108,11 +112,14 @@ class Outlines:
 
     @property
     def mirror(self) -> float:
-        """Sign by which x is turned so that the pitch point lies at +x from the driven gear's centre."""
+        """Sign by which x is turned so that the pitch point lies at
+        +x from the driven gear's centre.
+        """
         return 1.0 if self.pair.internal else -1.0
 
     def touch(self, position: float) -> Touch | None:
-        """Return where the teeth meet first when they would be conjugate at a path position [m].
+        """Return where the teeth meet first when they would be conjugate at a path
+        position [m].
 
         None where no circle about the driven gear's centre meets both teeth.
         """
@@ -156,7 +163,9 @@ class Outlines:
         )
 
     def _turned(self, position: float) -> tuple[float, float]:
-        """Return the angles of both centre lines, the driven one's in the mirrored frame [rad]."""
+        """Return the angles of both centre lines, the driven one's in
+        the mirrored frame [rad].
+        """
         at_pitch = []
         for gear, radius in zip(self.pair.gears, self.pitch_radius, strict=True):
             flank = LoadedFlank(gear)
@@ -174,7 +183,9 @@ class Outlines:
         parameter: tuple[float, float],
         seen: complex,
     ) -> Touch:
-        """Lay the common normal: the flank's own, also where the mate touches it with its corner."""
+        """Lay the common normal: the flank's own, also where the mate
+        touches it with its corner.
+        """
         driven_line = turned[1] - angle
         at_driving_corner = parameter[0] == 2.0
         if at_driving_corner:

@@ -1,4 +1,5 @@
-"""An outside march of W23's planetary set: lives and forces without the dynamics and the lives of wearlab.
+"""An outside march of W23's planetary set: lives and forces without the dynamics and
+the lives of wearlab.
 
     python tests/benchmarks/outside_march.py --torque 90 134 150 --forces 134
 
@@ -25,7 +26,15 @@ from wearlab.scene import Scene
 from wearlab.simulation import simulate
 
 sys.path[:0] = [str(Path(__file__).parents[1] / "support")]
-from outside_set import PLANETS, Scratch, geometry, lags, march, meshes, train  # noqa: E402
+from outside_set import (  # noqa: E402
+    PLANETS,
+    Scratch,
+    geometry,
+    lags,
+    march,
+    meshes,
+    train,
+)
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns/planetary_torque.toml"
 COEFFICIENT = 2.85e-16
@@ -36,7 +45,9 @@ averaged without."""
 
 
 class Motion(NamedTuple):
-    """Where a march ends: state, mean normal forces (n_steps, 2, n_mesh, n_pairs), extremes, periods read."""
+    """Where a march ends: state, mean normal forces (n_steps, 2, n_mesh, n_pairs),
+    extremes, periods read.
+    """
 
     state: np.ndarray
     normal: np.ndarray
@@ -112,7 +123,9 @@ class Outside:
         return Motion(state, normal / periods, extremes, periods)
 
     def tooth_forces(self, motion: Motion, wear: Any) -> list[np.ndarray]:
-        """Return the mean force on a pair at the nodes of each kind of flank, (n,) each [N]."""
+        """Return the mean force on a pair at the nodes of each kind
+        of flank, (n,) each [N].
+        """
         width = meshes(self.coupling, wear, self.lag, self.steps).width
         start = np.concatenate([[0.0], np.cumsum(width)[:-1]])
         found = []
@@ -143,7 +156,9 @@ class Outside:
         ]
 
     def pointwise(self, forces: list[np.ndarray]) -> list[np.ndarray]:
-        """Return Archard's law of both kinds, ``k (F/B) |1 − v_other/v_own|`` times passes, (2, n) each."""
+        """Return Archard's law of both kinds, ``k (F/B) |1 − v_other/v_own|`` times
+        passes, (2, n) each.
+        """
         of = geometry(self.scene)
         k = float(self.scene.wear.coefficient.value)
         z = of["teeth"]
@@ -169,7 +184,9 @@ class Outside:
     def grown(
         self, wear: Any, forces: list[np.ndarray], cycles: float
     ) -> list[np.ndarray]:
-        """Return the wear some cycles later while forces stay: ``h' = S r + D h`` exactly, nowhere less."""
+        """Return the wear some cycles later while forces stay: ``h' = S r + D h``
+        exactly, nowhere less.
+        """
         found = []
         each = zip(
             self.coupling.kinds, wear, forces, self.pointwise(forces), strict=True
@@ -191,7 +208,8 @@ class Outside:
     def life(
         self, depth: float, longest: float
     ) -> tuple[float, list[tuple[float, float, Motion]]]:
-        """Return the cycles until the sun is so deep, and (depth, cycle, motion) of every step.
+        """Return the cycles until the sun is so deep, and (depth, cycle, motion) of
+        every step.
 
         ``longest``: wear of a step of the midpoint rule, shorter ones at first [m]
         """
@@ -245,7 +263,9 @@ def update_at(run: Any, depth: float) -> int:
 
 
 def told_of_forces(run: Any, outside: Outside, depth: float) -> str:
-    """Return the largest elastic force of a sun–planet mesh on the profiles of the run, in words."""
+    """Return the largest elastic force of a sun–planet mesh on the
+    profiles of the run, in words.
+    """
     own = float(
         run.mesh_force_max.isel(update=update_at(run, depth)).values[:PLANETS].max()
     )

@@ -1,4 +1,6 @@
-"""Work–precision curves of the peers: marched as long as told, closed by Newton, or balanced by harmonics."""
+"""Work–precision curves of the peers: marched as long as told, closed by Newton, or
+balanced by harmonics.
+"""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -66,7 +68,9 @@ class Course(NamedTuple):
         return len(self.known.force)
 
     def error(self, bound: Bound, tolerance: float, start: Array, count: int) -> float:
-        """Return the relative error of the mesh force in the period that follows ``count`` others [1]."""
+        """Return the relative error of the mesh force in the period that follows
+        ``count`` others [1].
+        """
         state = bound.march(start, count, tolerance, self.scale) if count else start
         if not np.isfinite(state).all():
             return float("inf")
@@ -154,7 +158,8 @@ def laddered(
 
 
 def rung(given: Course, bound: Bound, tolerance: float) -> Rung | None:
-    """Find the error that marching on and on would leave, then march as long as that is worth.
+    """Find the error that marching on and on would leave, then march as long as that is
+    worth.
 
     None where the march cannot be afforded.
     """
@@ -182,7 +187,9 @@ def rung(given: Course, bound: Bound, tolerance: float) -> Rung | None:
 
 
 def closed_rung(given: Course, bound: Bound, tolerance: float) -> Rung:
-    """Close the orbit by Newton's method around the integrator, cold and from the neighbour."""
+    """Close the orbit by Newton's method around the integrator, cold
+    and from the neighbour.
+    """
     system = given.known.response.system
     free = len(balance_of(system, given.problem.vibration.period).held) > 0
     close = partial(
@@ -206,7 +213,9 @@ def balance_curve(given: Course) -> WorkPrecision:
 
 
 def balance_rung(given: Course, harmonics: int) -> Rung:
-    """Balance so many harmonics of a mesh period, cold and continued from the neighbour."""
+    """Balance so many harmonics of a mesh period, cold and continued
+    from the neighbour.
+    """
     balance = HarmonicBalance(given.motion, harmonics * given.periods, given.periods)
     near = balance.harmonics_of(
         np.moveaxis(given.near, 1, 0).reshape(given.near.shape[1], -1)

@@ -15,11 +15,15 @@ REPEATS = 4
 
 
 class OutOfTime(BaseException):
-    """The processor was used for as long as allowed: like an interruption, nothing on the way catches it."""
+    """The processor was used for as long as allowed: like an interruption, nothing on
+    the way catches it.
+    """
 
 
 def limit_work(longest: float) -> None:
-    """Let this process use the processor for so long from now on, before the system tells it to end [s]."""
+    """Let this process use the processor for so long from now on, before the system
+    tells it to end [s].
+    """
     used = resource.getrusage(resource.RUSAGE_SELF)
     _, most = resource.getrlimit(resource.RLIMIT_CPU)
     soft = (
@@ -53,7 +57,9 @@ def bounded(longest: float) -> Iterator[None]:
 
 
 def least(work: Callable[[], object]) -> float:
-    """Return the least processor time of several repeats, after one that warms up [s]."""
+    """Return the least processor time of several repeats, after one
+    that warms up [s].
+    """
     work()
     times = []
     for _ in range(REPEATS):

@@ -1,4 +1,5 @@
-"""Our steady states against peers at their best, to the same errors: settings first, then times in turns.
+"""Our steady states against peers at their best, to the same errors: settings first,
+then times in turns.
 
 Every contestant gets the cheapest of its settings that reaches an error. Then all run
 in turns, round after round, in processor time: what else the machine does meets them
@@ -134,13 +135,17 @@ def _batch(action: Action, count: int) -> float:
 
 
 def seconds_of(action: Action, times: int = 1) -> float:
-    """Return the processor time of an action that has run before: the least of some [s]."""
+    """Return the processor time of an action that has run before: the
+    least of some [s].
+    """
     action()
     return min(_batch(action, 1) for _ in range(times))
 
 
 def ours(given: Course, targets: tuple[float, ...]) -> dict[float, list[Contestant]]:
-    """Return our default method, cold and from a neighbouring state, by the fewest steps for each error."""
+    """Return our default method, cold and from a neighbouring state, by the fewest
+    steps for each error.
+    """
     problem = given.problem
     force = given.known.force
     found: dict[float, list[Contestant]] = {target: [] for target in targets}
@@ -191,7 +196,9 @@ def _laddered(
     settings: tuple[float, ...],
     entrant: Callable[[Any], Contestant | None],
 ) -> dict[float, list[Contestant]]:
-    """Return the coarsest setting that reaches each error, none where the finest does not."""
+    """Return the coarsest setting that reaches each error, none where
+    the finest does not.
+    """
     found: dict[float, list[Contestant]] = {target: [] for target in targets}
     for setting in settings:
         one = entrant(setting)
@@ -204,7 +211,9 @@ def _laddered(
 
 
 def _march(given: Course, bound: Any, role: str, tolerance: float) -> Contestant | None:
-    """Return a march from the best static state, no longer than what it forgets is worth."""
+    """Return a march from the best static state, no longer than what
+    it forgets is worth.
+    """
     start = given.starts[0]
     forgetting = periods_to(given.left[0], FORGOTTEN)
     floor = given.error(bound, tolerance, given.known.start, forgetting)

@@ -93,7 +93,9 @@ def is_kernel(node: ast.FunctionDef) -> bool:
 
 
 def chosen_by_type(files: list[Source]) -> set[str]:
-    """Return the functions that numba chooses from by types: compiled too, without a decorator."""
+    """Return the functions that numba chooses from by types: compiled
+    too, without a decorator.
+    """
     names = set()
     for node in (node for one in files for node in functions(one) if is_kernel(node)):
         for overload in (
@@ -107,14 +109,18 @@ def chosen_by_type(files: list[Source]) -> set[str]:
 
 
 def named_by_users(node: ast.FunctionDef) -> bool:
-    """Whether users name its parameters: all beyond the sixth by keyword, or as options of a command."""
+    """Whether users name its parameters: all beyond the sixth by keyword, or as options
+    of a command.
+    """
     positional = [a.arg for a in (*node.args.posonlyargs, *node.args.args)]
     command = any("command" in ast.unparse(one) for one in node.decorator_list)
     return command or (is_public(node) and len(positional) <= MANY)
 
 
 def with_many_parameters(files: list[Source]) -> Found:
-    """Return the functions with too many parameters: compiled ones, those that users name, and others."""
+    """Return the functions with too many parameters: compiled ones, those that users
+    name, and others.
+    """
     found: Found = {"compiled": [], "named by users": [], "others": []}
     by_type = chosen_by_type(files)
     for one in files:
@@ -133,7 +139,9 @@ def with_many_parameters(files: list[Source]) -> Found:
 
 
 def chosen_by_text(files: list[Source]) -> Found:
-    """Return the comparisons with a text that is not empty, in the rooms that choose physics."""
+    """Return the comparisons with a text that is not empty, in the
+    rooms that choose physics.
+    """
     found: Found = {"comparisons with a text": []}
     for one in files:
         for node in ast.walk(one.tree) if one.room in CHOOSING else ():
@@ -171,7 +179,9 @@ def of_one_name(files: list[Source]) -> Found:
 
 
 def told(files: list[Source]) -> dict[str, tuple[int, int]]:
-    """Return of how many public physics functions the docstring tells a unit, and a source."""
+    """Return of how many public physics functions the docstring tells
+    a unit, and a source.
+    """
     public = [
         (one, node, ast.get_docstring(node) or "")
         for one in files
@@ -194,7 +204,9 @@ def told(files: list[Source]) -> dict[str, tuple[int, int]]:
 
 
 def blocks(files: list[Source]) -> Found:
-    """Return the pairs of files that share blocks of equal lines, imports and blank lines left out."""
+    """Return the pairs of files that share blocks of equal lines, imports and blank
+    lines left out.
+    """
     at = defaultdict(set)
     for one in files:
         lines = [

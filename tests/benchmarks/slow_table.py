@@ -1,4 +1,6 @@
-"""The largest mesh force of slow sets over the static one, which nothing that jumps brings to 1."""
+"""The largest mesh force of slow sets over the static one, which nothing that jumps
+brings to 1.
+"""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -36,7 +38,9 @@ SETS: dict[str, tuple[dict[str, Any], str]] = {
 
 
 class Slow(NamedTuple):
-    """One way in: the largest over the static mesh force of a slow set, that of the worst mesh [1]."""
+    """One way in: the largest over the static mesh force of a slow set, that of the
+    worst mesh [1].
+    """
 
     way: str
     ratio: float

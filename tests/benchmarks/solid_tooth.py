@@ -1,4 +1,5 @@
-"""One tooth in three dimensions beside plane strain and plane stress, over its face width.
+"""One tooth in three dimensions beside plane strain and plane stress, over its face
+width.
 
 ``python tests/benchmarks/solid_tooth.py`` prints how far each plane state is from the
 solid tooth. All three have the same mesh of the section, the same clamp (bore and both
@@ -39,7 +40,9 @@ PLACES = (1.25, 1.5, 1.75)
 
 
 class Yields(NamedTuple):
-    """Compliance of the tooth without indentation, at each place, per unit width [1/Pa]."""
+    """Compliance of the tooth without indentation, at each place, per
+    unit width [1/Pa].
+    """
 
     strain: np.ndarray
     stress: np.ndarray
@@ -47,7 +50,9 @@ class Yields(NamedTuple):
 
 
 def gear(teeth=50, module=0.003):
-    """Return the gear that is looked at: full depth, unshifted, trochoid root, narrow bore."""
+    """Return the gear that is looked at: full depth, unshifted,
+    trochoid root, narrow bore.
+    """
     given = GearSpec(name="pinion", teeth=teeth)
     return gear_pair(
         given, GearSpec(name="gear", teeth=teeth), Basics(module, face_width=0.02)
@@ -96,7 +101,9 @@ def _solid(shape, material, width, refinement, layers):
 
 
 def _compliance(built, shape, refinement):
-    """Return what the opposite flank yields along a unit load on the (half) face, at each place."""
+    """Return what the opposite flank yields along a unit load on the
+    (half) face, at each place.
+    """
     stiffness, logical, clamped, axes = built
     free = np.setdiff1d(np.arange(stiffness.shape[0]), clamped)
     solved = splu(
@@ -129,7 +136,9 @@ def _normal(shape, v):
 
 
 def _even(z):
-    """Return Simpson weights of the nodes along half the face that add up to 1, each node thrice."""
+    """Return Simpson weights of the nodes along half the face that
+    add up to 1, each node thrice.
+    """
     levels = np.unique(np.round(z, 12))
     thick = np.diff(levels[::2])
     weight = np.zeros(len(levels))
@@ -157,9 +166,8 @@ def yields(width, refinement=1, layers=LAYERS, teeth=50):
 
 def main():
     """Print the table."""
-    print(
-        f"{'face width':>12}{'solid over plane strain at q = ' + str(PLACES):>52}{'over plane stress':>34}"
-    )
+    over_strain = f"solid over plane strain at q = {PLACES}"
+    print(f"{'face width':>12}{over_strain:>52}{'over plane stress':>34}")
     for width in WIDTHS:
         found = yields(width)
         strain = found.solid / found.strain - 1.0

@@ -1,4 +1,5 @@
-"""How long one steady state to a wanted error takes: cold, and from a neighbouring wear state.
+"""How long one steady state to a wanted error takes: cold, and from a neighbouring wear
+state.
 
 ``python tests/benchmarks/steady_time.py FILE`` prints a line for every case of a
 campaign file that moves: the fewest steps, of some, that reach the error against twice
@@ -47,7 +48,8 @@ class SteadyTime(NamedTuple):
 def steady_time(
     scene: Scene, error: float = ERROR, budget: float = 1.0
 ) -> SteadyTime | None:
-    """Return the times of the fewest steps that reach an error, None where none of those tried does.
+    """Return the times of the fewest steps that reach an error, None where none of
+    those tried does.
 
     ``budget``: for each of the two times [s].
     """

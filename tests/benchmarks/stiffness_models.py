@@ -1,4 +1,5 @@
-"""Stiffness models of a campaign against its first case: errors in single and double contact, and run time.
+"""Stiffness models of a campaign against its first case: errors in single and double
+contact, and run time.
 
 ``python tests/benchmarks/stiffness_models.py FILE [WEAR]`` prints one table for each
 kind of mesh, healthy or with WEAR µm off both flanks.
@@ -103,7 +104,9 @@ def judge(
 
 
 def secant_stiffness(analysis: ContactAnalysis, wear: float = 0.0) -> Array:
-    """Return F/(δ − e) of evenly worn flanks at the phase nodes, (n_phase_nodes,) [N/m]."""
+    """Return F/(δ − e) of evenly worn flanks at the phase nodes,
+    (n_phase_nodes,) [N/m].
+    """
     nodes = analysis.nodes(np.full((2, len(analysis.grid.position)), wear))
     state = analysis.quasistatic(nodes, analysis.at_nodes)
     stiffness: Array = analysis.load / (state.deflection - state.unloaded)
@@ -111,7 +114,9 @@ def secant_stiffness(analysis: ContactAnalysis, wear: float = 0.0) -> Array:
 
 
 def zones(analysis: ContactAnalysis, error: Array) -> tuple[Zone, ...]:
-    """Return mean and largest of errors at the phase nodes, for each number of pairs in the path."""
+    """Return mean and largest of errors at the phase nodes, for each
+    number of pairs in the path.
+    """
     present = np.sum(analysis.grid.pairs_at_phase_nodes >= 0, axis=1)
     weight = analysis.grid.phase_nodes[1]
     return tuple(
@@ -170,13 +175,16 @@ def report(title: str, judged: Sequence[Judgement]) -> str:
             f"{100 * z.mean:+11.1f}%{100 * z.largest:8.1f}%" for z in one.zones
         )
         lines.append(
-            f"{one.label:32}{1e-9 * one.mean_stiffness:10.2f}{errors}{1e3 * one.seconds:9.1f}"
+            f"{one.label:32}{1e-9 * one.mean_stiffness:10.2f}"
+            f"{errors}{1e3 * one.seconds:9.1f}"
         )
     return "\n".join(lines)
 
 
 def main(words: Sequence[str]) -> None:
-    """Print the tables of a campaign file, for flanks worn evenly by a depth in µm when one is given."""
+    """Print the tables of a campaign file, for flanks worn evenly by a depth in µm when
+    one is given.
+    """
     file = words[0]
     wear = 1e-6 * float(words[1]) if len(words) > 1 else 0.0
     campaign = load(file)

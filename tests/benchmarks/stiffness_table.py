@@ -1,4 +1,5 @@
-"""Stiffness of the default and of every option against converged finite elements, on eighteen meshes.
+"""Stiffness of the default and of every option against converged finite elements, on
+eighteen meshes.
 
 For the six meshes of the four papers and drawn ones, the largest relative error of the
 secant mesh stiffness over single and double contact: unworn and with 50 µm off both
@@ -53,7 +54,9 @@ JUDGE = 4
 
 
 class Score(NamedTuple):
-    """One model on one mesh: largest error in single and in double contact [1], and the time it takes [s]."""
+    """One model on one mesh: largest error in single and in double contact [1], and the
+    time it takes [s].
+    """
 
     model: str
     depth: float
@@ -64,7 +67,9 @@ class Score(NamedTuple):
 
 
 def meshes(count: int) -> Iterator[tuple[str, Scene, PairOfSet]]:
-    """Return the papers' meshes and drawn ones, none of which helped to choose anything."""
+    """Return the papers' meshes and drawn ones, none of which helped
+    to choose anything.
+    """
     for paper, file in PAPERS.items():
         scene = load(CAMPAIGNS / file).cases[0].scene
         for one in build_set(scene).kinds:
@@ -85,7 +90,9 @@ def meshes(count: int) -> Iterator[tuple[str, Scene, PairOfSet]]:
 
 
 def drawn(rng: np.random.Generator, internal: bool) -> dict[str, Any]:
-    """Draw a pair: 18 to 60 teeth, modules 1 to 10 mm, faces of 4 to 16 modules, shifts, bores and rims."""
+    """Draw a pair: 18 to 60 teeth, modules 1 to 10 mm, faces of 4 to 16 modules,
+    shifts, bores and rims.
+    """
     module = float(rng.choice([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0]))
     width = module * rng.uniform(4.0, 16.0)
     teeth = int(rng.integers(18, 61))

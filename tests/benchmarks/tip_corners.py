@@ -1,4 +1,5 @@
-"""Extended contact of a campaign's static cases against finite elements: load, deflection, wear at A.
+"""Extended contact of a campaign's static cases against finite elements: load,
+deflection, wear at A.
 
 ``python tests/benchmarks/tip_corners.py FILE [FIGURE]`` prints the table, and draws it
 when FIGURE is named. The finite elements are those of :mod:`.corner_elements`: gaps
@@ -97,7 +98,10 @@ def by_model(label: str, scene: Scene, one: PairOfSet, phase: Array) -> Way:
 
 
 def _way(label: str, phase: Array, share: Array, deflection: Array) -> Way:
-    """String the pairs of one period together: one pair's way. At phase 1 the next pair's phase 0 counts."""
+    """String the pairs of one period together: one pair's way.
+
+    At phase 1 the next pair's phase 0 counts.
+    """
     position = (phase[:-1, None] + np.array(PAIRS)).T.ravel()
     return Way(label, position, share[:-1].T.ravel(), phase, deflection)
 
@@ -105,7 +109,9 @@ def _way(label: str, phase: Array, share: Array, deflection: Array) -> Way:
 def ways(
     cases: Sequence[tuple[str, Scene]], phases: int = PHASES, options: Options = OPTIONS
 ) -> tuple[PairOfSet, list[Way], Loaded]:
-    """Return the gears, the ways by elements (two patches) and by every static case, and what was loaded."""
+    """Return the gears, the ways by elements (two patches) and by every static case,
+    and what was loaded.
+    """
     static = [(label, scene) for label, scene in cases if scene.dynamics is None]
     one = build_set(static[0][1]).kinds[0]
     end = one.pair.contact_ratio
@@ -129,7 +135,8 @@ def ways(
 
 
 def wear_rate_at_a(scene: Scene, one: PairOfSet, way: Way) -> tuple[float, float]:
-    """Return Archard's ``k F/B |1 − v_other/v_i|`` at A of both flanks, film left out [m per pass].
+    """Return Archard's ``k F/B |1 − v_other/v_i|`` at A of both flanks, film left out
+    [m per pass].
 
     Parameters
     ----------
@@ -172,7 +179,8 @@ def report(
             lines.append(f"{f'{name} {d:+.2f}':>18}{gap:9.3f}{shares}")
     lines += [
         "",
-        f"{'model':40}{'loaded from A':>14}{'to E':>8}{'STE um':>9}{'p-p um':>8}{'wear at A':>22}",
+        f"{'model':40}{'loaded from A':>14}{'to E':>8}{'STE um':>9}{'p-p um':>8}"
+        f"{'wear at A':>22}",
     ]
     for n, way in enumerate(found):
         begin, end = way.loaded
@@ -181,7 +189,8 @@ def report(
         )
         mean = 1e6 * float(np.trapezoid(way.deflection, way.phase))
         lines.append(
-            f"{names[n]:40}{begin:+14.3f}{end - ratio:+8.3f}{mean:9.3f}{1e6 * way.swing:8.3f}{rates}"
+            f"{names[n]:40}{begin:+14.3f}{end - ratio:+8.3f}"
+            f"{mean:9.3f}{1e6 * way.swing:8.3f}{rates}"
         )
     lines.append("wear at A: fm per pass, driving and driven flank, film left out")
     return "\n".join(lines)

@@ -1,4 +1,5 @@
-"""Optimal tip relief: the largest life of a spur pair whose dynamic factor is bounded, by derivatives.
+"""Optimal tip relief: the largest life of a spur pair whose dynamic factor is bounded,
+by derivatives.
 
 ``python tests/benchmarks/tip_relief.py [BOUND]`` prints every step of the search.
 Pinion and gear have reliefs of their own; SciPy's SLSQP is given life and dynamic
@@ -21,7 +22,8 @@ BOUND = 1.1
 
 
 def optimum(bound: float) -> tuple[np.ndarray, list[tuple[float, ...]]]:
-    """Return the best reliefs of pinion and gear met within the bound [µm], and every step of the search.
+    """Return the best reliefs of pinion and gear met within the bound [µm], and every
+    step of the search.
 
     A step: both reliefs [µm], life, dynamic factor. The place of the largest force may
     change: there the bound has a corner, on which the search may go astray. So the best

@@ -17,7 +17,8 @@ STEPS_SHARE = 4
 
 
 def transient(problem: Steady, reference: Reference, start: Array) -> Array:
-    """Return the relative error of the mesh force that is left after 0, 1, 2 … mesh periods, (n,) [1].
+    """Return the relative error of the mesh force that is left after 0, 1, 2 … mesh
+    periods, (n,) [1].
 
     What is left is told from where the same march ends up.
 
@@ -50,6 +51,8 @@ def transient(problem: Steady, reference: Reference, start: Array) -> Array:
 
 
 def periods_to(left: Array, error: float) -> int:
-    """Return the mesh periods until no more than ``error`` of a transient is left, at least one."""
+    """Return the mesh periods until no more than ``error`` of a
+    transient is left, at least one.
+    """
     enough = np.flatnonzero(left <= error)
     return max(1, int(enough[0])) if len(enough) else len(left)

@@ -1,4 +1,5 @@
-"""How good the answers of `wearlab update` are: ``python tests/benchmarks/updates.py [docs/update.md]``.
+"""How good the answers of `wearlab update` are: ``python tests/benchmarks/updates.py
+[docs/update.md]``.
 
 Quantiles against quadrature, coverage and false alarms of 200 twins, power against what
 is wrong: all of it drawn and integrated outside of the update's own code
@@ -46,7 +47,9 @@ WIDE = {"lognormal": {"median": 1.0, "cov": 14.0}}
 
 
 def quantile_error(case: Case) -> float:
-    """Return the largest relative difference of five quantiles of the factor, over some twins."""
+    """Return the largest relative difference of five quantiles of the
+    factor, over some twins.
+    """
     worst = 0.0
     for seed in range(SETS):
         rng = np.random.default_rng([3, seed])
@@ -134,7 +137,9 @@ def larger_errors(seed: int) -> bool:
 
 
 def contradicting_files(seed: int) -> bool:
-    """Say whether two weighings that differ by a fifth, of one per cent each, are said to contradict."""
+    """Say whether two weighings that differ by a fifth, of one per
+    cent each, are said to contradict.
+    """
     rng = np.random.default_rng(seed)
     cycle = np.array([5e5])
     ones = [
@@ -198,7 +203,9 @@ def power() -> list[str]:
 
 
 def looks() -> list[str]:
-    """Return the table of expected widths after one more look, beside nested simulation."""
+    """Return the table of expected widths after one more look, beside
+    nested simulation.
+    """
     lines = [
         "| one more look, errors | widths promised | nested simulation | largest "
         "difference |",
@@ -226,7 +233,9 @@ def looks() -> list[str]:
 
 
 def others() -> list[str]:
-    """Return the table of decisions beside simulated ones, and of a fleet beside a sampler."""
+    """Return the table of decisions beside simulated ones, and of a
+    fleet beside a sampler.
+    """
     import emcee
 
     lines = ["| what | beside | largest difference |", "|---|---|---|"]
@@ -265,7 +274,9 @@ def others() -> list[str]:
 def nested_width(
     case: Case, value: np.ndarray, look: float, truths: int = 4000
 ) -> float:
-    """Return the mean width of the remaining life's 90 % interval after a look, over that now."""
+    """Return the mean width of the remaining life's 90 % interval
+    after a look, over that now.
+    """
     rng = np.random.default_rng(7)
     u = np.linspace(-1.0, 1.5, 4001)
     factor = np.exp(u)

@@ -1,4 +1,5 @@
-"""The mesh stiffness of Y23's pair against plane finite elements, beside what its Fig. 19 says: a table.
+"""The mesh stiffness of Y23's pair against plane finite elements, beside what its Fig.
+19 says: a table.
 
     python tests/benchmarks/y23_elements.py
 

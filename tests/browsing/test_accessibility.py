@@ -22,8 +22,10 @@ DEEPEST = (
 )
 FOCUSED = f"() => {{ {DEEPEST} return window.reachable.indexOf(e) }}"
 ROLE = f"() => {{ {DEEPEST} return e?.getAttribute('role') }}"
-READY = f"""() => {{ {EVERY} return Bokeh.documents.length > 0 && Bokeh.documents.every(d => d.is_idle)
-  && every(document).filter(e => e.matches('.bk-events')).every(e => !e.hasAttribute('tabindex')) }}"""
+READY = f"""() => {{ {EVERY} return Bokeh.documents.length > 0
+  && Bokeh.documents.every(d => d.is_idle)
+  && every(document).filter(e => e.matches('.bk-events'))
+    .every(e => !e.hasAttribute('tabindex')) }}"""
 
 
 def pages(drawn, measured):
@@ -52,7 +54,9 @@ def kept(measured):
 
 
 def nameless(page):
-    """Return what can be focused and has no role or no name for those who hear the page."""
+    """Return what can be focused and has no role or no name for those
+    who hear the page.
+    """
     session = page.context.new_cdp_session(page)
     nodes = session.send("Accessibility.getFullAXTree")["nodes"]
     found = []

@@ -1,4 +1,5 @@
-"""A window as people use it, in a real browser: the system's Chromium, driven by Playwright.
+"""A window as people use it, in a real browser: the system's Chromium, driven by
+Playwright.
 
 `pytest -m browser` runs these; without a browser each is skipped, and says so.
 `WEARLAB_BROWSER` names one.
@@ -21,7 +22,8 @@ from wearlab.store import Store
 pytestmark = pytest.mark.browser
 PLANTED = (
     '"><img src=x '
-    'onerror="window.planted=1"><script>window.planted=1</script>$$\\href{javascript:1}{x}$$'
+    'onerror="window.planted=1"><script>window.planted=1</script>'
+    "$$\\href{javascript:1}{x}$$"
 )
 
 

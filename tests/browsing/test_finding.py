@@ -1,4 +1,6 @@
-"""What helps to find a run: cases in order, conditions with units, which run lives longest."""
+"""What helps to find a run: cases in order, conditions with units,
+which run lives longest.
+"""
 
 import re
 from types import SimpleNamespace
@@ -180,7 +182,9 @@ def test_a_place_is_worn_out_by_what_differs_there():
 
 
 def test_the_page_says_why_one_lives_longer(opened, tmp_path):
-    """Two torques, everything else alike: the force alone differs, and the product is the rate."""
+    """Two torques, everything else alike: the force alone differs,
+    and the product is the rate.
+    """
     table = {
         "title": "Two torques",
         "gears": external_pair(25, 30),

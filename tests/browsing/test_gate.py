@@ -175,7 +175,9 @@ def test_a_window_writes_tags_and_notes_alone(small):
 
 
 def test_no_code_of_a_store_is_run(drawn, tmp_path):
-    """Neither the file of a campaign nor the plug-ins that a scene or a file names are read."""
+    """Neither the file of a campaign nor the plug-ins that a scene or
+    a file names are read.
+    """
     planted = tmp_path / "<script>plug.py"
     marker = tmp_path / "ran"
     planted.write_text(f"open({str(marker)!r}, 'w').close()\n")

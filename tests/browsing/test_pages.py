@@ -1,4 +1,6 @@
-"""What pages tell, asked over HTTP without a browser: campaigns, runs, figures in words, trouble, copies."""
+"""What pages tell, asked over HTTP without a browser: campaigns, runs, figures in
+words, trouble, copies.
+"""
 
 import csv
 import io

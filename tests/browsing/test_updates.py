@@ -1,4 +1,6 @@
-"""Pages of updates: the answer, the table of a fleet, its figures, and what is taken along."""
+"""Pages of updates: the answer, the table of a fleet, its figures,
+and what is taken along.
+"""
 
 import re
 from html import escape, unescape

@@ -107,7 +107,9 @@ def test_tables_along_an_axis(study):
     campaign = study(
         """
         [[sweep]]
-        "mesh.stiffness" = [{ model = "constant", value = "300 N/um" }, "potential-energy"]
+        "mesh.stiffness" = [
+            { model = "constant", value = "300 N/um" }, "potential-energy"
+        ]
         labels = ["constant", "computed"]
         """
     )

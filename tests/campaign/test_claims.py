@@ -1,4 +1,6 @@
-"""Claims of a campaign, and numbers in its notes: read off stored runs, failing by name."""
+"""Claims of a campaign, and numbers in its notes: read off stored
+runs, failing by name.
+"""
 
 import json
 
@@ -48,7 +50,8 @@ tolerance = "1 %"
 
 [[figure]]
 kind = "max-wear"
-note = """{{worn:.2f}} µm, by {{growth:+.0f}} %, {{mesh_frequency[speed=800]:.1f Hz}} Hz, \
+note = """{{worn:.2f}} µm, by {{growth:+.0f}} %, \
+  {{mesh_frequency[speed=800]:.1f Hz}} Hz, \
   {{max(wear_depth / 0):.1f um}}."""
 '''
 
@@ -207,7 +210,9 @@ def test_three_numbers_changed_in_a_stored_run_make_three_claims_fail(
 
 @pytest.fixture
 def kept(file, store, tmp_path, capsys):
-    """What the runs say, as the command writes it: three claims hold, the note has every number."""
+    """What the runs say, as the command writes it: three claims hold,
+    the note has every number.
+    """
     file.write_text(file.read_text().replace("{max(wear_depth / 0):.1f um}", ""))
     assert (
         status_of(

@@ -130,7 +130,9 @@ def built_pair(scene):
 
 
 def test_derived_quantities_of_planetary_and_internal_sets():
-    """A mesh of the planets meets z_sun times for every turn of the sun relative to the carrier."""
+    """A mesh of the planets meets z_sun times for every turn of the
+    sun relative to the carrier.
+    """
     scene = load(CAMPAIGNS / "base" / "planetary_ngw11.toml").cases[0].scene
     sun = Fraction(scene.gears.sun.teeth)
     ring = Fraction(scene.gears.ring.teeth)

@@ -1,4 +1,6 @@
-"""What a campaign expects of its cases: read, inherited, swept, and never part of an identity."""
+"""What a campaign expects of its cases: read, inherited, swept, and
+never part of an identity.
+"""
 
 import math
 
@@ -47,7 +49,9 @@ def test_values_are_swept_with_their_keys_without_becoming_coordinates(study):
     campaign = study("""
         [[sweep]]
         "operation.speed" = ["800 rpm", "900 rpm"]
-        "expect.floquet_multiplier" = [{ value = 0.5, tolerance = 0.02 }, { value = 0.7, tolerance = 0.03 }]
+        "expect.floquet_multiplier" = [
+            { value = 0.5, tolerance = 0.02 }, { value = 0.7, tolerance = 0.03 }
+        ]
         "expect.verdict" = ["completed", "unstable"]
     """)
     assert [case.expect.verdict for case in campaign.cases] == ["completed", "unstable"]

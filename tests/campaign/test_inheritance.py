@@ -47,7 +47,10 @@ def test_paths_are_relative_to_the_file_that_writes_them(write):
     write(
         """
         extends = "../base.toml"
-        mesh.stiffness = { model = "tabulated", file = "k.csv", units = { stiffness = "N/um" } }
+        [mesh.stiffness]
+        model = "tabulated"
+        file = "k.csv"
+        units = { stiffness = "N/um" }
         [[figure]]
         kind = "tvms"
         published = "points.csv"
@@ -65,7 +68,10 @@ def test_paths_in_sweeps_and_cases_too(write):
     write(
         """
         extends = "../base.toml"
-        mesh.stiffness = { model = "tabulated", file = "a.csv", units = { stiffness = "N/um" } }
+        [mesh.stiffness]
+        model = "tabulated"
+        file = "a.csv"
+        units = { stiffness = "N/um" }
         [[sweep]]
         "mesh.stiffness.file" = ["a.csv", "b.csv"]
         labels = ["a", "b"]

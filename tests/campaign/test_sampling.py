@@ -141,7 +141,7 @@ def test_wrong_samples_are_refused(change, said):
     )
 
 
-def test_correlated_inputs_have_the_rank_correlation_asked_for_and_keep_their_distributions():
+def test_correlated_inputs_have_the_rank_correlation_and_keep_their_distributions():
     """A Gaussian copula: Spearman's ρ as asked, every margin as without it."""
     from scipy.stats import kstest, spearmanr
 
@@ -188,7 +188,7 @@ def test_correlations_that_cannot_be(given, told):
     assert told in refused({**BLOCK, "sample": sample})
 
 
-def test_the_design_of_sobol_indices_is_pairs_of_points_with_one_input_swapped_at_a_time():
+def test_the_design_of_sobol_indices_swaps_one_input_of_pairs_of_points_at_a_time():
     axis = sampled("sobol-indices", 8)
     assert (axis.name, axis.values) == ("sample", tuple(range(8 * 5)))
     names = ("torque", "factor", "total_composite")

@@ -1,4 +1,6 @@
-"""Campaign files that would keep their reader busy, or that no number can hold, are refused at once."""
+"""Campaign files that would keep their reader busy, or that no number can hold, are
+refused at once.
+"""
 
 import os
 

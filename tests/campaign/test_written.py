@@ -1,4 +1,6 @@
-"""Quantities as a file wrote them: kept beside a campaign, told of a run, no part of what a run is."""
+"""Quantities as a file wrote them: kept beside a campaign, told of a run, no part of
+what a run is.
+"""
 
 import json
 

@@ -1,4 +1,6 @@
-"""Two runs of which everything is known: where they differ, by how much, and where first."""
+"""Two runs of which everything is known: where they differ, by how
+much, and where first.
+"""
 
 import json
 
@@ -107,7 +109,9 @@ def test_range_and_values_of_the_stiffness():
 
 
 def test_phases_are_matched_periodically():
-    """Twice as many phases: A's phases are among them, but for the last, which needs the period's end."""
+    """Twice as many phases: A's phases are among them, but for the last, which needs
+    the period's end.
+    """
     twice = np.arange(64) / 64
     found = compare(run(), run(phases=twice))
     assert summary(found, "mesh_stiffness") == pytest.approx(0.0, abs=1e-12)

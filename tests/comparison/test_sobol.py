@@ -1,4 +1,6 @@
-"""Sobol' indices: the closed form of Ishigami's function, and SciPy's own, from the design of a campaign."""
+"""Sobol' indices: the closed form of Ishigami's function, and SciPy's own, from the
+design of a campaign.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""Transients of pairs with their own gaps against SciPy, integrated from jump to jump."""
+"""Transients of pairs with their own gaps against SciPy, integrated
+from jump to jump.
+"""
 
 from collections.abc import Callable
 

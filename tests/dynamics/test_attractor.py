@@ -1,4 +1,6 @@
-"""What counts as back: flanks that can part no more, and what the modes of a state amount to."""
+"""What counts as back: flanks that can part no more, and what the
+modes of a state amount to.
+"""
 
 import numpy as np
 import pytest
@@ -104,9 +106,7 @@ def test_the_slowest_vibration_shrinks_in_the_periods_told() -> None:
     assert attractor.periods_to(0.5) == 0.0
 
 
-def test_mean_force_of_the_response_over_mean_stiffness_is_near_its_mean_deflection() -> (
-    None
-):
+def test_mean_force_over_mean_stiffness_is_near_the_mean_deflection() -> None:
     response, _, attractor = at_attractor(PAIR, 800.0)
     mean = step_forces(response).elastic.mean() / response.tables.mean_stiffness[0]
     assert attractor.deflection == pytest.approx(mean, rel=0.1)

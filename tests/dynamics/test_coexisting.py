@@ -1,4 +1,6 @@
-"""Other attractors: found beside an orbit that never leaves contact, and not where there is none."""
+"""Other attractors: found beside an orbit that never leaves contact, and not where
+there is none.
+"""
 
 import numpy as np
 import pytest
@@ -143,7 +145,9 @@ def test_what_a_neighbour_has_found_is_found_without_a_release() -> None:
 
 @pytest.mark.parametrize("share", [1e-9, 1e-3])
 def test_chance_does_not_decide_whether_one_is_found(share: float) -> None:
-    """Transients of this pair are chaotic: releases go on until one of many attractors is met."""
+    """Transients of this pair are chaotic: releases go on until one
+    of many attractors is met.
+    """
     (case,) = (
         case for case in load(EDGES).cases if case.label == "stiff, hardly damped"
     )
@@ -163,7 +167,9 @@ def test_chance_does_not_decide_whether_one_is_found(share: float) -> None:
 
 
 def test_long_transients_ask_for_more_releases() -> None:
-    """A tenth of its damping lets the loaded pair ring for hundreds of periods, far above its resonance."""
+    """A tenth of its damping lets the loaded pair ring for hundreds of periods, far
+    above its resonance.
+    """
     ringing = PAIR._replace(
         torque=3000.0, mesh_damping=100.0, bearing_damping=500.0, amplitude=1e-7
     )

@@ -1,4 +1,6 @@
-"""The response over speed: both branches, jumps located, and no jump where the response is only steep."""
+"""The response over speed: both branches, jumps located, and no jump where the response
+is only steep.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""Damping laws that are not linear: against SciPy with the law written out, momentum, collisions, films."""
+"""Damping laws that are not linear: against SciPy with the law
+written out, momentum, collisions, films.
+"""
 
 from itertools import pairwise
 from typing import Any
@@ -48,7 +50,9 @@ def operation(count: int = 1) -> MeshesInOperation:
 
 
 def written_out(name: str, k: float, c: float, x: float, rate: float) -> float:
-    """Return the normal force of one flank that is compressed by ``x`` (negative: apart), by its formula."""
+    """Return the normal force of one flank that is compressed by ``x`` (negative:
+    apart), by its formula.
+    """
     if name == "hunt-crossley":
         return k * max(x, 0.0) * max(0.0, 1.0 + LOSS * rate)
     if x > 0.0:
@@ -57,7 +61,9 @@ def written_out(name: str, k: float, c: float, x: float, rate: float) -> float:
 
 
 def by_scipy(name: str, start: np.ndarray) -> np.ndarray:
-    """Return where the pair is after a mesh period by DOP853 and Newton's law written out."""
+    """Return where the pair is after a mesh period by DOP853 and
+    Newton's law written out.
+    """
     system = PAIR.system()
     inverse = np.linalg.inv(system.mass)
     d = system.direction[0]
@@ -209,7 +215,9 @@ def test_the_derivative_of_the_map_is_that_of_differences(
 
 
 def test_flanks_that_meet_part_slower_by_two_thirds_of_the_loss() -> None:
-    """Hunt & Crossley 1975: ``e = 1 − ⅔ χ v`` for small losses, whatever stiffness and mass."""
+    """Hunt & Crossley 1975: ``e = 1 − ⅔ χ v`` for small losses,
+    whatever stiffness and mass.
+    """
     law = law_of("hunt-crossley")
     k = 3e8
     mass = 0.7
@@ -243,7 +251,9 @@ def test_about_the_static_force_the_loss_is_that_of_the_dashpot() -> None:
 
 
 def test_a_film_is_reynolds_equation_solved_for_a_cylinder_and_a_plane() -> None:
-    """``dp/dx = −12 η V x/h³``, so p = 6 η V R/h², over ``h = h0 + x²/2R`` (SciPy's quadrature)."""
+    """``dp/dx = −12 η V x/h³``, so p = 6 η V R/h², over ``h = h0 +
+    x²/2R`` (SciPy's quadrature).
+    """
     given = operation()
     law = SqueezeFilmDamping(model="squeeze-film").build(given)
     radius = given.curvature_radius[0]

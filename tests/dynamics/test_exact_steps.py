@@ -1,4 +1,6 @@
-"""Planetary sets by exact steps of their linear part: independent integration, order, derivative, limits."""
+"""Planetary sets by exact steps of their linear part: independent
+integration, order, derivative, limits.
+"""
 
 from math import factorial
 from typing import Any
@@ -149,7 +151,9 @@ def symmetric(steps: int = 240) -> Any:
 
 
 def spectrum(values: np.ndarray, phase: np.ndarray, orders: np.ndarray) -> np.ndarray:
-    """Fourier coefficients of a smooth period from uneven nodes, by its interpolating spline."""
+    """Fourier coefficients of a smooth period from uneven nodes, by
+    its interpolating spline.
+    """
     even = np.arange(4096) / 4096
     spline = CubicSpline(
         np.r_[phase, 1.0], np.r_[values, values[:1]], bc_type="periodic"
@@ -183,7 +187,9 @@ def test_the_rule_for_exact_steps_meets_its_tolerance_and_little_more(
 
 
 def test_steps_of_hundreds_of_radians_are_exact() -> None:
-    """Against the exponential of SciPy, inputs as the derivatives of their powers beside the state."""
+    """Against the exponential of SciPy, inputs as the derivatives of their powers
+    beside the state.
+    """
     system = planetary()
     grid = stage_grid(BREAKS, 200)
     given = tables(grid)
@@ -247,7 +253,8 @@ def test_steps_of_a_slow_set_grow_after_every_jump(turns: float) -> None:
 
 
 def test_steps_of_modes_of_any_rate_are_the_same_in_their_own_time() -> None:
-    """A hundred thousand times faster: rates near 1e10 rad/s, whose powers would overflow in seconds.
+    """A hundred thousand times faster: rates near 1e10 rad/s, whose powers would
+    overflow in seconds.
 
     The factor keeps the mean stiffness of the linear part on its grid.
     """
@@ -331,7 +338,9 @@ def test_equal_planets_share_the_load_equally() -> None:
 
 
 def test_harmonics_excite_what_their_order_lets_them() -> None:
-    """Order l of three equal planets: rotations alone where 3 divides it, translations alone elsewhere."""
+    """Order l of three equal planets: rotations alone where 3 divides
+    it, translations alone elsewhere.
+    """
     response = symmetric()
     phase = np.r_[0.0, np.cumsum(response.tables.width)[:-1]]
     orders = np.arange(1, 10)
@@ -371,7 +380,8 @@ def test_energy_of_the_translating_set_closes_and_every_term_counts() -> None:
 
 
 def test_one_planet_on_rigid_bearings_is_a_pair() -> None:
-    """Sun against a planet that a rigid mesh ties to the ring: two coordinates, integrated by SciPy.
+    """Sun against a planet that a rigid mesh ties to the ring: two coordinates,
+    integrated by SciPy.
 
     Bearings are rigid by stiffness and by mass, which keeps their modes slow.
     """
@@ -425,7 +435,9 @@ def test_one_planet_on_rigid_bearings_is_a_pair() -> None:
 
 
 def one_planet(given: StageTables, rigid: float) -> StageTables:
-    """The first sun–planet mesh, and a planet–ring mesh of one stiff pair without error."""
+    """The first sun–planet mesh, and a planet–ring mesh of one stiff
+    pair without error.
+    """
     names = ("stiffness", "gap", "error", "error_rate")
     each = {name: getattr(given, name)[:, :, [0, 3]].copy() for name in names}
     each["stiffness"][:, :, 1] = 0.5 * rigid
@@ -485,7 +497,9 @@ def test_derivative_of_the_map_with_separation() -> None:
 
 @pytest.mark.slow
 def test_a_trajectory_alone_is_that_beside_its_tangents() -> None:
-    """A single column has code of its own, in the steps and between changes of contact."""
+    """A single column has code of its own, in the steps and between
+    changes of contact.
+    """
     system = planetary(30.0)
     grid = stage_grid(BREAKS, 200)
     smooth = Periodic().solve(system, tables(grid, amplitude=0.2e-6), PERIOD)
@@ -538,7 +552,9 @@ def test_a_free_set_is_the_limit_of_a_weakly_grounded_one() -> None:
 
 
 def b23_law(load: float, mu: float) -> Any:
-    """B23 as rederived, in angles: the planets' clockwise, every lever arm written out."""
+    """B23 as rederived, in angles: the planets' clockwise, every
+    lever arm written out.
+    """
     r = BASE
     alpha = np.array([*[ALPHA["sun_planet"]] * 3, *[ALPHA["planet_ring"]] * 3])
     damping = np.repeat([DAMPING["sun_planet"], DAMPING["planet_ring"]], 3)
@@ -627,7 +643,9 @@ def test_torsional_set_with_friction_closes_under_scipy_and_in_energy(
 
 @pytest.mark.parametrize("free", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_newmark_comes_to_the_same_response_with_second_order(free: bool) -> None:
-    """The paper's method, marched: B23's set with friction, whose load is found, and eighteen degrees."""
+    """The paper's method, marched: B23's set with friction, whose
+    load is found, and eighteen degrees.
+    """
     system, mu = (torsional(), 0.1) if free else (planetary(), None)
     phase = np.linspace(0.0, 0.999, 101)
     grid = stage_grid(BREAKS, 600)
@@ -655,7 +673,9 @@ def test_newmark_comes_to_the_same_response_with_second_order(free: bool) -> Non
 
 @pytest.mark.slow
 def test_an_orbit_found_by_chords_does_not_say_that_its_flanks_always_touch() -> None:
-    """One pass would: then the next orbit would first be looked for where no flank parts."""
+    """One pass would: then the next orbit would first be looked for
+    where no flank parts.
+    """
     grid = stage_grid(BREAKS, 200)
     system = planetary()
     neighbour = Periodic().solve(system, tables(grid), PERIOD)

@@ -1,4 +1,6 @@
-"""Largest and smallest mesh forces against SciPy's march from jump to jump of every mesh."""
+"""Largest and smallest mesh forces against SciPy's march from jump to
+jump of every mesh.
+"""
 
 from dataclasses import replace
 from itertools import pairwise

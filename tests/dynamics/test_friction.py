@@ -1,4 +1,6 @@
-"""Tooth friction: an independent integration, the energy of a period, its limits, and the load found."""
+"""Tooth friction: an independent integration, the energy of a period, its limits, and
+the load found.
+"""
 
 from collections.abc import Callable
 from typing import Any

@@ -56,7 +56,9 @@ def test_newmark_is_of_second_order() -> None:
 
 
 def test_a_slow_decay_is_marched_to_its_end() -> None:
-    """At 30,000 rpm the multiplier is 0.98: fifty times the last change is still to come."""
+    """At 30,000 rpm the multiplier is 0.98: fifty times the last
+    change is still to come.
+    """
     grid = PAIR.grid(120)
     arguments = PAIR.system(), PAIR.tables(grid), mesh_period(30000)
     exact = Periodic().solve(*arguments)

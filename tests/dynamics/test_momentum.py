@@ -1,4 +1,6 @@
-"""Momentum: over an orbit the normal forces that wear carry what the loads ask for, whatever contact does."""
+"""Momentum: over an orbit the normal forces that wear carry what the loads ask for,
+whatever contact does.
+"""
 
 from typing import Any
 
@@ -54,7 +56,9 @@ def test_a_planetary_set_carries_its_load_by_the_force_that_wears(
 
 
 def test_a_short_blow_of_a_flank_that_comes_into_contact_counts_in_the_mean() -> None:
-    """Its damping force, 26 times the load, lasts for a third of a step of 50 a period."""
+    """Its damping force, 26 times the load, lasts for a third of a
+    step of 50 a period.
+    """
     scene = Scene.from_mapping(
         {
             "gears": external_pair(105, 17, module="17.55 mm", face_width="44 mm"),

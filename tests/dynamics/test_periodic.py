@@ -1,4 +1,6 @@
-"""Steady responses: closed forms, verdicts on the benchmark pair, and the derivative of the period map."""
+"""Steady responses: closed forms, verdicts on the benchmark pair, and the derivative of
+the period map.
+"""
 
 import numpy as np
 import pytest
@@ -98,7 +100,7 @@ def test_separation_is_reported() -> None:
             LIGHT,
             4400,
             0,
-        ),  # at 4500 the chaos may end, after some ten thousand periods, in one of period 2
+        ),  # at 4500 the chaos may end after some ten thousand periods, in period 2
     ],
 )
 def test_subharmonic_and_aperiodic_responses_are_named(

@@ -1,4 +1,6 @@
-"""The planetary model with translations: published matrices, an inertial frame, and what may not float."""
+"""The planetary model with translations: published matrices, an inertial frame, and
+what may not float.
+"""
 
 from typing import Any
 
@@ -198,7 +200,8 @@ def test_stiffness_by_kind_value_and_array_are_the_same() -> None:
 def inertial_accelerations(
     system: System, angles: np.ndarray, omega: float, masses: np.ndarray
 ) -> Any:
-    """Newton's law in the inertial frame: planets on springs between points, pins that turn with the carrier.
+    """Newton's law in the inertial frame: planets on springs between points, pins that
+    turn with the carrier.
 
     Meshes push along the turning axes of the carrier frame. The planets run on the
     circle PIN.
@@ -283,7 +286,9 @@ def test_gyroscopic_and_centripetal_terms_are_those_of_an_inertial_frame() -> No
 
 
 def test_the_rotation_of_the_set_is_neutral_in_the_ratio_of_its_gears() -> None:
-    """Neither supports nor meshes take anything from it, however fast: else a set makes power of nothing."""
+    """Neither supports nor meshes take anything from it, however fast: else a set makes
+    power of nothing.
+    """
     system = lin_parker(3, carrier_speed=1500.0, radial_damping={"planet": 300.0})
     turning = np.zeros(18)
     reduction = 2.0 * np.cos(ALPHA)
@@ -353,7 +358,9 @@ def test_what_floats_is_refused_with_its_name() -> None:
 
 
 def test_one_planet_on_rigid_bearings_is_a_pair() -> None:
-    """Everything held but the rotations: two meshes in series on one planet, as three free discs."""
+    """Everything held but the rotations: two meshes in series on one
+    planet, as three free discs.
+    """
     stiff = dict.fromkeys(("sun", "ring", "carrier", "planet"), 1e16)
     system = lin_parker(
         [0.7],

@@ -1,4 +1,5 @@
-"""Tooth friction of planetary sets against forces at points: surface speeds, cross products, scipy.
+"""Tooth friction of planetary sets against forces at points: surface speeds, cross
+products, scipy.
 
 Nothing here knows of the model's vectors. Bodies lie in the carrier's frame, pairs
 touch at points of their lines of action, friction acts against the sliding of one
@@ -79,7 +80,9 @@ def pair_values(
 
 
 class Scene(NamedTuple):
-    """A set at work: number of planets, friction, and whether the planets' centres move on their own."""
+    """A set at work: number of planets, friction, and whether the planets' centres move
+    on their own.
+    """
 
     planets: int
     friction: float
@@ -331,7 +334,9 @@ def newton(
 
 
 def lengths(scene: Scene) -> Array:
-    """Radii that make arcs of angles: the model's coordinates over those of the bodies, (members, 3)."""
+    """Radii that make arcs of angles: the model's coordinates over
+    those of the bodies, (members, 3).
+    """
     names = ["sun", "ring", "carrier", *["planet"] * scene.planets]
     return np.array(
         [[1.0, 1.0, PIN if name == "carrier" else RADIUS[name]] for name in names]
@@ -403,7 +408,9 @@ def orbit(scene: Scene, steps: int = 900) -> Response:
 def test_orbit_load_and_every_power_agree_with_scipy(
     planets: int, friction: float
 ) -> None:
-    """Newton's law at points, integrated over the period, closes on the orbit with the load found."""
+    """Newton's law at points, integrated over the period, closes on
+    the orbit with the load found.
+    """
     scene = Scene(planets, friction)
     response = orbit(scene)
     load = -float(np.array(response.system.balance) @ response.system.load) * PIN

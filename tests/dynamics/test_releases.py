@@ -1,4 +1,6 @@
-"""States to release flanks from: of one mode each, evenly spread over phases and amplitudes."""
+"""States to release flanks from: of one mode each, evenly spread over
+phases and amplitudes.
+"""
 
 from itertools import islice
 
@@ -23,7 +25,9 @@ def response() -> Response:
 
 
 def modal(response: Response, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return of every mode its rate, its mesh deflection, and complex amplitudes in some releases."""
+    """Return of every mode its rate, its mesh deflection, and complex
+    amplitudes in some releases.
+    """
     system = response.system
     square, shapes = eigh(
         system.in_contact(response.tables.mean_stiffness), system.mass
@@ -62,7 +66,9 @@ def test_amplitudes_are_those_of_force_or_energy(response: Response) -> None:
 
 
 def test_phases_and_amplitudes_leave_no_gap(response: Response) -> None:
-    """Whatever phase and logarithm of the amplitude: one of n releases is as near as on a square lattice."""
+    """Whatever phase and logarithm of the amplitude: one of n releases is as near as on
+    a square lattice.
+    """
     _, felt, swings = modal(response, 48)
     mode = int(np.abs(felt).argmax())
     own = swings[np.abs(swings[:, mode]) > 0.5 * np.abs(swings).max(axis=1), mode]

@@ -1,4 +1,6 @@
-"""A little of what ``attack.py`` does in full: nothing ends in a traceback, no flipped bit is read."""
+"""A little of what ``attack.py`` does in full: nothing ends in a traceback, no flipped
+bit is read.
+"""
 
 import importlib.util
 import random

@@ -1,4 +1,6 @@
-"""Catalogues that were changed, damaged, or made anew while others wrote: nothing is wrong in silence."""
+"""Catalogues that were changed, damaged, or made anew while others wrote: nothing is
+wrong in silence.
+"""
 
 import multiprocessing
 import random
@@ -123,7 +125,9 @@ def write(folder: str, first: int, until: float) -> None:
 
 
 def test_a_catalogue_that_another_process_is_about_to_make_is_not_set_aside(tmp_path):
-    """A writer that had just made the file found it renamed under its hands: no such table."""
+    """A writer that had just made the file found it renamed under its
+    hands: no such table.
+    """
     folder = tmp_path / "store"
     folder.mkdir()
     (folder / "catalogue.sqlite").touch()

@@ -1,4 +1,6 @@
-"""A little of what ``datasets.py`` does in full: each of these once felled a command."""
+"""A little of what ``datasets.py`` does in full: each of these once
+felled a command.
+"""
 
 import os
 import signal

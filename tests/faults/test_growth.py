@@ -1,4 +1,6 @@
-"""A little of what ``growth.py`` does in full: what one more run takes of the catalogue."""
+"""A little of what ``growth.py`` does in full: what one more run
+takes of the catalogue.
+"""
 
 import sys
 from contextlib import closing

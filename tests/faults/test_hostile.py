@@ -1,4 +1,6 @@
-"""Stores, conditions and campaign files from strangers: no code runs, nothing outside the store is read."""
+"""Stores, conditions and campaign files from strangers: no code runs, nothing outside
+the store is read.
+"""
 
 import json
 import os
@@ -112,7 +114,9 @@ def test_links_lead_nowhere(tmp_path, store):
 
 
 def test_a_file_that_claims_more_than_it_holds(store):
-    """A variable that was never written costs nothing in a file and everything in memory."""
+    """A variable that was never written costs nothing in a file and
+    everything in memory.
+    """
     path = store.archive.files.path(sweep(2).cases[0].id)
     path.unlink()
     with netCDF4.Dataset(path, "w") as file:
@@ -168,7 +172,7 @@ def test_types_that_no_run_has(store, dtype):
 
 
 # -- no code runs
-# -------------------------------------------------------------------------------------------
+# --------------------------------------------------------------------------------
 
 
 def test_triggers_and_views_are_refused(store, capsys):
@@ -365,7 +369,9 @@ def another_filter(file):
 def test_an_update_file_that_no_wearlab_made_is_refused(
     tmp_path, change, reason, capsys
 ):
-    """Was: the process aborted, took 4.5 GB, or returned the content of another file."""
+    """Was: the process aborted, took 4.5 GB, or returned the content
+    of another file.
+    """
     store = Store(tmp_path / "store")
     store.archive.create()
     path = planted_update(store, change)

@@ -1,4 +1,6 @@
-"""A little of what ``planted.py`` does in full: nothing is called, and no other number is told in silence."""
+"""A little of what ``planted.py`` does in full: nothing is called, and no other number
+is told in silence.
+"""
 
 import importlib.util
 import random

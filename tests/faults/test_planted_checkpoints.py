@@ -1,4 +1,6 @@
-"""A checkpoint that somebody planted in a store is data at most: no code of its own or of ours runs."""
+"""A checkpoint that somebody planted in a store is data at most: no code of its own or
+of ours runs.
+"""
 
 import hashlib
 import json
@@ -33,7 +35,9 @@ def pickled_command(module, name, command):
 
 
 def planted(module, name, command):
-    """Return images that hold the command: by itself, and as one of the lives of a run."""
+    """Return images that hold the command: by itself, and as one of
+    the lives of a run.
+    """
     command = pickled_command(module, name, command)
     lengths = json.dumps({"0" * 64: len(command)}).encode()
     return [command, pickle.dumps({"0" * 64: command}), lengths + b"\n" + command]
@@ -48,7 +52,9 @@ def planted(module, name, command):
     ],
 )
 def test_a_planted_pickle_calls_nothing(tmp_path, module, name):
-    """Dotted names of pickle's protocol 4 lead from a module of ours to whatever it imports."""
+    """Dotted names of pickle's protocol 4 lead from a module of ours
+    to whatever it imports.
+    """
     witness = tmp_path / "was here"
     (case,) = sweep(1).cases
     for image in planted(module, name, ["touch", str(witness)]):

@@ -1,4 +1,6 @@
-"""Disks that are full, stores that cannot be written, files and catalogues that are damaged or gone."""
+"""Disks that are full, stores that cannot be written, files and catalogues that are
+damaged or gone.
+"""
 
 import os
 import sqlite3
@@ -79,7 +81,9 @@ def test_a_full_disk_stops_in_order_and_the_rest_follows(tmp_path):
 
 @contextmanager
 def read_only(folder):
-    """Let nobody write below a folder: by its permissions, which root does not heed, or by mounting."""
+    """Let nobody write below a folder: by its permissions, which root
+    does not heed, or by mounting.
+    """
     if os.geteuid():
         paths = [folder, *folder.rglob("*")]
         for path in paths:

@@ -1,4 +1,6 @@
-"""A figure's own file is the question: drawn again it gives the same bytes, or says why not."""
+"""A figure's own file is the question: drawn again it gives the same
+bytes, or says why not.
+"""
 
 import json
 import shutil

@@ -37,7 +37,9 @@ ORDINARY = [
 
 
 def made(index):
-    """Return a run that wears the faster the higher its index, so that no two share their cycles."""
+    """Return a run that wears the faster the higher its index, so
+    that no two share their cycles.
+    """
     data = run(1000.0 + index)
     cycle = data["cycle"] * (1.0 + 0.01 * index)
     life = np.array(1e8 * (1.0 + 0.01 * index))
@@ -256,7 +258,9 @@ def test_over_wear_states_x_has_one_number_for_each(many, figure):
 
 
 def test_a_run_at_its_limit_is_not_flat():
-    """Depths v·n to a limit of 1 at rates 1…99: the median ends where the fiftieth run has reached it."""
+    """Depths v·n to a limit of 1 at rates 1…99: the median ends where the fiftieth run
+    has reached it.
+    """
     depth = Scale("depth", "um")
     life = Scale("life", "1")
     run_of = QUANTILE_BANDS.series.__globals__["OfRun"]

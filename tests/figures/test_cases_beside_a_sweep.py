@@ -1,4 +1,6 @@
-"""A case that is not swept stands beside a sweep: a horizontal line, marked at its own value."""
+"""A case that is not swept stands beside a sweep: a horizontal line,
+marked at its own value.
+"""
 
 import json
 from dataclasses import replace

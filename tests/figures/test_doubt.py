@@ -1,4 +1,6 @@
-"""Estimated errors are bars, runs in doubt have hollow marks, and one note says both."""
+"""Estimated errors are bars, runs in doubt have hollow marks, and one
+note says both.
+"""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -61,7 +63,9 @@ def grid(tmp_path_factory):
 
 
 def test_a_motion_whose_error_nobody_could_tell_is_drawn(tmp_path):
-    """Was: a division by zero where the estimate of a mesh force is missing at one wear state."""
+    """Was: a division by zero where the estimate of a mesh force is
+    missing at one wear state.
+    """
     data = made(60.0)
     data["error_estimate_mesh_force"][-1] = np.nan
     store = Store(tmp_path / "store")

@@ -1,4 +1,6 @@
-"""Every kind of figure of every kind of gear set, as they are computed: drawn, or one line says why not."""
+"""Every kind of figure of every kind of gear set, as they are computed: drawn, or one
+line says why not.
+"""
 
 from types import SimpleNamespace
 

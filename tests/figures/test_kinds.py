@@ -57,7 +57,9 @@ def test_a_panel_for_each_speed(plot):
 
 
 def test_a_response_of_fewer_periods_is_repeated(plot):
-    """The first state has period one, the last has two: no gap, and nothing invented."""
+    """The first state has period one, the last has two: no gap, and
+    nothing invented.
+    """
     first, _, last, *_ = (
         c for c in plot(kind="mesh-force").panels[0].curves if c.style == "line"
     )
@@ -199,7 +201,9 @@ def test_roles_asked_for(plot):
 def test_an_abscissa_with_a_dimension_of_its_own_gives_a_panel_for_each_place(
     plot, store
 ):
-    """Was drawn over the phase, silently: both members have a contact angle, the pair has one stiffness."""
+    """Was drawn over the phase, silently: both members have a contact angle, the pair
+    has one stiffness.
+    """
     select = {"case": "base", "speed": 800, "update": 0, "pair": 1}
     shown = plot(kind="line", y="pair_stiffness", x="contact_angle", select=select)
     assert titles(shown) == ["(a) pinion", "(b) gear"]

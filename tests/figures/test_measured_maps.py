@@ -39,7 +39,9 @@ def run():
 def traces(
     run, along="diameter", places=(0, 3, 7, 10), backwards=False, column="depth"
 ):
-    """Return the computed wear of some slices as a machine would write it, ``OFFSET`` deeper."""
+    """Return the computed wear of some slices as a machine would
+    write it, ``OFFSET`` deeper.
+    """
     worn = run["wear_depth"].sel(flank="pinion").isel(update=-1)
     where = run[along].sel(flank="pinion").values.ravel()
     unit, scale = UNITS[along]

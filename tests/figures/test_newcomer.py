@@ -1,4 +1,6 @@
-"""What puzzled a newcomer: a case without its name, a limit that was set, markers under markers."""
+"""What puzzled a newcomer: a case without its name, a limit that was
+set, markers under markers.
+"""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -22,7 +24,9 @@ def asked(**wishes):
 
 @pytest.fixture(scope="module")
 def ended(tmp_path_factory):
-    """Three speeds whose lives ended at the limit of their work, and a static case with a life, made up."""
+    """Three speeds whose lives ended at the limit of their work, and a static case with
+    a life, made up.
+    """
     store = Store(tmp_path_factory.mktemp("ended") / "store")
     store.archive.create()
     for index, speed in enumerate(SPEEDS):
@@ -118,7 +122,9 @@ def test_a_legend_of_numbers_says_what_they_are_and_one_of_names_does_not(plot):
 
 
 def test_no_row_of_panels_stands_empty(plot):
-    """A static case among speeds has none of them: rows of cases by speed had panels without a curve."""
+    """A static case among speeds has none of them: rows of cases by speed had panels
+    without a curve.
+    """
     wishes = {"kind": "wear-profile", "rows": "case", "hue": "update"}
     one = plot(**wishes, select={"case": ["base", "static"], "flank": "pinion"})
     assert {panel.row for panel in one.panels} == {*range(one.rows)}
@@ -136,7 +142,9 @@ def test_one_dimension_cannot_have_two_roles(plot):
 
 
 def test_what_is_meant_is_told_by_whole_words_and_long_lists_are_not_told():
-    """Was 'did you mean sun-planet-3' of sun-planet, and 180 names behind 'did you mean diameter'."""
+    """Was 'did you mean sun-planet-3' of sun-planet, and 180 names
+    behind 'did you mean diameter'.
+    """
     meshes = ["sun-planet-1", "sun-planet-2", "planet-ring-1"]
     assert choices("sun-planet", meshes).startswith(
         "did you mean 'sun-planet-1' or 'sun-planet-2'? valid: "

@@ -1,4 +1,6 @@
-"""The history of one tooth pair, put together from the slots of a mesh that lags behind the clock."""
+"""The history of one tooth pair, put together from the slots of a
+mesh that lags behind the clock.
+"""
 
 import numpy as np
 import pytest

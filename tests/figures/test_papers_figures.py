@@ -1,4 +1,6 @@
-"""What a paper's figure needs: axes and sizes of its own, the author's fonts, panels not squeezed."""
+"""What a paper's figure needs: axes and sizes of its own, the
+author's fonts, panels not squeezed.
+"""
 
 import matplotlib
 import matplotlib.pyplot as plt

@@ -1,4 +1,6 @@
-"""Backlash from a drawing's numbers: shifts, a rounded centre distance, allowances of the tooth thickness."""
+"""Backlash from a drawing's numbers: shifts, a rounded centre distance, allowances of
+the tooth thickness.
+"""
 
 import math
 import re

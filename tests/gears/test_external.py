@@ -183,7 +183,9 @@ def test_just_above_undercut_runs(pair_of):
 
 
 def test_slight_undercut_runs_as_in_practice(pair_of):
-    """17 unshifted teeth, 0.0057 modules short, meet a rack's rounding just above the base circle."""
+    """17 unshifted teeth, 0.0057 modules short, meet a rack's
+    rounding just above the base circle.
+    """
     pinion = pair_of({"teeth": 17}, {}).driving
     assert pinion.base_radius < pinion.form_radius < 1.001 * pinion.base_radius
     assert any(

@@ -1,4 +1,6 @@
-"""Helical geometry against reference digits, and lengths of contact lines against their series."""
+"""Helical geometry against reference digits, and lengths of contact
+lines against their series.
+"""
 
 import math
 

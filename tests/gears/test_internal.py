@@ -213,7 +213,8 @@ def test_radial_root_is_the_involute_up_to_the_root_circle():
 
 
 def flank_gap(pair, pinion_turn, samples=400):
-    """Rotational gap of the right flanks, positive apart, by tracing both outlines as polygons [rad of ring].
+    """Rotational gap of the right flanks, positive apart, by tracing both outlines as
+    polygons [rad of ring].
 
     Pinion at (0, 0), ring centre at (−a, 0), the tooth pair's centre lines on the x
     axis at turn 0.
@@ -233,7 +234,9 @@ def flank_gap(pair, pinion_turn, samples=400):
 
 
 def test_flanks_touch_without_overlap_or_gap_over_the_whole_path():
-    """A pinion tooth turned by z_r/z_p times the ring's turn keeps the same distance from its flank."""
+    """A pinion tooth turned by z_r/z_p times the ring's turn keeps the same distance
+    from its flank.
+    """
     turns = np.linspace(-0.05, 0.05, 11)
     gaps = np.array([flank_gap(PAIR, turn, 4000) for turn in turns])
     assert np.ptp(gaps) < 1e-8
@@ -279,7 +282,9 @@ def test_tip_interference_against_outlines(teeth, clear):
 
 
 def corner_gap(pair, distance):
-    """Distance of the driving tip corner, turned on past E, from the mating involute found by search."""
+    """Distance of the driving tip corner, turned on past E, from the mating involute
+    found by search.
+    """
     own, mate = pair.gears
     alpha = pair.working_pressure_angle
     way = -1.0 if own.internal else 1.0
@@ -301,7 +306,9 @@ def corner_gap(pair, distance):
     )
 
     def flank(roll):
-        """The mate's involute through the old contact, the string let out by a roll, turned with the mate."""
+        """The mate's involute through the old contact, the string let out by a roll,
+        turned with the mate.
+        """
         reach = abs(length) - unwound * roll
         point = rotate(tangent, roll) + reach * rotate(normal, roll)
         return rotate(point, way * distance / mate.base_radius) + centre
@@ -327,7 +334,9 @@ def test_tip_corner_separation(pair, distance):
 
 
 def test_ring_and_wheel_of_infinite_size_are_one_rack():
-    """Between a ring and a wheel of very many teeth the pair's curvature has one limit."""
+    """Between a ring and a wheel of very many teeth the pair's
+    curvature has one limit.
+    """
     ring = make(
         {},
         {

@@ -1,4 +1,6 @@
-"""Single and mesh stiffness of ISO 6336-1 in every printed digit, and its face load factor."""
+"""Single and mesh stiffness of ISO 6336-1 in every printed digit, and
+its face load factor.
+"""
 
 import math
 

@@ -62,7 +62,9 @@ def test_every_printed_digit_of_the_limit():
 
 
 def test_the_inner_point_of_single_contact_by_the_printed_formula():
-    """``M1 = tan α_w/√[(√(r_a1²/r_b1² − 1) − 2π/z1)(√(r_a2²/r_b2² − 1) − (ε_α − 1) 2π/z2)]``, M2 likewise."""
+    """``M1 = tan α_w/√[(√(r_a1²/r_b1² − 1) − 2π/z1)(√(r_a2²/r_b2² − 1) − (ε_α − 1)
+    2π/z2)]``, M2 likewise.
+    """
     gears = [GearSpec(name="pinion", teeth=19), GearSpec(name="gear", teeth=61)]
     pair = gear_pair(*gears, Basics(3e-3, face_width=0.03))
     over = [math.sqrt((g.tip_radius / g.base_radius) ** 2 - 1.0) for g in pair.gears]
@@ -78,7 +80,7 @@ def test_the_inner_point_of_single_contact_by_the_printed_formula():
     )
 
 
-def test_the_stress_of_a_spur_pair_is_that_of_hertz_at_the_pitch_point_shared_by_overlap():
+def test_the_stress_of_a_spur_pair_is_hertz_s_at_the_pitch_point_shared_by_overlap():
     gears = [GearSpec(name="pinion", teeth=19), GearSpec(name="gear", teeth=61)]
     pair = gear_pair(*gears, Basics(3e-3, face_width=0.03))
     force = 5e3

@@ -47,7 +47,9 @@ def test_trochoid_runs_out_along_the_root_circle(pair_of, spec):
 
 
 def test_trochoid_keeps_clear_of_the_rounding(pair_of):
-    """The rack's rounding never cuts into the outline it generates: an envelope, not just a curve."""
+    """The rack's rounding never cuts into the outline it generates: an envelope, not
+    just a curve.
+    """
     gear = pair_of().driving
     r = gear.reference_radius
     rho = gear.fillet_radius

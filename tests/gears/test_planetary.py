@@ -1,4 +1,6 @@
-"""Planetary sets: published geometry, mesh phases against teeth placed by hand, trains, and refusals."""
+"""Planetary sets: published geometry, mesh phases against teeth
+placed by hand, trains, and refusals.
+"""
 
 import math
 from itertools import permutations
@@ -81,7 +83,9 @@ def test_wang_zhang_2023_common_distance():
 
 
 def pitch_lag(gears):
-    """Return γ_rs from contact at the pitch point to contact at the pitch point, as Parker & Lin print it."""
+    """Return γ_rs from contact at the pitch point to contact at the pitch point, as
+    Parker & Lin print it.
+    """
     travelled = gears.planet_ring.path.A - gears.sun_planet.path.A
     entry = entry_lag(gears.sun_planet, gears.planet_ring, sun_drives=True)
     return float(fraction(entry - travelled / gears.sun_planet.base_pitch))
@@ -108,7 +112,8 @@ def test_pitch_to_pitch_lag_of_wang_zhang_2023():
 
 
 class ByHand:
-    """Teeth placed on paper: every contact found by turning one flank until it touches another.
+    """Teeth placed on paper: every contact found by turning one flank until it touches
+    another.
 
     Angles are counter-clockwise. Seen from the carrier the sun turns counter-clockwise,
     planets and ring clockwise. Driving sun: the flanks that touch are on the
@@ -131,7 +136,9 @@ class ByHand:
         mate_at,
         towards,
     ):
-        """Turn of the mate's tooth nearest to the contact, and the contact's radius on the mate."""
+        """Turn of the mate's tooth nearest to the contact, and the
+        contact's radius on the mate.
+        """
 
         def point(r):
             angle = driver_turn + driver_side * driver.half_angle(r)
@@ -175,7 +182,9 @@ class ByHand:
         return self._at_sun(nearest, pin, psi)
 
     def _at_sun(self, sun_turn, pin, psi):
-        """Both flanks are involutes of rigid gears: where they touch fixes the planet, whoever drives."""
+        """Both flanks are involutes of rigid gears: where they touch
+        fixes the planet, whoever drives.
+        """
         g = self.gears
         return self.touch(
             g.sun,
@@ -190,7 +199,9 @@ class ByHand:
 
 
 def entry_by_hand(gears, n, mesh):
-    """Sun's turn at which a pair of planet n's mesh touches at the driven tip, from numeric contacts."""
+    """Sun's turn at which a pair of planet n's mesh touches at the
+    driven tip, from numeric contacts.
+    """
     hand = ByHand(gears)
     side = hand.side
     psi = gears.planet_angles[n]
@@ -328,7 +339,9 @@ def test_mesh_phases_against_teeth_placed_by_hand(name, sun_drives):
 
 
 def test_one_ring_fits_every_planet():
-    """The ring's teeth that three planets find by hand are the same ring's: the assembly condition."""
+    """The ring's teeth that three planets find by hand are the same
+    ring's: the assembly condition.
+    """
     gears = SETS["uneven"]()
     turns = []
     for n in range(3):
@@ -342,7 +355,9 @@ def test_one_ring_fits_every_planet():
 
 @pytest.mark.parametrize("roles", list(permutations(("sun", "ring", "carrier"))))
 def test_train_by_rolling_without_slip(roles):
-    """Every choice of input, output and fixed member, against the velocities of the pitch points."""
+    """Every choice of input, output and fixed member, against the
+    velocities of the pitch points.
+    """
     train = Train(20, 29, 79, *roles)
     v = train.speeds(100.0)
     assert getattr(v, roles[0]) == 100.0 and getattr(v, roles[2]) == 0.0

@@ -67,7 +67,9 @@ def test_refusals():
 
 
 def test_teeth_closer_than_without_backlash_lose_what_their_tips_would_lack():
-    """DIN 3960: k = (a − a_d)/m − Σx of the centre distance given, d_a = m (z + 2 x + 2 + 2 k)."""
+    """DIN 3960: k = (a − a_d)/m − Σx of the centre distance given, d_a = m (z + 2 x + 2
+    + 2 k).
+    """
     rack = Basics(3e-3)
     rounded = operating_position((19, 57), (0.35, -0.1), rack, 0.1145)
     assert rounded.tip_alteration == pytest.approx(

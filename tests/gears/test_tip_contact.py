@@ -1,4 +1,6 @@
-"""Separation of a tip corner beyond the path, against a search over the mating flank."""
+"""Separation of a tip corner beyond the path, against a search over
+the mating flank.
+"""
 
 import math
 
@@ -18,7 +20,9 @@ PAIR = gear_pair(
 
 
 def by_search(distance):
-    """Turn both gears past E, and measure the corner's distance to the driven involute along its normal."""
+    """Turn both gears past E, and measure the corner's distance to the driven involute
+    along its normal.
+    """
     alpha = PAIR.working_pressure_angle
     r1 = PAIR.driving.base_radius
     r2 = PAIR.driven.base_radius
@@ -38,7 +42,9 @@ def by_search(distance):
     normal = -along  # from the driven base circle towards the contact, before turning
 
     def flank(roll):
-        """Driven involute, its contact point at roll 0, then turned back by the driven rotation."""
+        """Driven involute, its contact point at roll 0, then turned
+        back by the driven rotation.
+        """
         foot = contact - np.array([a, 0.0]) - rho * normal
         turned = rotate(foot, -roll) + (rho + r2 * roll) * rotate(normal, -roll)
         return rotate(turned, -turn2) + np.array([a, 0.0])

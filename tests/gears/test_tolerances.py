@@ -13,7 +13,9 @@ from wearlab.gears.specification import GearError
 def test_the_class_that_a_campaign_had_worked_out_by_hand(
     diameter, ratio, total, tooth
 ):
-    """Class 6 of NGW11-6, as campaigns/planetary_life_distribution.toml tells it (19.55 µm there is 19)."""
+    """Class 6 of NGW11-6, as campaigns/planetary_life_distribution.toml tells it (19.55
+    µm there is 19).
+    """
     found = allowed(6, 2.25e-3, diameter, ratio)
     assert found.total_composite == pytest.approx(1e-6 * total)
     assert found.tooth_composite == pytest.approx(1e-6 * tooth)
@@ -27,7 +29,9 @@ def test_two_classes_double_what_is_allowed():
 
 
 def test_equal_within_a_range():
-    """The standard has ranges of module and diameter, not formulas of them: 130 and 270 mm are one."""
+    """The standard has ranges of module and diameter, not formulas of them: 130 and 270
+    mm are one.
+    """
     assert allowed(5, 2.1e-3, 0.13, 1.5) == allowed(5, 3.4e-3, 0.27, 1.5)
 
 

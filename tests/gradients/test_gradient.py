@@ -1,4 +1,6 @@
-"""Derivatives of runs: against differences of runs, closed forms, and what shooting says of an orbit."""
+"""Derivatives of runs: against differences of runs, closed forms, and what shooting
+says of an orbit.
+"""
 
 from typing import Any
 
@@ -267,7 +269,9 @@ def test_a_planetary_set_wears_as_differences_of_its_runs_say(
 def test_extreme_forces_of_a_scene_moved_a_little_are_met_where_they_were(
     scene: Scene,
 ) -> None:
-    """Their differences are derivatives then: those by 1e-7 of the torque are those by 1e-4."""
+    """Their differences are derivatives then: those by 1e-7 of the
+    torque are those by 1e-4.
+    """
     shares = (0.0, 1e-7, 1e-4)
     found = []
     for share in shares:

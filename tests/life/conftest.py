@@ -1,4 +1,6 @@
-"""Small elastic problems with the stiffness of a worn gear pair, cheap enough to solve to the end."""
+"""Small elastic problems with the stiffness of a worn gear pair, cheap enough to solve
+to the end.
+"""
 
 from types import SimpleNamespace
 
@@ -7,7 +9,8 @@ import pytest
 
 
 class Sharing:
-    """A path of contact: nodes in double contact share the force with the node one pitch on, linearly in h.
+    """A path of contact: nodes in double contact share the force with the node one
+    pitch on, linearly in h.
 
     The rate is ``c |s| F_j``; short of separation the load difference of partners
     decays exponentially.
@@ -31,7 +34,9 @@ class Sharing:
 
 
 class LineContact:
-    """A punch on an elastic half-plane: short waves of wear relax fastest, and the edges separate."""
+    """A punch on an elastic half-plane: short waves of wear relax
+    fastest, and the edges separate.
+    """
 
     def __init__(self, n=40, load=1.0, modulus=2e5):
         x = np.linspace(-1.0, 1.0, n)
@@ -62,7 +67,9 @@ class LineContact:
 
 
 class Braking:
-    """One node whose rate falls with its depth, ``r = r0/(1 + h/L)``: ``N = (h + h²/2L)/r0``."""
+    """One node whose rate falls with its depth, ``r = r0/(1 + h/L)``:
+    ``N = (h + h²/2L)/r0``.
+    """
 
     def __init__(self, r0=1e-12, length=5e-6):
         self.r0, self.length, self.count = r0, length, 0

@@ -68,7 +68,7 @@ def test_error_falls_with_tolerance_as_second_order_promises(toys):
     assert small < large / 10.0
     assert (
         many < 12 * few
-    )  # a hundredfold tolerance is ten times the steps at order two, a hundred at order one
+    )  # a hundredfold tolerance: ten times the steps at order two, 100 at order one
 
 
 def test_far_beyond_the_euler_limit_without_saw_tooth_and_cheaper(toys):
@@ -100,7 +100,9 @@ def test_depth_never_falls_and_is_never_negative(toys):
 
 
 def test_the_two_methods_do_not_take_turns_in_vain(toys):
-    """Where RKC2 can take no longer steps than the fourth order, it is left alone for a while."""
+    """Where RKC2 can take no longer steps than the fourth order, it
+    is left alone for a while.
+    """
     rate = toys.LineContact()
     life = integrate(
         rate, np.zeros(rate.n), limits=Limits(cycles=4e7), tolerance=1e-3, scale=1e-7
@@ -111,7 +113,9 @@ def test_the_two_methods_do_not_take_turns_in_vain(toys):
 
 
 def whirling(a, b):
-    """Steady wear with a stiff deviation of three nodes whose eigenvalues are −a ± ib, driven off centre."""
+    """Steady wear with a stiff deviation of three nodes whose eigenvalues are −a ± ib,
+    driven off centre.
+    """
     turn = (np.roll(np.eye(3), 1, axis=0) - np.roll(np.eye(3), -1, axis=0)) / np.sqrt(
         3.0
     )
@@ -143,7 +147,9 @@ def test_complex_spectrum_stays_accurate_and_affordable():
 
 
 def test_accelerating_wear_amplifies_what_went_before():
-    """r = r0 + λ h grows e-fold 4 times: an early error does too, and the estimate knows."""
+    """r = r0 + λ h grows e-fold 4 times: an early error does too, and
+    the estimate knows.
+    """
     r0, growing, cycles = 1e-12, 4e-8, 1e8
 
     def rate(h):
@@ -157,7 +163,9 @@ def test_accelerating_wear_amplifies_what_went_before():
 
 
 def test_branches_do_not_leak_through_rejected_tries():
-    """A rate that remembers the deepest call: left there by a rejected try, it would wear too fast."""
+    """A rate that remembers the deepest call: left there by a rejected try, it would
+    wear too fast.
+    """
 
     class Leaky:
         def __init__(self):
@@ -228,7 +236,9 @@ def test_no_short_step_is_left_for_the_end(toys):
 
 
 def test_the_trend_of_the_rate_says_where_the_limit_is_met(toys):
-    """Braked wear passes the limit later than its rate says: the last step lands just beyond."""
+    """Braked wear passes the limit later than its rate says: the last
+    step lands just beyond.
+    """
     for length in (3e-6, 1e-5, 3e-5):
         rate = toys.Braking(length=length)
         life = integrate(rate, [0.0], limits=Limits(depth=1.2e-5), tolerance=3e-2)

@@ -43,7 +43,9 @@ class Rate:
 
 
 class Wavers(Rate):
-    """What is added to the rate at rest wavers with the memory, so that steps hold it."""
+    """What is added to the rate at rest wavers with the memory, so
+    that steps hold it.
+    """
 
     noise = 2e-10
 

@@ -1,4 +1,6 @@
-"""Flanks whose waves of wear grow, as under the load of the moment below a mesh's natural frequency."""
+"""Flanks whose waves of wear grow, as under the load of the moment
+below a mesh's natural frequency.
+"""
 
 import numpy as np
 import pytest
@@ -60,7 +62,9 @@ def test_growth_is_the_largest_real_part_whatever_decays_faster(growth, turn):
 
 
 def test_what_decays_without_symmetry_does_not_grow():
-    """All values are −1e-5, but those of a small Krylov space lie beyond zero: they are no eigenvalues."""
+    """All values are −1e-5, but those of a small Krylov space lie
+    beyond zero: they are no eigenvalues.
+    """
     J = 1e-5 * (
         3.0 * np.diag(np.random.default_rng(0).uniform(size=N - 1), 1) - np.eye(N)
     )
@@ -71,7 +75,8 @@ def test_what_decays_without_symmetry_does_not_grow():
 
 
 def test_a_life_with_growing_waves_ends_and_says_so():
-    """Eighty e-foldings: to follow every wave to the tolerance takes more than twice the rates.
+    """Eighty e-foldings: to follow every wave to the tolerance takes more than twice
+    the rates.
 
     What is stepped over is chance: 1e-21 m of initial wear move the last waves between
     0.6 and 1 of SIZE.

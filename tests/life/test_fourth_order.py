@@ -1,4 +1,6 @@
-"""The fourth-order step: its order, its estimate, and what a life to a tolerance takes with it."""
+"""The fourth-order step: its order, its estimate, and what a life to
+a tolerance takes with it.
+"""
 
 import numpy as np
 import pytest
@@ -33,7 +35,9 @@ def test_local_error_is_of_fifth_order():
 
 
 def test_the_companion_is_of_third_order_where_the_rate_is_not_linear():
-    """Orders of both against the closed form of h' = 1 + h², tan N: a wrong weight lowers one of them."""
+    """Orders of both against the closed form of h' = 1 + h², tan N: a wrong weight
+    lowers one of them.
+    """
 
     def rate(h):
         return 1.0 + h**2

@@ -1,4 +1,6 @@
-"""Which states of a life are kept in full: those asked for, others as far as their work is paid for."""
+"""Which states of a life are kept in full: those asked for, others as far as their work
+is paid for.
+"""
 
 from functools import partial
 from types import SimpleNamespace
@@ -49,7 +51,8 @@ def lived(**asked: Any) -> Any:
     limits = Limits(cycles=5e6)
     wanted = {"snapshots": Snapshots(), **asked}
     integration = partial(integrate, limits=limits, method=Adaptive(), tolerance=1e-5)
-    return history(Worn(), np.zeros(10), integration, **wanted)  # type: ignore[arg-type]
+    worn: Any = Worn()
+    return history(worn, np.zeros(10), integration, **wanted)
 
 
 def test_halving_goes_through_all_and_the_middle_first() -> None:

@@ -6,7 +6,9 @@ from wearlab.life import runge_kutta as rkc
 
 
 def amplification(z, scheme):
-    """Growth of y' = λ y over one step, z = ΔN λ (stages may not be clipped for this)."""
+    """Growth of y' = λ y over one step, z = ΔN λ (stages may not be
+    clipped for this).
+    """
     before = 1.0
     current = 1.0 + scheme.mu_rate[1] * z
     for j in range(2, scheme.stages + 1):

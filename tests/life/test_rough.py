@@ -51,7 +51,9 @@ def quiet():
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_noise_that_levels_moves_a_life_little_and_within_its_estimate(quiet, seed):
-    """With a noise of 20 % in every rate, stages of a long step in it, the life was 5 % too short."""
+    """With a noise of 20 % in every rate, stages of a long step in
+    it, the life was 5 % too short.
+    """
     life = lived(0.2, seed)
     assert life.end_reason == "depth"
     off = abs(life.cycle[-1] - quiet.cycle[-1])
@@ -59,7 +61,9 @@ def test_noise_that_levels_moves_a_life_little_and_within_its_estimate(quiet, se
 
 
 def test_scatter_of_independent_steps_adds_up_by_its_squares(quiet):
-    """A life with twice the noise is twice as doubtful, and far less than if all steps were wrong one way."""
+    """A life with twice the noise is twice as doubtful, and far less than if all steps
+    were wrong one way.
+    """
     one = lived(0.1).error_estimate_life
     two = lived(0.2).error_estimate_life
     assert one < two < 3.0 * one
@@ -105,7 +109,9 @@ def test_held_steps_converge_in_second_order_and_tell_more_than_their_error():
 
 
 def test_a_step_that_runs_into_a_rough_stretch_is_taken_again_as_a_held_one(quiet):
-    """An ordinary first step of 2.7 µm in a stiff, noisy rate was accepted whole, wherever it led."""
+    """An ordinary first step of 2.7 µm in a stiff, noisy rate was accepted whole,
+    wherever it led.
+    """
     life = integrate(
         Wavering(0.2, deep=0.0), np.zeros(30), limits=Limits(depth=DEPTH), max_work=2e5
     )

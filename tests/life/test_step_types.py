@@ -1,4 +1,6 @@
-"""A step over cycles is one file that type checks, and one that does not fit is refused."""
+"""A step over cycles is one file that type checks, and one that does
+not fit is refused.
+"""
 
 import subprocess
 import sys

@@ -34,7 +34,9 @@ def test_an_imaginary_part_is_noticed():
 
 
 def test_a_nonlinear_rate_is_differenced_at_one_point():
-    """Base and probe share the shift δ: r = −c h² has slope −2 c δ there, not an artefact of r(δ) − r(0)."""
+    """Base and probe share the shift δ: r = −c h² has slope −2 c δ there, not an
+    artefact of r(δ) − r(0).
+    """
 
     def rate(h):
         return 1e-12 - 1.0 * h**2 + 2e-7 * h.mean()

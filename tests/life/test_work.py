@@ -1,4 +1,6 @@
-"""Lives whose rates get too dear for the work they may do: they end where they were asked to, and say so."""
+"""Lives whose rates get too dear for the work they may do: they end where they were
+asked to, and say so.
+"""
 
 import numpy as np
 import pytest
@@ -13,7 +15,9 @@ DEPTH = 4e-4
 
 
 class DearOnceDeep:
-    """Waves that relax, and rates that waver with the depth, dear beyond a quarter of the way."""
+    """Waves that relax, and rates that waver with the depth, dear
+    beyond a quarter of the way.
+    """
 
     def __init__(self, dear):
         self.dear, self.work = dear, 0.0
@@ -75,7 +79,9 @@ class Even:
 def test_a_life_within_two_hundredths_of_its_depth_gets_some_more_work(
     max_work, reason
 ):
-    """A hundred steps of a hundredth each, and a first rate: a hundred rates lead to the last but one."""
+    """A hundred steps of a hundredth each, and a first rate: a hundred rates lead to
+    the last but one.
+    """
     hundredth = Fixed(size=0.01 * DEPTH / 1e-11)
     life = integrate(
         Even(),
@@ -88,7 +94,9 @@ def test_a_life_within_two_hundredths_of_its_depth_gets_some_more_work(
 
 
 class DearNowAndThen(DearOnceDeep):
-    """Orbits that come and go: one rate in eleven is a thousand times as dear as the others."""
+    """Orbits that come and go: one rate in eleven is a thousand times
+    as dear as the others.
+    """
 
     count = 0
 

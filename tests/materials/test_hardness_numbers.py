@@ -18,7 +18,9 @@ def test_rockwell_by_astm_e140(hrc, hv):
 
 
 def test_the_whole_table_as_a_maker_of_testers_prints_it():
-    """ASTM E140 Table 1, 68 down to 20 HRC: https://www.phase2plus.com/hardness-testers/conversion-charts."""
+    """ASTM E140 Table 1, 68 down to 20 HRC:
+    https://www.phase2plus.com/hardness-testers/conversion-charts.
+    """
     printed = (
         "940 900 865 832 800 772 746 720 697 674 653 633 613 595 577 560 544 528 513 "
         "498 484 471 458 446 434 "

@@ -29,7 +29,9 @@ def pair_of(teeth=50, bore=0.5):
 
 
 def shooting(n):
-    """Rim displacements of mode n by integrating Navier's equations outwards from the clamped bore."""
+    """Rim displacements of mode n by integrating Navier's equations
+    outwards from the clamped bore.
+    """
     nu = STEEL.poisson_ratio
     mu = STEEL.shear_modulus
     stiff = STEEL.youngs_modulus / (1 - nu**2)
@@ -99,7 +101,9 @@ def test_tractions_balance_the_load():
 
 
 def test_work_of_the_arcs_against_a_plain_fourier_sum():
-    """Sum the waves of displacement over the neighbouring arc, then integrate traction times displacement."""
+    """Sum the waves of displacement over the neighbouring arc, then
+    integrate traction times displacement.
+    """
     gear = pair_of().driving
     theta = root_half_angle(gear)
     r = gear.root_radius

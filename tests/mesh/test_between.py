@@ -1,4 +1,6 @@
-"""Meshes between the stages of their tables: at the stages what these say, smooth between them."""
+"""Meshes between the stages of their tables: at the stages what these
+say, smooth between them.
+"""
 
 import numpy as np
 import pytest

@@ -95,8 +95,10 @@ def test_range_of_validity():
     )
 
 
-def test_the_height_keeps_its_sign_where_the_line_of_action_crosses_within_the_ring_s_body():
-    """Near E of a 40/100 ring u is negative: the cross term M u/S is too, and the curve has no kink."""
+def test_the_height_keeps_its_sign_where_the_line_crosses_within_the_ring_s_body():
+    """Near E of a 40/100 ring u is negative: the cross term M u/S is too, and the curve
+    has no kink.
+    """
     pair = gear_pair(
         GearSpec(name="pinion", teeth=40, fillet_radius_coefficient=0.3),
         GearSpec(name="ring", teeth=100, tip_alteration="wang-2023", rim_diameter=0.7),

@@ -214,7 +214,9 @@ def test_engagement_by_threshold_leaves_late_pairs_out(pair, grid):
 
 @pytest.mark.parametrize("shared", [False, True])
 def test_by_a_threshold_the_mesh_is_as_stiff_as_all_engaged_pairs(pair, grid, shared):
-    """Y23 sums every engaged pair, at 1 N too, where worn gaps leave the load to one of them."""
+    """Y23 sums every engaged pair, at 1 N too, where worn gaps leave
+    the load to one of them.
+    """
     wear = some_wear(grid)
     analysis = potential_energy(pair, grid)
     if shared:

@@ -43,7 +43,9 @@ def test_unworn_corners_are_as_far_as_the_exact_search_finds(flanks, end):
 def test_worn_corners_differ_from_the_exact_search_at_second_order(
     flanks, end, depths=(1e-5, 5e-6, 2.5e-6)
 ):
-    """Half the wear leaves a quarter of the error, until the spacing of the nodes near the tip counts."""
+    """Half the wear leaves a quarter of the error, until the spacing of the nodes near
+    the tip counts.
+    """
     pair = flanks.pair
     s = flanks.grid.position
     x = beyond(pair, end)

@@ -202,7 +202,9 @@ def test_periods_found_at_once_are_periods_found_one_by_one(
 def test_a_mesh_that_lags_repeats_the_first_later_on_the_clock(
     pair, grid, analysis, nodes
 ):
-    """Stage tables of a lagging mesh against the same flanks asked directly at its own phase."""
+    """Stage tables of a lagging mesh against the same flanks asked
+    directly at its own phase.
+    """
     lag = 0.37
     meshes = (
         Mesh(0, 0.0, mesh_error(())),

@@ -1,4 +1,6 @@
-"""Stiffness of gears from finite elements: convergence, independence of the patch, coupling, the cache."""
+"""Stiffness of gears from finite elements: convergence, independence of the patch,
+coupling, the cache.
+"""
 
 import math
 
@@ -45,7 +47,9 @@ def own(gear, options, wear=None, at=HEIGHTS):
 
 @pytest.mark.parametrize("which", ["radial root", "trochoid", "ring"])
 def test_mesh_convergence(pair, which):
-    """The default mesh is within 0.5 per cent, and refinement pays at better than first order."""
+    """The default mesh is within 0.5 per cent, and refinement pays at
+    better than first order.
+    """
     gear = {
         "radial root": pair.driving,
         "trochoid": standard().driving,
@@ -82,7 +86,9 @@ def test_interpolation_between_samples():
 
 
 def test_solid_gear_near_iso_6336():
-    """Stiffness of a pair at 240 N/mm: c' = 14.4 N/(mm um) after ISO 6336-1 for 50/50 teeth, c'_th = 18."""
+    """Stiffness of a pair at 240 N/mm: c' = 14.4 N/(mm um) after ISO 6336-1 for 50/50
+    teeth, c'_th = 18.
+    """
     gears = standard(bore=0.08)
     total, _ = compliance(gears, np.zeros(1), 2, Options())
     depth = LoadedFlank(gears.driving).depth(
@@ -98,7 +104,9 @@ def test_solid_gear_near_iso_6336():
 
 
 def test_the_body_agrees_with_an_annulus(pair):
-    """Between teeth three pitches apart, where only the body matters: Michell's annulus, plane stress."""
+    """Between teeth three pitches apart, where only the body matters: Michell's
+    annulus, plane stress.
+    """
     gear = pair.driving
     found = solve_gear(gear, Options("stress", 2, samples=9))
     q = np.array([1.4, 1.7])
@@ -116,7 +124,9 @@ def test_the_body_agrees_with_an_annulus(pair):
 
 
 def on_one_line(gears, index, s, tooth):
-    """Return how far the point one base pitch ahead lies off the line of action, on a given tooth [m]."""
+    """Return how far the point one base pitch ahead lies off the line of action, on a
+    given tooth [m].
+    """
     gear = gears.gears[index]
     flank = LoadedFlank(gears.gears[index])
     here, ahead = (
@@ -155,7 +165,9 @@ def test_neighbours_share_the_line_of_action(which):
 
 
 def test_equal_gears_are_mirror_images(pair):
-    """Driving and driven change places under s → −s, for own and for shared compliance."""
+    """Driving and driven change places under s → −s, for own and for
+    shared compliance.
+    """
     s = np.linspace(pair.path.A, pair.path.E, 7)
     total, shared = compliance(pair, s, 2, QUICK)
     _, partners = compliance(pair, -s - pair.base_pitch, 2, QUICK)
@@ -221,7 +233,9 @@ def test_the_model_adds_up(pair):
 
 @pytest.mark.parametrize("which", ["driving", "driven"])
 def test_gears_that_differ_in_module_alone_yield_alike(which):
-    """Plane elasticity knows no length, and neither does the fillet, the rim or the loaded patch."""
+    """Plane elasticity knows no length, and neither does the fillet,
+    the rim or the loaded patch.
+    """
     options = Options(refinement=1, samples=5)
     small = getattr(scaled(1.0), which)
     large = getattr(scaled(2.7), which)

@@ -1,4 +1,6 @@
-"""The elements against closed forms, and the wheel from one sector against the wheel element by element."""
+"""The elements against closed forms, and the wheel from one sector against the wheel
+element by element.
+"""
 
 import math
 
@@ -26,7 +28,9 @@ NU = STEEL.poisson_ratio
 
 
 def few_teeth():
-    """Return gears of so few teeth that the whole wheel can be assembled: external, and a ring."""
+    """Return gears of so few teeth that the whole wheel can be
+    assembled: external, and a ring.
+    """
     external = gear_pair(
         GearSpec(
             name="first", teeth=10, profile_shift_coefficient=0.5, bore_diameter=0.006
@@ -59,7 +63,9 @@ def mapped(across, along, shape):
 
 @pytest.mark.parametrize("plane", ["strain", "stress"])
 def test_cantilever_with_shear(plane):
-    """Deflection of a beam under a parabolic end shear, held as in the exact solution: Timoshenko's (21)."""
+    """Deflection of a beam under a parabolic end shear, held as in
+    the exact solution: Timoshenko's (21).
+    """
     length, height, force = 10.0, 1.0, 1.0
     mesh = mapped(
         np.linspace(0, length, 41),
@@ -230,7 +236,9 @@ def test_the_wheel_from_one_sector_is_the_whole_wheel(gear):
 
 
 def test_reciprocity_round_the_wheel():
-    """Maxwell and Betti: tooth k under a load at a and b on tooth 0 is tooth 0 under a load at b."""
+    """Maxwell and Betti: tooth k under a load at a and b on tooth 0 is tooth 0 under a
+    load at b.
+    """
     one = sector(chart(LoadedFlank(EXTERNAL)), STEEL, "strain", 1)
     loads = flank_loads(one, [1.1, 1.5, 1.8], 0.2 * EXTERNAL.module)
     C = wheel(one, loads, EXTERNAL.teeth - 1)
@@ -244,7 +252,9 @@ def test_reciprocity_round_the_wheel():
 
 @pytest.mark.parametrize("gear", [EXTERNAL, RING], ids=["external", "ring"])
 def test_loads_are_unit_forces_along_the_line_of_action(gear):
-    """Their sum is one, their moment about the centre the base radius, whatever the patch."""
+    """Their sum is one, their moment about the centre the base
+    radius, whatever the patch.
+    """
     one = sector(chart(LoadedFlank(gear)), STEEL, "strain", 2)
     parameter = LoadedFlank(gear).parameter(
         [
@@ -264,7 +274,9 @@ def test_loads_are_unit_forces_along_the_line_of_action(gear):
 
 @pytest.mark.parametrize("plane", ["strain", "stress"])
 def test_half_plane_against_stresses_summed_up(plane):
-    """Hertz's stresses below a patch, integrated down to the depth: the middle sinks in ¼ further."""
+    """Hertz's stresses below a patch, integrated down to the depth:
+    the middle sinks in ¼ further.
+    """
     w, depth = 1e-4, 3e-3
     p0 = 2 / (np.pi * w)
 

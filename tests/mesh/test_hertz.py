@@ -27,7 +27,9 @@ def test_yang_sun_against_a_rigid_mate_is_half():
 
 
 def test_weber_against_the_strain_under_a_hertzian_pressure():
-    """Integrate the plane strain on the axis below a Hertzian pressure (Johnson 1985, Eqs. 4.46)."""
+    """Integrate the plane strain on the axis below a Hertzian
+    pressure (Johnson 1985, Eqs. 4.46).
+    """
     F, rho, t1, t2, B = 1500.0, 6e-3, 2.4e-3, 2.2e-3, 0.02
     a = math.sqrt(8 * F * rho * (1 - NU**2) / (math.pi * B * E))
     p0 = 2 * F / (math.pi * a * B)

@@ -1,4 +1,6 @@
-"""Teeth, body and contact of a ring: against quadrature, Navier's equations, a rack, and an external twin."""
+"""Teeth, body and contact of a ring: against quadrature, Navier's equations, a rack,
+and an external twin.
+"""
 
 import math
 from itertools import pairwise
@@ -58,7 +60,8 @@ def evaluate(gear, radius, wear=None):
 
 
 def by_quadrature(ring, radius, wear_at=lambda r: 0.0, deepest=None):
-    """Integrate M²/EI, κV²/GA and N²/EA over the outline, from the root circle inwards to the contact.
+    """Integrate M²/EI, κV²/GA and N²/EA over the outline, from the root circle inwards
+    to the contact.
 
     The force (sinλ, −cosλ) acts on the flank at +y of the tooth's centre line; wear
     takes that flank alone.
@@ -154,7 +157,9 @@ def test_order_of_the_path_does_not_matter():
 
 
 def rack_of(profile, external):
-    """Tooth of 30,000 teeth, as good as a rack, with contacts at four heights above its reference line."""
+    """Tooth of 30,000 teeth, as good as a rack, with contacts at four
+    heights above its reference line.
+    """
     teeth, m = 30_000, 0.004
     reference = 0.5 * m * teeth
     height = m * np.array([-0.8, -0.3, 0.2, 0.7])
@@ -201,7 +206,9 @@ def test_ring_and_wheel_of_very_many_teeth_are_one_rack(profile):
 
 
 def test_ring_tooth_is_stiffer_than_the_same_wheels():
-    """A ring's tooth widens towards its root faster than an external one of the same numbers."""
+    """A ring's tooth widens towards its root faster than an external
+    one of the same numbers.
+    """
     ring = y23().driven
     wheel = gear_pair(
         GearSpec(name="pinion", teeth=40),
@@ -251,7 +258,9 @@ INNER, OUTER = 0.3075, 0.35
 
 
 def shooting(n):
-    """Inner displacements of mode n under tractions there, from the clamped outside inwards (Navier)."""
+    """Inner displacements of mode n under tractions there, from the
+    clamped outside inwards (Navier).
+    """
     nu = STEEL.poisson_ratio
     mu = STEEL.shear_modulus
 
@@ -345,7 +354,9 @@ def test_coupling_of_a_ring(driving):
 
 
 def test_smaller_radius_of_a_ring_is_on_the_loaded_side():
-    """Both teeth on one line of action: place the contacts and look which tooth stands where."""
+    """Both teeth on one line of action: place the contacts and look
+    which tooth stands where.
+    """
     pair = y23()
     ring = pair.driven
     near, far = (
@@ -359,7 +370,9 @@ def test_smaller_radius_of_a_ring_is_on_the_loaded_side():
 
 
 def test_rim_and_wheel_bodies_of_infinite_size_are_one_half_plane():
-    """Held equally far from the root line, a ring's and a wheel's bodies end in the same strip."""
+    """Held equally far from the root line, a ring's and a wheel's
+    bodies end in the same strip.
+    """
     compliances = []
     for external in (True, False):
         gear, radius = rack_of("radial", external)

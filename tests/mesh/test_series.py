@@ -1,4 +1,6 @@
-"""Harmonics, modulation, tables and prescribed errors against closed forms and NumPy."""
+"""Harmonics, modulation, tables and prescribed errors against closed
+forms and NumPy.
+"""
 
 import numpy as np
 import pytest

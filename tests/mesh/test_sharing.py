@@ -1,4 +1,6 @@
-"""Load sharing against SciPy's linear complementarity by brute force over active sets."""
+"""Load sharing against SciPy's linear complementarity by brute force
+over active sets.
+"""
 
 import itertools
 
@@ -77,7 +79,9 @@ def test_equivalent_springs_carry_the_same_total_force(coupled):
 
 
 def test_each_spring_hands_its_force_to_pairs():
-    """Springs add up to each pair's own force, at every load, and together to all of it."""
+    """Springs add up to each pair's own force, at every load, and
+    together to all of it.
+    """
     for coupled in (False, True):
         matrix, gap = random_case(3, coupled)
         compliance, gaps, cross = as_tables(matrix, gap, coupled)
@@ -90,7 +94,9 @@ def test_each_spring_hands_its_force_to_pairs():
 
 
 def test_pairs_that_change_places_within_a_step_leave_its_springs_smooth():
-    """Three stages have the order of the middle one, so that every spring is the parabola through them."""
+    """Three stages have the order of the middle one, so that every spring is the
+    parabola through them.
+    """
     matrix = random_case(2, True)[0]
     gaps = np.array([[2e-6, 1e-6], [1.6e-6, 1.5e-6], [1.2e-6, 2e-6]])
     compliance, _, cross = as_tables(matrix, gaps[0], True)

@@ -1,4 +1,6 @@
-"""The running sums against SciPy's quadrature of the same energies, section by section."""
+"""The running sums against SciPy's quadrature of the same energies,
+section by section.
+"""
 
 import math
 from itertools import pairwise
@@ -43,7 +45,9 @@ def at_angle(gear, height):
 def by_quadrature(
     gear, radius, wear_at, lowest, shear_factor=1.2, back_at=lambda r: 0.0
 ):
-    """Integrate each energy with quad: M about the worn centroid, N and V in the worn section."""
+    """Integrate each energy with quad: M about the worn centroid, N
+    and V in the worn section.
+    """
     lam = float(load_angle(gear, radius))
     x_A, y_A = (float(v) for v in involute_point(gear, lam))
     h_A = wear_at(radius)
@@ -136,7 +140,9 @@ def test_worn_tooth_against_quadrature(side):
 
 @pytest.mark.parametrize("share", [0.4, 1.0])
 def test_a_tooth_worn_on_both_sides_against_quadrature(share):
-    """Y23's Fig. 10: the section is thinner by both depths, and its centroid where they leave it."""
+    """Y23's Fig. 10: the section is thinner by both depths, and its
+    centroid where they leave it.
+    """
     pair = build(RADIAL)
     gear = pair.driving
     s = np.linspace(pair.path.A, pair.path.E, 201)
@@ -302,7 +308,9 @@ def test_radii_off_the_involute_are_refused():
 
 @pytest.mark.parametrize("bore", [0.3, 0.4, 0.5])
 def test_single_stiffness_is_near_iso_6336(bore):
-    """ISO 6336-1:2006 method B, Eqs. 82–84 and 87: c' = 0.8 / q' for standard solid steel gears."""
+    """ISO 6336-1:2006 method B, Eqs. 82–84 and 87: c' = 0.8 / q' for
+    standard solid steel gears.
+    """
     z = 50
     q = 0.04723 + 0.15551 / z + 0.25791 / z
     single = 0.8 / q * 1e9

@@ -1,4 +1,6 @@
-"""Equality of quantities: what a file wrote is found again, in its own unit and in every other."""
+"""Equality of quantities: what a file wrote is found again, in its
+own unit and in every other.
+"""
 
 import re
 from pathlib import Path
@@ -25,7 +27,9 @@ HOLDING = {"<": False, "<=": True, ">": False, ">=": True, "=": True, "!=": Fals
 
 
 def drawn(dice, kind):
-    """Return a plausible number of a kind in SI, with few digits as people write them."""
+    """Return a plausible number of a kind in SI, with few digits as
+    people write them.
+    """
     low = max(kind.low, 1e-20)
     high = min(kind.high, 1e20)
     value = low * (high / low) ** dice.uniform(0.2, 0.8)
@@ -33,12 +37,12 @@ def drawn(dice, kind):
 
 
 def written(dice, name, unit):
-    """Return a quantity of a kind as somebody writes it in a unit, and what a scene keeps of it."""
+    """Return a quantity of a kind as somebody writes it in a unit, and what a scene
+    keeps of it.
+    """
     while True:
-        text = (
-            f"{convert(drawn(dice, KINDS[name]), KINDS[name].unit, _own(unit)):.{dice.randint(1, 7)}g} "
-            f"{unit}"
-        )
+        value = convert(drawn(dice, KINDS[name]), KINDS[name].unit, _own(unit))
+        text = f"{value:.{dice.randint(1, 7)}g} {unit}"
         try:
             return text, rounded(quantity(text, name))
         except UnitError:
@@ -56,7 +60,9 @@ def asked(name, condition, value):
 
 @pytest.mark.parametrize(("name", "unit"), UNITS)
 def test_what_was_written_is_met_by_every_operator(name, unit):
-    """Over a thousand values are drawn in all, each asked for as it was written, and in SI."""
+    """Over a thousand values are drawn in all, each asked for as it
+    was written, and in SI.
+    """
     dice = Random(f"{name} {unit}")
     for _ in range(15):
         text, kept = written(dice, name, unit)

@@ -187,7 +187,9 @@ def test_kinds_of_scene_values():
 
 
 def test_scenes_that_differ_in_a_hardness_are_told_apart_in_a_unit_that_converts():
-    """Was "'HRC' is not a known unit": a scale is no unit, and runs could not be compared."""
+    """Was "'HRC' is not a known unit": a scale is no unit, and runs
+    could not be compared.
+    """
     a = json.dumps({"wear": {"coefficient": {"hardness": 6000000000.0}}})
     b = json.dumps({"wear": {"coefficient": {"hardness": 7500000000.0}}})
     assert [tuple(each) for each in differences(a, b)] == [

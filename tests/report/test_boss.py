@@ -1,4 +1,6 @@
-"""What a page tells first: the answer in words, the gears with their symbols, teeth that touch."""
+"""What a page tells first: the answer in words, the gears with their
+symbols, teeth that touch.
+"""
 
 import math
 import re
@@ -118,7 +120,9 @@ def test_equal_lives_are_told_once_and_a_page_says_where_the_flank_is_deepest():
 
 
 def test_what_is_drawn_inline_needs_no_style_sheet():
-    """A printer of PDFs knows no style sheet inside an SVG: whatever is drawn has its colour with it."""
+    """A printer of PDFs knows no style sheet inside an SVG: whatever is drawn has its
+    colour with it.
+    """
     template = (FOLDER / "page.html").read_text(encoding="utf-8")
     shapes = re.findall(r"<(?:path|line|circle|text|rect) [^>]*", template)
     assert len(shapes) >= 6 and all(

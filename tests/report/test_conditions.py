@@ -82,7 +82,9 @@ def test_any_campaign_has_conditions(name):
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory):
-    """Two torques of a pinion with a measured flank, made up: the gear wears deepest."""
+    """Two torques of a pinion with a measured flank, made up: the
+    gear wears deepest.
+    """
     folder = tmp_path_factory.mktemp("conditions")
     (folder / "flank.csv").write_text("diameter [mm];depth [um]\n45;3\n50;3\n54;3\n")
     initial = {"pinion": {"file": str(folder / "flank.csv"), "continuation": "hold"}}

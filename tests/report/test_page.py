@@ -1,4 +1,6 @@
-"""One page per campaign: everything on it, nothing fetched, nothing a stranger wrote becomes markup."""
+"""One page per campaign: everything on it, nothing fetched, nothing a
+stranger wrote becomes markup.
+"""
 
 import base64
 import re
@@ -46,7 +48,9 @@ select = {{ speed = 1860 }}
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
-    """The campaign and a store: two speeds done, one failed, the case refused with what it expects missed."""
+    """The campaign and a store: two speeds done, one failed, the case refused with what
+    it expects missed.
+    """
     folder = tmp_path_factory.mktemp("page")
     (folder / "study.toml").write_text(STUDY)
     campaign = wl.load(folder / "study.toml")

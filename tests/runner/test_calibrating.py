@@ -1,4 +1,6 @@
-"""A calibration is a run: lived once, kept, named by those that rest on it, found by the next campaign."""
+"""A calibration is a run: lived once, kept, named by those that rest on it, found by
+the next campaign.
+"""
 
 import pytest
 from scenes import external_pair
@@ -56,7 +58,9 @@ def scene(torque):
 
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory):
-    """A store with one campaign that is calibrated, its run, and the run that calibrated it."""
+    """A store with one campaign that is calibrated, its run, and the
+    run that calibrated it.
+    """
     simulating._LIVES.clear()
     store = Store(tmp_path_factory.mktemp("calibrating") / "store")
     report = run(campaign("170 N*m"), store, workers=1, progress=False)

@@ -1,4 +1,6 @@
-"""Cases that continue runs: their wear is read from the store here, and travels with the scene."""
+"""Cases that continue runs: their wear is read from the store here,
+and travels with the scene.
+"""
 
 from dataclasses import dataclass, replace
 from types import SimpleNamespace

@@ -1,4 +1,6 @@
-"""A scheduler and workers that somebody else started: real processes, as on a cluster."""
+"""A scheduler and workers that somebody else started: real processes,
+as on a cluster.
+"""
 
 import os
 import shutil
@@ -216,7 +218,9 @@ def two_workers(cluster):
 
 
 def test_work_that_reaches_other_code_comes_back(monkeypatch):
-    """Between two looks at the workers a strange one may be given work: it says so and computes nothing."""
+    """Between two looks at the workers a strange one may be given
+    work: it says so and computes nothing.
+    """
     from types import SimpleNamespace
 
     from dask import distributed
@@ -260,7 +264,9 @@ def test_a_killed_scheduler_is_one_message(there, tmp_path):
 
 
 def test_a_life_goes_on_elsewhere_when_its_worker_dies(there, tmp_path):
-    """The scheduler gives it to the other worker by itself, which begins where the first one was."""
+    """The scheduler gives it to the other worker by itself, which begins where the
+    first one was.
+    """
     there.worker(), there.worker()
     until(lambda: two_workers(there))
     rates = {}
@@ -343,7 +349,9 @@ def secured(tmp_path):
 
 
 def test_work_goes_through_tls(secured, tmp_path, monkeypatch):
-    """As dask's documentation has it: the same configuration everywhere, a tls:// address."""
+    """As dask's documentation has it: the same configuration
+    everywhere, a tls:// address.
+    """
     secured["distributed.comm.require-encryption"] = "True"
     for name, value in secured.items():
         monkeypatch.setenv(

@@ -1,4 +1,6 @@
-"""Expectations met and missed: what counts as success, what is shown, what the store remembers."""
+"""Expectations met and missed: what counts as success, what is shown,
+what the store remembers.
+"""
 
 from dataclasses import dataclass
 

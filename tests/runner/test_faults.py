@@ -1,4 +1,6 @@
-"""What happens to a store when processes are killed, interrupted, or work at the same time. All are real."""
+"""What happens to a store when processes are killed, interrupted, or work at the same
+time. All are real.
+"""
 
 import os
 import signal
@@ -20,7 +22,9 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has
 
 
 class Scene:
-    """A store, a log of simulations, and a gate that holds simulations until it is opened."""
+    """A store, a log of simulations, and a gate that holds
+    simulations until it is opened.
+    """
 
     def __init__(self, folder):
         self.folder = folder
@@ -30,7 +34,9 @@ class Scene:
         self.children = []
 
     def start(self, count):
-        """Run a campaign of ``count`` cases in a process of its own, in a session of its own."""
+        """Run a campaign of ``count`` cases in a process of its own,
+        in a session of its own.
+        """
         command = [
             sys.executable,
             "-W",
@@ -117,7 +123,9 @@ def test_killed_then_completed(scene):
 
 @pytest.mark.parametrize("whole_group", [False, True], ids=["parent", "terminal"])
 def test_interrupted_then_completed(scene, whole_group):
-    """Ctrl-C reaches the parent alone or, in a terminal, the workers too: one message, nothing in flight."""
+    """Ctrl-C reaches the parent alone or, in a terminal, the workers too: one message,
+    nothing in flight.
+    """
     first = scene.start(5)
     scene.until(lambda: len(scene.simulations()) >= 2)
     (os.killpg if whole_group else os.kill)(first.pid, signal.SIGINT)
@@ -135,7 +143,9 @@ def test_interrupted_then_completed(scene, whole_group):
 
 
 def test_two_runs_share_one_campaign(scene):
-    """Two processes on one store compute every case once between them, and both end with all of it."""
+    """Two processes on one store compute every case once between them, and both end
+    with all of it.
+    """
     first = scene.start(10)
     second = scene.start(10)
     scene.until(lambda: len({worker for _, worker in scene.simulations()}) == 4)

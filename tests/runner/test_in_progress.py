@@ -1,4 +1,6 @@
-"""Lives under way: kept through the parent, taken up bit for bit, shown where nobody watches."""
+"""Lives under way: kept through the parent, taken up bit for bit,
+shown where nobody watches.
+"""
 
 import io
 import time

@@ -1,4 +1,6 @@
-"""Workers on this machine: forked from what has imported everything, and ended at once."""
+"""Workers on this machine: forked from what has imported everything,
+and ended at once.
+"""
 
 import asyncio
 import multiprocessing
@@ -7,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -162,7 +165,8 @@ def test_a_client_is_taken_as_scheduler_and_stays_open(tmp_path: Path) -> None:
             progress=False,
         )
     with pytest.raises(RunnerError, match="neither an address nor a dask client"):
-        wl.run(sweep(3), tmp_path / "none", scheduler=5, simulate=SIMULATE)  # type: ignore[arg-type]
+        number: Any = 5
+        wl.run(sweep(3), tmp_path / "none", scheduler=number, simulate=SIMULATE)
     assert not (tmp_path / "none").exists()
 
 
@@ -223,7 +227,9 @@ def test_nobody_else_on_this_machine_can_give_work():
 
 
 def test_no_page_answers_without_being_asked_for():
-    """Was: dask's pages about scheduler and workers, to whoever may use this machine."""
+    """Was: dask's pages about scheduler and workers, to whoever may
+    use this machine.
+    """
     from urllib.error import HTTPError
     from urllib.request import urlopen
 

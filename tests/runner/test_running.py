@@ -30,7 +30,9 @@ def log(tmp_path):
 
 @pytest.fixture
 def alone(monkeypatch):
-    """Let several cases run in this process, as a single one does: most rules do not need a cluster."""
+    """Let several cases run in this process, as a single one does: most rules do not
+    need a cluster.
+    """
     monkeypatch.setattr(
         running._Work, "_begin", lambda self, tasks, cluster, more: None
     )

@@ -60,7 +60,9 @@ def test_messages_leave_after_the_clock_was_set_back(monkeypatch):
 
 
 def test_without_the_steady_clock_they_wait(monkeypatch):
-    """The fault itself, of dask: when it is mended there, `wearlab.runner.local` can go."""
+    """The fault itself, of dask: when it is mended there,
+    `wearlab.runner.local` can go.
+    """
     assert asyncio.run(two_messages(monkeypatch)) == ["first"]
 
 

@@ -52,7 +52,9 @@ def ended(work: Callable[[], object], client: Any) -> list[BaseException]:
 
 
 def seen_late(client: Any) -> Callable[[], list[str]]:
-    """Return whom a process takes to be there: at its first look, one that has just been killed."""
+    """Return whom a process takes to be there: at its first look, one
+    that has just been killed.
+    """
     looks = iter([[GONE]])
     return lambda: (
         next(looks, None) or list(client.scheduler_info(n_workers=-1)["workers"])
@@ -102,7 +104,9 @@ def test_workers_that_nobody_can_start_are_given_up(
 def test_results_that_went_with_their_worker(
     raised: Exception, waits: int, suspects: int
 ) -> None:
-    """A batch that had finished, and then was lost with its worker: tried alone, or waited for once more."""
+    """A batch that had finished, and then was lost with its worker: tried alone, or
+    waited for once more.
+    """
 
     def result(timeout: float) -> None:
         raise raised

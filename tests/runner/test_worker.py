@@ -79,7 +79,9 @@ def test_batches_follow_the_pace():
 
 
 def test_the_parent_side_stays_light():
-    """Managing runs needs neither physics nor xarray nor HDF5: those live in workers and readers."""
+    """Managing runs needs neither physics nor xarray nor HDF5: those
+    live in workers and readers.
+    """
     code = (
         "import sys, wearlab.runner, wearlab.store.store; "
         "print([m for m in ('numpy', 'numba', 'xarray', 'netCDF4', 'dask', 'rich') if "

@@ -1,4 +1,6 @@
-"""A drawing's numbers become a scene: allowances, backlash that dynamics know, a carrier nobody weighed."""
+"""A drawing's numbers become a scene: allowances, backlash that dynamics know, a
+carrier nobody weighed.
+"""
 
 import copy
 
@@ -56,7 +58,9 @@ def test_check_prints_centre_distance_contact_ratio_backlash_and_sliding():
 
 
 def test_check_prints_tips_and_what_they_keep_from_the_root():
-    """A pair of 3 mm whose centre distance is rounded below the one that its shifts ask for."""
+    """A pair of 3 mm whose centre distance is rounded below the one
+    that its shifts ask for.
+    """
     table = copy.deepcopy(TABLE)
     table["gears"] |= {"module": "3 mm", "centre_distance": "114.5 mm"}
     pinion = table["gears"]["pinion"]

@@ -1,4 +1,6 @@
-"""Keys that give flanks a width: read, told, left out of identities, and refused where they do not fit."""
+"""Keys that give flanks a width: read, told, left out of identities, and refused where
+they do not fit.
+"""
 
 import math
 

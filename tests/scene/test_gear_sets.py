@@ -1,4 +1,6 @@
-"""The static load of the meshes of a set, said once and read by the models of the dynamics."""
+"""The static load of the meshes of a set, said once and read by the
+models of the dynamics.
+"""
 
 import pytest
 from scenes import internal_pair, planetary_set
@@ -51,7 +53,7 @@ def test_the_mesh_of_a_pair_carries_the_torque_of_whichever_gear_drives(driver):
     )
 
 
-def test_the_torsional_model_of_a_planetary_set_is_loaded_by_the_force_of_all_its_meshes():
+def test_the_torsional_model_of_a_set_is_loaded_by_the_force_of_all_its_meshes():
     scene = {
         "gears": PLANETARY,
         "operation": {"torque": "134 N*m", "speed": "1000 rpm"},

@@ -1,4 +1,6 @@
-"""Measured flanks and exact contact as scenes: what is read, what is refused, and a run's own export."""
+"""Measured flanks and exact contact as scenes: what is read, what is refused, and a
+run's own export.
+"""
 
 import numpy as np
 import pytest
@@ -133,13 +135,16 @@ def test_extended_contact_removes_the_jump_and_says_how_far_it_reaches(table):
 MACHINE = (
     "Gear measuring centre;Protokoll 17\r\nZähne;50\r\n\r\n"
     "Punkt;Durchmesser [mm];Abweichung (µm)\r\n"
-    "1;143,0;-5,0\r\n2;146,0;-2,0\r\n3;150,0;0,0\r\n4;153,0;-3,0\r\n5;157,0;-6,0\r\nEnde;;\r\n"
+    "1;143,0;-5,0\r\n2;146,0;-2,0\r\n3;150,0;0,0\r\n"
+    "4;153,0;-3,0\r\n5;157,0;-6,0\r\nEnde;;\r\n"
 )
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "cp1252", "utf-16", "utf-8-sig"])
 def test_a_file_as_a_machine_writes_it(table, tmp_path, encoding):
-    """Preamble, German names, semicolons, decimal commas, units in headers, a last line without numbers."""
+    """Preamble, German names, semicolons, decimal commas, units in
+    headers, a last line without numbers.
+    """
     plain = scene(table, tmp_path)
     (tmp_path / "machine.csv").write_bytes(MACHINE.encode(encoding))
     initial = {"pinion": {"file": "machine.csv"}}

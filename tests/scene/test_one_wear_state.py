@@ -1,4 +1,6 @@
-"""A scene whose flanks wear and nobody says until when: one wear state, told with the remedy."""
+"""A scene whose flanks wear and nobody says until when: one wear
+state, told with the remedy.
+"""
 
 import math
 
@@ -93,7 +95,9 @@ def test_check_and_show_say_it_with_the_remedy(tmp_path, capsys):
 
 
 def test_what_a_static_run_cannot_have_is_told_with_what_it_takes(tmp_path, capsys):
-    """Was a list of all that is there, and in ls a column that was silently left out."""
+    """Was a list of all that is there, and in ls a column that was
+    silently left out.
+    """
     report = wl.run(SCENE, tmp_path / "store")
     with pytest.raises(
         wl.FigureError,

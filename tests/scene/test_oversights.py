@@ -1,4 +1,6 @@
-"""What a scene says and hardly means: told with its remedy, before anything runs and in the run."""
+"""What a scene says and hardly means: told with its remedy, before
+anything runs and in the run.
+"""
 
 import pytest
 from scenes import external_pair
@@ -69,7 +71,9 @@ def test_the_run_says_it_first(given):
 
 
 def test_a_limit_that_leaves_little_of_a_tooth_is_told_with_the_module():
-    """Was a life of 3 mm on teeth of module 1.25 mm, told to within 78 % and without a word."""
+    """Was a life of 3 mm on teeth of module 1.25 mm, told to within
+    78 % and without a word.
+    """
     for depth, said in (("20 um", 0), ("0.89 mm", 0), ("0.91 mm", 1), ("3 mm", 1)):
         told = oversights(pair().replace("wear.until.depth", depth))
         assert (

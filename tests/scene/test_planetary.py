@@ -1,4 +1,6 @@
-"""Planetary and internal scenes: what belongs to which set, and which scenes are the same."""
+"""Planetary and internal scenes: what belongs to which set, and which
+scenes are the same.
+"""
 
 import copy
 

@@ -385,7 +385,9 @@ def test_the_face_load_factor_is_read(table):
 
 
 def test_several_options_are_replaced_at_once(table):
-    """One by one the first change alone would be refused: the distance fits the old teeth only."""
+    """One by one the first change alone would be refused: the
+    distance fits the old teeth only.
+    """
     scene = Scene.from_mapping(table)
     changes = {"operation.torque": "80 N*m", "operation.speed": "900 rpm"}
     both = scene.replace(changes)

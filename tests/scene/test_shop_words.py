@@ -1,4 +1,6 @@
-"""The words of the shop: oils by grade, materials by name, hardness numbers, classes, reliefs by start."""
+"""The words of the shop: oils by grade, materials by name, hardness numbers, classes,
+reliefs by start.
+"""
 
 import math
 

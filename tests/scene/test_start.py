@@ -1,4 +1,6 @@
-"""``[start]``: what it accepts, what it makes of a campaign's case, and that it is part of the identity."""
+"""``[start]``: what it accepts, what it makes of a campaign's case, and that it is part
+of the identity.
+"""
 
 import pickle
 
@@ -76,7 +78,8 @@ def test_a_case_of_a_campaign_is_a_run(tmp_path):
     parent = write(
         tmp_path,
         "parent.toml",
-        f'extends = "{SPUR_50_50.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", '
+        f'extends = "{SPUR_50_50.as_posix()}"\n[[sweep]]\n'
+        '"operation.speed" = ["800 rpm", '
         '"1100 rpm"]\n',
     )
     child = write(
@@ -102,7 +105,8 @@ def test_campaigns_that_continue_each_other(tmp_path):
         write(
             tmp_path,
             f"{name}.toml",
-            f'extends = "{SPUR_50_50.as_posix()}"\nstart = {{ campaign = "{other}.toml" }}\n',
+            f'extends = "{SPUR_50_50.as_posix()}"\n'
+            f'start = {{ campaign = "{other}.toml" }}\n',
         )
     with pytest.raises(CampaignError, match="in a circle"):
         wl.load(tmp_path / "a.toml")
@@ -122,7 +126,8 @@ def test_select_understands_quantities(tmp_path, told):
     parent = write(
         tmp_path,
         "parent.toml",
-        f'extends = "{SPUR_50_50.as_posix()}"\n[[sweep]]\n"operation.speed" = ["800 rpm", '
+        f'extends = "{SPUR_50_50.as_posix()}"\n[[sweep]]\n'
+        '"operation.speed" = ["800 rpm", '
         '"1100 rpm"]\n',
     )
     child = write(

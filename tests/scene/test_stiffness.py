@@ -1,4 +1,6 @@
-"""``mesh.stiffness``: finite elements unless a model is named or implied, and when contact is extended."""
+"""``mesh.stiffness``: finite elements unless a model is named or implied, and when
+contact is extended.
+"""
 
 import pytest
 

@@ -1,4 +1,6 @@
-"""Choices with nothing but a name are words in files, scenes and identities, and variants inside."""
+"""Choices with nothing but a name are words in files, scenes and
+identities, and variants inside.
+"""
 
 import pytest
 
@@ -23,7 +25,9 @@ from wearlab.options import Number, option
 from wearlab.wear.projections import ProjectionModel
 
 class Doubled(ProjectionModel):
-    model: Literal["times"] = option("times", "so many times the depth", source="my thesis")
+    model: Literal["times"] = option(
+        "times", "so many times the depth", source="my thesis"
+    )
     times: Number = option(2.0, "factor")
 
     def factor(self, path):
@@ -59,7 +63,9 @@ def test_another_shape_of_initial_wear_keeps_its_depth():
 
 
 def test_a_users_own_is_one_of_them(tmp_path, table):
-    """One file adds a direction of wear: options checked, and written as a table with its source."""
+    """One file adds a direction of wear: options checked, and written
+    as a table with its source.
+    """
     (tmp_path / "mine.py").write_text(PLUGIN)
     (tmp_path / "c.toml").write_text(
         'title = "t"\nplugins = ["mine.py"]\n[gears]\nkind = "external-pair"\nmodule '

@@ -33,5 +33,7 @@ def run():
 
 @pytest.fixture
 def alone(monkeypatch):
-    """Look for no other attractor: half of a run's time, for tests of the orbit that is stored."""
+    """Look for no other attractor: half of a run's time, for tests of
+    the orbit that is stored.
+    """
     monkeypatch.setattr(attractors, "other_attractors", lambda parts, states: [])

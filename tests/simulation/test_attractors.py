@@ -1,4 +1,8 @@
-"""Other attractors of the states of a life: what one state has found is looked for in its neighbours."""
+"""Other attractors of the states of a life: what one state has found
+is looked for in its neighbours.
+"""
+
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,7 +37,9 @@ def test_states_that_wear_little_have_the_same_other_attractor() -> None:
 def test_states_try_other_releases_and_look_for_what_their_neighbours_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Of four states, the third finds one by a release, the others by what it found, the first not at all."""
+    """Of four states, the third finds one by a release, the others by what it found,
+    the first not at all.
+    """
     asked: list[tuple[str, Tries, int]] = []
     states = {name: _Named(name) for name in ("first", "second", "third", "fourth")}
 
@@ -47,7 +53,9 @@ def test_states_try_other_releases_and_look_for_what_their_neighbours_found(
         )  # type: ignore[arg-type]
 
     monkeypatch.setattr(attractors.coexisting, "coexisting", search)
-    found = attractors._searches([*states.values()], None, 1000)  # type: ignore[arg-type, list-item]
+    searched: Any = [*states.values()]
+    nothing: Any = None
+    found = attractors._searches(searched, nothing, 1000)
     searches = [one.search for one in found]
     names = [name for name, _, _ in asked]
     assert names == ["first", "second", "third", "fourth", "second", "first"]
@@ -91,7 +99,9 @@ PAIR = {
 
 
 def test_the_worst_attractor_found_is_told_and_all_are_listed() -> None:
-    """The first one found has a fifth of the force of the worst: two of four random releases end on that."""
+    """The first one found has a fifth of the force of the worst: two of four random
+    releases end on that.
+    """
     data = simulate(Scene.from_mapping(PAIR))
     largest = data.rival_force_max.values[0, 0]
     assert largest[0] == pytest.approx(16925.0, rel=1e-3) and np.all(

@@ -1,4 +1,6 @@
-"""Bearing forces against the equilibrium of every member, for every kind of gear set."""
+"""Bearing forces against the equilibrium of every member, for every
+kind of gear set.
+"""
 
 from copy import deepcopy
 from functools import cache, reduce
@@ -83,7 +85,9 @@ def mean_bearing_force(data: Any) -> Any:
 
 
 class Pushed(NamedTuple):
-    """Mean forces on the planets by sun and ring, and the centrifugal one, (2, N) each [N]."""
+    """Mean forces on the planets by sun and ring, and the centrifugal
+    one, (2, N) each [N].
+    """
 
     by_sun: Any
     by_ring: Any
@@ -93,7 +97,8 @@ class Pushed(NamedTuple):
 def friction_on_driver(
     pitch: Any, along: Any, centres: tuple[Any, Any], speeds: tuple[float, float]
 ) -> Any:
-    """Return where friction pushes the driving flank past the pitch point: against its sliding, (2, N).
+    """Return where friction pushes the driving flank past the pitch point: against its
+    sliding, (2, N).
 
     The contact moves on along the force on the driven gear; both flanks turn about
     their centres.
@@ -162,7 +167,9 @@ def pushed(scene: Any, data: Any) -> Pushed:
 
 @pytest.mark.parametrize("case", [*CASES, *RUBBING])
 def test_every_member_of_a_planetary_set_is_in_equilibrium(case: str) -> None:
-    """Mesh forces by load and geometry, friction, the centrifugal force and the bearing: zero in the mean."""
+    """Mesh forces by load and geometry, friction, the centrifugal force and the
+    bearing: zero in the mean.
+    """
     scene, data = of_set(case)
     by_sun, by_ring, flung = pushed(scene, data)
     held = mean_bearing_force(data).transpose("axis", "member")
@@ -252,7 +259,9 @@ def test_both_gears_of_an_internal_pair_are_in_equilibrium(input_gear: str) -> N
 def test_both_gears_of_a_rubbing_pair_are_in_equilibrium(
     kind: str, driving: str
 ) -> None:
-    """Forces along the path as they wear the flanks, with arms by geometry: bearings and torques."""
+    """Forces along the path as they wear the flanks, with arms by
+    geometry: bearings and torques.
+    """
     mate = "gear" if kind == "external" else "ring"
     driven = mate if driving == "pinion" else "pinion"
     second = (

@@ -1,4 +1,6 @@
-"""The calibrated coefficient: exact scaling, one life for many scenes, said in the run."""
+"""The calibrated coefficient: exact scaling, one life for many
+scenes, said in the run.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""A coupled life against an independent march: SciPy's, small steps, the patch written out, no lag."""
+"""A coupled life against an independent march: SciPy's, small steps, the patch written
+out, no lag.
+"""
 
 import numpy as np
 import pytest
@@ -31,7 +33,9 @@ def scene():
 
 
 def marched(parts):
-    """Return the cycles to the depth by ``h' = max(0, S r + D h)``, r the pointwise rate of felt flanks."""
+    """Return the cycles to the depth by ``h' = max(0, S r + D h)``, r the pointwise
+    rate of felt flanks.
+    """
     coupling = parts.coupling
     orbit = coupling.evaluate(coupling.unworn()).responses
 

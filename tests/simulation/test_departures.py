@@ -1,4 +1,6 @@
-"""Every run says how far its models are known to be off, beside what its numerics err."""
+"""Every run says how far its models are known to be off, beside what
+its numerics err.
+"""
 
 import golden
 import pytest

@@ -1,4 +1,6 @@
-"""Error estimates against tight references, on scenes of a seed that was not used to set their weights."""
+"""Error estimates against tight references, on scenes of a seed that was not used to
+set their weights.
+"""
 
 from functools import cache
 
@@ -146,7 +148,9 @@ def test_what_the_rate_levels_is_no_error_of_deep_wear(
 
 
 def test_narrow_layers_of_wear_under_light_loads_are_resolved() -> None:
-    """Contact begins and ends within 2 % of a base pitch: without nodes of their own 178 nm off, 117 told."""
+    """Contact begins and ends within 2 % of a base pitch: without nodes of their own
+    178 nm off, 117 told.
+    """
     still = SMALL.replace("dynamics", None).replace("mesh.damping_ratio", None)
     light = still.replace("operation.torque", "0.6 N*m").replace("wear.snapshots", None)
     scene = light.replace("wear.until.depth", "8 um")
@@ -163,7 +167,9 @@ def test_narrow_layers_of_wear_under_light_loads_are_resolved() -> None:
 
 
 def test_an_error_is_levelled_as_an_implicit_step_has_it() -> None:
-    """Beside the solution of the linear equations, for an answer that levels 200-fold and couples nodes."""
+    """Beside the solution of the linear equations, for an answer that levels 200-fold
+    and couples nodes.
+    """
     rng = np.random.default_rng(3)
     slope = np.diag(rng.uniform(-2.0, 0.0, 40)) + 0.02 * rng.standard_normal((40, 40))
     drive = rng.standard_normal(40)
@@ -260,7 +266,9 @@ def test_a_reference_that_is_hardly_better_judges_nothing(
 def test_finer_twins_are_asked_where_rougher_ones_say_that_forces_may_be_far_off(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """NGW11-6 at 400 um: 1.3 kN told for 0.24, where every second node said 4 of 3.8 kN."""
+    """NGW11-6 at 400 um: 1.3 kN told for 0.24, where every second
+    node said 4 of 3.8 kN.
+    """
     monkeypatch.setattr(scoring, "reference_within", TRUTH)
     usual = score(SMALL)
     monkeypatch.setattr(estimates, "LARGE", 1e-9)
@@ -296,7 +304,9 @@ def test_a_force_that_may_be_far_off_makes_the_estimates_doubtful(
 
 
 def test_teeth_that_strike_hard_make_the_estimates_doubtful() -> None:
-    """A light load, a large third harmonic: the depth was 2 % off, beyond its estimate."""
+    """A light load, a large third harmonic: the depth was 2 % off,
+    beyond its estimate.
+    """
     scene = Scene.from_mapping(
         {
             "gears": external_pair(59, 49, module="8 mm", face_width="40 mm"),
@@ -339,7 +349,9 @@ def test_a_late_rate_is_the_mean_over_the_last_tenth_of_the_depth():
 
 
 def test_the_error_of_a_life_is_that_of_the_place_that_ends_it() -> None:
-    """An error of the steps elsewhere, or where the flank is hardly worn, moves no life."""
+    """An error of the steps elsewhere, or where the flank is hardly
+    worn, moves no life.
+    """
     still = SMALL.replace("dynamics", None).replace("mesh.damping_ratio", None)
     scene = still.replace("wear.snapshots", None).replace("wear.until.depth", "1 um")
     (stage,) = operating_conditions(scene)

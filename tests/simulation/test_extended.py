@@ -39,7 +39,9 @@ def test_the_jump_overstates_the_force_and_the_wear_at_a_when_it_vibrates():
 
 
 def test_under_static_load_the_share_at_a_itself_stays():
-    """At A the gap of the entering pair is closed either way: what differs is before A."""
+    """At A the gap of the entering pair is closed either way: what
+    differs is before A.
+    """
     jump = unworn("jump")
     corners = unworn("tip corners")
     np.testing.assert_allclose(

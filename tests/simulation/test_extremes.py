@@ -32,7 +32,9 @@ def steps(order, amplitude="3 um"):
 
 
 def test_steps_rise_until_they_see_a_high_order_error():
-    """A parabola through three stages misses a sine of n steps a wave by about (2π/n)³/52 in the mean."""
+    """A parabola through three stages misses a sine of n steps a wave by about
+    (2π/n)³/52 in the mean.
+    """
     assert steps(1) == steps(2)
     assert steps(30) >= 2 * steps(10) >= 4 * steps(2)
     assert steps(30) == steps(30, amplitude="30 um")
@@ -43,7 +45,8 @@ def test_a_ramp_that_no_step_hits_is_resolved(tmp_path):
         table = tmp_path / f"ramp_{width}.csv"
         middle = 0.4137
         table.write_text(
-            f"phase,stiffness\n0,300\n{middle - width},300\n{middle + width},200\n0.9,200\n0.95,300\n1,300\n"
+            f"phase,stiffness\n0,300\n{middle - width},300\n{middle + width},200\n"
+            "0.9,200\n0.95,300\n1,300\n"
         )
         stiffness = {
             "model": "tabulated",

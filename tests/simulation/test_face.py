@@ -1,4 +1,6 @@
-"""Runs of flanks with a width: their limits, mirror images, worn volume and running-in."""
+"""Runs of flanks with a width: their limits, mirror images, worn
+volume and running-in.
+"""
 
 from functools import cache
 
@@ -122,7 +124,9 @@ def test_the_film_over_an_even_face_is_the_pairs_and_wears_by_its_own_slice():
 
 @pytest.mark.parametrize("coupling", ["none", "pasternak"])
 def test_an_estimate_of_the_life_covers_what_more_slices_change(coupling):
-    """The deepest point of spur gears moves by the first order of the width of slices."""
+    """The deepest point of spur gears moves by the first order of the
+    width of slices.
+    """
     given = {
         "mesh.misalignment": "20 um",
         "mesh.face_coupling": coupling,
@@ -162,7 +166,9 @@ def test_a_vanishing_helix_leads_to_the_spur_pair():
 
 
 def test_whole_overlap_without_coupling_transmits_evenly():
-    """Even stiffness along the path, slices apart, as many as the lattice has nodes to a pitch."""
+    """Even stiffness along the path, slices apart, as many as the
+    lattice has nodes to a pitch.
+    """
     width = np.pi * 4.0 / np.sin(np.radians(12.0))
     even = scene(
         gears__helix_angle="12 deg",
@@ -208,7 +214,9 @@ def test_line_loads_carry_the_force():
 
 
 def test_worn_volume_is_that_of_the_work_of_sliding():
-    """``Σ h dA = k ∮ F_n |v_1 − v_2| dt``: what a pass takes off, summed over the lines of every phase."""
+    """``Σ h dA = k ∮ F_n |v_1 − v_2| dt``: what a pass takes off, summed over the lines
+    of every phase.
+    """
     parts = build(helical().replace("wear.contact_patch", "none"))
     state = parts.coupling.evaluate(parts.coupling.unworn())
     contact = parts.face.kinds[0].contact
@@ -257,7 +265,8 @@ def test_a_patch_keeps_the_worn_volume():
 
 
 def test_misalignment_wears_in_as_an_exponential():
-    """``K − 1 = (K0 − 1) exp(−h̄ c/w̄)`` at one point of the path, slices and pairs apart, all touching.
+    """``K − 1 = (K0 − 1) exp(−h̄ c/w̄)`` at one point of the path, slices and pairs
+    apart, all touching.
 
     At a point the depth follows ``dh/dN = a w``, so that every difference of load over
     the face decays with the mean depth of both flanks together.
@@ -337,7 +346,9 @@ def test_solid_teeth_say_how_they_yield_beside_plane_elements_and_mirror():
 
 
 def test_solid_teeth_under_even_loads_yield_as_they_are_told_to():
-    """A spur pair whose gap is even: its mesh stiffness against that of plane elements, as the run tells."""
+    """A spur pair whose gap is even: its mesh stiffness against that of plane elements,
+    as the run tells.
+    """
     solid = {
         "mesh.stiffness": "finite-element",
         "mesh.face_coupling": "elements",

@@ -1,4 +1,6 @@
-"""Flanks with a width at their edges: each scene has a verdict, with its loads in balance, or one message."""
+"""Flanks with a width at their edges: each scene has a verdict, with its loads in
+balance, or one message.
+"""
 
 import re
 
@@ -22,10 +24,10 @@ PAIR = {
 
 
 def width_of_overlap(overlap, degrees):
+    width = float(overlap * np.pi * 4.0 / np.sin(np.radians(degrees)))
     return {
         "gears.helix_angle": f"{degrees} deg",
-        "gears.face_width": f"{float(overlap * np.pi * 4.0 / np.sin(np.radians(degrees))):.6f} "
-        "mm",
+        "gears.face_width": f"{width:.6f} mm",
     }
 
 

@@ -1,4 +1,6 @@
-"""Flanks with a width that vibrate: their force over deflection, the limit of the pair, what wears."""
+"""Flanks with a width that vibrate: their force over deflection, the
+limit of the pair, what wears.
+"""
 
 from functools import cache
 from itertools import pairwise
@@ -41,7 +43,9 @@ def known(name):
 
 
 def test_an_even_face_vibrates_as_the_pair_does():
-    """Constant Hertz contact: but for kinks of the force between the levels that its springs meet."""
+    """Constant Hertz contact: but for kinks of the force between the
+    levels that its springs meet.
+    """
     pair = known("pair")
     face = known("even")
     for name in (
@@ -67,7 +71,7 @@ def test_the_normal_force_has_the_static_mean():
     assert run["dynamic_factor"].values.item() > 1.0
 
 
-def test_springs_meet_the_contact_at_its_levels_and_between_by_the_square_of_their_distance():
+def test_springs_meet_the_contact_at_its_levels_and_between_by_their_distance_squared():
     kind = build(scene(HELICAL)).face.kinds[0]
     contact = kind.contact
     none = np.zeros((2, *kind.shape))
@@ -101,7 +105,9 @@ def test_springs_meet_the_contact_at_its_levels_and_between_by_the_square_of_the
 
 
 def test_the_rate_of_gaps_is_their_slope_along_the_path():
-    """A profile slope on one flank opens every pair alike: ġ = f p_b/L of a mesh period."""
+    """A profile slope on one flank opens every pair alike: ġ = f
+    p_b/L of a mesh period.
+    """
     plain = {**EVEN, "mesh.extended_contact": False}
     sloped = build(scene({**plain, "gears.pinion.profile_slope": "10 um"}))
     kind = sloped.face.kinds[0]
@@ -158,7 +164,9 @@ def mean(values):
 
 
 def test_natural_frequencies_of_a_pair_on_axial_bearings():
-    """The mesh pulls on x and on both z by tan β_b: M = diag(m1, m2, m_c), K = k_z (z) + k_m d dᵀ."""
+    """The mesh pulls on x and on both z by tan β_b: M = diag(m1, m2, m_c), K = k_z (z)
+    + k_m d dᵀ.
+    """
     parts = build(scene(ON_AXIAL_BEARINGS))
     first, second = parts.kinds[0].pair.gears
     mobility = (

@@ -1,4 +1,6 @@
-"""Planetary sets whose flanks have a width: each mesh as the pair that it is, lags, hands, motion."""
+"""Planetary sets whose flanks have a width: each mesh as the pair
+that it is, lags, hands, motion.
+"""
 
 from functools import cache
 
@@ -91,7 +93,9 @@ def test_an_even_spur_face_is_the_planetary_set():
 
 
 def pair_of(mesh):
-    """Return the scene of one mesh of the helical set as a pair, with its load and relative speed."""
+    """Return the scene of one mesh of the helical set as a pair, with
+    its load and relative speed.
+    """
     parts = build(scene(HELICAL))
     kind = parts.gears.kinds[mesh]
     driving = kind.pair.driving

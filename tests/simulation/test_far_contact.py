@@ -1,4 +1,6 @@
-"""A ring with few teeth more than its pinion: tip corners touch half a base pitch beyond A and E."""
+"""A ring with few teeth more than its pinion: tip corners touch half a base pitch
+beyond A and E.
+"""
 
 import numpy as np
 from scenes import internal_pair
@@ -23,7 +25,9 @@ CLOSE = {
 
 
 def test_pairs_enter_and_leave_without_a_jump():
-    """Was cut off 0.45 base pitches beyond A and E, where a pair took up 4.5 % of the load at once."""
+    """Was cut off 0.45 base pitches beyond A and E, where a pair took up 4.5 % of the
+    load at once.
+    """
     run = simulate(Scene.from_mapping(CLOSE)).isel(update=0, mesh=0)
     share = run.load_share.values
     assert np.abs(np.diff(share, axis=-1)).max() < 0.012

@@ -1,4 +1,6 @@
-"""Harmonics of the input torque with frequencies of their own (L16 Eq. 9), against closed forms."""
+"""Harmonics of the input torque with frequencies of their own (L16
+Eq. 9), against closed forms.
+"""
 
 import numpy as np
 import pytest
@@ -29,7 +31,9 @@ def scene(request):
 
 
 def amplitudes(harmonics):
-    """Return steady deflection [m] over time [s]: each harmonic by its own complex compliance."""
+    """Return steady deflection [m] over time [s]: each harmonic by
+    its own complex compliance.
+    """
     mass = INERTIA / (2 * BASE_RADIUS**2)
 
     def deflection(time):

@@ -1,4 +1,6 @@
-"""Results that follow from others: declared once, found in every run that has what they need."""
+"""Results that follow from others: declared once, found in every run
+that has what they need.
+"""
 
 import numpy as np
 import xarray as xr

@@ -1,4 +1,6 @@
-"""The estimated error of the largest mesh force against orbits that SciPy's DOP853 closes."""
+"""The estimated error of the largest mesh force against orbits that
+SciPy's DOP853 closes.
+"""
 
 from typing import Any
 
@@ -65,7 +67,9 @@ BASE = CAMPAIGNS / "base"
 
 @pytest.fixture(scope="module")
 def table() -> tuple[Scene, float]:
-    """The benchmark pair far above resonance, and its largest force by DOP853 at 6,000 places."""
+    """The benchmark pair far above resonance, and its largest force
+    by DOP853 at 6,000 places.
+    """
     pair = load(BASE / "benchmark_pair.toml").cases[0].scene
     scene = pair.replace("operation.speed", "30000 rpm").replace(
         "numerics.profile_points", 61

@@ -1,4 +1,6 @@
-"""Tooth friction from scene to dataset: losses, energy, the other flank, what a vibration monitor reads."""
+"""Tooth friction from scene to dataset: losses, energy, the other flank, what a
+vibration monitor reads.
+"""
 
 from functools import cache
 from itertools import pairwise
@@ -63,7 +65,9 @@ def of_set():
 
 
 def lost_along_path(data, flank, base_pitch):
-    """Return ``μ ∫ F |v| ds / p_b``, the mean power that a mesh loses: a pair passes each mesh period."""
+    """Return ``μ ∫ F |v| ds / p_b``, the mean power that a mesh loses: a pair passes
+    each mesh period.
+    """
     one = data.sel(flank=flank).isel(update=0)
     held = np.isfinite(one.path_position.values)
     power = MU * (one.tooth_force * np.abs(one.sliding_velocity)).values[held]
@@ -126,7 +130,8 @@ def test_energy_closes_to_the_tolerance():
 
 
 class Linear(NamedTuple):
-    """Motion of the pair with constant pair stiffness, found by scipy alone: three integrations and a solve.
+    """Motion of the pair with constant pair stiffness, found by scipy alone: three
+    integrations and a solve.
 
     Parameters
     ----------
@@ -166,7 +171,9 @@ def linear_motion(samples=2**15):
     )
 
     def rubbed(phase):
-        """Return ``k Σ (1 + Λμ ρ/r)`` on both gears, and how much more the damping is shared by stiffness."""
+        """Return ``k Σ (1 + Λμ ρ/r)`` on both gears, and how much more the damping is
+        shared by stiffness.
+        """
         s = np.array([path.A + (phase + j) * pitch for j in range(2)])
         s = s[s <= path.E]
         turn = MU * np.sign(s)
@@ -486,7 +493,8 @@ def test_monitors_are_made_on_request_alone():
 
 
 def test_a_turning_error_makes_sidebands():
-    """Of 24 teeth each, 24 mesh periods repeat: lines at multiples of 1/24, the error's own the first.
+    """Of 24 teeth each, 24 mesh periods repeat: lines at multiples of 1/24, the error's
+    own the first.
 
     Far below resonance the gears follow an error A sin ωt: an acceleration of A ω², A =
     ½ (F_i′ − f_i′).
@@ -523,7 +531,9 @@ def test_a_turning_error_makes_sidebands():
 
 
 def test_jumps_of_lagging_meshes_count_for_the_largest_force():
-    """B23's set at 100 rpm: the six jumps of planet and ring lie between the stored phases."""
+    """B23's set at 100 rpm: the six jumps of planet and ring lie
+    between the stored phases.
+    """
     scene = (
         load(CAMPAIGNS / "planetary_friction.toml")
         .cases[0]

@@ -1,4 +1,6 @@
-"""Results move only together with the version of the model: stored runs are known by it."""
+"""Results move only together with the version of the model: stored
+runs are known by it.
+"""
 
 import json
 
@@ -45,7 +47,9 @@ def test_what_counts_as_moved():
 
 
 def test_no_default_has_moved():
-    """Identities leave defaults out: where one moves, stored runs would pass for what they are not."""
+    """Identities leave defaults out: where one moves, stored runs would pass for what
+    they are not.
+    """
     gone = golden.moved_defaults(DEFAULTS, golden.defaults())
     assert not gone, (
         f"{gone} moved: raise MODEL_VERSION in wearlab/scene/identity.py, then {REMEDY}"

@@ -1,4 +1,6 @@
-"""Lives of hunting teeth are bounded by what their work costs, in right-hand sides: no clock is read."""
+"""Lives of hunting teeth are bounded by what their work costs, in right-hand sides: no
+clock is read.
+"""
 
 import numpy as np
 import pytest
@@ -30,7 +32,9 @@ PAIR = {
 
 
 def work(scene):
-    """Return the mesh periods of a scene's hunting teeth, and the work that its life may take."""
+    """Return the mesh periods of a scene's hunting teeth, and the
+    work that its life may take.
+    """
     parts = build(scene)
     return parts.vibration.hunting, life_run.max_work(scene, parts) * life_run.units(
         parts.vibration.system

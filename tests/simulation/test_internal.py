@@ -1,4 +1,6 @@
-"""An internal pair whose wear evolves, driven by either gear, in exact and in first-order contact."""
+"""An internal pair whose wear evolves, driven by either gear, in
+exact and in first-order contact.
+"""
 
 from functools import cache
 from pathlib import Path
@@ -68,7 +70,9 @@ def life(contact, driver):
 
 @pytest.mark.parametrize("driver", ["pinion", "ring"])
 def test_flanks_of_an_internal_pair_wear_as_they_slide(driver):
-    """Both flanks slide past each other at equal speed: rates per turn are as ρ_ring to ρ_pinion."""
+    """Both flanks slide past each other at equal speed: rates per
+    turn are as ρ_ring to ρ_pinion.
+    """
     run = life("exact", driver)
     rho = np.sqrt((0.5 * run.diameter.values) ** 2 - BASE_RADII**2)
     rate = run.wear_rate.sel(flank=["pinion", "ring"]).values[0]
@@ -193,7 +197,9 @@ def vibrating(model, operation):
 
 @pytest.mark.parametrize("model", ["torsional", "spur-3dof"])
 def test_driven_by_the_ring_an_undamped_pair_vibrates_backwards(model):
-    """Above its resonances and all but undamped, one driver's motion is the other's with time reversed."""
+    """Above its resonances and all but undamped, one driver's motion is the other's
+    with time reversed.
+    """
     by_pinion = vibrating(model, BY_PINION | {"speed": "5000 rpm"})
     by_ring = vibrating(model, BY_RING | {"speed": "2000 rpm"})
     assert by_ring.natural_frequency.values == pytest.approx(

@@ -1,4 +1,6 @@
-"""Lives: snapshots change nothing, limits are landed on, a scene that cannot be is refused."""
+"""Lives: snapshots change nothing, limits are landed on, a scene that
+cannot be is refused.
+"""
 
 import numpy as np
 import pytest

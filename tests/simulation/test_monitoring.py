@@ -1,4 +1,6 @@
-"""Spectra of the mesh acceleration: none beyond what steps carry, none that the sampling makes up."""
+"""Spectra of the mesh acceleration: none beyond what steps carry, none that the
+sampling makes up.
+"""
 
 from functools import cache
 from typing import Any
@@ -49,7 +51,9 @@ def test_steps_made_for_the_motion_carry_its_spectrum_to_order_200() -> None:
 
 
 def test_the_lines_hold_the_power_of_the_signal() -> None:
-    """Parseval: what lines of order 200 leave out is the tail of a jump, a few per cent."""
+    """Parseval: what lines of order 200 leave out is the tail of a
+    jump, a few per cent.
+    """
     data = printed(None)
     power = np.sqrt(0.5 * (data.mesh_acceleration_orders.values[0] ** 2).sum(axis=1))
     rms = data.mesh_acceleration_rms.values[0]

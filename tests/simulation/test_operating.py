@@ -74,7 +74,9 @@ def test_the_same_condition_twice_vibrates_as_the_plain_run(scene):
 
 
 def test_rates_are_mixed_by_cycles_not_by_time(short):
-    """Unworn and without film the rate is the load's times the flank's: shares of time 3:1 at 1:2 speed."""
+    """Unworn and without film the rate is the load's times the flank's: shares of time
+    3:1 at 1:2 speed.
+    """
     mixed = simulate(duty(short, (RATED, 0.75), (EASY, 0.25)))
     weight = np.array([0.75 * 1100, 0.25 * 2200]) / (0.75 * 1100 + 0.25 * 2200)
     mean = short.replace("operation.torque", f"{weight @ [340, 170]:.15g} N*m")

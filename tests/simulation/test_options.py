@@ -1,4 +1,6 @@
-"""Every choice of a spur scene against a calculation of its own: closed forms, SciPy, or another choice."""
+"""Every choice of a spur scene against a calculation of its own: closed forms, SciPy,
+or another choice.
+"""
 
 from itertools import pairwise
 
@@ -156,7 +158,9 @@ def march(stiffness, error, rate, speed=1100.0):
 
 
 def test_dynamics_of_pairs_agree_with_scipy(run):
-    """A different stiffness in double and single contact, jumps included, no wear: SciPy with its own law."""
+    """A different stiffness in double and single contact, jumps included, no wear:
+    SciPy with its own law.
+    """
     data = run("constant pair stiffness").isel(update=0, mesh=0, mesh_period=0)
     force = march(
         lambda p: 4.8e8 if p < 0.7546732846981 else 2.4e8, lambda p: 0.0, lambda p: 0.0

@@ -1,4 +1,6 @@
-"""Planetary sets whose teeth part: the orbits of located changes, for a bounded count of work."""
+"""Planetary sets whose teeth part: the orbits of located changes, for
+a bounded count of work.
+"""
 
 from functools import cache
 from typing import Any
@@ -20,7 +22,9 @@ MOST_MAPS = 60 * 5
 
 @cache
 def worn(torque: str, speed: str) -> Any:
-    """NGW11-6 worn by 40 µm that wave: pairs part everywhere, at 30 N·m and 4000 rpm whole meshes."""
+    """NGW11-6 worn by 40 µm that wave: pairs part everywhere, at 30
+    N·m and 4000 rpm whole meshes.
+    """
     scene = (
         load(BASE)
         .cases[0]

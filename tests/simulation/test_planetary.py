@@ -1,4 +1,6 @@
-"""A planetary set at rest on its carrier: loads, passes, lags and wear of all four kinds of flank."""
+"""A planetary set at rest on its carrier: loads, passes, lags and wear of all four
+kinds of flank.
+"""
 
 import numpy as np
 import pytest
@@ -74,7 +76,9 @@ def test_flanks_pass_as_often_as_the_train_says(still):
 
 
 def test_first_wear_is_archards_law_on_each_flank(scene, still):
-    """dh/dN = passes · k · F_j/B · |1 − v_other/v_own| with speeds relative to the carrier, by hand."""
+    """dh/dN = passes · k · F_j/B · |1 − v_other/v_own| with speeds relative to the
+    carrier, by hand.
+    """
     parts = build(scene)
     teeth = {"sun": SUN, "planet-sun": PLANET, "planet-ring": PLANET, "ring": RING}
     other = {"sun": PLANET, "planet-sun": SUN, "planet-ring": RING, "ring": PLANET}
@@ -105,7 +109,9 @@ def test_flanks_of_unlike_meshes_have_as_many_nodes(still):
 
 
 def test_lagging_meshes_show_the_same_stiffness_later(scene):
-    """Mesh i at clock phase φ + γ is mesh 1 at φ: values on phases that a lag of a third maps on another."""
+    """Mesh i at clock phase φ + γ is mesh 1 at φ: values on phases that a lag of a
+    third maps on another.
+    """
     data = simulate(scene.replace("numerics.phase_points", 240))
     stiffness = data.mesh_stiffness.values[0]
     for mesh in range(6):
@@ -128,7 +134,9 @@ def test_lagging_meshes_show_the_same_stiffness_later(scene):
     ],
 )
 def test_power_may_enter_anywhere(scene, roles, sun_drives):
-    """The mesh force follows from the torque on the input by the train's ratio of torques."""
+    """The mesh force follows from the torque on the input by the
+    train's ratio of torques.
+    """
     table = {"input": roles[0], "output": roles[1], "fixed": roles[2]}
     changed = Scene.from_mapping({**SET, "operation": {**SET["operation"], **table}})
     parts = build(changed)
@@ -195,7 +203,9 @@ def test_planets_with_errors_of_their_pins_share_unequally(scene):
     "roles", [("sun", "carrier", "ring"), ("carrier", "sun", "ring")]
 )
 def test_critical_speeds_are_those_of_the_input(roles):
-    """At the speed in the table, as ``operation.speed`` would have it, the mesh meets the mode."""
+    """At the speed in the table, as ``operation.speed`` would have
+    it, the mesh meets the mode.
+    """
     held = {"radial_stiffness": "100 N/um", "damping_ratio": 0.03}
     dynamics = {
         "model": "planetary",
@@ -250,7 +260,7 @@ def held_softly(stiffness, speed):
     )
 
 
-def test_a_set_that_flies_apart_is_refused_and_one_that_stretches_keeps_its_free_rotation():
+def test_a_set_that_flies_apart_is_refused_and_one_that_stretches_turns_freely():
     with pytest.raises(GearError, match="indefinite"):
         held_softly("0.02 N/um", "9000 rpm")
     stretched = build_modes(held_softly("0.2 N/um", "4000 rpm")).modes.frequency

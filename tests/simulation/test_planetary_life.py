@@ -1,4 +1,6 @@
-"""Lives of a planetary set at rest: every flank may end it, be worn first, and tell its passes."""
+"""Lives of a planetary set at rest: every flank may end it, be worn
+first, and tell its passes.
+"""
 
 from functools import cache
 
@@ -76,7 +78,9 @@ def test_only_the_named_flank_begins_worn(flank):
 
 
 def test_deep_wear_shortens_the_life_by_its_share():
-    """The deepest node carries one pair's load alone, so that its rate stays, as W23's nearly does."""
+    """The deepest node carries one pair's load alone, so that its
+    rate stays, as W23's nearly does.
+    """
     new, worn = (
         float(simulate(one).life)
         for one in (still(), still().replace("wear.initial.sun", {"depth": "100 um"}))
@@ -85,7 +89,9 @@ def test_deep_wear_shortens_the_life_by_its_share():
 
 
 def test_duty_of_a_planetary_set_mixes_the_lives():
-    """The rate of the deepest node is the torque's: 1/N = Σ w/N_b, with weights by cycles."""
+    """The rate of the deepest node is the torque's: 1/N = Σ w/N_b,
+    with weights by cycles.
+    """
     blocks = [
         {"torque": "30 N*m", "speed": "1500 rpm", "share": 0.5},
         {"torque": "150 N*m", "speed": "500 rpm", "share": 0.5},
@@ -114,7 +120,9 @@ def duty_life(label):
 
 
 def test_duty_campaign_by_hand():
-    """Archard and Miner: 1/N = Σ w/N_b, N_b = 1.637e7 · 134 N·m / T_b, w by cycles of the carrier's view."""
+    """Archard and Miner: 1/N = Σ w/N_b, N_b = 1.637e7 · 134 N·m / T_b, w by cycles of
+    the carrier's view.
+    """
     share = np.array([0.2, 0.5, 0.3])
     speed = np.array([1500, 1200, 600])
     torque = np.array([150, 90, 30])
@@ -135,7 +143,9 @@ def test_duty_campaign_by_hand():
     ("first", "torques"), [("heavy", (150, 30)), ("light", (30, 150))]
 )
 def test_stages_in_order_by_hand(first, torques):
-    """5 million cycles use up their share of the first life, the rest is left of the second."""
+    """5 million cycles use up their share of the first life, the rest
+    is left of the second.
+    """
     lives = [1.637e7 * 134 / torque for torque in torques]
     run = duty_life(f"{first} first")
     expected = 5e6 + (1.0 - 5e6 / lives[0]) * lives[1]

@@ -1,4 +1,6 @@
-"""The slower a set runs, the nearer its mesh force is to the quasi-static one: nothing jumps at A."""
+"""The slower a set runs, the nearer its mesh force is to the quasi-static one: nothing
+jumps at A.
+"""
 
 import golden
 import pytest

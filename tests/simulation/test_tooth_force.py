@@ -1,4 +1,6 @@
-"""The stored force along the path is the mean normal force that wears: over the path it carries the load."""
+"""The stored force along the path is the mean normal force that wears: over the path it
+carries the load.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""A motion that grows without bound is refused by name: no run holds numbers that are none."""
+"""A motion that grows without bound is refused by name: no run holds
+numbers that are none.
+"""
 
 import pytest
 from scenes import external_pair

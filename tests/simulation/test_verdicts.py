@@ -39,7 +39,9 @@ def test_a_lightly_damped_pair_that_settles_on_period_one_is_not_aperiodic() -> 
 
 
 def test_the_march_is_as_long_as_the_damping_asks_for() -> None:
-    """A torsional pair is one oscillator: it dies out as exp(−ζ ω t), ω that of its mean stiffness."""
+    """A torsional pair is one oscillator: it dies out as exp(−ζ ω t),
+    ω that of its mean stiffness.
+    """
     parts = build(Scene.from_mapping(LIGHT))
     found = parts.coupling.evaluate(parts.coupling.unworn()).response
     assert found is not None

@@ -12,7 +12,9 @@ from wearlab.simulation.warm import kinds_of
 
 
 def test_numbers_make_no_kind_but_choices_do():
-    """Was a kind for each of a thousand drawn coefficients, a wear state of each before the first run."""
+    """Was a kind for each of a thousand drawn coefficients, a wear state of each before
+    the first run.
+    """
     thousand = [
         case.scene
         for case in load(CAMPAIGNS / "planetary_life_distribution.toml").cases

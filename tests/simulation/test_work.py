@@ -14,7 +14,9 @@ from wearlab.simulation.life_run import (
 
 
 def test_a_search_for_other_attractors_is_bounded_by_what_its_steps_cost(scene):
-    """Thirty million steps of any system took 10 s of some and 200 s of those with friction."""
+    """Thirty million steps of any system took 10 s of some and 200 s
+    of those with friction.
+    """
     plain = scene("base case")
     rubbed = plain.replace("dynamics.friction", {"coefficient": 0.05})
     one = build(plain).vibration.system

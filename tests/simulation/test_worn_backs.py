@@ -1,4 +1,6 @@
-"""Teeth worn on both sides: thinner, and so softer, than those whose drive flanks alone are worn."""
+"""Teeth worn on both sides: thinner, and so softer, than those whose
+drive flanks alone are worn.
+"""
 
 import numpy as np
 import pytest

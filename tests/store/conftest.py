@@ -18,7 +18,9 @@ def store(tmp_path: Path) -> Store:
 
 @pytest.fixture
 def fill(store: Store) -> Callable[[Any], Store]:
-    """Return a function that computes all cases of a campaign into the store, without the runner."""
+    """Return a function that computes all cases of a campaign into
+    the store, without the runner.
+    """
 
     def filled(campaign: Any) -> Store:
         store.archive.create()

@@ -163,24 +163,28 @@ def test_a_failed_transaction_leaves_nothing(catalogue):
 
 FIRST_TABLES = """
 CREATE TABLE runs (
-    id TEXT PRIMARY KEY, state TEXT NOT NULL CHECK (state IN ('running', 'done', 'failed', 'refused')),
+    id TEXT PRIMARY KEY,
+    state TEXT NOT NULL CHECK (state IN ('running', 'done', 'failed', 'refused')),
     owner TEXT, size INTEGER, sha256 TEXT, reason TEXT, started TEXT, seconds REAL,
-    source_hash TEXT, wearlab_version TEXT, scene TEXT, summary TEXT, sizes TEXT, digests TEXT,
-    layout TEXT, warnings TEXT
+    source_hash TEXT, wearlab_version TEXT, scene TEXT, summary TEXT, sizes TEXT,
+    digests TEXT, layout TEXT, warnings TEXT
 ) WITHOUT ROWID;
 CREATE TABLE layouts (key TEXT PRIMARY KEY, layout TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE campaigns (
     key TEXT PRIMARY KEY, title TEXT, reference TEXT, path TEXT, recorded TEXT
 ) WITHOUT ROWID;
 CREATE TABLE members (
-    campaign TEXT NOT NULL, number INTEGER NOT NULL, run TEXT NOT NULL, label TEXT, position TEXT,
+    campaign TEXT NOT NULL, number INTEGER NOT NULL, run TEXT NOT NULL, label TEXT,
+    position TEXT,
     PRIMARY KEY (campaign, number)
 ) WITHOUT ROWID;
 CREATE INDEX members_of_run ON members (run);
 INSERT INTO layouts VALUES ('k', '{"variables": {}, "labels": {}}');
-INSERT INTO runs VALUES ('ab', 'done', NULL, 3, '00', NULL, '2026-01-01', 1.25, 'abc', '0.1.0',
-    '{"operation": {"torque": 7}}', '{"life": 1e7}', '{"update": 3}', '{"cycle": "12"}', 'k',
-    '["thin film"]');
+INSERT INTO runs VALUES (
+    'ab', 'done', NULL, 3, '00', NULL, '2026-01-01', 1.25, 'abc', '0.1.0',
+    '{"operation": {"torque": 7}}', '{"life": 1e7}', '{"update": 3}',
+    '{"cycle": "12"}', 'k', '["thin film"]'
+);
 INSERT INTO campaigns VALUES ('c', 'first', NULL, 'a.toml', '2026-01-01');
 INSERT INTO members VALUES ('c', 0, 'ab', 'base', '{}');
 PRAGMA user_version = 1;

@@ -43,7 +43,9 @@ def test_a_citation_names_the_run_the_code_and_both_hashes(fill, tmp_path):
 
 
 def test_the_campaign_that_names_its_authors_speaks_for_its_runs(fill, tmp_path):
-    """Neither a scratch list of scenes nor a later campaign without authors takes the title away."""
+    """Neither a scratch list of scenes nor a later campaign without
+    authors takes the title away.
+    """
     campaign = sweep(1)
     store = fill(campaign)
     run_id = campaign.cases[0].id

@@ -87,7 +87,9 @@ def test_a_fraction_of_the_life_and_the_last_state():
 
 
 def test_the_error_is_an_estimate_of_the_error():
-    """Over a step of exp, at any place: never below the true error, not a hundred times above."""
+    """Over a step of exp, at any place: never below the true error,
+    not a hundred times above.
+    """
     for t in (0.1, 0.5, 0.8):
         cubic, error = hermite(
             t, np.array([1.0]), np.array([np.e]), np.array([1.0]), np.array([np.e])

@@ -1,4 +1,6 @@
-"""Conventions hold under a checker that is not ours: IOOS's, for CF 1.11 and ACDD 1.3."""
+"""Conventions hold under a checker that is not ours: IOOS's, for CF
+1.11 and ACDD 1.3.
+"""
 
 import made_up
 import pytest

@@ -1,4 +1,6 @@
-"""One file per campaign: the grid, point by point, readable by anybody, written run by run."""
+"""One file per campaign: the grid, point by point, readable by
+anybody, written run by run.
+"""
 
 import threading
 import tracemalloc
@@ -152,7 +154,9 @@ def test_memory_holds_one_run(fill, tmp_path):
 
 
 def test_one_thread_reads_while_the_file_is_open(fill, tmp_path, monkeypatch):
-    """Two files of HDF5 open in one process, one read by dask's threads, have crashed it."""
+    """Two files of HDF5 open in one process, one read by dask's
+    threads, have crashed it.
+    """
     from wearlab.store import reading
 
     threads = []

@@ -1,4 +1,6 @@
-"""Features: one row for each wear state of each run, names and units of every column known."""
+"""Features: one row for each wear state of each run, names and units
+of every column known.
+"""
 
 import numpy as np
 import pytest

@@ -160,7 +160,9 @@ def test_two_axes_with_a_point_left_out(fill):
 
 
 def test_labels_place_values_by_name(fill, monkeypatch):
-    """A run that has the flanks in another order, or only one, still lands under the right name."""
+    """A run that has the flanks in another order, or only one, still
+    lands under the right name.
+    """
     original = fake_campaign.simulate
 
     def turned(scene):

@@ -37,7 +37,9 @@ def test_a_file_is_no_longer_than_its_content():
 
 
 def test_tables_of_texts_are_read_again(tmp_path):
-    """They are no echo of one another, however many: a stranger's file is asked for what each takes."""
+    """They are no echo of one another, however many: a stranger's file is asked for
+    what each takes.
+    """
     words = np.array([[f"word {i} {j}" for j in range(30)] for i in range(40)], object)
     data = xr.Dataset(
         {"words": (("x", "y"), words), "one": ((), "α" * 400_000)}, attrs={"a": "µ"}
@@ -69,7 +71,9 @@ def test_readable_without_xarray():
 
 
 def test_arrays_carry_checksums_but_for_tiny_ones():
-    """HDF5 needs 2 kB to keep a chunk: sixty arrays with less in them made a run a third larger."""
+    """HDF5 needs 2 kB to keep a chunk: sixty arrays with less in them
+    made a run a third larger.
+    """
     data = xr.Dataset(
         {"whole": ("x", np.arange(1024.0)), "tiny": ("y", np.arange(100.0))}
     )

@@ -1,4 +1,6 @@
-"""Content is compared with its hash at the first reading: a changed file is never read in silence."""
+"""Content is compared with its hash at the first reading: a changed
+file is never read in silence.
+"""
 
 import os
 import random
@@ -26,7 +28,9 @@ def file(tmp_path):
 
 
 def flip(path, bit):
-    """Change one bit in place, leaving length, inode and time of modification as they are."""
+    """Change one bit in place, leaving length, inode and time of
+    modification as they are.
+    """
     status = path.stat()
     with path.open("r+b") as opened:
         opened.seek(bit // 8)

@@ -1,4 +1,6 @@
-"""From which runs a run goes on, as told by the catalogue, ``show``, ``cite`` and ``prune``."""
+"""From which runs a run goes on, as told by the catalogue, ``show``,
+``cite`` and ``prune``.
+"""
 
 import json
 

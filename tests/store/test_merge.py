@@ -56,7 +56,9 @@ def test_what_we_lack_comes_verified(two):
 
 
 def die_after_writing(ours, others):
-    """Merge as a process that is killed when its second file is in place and nothing says so."""
+    """Merge as a process that is killed when its second file is in
+    place and nothing says so.
+    """
     written = []
     whole = RunFiles.write
 

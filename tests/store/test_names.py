@@ -1,4 +1,6 @@
-"""Names of scenes that no run has, of tables, of files, and of the axes of campaigns."""
+"""Names of scenes that no run has, of tables, of files, and of the
+axes of campaigns.
+"""
 
 import pytest
 from made_up import put, run

@@ -1,4 +1,6 @@
-"""Runs of the model's version 3, whose ids were hashes of the whole canonical scene, stay readable."""
+"""Runs of the model's version 3, whose ids were hashes of the whole
+canonical scene, stay readable.
+"""
 
 import hashlib
 import json
@@ -17,7 +19,9 @@ TABLE = {
 
 
 def version_3(scene):
-    """Return canonical scene and id as version 3 made them, from before one of today's options."""
+    """Return canonical scene and id as version 3 made them, from
+    before one of today's options.
+    """
     table = json.loads(scene.canonical())
     del table["mesh"][NEWER]
     text = json.dumps(table, sort_keys=True, separators=(",", ":"), ensure_ascii=False)

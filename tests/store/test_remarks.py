@@ -1,4 +1,6 @@
-"""Tags and notes: kept in files of lines beside the runs, found again by reindex, joined by merge."""
+"""Tags and notes: kept in files of lines beside the runs, found again by reindex,
+joined by merge.
+"""
 
 import json
 

@@ -174,7 +174,9 @@ def test_only_copies_are_fetched(tmp_path):
 
 @pytest.fixture
 def huge():
-    """Return the address of a server that answers everything with 300 MB, and how much it has sent."""
+    """Return the address of a server that answers everything with 300 MB, and how much
+    it has sent.
+    """
     pytest.importorskip("aiohttp")
     sent = []
 

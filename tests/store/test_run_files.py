@@ -31,7 +31,9 @@ def test_other_bytes_than_were_sent_are_not_kept(tmp_path):
 
 
 def test_the_order_of_safety(tmp_path, monkeypatch):
-    """The bytes are on the disk before they get their name, and the name is on the disk at the end."""
+    """The bytes are on the disk before they get their name, and the name is on the disk
+    at the end.
+    """
     steps = []
     fsync = os.fsync
     replace = os.replace

@@ -322,7 +322,9 @@ def test_first_cycles_are_found_as_if_every_history_were_looked_through(
 
 
 def test_runs_are_found_by_the_quantity_that_their_file_wrote(tmp_path):
-    """Forty runs at 1100 rpm, and eighty at drawn speeds: equality asks the stored twelve digits."""
+    """Forty runs at 1100 rpm, and eighty at drawn speeds: equality
+    asks the stored twelve digits.
+    """
     dice = np.random.default_rng(5)
     store = Store(tmp_path / "store")
     store.archive.create()
@@ -378,7 +380,9 @@ def test_runs_are_found_by_the_quantity_that_their_file_wrote(tmp_path):
     ],
 )
 def test_hours_are_those_of_the_run_and_no_limit(asked, means):
-    """``hours`` alone meant the limit ``wear.until.hours``: the same number in every row."""
+    """``hours`` alone meant the limit ``wear.until.hours``: the same
+    number in every row.
+    """
     from wearlab.query.keys import Key, Vocabulary
     from wearlab.store.search import ALIASES
 
@@ -407,7 +411,9 @@ QUESTIONS = [
 def test_pages_are_the_parts_of_the_whole_answer(
     asked, monkeypatch, where, sort, at_once
 ):
-    """However many runs are read at once, and whether SQLite or this code puts them in order."""
+    """However many runs are read at once, and whether SQLite or this
+    code puts them in order.
+    """
     whole = asked(where, sort=sort)
     monkeypatch.setattr(search, "AT_ONCE", at_once)
     some = search.CatalogueSearch(asked.store.archive.catalogue)

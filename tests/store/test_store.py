@@ -61,7 +61,9 @@ def test_a_sound_store_has_no_problems(fill):
 
 
 def _two_the_catalogue_forgot(fill, store):
-    """Return a run as it was written, and one whose content was changed by who knows how to write netCDF."""
+    """Return a run as it was written, and one whose content was changed by who knows
+    how to write netCDF.
+    """
     others = sweep(7).cases[5:]
     fill(replace(sweep(7), cases=others))
     store.archive.catalogue.forget(case.id for case in others)

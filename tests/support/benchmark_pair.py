@@ -1,4 +1,6 @@
-"""The benchmark pair: L16's masses and bearings with a prescribed mesh stiffness, a fixed yardstick."""
+"""The benchmark pair: L16's masses and bearings with a prescribed
+mesh stiffness, a fixed yardstick.
+"""
 
 from typing import NamedTuple
 
@@ -87,7 +89,9 @@ class BenchmarkPair(NamedTuple):
         return self.single + (self.double - self.single) * second
 
     def tables(self, grid: StageGrid) -> StageTables:
-        """Tabulate the mesh on ``grid``: one pair that bears all, and a second that never does."""
+        """Tabulate the mesh on ``grid``: one pair that bears all, and
+        a second that never does.
+        """
         phase = grid.phase
         stiffness = np.zeros((*phase.shape, 1, 2))
         stiffness[:, :, 0, 0] = self.stiffness(

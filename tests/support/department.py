@@ -1,4 +1,5 @@
-"""Twelve gearboxes with dates, loads, weighings: ``python tests/support/department.py`` writes their files.
+"""Twelve gearboxes with dates, loads, weighings: ``python tests/support/department.py``
+writes their files.
 
 The truth of each is a real run with its loads as stages and a coefficient of its own;
 weighings are read off it with errors. G06's last weighing was written down 1.8 times
@@ -24,7 +25,9 @@ STOPS = (date(2024, 8, 1), date(2025, 8, 1))  # two weeks each
 
 
 def record(number):
-    """Return (day, torque, rpm) of one gearbox: other work in other years, two weeks a summer at rest."""
+    """Return (day, torque, rpm) of one gearbox: other work in other years, two weeks a
+    summer at rest.
+    """
     begin = date(2024, 1, 1) + timedelta(days=35 * ((5 * number) % 12))
     loads = [
         (begin, (HEAVY, LIGHT, USUAL)[number % 3], RPM),
@@ -38,7 +41,9 @@ def record(number):
 
 
 def truth(number, scene, rng):
-    """Return a gearbox's rows of both files, and the true day on which 60 um are worn."""
+    """Return a gearbox's rows of both files, and the true day on
+    which 60 um are worn.
+    """
     rows = record(number)
     factor = float(np.exp(SPREAD * rng.standard_normal()))
     stages = []

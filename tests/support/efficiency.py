@@ -1,4 +1,5 @@
-"""How much of two cores a campaign uses: ``python tests/support/efficiency.py [runs]``, on a quiet machine.
+"""How much of two cores a campaign uses: ``python tests/support/efficiency.py [runs]``,
+on a quiet machine.
 
 The same campaign of static lives under drawn torques is run by one worker and by two,
 each in a new store, start of the workers included; its cases take about half a second

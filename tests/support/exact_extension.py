@@ -1,4 +1,6 @@
-"""How far contact reaches beyond the path: tip corners that a deflection keeps on the mating flank."""
+"""How far contact reaches beyond the path: tip corners that a
+deflection keeps on the mating flank.
+"""
 
 from dataclasses import dataclass
 
@@ -13,14 +15,17 @@ CLOSE = 1e-12
 
 @dataclass(frozen=True)
 class Deflections:
-    """Deflection δ where a pair is about to enter at A, and where one has just left at E [m]."""
+    """Deflection δ where a pair is about to enter at A, and where one
+    has just left at E [m].
+    """
 
     entering: float
     leaving: float
 
 
 def extension(flanks: WornFlanks, wear: Array, deflection: Deflections) -> Extension:
-    """Return how far beyond A and E deflected teeth touch: where the gap of the tip corner reaches δ.
+    """Return how far beyond A and E deflected teeth touch: where the gap of the tip
+    corner reaches δ.
 
     Parameters
     ----------

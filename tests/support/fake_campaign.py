@@ -1,4 +1,6 @@
-"""Campaigns without physics: scenes that finish, refuse, fail, warn, die or wait on command."""
+"""Campaigns without physics: scenes that finish, refuse, fail, warn,
+die or wait on command.
+"""
 
 import hashlib
 import json
@@ -68,7 +70,9 @@ class Campaign:
 
 
 def sweep(count: int = 3, *, static: bool = False, **scene: Any) -> Campaign:
-    """Return a campaign of ``count`` speeds, with an unswept static case when asked for."""
+    """Return a campaign of ``count`` speeds, with an unswept static
+    case when asked for.
+    """
     speeds = tuple(800.0 + 100.0 * i for i in range(count))
     cases = [
         Case("base", Scene(speed=v, **scene), {"speed": i})

@@ -1,4 +1,6 @@
-"""A simulation whose run is one life over cycles, slow enough to be killed under way."""
+"""A simulation whose run is one life over cycles, slow enough to be
+killed under way.
+"""
 
 import os
 import time

@@ -1,4 +1,6 @@
-"""Lines of contact in a rectangle, in closed form and as a series: what sums over slices are held against."""
+"""Lines of contact in a rectangle, in closed form and as a series: what sums over
+slices are held against.
+"""
 
 import math
 from typing import NamedTuple
@@ -25,7 +27,8 @@ class FieldOfAction(NamedTuple):
     base_angle: float
 
     def line_length(self, phase: ArrayLike) -> Array:
-        """Return the length of all lines of contact at mesh phases, cut off at the edges of the field, [m].
+        """Return the length of all lines of contact at mesh phases, cut off at the
+        edges of the field, [m].
 
         At y from mid-face a pair touches at ``τ + n − ε_β y/b`` base pitches after A,
         as long as that lies between 0 and ε_α.

@@ -1,4 +1,5 @@
-"""A few scenes and what they come to, and every default: what may move only with the version of the model.
+"""A few scenes and what they come to, and every default: what may move only with the
+version of the model.
 
 ``python tests/support/golden.py`` writes ``tests/golden/results.json`` and
 ``defaults.json`` anew, for a person to review; ``--unreleased`` lets them move where no
@@ -96,7 +97,9 @@ def moved(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
 
 
 def defaults(part: type[Part] = Scene, above: str = "") -> dict[str, Any]:
-    """Return the default of every option of a scene, by dotted key with the models chosen."""
+    """Return the default of every option of a scene, by dotted key
+    with the models chosen.
+    """
     found: dict[str, Any] = {}
     for name, field in part.model_fields.items():
         if field.exclude or name == part.chooser:

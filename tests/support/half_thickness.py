@@ -9,7 +9,8 @@ from wearlab.gears.outline import involute_point, load_angle, root_curve
 
 
 def half_thickness(gear: Gear, height: ArrayLike) -> Array:
-    """Return the half thickness of the tooth at heights on its centre line, found by bisection.
+    """Return the half thickness of the tooth at heights on its centre line, found by
+    bisection.
 
     Parameters
     ----------

@@ -1,4 +1,6 @@
-"""A step of any system under the viscous law of its meshes, written out, in as many parts as it takes."""
+"""A step of any system under the viscous law of its meshes, written out, in as many
+parts as it takes.
+"""
 
 from typing import Any, NamedTuple
 
@@ -9,7 +11,9 @@ from wearlab.dynamics.steady.response import Response
 
 
 class Step(NamedTuple):
-    """The meshes at three stages of a step, (3, n_mesh[, n_pairs]), rates by time, and the system."""
+    """The meshes at three stages of a step, (3, n_mesh[, n_pairs]),
+    rates by time, and the system.
+    """
 
     length: float
     stiffness: np.ndarray
@@ -84,14 +88,18 @@ def written_out(response: Response, step: int) -> Step:
 
 @numba.njit(cache=True)
 def at(table: Any, x: float) -> Any:
-    """Return three stage values at a fraction of the step by the parabola through them."""
+    """Return three stage values at a fraction of the step by the
+    parabola through them.
+    """
     y = 1.0 - x
     return y * (y - x) * table[0] + 4.0 * x * y * table[1] + x * (x - y) * table[2]
 
 
 @numba.njit(cache=True)
 def rate(s: Any, x: float, state: Any) -> Any:
-    """Return d(q, q̇)/dx, of which ``N_p = max(0, F_p + c (k_p/Σ k) (δ̇ − ġ_p))`` where F_p touches."""
+    """Return d(q, q̇)/dx, of which ``N_p = max(0, F_p + c (k_p/Σ k)
+    (δ̇ − ġ_p))`` where F_p touches.
+    """
     n = len(state) // 2
     (meshes, pairs) = s.stiffness.shape[1:]
     q = state[:n]
@@ -138,7 +146,8 @@ def rate(s: Any, x: float, state: Any) -> Any:
 
 @numba.njit(cache=True)
 def integrated(s: Any, start: Any, scale: Any) -> Any:
-    """Return the state at the end of the step, by Dormand and Prince's method of fifth order.
+    """Return the state at the end of the step, by Dormand and Prince's method of fifth
+    order.
 
     References
     ----------

@@ -1,4 +1,6 @@
-"""A catalogue of very many runs, written at once: rows as `wearlab.store` writes them, without any file."""
+"""A catalogue of very many runs, written at once: rows as `wearlab.store` writes them,
+without any file.
+"""
 
 import json
 

@@ -30,7 +30,8 @@ by that."""
 
 
 def unbalanced(response: Response) -> np.ndarray:
-    """Return what the mean of all forces leaves of the loads on every coordinate, over the largest load.
+    """Return what the mean of all forces leaves of the loads on every coordinate, over
+    the largest load.
 
     Of an aperiodic motion less the change of momentum over the periods that are looked
     at.
@@ -58,7 +59,9 @@ def _gain(response: Response, period: int) -> np.ndarray:
 
 
 def _of_steps(response: Response, period: int) -> np.ndarray:
-    """Return the impulse of load less forces that the momentum gained does not account for, (n_steps, n)."""
+    """Return the impulse of load less forces that the momentum gained does not account
+    for, (n_steps, n).
+    """
     count = len(response.tables.width)
     steps = np.repeat(np.arange(count), len(X))
     x = np.tile(X, count)
@@ -74,7 +77,9 @@ def _of_steps(response: Response, period: int) -> np.ndarray:
 
 
 def _anew(response: Response, period: int, step: int) -> np.ndarray:
-    """Return by what momentum a step under the forces that wear ends elsewhere, over a period, (n,)."""
+    """Return by what momentum a step under the forces that wear ends
+    elsewhere, over a period, (n,).
+    """
     system = response.system
     n, start, end = len(system.load), *response.state[period, step : step + 2]
     sizes = np.abs(response.state[period]).max(axis=0).reshape(2, n)

@@ -1,4 +1,6 @@
-"""Which public functions of the physics name a source: ``python tests/support/named_sources.py``."""
+"""Which public functions of the physics name a source: ``python
+tests/support/named_sources.py``.
+"""
 
 import ast
 import re
@@ -15,7 +17,9 @@ NAMED = re.compile(
 
 
 class PublicFunction(NamedTuple):
-    """A public function of the physics: where it stands, its docstring, what it names as its source."""
+    """A public function of the physics: where it stands, its docstring, what it names
+    as its source.
+    """
 
     place: str
     doc: str
@@ -54,7 +58,9 @@ def functions() -> Iterator[PublicFunction]:
 
 
 def known() -> list[tuple[str, ...]]:
-    """Return the entries of docs/bibliography.md, each as the words that a reference to it holds."""
+    """Return the entries of docs/bibliography.md, each as the words
+    that a reference to it holds.
+    """
     text = (TOP / "docs" / "bibliography.md").read_text()
     names = re.findall(r"\*\*([^*]+)\*\*", text)
     return [tuple(re.sub(r" (\d{4})$", r"|\1", name).split("|")) for name in names]

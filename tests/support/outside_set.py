@@ -1,4 +1,5 @@
-"""W23's planetary set in motion, written out: nothing of wearlab but tables of its contact.
+"""W23's planetary set in motion, written out: nothing of wearlab but tables of its
+contact.
 
 Mass, springs, dashpots, directions and lags of the meshes are W23's, Eqs. 1–14 with the
 misprints mended. Pairs that share a gear body push as an active set, ``N_p = max(0, F_p
@@ -46,7 +47,9 @@ class Meshes(NamedTuple):
 
 
 def geometry(scene: Scene) -> dict[str, Any]:
-    """Return teeth, base radii [m] and operating pressure angles [rad] from module and centre distance."""
+    """Return teeth, base radii [m] and operating pressure angles
+    [rad] from module and centre distance.
+    """
     gears = scene.gears
     teeth = {
         name: int(getattr(gears, name).teeth) for name in ("sun", "planet", "ring")
@@ -193,7 +196,9 @@ def meshes(coupling: Any, wear: Any, lag: np.ndarray, steps: int) -> Meshes:
 
 @numba.njit(cache=True)
 def shared_force(c: Any, x: Any, active: Any, work: Any, found: Any) -> None:
-    """Fill ``found`` (n_pairs, 2) with forces and slopes, ``C F = x`` of the pairs that push."""
+    """Fill ``found`` (n_pairs, 2) with forces and slopes, ``C F = x``
+    of the pairs that push.
+    """
     count = len(x)
     for p in range(count):
         active[p] = x[p] > 0.0 and x[p] < np.inf

@@ -1,4 +1,5 @@
-"""Kills its own process at a chosen step of saving, and logs which: no step knows of it.
+"""Kills its own process at a chosen step of saving, and logs which: no step knows of
+it.
 
 The steps of a store are those of the operating system that it takes: bytes written,
 brought to the disk, read back, renamed, and transactions of the catalogue. They are

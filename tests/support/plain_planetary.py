@@ -1,4 +1,6 @@
-"""A planetary set written out, its meshes tabled by formulas: plain enough for any other integrator."""
+"""A planetary set written out, its meshes tabled by formulas: plain
+enough for any other integrator.
+"""
 
 from typing import Any
 

@@ -1,4 +1,6 @@
-"""Planetary systems from tables of numbers by member, as papers print them and tests change one at a time."""
+"""Planetary systems from tables of numbers by member, as papers print them and tests
+change one at a time.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -49,7 +51,9 @@ def held_by(given: dict[str, Any]) -> dict[str, MemberSupport]:
 
 
 def meshing_of(given: dict[str, Any]) -> dict[str, Meshing]:
-    """Take damping and backlash out of what is given and return them by kind of mesh."""
+    """Take damping and backlash out of what is given and return them
+    by kind of mesh.
+    """
     damping = given.pop("mesh_damping", NONE)
     backlash = given.pop("backlash", NONE)
     always = given.pop("damping_always", False)

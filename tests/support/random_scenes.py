@@ -114,7 +114,9 @@ def internal_pairs(draw: Any, *, moving: bool = False) -> dict[str, Any]:
 
 @st.composite
 def planetary_sets(draw: Any, *, moving: bool = False) -> dict[str, Any]:
-    """Draw the mapping of a planetary set, its planets at angles where they can be assembled."""
+    """Draw the mapping of a planetary set, its planets at angles
+    where they can be assembled.
+    """
     module = draw(decades(-3.7, -1.52))
     sun = draw(st.integers(18, 90))
     planet = draw(st.integers(18, 60))
@@ -137,7 +139,9 @@ def planetary_sets(draw: Any, *, moving: bool = False) -> dict[str, Any]:
 
 
 def most_planets(sun: int, planet: int) -> int:
-    """Return how many planets pass each other, eight at most, where teeth leave none an equal space."""
+    """Return how many planets pass each other, eight at most, where
+    teeth leave none an equal space.
+    """
     widest = np.sin(0.5 * (2 * np.pi / np.arange(3, 9) - np.pi / (sun + planet))) * (
         sun + planet
     )
@@ -274,7 +278,9 @@ def dynamics(draw: Any, width: float, driven: str = "gear") -> dict[str, Any]:
 
 
 def outcome(mapping: dict[str, Any]) -> tuple[str, list[str]]:
-    """Return the verdict of a random scene ("refused" included), and every rule that its data breaks."""
+    """Return the verdict of a random scene ("refused" included), and every rule that
+    its data breaks.
+    """
     try:
         dataset = simulate(Scene.from_mapping(mapping))
     except (Refused, GearError) as refusal:

@@ -1,4 +1,5 @@
-"""What one static run costs: ``python tests/support/run_cost.py [runs] [coefficient] [profile]``.
+"""What one static run costs: ``python tests/support/run_cost.py [runs] [coefficient]
+[profile]``.
 
 Runs of a spur pair under torques, or with wear coefficients, of a list, one after the
 other in one process. Prints medians of processor time [ms]: simulation, file and

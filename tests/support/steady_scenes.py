@@ -18,7 +18,9 @@ def scene(text: str, folder: Path) -> Scene:
 
 @pytest.fixture(scope="module")
 def loaded(tmp_path_factory: pytest.TempPathFactory) -> Scene:
-    """Unworn flanks under full load: contact never changes but where pairs enter and leave."""
+    """Unworn flanks under full load: contact never changes but where
+    pairs enter and leave.
+    """
     text = (
         'drop = ["wear", "lubricant"]\n[operation]\nspeed = "1860 '
         'rpm"\n[numerics]\nprofile_points = 61\n'
@@ -28,7 +30,9 @@ def loaded(tmp_path_factory: pytest.TempPathFactory) -> Scene:
 
 @pytest.fixture(scope="module")
 def separating(tmp_path_factory: pytest.TempPathFactory) -> Scene:
-    """Worn flanks, light load and a large error: pairs and both flanks come and go within the path."""
+    """Worn flanks, light load and a large error: pairs and both flanks come and go
+    within the path.
+    """
     text = """
 drop = ["lubricant", "wear"]
 [operation]

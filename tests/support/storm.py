@@ -1,4 +1,6 @@
-"""Campaigns whose processes are killed, and what must be true of their stores afterwards."""
+"""Campaigns whose processes are killed, and what must be true of
+their stores afterwards.
+"""
 
 import os
 import random

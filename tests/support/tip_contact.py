@@ -1,4 +1,5 @@
-"""Contact beyond the path: how far a tip corner is from the mating flank before A and after E.
+"""Contact beyond the path: how far a tip corner is from the mating flank before A and
+after E.
 
 Rigid gears part there, at first quadratically; a deflection as large as the separation
 keeps them touching (Munro, Morrish & Palmer, Proc. IMechE C 213 (1999) 245–259, treat
@@ -11,7 +12,8 @@ from wearlab.gears.gear import TIP_AT, GearPair
 
 
 def tip_separation(pair: GearPair, end: str, distance: float) -> float:
-    """Return the gap along the line of action between a tip corner and the mating flank [m].
+    """Return the gap along the line of action between a tip corner and the mating flank
+    [m].
 
     The tip corner turns on by ``distance / r_b``; through it passes one involute of the
     mate, and the gap is how far that involute lies from where the mate's flank has

@@ -1,4 +1,5 @@
-"""How long an update takes once its runs are stored: ``update_speed.py [draws [readings]]``.
+"""How long an update takes once its runs are stored: ``update_speed.py [draws
+[readings]]``.
 
 Six depths against one stored run, the same with the torque as a second unknown, one
 stored run a draw; a million depths with each kind of independent errors, and a hundred
@@ -33,7 +34,9 @@ extended_contact = false
 load          = "static"
 contact_patch = "none"
 until         = {{ depth = "60 um", flank = "pinion" }}
-snapshots     = {{ depth = ["10 um", "20 um", "30 um", "40 um", "50 um"], flank = "pinion" }}
+[wear.snapshots]
+depth = ["10 um", "20 um", "30 um", "40 um", "50 um"]
+flank = "pinion"
 [update]
 limit = {{ depth = "30 um", flank = "pinion" }}
 draws = {draws}
@@ -98,7 +101,9 @@ def worn(
 
 
 def readings(campaign: wearlab.Campaign, store: wearlab.Store, count: int) -> str:
-    """Return a table of so many depths of a gear that wears 1.1 times as fast as the run."""
+    """Return a table of so many depths of a gear that wears 1.1 times
+    as fast as the run.
+    """
     rng = np.random.default_rng(0)
     cycle = np.sort(rng.uniform(0.0, 2e8, count))
     depth = worn(campaign, store, 1.1 * cycle) + 0.5 * rng.standard_normal(count)
@@ -141,7 +146,9 @@ def answers(campaign: wearlab.Campaign, store: wearlab.Store) -> tuple[float, fl
 
 
 def kept(campaign: wearlab.Campaign, store: wearlab.Store) -> tuple[float, float]:
-    """Return the seconds of the whole command: also predictions, virtual inspections, the file."""
+    """Return the seconds of the whole command: also predictions,
+    virtual inspections, the file.
+    """
     from wearlab.store.updates import kept_updates, update_files
 
     for name in kept_updates(store):

@@ -1,4 +1,5 @@
-"""Twins, likelihoods and quadrature that share no code with the update: what its answers are held against.
+"""Twins, likelihoods and quadrature that share no code with the update: what its
+answers are held against.
 
 The wear is h(x) = r (x + x²/BEND), which the stored run's cubic pieces hold exactly;
 the likelihood of the measurements is written as one normal law with a whole covariance
@@ -36,7 +37,9 @@ def own_time(level):
 
 @dataclass(frozen=True)
 class Case:
-    """An error model as the update is told it, and as the twins have it: medians and sds of ln [SI]."""
+    """An error model as the update is told it, and as the twins have it: medians and
+    sds of ln [SI].
+    """
 
     error: ErrorModel
     sd: tuple[float, float] = (4e-4, 0.0)
@@ -74,7 +77,9 @@ CASES = {
 
 
 def covariance(case, model, sd, drift):
-    """Return the covariance of the values, and whether each pair is of one inspection."""
+    """Return the covariance of the values, and whether each pair is
+    of one inspection.
+    """
     t = case.cycle
     error = case.error
     own = np.diag(sd**2 + (error.relative * model) ** 2)
@@ -146,7 +151,9 @@ def log_normal_density(case, value, factor, sd, drift):
 
 
 def quantiles_of(case, value, points=20_001, nodes=161):
-    """Return quantiles of the factor by quadrature: even in ln factor, Gauss-Legendre in ln of an error."""
+    """Return quantiles of the factor by quadrature: even in ln factor, Gauss-Legendre
+    in ln of an error.
+    """
     laws = [case.sd, case.drift]
     axes = []
     for median, width in laws:
@@ -201,7 +208,9 @@ def true_life(case, factor, drift, value_of_w, rng):
 
 
 def twin(case, seed):
-    """Return the ranks of factor and life of one twin, and whether it was called wrongly."""
+    """Return the ranks of factor and life of one twin, and whether it
+    was called wrongly.
+    """
     rng = np.random.default_rng([5, seed])
     factor = float(np.exp(PRIOR_SD * rng.standard_normal()))
     sd, drift = (
@@ -241,7 +250,9 @@ def twin(case, seed):
 
 
 def coverage(case, n):
-    """Return how many of n twins the intervals of factor and life hold, and how many are called."""
+    """Return how many of n twins the intervals of factor and life
+    hold, and how many are called.
+    """
     found = np.array([twin(case, seed) for seed in range(n)], float)
     off = np.abs(found[:, :2] - 0.5)
     held = {

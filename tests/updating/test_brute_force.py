@@ -1,4 +1,5 @@
-"""Updates of whole campaigns against lives simulated anew at every k: own likelihood, own quadrature.
+"""Updates of whole campaigns against lives simulated anew at every k: own likelihood,
+own quadrature.
 
 The update stretches one stored run over every k and interpolates between its states.
 Here each k, and each torque, has a run of its own, whose states are at the inspections.
@@ -40,7 +41,9 @@ def error(name, number, key):
 
 
 def life_at(scene, depth, inspections, changes):
-    """Return a life to a depth simulated anew, with states at the inspections, and those states."""
+    """Return a life to a depth simulated anew, with states at the
+    inspections, and those states.
+    """
     often = {
         "wear.snapshots": {"cycles": sorted({float(at) for at in inspections})},
         "wear.until.depth": depth,
@@ -52,7 +55,9 @@ def life_at(scene, depth, inspections, changes):
 
 
 def quantiles(value, density):
-    """Return quantiles of a function that rises or falls with evenly spaced ln k, by its density there."""
+    """Return quantiles of a function that rises or falls with evenly spaced ln k, by
+    its density there.
+    """
     mass = density / density.sum()
     order = np.argsort(value)
     return np.interp(P, np.cumsum(mass[order]) - 0.5 * mass[order], value[order])
@@ -64,7 +69,9 @@ def fine(factors):
 
 @pytest.mark.slow
 def test_a_coupled_life_is_that_of_lives_simulated_at_every_k(tmp_path):
-    """Wear changes the loads that wear: one run a k, where the update has one run for all."""
+    """Wear changes the loads that wear: one run a k, where the update
+    has one run for all.
+    """
     name = "update_planetary_life"
     weighed = table("planetary_life_weighings")
     campaign = wl.load(CAMPAIGNS / f"{name}.toml")

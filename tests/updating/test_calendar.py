@@ -81,7 +81,9 @@ WEIGHED = (
 
 
 def weighed(tmp_path, text=WEIGHED):
-    """Return a block of a table with dates and hours, and the calendar that follows from it."""
+    """Return a block of a table with dates and hours, and the
+    calendar that follows from it.
+    """
     (tmp_path / "weighed.csv").write_text(text)
     block = {
         "file": str(tmp_path / "weighed.csv"),
@@ -97,7 +99,9 @@ def weighed(tmp_path, text=WEIGHED):
 
 
 def test_inspections_keep_the_dates_of_their_table(tmp_path):
-    """Was a straight line from the first to the last: the second was told as 2026-08-29."""
+    """Was a straight line from the first to the last: the second was
+    told as 2026-08-29.
+    """
     data, days = weighed(tmp_path)
     cycle = read_observations(data, days).time / 36.0
     found = places_of(days.in_cycles(0.0, cycle[-1], 36.0), 0.0)
@@ -142,7 +146,9 @@ def test_a_table_in_which_dates_fall_as_hours_rise_is_refused_by_its_lines(tmp_p
 def test_a_limit_that_has_passed_is_not_told_as_reached_on_the_day_of_the_inspection(
     rest, said
 ):
-    """Was 'limit reached on 2027-01-15' of a limit that had passed eight thousand hours before."""
+    """Was 'limit reached on 2027-01-15' of a limit that had passed
+    eight thousand hours before.
+    """
     five = np.interp(range(5), (0, 2, 4), rest)
     predictions = xr.Dataset(
         {

@@ -77,7 +77,9 @@ def test_twins_with_a_drift_are_calibrated():
 
 
 def with_truth(error, believed, power=1.0):
-    """Return what ``--check`` says of a study that believes one error model where another is true."""
+    """Return what ``--check`` says of a study that believes one error model where
+    another is true.
+    """
     seen = (observed(np.repeat(CYCLES, 4), np.zeros(24), believed),)
     asked = study(PRIOR, seen)
     true = TrueModel(None if error is None else (error,), power)

@@ -1,4 +1,6 @@
-"""Values below a limit of detection that share an offset, or a drift: against SciPy's multivariate normal."""
+"""Values below a limit of detection that share an offset, or a drift:
+against SciPy's multivariate normal.
+"""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -23,7 +25,9 @@ def weighed(cycle, value, under, error):
 
 
 def joint_normal(one, mean, drift):
-    """Return the log likelihood: the density of those seen times the probability of the others below."""
+    """Return the log likelihood: the density of those seen times the
+    probability of the others below.
+    """
     cycle = one.time
     hidden = np.isnan(one.value)
     covariance = SD**2 * np.eye(len(one)) + OFFSET**2 * (cycle[:, None] == cycle)

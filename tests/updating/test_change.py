@@ -1,4 +1,6 @@
-"""A wear coefficient that changes once, against a grid of its own over all three unknowns."""
+"""A wear coefficient that changes once, against a grid of its own
+over all three unknowns.
+"""
 
 import numpy as np
 import pytest
@@ -33,7 +35,9 @@ def updated(values, kind="once"):
 
 
 def by_grid(values, at, log_ratio, weight):
-    """Return ln evidence of a change over none, and quantiles of the remaining life, from one grid."""
+    """Return ln evidence of a change over none, and quantiles of the remaining life,
+    from one grid.
+    """
     u = np.linspace(-1.5, 2.0, 1001)
     prior = stats.norm(0.0, np.sqrt(np.log(2.0))).logpdf(u)
     none = prior + stats.norm(values, SD).logpdf(

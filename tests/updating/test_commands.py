@@ -121,7 +121,9 @@ def test_a_window_shows_answer_and_figures(store, tree):
 def test_an_update_belongs_to_its_measurements_not_to_a_title(
     campaign, store, tree, tmp_path
 ):
-    """Was found by the campaign's title: a page showed the answer to another file's measurements."""
+    """Was found by the campaign's title: a page showed the answer to
+    another file's measurements.
+    """
     from wearlab.campaign import load
 
     folder = campaign.path.parent

@@ -1,4 +1,6 @@
-"""Models beside each other: evidence and inspections left out, against quadrature of its own."""
+"""Models beside each other: evidence and inspections left out,
+against quadrature of its own.
+"""
 
 import numpy as np
 import pytest

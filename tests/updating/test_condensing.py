@@ -24,7 +24,9 @@ def few_are_many(monkeypatch):
 
 
 def run_and(error, own=0.0, seed=0):
-    """Return a run whose wear bends at uneven cycles, and values at three places, some of them repeated."""
+    """Return a run whose wear bends at uneven cycles, and values at three places, some
+    of them repeated.
+    """
     rng = np.random.default_rng(seed)
     value = np.cumsum(rng.uniform(0.5, 2.0, (len(KNOTS), PLACES)), axis=0) * 1e-3
     curve = RunCurve(KNOTS, value, rng.uniform(0.5, 2.0, value.shape) * 1e-8)

@@ -1,4 +1,6 @@
-"""The cost per hour of changes and looks, against nested simulation that shares no code with it."""
+"""The cost per hour of changes and looks, against nested simulation
+that shares no code with it.
+"""
 
 from dataclasses import replace
 
@@ -41,7 +43,9 @@ def posterior(value):
 
 
 def advice():
-    """Return the advice of the room, and the factors and their probabilities that it is compared with."""
+    """Return the advice of the room, and the factors and their
+    probabilities that it is compared with.
+    """
     value = 1.3 * RATE * CYCLES
     seen = (observed(CYCLES, value, ErrorModel(SD)),)
     asked = study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen, draws=8000)
@@ -56,7 +60,9 @@ def made():
 
 
 def of_changes(found, factor, mass):
-    """Return the cost per hour of five changes, and the least, over that of simulated lives, less 1."""
+    """Return the cost per hour of five changes, and the least, over that of simulated
+    lives, less 1.
+    """
     rng = np.random.default_rng(1)
     off = []
     life = HOUR * LIMIT.value / RATE / rng.choice(factor, 400_000, p=mass)
@@ -78,7 +84,8 @@ def test_a_change_costs_what_simulated_lives_cost(made):
 
 
 def of_looks(found, factor, mass):
-    """Return the cost per hour with a look at three times over that of nested simulation, less 1.
+    """Return the cost per hour with a look at three times over that of nested
+    simulation, less 1.
 
     Truth, what is then measured, the posterior after it on a grid, the change chosen,
     what it costs.
@@ -177,7 +184,9 @@ def test_over_a_horizon_a_change_costs_what_simulated_changes_cost(made):
     step = times[1]
 
     def simulated(change, n=20_000):
-        """Return the mean cost of changing at a step, and new ones at the ages that are best then."""
+        """Return the mean cost of changing at a step, and new ones at
+        the ages that are best then.
+        """
         ages = [0]
         value = np.zeros(len(new))
         for left in range(1, len(new)):

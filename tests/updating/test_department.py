@@ -1,4 +1,6 @@
-"""A maintenance engineer asks: twelve gearboxes, dates, weighings, a load record; which to open first?"""
+"""A maintenance engineer asks: twelve gearboxes, dates, weighings, a load record; which
+to open first?
+"""
 
 import re
 from datetime import date
@@ -40,7 +42,9 @@ def true_days():
 
 
 def test_every_gearbox_gets_a_day_that_is_true_of_its_own_loads(tree):
-    """Truths are real runs with the loads as stages, coefficients drawn outside of the code."""
+    """Truths are real runs with the loads as stages, coefficients
+    drawn outside of the code.
+    """
     truth = true_days()
     predictions = tree["predictions_without"].to_dataset()
     days = predictions["end_of_life_quantile"].values.astype("datetime64[D]")
@@ -95,7 +99,9 @@ def test_the_page_says_which_two_to_open_first_and_why_and_what_contradicts_what
 
 
 def test_the_report_leads_with_what_contradicts_and_has_a_day_for_each(tree, store):
-    """Before the tables: the reading to look at, what to open if it is right, and if it is wrong."""
+    """Before the tables: the reading to look at, what to open if it
+    is right, and if it is wrong.
+    """
     page = unescape(report(wl.load(CAMPAIGN), store))
     answer = page.partition('id="answer"')[2].partition("</section>")[0]
     leads = re.findall(r'<p class="lead">(.*?)</p>', answer)

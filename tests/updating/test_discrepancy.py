@@ -68,7 +68,9 @@ def test_an_end_that_is_over_is_said():
 
 
 def test_a_drift_widens_what_the_prior_leads_to_expect():
-    """The last value lies 2.2 standard deviations of drift and error off, which is told two-sided."""
+    """The last value lies 2.2 standard deviations of drift and error
+    off, which is told two-sided.
+    """
     drift, sd = 2e-3, 1e-3
     whole = np.sqrt(sd**2 + drift**2 * CYCLES[-1] / 1e6)
     values = 1.3 * RATE * CYCLES + 2.2 * whole

@@ -70,7 +70,9 @@ def test_ranks_say_of_how_many_twins():
 def calendared(
     dates=("2025-01-01T00:00:00", "2026-01-01T00:00:00"), cycles=(0.0, 36.5e4)
 ):
-    """Return an update of one look at a flank, a thousand cycles a day from the first of January on."""
+    """Return an update of one look at a flank, a thousand cycles a day from the first
+    of January on.
+    """
     q = [0.05, 0.25, 0.5, 0.75, 0.95]
     predictions = xr.Dataset(
         {

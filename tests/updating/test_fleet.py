@@ -1,4 +1,6 @@
-"""Units of one design in one table: a day and an interval each, and what contradicts what."""
+"""Units of one design in one table: a day and an interval each, and
+what contradicts what.
+"""
 
 import json
 from dataclasses import replace
@@ -299,7 +301,9 @@ def test_units_that_are_measured_differently_are_told_by_their_own_measurements(
 def test_two_files_that_contradict_are_told_and_two_that_agree_are_not(
     tmp_path, store, kept, date
 ):
-    """Was silence, and the limit of the unit passed: its depth was a mean with what was weighed."""
+    """Was silence, and the limit of the unit passed: its depth was a
+    mean with what was weighed.
+    """
     first = studies(kept[0])[0]
     run = store.open(first.campaign("", first.scenes), si=True).squeeze("draw")
     worn = run["worn_mass"].sel(member="pinion")

@@ -1,4 +1,6 @@
-"""A file that cannot be right ends the command with one message and status 2, and nothing is written."""
+"""A file that cannot be right ends the command with one message and status 2, and
+nothing is written.
+"""
 
 import pytest
 from scenes import CAMPAIGNS

@@ -11,7 +11,9 @@ from wearlab.updating.decision import expected_width, virtual_inspection
 
 
 def test_a_measurement_of_what_ends_narrows_it_as_two_normal_laws_do():
-    """rest = −value, both normal: the width after is 3.29/√(1/σ² + 1/sd²), whatever was measured."""
+    """rest = −value, both normal: the width after is 3.29/√(1/σ² +
+    1/sd²), whatever was measured.
+    """
     rng = np.random.default_rng(0)
     value = 10.0 + rng.standard_normal(20_000)
     for sd in (0.5, 1.0, 3.0):
@@ -31,7 +33,9 @@ def test_later_and_better_looks_are_worth_more():
 
 
 def conjugate_width(cycles, look, sd, offset):
-    """Return the width of ln k's interval after one more look over that now: linear wear, normal laws."""
+    """Return the width of ln k's interval after one more look over that now: linear
+    wear, normal laws.
+    """
     slopes = RATE * cycles
     slope = RATE * look
     now = np.sum(slopes**2) / (sd**2 + offset**2)
@@ -84,7 +88,9 @@ def test_a_measurement_loses_no_information_with_few_runs():
 
 
 def test_no_look_is_advised_before_it_is_known_which_file_is_wrong():
-    """Was promised a twentieth of the width, by the instrument that may be the wrong one."""
+    """Was promised a twentieth of the width, by the instrument that
+    may be the wrong one.
+    """
     cycle = np.array([5e5])
     ones = [
         observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n)

@@ -26,7 +26,9 @@ def judged(cycles, values, error, seed=0, draws=300, prior=WIDE):
 
 
 def test_a_curve_of_another_law_is_called_though_the_sd_is_unknown():
-    """Was 0 of 23: sixteen residuals above, then six below, the sd 33 times its prior median."""
+    """Was 0 of 23: sixteen residuals above, then six below, the sd 33
+    times its prior median.
+    """
     cycles = np.linspace(5e4, 1.15e6, 23)
     called = 0
     for seed in range(20):
@@ -77,7 +79,9 @@ def test_clean_twins_are_not_called(error):
 
 
 def test_wear_does_not_come_back_is_not_said_of_sound_data():
-    """Was said in 5 of 12 clean sets of 3,000 depths: three deviations a pair, however many pairs."""
+    """Was said in 5 of 12 clean sets of 3,000 depths: three
+    deviations a pair, however many pairs.
+    """
     cycles = np.linspace(1e3, 1e6, 3000)
     for seed in range(6):
         values = RATE * cycles + 4e-4 * np.random.default_rng(seed).standard_normal(
@@ -88,7 +92,9 @@ def test_wear_does_not_come_back_is_not_said_of_sound_data():
 
 
 def test_a_narrow_prior_far_from_the_truth_gives_way():
-    """Prior 1 ± 5 %, truth 8: it had ended at seven deviations, 2.02 ± 0.01 %, a life four times too long."""
+    """Prior 1 ± 5 %, truth 8: it had ended at seven deviations, 2.02 ± 0.01 %, a life
+    four times too long.
+    """
     cycles = np.linspace(1e5, 6e5, 6)
     sd = np.log1p(0.05**2) ** 0.5
     values = 8.0 * RATE * cycles
@@ -151,7 +157,10 @@ def test_few_effective_runs_of_few_are_said():
 
 
 def test_contradicting_sources_widen_the_interval():
-    """Two weighings 20 % apart, 1 % each: the answer had stayed 1 % wide. Against own quadrature."""
+    """Two weighings 20 % apart, 1 % each: the answer had stayed 1 % wide.
+
+    Against own quadrature.
+    """
     cycle = np.array([5e5])
     ones = [
         observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n)
@@ -209,7 +218,9 @@ def test_a_gain_of_its_own_is_no_misfit(n):
 
 
 def test_inspections_told_in_groups_surprise_as_chance_does():
-    """A thousand inspections that each share an offset are told in two hundred groups."""
+    """A thousand inspections that each share an offset are told in
+    two hundred groups.
+    """
     rng = np.random.default_rng(4)
     cycles = np.linspace(1e4, 1.2e6, 1000)
     values = RATE * cycles + np.hypot(2e-4, 3e-4) * rng.standard_normal(1000)

@@ -1,4 +1,6 @@
-"""What a reader must know stands at the top: extremes of data and priors, each in one sentence."""
+"""What a reader must know stands at the top: extremes of data and
+priors, each in one sentence.
+"""
 
 import numpy as np
 import pytest

@@ -54,7 +54,9 @@ def test_hours_and_limits_of_detection(tmp_path):
 
 
 def test_semicolons_decimal_commas_and_empty_last_cells_are_read(tmp_path):
-    """Was '2 columns instead of 1': the flanks of measuring machines were read so, weighings were not."""
+    """Was '2 columns instead of 1': the flanks of measuring machines were read so,
+    weighings were not.
+    """
     text = "Stunden;Verlust;Grenze\n10,5;0,5;\n20;;0,1\n"
     seen = read(
         tmp_path,

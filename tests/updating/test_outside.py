@@ -1,4 +1,6 @@
-"""Answers against quadrature and twins that share no code with the update (tests/benchmarks/updates.py)."""
+"""Answers against quadrature and twins that share no code with the
+update (tests/benchmarks/updates.py).
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""A population of units: liners of engines that were measured, and a sampler that shares no code with it."""
+"""A population of units: liners of engines that were measured, and a sampler that
+shares no code with it.
+"""
 
 from dataclasses import replace
 
@@ -36,7 +38,9 @@ P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
 
 
 def rules():
-    """Return how far the others' median rate since the last inspection, and a line from 0, are off [mm]."""
+    """Return how far the others' median rate since the last inspection, and a line from
+    0, are off [mm].
+    """
     hours = [np.append(0.0, each.cycles) for each in liners()]
     depth = [np.append(0.0, each.blocks[0].observed.value) for each in liners()]
     rates = [np.diff(y) / np.diff(x) for x, y in zip(hours, depth, strict=True)]
@@ -52,7 +56,9 @@ def rules():
 
 
 def test_the_next_inspection_of_every_liner_is_foreseen(tmp_path):
-    """The campaign of the liners, um for mm: from the inspections before and the other liners."""
+    """The campaign of the liners, um for mm: from the inspections
+    before and the other liners.
+    """
     campaign = wearlab.load(LINERS.parents[1] / "update_liners.toml")
     tree = wearlab.update(
         campaign, wearlab.Store(tmp_path / "store"), replay=True, progress=False
@@ -70,7 +76,8 @@ def test_the_next_inspection_of_every_liner_is_foreseen(tmp_path):
 
 
 def beside_emcee(emcee):
-    """Return how far quantiles of what five units share, and of factors, are from a chain's, over its sd.
+    """Return how far quantiles of what five units share, and of factors, are from a
+    chain's, over its sd.
 
     And how far correlations of all of them are. All are sampled together; likelihoods
     from whole covariances.
@@ -263,7 +270,9 @@ def test_a_finer_lattice_changes_nothing(monkeypatch):
 
 
 def test_a_population_that_is_known_gives_each_unit_its_conjugate_law():
-    """Narrow priors: y = f g with ln f ~ N(m, s²), small errors, against a quadrature of its own."""
+    """Narrow priors: y = f g with ln f ~ N(m, s²), small errors, against a quadrature
+    of its own.
+    """
     cycle = np.array([1e4, 2e4])
     value = np.array([1.25e-3, 2.55e-3])
     one = unit("a", cycle, value, 1e-4)
@@ -296,7 +305,9 @@ def test_a_population_that_is_known_gives_each_unit_its_conjugate_law():
 
 
 def test_intervals_of_lives_hold_the_truth_as_often_as_they_say():
-    """40 fleets of 6 drawn outside of the code: what they share, their walks, their lives."""
+    """40 fleets of 6 drawn outside of the code: what they share,
+    their walks, their lives.
+    """
     sigma = {"straying": (0.2, 0.5), "spread": (0.3, 0.5), "median": (1.0, 0.3)}
     asked = law("straying")._replace(
         parameters=tuple(
@@ -349,7 +360,9 @@ def test_a_unit_that_was_not_measured_is_as_wide_as_the_population():
 
 
 def test_what_a_hundred_units_cost(monkeypatch):
-    """How often the likelihood is asked, and of how many coefficients times errors at once."""
+    """How often the likelihood is asked, and of how many coefficients
+    times errors at once.
+    """
     units = simulated(100, 10, 7)
     work = []
     real = room.kalman.filtered

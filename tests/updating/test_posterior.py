@@ -55,8 +55,10 @@ def test_linear_wear_with_known_errors_is_conjugate(sd):
     )
 
 
-def test_an_offset_common_to_one_inspection_is_conjugate_too_and_ignoring_it_halves_the_width():
-    """Sixteen teeth at one time: their mean is as uncertain as the offset, however many they are."""
+def test_an_offset_of_one_inspection_is_conjugate_and_ignoring_it_halves_the_width():
+    """Sixteen teeth at one time: their mean is as uncertain as the
+    offset, however many they are.
+    """
     cycles = np.full(16, 5e5)
     offset = SD * np.sqrt(3.0 / 16.0)
     values = weighings(4, cycles=cycles)
@@ -104,7 +106,9 @@ def test_an_accumulating_drift_is_conjugate():
 
 
 def test_an_unknown_error_gives_students_law():
-    """With flat priors of factor and ln sd the factor has a t distribution of n − 1 degrees of freedom."""
+    """With flat priors of factor and ln sd the factor has a t distribution of n − 1
+    degrees of freedom.
+    """
     values = weighings(5)
     wide = read_distribution({"loguniform": ["1e-6 g", "1e5 g"]}, "sd")
     seen = (observed(CYCLES, values, ErrorModel(wide)),)
@@ -214,7 +218,9 @@ def test_few_values_leave_the_prior_wide(values):
 
 
 def test_runs_are_weighted_by_their_evidence():
-    """Two runs whose rates differ: the weights are those of two models, k integrated out in closed form."""
+    """Two runs whose rates differ: the weights are those of two models, k integrated
+    out in closed form.
+    """
     values = weighings(9)
     seen = (observed(CYCLES, values, ErrorModel(SD)),)
     runs = [history(seen, rate=RATE, run="a"), history(seen, rate=1.5 * RATE, run="b")]

@@ -1,4 +1,6 @@
-"""What really ran: a load record against real runs with stages, and what a record cannot be."""
+"""What really ran: a load record against real runs with stages, and
+what a record cannot be.
+"""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -49,7 +51,9 @@ def campaign(folder, weighings, record=RECORD, text=RECORDED):
 
 @pytest.fixture(scope="module")
 def staged(tmp_path_factory):
-    """The scene with the record as stages and 1.3 times the coefficient: what brute force has worn."""
+    """The scene with the record as stages and 1.3 times the coefficient: what brute
+    force has worn.
+    """
     scene = campaign(tmp_path_factory.mktemp("staged"), [(100, 1.0)]).cases[0].scene
     stages = [
         {"torque": f"{t} N*m", "speed": f"{n} rpm", "cycles": 60.0 * n * (after[0] - h)}
@@ -126,7 +130,10 @@ def block(folder, text, **columns):
 
 
 def test_dates_tell_the_hours_in_operation(tmp_path):
-    rows = "date,torque,speed\n2026-01-01,100,1000\n2026-01-11,0,0\n2026-01-21,200,1000\n2026-01-31,,\n"
+    rows = (
+        "date,torque,speed\n2026-01-01,100,1000\n2026-01-11,0,0\n"
+        "2026-01-21,200,1000\n2026-01-31,,\n"
+    )
     record = read_record(block(tmp_path, rows, date="date"), None, None)
     assert record.time / 3600.0 == pytest.approx([0.0, 240.0, 240.0, 480.0])
     at = np.array(["2026-01-06", "2026-01-16", "2026-01-26"], "datetime64[D]")
@@ -238,7 +245,9 @@ def test_hours_between_dates_are_those_of_the_calendar_or_a_note_says_that_all_c
 
 @pytest.mark.parametrize("fleet", [None, "a unit of one"])
 def test_masses_are_mixed_at_equal_mass(fleet):
-    """Were mixed at equal depth, at which a harder load has worn less: k came out 2 % off."""
+    """Were mixed at equal depth, at which a harder load has worn
+    less: k came out 2 % off.
+    """
     cycles = np.array([1e5, 2e5])
     seen = (observed(cycles, 1.05 * RATE * cycles, ErrorModel(1e-5)),)
     own = replace(history(seen, rate=1.0 * RATE), seconds_per_cycle=1.0)

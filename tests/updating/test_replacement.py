@@ -1,4 +1,6 @@
-"""A gear that was replaced while its mate went on worn: against real runs, one after the other."""
+"""A gear that was replaced while its mate went on worn: against real
+runs, one after the other.
+"""
 
 import numpy as np
 import pytest
@@ -37,7 +39,9 @@ def campaign(folder, text=REPLACED, pinion="50000000,1\n", gear=""):
 
 @pytest.fixture(scope="module")
 def truth(tmp_path_factory):
-    """The old pinion until 1e8 cycles, then a new one against the gear as it was then."""
+    """The old pinion until 1e8 cycles, then a new one against the
+    gear as it was then.
+    """
     scene = (
         campaign(tmp_path_factory.mktemp("truth"))
         .cases[0]
@@ -116,7 +120,10 @@ def test_it_is_told(tree):
 
 def test_without_it_the_answer_is_wrong(truth, tmp_path):
     old, new = truth
-    rows = f"{AT!r},{weighed(old, 'pinion', AT)}\n{2 * AT!r},{weighed(new, 'pinion', AT)}\n"
+    rows = (
+        f"{AT!r},{weighed(old, 'pinion', AT)}\n"
+        f"{2 * AT!r},{weighed(new, 'pinion', AT)}\n"
+    )
     plain = STATIC.replace("5 mg", "0.5 mg")
     tree = update(
         campaign(tmp_path, plain, rows), wl.Store(tmp_path / "store"), progress=False

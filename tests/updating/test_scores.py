@@ -46,7 +46,9 @@ def test_the_interval_score_is_proper():
 
 @pytest.mark.slow
 def test_scores_are_those_of_a_library():
-    """scoringrules compiles for three seconds when it is imported: an update cannot wait for it."""
+    """scoringrules compiles for three seconds when it is imported: an update cannot
+    wait for it.
+    """
     library = pytest.importorskip("scoringrules")
     rng = np.random.default_rng(1)
     quantile = np.sort(rng.standard_normal((20, len(EVEN))), axis=1)
@@ -136,7 +138,9 @@ def test_twins_are_scored_beside_simple_rules_as_twins_of_one_s_own_are():
 
 
 def test_scores_of_a_normal_law_are_its_closed_forms():
-    """Over its own values: 1/√π of the ranked probability, 2 φ(1.645)/0.05 of the 90 % interval."""
+    """Over its own values: 1/√π of the ranked probability, 2
+    φ(1.645)/0.05 of the 90 % interval.
+    """
     known = stats.norm.ppf(EVEN)
     ranked, interval = np.mean(
         [scores_of(known, z) for z in stats.norm.ppf((np.arange(2000) + 0.5) / 2000)], 0

@@ -166,7 +166,9 @@ def test_a_campaign_without_measurements_is_refused(store):
 def test_masses_and_largest_depths_are_as_far_off_as_the_life_says(
     campaign, store, tree
 ):
-    """A run with a hundredth of the tolerance: masses differ by less than the error of the life."""
+    """A run with a hundredth of the tolerance: masses differ by less
+    than the error of the life.
+    """
     scene = campaign.cases[0].scene
     run = store.run(scene.id)
     better = wl.simulate(scene.replace("numerics.tolerance", 1e-5))
@@ -206,7 +208,9 @@ def test_depths_are_interpolated_with_the_wear_rates_of_their_run(
 
 
 def test_every_unknown_is_told_after_and_before():
-    """With the torque alone unknown it was said that the data moved k by a factor of 1."""
+    """With the torque alone unknown it was said that the data moved k
+    by a factor of 1.
+    """
     about = {"units": "N m", "display_units": "N m", "long_name": "torque"}
     prior, after = (
         xr.Dataset(

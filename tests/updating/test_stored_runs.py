@@ -1,4 +1,6 @@
-"""Runs read for an update: the arrays of their files, checked, with the catalogue's dims and labels."""
+"""Runs read for an update: the arrays of their files, checked, with the catalogue's
+dims and labels.
+"""
 
 import made_up
 import numpy as np

@@ -1,4 +1,6 @@
-"""Units of a population whose wear is known in closed form: depth = rate · factor · cycle."""
+"""Units of a population whose wear is known in closed form: depth =
+rate · factor · cycle.
+"""
 
 import csv
 

@@ -24,7 +24,9 @@ def test_drawn_pairs_carry_the_load_that_the_page_says(internal: bool) -> None:
 
 
 def pieces(count: list[str]) -> list[defaults_table.Piece]:
-    """Return one piece of each part with made-up results, which tell when they are asked for."""
+    """Return one piece of each part with made-up results, which tell
+    when they are asked for.
+    """
 
     def of(part: str, rows: list) -> defaults_table.Piece:
         def judge() -> list:

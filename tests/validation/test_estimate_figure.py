@@ -1,4 +1,6 @@
-"""The figure of the scores: every scene that has both numbers is a point, in the unit of its axis."""
+"""The figure of the scores: every scene that has both numbers is a point, in the unit
+of its axis.
+"""
 
 import math
 

@@ -1,4 +1,6 @@
-"""Scores of drawn scenes: told apart, kept as they come, never computed twice, and what they promise."""
+"""Scores of drawn scenes: told apart, kept as they come, never
+computed twice, and what they promise.
+"""
 
 import math
 import multiprocessing

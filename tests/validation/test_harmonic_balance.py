@@ -1,4 +1,6 @@
-"""Harmonic balance: closed forms where nothing jumps, and the shooting orbit where flanks part."""
+"""Harmonic balance: closed forms where nothing jumps, and the
+shooting orbit where flanks part.
+"""
 
 import harmonic_balance
 import numpy as np

@@ -1,4 +1,6 @@
-"""W23's planetary set, worn, against the set written out and marched: equations, forces, and what wears."""
+"""W23's planetary set, worn, against the set written out and marched: equations,
+forces, and what wears.
+"""
 
 from collections.abc import Iterator
 
@@ -15,7 +17,9 @@ WORN = 60e-6
 
 @pytest.fixture(scope="module")
 def both() -> Iterator[tuple[Outside, WearState]]:
-    """The set of W23, its flanks worn in two humps beside the pitch point, marched and found."""
+    """The set of W23, its flanks worn in two humps beside the pitch
+    point, marched and found.
+    """
     scene = scene_at(134.0)
     outside = Outside(scene, 2400)
     coupling = build(scene).coupling

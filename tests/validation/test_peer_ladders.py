@@ -1,4 +1,6 @@
-"""Peers at their best converge to our answer, and their transients decay as the largest multiplier says."""
+"""Peers at their best converge to our answer, and their transients
+decay as the largest multiplier says.
+"""
 
 from dataclasses import replace
 

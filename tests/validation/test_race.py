@@ -1,4 +1,6 @@
-"""The race: everybody reaches the error, ours included, and ratios are taken within a round."""
+"""The race: everybody reaches the error, ours included, and ratios
+are taken within a round.
+"""
 
 import numpy as np
 import pytest

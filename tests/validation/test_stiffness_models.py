@@ -1,4 +1,6 @@
-"""The judgement of stiffness models: what it compares, and the verdict on L16's gears."""
+"""The judgement of stiffness models: what it compares, and the
+verdict on L16's gears.
+"""
 
 import numpy as np
 import pytest

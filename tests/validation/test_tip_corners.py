@@ -1,4 +1,6 @@
-"""Teeth beyond A and E by outlines and finite elements, against the contact analysis of a scene."""
+"""Teeth beyond A and E by outlines and finite elements, against the
+contact analysis of a scene.
+"""
 
 from functools import cache
 
@@ -135,7 +137,9 @@ def test_forces_of_springs_with_gaps():
 
 @pytest.mark.parametrize(("where", "tolerance"), [(GEARS[0], 0.03), (GEARS[1], 0.04)])
 def test_a_pair_takes_its_load_up_before_a(where, tolerance):
-    """From nothing where the separation says it enters, ever more, to its share within the path."""
+    """From nothing where the separation says it enters, ever more, to
+    its share within the path.
+    """
     one = gears(*where)
     pair = one.pair
     phase = np.linspace(0.8, 1.0, 41)

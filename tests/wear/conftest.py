@@ -1,4 +1,6 @@
-"""The path of contact of L16's pair (50/50, module 3 mm, 20°, 20 mm wide), from first principles."""
+"""The path of contact of L16's pair (50/50, module 3 mm, 20°, 20 mm
+wide), from first principles.
+"""
 
 import numpy as np
 import pytest

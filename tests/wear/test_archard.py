@@ -33,7 +33,9 @@ def test_hertz_pressure_carries_the_load(l16):
 
 
 def test_hertz_by_hand(l16):
-    """At the pitch point: ρ = 25.652 mm each, R' = 12.826 mm, w = 250 N/mm, E* = 113.19 GPa."""
+    """At the pitch point: ρ = 25.652 mm each, R' = 12.826 mm, w = 250
+    N/mm, E* = 113.19 GPa.
+    """
     _, path = l16
     i = 100
     w = 5000.0 / 20e-3

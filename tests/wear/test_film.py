@@ -8,7 +8,9 @@ FILM = Film(viscosity=0.012, pressure_viscosity=1.6e-8, roughness=0.5e-6)
 
 
 def test_dowson_higginson_by_hand(l16):
-    """Pitch point at 100 rad/s: u = 2.5652 m/s, R' = 12.826 mm, E' = 226.37 GPa, w = 50 N/mm."""
+    """Pitch point at 100 rad/s: u = 2.5652 m/s, R' = 12.826 mm, E' =
+    226.37 GPa, w = 50 N/mm.
+    """
     _, path = l16
     U = 0.012 * 2.565151 / (226.3736e9 * 12.82575e-3)
     G = 1.6e-8 * 226.3736e9

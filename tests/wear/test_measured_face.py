@@ -1,4 +1,6 @@
-"""Flanks measured over their face: leads and topographies, from file to slices and nodes; refusals."""
+"""Flanks measured over their face: leads and topographies, from file
+to slices and nodes; refusals.
+"""
 
 import numpy as np
 import pytest
@@ -25,7 +27,9 @@ GEARS = ALL.kinds[0].pair.gears
 
 
 def course(s, y):
-    """Return a depth of bilinear course over path position [m] and face position [mm], [um]."""
+    """Return a depth of bilinear course over path position [m] and
+    face position [mm], [um].
+    """
     along = (s - PATH.path.A) / (PATH.path.E - PATH.path.A)
     return 5.0 + 3.0 * along + 0.1 * y + 0.05 * along * y
 

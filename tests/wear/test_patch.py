@@ -1,4 +1,6 @@
-"""The contact patch: what it spreads and feels, and the levelling of the pressure inside it."""
+"""The contact patch: what it spreads and feels, and the levelling of
+the pressure inside it.
+"""
 
 import numpy as np
 import pytest
@@ -33,7 +35,9 @@ K = 1e-16
 
 @pytest.fixture(scope="module")
 def contact(l16):
-    """Path, half widths of a load that is shared at both ends, and ``k ζ`` times passes."""
+    """Path, half widths of a load that is shared at both ends, and
+    ``k ζ`` times passes.
+    """
     s, path = l16
     force = patch_force(np.where(np.abs(s) > 2e-3, 600.0, 2000.0), 2000.0)
     return (
@@ -50,7 +54,9 @@ def matrix_of(level):
 
 
 def half_plane_pressure(gap, x, width, radius, modulus, load):
-    """Pressure of a line contact on an elastic half-plane, by boundary elements and active sets."""
+    """Pressure of a line contact on an elastic half-plane, by
+    boundary elements and active sets.
+    """
     edge = 0.5 * width
     apart = x[:, None] - x
 
@@ -105,7 +111,9 @@ def wave_path(make_path, nodes):
 
 @pytest.mark.parametrize("kappa_a", [0.8, 1.5, 2.5, 4.0])
 def test_a_wave_decays_as_on_a_half_plane(make_path, kappa_a):
-    """``D h = −(π E*) k ζ Σ n J_n²(κa) h`` where nothing varies along the path within a wave."""
+    """``D h = −(π E*) k ζ Σ n J_n²(κa) h`` where nothing varies along
+    the path within a wave.
+    """
     s, path, a = wave_path(make_path, 1601)
     x = path.arc[0]
     sliding = np.full((2, len(s)), K)
@@ -128,14 +136,18 @@ def test_a_wave_decays_as_on_a_half_plane(make_path, kappa_a):
 
 
 def across(half_width, arc, j, most):
-    """Return the coefficients of a contact at node j of a flank at ascending arcs, and the nodes it feels."""
+    """Return the coefficients of a contact at node j of a flank at ascending arcs, and
+    the nodes it feels.
+    """
     t, node, felt = (each[j] for each in windows(half_width, arc))
     assert t[felt][0] <= -1.0 < t[felt][1] and t[felt][-2] < 1.0 <= t[felt][-1]
     return t[felt], coefficients(t[felt], most), node[felt]
 
 
 def test_coefficients_are_those_of_bessel_and_converge(make_path):
-    """Across a patch ``cos κx = Σ 2 (−1)^(n/2) J_n(κa) T_n``, at second order in nodes."""
+    """Across a patch ``cos κx = Σ 2 (−1)^(n/2) J_n(κa) T_n``, at
+    second order in nodes.
+    """
     errors = []
     for nodes in (401, 801, 1601):
         s, path, a = wave_path(make_path, nodes)

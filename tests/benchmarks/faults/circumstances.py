@@ -1,4 +1,5 @@
-"""Circumstances that no command chooses: ``python tests/benchmarks/faults/circumstances.py [KIND …]``.
+"""Circumstances that no command chooses: ``python
+tests/benchmarks/faults/circumstances.py [KIND …]``.
 
 Kinds: ``streams`` (standard streams closed, full, or their reader gone, for every
 command), ``umask``, ``temporary`` (a full temporary folder), ``users`` (a store and
@@ -165,7 +166,9 @@ def begun(words, said, shape=None, umask=None) -> int:
 
 
 def commands(folder: Path, file: Path, store: Path) -> list[list[object]]:
-    """Return every command on a store that holds the runs of a file, those that read first."""
+    """Return every command on a store that holds the runs of a file,
+    those that read first.
+    """
     here = ["--store", store]
     merged = folder / "merged"
     two = [case.id for case in _cases(file)]
@@ -343,7 +346,9 @@ def temporary(folder: Path) -> Tally:
 
 
 def users(folder: Path) -> Tally:
-    """Another user reads and writes a store while root computes into it, and after that was killed."""
+    """Another user reads and writes a store while root computes into
+    it, and after that was killed.
+    """
     tally = Tally("users")
     if os.geteuid() != 0:
         print("users: only root can be two users")
@@ -417,7 +422,9 @@ def _as_nobody(*words: object) -> tuple[int, str]:
 
 
 def _goes_on(status: int, said: str, mask: int) -> bool:
-    """Say whether a store open to all was completed, and any other was refused in one message."""
+    """Say whether a store open to all was completed, and any other
+    was refused in one message.
+    """
     if mask == 0:
         return status == 0
     return status == 2 and "Traceback" not in said
@@ -462,7 +469,9 @@ def clock(folder: Path, count: int = 400, seed: int = 1) -> Tally:
 
 
 def _jumps(child: subprocess.Popen[str], now: Path, dice: random.Random) -> int:
-    """Set the clock by up to twenty years, both ways, then a day further back each time; return how often."""
+    """Set the clock by up to twenty years, both ways, then a day further back each
+    time; return how often.
+    """
     day = 86400
     jumps = 0
     deadline = time.monotonic() + LONGEST

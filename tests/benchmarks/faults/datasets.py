@@ -453,7 +453,9 @@ def prepared(folder, craft) -> bool:
 
 
 def crafted(craft, path) -> bool:
-    """Say whether a file could be changed so, in a process of its own: failures leave files open."""
+    """Say whether a file could be changed so, in a process of its
+    own: failures leave files open.
+    """
     child = os.fork()
     if child == 0:
         try:

@@ -1,4 +1,5 @@
-"""How a store grows: ``python tests/benchmarks/faults/growth.py [FIGURE.png] 100 1000 10000 100000``.
+"""How a store grows: ``python tests/benchmarks/faults/growth.py [FIGURE.png] 100 1000
+10000 100000``.
 
 Runs with the scene, results and histories of a spur pair that wears under its static
 load are recorded through the store's own writer, each with a file (a small part of the

@@ -70,7 +70,9 @@ def workers(folder: Path) -> None:
 
 
 def starting(folder: Path, trials: int, dice: random.Random) -> None:
-    """Kill both workers at a moment between their coming and their first work, in each trial another."""
+    """Kill both workers at a moment between their coming and their
+    first work, in each trial another.
+    """
     ended: Counter[str] = Counter()
     for trial in range(trials):
         store = folder / f"started-{trial}"

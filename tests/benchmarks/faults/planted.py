@@ -1,4 +1,5 @@
-"""Stores that a stranger changed: ``python tests/benchmarks/faults/planted.py [KIND=COUNT …] [seed=N]``.
+"""Stores that a stranger changed: ``python tests/benchmarks/faults/planted.py
+[KIND=COUNT …] [seed=N]``.
 
 Kinds and counts in full: ``checkpoints=2000 facts=500 bits=500 answers=300``.
 
@@ -162,7 +163,9 @@ STORED: list[Any] = [
 
 
 def nested(depth: int) -> list[Any]:
-    """Return tuples within tuples, each twice: a hash of the outermost would take 2^depth steps."""
+    """Return tuples within tuples, each twice: a hash of the
+    outermost would take 2^depth steps.
+    """
     return [
         ["tuple", []],
         *(["tuple", [[k], [k]]] for k in range(depth)),

@@ -45,7 +45,9 @@ def flanks_of(pair, points=201):
 
 
 def smooth_wear(flanks, depth):
-    """Wear as it forms: none at the pitch point, most at the ends, more on the driving flank."""
+    """Wear as it forms: none at the pitch point, most at the ends,
+    more on the driving flank.
+    """
     s = flanks.grid.position
     share = (s / np.abs(s).max()) ** 2
     return depth * np.stack([share, 0.6 * share * (1.0 + 20.0 * s)])

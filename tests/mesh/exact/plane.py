@@ -55,7 +55,9 @@ class WornCurve:
 
 
 def driven_angle(driving, driven, phi1, lam1):
-    """Rotation of the driven gear that brings its flank through one point of the driving one."""
+    """Rotation of the driven gear that brings its flank through one
+    point of the driving one.
+    """
     point = driving.placed(lam1, phi1) - driven.centre
     radius = abs(point)
     ends = sorted((driven.low, driven.high))
@@ -68,7 +70,9 @@ def driven_angle(driving, driven, phi1, lam1):
 
 
 def first_touch(driving, driven, phi1, guess, width=0.05):
-    """Largest rotation of the driven gear over the driving flank, near a guess of its angle."""
+    """Largest rotation of the driven gear over the driving flank,
+    near a guess of its angle.
+    """
     low = max(driving.low, guess - width)
     high = min(driving.high, guess + width)
     lam = np.linspace(low, high, 400)

@@ -1,4 +1,6 @@
-"""Contact beyond A and E: pairs that enter and leave by their gap, in the sharing of the load."""
+"""Contact beyond A and E: pairs that enter and leave by their gap, in
+the sharing of the load.
+"""
 
 import numpy as np
 import pytest

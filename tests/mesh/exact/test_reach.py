@@ -1,4 +1,6 @@
-"""How far deflected teeth would touch beyond A and E, to first order in wear, against the exact search."""
+"""How far deflected teeth would touch beyond A and E, to first order in wear, against
+the exact search.
+"""
 
 import numpy as np
 import pytest
@@ -12,7 +14,9 @@ PAIRS = ["external", "internal", "internal, ring drives"]
 
 
 def wear_of(grid, depth):
-    """Wear that is deepest at both ends, more at A, with a step where one pair begins to carry alone."""
+    """Wear that is deepest at both ends, more at A, with a step where one pair begins
+    to carry alone.
+    """
     s = grid.position
     shape = (s / np.abs(s).max()) ** 2 * np.where(s < 0.0, 1.0, 0.6)
     shape[np.abs(s) < 0.2 * np.abs(s).max()] *= 0.5

@@ -1,4 +1,6 @@
-"""The exact mesh relationship against curves of the plane, closed forms, and Y23's own algorithm."""
+"""The exact mesh relationship against curves of the plane, closed
+forms, and Y23's own algorithm.
+"""
 
 import importlib.util
 import math
@@ -134,7 +136,9 @@ def test_points_without_a_partner_are_lost_at_the_ends_only(make):
 
 
 def by_point_clouds(flanks, depth, x, n=30001):
-    """Smallest rotation gap of dense points, each smooth piece of the driven flank on its own."""
+    """Smallest rotation gap of dense points, each smooth piece of the
+    driven flank on its own.
+    """
     pair = flanks.pair
     breaks = [flanks.pair.path.A, 0.001, flanks.pair.path.E]
     curves = [plane.WornCurve(pair, i, depth[i]) for i in (0, 1)]
@@ -307,7 +311,9 @@ def test_who_is_engaged_and_over_which_range(make):
 
 
 def test_a_lone_pair_s_range_is_that_of_any_number_of_points(make, monkeypatch):
-    """Both ends are found to the resolution of a root, not to half a step of the points."""
+    """Both ends are found to the resolution of a root, not to half a
+    step of the points.
+    """
     flanks = make.flanks_of(make.pairs["internal"])
     wear = make.smooth_wear(flanks, 60e-6)
     touched, turned = lone_ranges(flanks, wear)
@@ -333,7 +339,9 @@ def test_ranges_that_stop_with_the_nodes_say_so(make):
 
 
 def test_single_contact_first_falls_then_rises_with_wear(make):
-    """Y23's claim, by its own rule: worn ends touch beyond the path before they lag too far."""
+    """Y23's claim, by its own rule: worn ends touch beyond the path
+    before they lag too far.
+    """
     flanks = make.flanks_of(make.pairs["internal"])
     shares = [
         single_share(flanks, make.smooth_wear(flanks, depth), 1e-4)

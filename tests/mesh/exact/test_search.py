@@ -1,4 +1,6 @@
-"""The search for the smallest gap against gaps of very many points, for wear that curves either way."""
+"""The search for the smallest gap against gaps of very many points, for wear that
+curves either way.
+"""
 
 import numpy as np
 import pytest
@@ -11,7 +13,9 @@ from wearlab.mesh.exact.minimum_gap import minimum_gap
 
 @jit
 def of_very_many_points(driving, driven, x, s):
-    """The smallest gap of points s of the driving flank and of all corners of the driven one."""
+    """The smallest gap of points s of the driving flank and of all
+    corners of the driven one.
+    """
     found = np.full(len(x), np.inf)
     for i in range(len(x)):
         for point in s:
@@ -33,7 +37,9 @@ def of_very_many_points(driving, driven, x, s):
 
 
 def worn_shapes(flanks, make):
-    """Wear over its depth of every kind: smooth, in steps at B and D, hollow, and in waves."""
+    """Wear over its depth of every kind: smooth, in steps at B and D,
+    hollow, and in waves.
+    """
     s = flanks.grid.position
     smooth = make.smooth_wear(flanks, 1.0)
     stretch = np.concatenate([[0], np.cumsum(np.diff(s) == 0.0)])
@@ -49,7 +55,9 @@ def worn_shapes(flanks, make):
 @pytest.mark.parametrize("shape", ["smooth", "steps", "hollow", "mate hollow", "waves"])
 @pytest.mark.parametrize("depth", [0.0, 1e-6, 10e-6, 100e-6])
 def test_no_point_of_a_flank_touches_before_the_one_found(flanks, make, shape, depth):
-    """Among points half a micrometre apart, beyond the path too, one is as near, none is nearer."""
+    """Among points half a micrometre apart, beyond the path too, one
+    is as near, none is nearer.
+    """
     path = flanks.pair.path
     driving, driven = flanks.worn(depth * worn_shapes(flanks, make)[shape])
     x = np.linspace(path.A - 1e-3, path.E + 1e-3, 31)

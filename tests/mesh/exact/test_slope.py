@@ -1,4 +1,6 @@
-"""The slope of wear in a tooth's own axes against the outlines of worn and unworn flanks."""
+"""The slope of wear in a tooth's own axes against the outlines of
+worn and unworn flanks.
+"""
 
 import numpy as np
 from scipy.interpolate import CubicSpline

@@ -1,4 +1,6 @@
-"""Slices and nodes of a face: who meets whom, and lines as long as they are cut off exactly."""
+"""Slices and nodes of a face: who meets whom, and lines as long as
+they are cut off exactly.
+"""
 
 import math
 

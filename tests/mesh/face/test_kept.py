@@ -1,4 +1,6 @@
-"""Teeth kept on disk: found again bit by bit, made anew where a file is not what was written."""
+"""Teeth kept on disk: found again bit by bit, made anew where a file
+is not what was written.
+"""
 
 import os
 

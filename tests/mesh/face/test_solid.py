@@ -70,7 +70,9 @@ def test_teeth_yield_alike_whatever_their_size():
 
 
 def test_more_shapes_make_it_softer_by_less_and_less(monkeypatch):
-    """Fewer shapes and longer elements are a stiffer tooth: the solution is that of least energy."""
+    """Fewer shapes and longer elements are a stiffer tooth: the
+    solution is that of least energy.
+    """
     from wearlab.mesh.finite_element import solid
 
     unit = of_unit_size(gear())
@@ -89,7 +91,9 @@ def test_more_shapes_make_it_softer_by_less_and_less(monkeypatch):
 
 
 def on_solid(gap, solid, hertz, force=FORCE):
-    """Return line loads and approach of one line on slices of a compliance (n, n) [m/N]."""
+    """Return line loads and approach of one line on slices of a
+    compliance (n, n) [m/N].
+    """
     n = len(gap)
     slices = Slices(np.zeros((1, 1, n), np.int64), np.full(n, B / n), np.ones(1))
     section = Section(np.ones(1), np.zeros((0, 1)), np.array([hertz]), 0.0, 1.0)

@@ -1,4 +1,6 @@
-"""Uneven load with known answers: slices apart, a layer in shear, limits and mirror images."""
+"""Uneven load with known answers: slices apart, a layer in shear,
+limits and mirror images.
+"""
 
 import numpy as np
 import pytest
@@ -18,7 +20,9 @@ def pressed(
     force=FORCE,
     width=None,
 ):
-    """Return line loads of one line under a force, and the approach: gaps of slices (n,) [m]."""
+    """Return line loads of one line under a force, and the approach:
+    gaps of slices (n,) [m].
+    """
     n = len(gap)
     width = np.full(n, B / n) if width is None else width
     edges = np.concatenate([[0.0], np.cumsum(width)])
@@ -44,14 +48,18 @@ def places(n):
 
 
 def peak(load, n):
-    """Return the load at the ends, carried on from the two last slices, over the mean one."""
+    """Return the load at the ends, carried on from the two last
+    slices, over the mean one.
+    """
     ends = [1.5 * load[0] - 0.5 * load[1], 1.5 * load[-1] - 0.5 * load[-2]]
     return max(*ends, load.max()) * B / FORCE
 
 
 @pytest.mark.parametrize("u", [0.0, 0.3, 1.0, 1.7, 4.0])
 def test_misalignment(u):
-    """``K = 1 + u`` while all touch, ``2√u`` beyond, to first order in the slice where contact ends."""
+    """``K = 1 + u`` while all touch, ``2√u`` beyond, to first order
+    in the slice where contact ends.
+    """
     opening = u * 2.0 * FORCE / (STIFFNESS * B)
     wanted = 1.0 + u if u <= 1.0 else 2.0 * np.sqrt(u)
     errors = []
@@ -89,7 +97,9 @@ def test_crowning_and_misalignment_move_the_peak():
 
 
 def layered(shear_length, n):
-    """Return K of a face of 100 mm with k_t 25 and k_h 60 N/(mm µm), opening 20 µm, under 40 kN."""
+    """Return K of a face of 100 mm with k_t 25 and k_h 60 N/(mm µm), opening 20 µm,
+    under 40 kN.
+    """
     return peak(
         pressed(
             -20e-6 * places(n),
@@ -105,7 +115,9 @@ def layered(shear_length, n):
     ("modules", "printed"), [(0.0, 1.441), (0.5, 1.470), (1.0, 1.499), (2.0, 1.556)]
 )
 def test_a_layer_in_shear_with_free_ends(modules, printed):
-    """Against its closed form to 1e-5, by the second-order limit of two grids, whose rate is shown."""
+    """Against its closed form to 1e-5, by the second-order limit of two grids, whose
+    rate is shown.
+    """
     length = 5e-3 * modules
     k_t = 25e9
     k_h = 60e9
