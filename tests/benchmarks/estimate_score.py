@@ -21,10 +21,11 @@ from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene
 from wearlab.simulation import Refused, simulate
 from wearlab.simulation.companion_runs import carried
+from wearlab.simulation.dataset.dynamics import phase_forces
+from wearlab.simulation.dataset.errors import TRUSTED
+from wearlab.simulation.dataset.validity import ENDS_OF_WORK
 from wearlab.simulation.estimates import Estimates, estimated
 from wearlab.simulation.life_run import integrate_life, operating_conditions
-from wearlab.simulation.trust import ENDS_OF_WORK, TRUSTED
-from wearlab.simulation.vibration import phase_forces
 
 Array = NDArray[np.float64]
 

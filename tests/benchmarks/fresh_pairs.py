@@ -25,7 +25,7 @@ from wearlab.assembly import build
 from wearlab.gears.specification import GearError
 from wearlab.mesh.stiffnesses.finite_element import STIFFNESS_OFF
 from wearlab.scene import Scene
-from wearlab.simulation.trust import ERROR_OFF, FORCE_OFF, SHARE_OFF
+from wearlab.simulation.dataset.model_errors import ERROR_OFF, FORCE_OFF, SHARE_OFF
 
 SEED = 20261122
 KINDS = (False, False, True)

@@ -195,16 +195,16 @@ def _run(one: Scene) -> None:
     """Build a scene, let it live, and work out everything that is
     stored of its states.
     """
-    from wearlab.simulation import static, vibration
+    from wearlab.simulation.dataset import contact, dynamics, path
     from wearlab.simulation.life_run import integrate_life, operating_conditions
 
     (stage,) = operating_conditions(one)
     parts = stage.first
     states = integrate_life(one, (stage,)).state
-    static.mesh_values(parts, states)
-    static.path_values(parts, states)
+    contact.mesh_values(parts, states)
+    path.path_values(parts, states)
     if parts.vibration is not None:
-        vibration.dynamic_values(parts, states)
+        dynamics.dynamic_values(parts, states)
 
 
 def _difference(first: Any, second: Any) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wearlab.scene.scene import calibrating
-from wearlab.simulation import Refused, run, simulate
+from wearlab.simulation import Refused, calibration, simulate
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def test_a_life_gives_back_its_coefficient(limited, film):
 
 
 def test_other_lives_are_predicted_with_one_calibration(limited):
-    run._LIVES.clear()
+    calibration._LIVES.clear()
     given = limited.replace("wear.coefficient", on(1e7))
     for changed, life in (
         (given, 1e7),
@@ -62,7 +62,7 @@ def test_other_lives_are_predicted_with_one_calibration(limited):
     assert float(worn.life) < 0.8e7
     light = simulate(given.replace("operation.torque", "170 N*m"))
     assert float(light.life) > 1.5e7
-    assert len(run._LIVES) == 1
+    assert len(calibration._LIVES) == 1
     ratio = float(light.calibrated_wear_coefficient / worn.calibrated_wear_coefficient)
     assert ratio == 1.0
 

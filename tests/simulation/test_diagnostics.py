@@ -6,7 +6,8 @@ from scenes import CAMPAIGNS, internal_pair
 
 from wearlab.campaign import load
 from wearlab.scene import Scene
-from wearlab.simulation import run, simulate, static
+from wearlab.simulation import attractors, estimates, simulate
+from wearlab.simulation.dataset import exact_contact, model_errors, path
 
 LIGHT = {
     "gears": internal_pair(
@@ -47,7 +48,7 @@ def test_a_life_whose_flanks_cannot_be_as_deep_as_a_diagnostic_looks_is_stored()
 
 
 def test_of_a_mesh_relationship_that_fails_the_rest_is_there(monkeypatch, brief):
-    monkeypatch.setattr(static.relation, "contact_loss", failing)
+    monkeypatch.setattr(exact_contact.relation, "contact_loss", failing)
     ended = simulate(brief)
     assert ended.contact_loss.isnull().all() and ended.contact_angle.isnull().all()
     assert np.isfinite(ended.first_order_excess[-1, 0])
@@ -73,9 +74,9 @@ def test_what_fails_after_a_life_is_missing_and_told(
     monkeypatch, brief, name, told, missing
 ):
     module = {
-        "model_errors": run.trust,
-        "other_attractors": run.attractors,
-        "estimated": run.estimates,
+        "model_errors": model_errors,
+        "other_attractors": attractors,
+        "estimated": estimates,
     }[name]
     monkeypatch.setattr(module, name, failing)
     ended = simulate(brief)
@@ -90,7 +91,7 @@ def test_what_fails_after_a_life_is_missing_and_told(
 
 
 def test_contact_that_fails_after_a_life_is_missing_and_told(monkeypatch, brief):
-    monkeypatch.setattr(run.static, "path_values", failing)
+    monkeypatch.setattr(path, "path_values", failing)
     ended = simulate(brief)
     assert "tooth_force" not in ended and "wear_depth" in ended
     assert (
@@ -100,7 +101,7 @@ def test_contact_that_fails_after_a_life_is_missing_and_told(monkeypatch, brief)
 
 def test_a_scene_without_a_life_still_fails_by_its_own_error(monkeypatch):
     alone = {name: part for name, part in BRIEF.items() if name != "wear"}
-    monkeypatch.setattr(run.static, "path_values", failing)
+    monkeypatch.setattr(path, "path_values", failing)
     with pytest.raises(ZeroDivisionError):
         simulate(Scene.from_mapping(alone))
 

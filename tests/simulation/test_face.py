@@ -11,7 +11,7 @@ from scenes import external_pair
 from wearlab.assembly import build
 from wearlab.scene import Scene
 from wearlab.simulation import simulate
-from wearlab.simulation.static import worn_mass
+from wearlab.simulation.dataset.wear import worn_mass
 from wearlab.wear.path import sliding_velocity
 
 GEARS = external_pair(23, 71, module="4 mm", face_width="45 mm")

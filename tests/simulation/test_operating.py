@@ -12,7 +12,8 @@ from wearlab.life.limits import StopWear
 from wearlab.scene import Scene
 from wearlab.scene.problems import SceneError
 from wearlab.simulation import life_run, simulate
-from wearlab.simulation.life_run import along_duty, in_order, operating_conditions
+from wearlab.simulation.dataset.conditions import along_duty, in_order
+from wearlab.simulation.life_run import operating_conditions
 
 RATED = {"torque": "340 N*m", "speed": "1100 rpm"}
 EASY = {"torque": "170 N*m", "speed": "2200 rpm"}

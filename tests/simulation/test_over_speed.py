@@ -8,7 +8,7 @@ from scenes import external_pair
 
 from wearlab.scene import Scene, SceneError
 from wearlab.simulation import simulate
-from wearlab.simulation.attractors import LINES, order_amplitudes
+from wearlab.simulation.dataset.over_speed import LINES, order_amplitudes
 
 TABLE: dict[str, Any] = {
     "gears": external_pair(

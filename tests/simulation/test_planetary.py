@@ -10,7 +10,7 @@ from wearlab.assembly import build, build_modes
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
 from wearlab.simulation import simulate
-from wearlab.simulation.vibration import modes_table
+from wearlab.simulation.dataset.modes import modes_table
 
 SUN, PLANET, RING = 20, 29, 79
 K = 1e-18

@@ -7,8 +7,8 @@ import numpy as np
 from wearlab.life.history import History
 from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits
+from wearlab.simulation.dataset.validity import scene_validity
 from wearlab.simulation.estimates import CompanionErrors, _doubts
-from wearlab.simulation.trust import scene_validity
 
 STILL = SimpleNamespace(kinds=(), vibration=None, meshes=(), face=None)
 

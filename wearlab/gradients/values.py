@@ -11,7 +11,8 @@ from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.gradients.numbers import GradientError
 from wearlab.gradients.replayed_life import LifeEnds, ReplayedLife
 from wearlab.life.coupled import WearState
-from wearlab.simulation import static, vibration
+from wearlab.simulation.dataset.coordinates import by_flank
+from wearlab.simulation.dataset.dynamics import phase_forces
 
 MOTION = "[dynamics]"
 WEAR = "a wear law"
@@ -56,7 +57,7 @@ def _dynamic_factor(parts: assembly.GearModel, state: WearState) -> Array:
 
 def _force(parts: assembly.GearModel, state: WearState) -> Array:
     """Return the forces at the stored phases, (mesh, mesh_period, phase) [N]."""
-    return vibration.phase_forces(parts, state, state.responses[0]).transpose(1, 0, 2)
+    return phase_forces(parts, state, state.responses[0]).transpose(1, 0, 2)
 
 
 def _deflection(parts: assembly.GearModel, state: WearState) -> Array:
@@ -68,12 +69,12 @@ def _deflection(parts: assembly.GearModel, state: WearState) -> Array:
 
 def _depth(parts: assembly.GearModel, state: WearState) -> Array:
     """Return the wear depth, (flank, profile) [m]."""
-    return static.by_flank(parts, list(state.wear))
+    return by_flank(parts, list(state.wear))
 
 
 def _rate(parts: assembly.GearModel, state: WearState) -> Array:
     """Return the wear rate, (flank, profile) [m per cycle]."""
-    return static.by_flank(parts, list(state.rate))
+    return by_flank(parts, list(state.rate))
 
 
 def _largest_depth(parts: assembly.GearModel, state: WearState) -> Array:

@@ -1,22 +1,20 @@
-"""Responses beside those of a life: other attractors of its stored states, and the response over speed.
+"""The search for other attractors beside the stored responses of a life.
 
-Other attractors are looked for in the stored states alone, never while wear is stepped.
+It looks at the stored states alone, never while wear is stepped.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from wearlab import assembly
-from wearlab.arrays import Array
 from wearlab.dynamics.forces.mesh_forces import extremes
-from wearlab.dynamics.steady import coexisting, continuation, periodic
-from wearlab.dynamics.steady.response import Response, dashpot_of
+from wearlab.dynamics.steady import coexisting, periodic
+from wearlab.dynamics.steady.response import Response
 from wearlab.life import coupled
-from wearlab.mesh import force, stages
-from wearlab.simulation import label, life_run, vibration
+from wearlab.simulation import life_run
 
 ALIKE = 1e-3
 """Relative difference of least and largest forces below which two attractors of a
@@ -169,208 +167,3 @@ def _alike(first: Response, second: Response) -> bool:
     return bool(
         np.abs(first_forces - second_forces).max() <= ALIKE * np.abs(first_forces).max()
     )
-
-
-def attractor_values(searches: Sequence[Searched]) -> label.Values:
-    """Return what was searched, and period, largest multiplier and range of force of the attractors found.
-
-    Of the worst beside each state, and of all of them along ``rival``.
-    """
-    if not searches:
-        return {}
-    values: label.Values = {
-        "attractor_search": [searched(beside.search) for beside in searches]
-    }
-    values["count_attractor_starts"] = sum(beside.search.starts for beside in searches)
-    values["count_attractor_periods"] = sum(
-        beside.search.periods for beside in searches
-    )
-    if not any(beside.rivals for beside in searches):
-        return values
-    rows = [[_described(rival) for rival in beside.rivals] for beside in searches]
-    width = max(len(values_of_row) for row in rows for values_of_row in row)
-    described = label.padded([np.reshape(row, (-1, width)) for row in rows])
-    smallest, largest = (
-        force.transpose(0, 2, 1) for force in np.split(described[..., 2:], 2, axis=-1)
-    )
-    by_rival = {
-        "period": described[..., 0],
-        "multiplier": described[..., 1],
-        "force_min": smallest,
-        "force_max": largest,
-    }
-    worst = {
-        f"coexisting_{name}": values_of_row[..., 0]
-        for name, values_of_row in by_rival.items()
-    }
-    return (
-        values
-        | worst
-        | {f"rival_{name}": values_of_row for name, values_of_row in by_rival.items()}
-    )
-
-
-def searched(search: coexisting.Search) -> str:
-    """Return in words what a search came to."""
-    if search.rival is None and not search.cut_off:
-        return "none found" if search.starts else "not looked for"
-    return "cut off" if search.rival is None else "another found"
-
-
-def _described(rival: Response) -> Array:
-    """Return period, largest multiplier, and the smallest and largest force of every mesh."""
-    described = extremes(rival)
-    largest = float(abs(rival.multipliers[0])) if len(rival.multipliers) else np.nan
-    return np.concatenate(
-        [[float(rival.period), largest], described.least, described.largest]
-    )
-
-
-SAMPLES = 64
-"""Samples of a mesh period."""
-LINES = 24
-"""Order lines between two mesh orders: all subharmonics down to 1/24 that divide it
-fall on lines."""
-ORDERS = 5
-ORDER = {"up": slice(None), "down": slice(None, None, -1)}
-
-
-def at_speed(
-    parts: assembly.GearModel, state: coupled.WearState, speed: float
-) -> coupled.Vibration:
-    """Return the dynamics at a speed [rad/s], with steps by the rule for that speed."""
-    assert parts.scene.operation.speed is not None
-    period = parts.gears.period * parts.scene.operation.speed / speed
-    stiffest = np.array(
-        [state.kind[mesh.kind].static.tangent.max() for mesh in parts.meshes]
-    )
-    grid = assembly.vibration.steps_grid(
-        parts.scene, parts.on_clock, parts.moving.system, stiffest, period
-    )
-    return parts.with_steps(grid, 1, period)
-
-
-def over_speed_values(
-    parts: assembly.GearModel, state: coupled.WearState
-) -> label.Values:
-    """Follow the response of one wear state over speed and return what is read off it.
-
-    The first speed starts from the steady response there, each further direction where
-    the last has ended.
-    """
-    account = parts.coupling.account
-    method = parts.moving.method
-
-    def mesh_at(speed: float) -> tuple[Any, stages.StageTables, float]:
-        """Return system, tables and duration of a mesh period at a speed [rad/s]."""
-        moving = at_speed(parts, state, speed)
-        return moving.system, moving.tables(state.flanks), moving.period
-
-    assert isinstance(method, periodic.Periodic)
-    response: Any = parts.scene.dynamics and parts.scene.dynamics.response
-    speeds = np.linspace(
-        getattr(response.speed, "from"), response.speed.to, response.speed.points
-    )
-    way = continuation.Continuation(response.transient, response.strobe, method)
-    branches = []
-    values: label.Values = {
-        "response_speed": speeds,
-        "direction": list(response.directions),
-    }
-    values["order"] = np.arange(1, ORDERS * LINES + 1) / LINES
-    with account.timed("dynamics"):
-        start = method.solve(
-            *mesh_at(float(speeds[ORDER[response.directions[0]]][0]))
-        ).end
-        for direction in response.directions:
-            branches.append(way.follow(mesh_at, list(speeds[ORDER[direction]]), start))
-            start = branches[-1][-1].response.end
-        jumps = [way.jumps(mesh_at, points) for points in branches]
-        ordered = [sorted(points, key=lambda point: point.speed) for points in branches]
-        rows = [
-            [_read_off(parts, state, point) for point in points] for points in ordered
-        ]
-    account.add(point.response for points in branches for point in points)
-    for name in rows[0][0]:  # (direction, speed, …), of the mesh but for two
-        rows_of = np.array([[row[name] for row in line] for line in rows], float)
-        values[f"response_{name}"] = (
-            rows_of if name in ("orbit_period", "multiplier") else rows_of[None]
-        )
-    if any(jumps):  # with their brackets
-        rows_of = label.padded([np.reshape(place, (-1, 4)) for place in jumps])
-        values |= {
-            "response_jump_speed": rows_of[..., :2],
-            "response_jump_extent": rows_of[..., 2:],
-        }
-        values["edge"] = ["before", "after"]
-    return values
-
-
-def _read_off(
-    parts: assembly.GearModel, state: coupled.WearState, point: continuation.Point
-) -> label.Values:
-    moves = at_speed(parts, state, point.speed)
-    response = point.response
-    phases = np.arange(SAMPLES) / SAMPLES
-    where = parts.locate(0, phases)
-    when = moves.look(phases)
-    motion = force.Deflections(
-        *(values[:, 0] for values in moves.motions(response, when))
-    )
-    position, _ = moves.coordinates(response, when)
-    dashpot = dashpot_of(moves.system, 0)
-    elastic = force.flank_forces(
-        state.flanks[0], where, motion, dashpot, moves.period
-    ).elastic
-    transmission = vibration.transmission_error(moves, position)[:, 0]
-    static = parts.kinds[0].analysis.load
-    extreme = extremes(response)
-    tables = response.tables
-    # at phase 0
-    moved, moving = (
-        coordinates @ moves.system.direction[0]
-        for coordinates in np.split(point.strobe, 2, axis=1)
-    )
-    return {
-        "dynamic_factor": extreme.largest[0] / static if static > 0.0 else np.nan,
-        "force_peak_to_peak": extreme.largest[0] - extreme.least[0],
-        "force_rms": elastic.std(),
-        "dte_peak_to_peak": np.ptp(transmission),
-        "dte_rms": transmission.std(),
-        "separation_fraction": extreme.separated[0],
-        "orbit_period": response.period,
-        "multiplier": abs(response.multipliers[0])
-        if len(response.multipliers)
-        else np.nan,
-        "dte_orders": order_amplitudes(transmission),
-        "force_orders": order_amplitudes(elastic),
-        "poincare_deflection": moved - tables.error[0, 0, 0],
-        "poincare_rate": moving - tables.error_rate[0, 0, 0] / response.mesh_period,
-    }
-
-
-def order_amplitudes(values: Array) -> Array:
-    """Return amplitudes on the lines 1/24, 2/24 … 5 of the mesh order, (120,).
-
-    A response of m periods has exact lines at multiples of 1/m; each is written to the
-    nearest of ours. An aperiodic one is cut into pieces of 24 periods, whose powers are
-    averaged.
-
-    Parameters
-    ----------
-    values : (m, n_phases) samples of m mesh periods
-    """
-    periods, phases = values.shape
-    pieces = [values.ravel()]
-    if periods > LINES:
-        count = periods // LINES
-        pieces = list(values[: count * LINES].reshape(count, -1))
-        periods = LINES
-    power = np.mean(
-        [np.abs(np.fft.rfft(piece) * 2.0 / len(piece)) ** 2 for piece in pieces], axis=0
-    )
-    amplitude = np.zeros(ORDERS * LINES + 1)
-    last_line = min(len(power) - 1, ORDERS * periods, periods * phases // 2)
-    for line in range(1, last_line + 1):
-        amplitude[round(line * LINES / periods)] = np.sqrt(power[line])
-    return amplitude[1:]

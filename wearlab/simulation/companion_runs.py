@@ -25,7 +25,7 @@ from wearlab.gears.specification import GearError
 from wearlab.life import history, limits
 from wearlab.life.coupled import Responses, Wear, WearState
 from wearlab.mesh import clock, profile
-from wearlab.simulation import vibration as vibrating
+from wearlab.simulation.dataset import bearings
 
 COARSENED = 0.5
 LESS_COARSENED = 0.75
@@ -318,7 +318,7 @@ def force_errors(
             INSTANT_SHARE * error[:, :meshes].max(),
             max(*largest, weight * np.abs(read - twice).max()),
         )
-        bearing = error[:, meshes:].max() if vibrating.has_bearings(parts) else np.nan
+        bearing = error[:, meshes:].max() if bearings.has_bearings(parts) else np.nan
         errors.append((*of_meshes, INSTANT_SHARE * bearing))
     return ForceErrors(*np.max(errors, axis=0))
 
@@ -359,9 +359,9 @@ def forces_of(
             kinds[mesh.kind].analysis.grid, [mesh.lag], inside, inside.mean(axis=1)
         )
         of_meshes.append(parts.forces(kinds, number, where, motions).elastic)
-    if not vibrating.has_bearings(parts):
+    if not bearings.has_bearings(parts):
         return np.stack(of_meshes, axis=1)
-    bearing = vibrating.bearing_values(
+    bearing = bearings.bearing_values(
         parts, *parts.moving.coordinates(response, when), np.stack(of_meshes)
     )
     return np.stack([*of_meshes, *bearing.reshape(-1, *bearing.shape[2:])], axis=1)

@@ -21,7 +21,7 @@ from wearlab.arrays import Array
 from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.life import coupled, history, limits
 from wearlab.mesh.face.grid import FaceGrid
-from wearlab.simulation import companion_runs, life_run, vibration, wear_off
+from wearlab.simulation import companion_runs, label, life_run, wear_off
 
 DEPTH_SHARE, LIFE_SHARE = 1.5, 1.0
 """Weights of the rougher twin's change of rate, set on the seeds 129943 and 830195 of
@@ -189,10 +189,7 @@ def _doubts(
         hardest = max(
             [
                 hardest,
-                *(
-                    _most(vibration.over(force_there, static))
-                    for force_there in largest
-                ),
+                *(_most(label.ratio(force_there, static)) for force_there in largest),
             ]
         )
     attracting = all(
@@ -223,7 +220,7 @@ def _loudest(
 ) -> float:
     """Return the largest estimated error of a mesh force over the largest force, of all conditions [1]."""
     ratios = [
-        vibration.over(
+        label.ratio(
             errors.mesh,
             np.array([_largest(state) for state in life_history.in_block(block).state]),
         )

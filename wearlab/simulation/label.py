@@ -155,6 +155,17 @@ def of_states(rows: Sequence[Sequence[Any]]) -> np.ndarray:
     )
 
 
+def ratio(values: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Return values over a size, NaN where there is none.
+
+    Parameters
+    ----------
+    values : of any shape
+    size : what they are divided by, positive where there is one
+    """
+    return np.divide(values, size, out=np.full_like(values, np.nan), where=size > 0.0)
+
+
 def with_results(
     run: xr.Dataset, failures: list[str] | None = None, added: Iterable[str] = ()
 ) -> xr.Dataset:

@@ -11,7 +11,6 @@ from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from wearlab import assembly
 from wearlab.arrays import Array
@@ -20,7 +19,7 @@ from wearlab.dynamics.steady.shooting import RHS_PER_STEP
 from wearlab.dynamics.system import System
 from wearlab.life import coupled, coupling, history, integrate, limits
 from wearlab.scene import Scene
-from wearlab.scene.operation import DutyBlock, OperationStage, labels_of
+from wearlab.scene.operation import DutyBlock, OperationStage
 from wearlab.scene.wear import is_replaced
 from wearlab.simulation import label
 
@@ -105,92 +104,6 @@ def taking_turns(parts: Sequence[assembly.GearModel], weight: Array) -> coupled.
     return (
         coupling.DutyCoupling(first.kinds, (first, *later), weight) if later else first
     )
-
-
-OF_THE_FLANKS = "contact_ratio mesh_phase_offset slow_error error_weight specific_sliding mode_kind".split()
-"""Variables that no torque or speed changes."""
-PADDED = ("mesh_period", "rival")
-"""Dimensions that one condition may have more of than another."""
-
-
-def along_duty(blocks: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Return the datasets of conditions that take turns as one, ``duty`` after ``update``."""
-    return _as_before(_concat(blocks, "duty"), "duty")
-
-
-def in_order(stages: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Return the datasets of stages in order: states along ``update``, all else along ``stage``."""
-    along = [
-        [name for name, var in dataset.data_vars.items() if "update" in var.dims]
-        for dataset in stages
-    ]
-    states = [dataset[names] for dataset, names in zip(stages, along, strict=True)]
-    rest = [
-        dataset.drop_vars(names) for dataset, names in zip(stages, along, strict=True)
-    ]
-    return _as_before(
-        _concat(states, "update").merge(_concat(rest, "stage"), join="outer"), "stage"
-    )
-
-
-def _concat(datasets: Sequence[xr.Dataset], along: str) -> xr.Dataset:
-    """Return datasets as one, NaN where one has less than another.
-
-    No labels but numbers where it may.
-    """
-    numbered = []
-    for dataset in datasets:
-        numbers = {
-            dim: np.arange(dataset.sizes[dim]) for dim in PADDED if dim in dataset.dims
-        }
-        numbered.append(dataset.drop_vars(list(dataset.coords)).assign_coords(numbers))
-    return xr.concat(
-        numbered, along, join="outer", coords="minimal", combine_attrs="override"
-    )
-
-
-def _as_before(joined: xr.Dataset, new: str) -> xr.Dataset:
-    """Return the joined variables in their usual order of dimensions.
-
-    What no condition alters without it.
-    """
-    restored = {}
-    for name, var in joined.drop_vars(PADDED, errors="ignore").data_vars.items():
-        if new in var.dims:
-            fixed = name in OF_THE_FLANKS
-            var = (
-                var.isel({new: 0})
-                if fixed
-                else var.transpose("update", new, ..., missing_dims="ignore")
-            )
-        restored[name] = var
-    return xr.Dataset(restored)
-
-
-def condition_coordinates(
-    scene: Scene, life_history: history.History
-) -> dict[str, Any]:
-    """Return the coordinates that tell the conditions of operation, none where there is but one."""
-    blocks = scene.operation.blocks
-    stages = scene.operation.stages[: len(life_history.stages)]
-    coordinates: dict[str, Any] = {}
-    for along, parts in (("duty", blocks), ("stage", stages)):
-        if parts:
-            coordinates |= {
-                f"{along}_{quantity}": [getattr(part, quantity) for part in parts]
-                for quantity in ("torque", "speed")
-            }
-    if blocks:
-        share = np.array([block.share for block in blocks])
-        coordinates |= {
-            "duty": np.arange(1, len(blocks) + 1),
-            "duty_share": share / share.sum(),
-        }
-    if stages:
-        labels = labels_of(scene.operation.stages)[: len(stages)]
-        counts = [len(life_history.kept(k).cycle) for k in range(len(labels))]
-        coordinates |= {"stage": labels, "update_stage": np.repeat(labels, counts)}
-    return coordinates
 
 
 APART = 1e-9  # of the path: the two nodes of a step of the wear stand so far apart

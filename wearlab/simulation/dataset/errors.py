@@ -1,0 +1,102 @@
+"""Estimated numerical errors of a life, and of the forces of its stored states."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from wearlab.arrays import Array
+from wearlab.life import history
+from wearlab.simulation import estimates, label
+
+TRUSTED = "as usual"
+"""Quality of estimates against which nothing speaks."""
+
+
+def error_values(
+    errors: Sequence[estimates.Estimates],
+    life_history: history.History,
+    inherited: float,
+) -> label.Values:
+    """Return the quality of the estimates, and the errors of depth and life.
+
+    Parameters
+    ----------
+    errors : estimated, of each stage of the life
+    life_history : the life through these stages
+    inherited : error of the wear that the run starts from [m]
+    """
+    doubts = dict.fromkeys(doubt for of_stage in errors for doubt in of_stage.doubts)
+    quality = f"doubtful: {'; '.join(doubts)}" if doubts else TRUSTED
+    values: label.Values = {"estimate_quality": quality}
+
+    life = life_history.life
+    if life is None:
+        return values
+    depth, of_life = accumulated(errors, life_history, inherited)
+    values["error_estimate_wear_depth"] = depth
+    values["steps_cycle"] = life.cycle[1:]
+    values["count_wear_steps"] = life.count_steps
+    values["count_rejected_steps"] = life.count_rejected
+    if of_life is not None:
+        values["error_estimate_life"] = of_life
+    return values
+
+
+def accumulated(
+    errors: Sequence[estimates.Estimates],
+    life_history: history.History,
+    inherited: float = 0.0,
+) -> tuple[Array, float | None]:
+    """Return the errors of wear depth and life over all stages: errors add up.
+
+    Parameters
+    ----------
+    errors : estimated, of each stage of the life
+    life_history : the life through these stages
+    inherited : error of the wear that the run starts from, which is added like an
+        earlier stage [m]
+
+    Returns
+    -------
+    depth : errors of the depth at the stored states (n_updates,) [m]
+    life : error of the life [1], None without a depth limit that was reached
+    """
+    earlier = inherited
+    depths = []
+    for number, estimate in enumerate(errors):
+        assert estimate.wear_depth is not None
+        first = 1 if number else 0  # a later stage begins with the end of the last
+        depths.append(earlier + estimate.wear_depth[first:])
+        before_last_stage = earlier
+        earlier = earlier + float(estimate.wear_depth[-1])
+
+    of_life = errors[-1].life
+    life = life_history.life
+    fastest = 0.0 if life is None else float(life.rate[-1].max(initial=0.0))
+    if of_life is not None and fastest > 0.0:
+        of_life += before_last_stage / fastest
+    return np.concatenate(depths), of_life
+
+
+def force_error_values(
+    errors: estimates.Estimates, block: int, updates: int, bearings: bool
+) -> label.Values:
+    """Return the errors of the forces of the stored states in one condition.
+
+    Parameters
+    ----------
+    errors : estimated, of the stage
+    block : number of the condition of operation
+    updates : number of its last states that are stored
+    bearings : whether the bearings bear forces
+    """
+    if errors.force is None:
+        return {}
+    of_states = errors.force[block]
+    values: label.Values = {
+        "error_estimate_mesh_force": of_states.mesh[-updates:],
+        "error_estimate_mesh_force_max": of_states.largest[-updates:],
+    }
+    if bearings:
+        values["error_estimate_bearing_force"] = of_states.bearing[-updates:]
+    return values

@@ -1,0 +1,131 @@
+"""Values along the path of contact: forces on teeth, pressure, sliding, film."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from wearlab import assembly
+from wearlab.arrays import Array
+from wearlab.simulation import label
+from wearlab.simulation.dataset.coordinates import States, by_flank
+from wearlab.simulation.dataset.face import face_states
+from wearlab.wear import films, law, path
+
+
+def path_values(model: assembly.GearModel, states: States) -> label.Values:
+    """Return forces, pressures, sliding and film where the flanks touch.
+
+    Parameters
+    ----------
+    model : the physics of the scene
+    states : the wear states that are stored
+    """
+    kinds = model.kinds
+    axes = 1 if model.face is None else 2
+    pressure_factor = model.pressure_factor
+    forces = [_mean_forces(model, states, kind) for kind in range(len(kinds))]
+
+    def on_both_flanks(
+        of_force: Callable[[assembly.MeshKindModel, Array], Array],
+    ) -> Array:
+        """Return what both flanks share, (n_updates, n_flanks, …, n)."""
+        of_kind = []
+        for kind, kind_forces in zip(kinds, forces, strict=True):
+            values = of_force(kind, kind_forces)
+            of_kind.append(np.stack([values, values], axis=1))
+        return by_flank(model, of_kind, axes)
+
+    values = label.Values()
+    if model.face is None:
+        values["tooth_force"] = on_both_flanks(lambda kind, load: load)
+    values["contact_pressure"] = on_both_flanks(
+        lambda kind, load: pressure_factor * path.mean_pressure(load, kind.path)
+    )
+
+    every_update = np.ones((len(states), 1, 1))
+    sliding = by_flank(model, [path.sliding_velocity(kind.path) for kind in kinds])
+    specific_sliding = by_flank(model, [kind.path.specific_sliding for kind in kinds])
+    values["sliding_velocity"] = every_update * sliding
+    values["specific_sliding"] = every_update * specific_sliding
+
+    if all(kind.film is not None for kind in kinds):
+        values["film_thickness"] = on_both_flanks(film_thickness)
+        values["lambda_ratio"] = on_both_flanks(lambda_ratio)
+    if model.face is None and all(kind.law is not None for kind in kinds):
+        coefficients = [
+            _effective_coefficient(kind, kind_forces, depths(number, states))
+            for number, (kind, kind_forces) in enumerate(
+                zip(kinds, forces, strict=True)
+            )
+        ]
+        values["effective_wear_coefficient"] = by_flank(model, coefficients)
+    return values
+
+
+def _mean_forces(model: assembly.GearModel, states: States, kind: int) -> Array:
+    """Return the mean forces on a pair along the path, (n_updates, …, n) [N].
+
+    Over the face: as if all of it carried as much as the slice does.
+    """
+    if model.face is None:
+        return np.stack([state.kind[kind].mean_tooth_force for state in states])
+    line_loads = [state.line_load for state in face_states(states, kind)]
+    return np.stack(line_loads) * model.kinds[kind].path.face_width
+
+
+def film_thickness(kind: assembly.MeshKindModel, load: Array) -> Array:
+    """Return the film thickness along the path, (…, n) [m].
+
+    Parameters
+    ----------
+    kind : the physics of a kind of mesh that has a film
+    load : (…, n) forces on a pair [N]
+    """
+    assert kind.film is not None
+    ratio = _lambda_ratio_of_law(kind, load)
+    if ratio is not None:
+        return ratio * kind.film.roughness
+    return films.film_thickness(kind.film, kind.path, load)
+
+
+def lambda_ratio(kind: assembly.MeshKindModel, load: Array) -> Array:
+    """Return λ, the film thickness over the roughness, along the path, (…, n) [1].
+
+    Parameters
+    ----------
+    kind : the physics of a kind of mesh that has a film
+    load : (…, n) forces on a pair [N]
+    """
+    assert kind.film is not None
+    ratio = _lambda_ratio_of_law(kind, load)
+    if ratio is not None:
+        return ratio
+    return films.film_thickness(kind.film, kind.path, load) / kind.film.roughness
+
+
+def _lambda_ratio_of_law(kind: assembly.MeshKindModel, load: Array) -> Array | None:
+    """Return λ as the wear law knows it, None where it knows none."""
+    return None if kind.law is None else law.lambda_ratio(kind.law, load)
+
+
+def _effective_coefficient(
+    kind: assembly.MeshKindModel, forces: Array, depth: Array
+) -> Array:
+    """Return the effective wear coefficient at the nodes, (n_updates, 2, n) [m²/N]."""
+    assert kind.law is not None
+    rows = [
+        law.effective_coefficient(kind.law, load, worn)
+        for load, worn in zip(forces, depth, strict=True)
+    ]
+    return np.stack(rows)
+
+
+def depths(kind: int, states: States) -> Array:
+    """Return the depths of one kind of mesh, (n_updates, 2, …, n) [m].
+
+    Parameters
+    ----------
+    kind : number of the kind of mesh
+    states : the wear states
+    """
+    return np.stack([state.kind[kind].wear for state in states])

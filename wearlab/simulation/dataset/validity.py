@@ -1,0 +1,113 @@
+"""Limits of validity that a run has reached, and what ended it unfinished."""
+
+from collections.abc import Sequence
+
+from wearlab import assembly
+from wearlab.dynamics.steady.coexisting import Search
+from wearlab.life import history, integrate
+from wearlab.simulation import life_run
+from wearlab.simulation.dataset import monitoring
+
+INSTEAD = (
+    "go on from this run with [start], let the static force wear (wear.load = "
+    '"static"), or ask for less with numerics.tolerance'
+)
+ENDS_OF_WORK = {
+    "evaluation limit": "the life ends unfinished, after as many wear rates as a "
+    f"life may take: {INSTEAD}",
+    "work limit": "the life ends unfinished, after as many right-hand sides as a life "
+    f"may take: raise numerics.most_right_hand_sides, {INSTEAD}",
+}
+"""Message of a life that its bounds on the work have ended, by the reason of its end."""
+
+
+def run_validity(
+    stages: Sequence[life_run.OperatingCondition],
+    life_history: history.History,
+    searches: Sequence[Search],
+) -> str:
+    """Return all limits of validity of a run, one a line.
+
+    Parameters
+    ----------
+    stages : those that were reached
+    life_history : the life through them
+    searches : what the searches for other attractors of the states came to
+    """
+    flags = list[str]()
+    for stage, of_stage in zip(stages, life_history.stages, strict=True):
+        for block, model in enumerate(stage.parts):
+            flags += model.validity
+            flags += scene_validity(model, of_stage.in_block(block))
+    cut_off = sum(search.cut_off for search in searches)
+    if cut_off:
+        flags.append(
+            f"the search for coexisting attractors was cut off in {cut_off} of "
+            f"{len(searches)} states by its bound on the work: ask for fewer "
+            "snapshots, or look in single states by wear.initial"
+        )
+    return "\n".join(dict.fromkeys(flags))
+
+
+def scene_validity(
+    model: assembly.GearModel, life_history: history.History
+) -> tuple[str, ...]:
+    """Return limits of validity that show only once the scene has run.
+
+    Parameters
+    ----------
+    model : the physics in one condition of operation
+    life_history : the life in that condition
+    """
+    flags = list[str]()
+    if model.face is None:
+        flags += _contact_flags(model, life_history)
+        flags += monitoring.spectrum_flags(model, life_history.state)
+    if model.vibration is not None and len(model.meshes) > 1:
+        flags.append(
+            "coexisting attractors of a set of several meshes are not looked for"
+        )
+    if life_history.life is not None:
+        flags += _life_flags(life_history.life)
+    return tuple(flags)
+
+
+def _contact_flags(
+    model: assembly.GearModel, life_history: history.History
+) -> list[str]:
+    """Return where the contact of the most deflected state leaves its range, by kind of mesh."""
+    flags = list[str]()
+    for number, kind in enumerate(model.kinds):
+        deflections = [
+            state.kind[number].static.deflection for state in life_history.state
+        ]
+        largest = [float(deflection.max()) for deflection in deflections]
+        worst = largest.index(max(largest))
+        state = life_history.state[worst]
+        nodes = state.kind[number].flanks.nodes
+        flags += assembly.contact.reached_limits(
+            kind.pair,
+            kind.analysis,
+            state.wear[number],
+            nodes.gap,
+            deflections[worst],
+        )
+        flags += assembly.contact.cut_short(kind.pair, kind.analysis, nodes)
+    return flags
+
+
+def _life_flags(life: integrate.Life) -> list[str]:
+    """Return what the integration over cycles says of its own validity."""
+    flags = list[str]()
+    if life.saw_tooth:
+        flags.append("saw-tooth: steps over cycles beyond the stability limit")
+    if life.end_reason in ENDS_OF_WORK:
+        flags.append(ENDS_OF_WORK[life.end_reason])
+    if life.wave_growth > 0.0:
+        fold = float(life.rate[0].max()) / life.wave_growth
+        flags.append(
+            f"the flanks corrugate: waves of wear grow e-fold every {1e6 * fold:.3g} "
+            "um of wear, so that where they end is not foreseeable; only what they do "
+            "on the average is"
+        )
+    return flags
