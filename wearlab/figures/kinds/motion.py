@@ -5,6 +5,7 @@ Responses, orders and frequencies over speed.
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,17 +22,40 @@ from wearlab.figures.kind import (
     slices,
     spread,
 )
-from wearlab.figures.plot import Scale, Series, apart_from, flat, grouped, without
+from wearlab.figures.plot import (
+    LineStyle,
+    Scale,
+    Series,
+    apart_from,
+    flat,
+    grouped,
+    without,
+)
 from wearlab.figures.wording import Label, ordinal, typeset
 
 PERIODS = Scale("mesh periods", "1")
+OVER = {"response_speed": "response_speed", "update": "cycle"}
+"""Dimension → coordinate that a figure is drawn over."""
+ORDER = Scale("order of the mesh", "1")
+MAX_ORDER = {"order": 4.0, "harmonic": 10.0}
+"""Dimension of a spectrum → largest order that a waterfall shows."""
+MAX_SPECTRA = 70
+SPEED = "speed of the input member"
+HARMONICS = 4
+MARGIN = 1.12
+NATURAL = "natural frequency"
 
 
 def repeated(values: Array, periods: int) -> Array:
-    """Return a response, (n_periods, n_phases), NaN where it has fewer, over a number of mesh periods."""
-    return np.resize(
-        values[~np.isnan(values).all(axis=1)], (periods, values.shape[1])
-    ).ravel()
+    """Return a response repeated over a number of mesh periods, as one row.
+
+    Parameters
+    ----------
+    values : (n_periods, n_phases), NaN in periods that the response does not have
+    periods : of the result
+    """
+    present = values[~np.isnan(values).all(axis=1)]
+    return np.resize(present, (periods, values.shape[1])).ravel()
 
 
 @kind(
@@ -47,33 +71,42 @@ def mesh_force(run: Run, request: FigureRequest) -> Iterator[Series]:
     """Elastic mesh force over two mesh periods, or as many as the response has.
 
     Of more than can be seen beside each other the first are shown.
+
+    Parameters
+    ----------
+    run : with its responses
+    request : what the figure asks for
     """
     run = run.thinned()
     name = request.y[0]
     count = run.data[name].sizes.get("mesh_period", 1)
     periods = max(2, count if count <= 60 else 20)
-    caveat = (
-        f"The first {periods} of {count} mesh periods are shown."
-        if periods < count
-        else ""
-    )
+    caveat = ""
+    if periods < count:
+        caveat = f"The first {periods} of {count} mesh periods are shown."
+
     for piece in slices(run, name, request, "mesh_period", "phase"):
         if np.isnan(piece.values).all():
             continue
+        error = None
+        if piece.error is not None and not np.isnan(piece.error).all():
+            error = repeated(piece.error, periods)
         phase, _ = companion(run, "phase", piece.place, request)
-        known = piece.error is not None and not np.isnan(piece.error).all()
-        error = repeated(piece.error, periods) if known else None  # type: ignore[arg-type]
-        x = (phase + np.arange(periods)[:, None]).ravel()
-        y = repeated(piece.values, periods)
         yield Series(
-            piece.key, x, y, PERIODS, piece.scale, y_error=error, caveat=caveat
+            key=piece.key,
+            x=(phase + np.arange(periods)[:, None]).ravel(),
+            y=repeated(piece.values, periods),
+            x_scale=PERIODS,
+            y_scale=piece.scale,
+            y_error=error,
+            caveat=caveat,
         )
+
     if name == "dynamic_mesh_force" and "static_mesh_force" in run.data:
-        force = float(shown(run.data["static_mesh_force"], name, request)[0].ravel()[0])
-        level = flat((0.0, float(periods)), force)
-        yield Series(
-            run.place, *level, PERIODS, piece.scale, "reference", "static force"
-        )
+        forces, _ = shown(run.data["static_mesh_force"], name, request)
+        x, y = flat((0.0, float(periods)), float(forces.ravel()[0]))
+        style: LineStyle = "reference"
+        yield Series(run.place, x, y, PERIODS, piece.scale, style, "static force")
 
 
 @kind(
@@ -86,23 +119,45 @@ def mesh_force(run: Run, request: FigureRequest) -> Iterator[Series]:
     shape="square",
 )
 def phase_plane(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """Rate of the mesh deflection over the deflection, with a point once per mesh period."""
+    """Rate of the mesh deflection over the deflection, with a point once per mesh period.
+
+    Parameters
+    ----------
+    run : with its responses
+    request : what the figure asks for
+    """
     run = run.thinned()
-    for piece, rate in _planes(
+    for deflection, rate in _planes(
         run, request, "mesh_deflection", "mesh_deflection_rate", "mesh_period", "phase"
     ):
-        held = ~np.isnan(piece.values).all(axis=1)
-        orbits = (side.values[held].ravel() for side in (piece, rate))
-        x, y = (np.append(orbit, orbit[:1]) for orbit in orbits)
-        yield Series(piece.key, x, y, piece.scale, rate.scale)
-    if {"poincare_deflection", "poincare_rate"} <= set(
-        run.data
-    ):  # the state when a pair enters at A
-        for at, speed in _planes(
+        present = ~np.isnan(deflection.values).all(axis=1)
+        yield Series(
+            key=deflection.key,
+            x=_closed(deflection.values[present].ravel()),
+            y=_closed(rate.values[present].ravel()),
+            x_scale=deflection.scale,
+            y_scale=rate.scale,
+        )
+
+    # the state when a pair enters at A
+    if {"poincare_deflection", "poincare_rate"} <= set(run.data):
+        for deflection, speed in _planes(
             run, request, "poincare_deflection", "poincare_rate", "mesh_period"
         ):
-            once = at.values, speed.values, piece.scale, rate.scale
-            yield Series(at.key, *once, "points", "once per mesh period, at A").known
+            yield Series(
+                key=deflection.key,
+                x=deflection.values,
+                y=speed.values,
+                x_scale=deflection.scale,
+                y_scale=rate.scale,
+                style="points",
+                text="once per mesh period, at A",
+            ).known
+
+
+def _closed(values: Array) -> Array:
+    """Return the values of an orbit with the first once more at the end."""
+    return np.append(values, values[:1])
 
 
 def _planes(
@@ -114,11 +169,6 @@ def _planes(
         slices(run, y, request, *along),
         strict=True,
     )
-
-
-OVER = {"response_speed": "response_speed", "update": "cycle"}
-ORDER = Scale("order of the mesh", "1")
-SPEED = "speed of the input member"
 
 
 @kind(
@@ -135,22 +185,34 @@ def response_curve(run: Run, request: FigureRequest) -> Iterator[Series]:
     """A measure of the response over speed, up and down, with located jumps.
 
     Y: dynamic factor.
+
+    Parameters
+    ----------
+    run : with its responses over speed
+    request : what the figure asks for
     """
     jumps: dict[int | None, Array] = {}  # by direction
     if "response_jump_speed" in run.data:
-        values, _ = shown(
-            run.data["response_jump_speed"], "response_speed", request, "x"
-        )
-        jumps |= enumerate(values.mean(axis=-1))
+        located = run.data["response_jump_speed"]
+        speeds, _ = shown(located, "response_speed", request, "x")
+        jumps |= enumerate(speeds.mean(axis=-1))
+
     for piece in slices(run, request.y[0], request, "response_speed"):
         x, x_scale = companion(run, "response_speed", piece.place, request)
         curve = piece.over(x, Scale(SPEED, x_scale.units)).known
         yield curve
-        for speed in filter(np.isfinite, jumps.get(piece.place.get("direction"), ())):
-            line = flat((float(curve.y.min()), float(curve.y.max())), speed)[::-1]
-            key = without(curve.key, "direction")
+        ends = (float(curve.y.min()), float(curve.y.max()))
+        direction = piece.place.get("direction")
+        for speed in filter(np.isfinite, jumps.get(direction, ())):
+            line_y, line_x = flat(ends, speed)
             yield Series(
-                key, *line, curve.x_scale, curve.y_scale, "reference", "jump, located"
+                key=without(curve.key, "direction"),
+                x=line_x,
+                y=line_y,
+                x_scale=curve.x_scale,
+                y_scale=curve.y_scale,
+                style="reference",
+                text="jump, located",
             )
 
 
@@ -171,34 +233,47 @@ def bifurcation(run: Run, request: FigureRequest) -> Iterator[Series]:
 
     Yield the states once per mesh period over speed, over wear, or at the run's place
     along a sweep.
+
+    Parameters
+    ----------
+    run : with its responses
+    request : what the figure asks for
     """
     name = request.y[0]
-    once = "strobe" if "strobe" in run.data[name].dims else "mesh_period"
+    dims = run.data[name].dims
+    strobe = "strobe" if "strobe" in dims else "mesh_period"
     if request.x is not None and request.x in run.along:
-        at, own = run.abscissa(request.x)
-        for piece in slices(run.thinned(), name, request, once):
-            x = np.full(len(piece.values), at if own is None else own)
-            yield Series(
-                piece.key, x, piece.values, run.scales[request.x], piece.scale, "points"
-            ).known
+        yield from _states_at_sweep(run, request, request.x, strobe)
         return
-    along = "response_speed" if "response_speed" in run.data[name].dims else "update"
-    for piece in slices(run, name, request, along, once):
-        places, x_scale = companion(run, request.x or OVER[along], piece.place, request)
+
+    along = "response_speed" if "response_speed" in dims else "update"
+    x_name = request.x or OVER[along]
+    for piece in slices(run, name, request, along, strobe):
+        places, x_scale = companion(run, x_name, piece.place, request)
         if places.size != len(piece.values):
-            left = [
-                str(dim)
-                for dim in run.data[request.x].dims
-                if dim not in (along, *piece.place)
-            ]
+            fixed = (along, *piece.place)
+            free = [str(dim) for dim in run.data[x_name].dims if dim not in fixed]
             raise request.error(
                 f"x = {request.x!r} has several values there: select a "
-                f"{' and a '.join(left)}"
+                f"{' and a '.join(free)}"
             )
-        x_scale = Scale(SPEED, x_scale.units) if along == "response_speed" else x_scale
+        if along == "response_speed":
+            x_scale = Scale(SPEED, x_scale.units)
         x = np.repeat(places, piece.values.shape[1])
         y = piece.values.ravel()
         yield Series(piece.key, x, y, x_scale, piece.scale, "dots").known
+
+
+def _states_at_sweep(
+    run: Run, request: FigureRequest, axis: str, strobe: str
+) -> Iterator[Series]:
+    """Yield the states once per mesh period at the run's place along a sweep."""
+    place, case_value = run.abscissa(axis)
+    x_scale = run.scales[axis]
+    for piece in slices(run.thinned(), request.y[0], request, strobe):
+        x = np.full(len(piece.values), place if case_value is None else case_value)
+        y = piece.values
+        yield Series(piece.key, x, y, x_scale, piece.scale, "points").known
 
 
 @kind(
@@ -218,15 +293,19 @@ def bifurcation(run: Run, request: FigureRequest) -> Iterator[Series]:
     "spread over all",
 )
 def poincare(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """Deflection and rate once per mesh period."""
-    run = replace(
-        run,
-        data=run.data.isel(response_speed=spread(run.data.sizes["response_speed"], 6)),
-    )
-    for piece, rate in _planes(
+    """Deflection and rate once per mesh period.
+
+    Parameters
+    ----------
+    run : with its responses over speed
+    request : what the figure asks for
+    """
+    places = spread(run.data.sizes["response_speed"], 6)
+    run = replace(run, data=run.data.isel(response_speed=places))
+    for deflection, rate in _planes(
         run, request, "response_poincare_deflection", "response_poincare_rate", "strobe"
     ):
-        yield rate.over(piece.values, piece.scale, "dots").known
+        yield rate.over(deflection.values, deflection.scale, "dots").known
 
 
 @kind(
@@ -242,46 +321,72 @@ def poincare(run: Run, request: FigureRequest) -> Iterator[Series]:
     " y = dte_harmonics or mesh_acceleration_orders one a wear state",
 )
 def waterfall(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """Yield one spectrum for each speed or wear state, drawn above its place."""
+    """Yield one spectrum for each speed or wear state, drawn above its place.
+
+    Parameters
+    ----------
+    run : with the spectra of its responses
+    request : what the figure asks for
+    """
     name = request.y[0]
-    along = "response_speed" if "response_speed" in run.data[name].dims else "update"
-    order = "order" if "order" in run.data[name].dims else "harmonic"
+    dims = run.data[name].dims
+    along = "response_speed" if "response_speed" in dims else "update"
+    order = "order" if "order" in dims else "harmonic"
+    x_name = request.x or OVER[along]
     for piece in slices(run, name, request, along, order):
-        places, y_scale = companion(
-            run, request.x or OVER[along], piece.place, request, "y"
-        )
+        places, scale = companion(run, x_name, piece.place, request, "y")
         orders, _ = companion(run, order, piece.place, request)
-        seen = orders <= (4.0 if order == "order" else 10.0) + 1e-9
-        every = max(1, -(-len(places) // 70))
-        gap = float(np.ptp(places)) / max(len(places) - 1, 1) * every or 1.0
-        most = float(np.nanmax(piece.values[:, seen])) or 1.0
-        above, what = (
-            (SPEED, "speeds")
-            if along == "response_speed"
-            else (y_scale.label, "wear states")
-        )
-        words = (
-            f"{above}; highest peak {most:.3g} {typeset(piece.scale.units)}".rstrip()
-        )
-        drawn = range(0, len(places), every)
+        inside = orders <= MAX_ORDER[order] + 1e-9
+        spectra = piece._replace(values=piece.values[:, inside])
+        yield from _spectra_above(spectra, orders[inside], places, scale, along, order)
+
+
+def _spectra_above(
+    spectra: Slice,
+    orders: Array,
+    places: Array,
+    scale: Scale,
+    along: str,
+    order: str,
+) -> Iterator[Series]:
+    """Yield spectra as lines above their places along the ordinate.
+
+    Of more than 70, every second, third … is drawn. Heights are over the highest peak,
+    which is as high as the distance of 14 spectra, of few spectra less.
+    """
+    count = len(places)
+    step = max(1, -(-count // MAX_SPECTRA))
+    rows = range(0, count, step)
+    gap = float(np.ptp(places)) / max(count - 1, 1) * step or 1.0
+    peak = 14.0 * min(1.0, len(rows) / 30)
+    largest = float(np.nanmax(spectra.values)) or 1.0
+
+    is_over_speed = along == "response_speed"
+    label = SPEED if is_over_speed else scale.label
+    unit = typeset(spectra.scale.units)
+    y_label = f"{label}; highest peak {largest:.3g} {unit}".rstrip()
+    caveat = ""
+    if step > 1:
+        what = "speeds" if is_over_speed else "wear states"
         caveat = (
-            f"{len(drawn)} of {len(places)} {what} are drawn; select.{along} names "
-            "others."
+            f"{len(rows)} of {count} {what} are drawn; select.{along} names others."
         )
-        peak = 14.0 * min(
-            1.0, len(drawn) / 30
-        )  # in distances between two spectra, of few lower
-        for row in drawn:
-            x = orders[seen]
-            height = piece.values[row, seen]
-            if order == "harmonic":  # whole orders alone: each a peak of its own
-                x = (x[:, None] + [-0.08, 0.0, 0.08]).ravel()
-                height = np.outer(height, [0.0, 1.0, 0.0]).ravel()
-            y = places[row] + peak * gap * height / most
-            line = Series(
-                piece.key, x, y, ORDER, Scale(words, y_scale.units), "hairline"
-            )
-            yield line if every == 1 else replace(line, caveat=caveat)
+
+    for row in rows:
+        x = orders
+        height = spectra.values[row]
+        if order == "harmonic":  # whole orders alone: each a peak of its own
+            x = (x[:, None] + [-0.08, 0.0, 0.08]).ravel()
+            height = np.outer(height, [0.0, 1.0, 0.0]).ravel()
+        yield Series(
+            key=spectra.key,
+            x=x,
+            y=places[row] + peak * gap * height / largest,
+            x_scale=ORDER,
+            y_scale=Scale(y_label, scale.units),
+            style="hairline",
+            caveat=caveat,
+        )
 
 
 @kind(
@@ -291,22 +396,39 @@ def waterfall(run: Run, request: FigureRequest) -> Iterator[Series]:
     ("order|harmonic",),
     roles=(("hue", "update"), ("cols", "*"), ("rows", "*")),
     titled="{}",
+    shows="spectrum over the order of the mesh, a stem for each amplitude, in up to "
+    "three wear states",
 )
 def orders(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """Spectrum over the order of the mesh, a stem for each amplitude, in up to three wear states.
+    """Yield the amplitudes of each wear state as stems.
 
-    Yield the amplitudes of each wear state as stems.
+    Parameters
+    ----------
+    run : with the spectra of its responses
+    request : what the figure asks for
     """
-    order = "order" if "order" in run.data[request.y[0]].dims else "harmonic"
-    for curve in over(
-        run.thinned(3), request.y[0], request, order, order, style="stem"
-    ):
+    name = request.y[0]
+    order = "order" if "order" in run.data[name].dims else "harmonic"
+    for curve in over(run.thinned(3), name, request, order, order, style="stem"):
         yield replace(curve, x_scale=ORDER)
 
 
-HARMONICS = 4
-MARGIN = 1.12
-NATURAL = "natural frequency"
+class _NaturalModes(NamedTuple):
+    """Natural frequencies of a run, and its mesh frequency.
+
+    Parameters
+    ----------
+    frequencies : (n,) of modes that move [display units]
+    mesh : mesh frequency [display units]
+    per_speed : mesh frequency over speed: mesh periods per turn
+    max_speed, max_frequency : where lines end
+    """
+
+    frequencies: Array
+    mesh: float
+    per_speed: float
+    max_speed: float
+    max_frequency: float
 
 
 def _campbell(run: Run, request: FigureRequest) -> Iterator[Series]:
@@ -316,66 +438,80 @@ def _campbell(run: Run, request: FigureRequest) -> Iterator[Series]:
     works.
     """
     for piece in slices(run, "natural_frequency", request, "mode"):
-        critical, x_scale = companion(run, "critical_speed", piece.place, request)
-        mesh = float(
-            companion(run, "mesh_frequency", piece.place, request)[0].ravel()[0]
-        )
-        moving = (
-            piece.values > 1e-6 * piece.values.max()
-        )  # a free set turns as a whole at 0 Hz
-        natural = piece.values[moving]
-        critical = critical[moving]
-        if not len(natural):
+        critical, scale = companion(run, "critical_speed", piece.place, request)
+        mesh, _ = companion(run, "mesh_frequency", piece.place, request)
+        modes = _natural_modes(piece.values, critical, float(mesh.ravel()[0]))
+        if modes is None:
             continue
-        per_speed = float(
-            natural[0] / critical[0]
-        )  # mesh frequency over speed: mesh periods per turn
-        top = MARGIN * max(float(critical.max()), mesh / per_speed)
-        highest = MARGIN * float(natural.max())  # lines end there
-        x_scale = Scale(SPEED, x_scale.units)
+        x_scale = Scale(SPEED, scale.units)
         y_scale = Scale("frequency", piece.scale.units)
+        line = Series(piece.key, np.zeros(0), np.zeros(0), x_scale, y_scale)
+
         for order in range(1, HARMONICS + 1):
             words = "mesh frequency" if order == 1 else f"{ordinal(order)} harmonic"
-            x = np.array([0.0, min(top, highest / (order * per_speed))])
+            slope = order * modes.per_speed
+            x = np.array([0.0, min(modes.max_speed, modes.max_frequency / slope)])
             key = {**piece.key, "order": Label(float(order), words)}
-            yield Series(key, x, order * per_speed * x, x_scale, y_scale)
-        for frequency in natural:
-            yield Series(
-                piece.key,
-                *flat((0.0, top), frequency),
-                x_scale,
-                y_scale,
-                "reference",
-                NATURAL,
-            )
-        meets = mesh * np.arange(1.0, HARMONICS + 1)
-        at = np.full(HARMONICS, mesh / per_speed)
-        yield Series(
-            piece.key, at, meets, x_scale, y_scale, "points", "speeds of the runs"
-        ).at(meets <= highest)
+            yield replace(line, key=key, x=x, y=slope * x)
+
+        for frequency in modes.frequencies:
+            x, y = flat((0.0, modes.max_speed), frequency)
+            yield replace(line, x=x, y=y, style="reference", text=NATURAL)
+
+        multiples = modes.mesh * np.arange(1.0, HARMONICS + 1)
+        speed = np.full(HARMONICS, modes.mesh / modes.per_speed)
+        points = replace(
+            line, x=speed, y=multiples, style="points", text="speeds of the runs"
+        )
+        yield points.at(multiples <= modes.max_frequency)
 
 
-def _together(series: list[Series]) -> list[Series]:
-    """Return the series of runs without their places where all have the same natural frequencies."""
-    places = grouped(
-        (curve for curve in series if curve.text == NATURAL), apart_from("order")
-    ).values()
-    some = [[float(curve.y[0]) for curve in group] for group in places]
-    alike = all(
-        len(curve) == len(some[0]) and np.allclose(curve, some[0], rtol=1e-3)
-        for curve in some
+def _natural_modes(
+    frequencies: Array, critical: Array, mesh: float
+) -> _NaturalModes | None:
+    """Return the modes that move, None without any: a free set turns at 0 Hz."""
+    moving = frequencies > 1e-6 * frequencies.max()
+    natural = frequencies[moving]
+    critical = critical[moving]
+    if not len(natural):
+        return None
+    per_speed = float(natural[0] / critical[0])
+    return _NaturalModes(
+        frequencies=natural,
+        mesh=mesh,
+        per_speed=per_speed,
+        max_speed=MARGIN * max(float(critical.max()), mesh / per_speed),
+        max_frequency=MARGIN * float(natural.max()),
     )
-    if not alike and len(some) <= 12:
+
+
+def _joined_modes(series: list[Series]) -> list[Series]:
+    """Return the series of runs without their places where their modes are the same.
+
+    Of more than twelve runs in any case.
+    """
+    natural = [curve for curve in series if curve.text == NATURAL]
+    groups = grouped(natural, apart_from("order")).values()
+    frequencies = [[float(curve.y[0]) for curve in group] for group in groups]
+    first = frequencies[0] if frequencies else []
+    are_equal = all(
+        len(values) == len(first) and np.allclose(values, first, rtol=1e-3)
+        for values in frequencies
+    )
+    if not are_equal and len(frequencies) <= 12:
         return series
-    kept: dict[object, Series] = {}
-    for curve in sorted(
-        series, key=lambda curve: -float(curve.x[-1])
-    ):  # the longest of each line
+
+    unique: dict[object, Series] = {}
+    longest_first = sorted(series, key=lambda curve: -float(curve.x[-1]))
+    for curve in longest_first:
         order = curve.key.get("order")
-        same = id(curve) if curve.style == "points" else order or f"{curve.y[0]:.6g}"
-        kept.setdefault(same, replace(curve, key={"order": order} if order else {}))
+        identity: object = order or f"{curve.y[0]:.6g}"
+        if curve.style == "points":
+            identity = id(curve)
+        key = {"order": order} if order else {}
+        unique.setdefault(identity, replace(curve, key=key))
     return sorted(
-        kept.values(),
+        unique.values(),
         key=lambda curve: curve.key["order"].value if curve.key else np.inf,
     )
 
@@ -386,5 +522,5 @@ NATURAL_MODES = kind(
     ("natural_frequency", "critical_speed", "mesh_frequency"),
     ("mode",),
     roles=(("hue", "order"), ("cols", "*"), ("rows", "*")),
-    joined=_together,
+    joined=_joined_modes,
 )(_campbell)

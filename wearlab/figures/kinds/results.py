@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures import curves as of_samples
+from wearlab.figures import curves as curves_of_runs
 from wearlab.figures import plot, runs, wording
 from wearlab.figures.kind import (
     FigureError,
@@ -35,10 +35,24 @@ from wearlab.figures.kind import (
     slices,
 )
 from wearlab.figures.kinds.cycles import at_states, hours_a_cycle
-from wearlab.figures.plot import LineStyle, Mark, Scale, Series, flat, grouped
+from wearlab.figures.plot import Mark, Scale, Series, flat, grouped
 from wearlab.nearest import choices
 
 DEPTH = "max_wear_depth"
+MAX_NAMES = 80
+"""Runs that can be listed by name."""
+MAX_POINTS = 60
+"""Points that are drawn large."""
+MAX_PLACES = 20
+"""Places of an axis that are shown one by one."""
+COUNTERS = ("seed", "sample", "run")
+"""Axes that only count runs."""
+RANK = Scale("order of influence", "1")
+CONFIDENCE = 0.95
+TAIL = 0.5 * (1.0 - CONFIDENCE)
+COUNT = Scale("runs", "1")
+FEWEST = 3
+"""Runs of a distribution, at least."""
 
 
 def _numbers(run: Run, request: FigureRequest) -> Iterator[Series]:
@@ -47,52 +61,62 @@ def _numbers(run: Run, request: FigureRequest) -> Iterator[Series]:
     Yield a run's number, at its last wear state where none is selected, named by its
     place in the grid.
     """
-    called = (
-        ", ".join(dict.fromkeys(label.text for label in run.place.values())) or "run"
-    )
+    texts = dict.fromkeys(label.text for label in run.place.values())
+    name = ", ".join(texts) or "run"
     for piece in slices(run.at_states([-1]), request.y[0], request):
-        named = plot.without(piece.key, *run.place, "update") | {
-            "run": wording.Label(called, called)
-        }
-        values = np.atleast_1d(piece.values)
-        scales = piece.scale, Scale("run", "1")
-        yield Series(named, values, np.zeros(1), *scales, "points", x_error=piece.error)
+        key = plot.without(piece.key, *run.place, "update")
+        key["run"] = wording.Label(name, name)
+        yield Series(
+            key=key,
+            x=np.atleast_1d(piece.values),
+            y=np.zeros(1),
+            x_scale=piece.scale,
+            y_scale=Scale("run", "1"),
+            style="points",
+            x_error=piece.error,
+        )
 
 
 def listed(series: list[Series]) -> list[Series]:
-    """Join the numbers of what is not the run, one below the other in the order of the file.
+    """Join the numbers that differ in the run alone, one below the other.
+
+    In the order of the file.
+
+    Parameters
+    ----------
+    series : one number each
 
     Raises
     ------
     FigureError : more names than can be read
     """
     names = tuple(dict.fromkeys(curve.key["run"].text for curve in series))
-    if len(names) > 80:
-        said = f"cases: {len(names)} runs cannot be told by name (at most 80)"
+    if len(names) > MAX_NAMES:
         raise FigureError(
-            f"{said}: narrow them with select, or take histogram or scatter"
+            f"cases: {len(names)} runs cannot be told by name (at most {MAX_NAMES}): "
+            "narrow them with select, or take histogram or scatter"
         )
-    places = [np.array([1.0 + names.index(curve.key["run"].text)]) for curve in series]
-    apart = [plot.without(curve.key, "run") for curve in series]
-    told = [
-        replace(c, key=k, y=y, names=names)
-        for c, k, y in zip(series, apart, places, strict=True)
-    ]
-    rows = [plot.merged(group) for group in grouped(told).values()]
+    numbers = []
+    for curve in series:
+        place = np.array([1.0 + names.index(curve.key["run"].text)])
+        key = plot.without(curve.key, "run")
+        numbers.append(replace(curve, key=key, y=place, names=names))
+    rows = [plot.merged(group) for group in grouped(numbers).values()]
+
     if len(rows) == 1 and len(names) > 1:
         first = rows[0]
-        level = flat((0.5, len(names) + 0.5), first.x[0])[::-1]
-        rows.append(
-            Series(
-                {},
-                *level,
-                first.x_scale,
-                first.y_scale,
-                "reference",
-                names[0],
-                names=names,
-            )
+        y, x = flat((0.5, len(names) + 0.5), first.x[0])
+        reference = Series(
+            key={},
+            x=x,
+            y=y,
+            x_scale=first.x_scale,
+            y_scale=first.y_scale,
+            style="reference",
+            text=names[0],
+            names=names,
         )
+        rows.append(reference)
     return rows
 
 
@@ -111,11 +135,23 @@ CASES = kind(
 
 
 def _points(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """One point a run: a result y (at the last wear state) over an input or another result x."""
+    """Yield one point for each run."""
     for piece in slices(run.at_states([-1]), request.y[0], request):
-        x, x_scale, own = _abscissa(run, request, piece)
-        key = plot.without(piece.key, *run.place, "update") | _kept(run.along, request)
-        yield piece._replace(key=key).over(x, x_scale, "points", case_x=own)
+        abscissa = _abscissa(run, request, piece)
+        key = plot.without(piece.key, *run.place, "update")
+        key |= _labels_of_roles(run.along, request)
+        point = piece._replace(key=key)
+        yield point.over(
+            abscissa.values, abscissa.scale, "points", case_x=abscissa.case_value
+        )
+
+
+class _Abscissa(NamedTuple):
+    """Where a run stands on x: values, scale, and the value of a case beside a sweep."""
+
+    values: Array
+    scale: Scale
+    case_value: float | None
 
 
 def _inputs(run: Run) -> list[str]:
@@ -124,9 +160,8 @@ def _inputs(run: Run) -> list[str]:
     return [name for name in names if name not in ("sample", "scene")] or names
 
 
-def _abscissa(
-    run: Run, request: FigureRequest, piece: Slice
-) -> tuple[Array, Scale, float | None]:
+def _abscissa(run: Run, request: FigureRequest, piece: Slice) -> _Abscissa:
+    """Return where a run stands on x: along an axis, or by another result."""
     inputs = _inputs(run)
     name = request.x or next(iter(inputs), None)
     if name is None:
@@ -134,15 +169,15 @@ def _abscissa(
             f"x must name an axis or a result; {choices('', run.data.data_vars)}"
         )
     if name in run.along:
-        x, own = run.abscissa(name)
-        return np.array([x]), run.scales[name], own
+        x, case_value = run.abscissa(name)
+        return _Abscissa(np.array([x]), run.scales[name], case_value)
     if name not in run.data.variables:
         raise request.error(
             f"x = {name!r} is not there; {choices(name, [*inputs, *run.data])}"
         )
-    return *lone(
-        *companion(run.at_states([-1]), name, piece.place, request), name, request
-    ), None
+    values, scale = companion(run.at_states([-1]), name, piece.place, request)
+    value, scale = lone(values, scale, name, request)
+    return _Abscissa(value, scale, None)
 
 
 def _gathered(series: list[Series]) -> list[Series]:
@@ -150,10 +185,11 @@ def _gathered(series: list[Series]) -> list[Series]:
 
     A case without a place on x becomes a level.
     """
-    style: LineStyle = "dots" if len(series) > 60 else "points"
+    if len(series) <= MAX_POINTS:
+        return plot.gathered(series)
     return [
-        replace(c, style=style) if c.style == "points" else c
-        for c in plot.gathered(series)
+        replace(curve, style="dots") if curve.style == "points" else curve
+        for curve in plot.gathered(series)
     ]
 
 
@@ -166,26 +202,24 @@ def _polyline(run: Run, request: FigureRequest) -> Iterator[Series]:
     names = _inputs(run)
     if any(isinstance(run.along[name].value, str) for name in names):
         return  # a case beside the axes
+    inputs = [float(run.along[name].value) for name in names]
     for piece in slices(run.at_states([-1]), request.y[0], request):
         result = np.atleast_1d(piece.values)
         if not np.isfinite(result).all():
             continue
-        values = np.array(
-            [*(float(run.along[name].value) for name in names), float(result[0])]
-        )
+
         scales = [*(run.scales[name] for name in names), piece.scale]
         marks = [Mark(float(at), "|".join(scale)) for at, scale in enumerate(scales)]
-        key = plot.without(piece.key, *run.place, "update")
         text = f"{result[0]:.4g} {wording.typeset(piece.scale.units)}".strip()
-        key |= {"result": wording.Label(float(result[0]), text)}
-        places = np.arange(len(values), dtype=float)
+        key = plot.without(piece.key, *run.place, "update")
+        key["result"] = wording.Label(float(result[0]), text)
         yield Series(
-            key,
-            places,
-            values,
-            Scale("", "1"),
-            piece.scale,
-            "hairline",
+            key=key,
+            x=np.arange(len(scales), dtype=float),
+            y=np.array([*inputs, float(result[0])]),
+            x_scale=Scale("", "1"),
+            y_scale=piece.scale,
+            style="hairline",
             marks=tuple(marks),
         )
 
@@ -196,16 +230,17 @@ def _ranged(series: list[Series]) -> list[Series]:
     low = table.min(axis=0)
     high = table.max(axis=0)
     width = np.where(high > low, high - low, 1.0)
+
     marks = []
-    for mark, a, b in zip(series[0].marks, low, high, strict=True):
+    for mark, minimum, maximum in zip(series[0].marks, low, high, strict=True):
         words, _, units = mark.text.partition("|")
-        marks.append(
-            Mark(
-                mark.x, f"{words}\n{a:.3g} … {b:.3g} {wording.typeset(units)}".rstrip()
-            )
-        )
-    told: Any = {"y_scale": Scale("share of each range", "1"), "marks": tuple(marks)}
-    return [replace(curve, y=(curve.y - low) / width, **told) for curve in series]
+        ends = f"{minimum:.3g} … {maximum:.3g} {wording.typeset(units)}"
+        marks.append(Mark(mark.x, f"{words}\n{ends}".rstrip()))
+    scale = Scale("share of each range", "1")
+    return [
+        replace(curve, y=(curve.y - low) / width, y_scale=scale, marks=tuple(marks))
+        for curve in series
+    ]
 
 
 SCATTER = kind(
@@ -217,6 +252,8 @@ SCATTER = kind(
     over_sweeps=True,
     joined=_gathered,
     y="life",
+    shows="one point a run: a result y (at the last wear state) over an input or "
+    "another result x",
 )(_points)
 PARALLEL = kind(
     "parallel-coordinates",
@@ -230,39 +267,53 @@ PARALLEL = kind(
 )(_polyline)
 
 
-RANK = Scale("order of influence", "1")
-
-
 def _case(run: Run, request: FigureRequest) -> Iterator[Series]:
     """Yield a run's value as one point.
 
     `ranked` puts the points of one influence on one line.
     """
     name = request.y[0]
-    values, scale = lone(*shown(run.data[name], name, request), name, request)
-    if not np.isfinite(values).all():
+    values, scale = shown(run.data[name], name, request)
+    value, scale = lone(values, scale, name, request)
+    if not np.isfinite(value).all():
         return
+
+    influence = _influence_of(run)
+    key = {"influence": wording.Label(influence, influence)}
+    if not influence:
+        # a case that is broadcast stands nowhere along the axes; keys that advance with
+        # an axis stand for it
+        axes = plot.without(run.along, "case").items()
+        places = {run.scales[axis].label: label for axis, label in axes}
+        key = {**places, **key}
+    yield Series(
+        key=key,
+        x=value.reshape(1),
+        y=np.zeros(1),
+        x_scale=scale,
+        y_scale=RANK,
+        style="line-points",
+    )
+
+
+def _influence_of(run: Run) -> str:
+    """Return what a case varies: its label before the colon, "" for the base."""
     case = run.place.get("case")
     label = runs.BASE if case is None else str(case.value)
-    what, between, _ = label.partition(": ")
-    what = what if between else "" if label == runs.BASE else label
-    # a case that is broadcast stands nowhere along the axes; keys that advance with an
-    # axis stand for it
-    axes = (
-        {}
-        if what
-        else {
-            run.scales[n].label: x for n, x in plot.without(run.along, "case").items()
-        }
-    )
-    key = {**axes, "influence": wording.Label(what, what)}
-    yield Series(key, values.reshape(1), np.zeros(1), scale, RANK, "line-points")
+    what, colon, _ = label.partition(": ")
+    if colon:
+        return what
+    return "" if label == runs.BASE else label
 
 
 def ranked(series: list[Series]) -> list[Series]:
     """Join the points of every influence, the one with the widest range first.
 
     The base becomes a line.
+
+    Parameters
+    ----------
+    series : a point for each run, its influence in its key
 
     Raises
     ------
@@ -271,12 +322,9 @@ def ranked(series: list[Series]) -> list[Series]:
     cases: dict[str, list[float]] = defaultdict(list)
     for curve in series:
         cases[curve.key["influence"].text].append(float(curve.x[0]))
-    base = cases.pop("", [])
-    if len(base) == 0 and len(cases) > 1 and any(len(v) > 1 for v in cases.values()):
-        # one case without a colon in its name is the base of the others
-        alone = [name for name, values in cases.items() if len(values) == 1]
-        base = cases.pop(alone[0]) if alone else []
+    base = _take_base(cases)
     level = [float(np.mean(base))] if base else []
+
     groups = {what: np.array(values + level) for what, values in cases.items()}
     groups |= _of_axes([curve for curve in series if not curve.key["influence"].text])
     groups = {
@@ -288,54 +336,62 @@ def ranked(series: list[Series]) -> list[Series]:
             "as [[case]] with "
             'label = "torque: 300 N·m"; or none of the runs has a finite result'
         )
+
     order = sorted(groups, key=lambda what: np.ptp(groups[what]), reverse=True)
     names = tuple(what.replace("_", " ") for what in order)
-    scales = (series[0].x_scale, RANK)
-    lines = [
-        (groups[what], np.full(len(groups[what]), float(rank)))
-        for rank, what in enumerate(order, 1)
-    ]
-    ranks = [Series({}, *line, *scales, "line-points", names=names) for line in lines]
+    x_scale = series[0].x_scale
+    ranks = []
+    for rank, what in enumerate(order, 1):
+        x = groups[what]
+        y = np.full(len(x), float(rank))
+        ranks.append(Series({}, x, y, x_scale, RANK, "line-points", names=names))
     if level:
-        words = "base" if len(base) == 1 else "mean of the base runs"
-        ranks.append(
-            Series(
-                {},
-                *flat((0.5, len(order) + 0.5), level[0])[::-1],
-                *scales,
-                "reference",
-                words,
-            )
-        )
+        y, x = flat((0.5, len(order) + 0.5), level[0])
+        text = "base" if len(base) == 1 else "mean of the base runs"
+        ranks.append(Series({}, x, y, x_scale, RANK, "reference", text))
     return ranks
+
+
+def _take_base(cases: dict[str, list[float]]) -> list[float]:
+    """Take the values of the base out of those of the cases.
+
+    Without base runs, one case without a colon in its name is the base of the others.
+    """
+    base = cases.pop("", [])
+    has_groups = any(len(values) > 1 for values in cases.values())
+    if not base and len(cases) > 1 and has_groups:
+        single = [name for name, values in cases.items() if len(values) == 1]
+        return cases.pop(single[0]) if single else []
+    return base
 
 
 def _of_axes(outcomes: Sequence[Series]) -> dict[str, Array]:
     """Return the mean results along every axis and every key that advances with one."""
     values = np.array([float(outcome.x[0]) for outcome in outcomes])
-    spread = {}
-    for name in dict.fromkeys(
-        name for each in outcomes for name in plot.without(each.key, "influence")
-    ):
-        at = [
-            outcome.key[name].value if name in outcome.key else None
-            for outcome in outcomes
-        ]
-        distinct = list(dict.fromkeys(at))
-        if len(distinct) < 2 or (
-            len(distinct) == len(at) and name in ("seed", "sample", "run")
-        ):
-            continue
-        if len(distinct) <= 20 or any(isinstance(x, str) for x in distinct):
-            means = [values[[x == place for x in at]].mean() for place in distinct]
-        else:  # too many to be shown one by one
-            bins = min(8, len(values) // 4)
-            means = [
-                values[some].mean()
-                for some in np.array_split(np.argsort(np.array(at, float)), bins)
-            ]
-        spread[name] = np.array(means, float)
-    return spread
+    names: dict[str, None] = {}
+    for outcome in outcomes:
+        names |= dict.fromkeys(plot.without(outcome.key, "influence"))
+
+    means = {}
+    for name in names:
+        labels = [outcome.key.get(name) for outcome in outcomes]
+        places = [None if label is None else label.value for label in labels]
+        distinct = list(dict.fromkeys(places))
+        only_counts = len(distinct) == len(places) and name in COUNTERS
+        if len(distinct) >= 2 and not only_counts:
+            means[name] = _means_along(places, distinct, values)
+    return means
+
+
+def _means_along(places: list[Any], distinct: list[Any], values: Array) -> Array:
+    """Return the mean value at every distinct place, of many in bins of equal counts."""
+    has_texts = any(isinstance(place, str) for place in distinct)
+    if len(distinct) <= MAX_PLACES or has_texts:
+        groups = [np.array([value == place for value in places]) for place in distinct]
+    else:
+        bins = min(8, len(values) // 4)
+        groups = np.array_split(np.argsort(np.array(places, float)), bins)
+    return np.array([values[group].mean() for group in groups], float)
 
 
 SENSITIVITY = kind(
@@ -354,14 +410,8 @@ SENSITIVITY = kind(
 )(_case)
 
 
-CONFIDENCE = 0.95
-TAIL = 0.5 * (1.0 - CONFIDENCE)
-COUNT = Scale("runs", "1")
-FEWEST = 3
-
-
 class Quantile(NamedTuple):
-    """A quantile of a sample: its estimate, and the interval that holds the true one with `CONFIDENCE`."""
+    """A quantile of a sample, and its interval of `CONFIDENCE`."""
 
     value: float
     low: float
@@ -377,7 +427,7 @@ class OfRun(Series):
     ended : what it counts as beyond its end
     """
 
-    ended: of_samples.Ended = "gone"
+    ended: curves_of_runs.Ended = "gone"
 
 
 def quantile(values: Array, probability: float) -> Quantile:
@@ -405,27 +455,36 @@ def quantile(values: Array, probability: float) -> Quantile:
 
 
 def histogram(values: Array) -> tuple[Array, Array]:
-    """Return edges and numbers of values in bins as wide as Freedman and Diaconis have them."""
-    width = (
-        2.0
-        * float(np.subtract(*np.quantile(values, [0.75, 0.25])))
-        / np.cbrt(len(values))
-    )
-    bins = min(60, max(1, ceil(float(np.ptp(values)) / width))) if width > 0.0 else 1
+    """Return edges of bins and the numbers of values in them.
+
+    The bins are as wide as Freedman and Diaconis have them, at most 60.
+
+    Parameters
+    ----------
+    values : (n,) any unit
+    """
+    quartiles = np.quantile(values, [0.75, 0.25])
+    width = 2.0 * float(np.subtract(*quartiles)) / np.cbrt(len(values))
+    bins = 1
+    if width > 0.0:
+        bins = min(60, max(1, ceil(float(np.ptp(values)) / width)))
     counts, edges = np.histogram(values, bins)
     return edges, counts.astype(float)
 
 
 def _one_number(run: Run, request: FigureRequest) -> Iterator[Series]:
+    """Yield the one number of a run."""
     name = request.y[0]
-    values, scale = lone(*shown(run.data[name], name, request), name, request)
-    yield OfRun(_kept(run.place, request), values, np.zeros(1), scale, COUNT)
+    values, scale = shown(run.data[name], name, request)
+    value, scale = lone(values, scale, name, request)
+    key = _labels_of_roles(run.place, request)
+    yield OfRun(key, value, np.zeros(1), scale, COUNT)
 
 
-def _kept(
+def _labels_of_roles(
     key: Mapping[str, wording.Label], request: FigureRequest
 ) -> dict[str, wording.Label]:
-    """Return the labels that tell samples apart: those along the dimensions that the figure names."""
+    """Return the labels along the dimensions that the figure names."""
     return {
         name: key[name]
         for name in (request.hue, request.rows, request.cols)
@@ -434,114 +493,134 @@ def _kept(
 
 
 def _values(group: Sequence[Series]) -> Array:
+    """Return the finite numbers of a sample, refuse too few."""
     values = np.concatenate([curve.x for curve in group])
-    held = values[np.isfinite(values)]
-    if len(held) < FEWEST:
+    finite = values[np.isfinite(values)]
+    if len(finite) < FEWEST:
         raise FigureError(
-            f"a distribution needs at least {FEWEST} runs; there are {len(held)}"
+            f"a distribution needs at least {FEWEST} runs; there are {len(finite)}"
         )
-    return held
+    return finite
 
 
 def _histograms(series: list[Series]) -> list[Series]:
-    """Return the outline of every sample, its quantiles as marks and their confidence above it."""
+    """Return the outline of every sample, its quantiles as marks, their confidence."""
     groups = grouped(series).values()
     curves: list[Series] = []
     for group in groups:
         values = _values(group)
-        key = group[0].key
-        scales = (group[0].x_scale, COUNT)
         edges, counts = histogram(values)
-        top = float(counts.max())
-        units = scales[0].units
-        curves.append(Series(key, *plot.bars(edges, counts), *scales, "area"))
+        x, y = plot.bars(edges, counts)
+        outline = Series(group[0].key, x, y, group[0].x_scale, COUNT, "area")
+        curves.append(outline)
         for probability in (0.05, 0.5, 0.95):
-            mark = quantile(values, probability)
-            name = f"{100 * probability:g} %"
-            # its confidence is a strip above the bars
-            low = 1.03 * top
-            high = 1.08 * top
-            strip = plot.band(
-                np.array([mark.low, mark.high]), np.full(2, low), np.full(2, high)
-            )
-            alone = len(groups) == 1
-            said = f"{name}: {_said(mark, units)}" if alone else ""
-            curves.append(Series(key, *strip, *scales, "area", said))
-            marks = (Mark(mark.value, name),) if alone else ()
-            curves.append(
-                Series(
-                    key,
-                    *flat((0.0, high), mark.value)[::-1],
-                    *scales,
-                    "hairline",
-                    marks=marks,
-                )
+            curves += _quantile_curves(
+                outline, values, probability, is_single=len(groups) == 1
             )
     return curves
 
 
-def _said(marked: Quantile, units: str) -> str:
-    """Return a quantile and its interval in words, large counts in thousands or millions."""
-    counted = (1e6, " million") if marked.value >= 1e6 else (1e3, " thousand")
-    size, words = (
-        counted
-        if units == "1" and marked.value >= 1e4
-        else (1.0, wording.joined(units))
+def _quantile_curves(
+    outline: Series, values: Array, probability: float, is_single: bool
+) -> list[Series]:
+    """Return a quantile of a histogram as a line, its confidence as a strip above.
+
+    A single sample has the quantile's name at the line, and its numbers in the legend.
+    """
+    number = quantile(values, probability)
+    name = f"{100 * probability:g} %"
+    top = float(outline.y.max())
+    low = 1.03 * top
+    high = 1.08 * top
+    x, y = plot.band(
+        np.array([number.low, number.high]), np.full(2, low), np.full(2, high)
     )
-    value, low, high = (f"{number / size:.3g}" for number in marked)
+    line_y, line_x = flat((0.0, high), number.value)
+
+    text = ""
+    marks: tuple[Mark, ...] = ()
+    if is_single:
+        text = f"{name}: {_quantile_text(number, outline.x_scale.units)}"
+        marks = (Mark(number.value, name),)
+    return [
+        replace(outline, x=x, y=y, text=text),
+        replace(outline, x=line_x, y=line_y, style="hairline", marks=marks),
+    ]
+
+
+def _quantile_text(number: Quantile, units: str) -> str:
+    """Return a quantile and its interval in words, large counts in thousands."""
+    divisor = 1.0
+    words = wording.joined(units)
+    if units == "1" and number.value >= 1e6:
+        divisor = 1e6
+        words = " million"
+    elif units == "1" and number.value >= 1e4:
+        divisor = 1e3
+        words = " thousand"
+    value, low, high = (f"{part / divisor:.3g}" for part in number)
     return f"{value} ({low}–{high}){words}".rstrip()
 
 
 def _probabilities(series: list[Series]) -> list[Series]:
-    """Return every sample in order over the scores of its ranks, and the log-normal law through it.
+    """Return every sample in order over the scores of its ranks, and its log-normal law.
 
     Hazen's places ``(i − ½)/n``. The law has the mean and standard deviation of the
     logarithms; the limits hold each order statistic of such a sample with `CONFIDENCE`
     (a beta distribution of its rank).
     """
-    from scipy.stats import beta, norm
-
     curves: list[Series] = []
     for group in grouped(series).values():
-        logs = np.log10(np.sort(_values(group)))
-        first = group[0]
-        label, unit = first.x_scale
-        x_scale = Scale(
-            f"log₁₀ of {label}" + (f" in {unit}" if unit != "1" else ""), "1"
-        )
-        n = len(logs)
-        rank = np.arange(1, n + 1)
-        scores = norm.ppf((rank - 0.5) / n)
-        mean = float(logs.mean())
-        spread = float(logs.std(ddof=1))
-        limits = [
-            mean + spread * norm.ppf(beta.ppf(p, rank, n + 1 - rank))
-            for p in (TAIL, 1.0 - TAIL)
-        ]
-        ends = scores[[0, -1]]
-        scales = (x_scale, Scale("standard score of the share of runs", "1"))
-        curves.append(Series(first.key, logs, scores, *scales, "dots"))
-        curves.append(
-            Series(first.key, *plot.band(scores, *limits)[::-1], *scales, "area")
-        )
-        curves.append(Series(first.key, mean + spread * ends, ends, *scales))
+        curves += _probability_curves(group[0], np.log10(np.sort(_values(group))))
     return curves
 
 
+def _probability_curves(first: Series, logs: Array) -> list[Series]:
+    """Return a sample's logarithms in order over their scores, the limits, and the law."""
+    from scipy.stats import beta, norm
+
+    count = len(logs)
+    rank = np.arange(1, count + 1)
+    scores = norm.ppf((rank - 0.5) / count)
+    mean = float(logs.mean())
+    spread = float(logs.std(ddof=1))
+    limits = [
+        mean + spread * norm.ppf(beta.ppf(share, rank, count + 1 - rank))
+        for share in (TAIL, 1.0 - TAIL)
+    ]
+
+    label, unit = first.x_scale
+    in_units = f" in {unit}" if unit != "1" else ""
+    sample = Series(
+        key=first.key,
+        x=logs,
+        y=scores,
+        x_scale=Scale(f"log₁₀ of {label}{in_units}", "1"),
+        y_scale=Scale("standard score of the share of runs", "1"),
+        style="dots",
+    )
+    limit_scores, limit_logs = plot.band(scores, *limits)
+    ends = scores[[0, -1]]
+    return [
+        sample,
+        replace(sample, x=limit_logs, y=limit_scores, style="area"),
+        replace(sample, x=mean + spread * ends, y=ends, style="line"),
+    ]
+
+
 def _over_life(run: Run, request: FigureRequest) -> Iterator[Series]:
+    """Yield a variable over the life of a run."""
     name = request.y[0]
     for piece in slices(run, name, request, "update"):
-        (x, x_scale) = at_states(run, request, piece)
-        hours = hours_a_cycle(run, request)
-        scales = (x_scale, piece.scale)
-        ended = of_samples.ended_of(name)
+        x, x_scale = at_states(run, request, piece)
         yield OfRun(
-            _kept(piece.key, request),
-            x,
-            piece.values,
-            *scales,
-            hours=hours,
-            ended=ended,
+            key=_labels_of_roles(piece.key, request),
+            x=x,
+            y=piece.values,
+            x_scale=x_scale,
+            y_scale=piece.scale,
+            hours=hours_a_cycle(run, request),
+            ended=curves_of_runs.ended_of(name),
         ).known
 
 
@@ -559,7 +638,7 @@ def _bands(series: list[Series]) -> list[Series]:
             raise FigureError(
                 f"a distribution needs at least {FEWEST} runs; there are {len(group)}"
             )
-        curves += of_samples.banded(group, getattr(group[0], "ended", "gone"))
+        curves += curves_of_runs.banded(group, getattr(group[0], "ended", "gone"))
     return curves
 
 
