@@ -36,10 +36,10 @@ from outside import (
 
 from wearlab.campaign.update_options import TrueModel
 from wearlab.updating.answers import answer_of, outcome_of
+from wearlab.updating.calibration import calibrated
 from wearlab.updating.decision import virtual_inspection
 from wearlab.updating.report_text import _twins
 from wearlab.updating.sampling import ALARM, checks, draw
-from wearlab.updating.synthetic_data import calibrated
 
 TWINS, SETS, POWERED = 200, 20, 50
 BEGIN, END = "<!-- made by tests/benchmarks/updates.py -->", "<!-- end -->"

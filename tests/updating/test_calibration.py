@@ -13,7 +13,7 @@ from scipy import stats
 from wearlab.campaign.distributions import read_distribution
 from wearlab.campaign.update_options import TrueModel
 from wearlab.updating.answers import answer_of
-from wearlab.updating.synthetic_data import calibrated
+from wearlab.updating.calibration import calibrated
 
 CYCLES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 8e5])
 PRIOR = {"lognormal": {"median": 1.0, "cov": 0.6}}

@@ -10,7 +10,7 @@ from scipy import stats
 from wearlab.campaign.blocks import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.updating.answers import answer_of, facts_of
-from wearlab.updating.clocks import runs_with_change
+from wearlab.updating.change_points import runs_with_change
 from wearlab.updating.grids import Posterior
 from wearlab.updating.measurements import UpdateError
 

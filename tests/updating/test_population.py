@@ -23,16 +23,16 @@ from units import (
 
 import wearlab
 from wearlab.updating import population as room
-from wearlab.updating.fleet import (
+from wearlab.updating.grids import equal_draws
+from wearlab.updating.population import factors, fit_population
+from wearlab.updating.run_curves import Clock, ObservationPoints, RunCurve
+from wearlab.updating.unit_states import (
     DRAWS,
     UnitState,
     joint_draws,
     states_after,
     states_now,
 )
-from wearlab.updating.grids import equal_draws
-from wearlab.updating.population import factors, fit_population
-from wearlab.updating.run_curves import Clock, ObservationPoints, RunCurve
 
 P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
 

@@ -17,8 +17,8 @@ from wearlab.campaign.update_options import RecordBlock, RecordColumns
 from wearlab.updating import UpdateError, update
 from wearlab.updating.calendar import day_text
 from wearlab.updating.cases import studies
-from wearlab.updating.clocks import clocked_run
 from wearlab.updating.measurements import OperatingRecord, read_record
+from wearlab.updating.record_clocks import clocked_run
 from wearlab.updating.report_text import text_of
 
 RPM = 1200.0

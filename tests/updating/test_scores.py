@@ -8,6 +8,7 @@ from scipy.integrate import quad
 from units import law, unit
 
 from wearlab.updating.answers import answer_of
+from wearlab.updating.calibration import calibrated
 from wearlab.updating.fleet import joint_draws, states_now
 from wearlab.updating.population import fit_population
 from wearlab.updating.scores import (
@@ -18,7 +19,6 @@ from wearlab.updating.scores import (
     scored,
     scores_of,
 )
-from wearlab.updating.synthetic_data import calibrated
 
 CYCLES = np.array([1e5, 2e5, 4e5, 6e5, 8e5, 1e6])
 

@@ -190,10 +190,10 @@ def _subject_of(campaign: Campaign, request: kind.FigureRequest) -> str:
     """Return the identity of what an update is of, "" for a figure of runs."""
     if not kind.is_of_update(request.kind):
         return ""
-    from wearlab.updating import inference, measurements
+    from wearlab.updating import identity, measurements
 
     try:
-        return inference.subject_of(campaign)
+        return identity.subject_of(campaign)
     except measurements.UpdateError as error:
         raise request.error(error) from None
 

@@ -211,13 +211,13 @@ def _origin(campaign: Campaign, entries: Entries, store: Store) -> Content:
 def _measured(campaign: Campaign, store: Store) -> Content:
     """Return what the update of the measurements says, its answers, and its fleet."""
     from wearlab.store import updates
-    from wearlab.updating import inference, measurements, report_text
+    from wearlab.updating import identity, measurements, report_text
 
     nothing: Content = {"measured": (), "updated": (), "fleet": (), "about": ()}
     if campaign.update is None:
         return nothing
     try:
-        records = updates.updates_of(store, inference.subject_of(campaign))
+        records = updates.updates_of(store, identity.subject_of(campaign))
     except measurements.UpdateError as error:
         return nothing | {"measured": (f"! {error}",)}
     tree = updates.read_update(store, records[0].id) if records else None

@@ -395,10 +395,34 @@ def histories(study: Subject, store: Store) -> run_curves.Runs:
     return found_histories
 
 
+def condition_histories(
+    study: Subject, scenes: Mapping[str, Scene], store: Store
+) -> run_curves.Runs:
+    """Return what the stored runs of conditions say, in order.
+
+    Parameters
+    ----------
+    study : the case
+    scenes : under what each is called
+    store : where the runs are kept
+    """
+    runs = stored_runs(study, scenes, store)
+    return [
+        run_curves.history_of(run, scene, study.observations, study.limit)
+        for run, scene in zip(runs, scenes.values(), strict=True)
+    ]
+
+
 def stored_runs(
     study: Subject, scenes: Mapping[str, Scene], store: Store
 ) -> list[xr.Dataset]:
-    """Return what is stored of scenes, each under what it is called.
+    """Return the stored runs of named scenes, in order.
+
+    Parameters
+    ----------
+    study : the case
+    scenes : under what each is called
+    store : where the runs are kept
 
     Raises
     ------
@@ -408,12 +432,16 @@ def stored_runs(
     runs = run_curves.read_runs(store, ids, history_variables(study))
     for name, scene in scenes.items():
         if scene.id not in runs:
-            raise UpdateError(
-                f"{study.label}: {name}: {last_line(store.archive.find(scene.id).reason)}"
-            )
+            reason = last_line(store.archive.find(scene.id).reason)
+            raise UpdateError(f"{study.label}: {name}: {reason}")
     return [runs[scene.id] for scene in scenes.values()]
 
 
 def plain_number(value: float | str) -> float:
-    """Return the number of a value as a campaign file writes it, in its own unit."""
+    """Return the number of a value as a campaign file writes it, in its own unit.
+
+    Parameters
+    ----------
+    value : a number, or a quantity with its unit
+    """
     return float(split(value)[0]) if is_quantity(value) else float(value)

@@ -25,12 +25,11 @@ from wearlab.campaign.update_options import ErrorModel
 
 LOG_TWO_PI = float(np.log(2.0 * np.pi))
 REACH = 7.0  # standard deviations of u that are integrated over
-SCORINGS, GAIN_NODES = 12, 20  # steps to the top of a gain's law, and points over it
-PANELS, POINTS, FINEST = (
-    14,
-    6,
-    280,
-)  # of the integral over u; the last for u that is spread far wider
+SCORINGS = 12  # steps to the top of a gain's law
+GAIN_NODES = 20  # points over that law
+PANELS = 14  # of the integral over u, each with so many points
+POINTS = 6
+MAX_PANELS = 280  # for u that is spread far wider than the values' errors
 
 
 class Inspection(NamedTuple):
@@ -51,10 +50,56 @@ class Inspection(NamedTuple):
 
 
 Inspections = Sequence[Inspection]
-Compared = tuple[
-    Array, Array, Array
-]  # measured minus model, variance of errors, limit minus model
-Sums = tuple[Array | None, Array, Array, Array]  # Σ r²/v, Σ a r/v, Σ a²/v, Σ ln 2πv
+
+
+class Residuals(NamedTuple):
+    """Values beside a model; leading dimensions are lanes, and are broadcast.
+
+    Parameters
+    ----------
+    difference : (…, n) measured minus model, 0 of values that were not seen [SI]
+    variance : (…, n) or (…, 1) of the independent errors
+    room : (…, n) limit of detection minus model, NaN of values that were seen [SI]
+    """
+
+    difference: Array
+    variance: Array
+    room: Array
+
+
+class WeightedSums(NamedTuple):
+    """Sums over values with residuals r, variances v and loadings a.
+
+    Parameters
+    ----------
+    square : Σ r²/v, None where it follows from the next two
+    cross : Σ a r/v
+    precision : Σ a²/v
+    logs : Σ ln 2πv
+    """
+
+    square: Array | None
+    cross: Array
+    precision: Array
+    logs: Array
+
+
+class StateUpdate(NamedTuple):
+    """What values tell of a state.
+
+    Parameters
+    ----------
+    surprise : by how much they are off, over the standard deviation expected
+    chi_square : sum of all squared standard differences
+    log_likelihood : of the values
+    mean, variance : of the state afterwards
+    """
+
+    surprise: Any
+    chi_square: Any
+    log_likelihood: Any
+    mean: Any
+    variance: Any
 
 
 @dataclass(frozen=True)
@@ -81,9 +126,7 @@ class Innovation:
 
 @dataclass
 class Filtered:
-    """What the filter knows after the last inspection.
-
-    Every array has the shape of the lanes.
+    """What the filter knows after the last inspection, of every lane.
 
     Parameters
     ----------
@@ -100,13 +143,20 @@ class Filtered:
     steps: list[Innovation] = field(default_factory=list)
 
     def drawn(self, cycle: Any, rate: Any, rng: Random) -> Array:
-        """Return a draw of W at a later cycle for each lane."""
+        """Return a draw of W at a later cycle for each lane.
+
+        Parameters
+        ----------
+        cycle : when [cycles]
+        rate : variance of W per cycle
+        rng : of the draws
+        """
         spread = np.sqrt(self.variance + rate * (cycle - self.cycle))
         return np.asarray(self.mean + spread * rng.standard_normal(np.shape(self.mean)))
 
 
 def filtered(
-    values_compared: Compared,
+    residuals: Residuals,
     times: Inspections,
     state: Filtered,
     rate: Any,
@@ -117,142 +167,179 @@ def filtered(
 
     Parameters
     ----------
-    values_compared : (…, n) measured minus model, leading dimensions being lanes; (…, n) or (…, 1)
-        variance of the independent errors, lanes being broadcast; (…, n) limit minus
-        model of values of which only a limit is known, NaN of those that were seen
+    residuals : values beside the model
     times : inspections in order of time
     state : of W before
     rate : variance of W per cycle
     loading : (…, n) by which W and the offset count in a value [1]
     steps : whether each inspection's innovation is kept
     """
-    (residual, variance, room) = values_compared
-    a = np.ones(1) if loading is None else loading
-    lanes = np.broadcast_shapes(
-        *(part.shape[:-1] for part in (residual, variance, a)), np.shape(rate)
-    )
-    limited = censored_values(room)
+    lanes = _lanes_of(residuals, rate, loading)
+    censored = censored_values(residuals.room)
     # each grows to the lanes that it depends on
     total = state.log_likelihood
     mean = state.mean
-    spread = state.variance
+    variance = state.variance
     last = state.cycle
     innovations: list[Innovation] = []
-    for cycle, values, offset_variance, scale in times:
+    for time in times:
+        # W and the offset, as expected
+        scale = time.scale
         expected = scale * mean
-        before_spread = scale**2 * (spread + rate * (cycle - last))
-        # of W and the offset
-        last = cycle
-        shared = expected
-        shared_spread = before_spread + offset_variance
-        whole = shared_spread
-        (off, chi, gained) = np.zeros((3, 1))[:, 0]
-        under = values[limited[values]]
-        measured = values[~limited[values]]
+        before_variance = scale**2 * (variance + rate * (time.cycle - last))
+        shared_variance = before_variance + time.offset_variance
+        last = time.cycle
+
+        measured = time.values[~censored[time.values]]
+        under = time.values[censored[time.values]]
+        nothing = np.zeros(1)[0]
+        update = StateUpdate(nothing, nothing, nothing, expected, shared_variance)
         if len(measured):
-            sums = _weighted_sums(residual, variance, measured, loading)
-            off, chi, gained, shared, shared_spread = update_state(
-                shared, shared_spread, sums
-            )
+            sums = _weighted_sums(residuals, measured, loading)
+            update = update_state(expected, shared_variance, sums)
         if len(under):
-            wide = [np.broadcast_to(part, lanes) for part in (shared, shared_spread)]
-            log_below, shared, shared_spread = below_limits(
-                room, variance, under, wide[0], np.sqrt(wide[1])
-            )
-            gained = gained + log_below
+            update = _with_limits(residuals, under, update, lanes)
             if not len(measured):
-                first = variance[..., 0 if variance.shape[-1] == 1 else under[0]]
-                off = (shared - expected) / np.sqrt(wide[1] + first)
-        gain = before_spread / np.maximum(
-            whole, 1e-300
-        )  # 0 where nothing is unknown before
-        total = total + gained
-        mean = (expected + gain * (shared - expected)) / scale
-        spread = (before_spread * (1.0 - gain) + gain**2 * shared_spread) / scale**2
+                surprise = _surprise_of_limits(
+                    residuals, under, expected, update.mean, shared_variance, lanes
+                )
+                update = update._replace(surprise=surprise)
+
+        # what they share is W and the offset; 0 where nothing is unknown before
+        gain = before_variance / np.maximum(shared_variance, 1e-300)
+        total = total + update.log_likelihood
+        mean = (expected + gain * (update.mean - expected)) / scale
+        kept_variance = before_variance * (1.0 - gain) + gain**2 * update.variance
+        variance = kept_variance / scale**2
         if steps:
-            parts = (
-                np.broadcast_to(np.asarray(e, float), lanes)
-                for e in (off, chi, gained, mean, spread)
-            )
-            innovations.append(Innovation(len(measured), *parts))
-    total = np.broadcast_to(total, lanes)
-    mean = np.broadcast_to(mean, lanes)
-    spread = np.broadcast_to(spread, lanes)
-    return Filtered(total, mean, spread, last, innovations)
+            after = update._replace(mean=mean, variance=variance)
+            innovations.append(_innovation(len(measured), after, lanes))
+    return Filtered(
+        np.broadcast_to(total, lanes),
+        np.broadcast_to(mean, lanes),
+        np.broadcast_to(variance, lanes),
+        last,
+        innovations,
+    )
+
+
+def _lanes_of(residuals: Residuals, rate: Any, loading: Any) -> tuple[int, ...]:
+    """Return the shape of all lanes."""
+    shapes = [residuals.difference.shape[:-1], residuals.variance.shape[:-1]]
+    if loading is not None:
+        shapes.append(loading.shape[:-1])
+    return np.broadcast_shapes(*shapes, np.shape(rate))
+
+
+def _with_limits(
+    residuals: Residuals, under: Index, update: StateUpdate, lanes: tuple[int, ...]
+) -> StateUpdate:
+    """Return what is known once values that are only known to be below count, too."""
+    mean = np.broadcast_to(update.mean, lanes)
+    spread = np.sqrt(np.broadcast_to(update.variance, lanes))
+    log_below, mean, variance = below_limits(
+        residuals.room, residuals.variance, under, mean, spread
+    )
+    log_likelihood = update.log_likelihood + log_below
+    return update._replace(log_likelihood=log_likelihood, mean=mean, variance=variance)
+
+
+def _surprise_of_limits(
+    residuals: Residuals,
+    under: Index,
+    expected: Any,
+    mean: Array,
+    shared_variance: Any,
+    lanes: tuple[int, ...],
+) -> Array:
+    """Return by how much values below their limits move what they share, standardised."""
+    variance = residuals.variance
+    first = variance[..., 0 if variance.shape[-1] == 1 else under[0]]
+    whole = np.broadcast_to(shared_variance, lanes) + first
+    return np.asarray((mean - expected) / np.sqrt(whole))
+
+
+def _innovation(count: int, update: StateUpdate, lanes: tuple[int, ...]) -> Innovation:
+    """Return an inspection seen from those before it, of all lanes."""
+    parts = (np.broadcast_to(np.asarray(part, float), lanes) for part in update)
+    return Innovation(count, *parts)
 
 
 def censored_values(room: Array) -> Flags:
-    """Return which values are known by a limit alone."""
+    """Return which values are known by a limit alone, (n,).
+
+    Parameters
+    ----------
+    room : limits minus model, NaN of values that were seen, (…, n)
+    """
     return np.asarray(~np.isnan(room[(0,) * (room.ndim - 1)]))
 
 
 def _weighted_sums(
-    residual: Array, variance: Array, values: Index, loading: Array | None
-) -> Sums:
-    """Return Σ r²/v, Σ a r/v, Σ a²/v and Σ ln 2πv of some values with their loadings a.
+    residuals: Residuals, values: Index, loading: Array | None
+) -> WeightedSums:
+    """Return the sums over some values with their loadings.
 
     Of one value there is no first: it is what follows from the other two, without what
     rounding leaves.
     """
-    r = residual[..., values]
     n = len(values)
-    v = variance if variance.shape[-1] == 1 else variance[..., values]
+    r = residuals.difference[..., values]
+    v = residuals.variance
+    v = v if v.shape[-1] == 1 else v[..., values]
     a = np.ones(1) if loading is None else loading[..., values]
 
     def whole(terms: Array) -> Array:
         return np.asarray(terms.sum(axis=-1) * (n / terms.shape[-1]))
 
     if n == 1 and loading is None:
-        return (
-            None,
-            r[..., 0] / v[..., 0],
-            1.0 / v[..., 0],
-            np.log(v[..., 0]) + LOG_TWO_PI,
-        )
-    square = None if n == 1 else whole(r * r / v)
-    return square, whole(a * r / v), whole(a * a / v), whole(np.log(v) + LOG_TWO_PI)
+        v = v[..., 0]
+        return WeightedSums(None, r[..., 0] / v, 1.0 / v, np.log(v) + LOG_TWO_PI)
+    return WeightedSums(
+        square=None if n == 1 else whole(r * r / v),
+        cross=whole(a * r / v),
+        precision=whole(a * a / v),
+        logs=whole(np.log(v) + LOG_TWO_PI),
+    )
 
 
-def update_state(
-    mean: Any, spread: Any, sums: Sums
-) -> tuple[Array, Array, Array, Array, Array]:
-    """Return what values tell of a state: surprise, chi², their log likelihood, its mean and variance after.
+def update_state(mean: Any, variance: Any, sums: WeightedSums) -> StateUpdate:
+    """Return what values tell of a state.
 
     With x the state that fits best, chi² = Σ r²/v − (Σ a r/v)²/Σ a²/v + (x −
-    mean)²/(spread + 1/Σ a²/v), in which nothing large cancels where the model is far
+    mean)²/(variance + 1/Σ a²/v), in which nothing large cancels where the model is far
     off.
 
     Parameters
     ----------
-    mean, spread : of the state before, and its variance
-    sums : Σ r²/v, Σ a r/v, Σ a²/v, Σ ln 2πv
+    mean, variance : of the state before
+    sums : over the values
     """
     square, cross, precision, logs = sums
     safe_precision = np.maximum(precision, 1e-300)
     fits = cross / safe_precision
-    expected = spread + 1.0 / safe_precision
-    scale = 1.0 + spread * precision
+    expected = variance + 1.0 / safe_precision
+    scale = 1.0 + variance * precision
     off = fits - mean
     chi = off * off / expected
     chi = chi if square is None else chi + (square - cross * fits)
-    likelihood = -0.5 * (chi + (logs + np.log(scale)))
-    return (
-        off / np.sqrt(expected),
-        chi,
-        likelihood,
-        mean + spread / expected * off,
-        spread / scale,
+    return StateUpdate(
+        surprise=off / np.sqrt(expected),
+        chi_square=chi,
+        log_likelihood=-0.5 * (chi + (logs + np.log(scale))),
+        mean=mean + variance / expected * off,
+        variance=variance / scale,
     )
 
 
 def with_gain(
     value: Array, model: Array, variance: Array, times: Inspections, error: ErrorModel
 ) -> Filtered:
-    """Return the likelihood of values whose model has an unknown gain, N(1, s²), and the gain's law.
+    """Return the likelihood of values whose model has an unknown gain, and the gain's law.
 
-    It is a state that does not move, by which the model counts in each value. Of errors
-    in parts of what is measured the variance grows with the gain: its law is then
-    integrated over, up to each inspection.
+    The gain is N(1, s²) before: a state that does not move, by which the model counts
+    in each value. Of errors in parts of what is measured the variance grows with the
+    gain: its law is then integrated over, up to each inspection.
 
     Parameters
     ----------
@@ -263,79 +350,101 @@ def with_gain(
     error : with s, and the standard error in parts of gain times model
     """
     state = Filtered(0.0, 1.0, error.gain_sd**2)
-    room = np.full_like(value, np.nan)
+    no_limits = np.full_like(value, np.nan)
     if not error.relative or not times:
-        return filtered((value, variance, room), times, state, 0.0, model, steps=True)
+        residuals = Residuals(value, variance, no_limits)
+        return filtered(residuals, times, state, 0.0, model, steps=True)
+
     v = np.broadcast_to(variance, np.broadcast_shapes(variance.shape, model.shape))
-    until = [
-        np.concatenate([inspection.values for inspection in times[: n + 1]])
-        for n in range(len(times))
-    ]
-    laws = [
-        _integrated_over_gain(value[..., n], model[..., n], v[..., n], error)
-        for n in until
-    ]
-    v = v + (error.relative * laws[-1][1][..., None] * model) ** 2
-    result = filtered((value, v, room), times, state, 0.0, model, steps=True)
-    earlier = np.zeros(())
-    for n, (logs, mean, spread) in enumerate(laws):
-        result.steps[n] = replace(
-            result.steps[n], log_likelihood=logs - earlier, mean=mean, variance=spread
+    laws = []
+    for n in range(len(times)):
+        until = np.concatenate([time.values for time in times[: n + 1]])
+        laws.append(
+            _integrated_over_gain(
+                value[..., until], model[..., until], v[..., until], error
+            )
         )
-        earlier = logs
+
+    v = v + (error.relative * laws[-1].mean[..., None] * model) ** 2
+    residuals = Residuals(value, v, no_limits)
+    result = filtered(residuals, times, state, 0.0, model, steps=True)
+    earlier = np.zeros(())
+    for n, law in enumerate(laws):
+        result.steps[n] = replace(
+            result.steps[n],
+            log_likelihood=law.log_likelihood - earlier,
+            mean=law.mean,
+            variance=law.variance,
+        )
+        earlier = law.log_likelihood
     return Filtered(*laws[-1], result.cycle, result.steps)
 
 
+class GainLaw(NamedTuple):
+    """What is known of a gain.
+
+    Parameters
+    ----------
+    log_likelihood : of the values
+    mean, variance : of the gain
+    """
+
+    log_likelihood: Array
+    mean: Array
+    variance: Array
+
+
 def _integrated_over_gain(
-    y: Array, model: Array, variance: Array, error: ErrorModel
-) -> tuple[Array, Array, Array]:
-    """Return ln ∫ Π N(y; γ m, v) N(γ; 1, s²) dγ with v = own + (r γ m)², and mean and variance of γ.
+    value: Array, model: Array, variance: Array, error: ErrorModel
+) -> GainLaw:
+    """Return ln ∫ Π N(y; γ m, v) N(γ; 1, s²) dγ with v = variance + (r γ m)², and γ's law.
 
     By Gauss and Hermite's rule about the top, which Fisher's scoring finds.
     """
-    gain = np.ones(model.shape[:-1])
-    gain_sd = error.gain_sd
-    relative = error.relative
-    for _ in range(SCORINGS):
-        m = gain[..., None] * model
-        part = (relative * model) ** 2
-        v = variance + gain[..., None] ** 2 * part
-        r = y - m
-        rise = gain[..., None] * part / v  # half of the slope of ln v
-        slope = (
-            np.sum(model * r / v + (r * r / v - 1.0) * rise, axis=-1)
-            - (gain - 1.0) / gain_sd**2
-        )
-        information = np.sum(model**2 / v + 2.0 * rise**2, axis=-1) + 1.0 / gain_sd**2
-        gain = gain + slope / information
+    top, width = _top_of_gain(value, model, variance, error)
     nodes, weights = hermite_e.hermegauss(GAIN_NODES)
-    width = information**-0.5
+    gains = [top + width * node for node in nodes]
     logs = []
-    gains = [gain + width * node for node in nodes]
-    for gain_node, node, weight in zip(gains, nodes, weights, strict=True):
-        m = gain_node[..., None] * model
-        v = variance + (relative * m) ** 2
-        off = (
-            np.sum((y - m) ** 2 / v + np.log(v) + LOG_TWO_PI, axis=-1)
-            + ((gain_node - 1.0) / gain_sd) ** 2
-        )
+    for gain, node, weight in zip(gains, nodes, weights, strict=True):
+        m = gain[..., None] * model
+        v = variance + (error.relative * m) ** 2
+        misfit = np.sum((value - m) ** 2 / v + np.log(v) + LOG_TWO_PI, axis=-1)
+        off = misfit + ((gain - 1.0) / error.gain_sd) ** 2
+        log_prior_norm = np.log(error.gain_sd)
         logs.append(
-            0.5 * (node**2 - off) - np.log(gain_sd) - 0.5 * LOG_TWO_PI + np.log(weight)
+            0.5 * (node**2 - off) - log_prior_norm - 0.5 * LOG_TWO_PI + np.log(weight)
         )
+
     total = logsumexp(logs, axis=0)
     mass = np.exp(np.array(logs) - total)
     mean = np.sum(mass * gains, axis=0)
-    return (
-        total + np.log(width),
-        mean,
-        np.sum(mass * (np.array(gains) - mean) ** 2, axis=0),
-    )
+    spread = np.sum(mass * (np.array(gains) - mean) ** 2, axis=0)
+    return GainLaw(total + np.log(width), mean, spread)
+
+
+def _top_of_gain(
+    value: Array, model: Array, variance: Array, error: ErrorModel
+) -> tuple[Array, Array]:
+    """Return the most probable gain, by Fisher's scoring, and the width of its law."""
+    gain = np.ones(model.shape[:-1])
+    part = (error.relative * model) ** 2
+    prior_variance = error.gain_sd**2
+    for _ in range(SCORINGS):
+        v = variance + gain[..., None] ** 2 * part
+        r = value - gain[..., None] * model
+        rise = gain[..., None] * part / v  # half of the slope of ln v
+        slope = model * r / v + (r * r / v - 1.0) * rise
+        total_slope = np.sum(slope, axis=-1) - (gain - 1.0) / prior_variance
+        information = np.sum(model**2 / v + 2.0 * rise**2, axis=-1)
+        information = information + 1.0 / prior_variance
+        gain = gain + total_slope / information
+    return gain, information**-0.5
 
 
 def below_limits(
     room: Array, variance: Array, values: Index, mean: Array, spread: Array
-) -> tuple[Array, ...]:
-    """Return log probability that all these values are below, and mean and variance of u given that.
+) -> tuple[Array, Array, Array]:
+    """Return log probability that values are below, and mean and variance of u given that.
 
     Parameters
     ----------
@@ -344,30 +453,35 @@ def below_limits(
     values : which of the n are meant
     mean, spread : (…) mean and standard deviation of u before
     """
-    value_sds = [
-        np.sqrt(variance[..., 0 if variance.shape[-1] == 1 else value])
-        for value in values
-    ]
-    if len(values) == 1:  # in closed form
-        total_sd = np.hypot(value_sds[0], spread)
-        a = (room[..., values[0]] - mean) / total_sd
-        log_probability = log_ndtr(a)
-        hazard = np.exp(-0.5 * a * a - 0.5 * LOG_TWO_PI - log_probability)
-        left = 1.0 - (spread / total_sd) ** 2 * hazard * (a + hazard)
-        return log_probability, mean - spread**2 / total_sd * hazard, spread**2 * left
-    ratio = max(float(np.max(spread / row)) for row in value_sds)
-    z, logs = _normal_rule(int(np.clip(PANELS * np.ceil(0.5 * ratio), PANELS, FINEST)))
+    columns = [0 if variance.shape[-1] == 1 else value for value in values]
+    value_sds = [np.sqrt(variance[..., column]) for column in columns]
+    if len(values) == 1:
+        return _below_one_limit(room[..., values[0]], value_sds[0], mean, spread)
+
+    ratio = max(float(np.max(spread / sd)) for sd in value_sds)
+    panels = int(np.clip(PANELS * np.ceil(0.5 * ratio), PANELS, MAX_PANELS))
+    z, logs = _normal_rule(panels)
     u = mean[..., None] + spread[..., None] * z
     for value, sd in zip(values, value_sds, strict=True):
         logs = logs + log_ndtr((room[..., value][..., None] - u) / sd[..., None])
     log_probability = logsumexp(logs, axis=-1)
     weight = np.exp(logs - log_probability[..., None])
     mean_below = np.sum(weight * u, axis=-1)
-    return (
-        log_probability,
-        mean_below,
-        np.sum(weight * (u - mean_below[..., None]) ** 2, axis=-1),
-    )
+    variance_below = np.sum(weight * (u - mean_below[..., None]) ** 2, axis=-1)
+    return log_probability, mean_below, variance_below
+
+
+def _below_one_limit(
+    room: Array, sd: Array, mean: Array, spread: Array
+) -> tuple[Array, Array, Array]:
+    """Return what `below_limits` does of one value, in closed form."""
+    total_sd = np.hypot(sd, spread)
+    a = (room - mean) / total_sd
+    log_probability = log_ndtr(a)
+    hazard = np.exp(-0.5 * a * a - 0.5 * LOG_TWO_PI - log_probability)
+    left = 1.0 - (spread / total_sd) ** 2 * hazard * (a + hazard)
+    mean_below = mean - spread**2 / total_sd * hazard
+    return log_probability, mean_below, spread**2 * left
 
 
 @cache
@@ -384,7 +498,17 @@ def _normal_rule(panels: int) -> tuple[Array, Array]:
 def smoothed_paths(
     steps: list[Innovation], times: Inspections, rate: Array, rng: Random
 ) -> Array:
-    """Return draws of W at the inspections given all of them, (inspections, …): drawn backwards."""
+    """Return draws of W at the inspections given all of them, (inspections, …).
+
+    They are drawn backwards, from the last inspection on.
+
+    Parameters
+    ----------
+    steps : the innovation of each inspection
+    times : the inspections
+    rate : variance of W per cycle
+    rng : of the draws
+    """
     paths = np.empty((len(steps), *np.shape(steps[-1].mean)))
     for t in reversed(range(len(steps))):
         mean = steps[t].mean

@@ -10,24 +10,24 @@ mean course is taken as straight from now to the limit.)
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import log_ndtr, logsumexp, ndtr
 
-from wearlab.arrays import Array, Random
+from wearlab.arrays import Array, Index, Random
 from wearlab.updating import grids, likelihood
 from wearlab.updating.run_curves import RunHistory, invert_rising
 
-LEAST = 1e-8  # probability of a run that still counts for a life with a drift
-DROPPED = 1e-6  # probability of all states of a run that do not
-STATES = 5  # points over the present state
-STIFFEST = 1e8  # shape over mean from which a law is as good as a step
-LONGEST = 1e6  # times the median from which a life counts as endless
-AT_ONCE = 1e-9  # of the longest lives, below which a life ends at once
-SOME, NEAR = (
-    600,
-    0.1,
-)  # states that ln of a life is guessed by, and how far it may then be off
+NEGLIGIBLE_RUN = 1e-8  # probability up to which a run does not count for a life
+NEGLIGIBLE_STATES = 1e-6  # probability of all states of a run that do not count
+PRESENT_STATES = 5  # points over the present state W
+MAX_SHAPE = 1e8  # shape over mean from which a law is as good as a step
+MAX_OVER_MEDIAN = 1e6  # times the median from which a life counts as endless
+IMMEDIATE = 1e-9  # of the longest lives, below which a life ends at once
+GUESS_STATES = 600  # states that ln of a life is guessed by
+GUESS_ERROR = 0.1  # of ln of a life, by which that guess may be off
+NO_RATE = 1e-300  # variance per cycle, or time, that stands for 0
 
 
 @dataclass(frozen=True)
@@ -50,55 +50,82 @@ class Answer:
     at_odds: tuple[int, ...] = ()
 
     def factor(self, p: Array) -> Array:
-        """Return quantiles of the factor on the wear coefficient."""
+        """Return quantiles of the factor on the wear coefficient [1].
+
+        Parameters
+        ----------
+        p : probabilities of smaller factors, (q,)
+        """
         return self.posterior.factor(p)
 
     def factor_below(self, factor: float) -> float:
-        """Return the probability of a smaller factor."""
-        post = self.posterior
-        return float(
-            post.weight
-            @ post.smaller(np.full((len(post.weight), 1), np.log(factor)))[:, 0]
-        )
+        """Return the probability of a smaller factor on the wear coefficient.
+
+        Parameters
+        ----------
+        factor : on the wear coefficient [1]
+        """
+        weight = self.posterior.weight
+        log_factor = np.full((len(weight), 1), np.log(factor))
+        return float(weight @ self.posterior.smaller(log_factor)[:, 0])
 
     def life(self, p: Array) -> Array:
-        """Return quantiles of the life [cycles]."""
+        """Return quantiles of the life [cycles], ∞ where the limit is never reached.
+
+        Parameters
+        ----------
+        p : probabilities of shorter lives, (q,)
+        """
         if self.passage is not None:
             return self.passage.life(p)
-        post = self.posterior
+
         p = np.asarray(p, float)
-        pairs = zip(post.histories, post.log_factor[:, [0, -1]], strict=True)
-        lives = np.stack([run.life(np.exp(u)) for run, u in pairs])
+        histories = self.posterior.histories
+        ends_of_grids = self.posterior.log_factor[:, [0, -1]]
+        pairs = zip(histories, ends_of_grids, strict=True)
+        lives = np.stack([run.life(np.exp(ends)) for run, ends in pairs])
         finite = lives[np.isfinite(lives) & (lives > 0.0)]
         if not len(finite):
             return np.full(p.shape, np.inf)
+
+        def below(log_cycle: Array) -> Array:
+            return self.life_below(np.exp(log_cycle))
+
         low = np.log(finite.min()) - 1e-6
         high = np.log(finite.max()) + 1e-6
-        cycles = np.exp(
-            invert_rising(lambda u: self.life_below(np.exp(u)), p, low, high)
-        )
-        return np.where(p > self.life_below(np.exp(high))[0], np.inf, cycles)
+        cycles = np.exp(invert_rising(below, p, low, high))
+        return np.where(p > below(high)[0], np.inf, cycles)
 
     def life_below(self, cycle: Array | float) -> Array:
-        """Return the probability of a shorter life, (q,)."""
+        """Return the probability of a shorter life, (q,).
+
+        Parameters
+        ----------
+        cycle : lives, (q,) [cycles]
+        """
         if self.passage is not None:
             return self.passage.life_below(cycle)
+
         post = self.posterior
-        runs = self.posterior.histories
-        passed = np.stack(
-            [run.equal(np.atleast_1d(np.asarray(cycle, float))) for run in runs]
-        )
-        spans = np.array(
-            [max(run.limit_cycle - run.start, 0.0) * run.factor for run in runs]
-        )  # at factor 1
+        cycles = np.atleast_1d(np.asarray(cycle, float))
+        passed = np.stack([run.equal(cycles) for run in post.histories])
+        lives_at_factor_1 = [
+            max(run.limit_cycle - run.start, 0.0) * run.factor for run in post.histories
+        ]
+        spans = np.array(lives_at_factor_1)
+
         with np.errstate(divide="ignore", invalid="ignore"):
             needed = np.log(spans[:, None] / np.maximum(passed, 0.0))
-        return np.asarray(
-            post.weight @ (1.0 - post.smaller(np.nan_to_num(needed, nan=-np.inf)))
-        )
+        smaller = post.smaller(np.nan_to_num(needed, nan=-np.inf))
+        return np.asarray(post.weight @ (1.0 - smaller))
 
     def remaining(self, p: Array) -> Array:
-        """Return quantiles of the remaining life [cycles], 0 where the end has passed."""
+        """Return quantiles of the remaining life [cycles], 0 where the end has passed.
+
+        Parameters
+        ----------
+        p : probabilities of shorter lives, (q,)
+        """
         return np.maximum(self.life(p) - self.now, 0.0)
 
     @property
@@ -108,16 +135,15 @@ class Answer:
 
     @property
     def beyond(self) -> float:
-        """The probability that the wear seen at the last inspection, or the limit, lies beyond the runs."""
+        """The probability that the wear at the last inspection, or the limit, lies beyond the runs."""
         post = self.posterior
+        now = np.array(self.now)
         risk = 0.0
-        for run, mass, u in zip(
-            post.histories, post.mass, post.log_factor, strict=True
-        ):
-            later = run.equivalent_cycle(np.array(self.now), np.exp(u)) > run.end
-            risk += float(
-                mass[later | (run.limit_cycle > run.end * (1.0 + 1e-12))].sum()
-            )
+        by_run = zip(post.histories, post.mass, post.log_factor, strict=True)
+        for run, mass, log_factor in by_run:
+            wear_is_later = run.equivalent_cycle(now, np.exp(log_factor)) > run.end
+            limit_is_later = run.limit_cycle > run.end * (1.0 + 1e-12)
+            risk += float(mass[wear_is_later | limit_is_later].sum())
         return risk
 
     @cached_property
@@ -125,10 +151,44 @@ class Answer:
         """The lives where wear strays, None without a drift."""
         if self.drifting is None:
             return None
-        held = np.flatnonzero(self.posterior.weight > LEAST)
-        parts = [_states(self.posterior, int(i), self.drifting, self.now) for i in held]
-        lanes = [np.concatenate(each) for each in zip(*parts, strict=True)]
-        return Passage(self.now, lanes, lambda cycle: np.asarray(cycle - self.now))
+        counted = np.flatnonzero(self.posterior.weight > NEGLIGIBLE_RUN)
+        parts = [
+            _states_of_run(self.posterior, int(i), self.drifting, self.now)
+            for i in counted
+        ]
+        return Passage(self.now, joined_states(parts), self._cycles_until)
+
+    def _cycles_until(self, cycle: float) -> Array:
+        """Return the cycles from the last inspection to a cycle."""
+        return np.asarray(cycle - self.now)
+
+
+class PassageStates(NamedTuple):
+    """States of what is not known, from each of which the wear goes on to the limit.
+
+    Parameters
+    ----------
+    weight : (n,) how probable each is, in any measure
+    gap : (n,) to the limit [SI of the quantity], not positive where it has been passed
+    mean : (n,) time in which the mean course closes the gap [cycles]
+    rate : (n,) variance of W in a unit of that time
+    """
+
+    weight: Array
+    gap: Array
+    mean: Array
+    rate: Array
+
+
+def joined_states(parts: Sequence[PassageStates]) -> PassageStates:
+    """Return several sets of states as one.
+
+    Parameters
+    ----------
+    parts : such as those of each run
+    """
+    columns = zip(*parts, strict=True)
+    return PassageStates(*(np.concatenate(column) for column in columns))
 
 
 class Passage:
@@ -137,72 +197,98 @@ class Passage:
     Parameters
     ----------
     now : the last inspection [cycles]
-    lanes : weight, gap to the limit, time in which the mean course closes it, variance
-        of W in a unit of time
-    ahead : time of each lane from its last inspection to a cycle
+    states : of what is not known
+    ahead : time of each state from its last inspection to a cycle
     """
 
     def __init__(
-        self, now: float, lanes: Sequence[Array], ahead: Callable[[float], Array]
+        self, now: float, states: PassageStates, ahead: Callable[[float], Array]
     ) -> None:
-        (weight, gap, mean, rate), self.now, self.ahead = lanes, now, ahead
-        weight = weight / weight.sum()
-        self.held = (gap > 0.0) & np.isfinite(mean)
-        self.over = float(weight[gap <= 0.0].sum())
-        self.weight, gap, self.mean, rate = (
-            each[self.held] for each in (weight, gap, mean, rate)
-        )
-        self.shape = np.minimum(gap**2 / np.maximum(rate, 1e-300), STIFFEST * self.mean)
+        self.now = now
+        self.ahead = ahead
+        weight = states.weight / states.weight.sum()
+        self.over = float(weight[states.gap <= 0.0].sum())
+
+        self.held = (states.gap > 0.0) & np.isfinite(states.mean)
+        self.weight = weight[self.held]
+        self.mean = states.mean[self.held]
+        gap = states.gap[self.held]
+        rate = states.rate[self.held]
+        shape = gap**2 / np.maximum(rate, NO_RATE)
+        self.shape = np.minimum(shape, MAX_SHAPE * self.mean)
 
     def below(self, cycle: float, thinned: int = 1) -> float:
         """Return the probability of a shorter life.
 
-        By every so manieth state only, as a first guess.
+        Parameters
+        ----------
+        cycle : the life [cycles]
+        thinned : take every so manieth state only, as a first guess
         """
-        if cycle < self.now or not len(self.weight):
-            return 0.0 if cycle < self.now else self.over
+        if cycle < self.now:
+            return 0.0
+        if not len(self.weight):
+            return self.over
+
         mean = self.mean[::thinned]
         shape = self.shape[::thinned]
         weight = self.weight[::thinned]
         ahead = self.ahead(cycle)
         ahead = ahead[self.held][::thinned] if np.ndim(ahead) else ahead
         reached = first_passage(np.maximum(ahead, 1e-30), mean, shape)
-        return self.over + float(self.weight.sum() / weight.sum()) * float(
-            weight @ reached
-        )
+        left_out = float(self.weight.sum() / weight.sum())
+        return self.over + left_out * float(weight @ reached)
 
     def life_below(self, cycle: Array | float) -> Array:
-        """Return the probability of a shorter life, (q,)."""
-        return np.array([self.below(float(each)) for each in np.atleast_1d(cycle)])
+        """Return the probability of a shorter life, (q,).
+
+        Parameters
+        ----------
+        cycle : lives, (q,) [cycles]
+        """
+        return np.array([self.below(float(life)) for life in np.atleast_1d(cycle)])
 
     def life(self, p: Array) -> Array:
-        """Return quantiles: guessed by some of the states, then by all of them near there, else anywhere."""
+        """Return quantiles of the life [cycles].
+
+        They are guessed by some of the states, then found by all of them near there,
+        and anywhere where that guess was far off.
+
+        Parameters
+        ----------
+        p : probabilities of shorter lives, (q,)
+        """
         p = np.asarray(p, float)
-        at_once = AT_ONCE * np.quantile(self.mean, 0.99) if len(self.mean) else np.nan
-        middle = (
-            np.log(np.median(self.mean[self.mean >= at_once]))
-            if len(self.mean)
-            else 0.0
-        )
-        low = middle - np.log(LONGEST)
-        high = middle + np.log(LONGEST)
+        low, high = self._log_range()
 
-        def below(u: Array, thinned: int = 1) -> Array:
-            return np.array(
-                [self.below(self.now + float(np.exp(each)), thinned) for each in u]
-            )
+        def below(log_rest: Array, thinned: int = 1) -> Array:
+            cycles = (self.now + float(np.exp(u)) for u in log_rest)
+            return np.array([self.below(cycle, thinned) for cycle in cycles])
 
-        begun, draw_lives = below(np.array([low, high]))
-        held = (p > begun) & (p <= draw_lives)
-        found = np.where(p > begun, np.inf, self.now)
-        thinned = max(len(self.weight) // SOME, 1)
-        guess = invert_rising(lambda u: below(u, thinned), p[held], low, high, 1e-3)
-        near = invert_rising(below, p[held], guess - NEAR, guess + NEAR, 1e-5)
-        off = np.abs(near - guess) >= NEAR
+        def below_by_some(log_rest: Array) -> Array:
+            return below(log_rest, max(len(self.weight) // GUESS_STATES, 1))
+
+        ended, reached = below(np.array([low, high]))
+        lives = np.where(p > ended, np.inf, self.now)
+        finite = (p > ended) & (p <= reached)
+        targets = p[finite]
+
+        guess = invert_rising(below_by_some, targets, low, high, 1e-3)
+        near = (guess - GUESS_ERROR, guess + GUESS_ERROR)
+        log_rest = invert_rising(below, targets, *near, 1e-5)
+        off = np.abs(log_rest - guess) >= GUESS_ERROR
         if off.any():
-            near[off] = invert_rising(below, p[held][off], low, high)
-        found[held] = self.now + np.exp(near)
-        return found
+            log_rest[off] = invert_rising(below, targets[off], low, high)
+        lives[finite] = self.now + np.exp(log_rest)
+        return lives
+
+    def _log_range(self) -> tuple[float, float]:
+        """Return between which ln of the remaining cycles is looked for."""
+        middle = 0.0
+        if len(self.mean):
+            immediate = IMMEDIATE * np.quantile(self.mean, 0.99)
+            middle = np.log(np.median(self.mean[self.mean >= immediate]))
+        return middle - np.log(MAX_OVER_MEDIAN), middle + np.log(MAX_OVER_MEDIAN)
 
 
 Lives = Answer | Passage
@@ -223,79 +309,98 @@ def first_passage(ahead: Array | float, mean: Array, shape: Array) -> Array:
     with np.errstate(over="ignore"):  # what is reached at once
         share = ahead / mean
     direct = ndtr((share - 1.0) * root)
-    back = np.exp(np.minimum(2.0 * shape / mean + log_ndtr(-(share + 1.0) * root), 0.0))
-    return np.asarray(np.minimum(direct + back, 1.0))
+    log_tail = log_ndtr(-(share + 1.0) * root)
+    reflected = np.exp(np.minimum(2.0 * shape / mean + log_tail, 0.0))
+    return np.asarray(np.minimum(direct + reflected, 1.0))
 
 
 def present_state(
     run: RunHistory, factor: Array, mean: Array, cycle: float
 ) -> tuple[Array, Array]:
-    """Return how far the limit is and in how many cycles the mean course gets there.
+    """Return how far the limit is, and in how many cycles the mean course gets there.
 
     Parameters
     ----------
     run : the stored run
-    factor : on the wear coefficient
-    mean : W now, by how much the wear is more than the model's
-    cycle : cycle
+    factor : on the wear coefficient [1]
+    mean : W now, by how much the wear is more than the model's [SI of the quantity]
+    cycle : now [cycles]
 
     Returns
     -------
     gap [SI of the quantity] and cycles; a gap that is not positive has been closed.
     """
-    gap = run.level - mean - run.limit.at(run.equivalent_cycle(np.array(cycle), factor))
-    return gap, np.maximum(
-        run.real_cycle(run.limit.first_above(run.level - mean), factor) - cycle, 1e-300
-    )
+    run_cycle = run.equivalent_cycle(np.array(cycle), factor)
+    gap = run.level - mean - run.limit.at(run_cycle)
+    end = run.real_cycle(run.limit.first_above(run.level - mean), factor)
+    return gap, np.maximum(end - cycle, NO_RATE)
 
 
 def draw_lives(
     run: RunHistory, factor: Array, mean: Array, cycle: float, rate: Array, rng: Random
 ) -> Array:
-    """Return draws of the cycle at which a Wiener process from W now on reaches the limit; ``now`` if it has.
+    """Return draws of the cycle at which wear that strays reaches the limit.
+
+    W is a Wiener process from its present value on. A limit that has been reached
+    gives the present cycle.
 
     Parameters
     ----------
     run, factor, mean, cycle : see `present_state`
     rate : variance of W per cycle
-    rng : of its ways
+    rng : of its paths
     """
     gap, ahead = present_state(run, factor, mean, cycle)
+    passed = gap <= 0.0
+    open_gap = np.where(passed, 1.0, gap)
     with np.errstate(over="ignore", divide="ignore"):
-        shape = np.clip(
-            np.where(gap <= 0.0, 1.0, gap) ** 2 / np.maximum(rate, 1e-300),
-            1e-300,
-            1e300,
-        )
-    return cycle + np.where(
-        gap <= 0.0, 0.0, rng.wald(np.where(np.isfinite(ahead), ahead, 1e300), shape)
-    )
+        shape = np.clip(open_gap**2 / np.maximum(rate, NO_RATE), 1e-300, 1e300)
+    finite_ahead = np.where(np.isfinite(ahead), ahead, 1e300)
+    return cycle + np.where(passed, 0.0, rng.wald(finite_ahead, shape))
 
 
-def _states(
+def _states_of_run(
     post: grids.Posterior, i: int, number: int, cycle: float
-) -> tuple[Array, Array, Array, Array]:
-    """Return weight, gap, mean cycles and rate of all that counts in one run."""
+) -> PassageStates:
+    """Return the states of a run's factor, errors and W that count together."""
     run = post.histories[i]
-    nodes = post.nodes[i]
     joint, filtered = post.conditional(i, number)
-    at, every = (np.linspace(0.0, 1.0, n) for n in (len(nodes), post.place.shape[1]))
-    log_density = np.log(np.maximum(np.interp(at, every, post.density[i]), 1e-300))
-    mass = np.exp(joint + (log_density - logsumexp(joint, axis=(1, 2)))[:, None, None])
-    mass *= post.weight[i] / mass.sum()
-    ordered = np.sort(mass, axis=None)
-    counted = np.nonzero(
-        mass > ordered[np.searchsorted(np.cumsum(ordered), DROPPED * ordered.sum())]
-    )
-    rate = np.exp(post.spreads[number][1][i])[counted[2]] ** 2 / likelihood.PER
-    spread = np.sqrt(filtered.variance[counted] + rate * (cycle - filtered.cycle))
-    z, heights = np.polynomial.hermite_e.hermegauss(STATES)
+    mass = _joint_mass(post, i, joint)
+    counted = _counted(mass)
+
+    # the mean of W and its spread until now, each over some present states
+    drifts = post.spreads[number][1][i]
+    rate = np.exp(drifts)[counted[2]] ** 2 / likelihood.PER
+    elapsed = cycle - filtered.cycle
+    spread = np.sqrt(filtered.variance[counted] + rate * elapsed)
+    z, heights = np.polynomial.hermite_e.hermegauss(PRESENT_STATES)
     mean = filtered.mean[counted] + np.multiply.outer(z, spread)
-    gap, ahead = present_state(run, np.exp(nodes)[counted[0]], mean, cycle)
+
+    factor = np.exp(post.nodes[i])[counted[0]]
+    gap, ahead = present_state(run, factor, mean, cycle)
     weight = np.multiply.outer(heights / heights.sum(), mass[counted])
-    return (
-        weight.ravel(),
-        gap.ravel(),
-        ahead.ravel(),
-        np.broadcast_to(rate, mean.shape).ravel(),
-    )
+    rates = np.broadcast_to(rate, mean.shape)
+    return PassageStates(weight.ravel(), gap.ravel(), ahead.ravel(), rates.ravel())
+
+
+def _joint_mass(post: grids.Posterior, i: int, joint: Array) -> Array:
+    """Return the probability of a run's factors and errors, (factors, sds, drifts).
+
+    ``joint`` is the log of the block's likelihood there, errors given the factor.
+    """
+    nodes = np.linspace(0.0, 1.0, len(post.nodes[i]))
+    places = np.linspace(0.0, 1.0, post.place.shape[1])
+    density = np.interp(nodes, places, post.density[i])
+    log_density = np.log(np.maximum(density, 1e-300))
+    log_factor_mass = log_density - logsumexp(joint, axis=(1, 2))
+    mass = np.exp(joint + log_factor_mass[:, None, None])
+    mass *= post.weight[i] / mass.sum()
+    return np.asarray(mass)
+
+
+def _counted(mass: Array) -> tuple[Index, ...]:
+    """Return the places of the masses that count."""
+    ordered = np.sort(mass, axis=None)
+    negligible = NEGLIGIBLE_STATES * ordered.sum()
+    smallest = ordered[np.searchsorted(np.cumsum(ordered), negligible)]
+    return np.nonzero(mass > smallest)

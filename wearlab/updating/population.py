@@ -33,7 +33,8 @@ from wearlab.updating import grids, kalman, likelihood, measurements
 from wearlab.updating.run_curves import ObservationPoints, RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
-NODES, FINER = 65, 2  # of a unit's grid; times as fine as it is integrated
+NODES = 65  # of a unit's grid
+FINER = 2  # times as fine as that grid it is integrated
 DEPTH = 60.0  # of a unit's log likelihood below its top that counts
 REACH = 6.0  # standard deviations of the population that a unit's grid goes to
 RADIUS = 4.5  # of the lattice, in standard deviations
@@ -41,20 +42,26 @@ SPACING = {1: 0.1, 2: 0.25, 3: 0.5, 4: 0.8, 5: 1.0}  # of the lattice, by its di
 # points between the lattice's; times as wide as the fitted law they lie
 BETWEEN = 2**15
 WIDER = 1.3
-EDGE = (
-    0.03  # probability at the lattice's edge from which it does not hold the posterior
-)
-MOST = 5  # unknowns that all units share
-SOME = 12  # units that the law is fitted to first
-GUIDES, ROUNDS, FIT = (
-    64,
-    12,
-    16.0,
-)  # points that the law is fitted with, rounds, effective points of each
+# probability at the lattice's edge from which it does not hold the posterior
+EDGE = 0.03
+MAX_SHARED = 5  # unknowns that all units share
+FIRST_UNITS = 12  # that the normal law is fitted to first
+FIT_POINTS = 64  # points that the normal law is fitted with in each round
+FIT_ROUNDS = 12
+EFFECTIVE_POINTS = 16.0  # that a round needs to be trusted
+BISECTIONS = 30  # of the share of the likelihood that counts
+LATTICE_ROUNDS = 3  # in which the lattice is laid anew about the posterior
 
 
 class Parameter(NamedTuple):
-    """Something positive that all units share: its name, its prior, and the SI value of the prior's unit."""
+    """Something positive that all units share.
+
+    Parameters
+    ----------
+    name : what it is called in datasets
+    prior : what is known of it before
+    scale : SI value of the prior's unit
+    """
 
     name: str
     prior: Distribution
@@ -118,30 +125,46 @@ class FleetMember:
         )
 
     def inspected(self, cycles: Array) -> Index:
-        """Return how many inspections there had been by cycles."""
-        count = len(self.blocks) if self.foreseen is None else self.foreseen
+        """Return how many inspections there had been by cycles, (cycles,).
+
+        Parameters
+        ----------
+        cycles : times, (cycles,)
+        """
+        foreseen = self._first_foreseen
+        rows = [(time.cycle, n >= foreseen) for n, time in self.inspections]
+        cycle, is_later_block = np.array(rows).reshape(-1, 2).T
         at = cycles[:, None]
-        cycle, later = (
-            np.array(
-                [(inspection.cycle, n >= count) for n, inspection in self.inspections]
-            )
-            .reshape(-1, 2)
-            .T
-        )
-        return np.sum((cycle < at) | ((cycle == at) & (later == 0.0)), axis=1)
+        now_known = (cycle == at) & (is_later_block == 0.0)
+        return np.sum((cycle < at) | now_known, axis=1)
+
+    @property
+    def _first_foreseen(self) -> int:
+        """The first block that is foreseen at a cycle, past the last where none is."""
+        return len(self.blocks) if self.foreseen is None else self.foreseen
 
     def up_to(self, cycle: float) -> "FleetMember":
-        """Return the unit with what had been measured by a cycle."""
-        n = len(self.blocks) if self.foreseen is None else self.foreseen
+        """Return the unit with what had been measured by a cycle.
+
+        Parameters
+        ----------
+        cycle : until which measurements count
+        """
+        n = self._first_foreseen
         until = likelihood.select_by_cycle(self.blocks, self.run, np.less_equal, cycle)
         earlier = likelihood.select_by_cycle(self.blocks, self.run, np.less, cycle)
         return replace(self, blocks=(*until[:n], *earlier[n:]))
 
 
 class Shared(NamedTuple):
-    """What the units share, as lanes (p, 1): power b, straying ρ, sd of each block.
+    """What the units share, as lanes.
 
-    And T [cycles].
+    Parameters
+    ----------
+    power : b, (p, 1)
+    straying : ρ, (p, 1)
+    sd : of each block, (p, 1) [SI]
+    reference : T [cycles]
     """
 
     power: Array
@@ -150,7 +173,12 @@ class Shared(NamedTuple):
     reference: float
 
     def equal(self, cycle: float | Array) -> Array:
-        """Return Λ of cycles from the start, (p, 1), or of some, (p, 1, n)."""
+        """Return the equal wear time Λ = T (N/T)^b of cycles, (p, 1) of one, (p, 1, n) of n.
+
+        Parameters
+        ----------
+        cycle : N, from the start of the run
+        """
         power = self.power[..., None] if np.ndim(cycle) else self.power
         return np.asarray(self.reference * (cycle / self.reference) ** power)
 
@@ -160,7 +188,14 @@ class Shared(NamedTuple):
         return np.asarray(self.straying**2 / self.reference)
 
     def worn(self, run: RunHistory, curve: RunCurve, factor: Array) -> Array:
-        """Return what is worn of a quantity at T, of a profile in the mean."""
+        """Return what is worn of a quantity at T, of a profile in the mean.
+
+        Parameters
+        ----------
+        run : the stored run
+        curve : the quantity over its cycles
+        factor : on the wear coefficient
+        """
         cycles = run.start + self.reference * factor[..., None] / run.factor
         return np.maximum(
             curve.at(cycles, np.arange(curve.value.shape[1])).mean(axis=-1), 1e-100
@@ -174,55 +209,68 @@ class Shared(NamedTuple):
         cycle: Array,
         column: Any = 0,
     ) -> Array:
-        """Return the mean course of what is asked at cycles, (…, n), for factors (…)."""
+        """Return the mean course of a quantity at cycles, (…, n) [SI].
+
+        Parameters
+        ----------
+        run : the stored run
+        points : with the curve of the quantity
+        factor : on the wear coefficient, (…)
+        cycle : when, (n,)
+        column : of the curve, of each cycle where they differ
+        """
         equal = self.equal(run.equal(cycle, points.clock))
-        return points.curve.at(
-            run.start + equal * (factor[..., None] / run.factor), column
-        )
+        run_cycle = run.start + equal * (factor[..., None] / run.factor)
+        return points.curve.at(run_cycle, column)
 
 
 def unit_likelihood(
     unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool = False
 ) -> kalman.Filtered:
-    """Return how probable a unit's measurements are, and what is known of its W, for lanes (p, nodes)."""
+    """Return how probable a unit's measurements are, and what is known of its W.
+
+    Parameters
+    ----------
+    unit : with its measurements
+    shared : what units share, lanes (p, 1)
+    log_factor : ln of the factor on the wear coefficient, (p, nodes)
+    steps : whether each inspection's innovation is kept
+    """
     run = unit.run
     factor = np.exp(log_factor)
     begins = [0]
     parts = []
     for points, block, sd in zip(run.points, unit.blocks, shared.sd, strict=False):
-        model = shared.mean(
-            run, points, factor, points.cycle[block.rows], points.column[block.rows]
-        )
+        cycle = points.cycle[block.rows]
+        column = points.column[block.rows]
+        model = shared.mean(run, points, factor, cycle, column)
         parts.append(likelihood.compared(block, model, sd))
         begins.append(begins[-1] + len(block.rows))
-    worn = [shared.worn(run, points.curve, factor) for points in run.points]
-    when = (
-        (n, inspection, shared.equal(run.equal(inspection.cycle)))
-        for n, inspection in unit.inspections
-    )
+
+    scales = [shared.worn(run, points.curve, factor) for points in run.points]
     times = [
         inspection._replace(
-            cycle=t, values=inspection.values + begins[n], scale=worn[n]
+            cycle=shared.equal(run.equal(inspection.cycle)),
+            values=inspection.values + begins[n],
+            scale=scales[n],
         )
-        for n, inspection, t in when
+        for n, inspection in unit.inspections
     ]
     residuals = parts[0] if len(parts) == 1 else _side_by_side(parts)
-    return kalman.filtered(
-        residuals, times, kalman.Filtered(), shared.rate, steps=steps
-    )
+    before = kalman.Filtered()
+    return kalman.filtered(residuals, times, before, shared.rate, steps=steps)
 
 
-def _side_by_side(parts: Sequence[kalman.Compared]) -> kalman.Compared:
+def _side_by_side(parts: Sequence[kalman.Residuals]) -> kalman.Residuals:
     """Return residuals, variances and limits of several blocks as those of one."""
-    shape = np.broadcast_shapes(*(array.shape[:-1] for part in parts for array in part))
-    wide = [
-        [np.broadcast_to(array, (*shape, part[0].shape[-1])) for array in part]
-        for part in parts
-    ]
-    residual, variance, room = (
-        np.concatenate(array, axis=-1) for array in zip(*wide, strict=True)
-    )
-    return residual, variance, room
+    shapes = [array.shape[:-1] for part in parts for array in part]
+    lanes = np.broadcast_shapes(*shapes)
+    wide = []
+    for part in parts:
+        shape = (*lanes, part.difference.shape[-1])
+        wide.append([np.broadcast_to(array, shape) for array in part])
+    columns = zip(*wide, strict=True)
+    return kalman.Residuals(*(np.concatenate(column, axis=-1) for column in columns))
 
 
 class Law(NamedTuple):
@@ -244,137 +292,184 @@ class Law(NamedTuple):
     sd: tuple[float, ...] = (0.0,)
 
     def shared(self, theta: Array) -> Shared:
-        """Return what the units share at points (p, parameters)."""
+        """Return what the units share at points.
+
+        Parameters
+        ----------
+        theta : ln of the parameters, (p, parameters)
+        """
         names = [parameter.name for parameter in self.parameters]
-        ones = np.ones((len(theta), 1))
         columns = dict(zip(names, np.exp(theta.T)[..., None], strict=True))
-        sd = tuple(
-            columns.get(f"sd_{n}", value * ones) for n, value in enumerate(self.sd)
-        )
-        power = columns.get(POWER, np.full((1, 1), self.power))
+        ones = np.ones((len(theta), 1))
         return Shared(
-            power, columns.get(STRAYING, self.straying * ones), sd, self.reference
+            power=columns.get(POWER, np.full((1, 1), self.power)),
+            straying=columns.get(STRAYING, self.straying * ones),
+            sd=tuple(
+                columns.get(f"sd_{n}", value * ones) for n, value in enumerate(self.sd)
+            ),
+            reference=self.reference,
         )
 
 
 def law_of(fleet: Fleet, prior: Distribution, units: Sequence[FleetMember]) -> Law:
     """Return what is unknown of all units together.
 
+    Parameters
+    ----------
+    fleet : as the campaign says it
+    prior : of the median factor on the wear coefficient
+    units : with their runs and measurements
+
     Raises
     ------
     UpdateError : that is more than five numbers
     """
-    options = {POWER: fleet.power, STRAYING: fleet.straying}
     sds = [block.sd for block in units[0].blocks]
-    parameters = [
-        Parameter(n, value)
-        for n, value in options.items()
-        if isinstance(value, Distribution)
-    ]
-    numbers = {
-        n: value for n, value in options.items() if not isinstance(value, Distribution)
-    }
-    parameters += [
-        Parameter(f"sd_{n}", sd.prior, sd.scale) for n, sd in enumerate(sds) if sd.prior
-    ]
-    parameters += [Parameter(SPREAD, fleet.spread), Parameter(MEDIAN, prior)]
-    if len(parameters) > MOST:
+    parameters = []
+    known: dict[str, float] = {}
+    for name, value in ((POWER, fleet.power), (STRAYING, fleet.straying)):
+        if isinstance(value, Distribution):
+            parameters.append(Parameter(name, value))
+        else:
+            known[name] = value
+    for n, sd in enumerate(sds):
+        if sd.prior:
+            parameters.append(Parameter(f"sd_{n}", sd.prior, sd.scale))
+    parameters.append(Parameter(SPREAD, fleet.spread))
+    parameters.append(Parameter(MEDIAN, prior))
+
+    if len(parameters) > MAX_SHARED:
         message = (
-            f"{len(parameters)} numbers are unknown to all units, at most {MOST} can "
-            "be: give power or "
+            f"{len(parameters)} numbers are unknown to all units, at most {MAX_SHARED} "
+            "can be: give power or straying as a number, or an error.sd"
         )
-        raise measurements.UpdateError(
-            f"update.population: {message}straying as a number, or an error.sd"
-        )
-    times = np.concatenate([unit.run.equal(unit.cycles) for unit in units])
-    run = units[0].run
-    reference = (
-        float(np.median(times[times > 0.0]))
-        if (times > 0.0).any()
-        else run.end - run.start
-    )
-    if fleet.reference is not None:
-        reference = fleet.reference * HOUR / run.seconds_per_cycle
+        raise measurements.UpdateError(f"update.population: {message}")
     return Law(
-        tuple(parameters), reference, sd=tuple(sd.known for sd in sds), **numbers
+        tuple(parameters),
+        _reference_of(fleet, units),
+        sd=tuple(sd.known for sd in sds),
+        **known,
     )
+
+
+def _reference_of(fleet: Fleet, units: Sequence[FleetMember]) -> float:
+    """Return T: as the campaign says, else in the middle of all inspections [cycles]."""
+    run = units[0].run
+    if fleet.reference is not None:
+        return fleet.reference * HOUR / run.seconds_per_cycle
+    times = np.concatenate([unit.run.equal(unit.cycles) for unit in units])
+    worn_times = times[times > 0.0]
+    return float(np.median(worn_times)) if len(worn_times) else run.end - run.start
 
 
 def _likelihood_on_grid(
     unit: FleetMember, shared: Shared, ends: Array, cycles: Array | None
 ) -> tuple[Array, Array]:
-    """Return ln f on a fine grid of a unit, (n,), and the log of its likelihood times the spacing, (p, n).
+    """Return ln f on a fine grid, (n,), and the log of the likelihood times the spacing.
 
-    With cycles that likelihood is of what had been measured by each of them, (cycles,
-    p, n).
+    That is (p, n); with cycles it is of what had been measured by each of them,
+    (cycles, p, n).
+    """
+    centre, width = _top_of_unit(unit, shared, ends)
+    first, last = np.arcsinh((ends - centre) / width).tolist()
+    coarse = np.linspace(first, last, NODES)
+    fine = np.linspace(first, last, FINER * (NODES - 1) + 1)
+
+    nodes = (centre + width * np.sinh(coarse))[None]
+    logs = _log_likelihood_at(unit, shared, nodes, cycles)
+    lowest = logs.max(axis=-1, keepdims=True) - 1e5
+    logs = CubicSpline(coarse, np.maximum(logs, lowest), axis=-1)(fine)
+
+    counted = logs > logs.max(axis=-1, keepdims=True) - DEPTH
+    deep = counted.reshape(-1, len(fine)).any(axis=0)
+    step = fine[1] - fine[0]
+    spacing = width * np.cosh(fine) * step * grids.even_weights(len(fine))
+    log_factor = centre + width * np.sinh(fine)
+    return log_factor[deep], (logs + np.log(spacing))[..., deep]
+
+
+def _log_likelihood_at(
+    unit: FleetMember, shared: Shared, log_factor: Array, cycles: Array | None
+) -> Array:
+    """Return the log likelihood of a unit at ln f (1, nodes), as of each of cycles."""
+    shape = (len(shared.straying), log_factor.shape[1])
+    filtered = unit_likelihood(unit, shared, log_factor, steps=cycles is not None)
+    if cycles is None:
+        return np.broadcast_to(filtered.log_likelihood, shape)
+    gained = [np.broadcast_to(step.log_likelihood, shape) for step in filtered.steps]
+    so_far = np.cumsum([np.zeros(shape), *gained], axis=0)
+    return np.asarray(so_far[unit.inspected(cycles)])
+
+
+def _top_of_unit(unit: FleetMember, shared: Shared, ends: Array) -> tuple[float, float]:
+    """Return the most probable ln f of a unit, and the width of its likelihood.
+
+    In one lane in the middle of all: the top moves little with what the units share.
     """
 
-    def log_likelihood(lanes: Shared, u: Array, cycles: Array | None = None) -> Array:
-        shape = (len(lanes.straying), u.shape[1])
-        filtered = unit_likelihood(unit, lanes, u, steps=cycles is not None)
-        if cycles is None:
-            return np.broadcast_to(filtered.log_likelihood, shape)
-        gained = [
-            np.broadcast_to(step.log_likelihood, shape) for step in filtered.steps
-        ]
-        return np.asarray(
-            np.cumsum([np.zeros(shape), *gained], axis=0)[unit.inspected(cycles)]
-        )
+    def middle(values: Array) -> Array:
+        logs = np.log(np.maximum(values, 1e-300))
+        return np.asarray(np.exp(np.mean(logs, axis=0, keepdims=True)))
 
-    # one lane in the middle of all: the top moves little with what the units share
-    logs_of = (
-        np.log(np.maximum(lane_values, 1e-300))
-        for lane_values in (shared.power, shared.straying, *shared.sd)
+    lane = Shared(
+        power=middle(shared.power),
+        straying=middle(shared.straying),
+        sd=tuple(middle(sd) for sd in shared.sd),
+        reference=shared.reference,
     )
-    power, straying, *sd = (
-        np.exp(np.mean(logs, axis=0, keepdims=True)) for logs in logs_of
-    )
-    middle = Shared(power, straying, tuple(sd), shared.reference)
-    top = grids.find_peaks(lambda u, _: log_likelihood(middle, u), ends[:1], ends[1:])
-    centre = float(top[0][0])
-    width = float(np.clip(top[1][0], 1e-4, 0.25 * (ends[1] - ends[0])))
-    first, last = np.arcsinh((ends - centre) / width).tolist()
-    coarse, fine = (
-        np.linspace(first, last, n) for n in (NODES, FINER * (NODES - 1) + 1)
-    )
-    logs = log_likelihood(shared, (centre + width * np.sinh(coarse))[None], cycles)
-    logs = CubicSpline(
-        coarse, np.maximum(logs, logs.max(axis=-1, keepdims=True) - 1e5), axis=-1
-    )(fine)
-    deep = (
-        (logs > logs.max(axis=-1, keepdims=True) - DEPTH)
-        .reshape(-1, len(fine))
-        .any(axis=0)
-    )
-    spacing = (
-        width * np.cosh(fine) * (fine[1] - fine[0]) * grids.even_weights(len(fine))
-    )
-    return (centre + width * np.sinh(fine))[deep], (logs + np.log(spacing))[..., deep]
+
+    def logs_at(log_factor: Array, _: Index) -> Array:
+        return _log_likelihood_at(unit, lane, log_factor, None)
+
+    top, width = grids.find_peaks(logs_at, ends[:1], ends[1:])
+    largest_width = 0.25 * (ends[1] - ends[0])
+    return float(top[0]), float(np.clip(width[0], 1e-4, largest_width))
+
+
+class UnitMasses(NamedTuple):
+    """What is known of a unit's factor, given what the units share.
+
+    Parameters
+    ----------
+    log_factor : ln f, (n,)
+    mass : L N(ln f; m, s²) there over the largest, (…, p, n)
+    log_marginal : ln of their sums, (…, p)
+    """
+
+    log_factor: Array
+    mass: Array
+    log_marginal: Array
 
 
 def masses(
     unit: FleetMember, law: Law, theta: Array, cycles: Array | None = None
-) -> tuple[Array, ...]:
-    """Return ln f of a unit, (n,), the mass there of L N(u; m, s²) over the largest, and ln of their sums.
+) -> UnitMasses:
+    """Return what is known of a unit's factor at points of what the units share.
 
-    Masses are (…, p, n) for points (p, parameters): with cycles, of what had been
-    measured by each of them.
+    Parameters
+    ----------
+    unit : with its measurements
+    law : what is unknown of all units together
+    theta : ln of the parameters, (p, parameters)
+    cycles : (cycles,) up to each of which measurements count, the masses then being
+        (cycles, p, n) [all count]
     """
     spread = np.exp(theta[:, -2])
     median = theta[:, -1]
     ends = np.array([np.min(median - REACH * spread), np.max(median + REACH * spread)])
-    _, first, lane = np.unique(
-        np.round(theta[:, :-2], 10), axis=0, return_index=True, return_inverse=True
-    )
+    # the likelihood knows the errors alone
+    errors = np.round(theta[:, :-2], 10)
+    _, first, lane = np.unique(errors, axis=0, return_index=True, return_inverse=True)
     u, logs = _likelihood_on_grid(unit, law.shared(theta[first]), ends, cycles)
+
     z = (u - median[:, None]) / spread[:, None]
+    log_norm = np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
     logs = logs[..., lane.ravel(), :]
-    logs -= 0.5 * z * z + np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
+    logs -= 0.5 * z * z + log_norm
     top = logs.max(axis=-1)
-    mass = np.exp(
-        np.subtract(logs, top[..., None], out=logs), out=logs
-    )  # large: no copies of it
-    return u, mass, top + np.log(mass.sum(axis=-1))
+    # large: no copies of it
+    mass = np.exp(np.subtract(logs, top[..., None], out=logs), out=logs)
+    return UnitMasses(u, mass, top + np.log(mass.sum(axis=-1)))
 
 
 @dataclass(frozen=True)
@@ -407,49 +502,57 @@ class Population:
         return float(logsumexp(self.log_prior + self.log_marginal.sum(axis=0)))
 
     def weight(self, without: int | None = None) -> Array:
-        """Return the probability of each point, (p,); without a unit."""
+        """Return the probability of each point, (p,).
+
+        Parameters
+        ----------
+        without : number of a unit whose measurements do not count
+        """
         logs = self.log_prior + self.log_marginal.sum(axis=0)
-        return np.asarray(
-            softmax(logs if without is None else logs - self.log_marginal[without])
-        )
+        if without is not None:
+            logs = logs - self.log_marginal[without]
+        return np.asarray(softmax(logs))
 
     @cached_property
     def _between(self) -> tuple[Array, Array]:
-        """Scores of points between the lattice's, (q, parameters), and their probabilities, (q,).
+        """Scores of points between the lattice's, (q, parameters), and their probabilities.
 
         The posterior over the normal law that it was fitted with is smooth: its log is
         a cubic spline.
         """
         d = self.theta.shape[1]
         z = lattice(d)
-        weight = self.weight()
-        ratio = np.log(np.maximum(weight, 1e-300)) + 0.5 * np.sum(z * z, axis=1)
+        ratio = np.log(np.maximum(self.weight(), 1e-300)) + 0.5 * np.sum(z * z, axis=1)
         reach = int(RADIUS // SPACING[d])
         cube = SPACING[d] * (np.indices((2 * reach + 1,) * d) - reach)
-        table = ratio[cKDTree(z).query(np.moveaxis(cube, 0, -1))[1]]
-        points = WIDER * ndtri(
-            np.clip(qmc.Sobol(d, rng=0).random(BETWEEN), 1e-5, 1.0 - 1e-5)
-        )
-        logs = map_coordinates(
-            table, (points / SPACING[d] + reach).T, order=3, mode="nearest"
-        )
+        nearest = cKDTree(z).query(np.moveaxis(cube, 0, -1))[1]
+        table = ratio[nearest]
+
+        inside = np.clip(qmc.Sobol(d, rng=0).random(BETWEEN), 1e-5, 1.0 - 1e-5)
+        points = WIDER * ndtri(inside)
+        places = (points / SPACING[d] + reach).T
+        logs = map_coordinates(table, places, order=3, mode="nearest")
         logs -= 0.5 * (1.0 - WIDER**-2) * np.sum(points**2, axis=1)
         return points, softmax(logs)
 
     def parameters(self, n: int, rng: Random) -> tuple[Array, Array]:
-        """Return draws of ln of the parameters, (n, parameters), and these with errors on the lattice.
+        """Return draws of ln of the parameters, and these with errors on the lattice.
 
-        Each value of the errors takes a likelihood of its own: those of the lattice are
-        few.
+        Both are (n, parameters). Each value of the errors takes a likelihood of its
+        own: those of the lattice are few.
+
+        Parameters
+        ----------
+        n : number of draws
+        rng : of the draws
         """
         points, probability = self._between
         z = points[grids.equal_draws(probability, n, rng)]
         spacing = SPACING[z.shape[1]]
+        on_lattice = spacing * np.round(z / spacing)
+        theta = self.mean + z @ self.root.T
+        near = self.mean + on_lattice @ self.root.T
         errors = z.shape[1] - 2
-        theta, near = (
-            self.mean + scores @ self.root.T
-            for scores in (z, spacing * np.round(z / spacing))
-        )
         return theta, np.hstack([near[:, :errors], theta[:, errors:]])
 
 
@@ -462,109 +565,173 @@ def fit_population(units: Sequence[FleetMember], law: Law, seed: int) -> Populat
     law : what is unknown of them together
     seed : of the points that the lattice is fitted with
     """
+    fit = _fitted_law(units, law, seed)
+    return _on_lattice(units, law, fit)
 
-    def log_prior(theta: Array) -> Array:
-        pairs = zip(law.parameters, theta.T, strict=True)
-        return np.asarray(
-            sum(likelihood.log_density(p.prior, u, p.scale) for p, u in pairs)
-        )
 
-    def log_units(theta: Array, fitted_units: Sequence[FleetMember] = units) -> Array:
-        nothing = np.zeros(len(theta))
-        return np.stack(
-            [
-                masses(unit, law, theta)[2] if len(unit.cycles) else nothing
-                for unit in fitted_units
-            ]
-        )
+class NormalLaw(NamedTuple):
+    """A normal law of ln of the parameters.
 
-    thirds = np.array(
-        [0.159, 0.5, 0.841]
-    )  # a standard deviation about the prior's median
-    low, mean, high = np.log(
-        [p.scale * np.asarray(p.prior.at(thirds)) for p in law.parameters]
-    ).T
-    root = np.diag(0.5 * (high - low))
+    Parameters
+    ----------
+    mean : (parameters,)
+    root : Cholesky root of its covariance, (parameters, parameters)
+    """
+
+    mean: Array
+    root: Array
+
+    def at(self, z: Array) -> Array:
+        """Return ln of the parameters at standard scores, (p, parameters)."""
+        return self.mean + z @ self.root.T
+
+
+def _log_prior(law: Law, theta: Array) -> Array:
+    """Return the log of the prior at points, (p,)."""
+    pairs = zip(law.parameters, theta.T, strict=True)
+    logs = (likelihood.log_density(p.prior, u, p.scale) for p, u in pairs)
+    return np.asarray(sum(logs))
+
+
+def _log_marginals(units: Sequence[FleetMember], law: Law, theta: Array) -> Array:
+    """Return ln Z of units at points, (units, p), 0 of one that was not measured."""
+    nothing = np.zeros(len(theta))
+    return np.stack(
+        [
+            masses(unit, law, theta).log_marginal if len(unit.cycles) else nothing
+            for unit in units
+        ]
+    )
+
+
+def _prior_law(law: Law) -> NormalLaw:
+    """Return the normal law that is as wide as the prior."""
+    # a standard deviation about the prior's median
+    thirds = np.array([0.159, 0.5, 0.841])
+    quantiles = [p.scale * np.asarray(p.prior.at(thirds)) for p in law.parameters]
+    low, mean, high = np.log(quantiles).T
+    return NormalLaw(mean, np.diag(0.5 * (high - low)))
+
+
+def _fitted_law(units: Sequence[FleetMember], law: Law, seed: int) -> NormalLaw:
+    """Return a normal law fitted to the posterior, by importance sampling in rounds.
+
+    So much of the likelihood counts as leaves points enough with weight, first of some
+    of the units, then of all.
+    """
+    fit = _prior_law(law)
+    d = len(fit.mean)
     temper = 0.0
-    d = len(mean)
-    fitted_units = units[:: max(len(units) // SOME, 1)]
-    for n in range(ROUNDS):
-        z = ndtri(np.clip(qmc.Sobol(d, rng=seed + n).random(GUIDES), 1e-6, 1.0 - 1e-6))
-        theta = mean + z @ root.T
-        log_seen = log_units(theta, fitted_units).sum(axis=0)
-        log_before = log_prior(theta) + 0.5 * np.sum(z * z, axis=1)
-        highest = 1.0
-        for _ in range(
-            30 if _surplus(1.0, log_before, log_seen) < 0.0 else 0
-        ):  # not one root: from above
-            middle = 0.5 * (temper + highest)
-            temper, highest = (
-                (middle, highest)
-                if _surplus(middle, log_before, log_seen) >= 0.0
-                else (temper, middle)
-            )
-        temper = 1.0 if highest == 1.0 else temper
-        mean, root = _fitted(theta, log_before + temper * log_seen)
+    fitted_units = units[:: max(len(units) // FIRST_UNITS, 1)]
+    for n in range(FIT_ROUNDS):
+        random = qmc.Sobol(d, rng=seed + n).random(FIT_POINTS)
+        z = ndtri(np.clip(random, 1e-6, 1.0 - 1e-6))
+        theta = fit.at(z)
+        log_seen = _log_marginals(fitted_units, law, theta).sum(axis=0)
+        log_before = _log_prior(law, theta) + 0.5 * np.sum(z * z, axis=1)
+
+        temper = _largest_share(temper, log_before, log_seen)
+        fit = _normal_law(theta, log_before + temper * log_seen)
         if temper == 1.0 and len(fitted_units) < len(units):
             temper = len(fitted_units) / len(units)
             fitted_units = units
-        elif temper == 1.0 and _surplus(1.0, log_before, log_seen) > FIT:
+        elif temper == 1.0 and _surplus(1.0, log_before, log_seen) > EFFECTIVE_POINTS:
             break
-    for _ in range(3):
-        z = lattice(d)
-        theta = mean + z @ root.T
-        log_marginal = log_units(theta)
-        cell = float(np.linalg.slogdet(root)[1]) + d * np.log(SPACING[d])
-        fitted = Population(
-            law,
-            tuple(units),
-            mean,
-            root,
-            theta,
-            log_prior(theta) + cell,
-            log_marginal,
-            True,
+    return fit
+
+
+def _largest_share(temper: float, log_before: Array, log_seen: Array) -> float:
+    """Return the largest share of the likelihood that leaves points enough with weight.
+
+    It is between the last one and 1. There may be several: the search goes by halves.
+    """
+    if _surplus(1.0, log_before, log_seen) >= 0.0:
+        return 1.0
+    highest = 1.0
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (temper + highest)
+        if _surplus(middle, log_before, log_seen) >= 0.0:
+            temper = middle
+        else:
+            highest = middle
+    return 1.0 if highest == 1.0 else temper
+
+
+def _on_lattice(units: Sequence[FleetMember], law: Law, fit: NormalLaw) -> Population:
+    """Return what is known on a lattice, laid anew where the posterior lies otherwise."""
+    d = len(fit.mean)
+    z = lattice(d)
+    at_edge = np.linalg.norm(z, axis=1) > RADIUS - 0.5 * SPACING[d]
+    for _ in range(LATTICE_ROUNDS):
+        theta = fit.at(z)
+        cell = float(np.linalg.slogdet(fit.root)[1]) + d * np.log(SPACING[d])
+        log_marginal = _log_marginals(units, law, theta)
+        population = Population(
+            law=law,
+            units=tuple(units),
+            mean=fit.mean,
+            root=fit.root,
+            theta=theta,
+            log_prior=_log_prior(law, theta) + cell,
+            log_marginal=log_marginal,
+            resolved=True,
         )
-        weight = fitted.weight()
-        edge = float(
-            weight[np.linalg.norm(z, axis=1) > RADIUS - 0.5 * SPACING[d]].sum()
-        )
-        offset = np.linalg.solve(root, (weight @ theta) - mean)
-        mean, fitted_root = _fitted(theta, np.log(np.maximum(weight, 1e-300)))
-        ratio = np.linalg.svd(np.linalg.solve(root, fitted_root), compute_uv=False)
+
+        weight = population.weight()
+        edge = float(weight[at_edge].sum())
+        offset = np.linalg.solve(fit.root, (weight @ theta) - fit.mean)
+        better = _normal_law(theta, np.log(np.maximum(weight, 1e-300)))
+        change = np.linalg.solve(fit.root, better.root)
+        ratio = np.linalg.svd(change, compute_uv=False)
         if np.abs(offset).max() < 0.3 and 0.7 < ratio.min() and ratio.max() < 1.2:
             break
-        root = fitted_root
-    return replace(fitted, resolved=edge < EDGE)
+        fit = better
+    return replace(population, resolved=edge < EDGE)
 
 
 @cache
 def lattice(d: int) -> Array:
-    """Return even points within `RADIUS` of 0 in ``d`` dimensions, (p, d)."""
+    """Return even points within `RADIUS` of 0, (p, d).
+
+    Parameters
+    ----------
+    d : number of dimensions
+    """
     reach = int(RADIUS // SPACING[d])
     points = SPACING[d] * (np.indices((2 * reach + 1,) * d).reshape(d, -1).T - reach)
     return np.asarray(points[np.linalg.norm(points, axis=1) <= RADIUS])
 
 
 def _surplus(share: float, log_prior: Array, log_likelihood: Array) -> float:
-    """Return by how many the effective points are more than `FIT` where so much counts of what was seen."""
-    return float(1.0 / np.sum(softmax(log_prior + share * log_likelihood) ** 2)) - FIT
+    """Return by how many the effective points exceed those that a round needs.
+
+    ``share`` is how much of the log likelihood counts.
+    """
+    weight = softmax(log_prior + share * log_likelihood)
+    return float(1.0 / np.sum(weight**2)) - EFFECTIVE_POINTS
 
 
-def _fitted(theta: Array, logs: Array) -> tuple[Array, Array]:
-    """Return mean and Cholesky root of the covariance of weighted points."""
+def _normal_law(theta: Array, logs: Array) -> NormalLaw:
+    """Return the normal law with mean and covariance of weighted points."""
     weight = softmax(logs)
     covariance = np.atleast_2d(np.cov(theta.T, aweights=weight, bias=True))
     root = np.linalg.cholesky(covariance + 1e-10 * np.eye(len(covariance)))
-    return np.asarray(weight @ theta, float), np.asarray(root, float)
+    return NormalLaw(np.asarray(weight @ theta, float), np.asarray(root, float))
 
 
 def factors(unit: FleetMember, law: Law, theta: Array, rng: Random) -> Array:
-    """Return a draw of ln f of a unit for each of the points (n, parameters), given its measurements."""
+    """Return a draw of ln f of a unit for each of points, given its measurements, (n,).
+
+    Parameters
+    ----------
+    unit : with its measurements
+    law : what is unknown of all units together
+    theta : ln of the parameters, (n, parameters)
+    rng : of the draws
+    """
     if not len(unit.cycles):
-        return np.asarray(
-            theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(len(theta))
-        )
-    points, point_numbers = np.unique(theta, axis=0, return_inverse=True)
-    u, mass, _ = masses(unit, law, points)
-    return grids.draws_along_grid(u, mass, point_numbers.ravel(), rng)
+        spread = np.exp(theta[:, -2])
+        return np.asarray(theta[:, -1] + spread * rng.standard_normal(len(theta)))
+    points, rows = np.unique(theta, axis=0, return_inverse=True)
+    known = masses(unit, law, points)
+    return grids.draws_along_grid(known.log_factor, known.mass, rows.ravel(), rng)

@@ -12,13 +12,13 @@ from wearlab.arrays import Array, Random
 from wearlab.campaign import Campaign, update_options
 from wearlab.store.export import credited
 from wearlab.updating import (
+    calibration,
     cases,
     decision,
     layout,
     likelihood,
     sampling,
     scores,
-    synthetic_data,
 )
 from wearlab.updating.answers import UpdateOutcome
 
@@ -179,7 +179,7 @@ def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Da
             scores.scored(replay_rows, end)
         )
     if check:
-        groups["calibration"] = synthetic_data.calibrated(outcome.study, post, check)
+        groups["calibration"] = calibration.calibrated(outcome.study, post, check)
     return groups
 
 

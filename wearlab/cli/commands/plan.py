@@ -456,7 +456,7 @@ def _update_plan_text(
     """Yield which runs `wearlab update` would need, and whether its answer is there."""
     from wearlab.runner.plan import WORDS, plan
     from wearlab.updating.cases import studies
-    from wearlab.updating.inference import stored_update
+    from wearlab.updating.identity import stored_update
 
     subjects = studies(campaign)
     is_stored = (

@@ -1,0 +1,94 @@
+"""What an update is of, as hashes: its runs, its files' contents, its settings, the code."""
+
+import hashlib
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearlab import sources
+from wearlab.campaign import Campaign
+from wearlab.store import Store, updates
+from wearlab.updating import cases
+
+FORMAT = 2  # of what is kept
+
+
+def identity(subject: str, *, replay: bool, check: int) -> str:
+    """Return the identity of an update: its subject, how it was asked for, the code.
+
+    Parameters
+    ----------
+    subject : as `subject_hash` returns it
+    replay : whether it also answers as after every inspection
+    check : number of synthetic twins
+    """
+    return _hash([FORMAT, code_hash(), replay, check, subject])
+
+
+def subject_hash(studies: cases.Subjects) -> str:
+    """Return the identity of what an update is of: its runs, its files, its settings.
+
+    A campaign's title is none of it: what is kept belongs to whatever asks the same,
+    and to nothing else.
+
+    Parameters
+    ----------
+    studies : case by case
+    """
+    parts: list[Any] = []
+    for study in studies:
+        spec = study.spec.model_copy(update={"limit": None, "data": ()})
+        parts += [study.label, [study.first.id], repr(study.limit), repr(spec)]
+        parts += [repr(study.record and study.record.fingerprint)]
+        parts += [np.asarray(part).tolist() for part in study.calendar or ()]
+        for observed in study.observations:
+            data = observed.data.model_copy(update={"file": Path(), "case": None})
+            parts += [repr(data), observed.fingerprint]
+    return _hash(parts)
+
+
+def subject_of(campaign: Campaign) -> str:
+    """Return the identity of what a campaign's update would be of, as its files stand now.
+
+    Parameters
+    ----------
+    campaign : with an [update]
+
+    Raises
+    ------
+    UpdateError : it has no [update], or a file cannot be read
+    """
+    return subject_hash(cases.studies(campaign))
+
+
+def _hash(parts: list[Any]) -> str:
+    """Return a short hash of texts and numbers."""
+    text = json.dumps(parts, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:20]
+
+
+@cache
+def code_hash() -> str:
+    """Return the hash of the sources of this room."""
+    room = Path(__file__).parent
+    return sources.hash_of(sorted(file for file in room.iterdir() if file.is_file()))
+
+
+def stored_update(
+    studies: cases.Subjects, store: Store, *, replay: bool, check: int
+) -> xr.DataTree | None:
+    """Return the update when it was made before, None otherwise.
+
+    Parameters
+    ----------
+    studies : case by case
+    store : where updates are kept
+    replay : whether it also answers as after every inspection
+    check : number of synthetic twins
+    """
+    name = identity(subject_hash(studies), replay=replay, check=check)
+    return updates.read_update(store, name)
