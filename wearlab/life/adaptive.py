@@ -102,7 +102,7 @@ def change_over(step: Step) -> float:
 
 
 def across(step: Step, size: float) -> tuple[Step, Jump]:
-    """Return a step of ΔN [1] as one across a jump, which lies anywhere in it, and the jump."""
+    """Return a step of ΔN [1] as one across a jump anywhere in it, and the jump."""
     start = step.start
     end = step.end
     secant = (end.depth - start.depth) / size
@@ -120,7 +120,7 @@ def fitting(ratio: float, order: int) -> float:
 
 
 class AdaptiveStepper(Stepper):
-    """The controller between steps: next size, last error ratio, what is known of spectrum and work.
+    """The controller between steps: next size, last error ratio, spectrum and work.
 
     ``hurried`` tells whether steps were as long as the work left paid for,
     ``wave_growth`` the fastest growth of a wave of wear where it is too fast to foresee
@@ -150,7 +150,7 @@ class AdaptiveStepper(Stepper):
         self.ahead = 0.0, 0.0
 
     def advance(self, node: Node, largest: float) -> tuple[Step, Jump | None]:
-        """Return the accepted step from ``node``, at most so many cycles long, and any jump it crosses."""
+        """Return the accepted step from ``node`` and any jump that it crosses."""
         memory = self.rate.remember()
         still = self.rate.still
         late = self.work.is_late(self.rate, node, largest)
@@ -199,7 +199,7 @@ class AdaptiveStepper(Stepper):
             )
 
     def _crosses_jump(self, step: Step, size: float, memory: Any) -> bool:
-        """Whether the rate jumps inside an accepted step: it changes as in a longer one, and nowhere slowly.
+        """Whether the rate jumps inside an accepted step.
 
         Parameters
         ----------
@@ -236,7 +236,7 @@ class AdaptiveStepper(Stepper):
         self.wave_growth = 0.0 if self.known.foreseeable else self.known.wave_growth
 
     def _must_look(self, left: float) -> bool:
-        """Whether it matters now to know the spectrum at least as well as it is known."""
+        """Whether the spectrum matters now and is not known well enough."""
         if not self.known.looked:
             return left * self.known.radius > LONG_WAY
         reached = self.next_size * self.known.radius
@@ -245,7 +245,7 @@ class AdaptiveStepper(Stepper):
         return self.known.age >= STEPS_PER_SPECTRUM and reached > LOOKED_AT
 
     def _suited(self, size: float, order: int) -> float:
-        """Return a step for the method that suits it: what the test of a method of this order asked for."""
+        """Return a step for the method that suits what the error test asked for."""
         if not self.known.looked or (
             order == 4 and size * self.known.radius <= runge_kutta.REACH
         ):
@@ -308,7 +308,7 @@ class AdaptiveStepper(Stepper):
     def _went_on(
         self, size: float, ratio: float, order: int, *, rejected: bool
     ) -> None:
-        """Settle the next size by the error of an accepted step and how errors went lately."""
+        """Set the next size by the errors of an accepted step and those before."""
         ratio = max(ratio, 1e-10)
         trend = (
             min(1.0, (self.last_ratio / ratio) ** 0.1)

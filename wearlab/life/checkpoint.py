@@ -1,4 +1,4 @@
-"""Checkpoints: a life can be put down after any accepted state, and taken up bit for bit.
+"""Checkpoints: a life is saved after any accepted state and restored to the bit.
 
 What is kept is all that the next step depends on: the accepted states and curves, the
 memory of the stepper, and that of the rate (its last orbits). A life that was taken up
@@ -74,7 +74,7 @@ def encoded(value: Any, shared: Sequence[Any] = ()) -> bytes:
     ]()  # with the object: an id names it only as long as it lives
 
     def reference(value: Any) -> Any:
-        """Return a plain value itself, and of any other object its number in the list."""
+        """Return a plain value itself, of any other object its number in the list."""
         if type(value) in PLAIN:
             return value
         if id(value) not in numbers:
@@ -134,7 +134,7 @@ def encoded(value: Any, shared: Sequence[Any] = ()) -> bytes:
 
 
 def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:
-    """Return what `encoded` wrote, with this process's own objects in the place of those shared.
+    """Return what `encoded` wrote, with this process's objects for those shared.
 
     Objects are made one after another: each refers to earlier ones only.
 
@@ -197,7 +197,7 @@ def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:
 
 
 def _key(key: Any) -> Any:
-    """Return a key of a table: a plain value or a tuple of these, whose hash takes no longer than it is."""
+    """Return a key of a table: a plain value or a tuple of these."""
     if all(type(part) in PLAIN for part in (key if type(key) is tuple else (key,))):
         return key
     raise CheckpointError(f"{str(type(key))[:60]} is no key of a table")
@@ -257,7 +257,7 @@ def _parts(image: bytes) -> dict[str, bytes]:
 
 
 class Checkpoint(NamedTuple):
-    """The place of one life among those of a run, which put down what they need and find what was put down.
+    """The place of one life among those of a run.
 
     Parameters
     ----------
@@ -285,7 +285,7 @@ class Checkpoint(NamedTuple):
         """Report an accepted state, which can be kept."""
 
         def image() -> bytes:
-            """Return everything kept: the keys and lengths as a line of JSON, then the images."""
+            """Return everything kept: a line of JSON with lengths, then the images."""
             self.settle(state)
             head = json.dumps({key: len(image) for key, image in self.lives.items()})
             return head.encode() + b"\n" + b"".join(self.lives.values())

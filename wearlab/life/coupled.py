@@ -1,4 +1,4 @@
-"""Flanks that wear together: their kinds of mesh, and what a life asks of whatever evaluates their wear.
+"""Flanks that wear together, and what a life needs of their wear states.
 
 One wear state, wholly evaluated: the flanks of every kind of mesh, and the steady
 responses: one, or one for every angle at which slow errors are averaged.
@@ -64,7 +64,7 @@ class Vibration(NamedTuple):
     nominal: Array | None = None
 
     def solve(self, kinds: Sequence[MeshFlanks], start: Responses | None) -> Responses:
-        """Return the steady responses of one wear state, each from its own of a neighbouring state."""
+        """Return the steady responses of one wear state, one for each error angle."""
         tables = self.tables(kinds)
         responses = list[Response]()
         for angle, slow in enumerate([None] if self.slow is None else self.slow):
@@ -102,7 +102,7 @@ class Vibration(NamedTuple):
     def motions(
         self, response: Response, when: clock.Instants, meshes: slice = slice(None)
     ) -> Deflections:
-        """Return deflections of some meshes and their rates, (n_periods, n_mesh, n_instants) [m], [m/s]."""
+        """Return deflections and rates of meshes, (n_periods, n_mesh, n) [m], [m/s]."""
         return Deflections(
             *self.read(partial(deflection_at, meshes=meshes), response, when)
         )
@@ -117,7 +117,7 @@ class Vibration(NamedTuple):
     def read(
         self, of: Callable[..., Any], response: Response, when: clock.Instants
     ) -> Array:
-        """Return what ``of(response, grid, phase, segment)`` tells, (…, n_periods, k, n_instants)."""
+        """Return ``of(response, grid, phase, segment)``, (…, n_periods, k, n)."""
         grid = self.sampling.grid
         turns = np.repeat(np.arange(self.hunting), len(when.phase))
         phase = np.tile(when.phase, self.hunting) + turns
@@ -136,7 +136,7 @@ class Vibration(NamedTuple):
 
 
 def hunting_grid(grid: stages.StageGrid, periods: int) -> stages.StageGrid:
-    """Return the steps of ``periods`` mesh periods one after another, phases running on."""
+    """Return the steps of ``periods`` mesh periods in a row, phases running on."""
     turns = np.repeat(np.arange(periods), len(grid.start))
     start = np.tile(grid.start, periods) + turns
     segment = np.tile(grid.segment, periods)
@@ -151,7 +151,7 @@ def over_hunting_period(
     *,
     revolving: bool,
 ) -> stages.StageTables:
-    """Repeat the tables of one mesh period but the torque's, and add the slow errors where they turn."""
+    """Repeat the tables of one mesh period but the torque's, and add slow errors."""
     repeated = {
         name: np.tile(values, (periods,) + (1,) * (values.ndim - 1))
         for name, values in tables._asdict().items()
@@ -225,7 +225,7 @@ class WearState(NamedTuple):
 
     @property
     def conditions(self) -> "tuple[WearState, ...]":
-        """The state in every condition of operation: in the blocks of a duty, or itself."""
+        """The state in every condition of operation: in duty blocks, or itself."""
         return self.block or (self,)
 
     @property
@@ -276,7 +276,7 @@ class Account:
 
 
 class MeshKind(NamedTuple):
-    """One kind of mesh: its contact, its wear law, and when its meshes meet on the clock.
+    """One kind of mesh: its contact, its wear law, and when its meshes meet.
 
     Parameters
     ----------
@@ -311,7 +311,7 @@ class Coupled(Protocol):
     kinds: tuple[MeshKind, ...]
 
     def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
-        """Evaluate wear of every kind of mesh, each (2, n) [m], from responses of a neighbouring state."""
+        """Evaluate wear of every kind of mesh, (2, n) each [m], from near responses."""
 
     @property
     def work(self) -> int:
@@ -324,13 +324,13 @@ class Coupled(Protocol):
 
     @property
     def shared(self) -> tuple[Any, ...]:
-        """What responses belong to and is told apart by identity: moving system, its stages, the contact."""
+        """What responses belong to, told apart by identity: system, stages, contact."""
 
     def rate_only(self) -> "Coupled":
-        """Return what the wear rate needs of it: no response where the static force wears."""
+        """Return what the wear rate needs: no response where the static force wears."""
 
     def static_only(self) -> "Coupled | None":
-        """Return what wears under the static load alone, None where it does so already."""
+        """Return what wears under the static load alone, None where it does already."""
 
     def flat(self, wear: Sequence[Array]) -> Array:
         """Return depths or rates of every kind, each (2, n), as one array."""
@@ -343,7 +343,7 @@ class Coupled(Protocol):
         return tuple(part.reshape(2, *kind.shape) for part, kind in parts)
 
     def entries(self, kind: int, gear: int) -> slice:
-        """Return where a flank of a kind of mesh, 0 driving or 1 driven, lies in the flat array."""
+        """Return where a flank lies in the flat array (gear: 0 driving, 1 driven)."""
         sizes = [math.prod(mesh_kind.shape) for mesh_kind in self.kinds]
         first = 2 * sum(sizes[:kind]) + gear * sizes[kind]
         return slice(first, first + sizes[kind])
@@ -374,11 +374,11 @@ class OneCondition(Coupled):
         return (self.account,)
 
     def rate_only(self) -> Self:
-        """Return what the wear rate needs of it: no response where the static force wears."""
+        """Return what the wear rate needs: no response where the static force wears."""
         return replace(self, vibration=self.vibration if self.load.moving else None)
 
     def static_only(self) -> Self | None:
-        """Return what wears under the static load alone, None where it does so already."""
+        """Return what wears under the static load alone, None where it does already."""
         return (
             replace(self, vibration=None, load=StaticLoad())
             if self.load.moving

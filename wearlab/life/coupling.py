@@ -1,4 +1,4 @@
-"""One wear state evaluated: contact analysis → steady responses → tooth forces → wear rate.
+"""One wear state evaluated: contact → steady responses → forces → wear rate.
 
 Of flanks with a width: line loads → wear rate at every slice and node. Several
 operating conditions in turn: one wear rate, mixed per cycle.
@@ -111,7 +111,7 @@ class Coupling(OneCondition):
     def flanks(
         self, wear: Wear, near: WearState | None = None
     ) -> list[excitation.MeshFlanks]:
-        """Return the flanks of every kind of mesh, worn (2, n) each [m], from the contact of another state.
+        """Return the flanks of every kind of mesh, from the contact of another state.
 
         Raises
         ------
@@ -144,7 +144,7 @@ class Coupling(OneCondition):
     def _rate_of(
         self, law: PreparedLaw, kind_state: KindState, force: loads.Forces, rows: Index
     ) -> Array:
-        """Return the wear rate of some of the rows by themselves, (2, n) [m per cycle]."""
+        """Return the wear rate of some of the rows alone, (2, n) [m per cycle]."""
         weight = force.weight[rows] / force.weight[rows].sum()
         chosen = loads.Forces(weight, force.drive[rows], force.pair[rows])
         return averaged_rate(
@@ -157,7 +157,7 @@ class Coupling(OneCondition):
     def _forces(
         self, kind: MeshKind, flanks: excitation.MeshFlanks, responses: Responses
     ) -> loads.Forces:
-        """Return mesh and pair forces at the phase nodes, of every mesh of a kind at every error angle."""
+        """Return mesh and pair forces at the phase nodes, at every error angle."""
         vibration = self.vibration
         assert vibration is not None
         where = flanks.analysis.at_nodes
@@ -187,7 +187,7 @@ class Coupling(OneCondition):
 def averaged_rate(
     law: PreparedLaw, weight: Array, tooth_force: Array, depth: Array
 ) -> Array:
-    """Return the wear per cycle averaged over rows of tooth forces, (2, n) [m per cycle].
+    """Return the wear per cycle averaged over rows of forces, (2, n) [m per cycle].
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def averaged_rate(
 def scatter(
     rate_of: Callable[[Index], Array], meshes: int, periods: Sequence[int]
 ) -> float:
-    """Return the standard error of the averaged rate, largest over the nodes, from blocks of mesh periods.
+    """Return the standard error of the averaged rate, largest over the nodes.
 
     Parameters
     ----------
@@ -320,11 +320,11 @@ class FaceCoupling(OneCondition):
         return WearState(cast("tuple[KindState, ...]", tuple(states)), responses, 0.0)
 
     def flanks(self, wear: Wear) -> list[FaceFlanks | None]:
-        """Return the flanks of every kind of mesh, worn (2, n_face, n) each [m], as dynamics see them."""
+        """Return the flanks, worn (2, n_face, n) each [m], as dynamics see them."""
         return [state.flanks for state in self._in_contact(wear)]
 
     def _in_contact(self, wear: Wear) -> list[FaceState]:
-        """Return the states of all kinds of mesh under their static load, nothing of their motion yet."""
+        """Return the states of all kinds of mesh under their static load, at rest."""
         near: Sequence[LineLoads | None] = self._last or [None] * len(self.kinds)
         states: list[FaceState] = []
         for kind, depth, last in zip(self.kinds, wear, near, strict=True):
@@ -388,7 +388,7 @@ class FaceCoupling(OneCondition):
 
 
 def effective_wear(patch: Patch | None, depth: Array) -> Array:
-    """Return the wear that the mesh feels, every slice along its profile, (2, n_face, n) [m]."""
+    """Return the wear that the mesh feels, slice by slice, (2, n_face, n) [m]."""
     return (
         depth
         if patch is None
@@ -414,7 +414,7 @@ def face_rate(kind: FaceKind, law: PreparedLaw, state: FaceState) -> Array:
 
 @dataclass(frozen=True)
 class DutyCoupling(Coupled):
-    """Contact, dynamics and wear of one gear set in several operating conditions that take turns.
+    """Contact, dynamics and wear of one gear set in conditions that take turns.
 
     The same flanks go through every block often enough for all of them to see the same
     wear, so that ``dh/dN = Σ w_b r_b(h)``.
@@ -460,11 +460,11 @@ class DutyCoupling(Coupled):
         return tuple(thing for block in self.blocks for thing in block.shared)
 
     def rate_only(self) -> "DutyCoupling":
-        """Return what the wear rate needs of it: no responses where the static force wears."""
+        """Return what the wear rate needs: no response where static forces wear."""
         return replace(self, blocks=tuple(block.rate_only() for block in self.blocks))
 
     def static_only(self) -> "DutyCoupling | None":
-        """Return what wears under the static loads alone, None where it does so already."""
+        """Return what wears under static loads alone, None where it does already."""
         resting = tuple(block.static_only() or block for block in self.blocks)
         return (
             replace(self, blocks=resting)
@@ -507,7 +507,7 @@ def mixed(states: tuple[WearState, ...], weight: Array) -> WearState:
 
 
 def mixture(weight: Array, values: Sequence[Array]) -> Array:
-    """Return ``Σ w_b v_b`` of values ≥ 0, exactly their own value where all are equal."""
+    """Return ``Σ w_b v_b`` of values ≥ 0, exactly their value where all are equal."""
     first = values[0]
     difference = sum(
         w * (value - first) for w, value in zip(weight[1:], values[1:], strict=True)

@@ -1,4 +1,4 @@
-"""Explicit Euler over cycles, as published: steps of a wear threshold, and steps of a fixed size.
+"""Explicit Euler over cycles, as published: by a wear threshold or a fixed size.
 
 First order, and stable only while ``ΔN ρ < 2``. Both are named methods for comparison,
 not the default. Source: L16 Eq. 21–24; W23 §3.2; PHYSICS §8.
@@ -33,7 +33,7 @@ SMALLEST_SWING = 0.02
 
 
 class Euler(NamedTuple):
-    """Euler's method with the papers' update rule: the geometry is renewed when the wear anywhere reaches ε.
+    """Euler's method of the papers: a step ends when the wear anywhere reaches ε.
 
     ``ΔN = ε / max r(h)`` (L16 Eq. 22). A saw-tooth is flagged and the run goes on, as
     published.
@@ -129,7 +129,7 @@ class EulerStepper(Stepper):
 
 
 def stability_limit(node: Node, rate: CountedRate, scale: float) -> float:
-    """Return Euler's longest stable step ``2/ρ`` at a state, infinite where nothing relaxes [cycles]."""
+    """Return Euler's longest stable step ``2/ρ``, inf where nothing relaxes."""
     memory = rate.remember()
     probe = random_direction(node.rate)
     fastest = spectrum(
@@ -140,7 +140,7 @@ def stability_limit(node: Node, rate: CountedRate, scale: float) -> float:
 
 
 def zigzag(profile: Array) -> float:
-    """Return the node-to-node alternation of a profile: 0 smooth, 2 for a pure ±1 saw [1].
+    """Return the node-to-node alternation of a profile: 0 smooth, 2 a pure saw [1].
 
     With ``d_i = h_i − (h_{i−1} + h_{i+1})/2``: ``√(Σ max(0, −d_i d_{i+1}) / Σ h²)``.
     """
@@ -152,7 +152,7 @@ def zigzag(profile: Array) -> float:
 
 
 def grows_saw(first: Array, second: Array, third: Array) -> bool:
-    """Whether the node-to-node alternation of three successive rates rises twice and has become a saw."""
+    """Whether the alternation of three successive rates rises twice and is a saw."""
     return (
         zigzag(first) < zigzag(second) < zigzag(third) and zigzag(third) > WORST_ZIGZAG
     )

@@ -1,4 +1,4 @@
-"""A life of a gear set: integrate the wear, then evaluate in full every state that is kept."""
+"""A life of a gear set: integrate the wear, then evaluate every kept state."""
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -40,7 +40,7 @@ class History(NamedTuple):
 
     @property
     def samples(self) -> "History":
-        """The states on which estimates of errors rest: asking for more snapshots changes none of them."""
+        """The states on which errors are estimated, whatever snapshots there are."""
         if self.sampled is not None:
             return self.sampled
         chosen = spread_over(len(self.state))
@@ -64,7 +64,7 @@ class History(NamedTuple):
 
 
 def spread_over(count: int, max_count: int = MAX_SAMPLES) -> list[int]:
-    """Return which of so many states are sampled: the first, the last, some between, fewer of few.
+    """Return which of so many states are sampled: first, last and some between.
 
     Where another number is given than that of the samples of estimates, so many of
     them.
@@ -78,7 +78,7 @@ def spread_over(count: int, max_count: int = MAX_SAMPLES) -> list[int]:
 
 
 def halving(count: int) -> list[int]:
-    """Return the numbers below a count, first the middle one, then those in the middle of what is between."""
+    """Return the numbers below a count, the middle one first, then by halving."""
     order = []
     spans = [(0, count)]
     for low, high in spans:  # grows as it is gone through
@@ -90,7 +90,7 @@ def halving(count: int) -> list[int]:
 
 
 class SetRate:
-    """The wear rate of all flanks as the integration sees it: flat, and with the last orbits as its memory.
+    """The wear rate of all flanks, flat, with the last orbits as its memory.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ class SetRate:
         self.still = None if resting is None else SetRate(resting)
 
     def __call__(self, depth: Array) -> Array:
-        """Return the wear per cycle at depths (n_entries,), both flat over all flanks [m]."""
+        """Return the wear per cycle at depths (n_entries,), both flat [m]."""
         state = self.evaluate(depth)
         if not state.wears:
             raise ValueError("a scene without a wear law has no wear rate")
@@ -220,7 +220,7 @@ def worn(
     flanks: Mapping[str, tuple[slice, float]],
     **bounds: Any,
 ) -> Array:
-    """Return the depths after wear by the law until each named flank is as deep as asked, (n,) [m].
+    """Return the depths after wear by the law to a depth of each named flank, (n,) [m].
 
     All flanks run and wear together until the named one has its depth; then only the
     named flank keeps its wear (its mate is taken as new). Several named flanks are worn

@@ -102,7 +102,7 @@ class Life(NamedTuple):
 
     @property
     def error_estimate_life(self) -> float:
-        """Estimated error of the life: the depth error over the fastest wear at the end [1]."""
+        """Estimated error of the life: depth error over the fastest wear [1]."""
         fastest = float(self.rate[-1].max(initial=0.0))
         return float(self.accumulated_error[-1]) / fastest if fastest > 0.0 else 0.0
 
@@ -145,7 +145,7 @@ class Life(NamedTuple):
 def read_off(
     snapshots: Snapshots, nodes: list[Node], curves: list[Step]
 ) -> tuple[Array, Array]:
-    """Return the snapshots that a life reached, in order, read off the curve through its states.
+    """Return the snapshots that a life reached, read off the curve of its states.
 
     Parameters
     ----------
@@ -303,7 +303,7 @@ class _Integration:
     def run(
         self, method: Method, progress: Progress, keep: checkpoint.Checkpoint | None
     ) -> None:
-        """Go on until there is a reason to end, from where an earlier process stopped."""
+        """Go on until there is a reason to end, from where a process before stopped."""
         self.reason = self.limits.reached(*self.node[:2])
         followed: list[tuple[Node, Any]] = []
         if keep is not None and self._has_shape_of_state(stored := keep.kept):
@@ -336,7 +336,7 @@ class _Integration:
             keep.settle(partial(self._state, followed))
 
     def _state(self, followed: list[tuple[Node, Any]]) -> dict[str, Any]:
-        """Return all that the life depends on: of itself, of its stepper, of its rate."""
+        """Return all that the life depends on: of itself, its stepper and its rate."""
         fields = {
             name: value for name, value in vars(self).items() if name not in GIVEN
         }
@@ -477,7 +477,7 @@ class _Integration:
 
 
 def longest_step(node: Node, limits: Limits, last: Step | None) -> float:
-    """Return the cycles that the next step may take, infinite where nothing wears to a limit.
+    """Return the cycles that the next step may take, inf where no limit is near.
 
     Parameters
     ----------
@@ -503,7 +503,7 @@ def longest_step(node: Node, limits: Limits, last: Step | None) -> float:
 
 
 def _braking(due: Array, last: Step, limits: Limits) -> Array:
-    """Return by what the trend of the last step moves the cycles due at the present rate, (n_flank,) [1].
+    """Return by what a trend moves the cycles due at the present rate, (n_flank,) [1].
 
     ``g + q g²/2 = 1`` with q the change of the rate over those cycles, relative to the
     rate.

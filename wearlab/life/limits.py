@@ -1,4 +1,4 @@
-"""When a life ends, the states asked for on the way, and its wear rate: counted, bounded and checked."""
+"""The limits of a life, its snapshots, and its wear rate with count and checks."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -77,7 +77,7 @@ class Limits(NamedTuple):
         )
 
     def checked(self) -> "Limits":
-        """Return the limits, or raise ValueError when there is none or one is not positive."""
+        """Return the limits; ValueError when there is none or one is not positive."""
         limits = [limit for limit in (self.cycles, self.depth) if limit is not None]
         if not limits:
             raise ValueError("a life needs a limit: cycles or depth")
@@ -177,7 +177,7 @@ class CountedRate:
 
     @property
     def noise(self) -> float:
-        """Standard error of the last rate, 0 unless the rate says otherwise [m per cycle]."""
+        """Standard error of the last rate, 0 unless the rate has one [m per cycle]."""
         return float(getattr(self.rate, "noise", 0.0))
 
     def save_state(self) -> tuple[int, Any, Any]:

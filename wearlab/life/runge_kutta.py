@@ -46,7 +46,8 @@ class FourthOrder(NamedTuple):
     ----------
     depth, rate : (n,) one step later [m], [m per cycle]
     difference : (n,) how far the companion of third order is from it [m]
-    radius_seen : what ∂r/∂h makes of differences of the stages over their length, at most
+    radius_seen : what ∂r/∂h makes of differences of the stages over their length, at
+        most
         |∂r/∂h| [1/cycle]
     """
 
@@ -57,7 +58,7 @@ class FourthOrder(NamedTuple):
 
 
 def fourth_order_step(rate: Rate, h: Array, r: Array, size: float) -> FourthOrder:
-    """Return a step of ``size`` cycles from depth h with rate r, (n,) [m], [m per cycle]."""
+    """Return a step of ``size`` cycles from depth h (n,) [m] with rate r (n,)."""
     second = rate(h + size * r / 3.0)
     third = rate(np.maximum(h, h + size * (second - r / 3.0)))
     fourth = rate(np.maximum(h, h + size * (r - second + third)))
@@ -72,12 +73,12 @@ def fourth_order_step(rate: Rate, h: Array, r: Array, size: float) -> FourthOrde
 
 
 def fourth_order_error(difference: Array, fastest: float) -> Array:
-    """Return the estimated error of a step, ``1.2 ρ ΔN`` of its difference from the companion, (n,) [m]."""
+    """Return the error of a step, estimated from its companion, (n,) [m]."""
     return np.asarray(REPORTED * max(MIN_REACH, fastest) * difference)
 
 
 def _radius_of(change: Array, way: Array, r: Array) -> float:
-    """Return a change of rate over the change of depth that caused it, 0 where it is noise [1/cycle].
+    """Return a change of rate over that of depth, 0 where it is noise [1/cycle].
 
     Differences of rates of rising order are what ∂r/∂h makes of the rate once, twice,
     three times: a power iteration that costs nothing.
@@ -151,7 +152,7 @@ def scheme(stages: int, damping: float = SHARP) -> Scheme:
 
 
 def stages_for(stiffness: float, damping: float = SHARP) -> Scheme:
-    """Return the scheme with the fewest stages that is stable at ``stiffness = ΔN ρ`` (or the longest)."""
+    """Return the scheme of fewest stages that is stable at ΔN ρ, or the longest."""
     fewest = (n for n in range(2, MAX_STAGES) if scheme(n, damping).reach >= stiffness)
     return scheme(next(fewest, MAX_STAGES), damping)
 
@@ -186,5 +187,5 @@ def chebyshev_step(
 
 
 def chebyshev_error(h0: Array, h1: Array, r0: Array, r1: Array, size: float) -> Array:
-    """Return RKC2's estimate of its local error, ``0.8 (h0 − h1) + 0.4 ΔN (r0 + r1)``, (n,) [m]."""
+    """Return RKC2's local error, ``0.8 (h0 − h1) + 0.4 ΔN (r0 + r1)``, (n,) [m]."""
     return np.asarray(0.8 * (h0 - h1) + 0.4 * size * (r0 + r1))

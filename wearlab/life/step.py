@@ -1,4 +1,4 @@
-"""States and steps over cycles, the curve between the ends of a step, jumps, and a step taken once more."""
+"""States and steps over cycles, the curve between states, jumps, retaken steps."""
 
 from typing import NamedTuple, Protocol
 
@@ -81,7 +81,7 @@ class Jump(NamedTuple):
 
 
 class SawTooth(Exception):
-    """A step is beyond the stability limit: its wear alternates and does not die out."""
+    """A step is beyond the stability limit: its wear alternates without end."""
 
 
 class Stepper(Protocol):
@@ -106,7 +106,7 @@ class Stepper(Protocol):
     wave_growth: float = 0.0
 
     def advance(self, node: Node, largest: float) -> tuple[Step, Jump | None]:
-        """Return the accepted step from a state, and any jump of the rate that it crosses.
+        """Return the accepted step from a state, and any jump that it crosses.
 
         Parameters
         ----------
@@ -148,7 +148,7 @@ class Method(Protocol):
 
 
 def depth_at(step: Step, cycle: float) -> Array:
-    """Return the depth inside a step, by a cubic through values and slopes that never decreases, (n,) [m].
+    """Return the depth inside a step, a monotone cubic of values and slopes [m].
 
     Slopes are cut to three times the secant (Fritsch & Carlson, SIAM J. Numer. Anal. 17
     (1980) 238–246): a step much longer than the relaxation of the profile starts
@@ -173,7 +173,7 @@ def depth_at(step: Step, cycle: float) -> Array:
 
 
 def crossing(step: Step, depth: float, flank: limits.Flanks) -> float:
-    """Return the cycle in the step at which the largest depth on the flank reaches ``depth`` [1].
+    """Return the cycle at which the largest depth on the flank reaches ``depth`` [1].
 
     By bisection to round-off: the largest depth never decreases.
     """
@@ -191,7 +191,7 @@ def crossing(step: Step, depth: float, flank: limits.Flanks) -> float:
 
 
 def growth(start: Node, end: Node) -> float:
-    """Return ``exp(max(0, ΔN dr·dh/|dh|²))``, the growth of an error along the path of the solution [1]."""
+    """Return ``exp(max(0, ΔN dr·dh/|dh|²))``, by what an error grows in a step [1]."""
     dh = end.depth - start.depth
     square = float(dh @ dh)
     if square == 0.0:

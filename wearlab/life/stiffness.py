@@ -1,4 +1,4 @@
-"""How stiff a wear rate is: the largest eigenvalue of ∂r/∂h, and what a life knows of it.
+"""How stiff a wear rate is: the largest eigenvalue of ∂r/∂h, as a life knows it.
 
 Stages of a step tell a lower bound of the spectral radius ρ of ∂r/∂h. As long as ρ
 times the whole way left is small by it, no step can be stiff and no wave can grow much,
@@ -65,7 +65,7 @@ class Spectrum(NamedTuple):
 
     @property
     def is_real(self) -> bool:
-        """Whether the fastest part simply decays (static load does, dynamics may not)."""
+        """Whether the fastest part simply decays (as under the static load)."""
         return self.alignment > 0.96
 
 
@@ -117,7 +117,7 @@ def spectrum(
 def growth_rate(
     rate: Rate, h: Array, start: Array, *, amplitude: float, iterations: int = KRYLOV
 ) -> float:
-    """Return the largest growth rate among the waves of a profile, the largest Re λ of ∂r/∂h, at least 0.
+    """Return the largest growth rate among the waves of a profile, max Re λ, ≥ 0.
 
     Arnoldi's method with differences of the rate, as in :func:`spectrum`; of its values
     only those count whose residual is small, because those of a non-normal matrix may
@@ -156,7 +156,7 @@ def growth_rate(
 
 
 def random_direction(r: Array) -> Array:
-    """Return random signs weighted by the rate (a node that does not wear does not relax), (n,)."""
+    """Return random signs weighted by the rate, 0 where nothing wears, (n,)."""
     signs = np.random.default_rng(20160501).choice([-1.0, 1.0], size=r.shape)
     return np.asarray(signs * (np.abs(r) + 1e-3 * float(np.abs(r).max(initial=0.0))))
 
@@ -205,7 +205,7 @@ class KnownSpectrum:
         return longest / self.radius if self.radius > 0.0 else np.inf
 
     def hear(self, rate: CountedRate, radius: float) -> None:
-        """Take what the stages of a step tell of the spectral radius, where nothing better is known."""
+        """Take the spectral radius from stages of a step where none is known better."""
         if (
             not self.looked
             and rate.noise <= self.heard
@@ -240,7 +240,7 @@ class KnownSpectrum:
     def foresee(
         self, rate: CountedRate, node: Node, left: float, tolerance: float
     ) -> None:
-        """Find out whether an error made at the start grows to less than 1/tolerance before the limit."""
+        """Find out whether an early error stays small up to the end of the life."""
         if not self.foreseeable:
             return
         whole = node.cycle + (left if np.isfinite(left) else 0.0)
@@ -275,7 +275,7 @@ ones."""
 def held_step(
     rate: Rate, still: Rate, node: Node, size: float, direction: Array, amplitude: float
 ) -> tuple[Step, Spectrum]:
-    """Return a step of ``size`` cycles and the spectrum of the static rate at its start.
+    """Return a step of ``size`` cycles and the spectrum of the static rate.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ def held_step(
     added = node.rate - first
 
     def reached(added_there: Array) -> Array:
-        """Follow the static rate, with what is added to it going straight from start to end."""
+        """Follow the static rate plus a straight line from the start to the end."""
         change = added_there - added
 
         def following(at: Array) -> Array:
@@ -368,7 +368,7 @@ class Work:
     def affordable(
         self, rate: CountedRate, node: Node, left: float
     ) -> tuple[float, bool]:
-        """Return the step of one rate [cycles], and whether the work left pays for no shorter ones."""
+        """Return the step of one rate [cycles], and whether the work left forces it."""
         reached = node.deepest
         fastest = node.fastest
         way = left * fastest if isfinite(left) else 0.0
@@ -390,7 +390,7 @@ class Work:
 
 
 def cycles_of_rough_step(node: Node, scale: float) -> float:
-    """Return the cycles that wear `ROUGH_SHARE` of the depth reached, at least of the scale."""
+    """Return the cycles that wear `ROUGH_SHARE` of the depth, at least of the scale."""
     return (
         ROUGH_SHARE * max(node.deepest, scale) / node.fastest
         if node.fastest > 0.0
@@ -399,7 +399,7 @@ def cycles_of_rough_step(node: Node, scale: float) -> float:
 
 
 def share_of_depth(wear: float, depth: float, steps: float) -> float:
-    """Return by which share of the depth reached so many steps wear all the way, ``(1 + w/h)^{1/n} − 1``.
+    """Return the share of the depth by which each of so many steps wears.
 
     Parameters
     ----------

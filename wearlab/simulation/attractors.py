@@ -37,7 +37,7 @@ class Searched(NamedTuple):
 def other_attractors(
     parts: assembly.GearModel, states: Sequence[coupled.WearState]
 ) -> list[Searched]:
-    """Look for other attractors of each state, where released flanks do not return to the response stored.
+    """Look for other attractors of each state, by releases of its flanks.
 
     The methods of the papers integrate from one start alone, and so do errors that turn
     with their members; among the angles of averaged errors nothing is looked for, nor
@@ -101,7 +101,7 @@ def _searches(
 
 @dataclass
 class _Beside:
-    """The attractors found beside one response, with a bounded number of integration steps."""
+    """The attractors beside one response, found with a bounded number of steps."""
 
     response: Response
     method: periodic.Periodic
@@ -113,7 +113,7 @@ class _Beside:
     def forwards(
         self, neighbours: Sequence[Response], releases: int, first: int
     ) -> None:
-        """Follow what a neighbour has, or release flanks until there are no more releases or steps."""
+        """Follow what a neighbour has, or release flanks while the bounds allow."""
         self._look(coexisting.Tries(releases, first, next(iter(neighbours), None)))
         self.follow(neighbours[1:])
         while (
@@ -157,7 +157,7 @@ class _Beside:
 
 
 def _alike(first: Response, second: Response) -> bool:
-    """Whether two motions are one attractor: both aperiodic, or of one period and with the same forces."""
+    """Whether two motions are one attractor: of one period, with the same forces."""
     if first.period != second.period or first.period == 0:
         return first.period == second.period
     first_forces, second_forces = (

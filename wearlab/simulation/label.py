@@ -40,7 +40,7 @@ def diagnosed(
     find: Callable[..., Any],
     *of: Any,
 ) -> Any:
-    """Return what is found of a run that has ended, or what stands for it where the search fails.
+    """Return what a function finds of a run, or what stands for it where it fails.
 
     Any error counts: hours of life are not lost for a number that describes them.
 
@@ -114,11 +114,12 @@ def labelled(values: Mapping[str, Any], coordinates: Mapping[str, Any]) -> Label
 
 def parts_of(dataset: xr.Dataset) -> Labelled:
     """Return a dataset's variables."""
-    return Labelled(dict(dataset.variables), frozenset(map(str, dataset.coords)))  # type: ignore[arg-type]
+    variables = {str(name): variable for name, variable in dataset.variables.items()}
+    return Labelled(variables, frozenset(map(str, dataset.coords)))
 
 
 def joined(*parts: Labelled) -> xr.Dataset:
-    """Return the dataset of variables that have the same coordinates along the dimensions that they share."""
+    """Return the dataset of variables whose shared dimensions have the same labels."""
     variables = {
         name: variable for part in parts for name, variable in part.variables.items()
     }
@@ -144,7 +145,7 @@ def padded(
 
 
 def of_states(rows: Sequence[Sequence[Any]]) -> np.ndarray:
-    """Return values of every state at every error angle, (n_updates, …), with the angles next where several.
+    """Return values of every state at every error angle, (n_updates, …).
 
     Shorter responses are padded with NaN.
     """
@@ -169,7 +170,7 @@ def ratio(values: np.ndarray, size: np.ndarray) -> np.ndarray:
 def with_results(
     run: xr.Dataset, failures: list[str] | None = None, added: Iterable[str] = ()
 ) -> xr.Dataset:
-    """Return the dataset with what `wearlab.results` finds from its variables, labelled as declared.
+    """Return the dataset with what `wearlab.results` finds from its variables.
 
     Parameters
     ----------
@@ -251,7 +252,7 @@ def provenance(
 
 @cache
 def _circumstances() -> dict[str, str]:
-    """Return commit of the checkout this code runs from, whether it was changed since, packages and machine.
+    """Return commit of the checkout, whether it was changed, packages and machine.
 
     An installed copy has no commit: there the hash of its sources tells the code. It
     takes milliseconds.
@@ -271,7 +272,7 @@ def _circumstances() -> dict[str, str]:
 
 
 def _lineage(scene: Scene, calibration: CalibrationLife | None) -> dict[str, str]:
-    """Return the runs that calibrate and precede this one, from which cycle, and what is known of it."""
+    """Return the runs that calibrate and precede this one, and its first cycle."""
     attributes = {"parents": ""}
     if calibration is not None:
         attributes |= {

@@ -22,7 +22,7 @@ Job = tuple[Callable[[Scene], None], Scene]
 
 
 def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
-    """Evaluate one wear state of every kind of scene, so that its kernels are compiled and cached on disk.
+    """Compile the kernels of every kind of scene and cache them on disk.
 
     Of several workers each does its share of the jobs, the longest last: on disk is
     what others have compiled by then.
@@ -42,7 +42,7 @@ def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
 
 
 def jobs_of(kinds: Iterable[Scene]) -> list[Job]:
-    """Return what compiles all that kinds of scenes call, in parts, those that take longest first.
+    """Return what compiles all kernels of kinds of scenes, in parts, longest first.
 
     What locates changes of contact is compiled beside the map of a period, which finds
     it on disk.
@@ -116,7 +116,7 @@ def _kernels(scene: Scene) -> tuple[object, ...]:
 
 
 def _choices(options: object) -> object:
-    """Return what is chosen among options, without the numbers: these are handed to the kernels."""
+    """Return what is chosen among options, without numbers that kernels are handed."""
     if isinstance(options, Part):
         return type(options), *(_choices(value) for _, value in options)
     if isinstance(options, dict):

@@ -1,4 +1,4 @@
-"""The wear law of a scene: its choices, prepared once for a path, then evaluated at the tooth forces.
+"""The wear law of a scene, prepared for a path and evaluated at tooth forces.
 
 Archard's law with coefficients that are powers of the load runs as a kernel; any other
 law or coefficient is a function of the flank's state
@@ -135,7 +135,7 @@ def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
 
 
 def lambda_ratio(law: PreparedLaw, force: Array) -> Array | None:
-    """Return film thickness over roughness at the nodes, (n,) [1], None where the scene does not say enough.
+    """Return film thickness over roughness at the nodes, (n,) [1], None if unknown.
 
     References
     ----------
@@ -211,7 +211,7 @@ def flank_state(
 
 
 def wear_rate(law: PreparedLaw, force: Array, depth: Array | None = None) -> Array:
-    """Return the depth removed per cycle at every node, (2, n), (driving, driven) [m per cycle].
+    """Return the depth removed per cycle, (2, n), (driving, driven) [m per cycle].
 
     Parameters
     ----------
@@ -257,7 +257,7 @@ def _checked(values: Array, function: object, quantity: str) -> Array:
 def wear_per_cycle(
     force: Array, coefficient: Array, slide: Array, passes: Array, face_width: float
 ) -> Array:
-    """Return the depth that one cycle removes at every node, ``n_i k (F/B) |1 − v_other/v_i|``.
+    """Return the depth that one cycle removes, ``n_i k (F/B) |1 − v_other/v_i|``.
 
     Parameters
     ----------

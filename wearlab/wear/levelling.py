@@ -1,4 +1,4 @@
-"""Pressure redistributed inside the contact patch: crests of wear lose it, what stands up wears more.
+"""Pressure redistributed in the contact patch: crests of wear lose some of it.
 
 A line contact of fixed load on an elastic half-plane, first order in the gap ``g(x) = Σ
 g_n T_n(x/a) = h_1 + h_2`` across the patch. From ``−∂u/∂x = (2/πE*) PV∫ p(ξ)/(x − ξ)
@@ -60,7 +60,7 @@ class Squares(NamedTuple):
 
 
 class Windows(NamedTuple):
-    """The nodes that contacts feel on one flank, one more on either side, (n, n_felt): shorter ones go on.
+    """The nodes that contacts feel on one flank and one more each side, (n, n_felt).
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class Windows(NamedTuple):
 
 @remembered
 def squares(half_width: Array, path: WearPath) -> Squares:
-    """Return the products of the coefficients of wear across the patches of half widths (n,) [m].
+    """Return products of coefficients of wear across patches of half widths (n,) [m].
 
     Over a face they are (n_face, n), and nodes those of slice after slice.
 
@@ -110,7 +110,7 @@ def squares(half_width: Array, path: WearPath) -> Squares:
 
 
 def windows(half_width: Array, arc: Array) -> Windows:
-    """Return the nodes felt on a flank, whose nodes lie at ascending arcs (n,) [m], and their images."""
+    """Return the nodes felt on a flank with ascending arcs (n,) [m], and images."""
     place = np.arange(len(arc))
     where = np.concatenate([2.0 * arc[0] - arc[::-1], arc, 2.0 * arc[-1] - arc[::-1]])
     first = np.searchsorted(where, arc - half_width, side="right") - 1
@@ -136,7 +136,7 @@ def max_orders(half_width: Array, path: WearPath) -> int:
 
 
 def coefficients(t: Array, last_order: int) -> Array:
-    """Return ``∫ φ_i T_n/√(1 − t²) dt`` of nodes at ascending t (…, m), orders from 2, (…, most − 1, m).
+    """Return ``∫ φ_i T_n/√(1 − t²) dt`` of nodes at ascending t, (…, most − 1, m).
 
     Between nodes ``∫ T_n/√(1 − t²) dt = −sin nθ/n`` with t = cos θ, and that of t T_n
     half the sum of its neighbours in n. Beyond ±1 there is nothing.
@@ -187,7 +187,7 @@ class Levelling(NamedTuple):
 
 
 def levelling(half_width: Array, sliding: Array, path: WearPath) -> Levelling:
-    """Return D for half widths (n,) [m] and ``k ζ`` times passes per contact (2, n) [1/(Pa cycle)].
+    """Return D for half widths (n,) [m] and ``k ζ`` per contact (2, n) [1/(Pa cycle)].
 
     References
     ----------
@@ -228,7 +228,7 @@ class Elastic(TwoWay):
     ahead: SuperLU
 
     def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
-        """Return the wear rate of the flanks from that of contact centres, (2, n) [m per cycle]."""
+        """Return the wear rate of flanks from that of contact centres, (2, n)."""
         contact = np.clip(force / self.reference, 0.0, 1.0)
         forced = self.spreading @ pointwise.ravel() + self.levelling.at(
             depth.ravel(), contact

@@ -1,4 +1,4 @@
-"""Flanks worn before the first cycle as measured: from points of a profile to depths at the nodes."""
+"""Flanks worn before the first cycle as measured: depths from profile points."""
 
 from typing import Literal, NamedTuple
 
@@ -119,7 +119,7 @@ def over_face(
     flank: helix.SlicedFlank,
     how: tuple[Zero, Continuation],
 ) -> Array:
-    """Return the wear depth of a flank that was measured over its face, at its slices, (n_face, n) [m].
+    """Return the depth of a flank measured over its face, at slices, (n_face, n) [m].
 
     Straight from one place to the next across the face.
 
@@ -268,7 +268,7 @@ def continued(
 def _beyond(
     where: Array, depth: Array, side: int, place: float, how: Continuation
 ) -> Array:
-    """Return the points that lead from one side of a profile to a place beyond it, (2, 1 or 2) [m]."""
+    """Return the points that lead from one side of a profile beyond it [m]."""
     edge = where[side]
     level = depth[side]
     if how == "zero":
@@ -304,7 +304,7 @@ def _check_cover(where: Array, pair: GearPair, gear: int, along: Along) -> None:
 
 
 def _local_parabola(where: Array, depth: Array, s: float, window: float) -> float:
-    """Return the value at s of the parabola fitted around it with tricube weights (Cleveland 1979)."""
+    """Return the local parabola with tricube weights at s (Cleveland 1979)."""
     half = max(
         0.5 * window, float(np.sort(np.abs(where - s))[MIN_POINTS - 1]) * (1.0 + 1e-9)
     )
@@ -332,7 +332,7 @@ def _zero_line(zero: Zero, gear: int, s: Array, depth: Array) -> Array | float:
 
 
 def _outer_line(s: Array, depth: Array) -> Array:
-    """Return the line that touches the profile from outside on both sides of the pitch point.
+    """Return the line that touches the profile outside, beside the pitch point.
 
     Where the pitch point itself stands highest, the line is the tangent there, if that
     stays outside.

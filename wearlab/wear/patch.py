@@ -1,4 +1,4 @@
-"""The contact patch: over which width wear is spread, felt, and levelled by the pressure inside it.
+"""The contact patch, over which wear is spread, felt and levelled by pressure.
 
 The pointwise law gives all wear of a contact to its centre, and lets the mesh feel the
 depth of one point. A line contact is as wide as it is both ways:
@@ -21,7 +21,8 @@ passes from L − a to L + a, each moment at the sliding of that moment:
 
 with d the pointwise increment and w the pressure over its integral. With the mean
 pressure w = 1/(2a) for
-|L − L_c| ≤ a: a running average over the Hertz width. Since ∫w dL = 1, the worn area is conserved.
+|L − L_c| ≤ a: a running average over the Hertz width. Since ∫w dL = 1, the worn area is
+conserved.
 
 On nodes: the arc is cut midway between them, into cells whose lengths are the
 trapezoidal weights (a one-sided pair of nodes has a cell on either side of the step).
@@ -84,7 +85,7 @@ class PatchSetting:
 
     @cached_property
     def static(self) -> Array:
-        """Static force on a pair of unworn flanks when it touches at the node, (n,) [N]."""
+        """Static force on an unworn pair when it touches at the node, (n,) [N]."""
         return self.analysis.force_at_nodes(self.analysis.unworn[1].force)
 
     @cached_property
@@ -105,7 +106,7 @@ class Patch(Protocol):
         """Return the wear that the mesh feels, (2, n) [m]."""
 
     def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
-        """Return the wear rate of the flanks from that of contact centres, (2, n) [m per cycle]."""
+        """Return the wear rate of flanks from that of contact centres, (2, n)."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ class OneWay:
         return depth
 
     def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
-        """Return the wear rate of the flanks from that of contact centres, (2, n) [m per cycle].
+        """Return the wear rate of flanks from that of contact centres, (2, n).
 
         Parameters
         ----------
@@ -169,7 +170,7 @@ class _Given:
 
 
 def remembered(make: Callable[..., Made]) -> Callable[..., Made]:
-    """Let a function of half widths, other arrays and numbers, and a path return once more what it found.
+    """Let a function of half widths, arrays and a path return again what it found.
 
     Of the path only the arc and the modulus may count. What wear coefficient, speed and
     length of a life do not touch is so made once for all runs of a process.
@@ -207,7 +208,7 @@ def spread_matrix(half_width: Array, path: WearPath) -> csr_array:
 
 
 def effective_wear_matrix(spread: csr_array, path: WearPath) -> csr_array:
-    """Return ``P = W⁻¹ Sᵀ W``, (2n, 2n) [1]: row j is the mean over the patch centred at node j."""
+    """Return ``P = W⁻¹ Sᵀ W``, (2n, 2n) [1]: row j, the mean over patch j."""
     length = np.tile(
         path.arc_weight, (1, spread.shape[0] // path.arc_weight.size)
     ).ravel()
@@ -215,7 +216,7 @@ def effective_wear_matrix(spread: csr_array, path: WearPath) -> csr_array:
 
 
 def spreading(half_width: Array, arc: Array) -> Array:
-    """Return what each node keeps of the wear of a contact centred at each other, S_ij, (n, n) [1].
+    """Return the share of each contact's wear that falls on each node, S_ij, (n, n).
 
     Parameters
     ----------
@@ -257,11 +258,11 @@ def _collected(x: Array, a: Array) -> Array:
 
 
 def cell_edges(arc: Array) -> Array:
-    """Return the ascending edges of the nodes' cells from their arcs, in either order, (n + 1,) [m]."""
+    """Return ascending edges of the nodes' cells from their arcs, (n + 1,) [m]."""
     x = ascending(arc)
     return np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
 
 
 def ascending(arc: Array) -> Array:
-    """Return arcs along the path of contact, those of the driven flank of an external pair negative [m]."""
+    """Return arcs along the path, negative for driven flanks of external pairs."""
     return arc if arc[-1] >= arc[0] else -arc

@@ -1,4 +1,4 @@
-"""The path of contact as wear knows it: velocities, radii, arcs, Hertz' line contact, what is worn off."""
+"""The path of contact for wear: velocities, radii, arcs, line contact, worn mass."""
 
 from typing import NamedTuple
 
@@ -207,7 +207,7 @@ def worn_mass(
     teeth: ArrayLike,
     face_width: Array | None = None,
 ) -> Array:
-    """Return the mass worn off each gear, ``ρ B z ∫ h dL``, every tooth alike, (..., 2) [kg].
+    """Return the mass worn off each gear, ``ρ B z ∫ h dL``, all teeth alike [kg].
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""``wear.load``: which force wears the flanks, and what it is made from: forces at the phase nodes.
+"""``wear.load``: which force wears the flanks, from forces at the phase nodes.
 
 A file beside this one adds another.
 """
@@ -66,7 +66,7 @@ class LoadModel(Variant):
     def at_nodes(
         self, flanks: "MeshFlanks", static: "Quasistatic", force: Forces
     ) -> Array:
-        """Return the force that wears each node of a kind of mesh, (n_rows, n) or (1, n) [N].
+        """Return the force that wears each node, (n_rows, n) or (1, n) [N].
 
         Parameters
         ----------

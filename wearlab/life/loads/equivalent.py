@@ -50,7 +50,7 @@ class EquivalentLoad(LoadModel):
 def equivalent_force(
     analysis: "ContactAnalysis", row: Array, drive: Array, slope: float
 ) -> float:
-    """Return the Miner-equivalent of a mesh force (n_rows, n_phase_nodes), drive side only [N]."""
+    """Return the Miner-equivalent of a mesh force (n_rows, n), drive side only [N]."""
     _, weight = analysis.grid.phase_nodes
     weights = np.outer(row * len(row), weight).ravel()
     return float(equivalent_load(np.maximum(0.0, drive).ravel(), slope, weights))

@@ -1,4 +1,4 @@
-"""Euler's method over cycles, a step as long as the wear takes to grow by a threshold."""
+"""Euler's method over cycles; in a step the wear grows by a threshold."""
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class EulerStep(StepMethod):
-    """Explicit Euler, a step as long as the wear takes to grow by a threshold (as published)."""
+    """Explicit Euler; in a step the wear grows by a threshold (as published)."""
 
     method: Literal["euler"] = "euler"
     """the papers' Euler steps. Source: L16 Fig. 2"""

@@ -22,7 +22,7 @@ class StabilitySize(Part):
 
 
 def _kind_of_size(value: Any) -> str:
-    """Return the tag of a size: a fraction of the stability limit, or a count of cycles."""
+    """Return the tag of a size: share of the stability limit, or count of cycles."""
     return "fraction" if isinstance(value, dict | StabilitySize) else "count"
 
 

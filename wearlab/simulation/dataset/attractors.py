@@ -41,7 +41,7 @@ def attractor_values(searches: Sequence[Searched]) -> label.Values:
 
 
 def _values_by_rival(searches: Sequence[Searched]) -> dict[str, Array]:
-    """Return period, multiplier and forces of all rivals, which lie along the last axis."""
+    """Return period, multiplier and forces of all rivals, along the last axis."""
     rows = [[_described(rival) for rival in searched.rivals] for searched in searches]
     width = max(len(description) for row in rows for description in row)
     described = label.padded([np.reshape(row, (-1, width)) for row in rows])
@@ -70,7 +70,7 @@ def outcome(search: coexisting.Search) -> str:
 
 
 def _described(rival: Response) -> Array:
-    """Return period, largest multiplier, and smallest and largest force of every mesh."""
+    """Return period, largest multiplier, smallest and largest force of every mesh."""
     forces = extremes(rival)
     multiplier = float(abs(rival.multipliers[0])) if len(rival.multipliers) else np.nan
     first = [float(rival.period), multiplier]

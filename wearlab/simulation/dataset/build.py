@@ -98,7 +98,7 @@ def _add_stage(
 
 
 def _joined(scene: Scene, variables: list[label.Labelled]) -> label.Labelled:
-    """Return the variables of all conditions, along duty blocks or stages where there are such."""
+    """Return the variables of all conditions, along duty blocks or stages if any."""
     operation = scene.operation
     if operation.duty is None and operation.stage is None:
         return variables[0]
@@ -109,7 +109,7 @@ def _joined(scene: Scene, variables: list[label.Labelled]) -> label.Labelled:
 
 
 def _coordinates(finished: FinishedLife) -> dict[str, Any]:
-    """Return the coordinates of the whole dataset but for those that conditions bring."""
+    """Return the coordinates of the dataset but for those that conditions bring."""
     history = finished.history
     return {
         "cycle": history.cycle,

@@ -24,7 +24,7 @@ PADDED = ("mesh_period", "rival")
 
 
 def along_duty(blocks: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Return the datasets of conditions that take turns as one, ``duty`` after ``update``.
+    """Return datasets of conditions that take turns as one, ``duty`` after ``update``.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def _in_usual_order(joined: xr.Dataset, new: str) -> xr.Dataset:
 def condition_coordinates(
     scene: Scene, life_history: history.History
 ) -> dict[str, Any]:
-    """Return the coordinates of the conditions of operation, none where there is but one.
+    """Return the coordinates of the conditions of operation, none of a single one.
 
     Parameters
     ----------

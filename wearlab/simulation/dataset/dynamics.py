@@ -90,7 +90,7 @@ def _at_phases(
 
 
 def _transmission(model: assembly.GearModel, position: Array) -> Values:
-    """Return the dynamic transmission error of every mesh, its harmonics and its RMS."""
+    """Return the dynamic transmission error of every mesh, its harmonics and RMS."""
     error = transmission_error(model.moving, position) + model.constant_error[:, None]
     of_meshes = np.moveaxis(error, 1, 0)
 
@@ -138,7 +138,7 @@ def _forces(
 
 
 def _multipliers(vibration: coupled.Vibration, response: Response) -> Array:
-    """Return real and imaginary parts of the Floquet multipliers, NaN where fewer are known."""
+    """Return real and imaginary parts of the Floquet multipliers, padded with NaN."""
     multipliers = np.full((2 * len(vibration.system.coordinates), 2), np.nan)
     complex_values = response.multipliers
     multipliers[: len(complex_values)] = np.stack(

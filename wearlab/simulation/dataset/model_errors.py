@@ -61,7 +61,7 @@ def model_errors(scene: Scene, model: assembly.GearModel) -> str:
 
 
 def _mesh_lines(scene: Scene, model: assembly.GearModel) -> Iterator[str]:
-    """Return the model errors of stiffness, excitation and gaps of every kind of mesh."""
+    """Return the model errors of stiffness, excitation and gaps by kind of mesh."""
     kinds = {kind.section: kind for kind in model.gears.kinds}
     for section, kind in kinds.items():
         options = scene.mesh.of(section)
@@ -102,7 +102,7 @@ def _load_lines(scene: Scene, model: assembly.GearModel) -> Iterator[str]:
 
 
 def _softness(contact: FaceContact) -> str:
-    """Return by how much bodies of elements are softer than plane ones, if there are any."""
+    """Return by how much bodies of elements are softer than plane ones, if any."""
     if contact.solid is None:
         return ""
     softer = 100.0 * (contact.solid.even / contact.section.body - 1.0)

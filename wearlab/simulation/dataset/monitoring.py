@@ -1,4 +1,4 @@
-"""What a vibration monitor reads off the meshes, where ``[store] variables`` asks for it.
+"""What a vibration monitor reads off the meshes, if ``[store] variables`` names it.
 
 The signal is the relative acceleration of both bodies along the line of action of one
 mesh. What repeats every mesh period are the mesh harmonics; all the rest, between them,

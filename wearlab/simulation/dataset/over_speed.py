@@ -22,7 +22,7 @@ fall on lines."""
 ORDERS = 5
 """Mesh orders that spectra cover."""
 WITHOUT_MESH = ("orbit_period", "multiplier")
-"""Variables that belong to no mesh; all others have the mesh as their first dimension."""
+"""Variables that belong to no mesh; all others have the mesh first."""
 
 
 class _Branches(NamedTuple):

@@ -18,7 +18,7 @@ ENDS_OF_WORK = {
     "work limit": "the life ends unfinished, after as many right-hand sides as a life "
     f"may take: raise numerics.most_right_hand_sides, {INSTEAD}",
 }
-"""Message of a life that its bounds on the work have ended, by the reason of its end."""
+"""Message of a life that its bounds on the work end, by the reason of its end."""
 
 
 def run_validity(
@@ -75,7 +75,7 @@ def scene_validity(
 def _contact_flags(
     model: assembly.GearModel, life_history: history.History
 ) -> list[str]:
-    """Return where the contact of the most deflected state leaves its range, by kind of mesh."""
+    """Return where the contact of the most deflected state leaves its range."""
     flags = list[str]()
     for number, kind in enumerate(model.kinds):
         deflections = [

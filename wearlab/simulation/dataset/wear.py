@@ -122,7 +122,8 @@ def preset_depth(
 
     Returns
     -------
-    (n_updates, n_flank) [m], NaN where no depth was asked for; no variable where none was in the whole scene.
+    (n_updates, n_flank) [m], NaN where no depth was asked for; no variable where none
+    was in the whole scene.
     """
     coupling = model.coupling
     flank_places = model.gears.flank_places

@@ -47,7 +47,9 @@ Film = Annotated[Chosen, Discriminator(_switch_or_model), BeforeValidator(_model
 
 def standard_film() -> FilmModel:
     """Return the film of Dowson and Higginson."""
-    return FilmModel.slot.variants[STANDARD_FILM].model_construct()  # type: ignore[return-value]
+    standard: Any = FilmModel.slot.variants[STANDARD_FILM]
+    film: FilmModel = standard.model_construct()
+    return film
 
 
 class CoefficientModel(Variant):
@@ -80,7 +82,7 @@ class CoefficientModel(Variant):
         return standard_film() if self.film else None
 
     def build(self, setting: Setting) -> PowerOfLoad | Callable[[FlankState], Array]:
-        """Return k along the path, without ``factor`` and film: a power of the load, or a function.
+        """Return k along the path, without ``factor`` and film.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""``wear.coefficient.film``: the oil film, its lambda ratio, and the share of wear it leaves.
+"""``wear.coefficient.film``: the oil film, its λ, and the share of wear it leaves.
 
 Dowson and Higginson's line contact, ``h_min/R' = 2.65 U^0.70 G^0.54 W^−0.13`` with ``U
 = η0 u/(E'R')``, ``G = α E'``, ``W = w/(E'R')``. **Their E' is ``2/Σ((1 − ν²)/E)`` = 2
@@ -42,7 +42,7 @@ class Film(NamedTuple):
     roughness: float
 
     def along(self, path: WearPath) -> PowerOfLoad:
-        """Return the film thickness along the path as a power of the load per unit length [m]."""
+        """Return the film thickness as a power of the load per unit length [m]."""
         E = 2.0 * path.contact_modulus
         R = path.equivalent_radius
         U = self.viscosity * np.abs(rolling_velocity(path)) / (E * R)
@@ -105,7 +105,7 @@ class FilmModel(Variant):
     needs: ClassVar[tuple[str, ...]] = ("lubricant", "roughness")
 
     def thickness(self, setting: Setting) -> PowerOfLoad:
-        """Return the film thickness along the path as a power of the load, by Dowson and Higginson [m]."""
+        """Return the film thickness of Dowson and Higginson, a power of the load."""
         oil = setting.lubricant
         assert setting.roughness is not None
         film = Film(
@@ -114,5 +114,5 @@ class FilmModel(Variant):
         return film.along(setting.path)
 
     def build(self, setting: Setting) -> Callable[[Array], Array]:
-        """Return the share of wear that the film leaves, a function of λ (n,) [1] to (n,) within 0 and 1."""
+        """Return the share of wear that the film leaves, a function of λ (n,) [1]."""
         raise NotImplementedError(f"{type(self).__name__} has no build")

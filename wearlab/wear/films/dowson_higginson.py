@@ -1,4 +1,4 @@
-"""Dowson and Higginson's film, and the share of wear that Ding and Kahraman leave under it."""
+"""Dowson and Higginson's film, and the wear that Ding and Kahraman leave under it."""
 
 from collections.abc import Callable
 from typing import Literal
@@ -23,7 +23,7 @@ class DowsonHigginsonFilm(FilmModel):
 
 
 def film_factor(lambda_ratio: ArrayLike) -> Array:
-    """Return the share of wear the film leaves: 1 to λ = ½, (2/7)(4 − λ), 0 from λ = 4 (L16 Eq. 27)."""
+    """Return the share of wear: 1 to λ = ½, (2/7)(4 − λ), 0 from 4 (L16 Eq. 27)."""
     return np.asarray(
         np.clip((2.0 / 7.0) * (4.0 - np.asarray(lambda_ratio, float)), 0.0, 1.0)
     )

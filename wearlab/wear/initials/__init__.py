@@ -50,7 +50,7 @@ class InitialModel(Variant):
 
     @property
     def thins_teeth(self) -> bool:
-        """Whether the back flanks carry it too, and its course is known before a run."""
+        """Whether the back flanks carry it, and its course is known before a run."""
         return self.sides == "both" and not self.by_law
 
     def flags(self, flank: str) -> Iterator[str]:
@@ -82,7 +82,7 @@ class InitialModel(Variant):
     def over_face(
         self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank"
     ) -> Array:
-        """Return its depth along the flank normal at all slices of a face, (n_face, n) [m].
+        """Return its depth along the normal at all slices of a face, (n_face, n) [m].
 
         Parameters
         ----------

@@ -109,7 +109,7 @@ class MeasuredWear(InitialModel):
         return self.across is not None or self.x == "face_position"
 
     def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
-        """Return the depth that was measured, less what was taken off on purpose, (n,) [m]."""
+        """Return the measured depth less what was taken off on purpose, (n,) [m]."""
         from wearlab.wear.measured_profile import measured
 
         return measured(self._profile(pair, gear, slice(None)), pair, gear, position)
@@ -117,7 +117,7 @@ class MeasuredWear(InitialModel):
     def over_face(
         self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank"
     ) -> Array:
-        """Return the depth at all slices, less what was taken off on purpose, (n_face, n) [m]."""
+        """Return the depth at slices less what was taken off, (n_face, n) [m]."""
         from wearlab.wear.measured_profile import nodal, over_face
 
         if not self.over_the_face:
@@ -151,7 +151,7 @@ class MeasuredWear(InitialModel):
         flank: "SlicedFlank | None" = None,
         place: float = 0.0,
     ) -> "MeasuredProfile":
-        """Return the rows of one profile, of a topography that at a place on the face."""
+        """Return the rows of one profile, of a topography at a place on the face."""
         from wearlab.wear.measured_profile import MeasuredProfile, path_position
 
         abscissa = np.asarray(self.abscissa, float)[rows]

@@ -12,16 +12,16 @@ if TYPE_CHECKING:
 
 
 class QuadraticWear(ShapedWear):
-    """``depth (s/s_far)²``: zero at the pitch point, ``depth`` at the far end of the path."""
+    """``depth (s/s_far)²``: zero at the pitch point, ``depth`` at the far end."""
 
     shape: Literal["quadratic"] = "quadratic"
     """depth·(s/s_far)² from the pitch point. Source: W23"""
 
     def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
-        """Return ``depth (s/s_far)²``, s_far the end of the path farther from the pitch point, (n,) [m]."""
+        """Return ``depth (s/s_far)²``, s_far the end farther from the pitch point."""
         return quadratic(position, self.depth)
 
 
 def quadratic(position: Array, depth: float) -> Array:
-    """Return ``depth (s/s_far)²`` at path positions (n,) that reach from end to end of the path, (n,) [m]."""
+    """Return ``depth (s/s_far)²`` at path positions (n,) from end to end, (n,) [m]."""
     return np.asarray(depth * (position / np.abs(position).max()) ** 2)

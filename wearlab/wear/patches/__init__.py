@@ -19,5 +19,5 @@ class PatchModel(Variant):
     )
 
     def build(self, setting: "PatchSetting") -> "Patch | None":
-        """Return the patch of one kind of mesh, None where wear is taken point by point."""
+        """Return the patch of one kind of mesh, None where wear is taken by point."""
         raise NotImplementedError(f"{type(self).__name__} has no build")

@@ -1,4 +1,4 @@
-"""Wear spread and felt over the width of contact, and levelled by the pressure inside."""
+"""Wear spread and felt over the width of contact, levelled by pressure in it."""
 
 from typing import TYPE_CHECKING, Literal
 
