@@ -86,6 +86,17 @@ def helix_flags(
         )
 
 
+def follows_extended_contact(analysis: contact.ContactAnalysis) -> bool:
+    """Return whether contact is followed beyond A and E, by nodes that lie there.
+
+    Parameters
+    ----------
+    analysis : the contact of a kind of mesh
+    """
+    grid = analysis.grid
+    return len(grid.contact_position) > len(grid.position)
+
+
 def reached_limits(
     pair: gear.GearPair,
     analysis: contact.ContactAnalysis,
@@ -102,27 +113,46 @@ def reached_limits(
     gap : (n_contact,) gaps at the nodes [m]
     deflection : (n_phase_nodes,) static deflection δ at the phase nodes [m]
     """
-    if len(analysis.grid.contact_position) > len(analysis.grid.position):
-        on_flank = analysis.grid.on_flank
-        deepest = float(deflection.max())
-        outermost = [*gap[:1]] if on_flank.start > 0 else []
-        outermost += [*gap[-1:]] if on_flank.stop < len(gap) else []
-        if any(deepest > corner for corner in outermost):
-            yield (
-                f"extended contact is cut off at a deflection of {1e6 * deepest:.3g} µm"
-            )
-        return
+    if follows_extended_contact(analysis):
+        yield from _cut_off(analysis, gap, deflection)
+    else:
+        yield from _beyond_path(pair, analysis, wear, deflection)
+
+
+def _cut_off(
+    analysis: contact.ContactAnalysis, gap: Array, deflection: Array
+) -> Iterator[str]:
+    """Yield whether a deflection closes the gap of an outermost node beyond A or E."""
+    on_flank = analysis.grid.on_flank
+    outermost_gaps = []
+    if on_flank.start > 0:
+        outermost_gaps.append(gap[0])
+    if on_flank.stop < len(gap):
+        outermost_gaps.append(gap[-1])
+
+    largest = float(deflection.max())
+    if any(largest > outermost for outermost in outermost_gaps):
+        yield f"extended contact is cut off at a deflection of {1e6 * largest:.3g} µm"
+
+
+def _beyond_path(
+    pair: gear.GearPair,
+    analysis: contact.ContactAnalysis,
+    wear: Array,
+    deflection: Array,
+) -> Iterator[str]:
+    """Yield by how much deflection would extend a path that ends at A and E."""
     try:
-        share = sum(extended_length(pair, analysis, wear, deflection)) / (
-            pair.path.E - pair.path.A
-        )
-        if share > EXTENDED_CONTACT:
-            yield f"deflection would extend the path of contact by {100 * share:.0f} %"
+        extension = sum(extended_length(pair, analysis, wear, deflection))
     except flank.OverhangingFlank:
         yield (
             "flanks are worn too steeply to tell how far deflection extends their "
             "contact"
         )
+        return
+    share = extension / (pair.path.E - pair.path.A)
+    if share > EXTENDED_CONTACT:
+        yield f"deflection would extend the path of contact by {100 * share:.0f} %"
 
 
 def cut_short(
@@ -145,7 +175,7 @@ def cut_short(
     ends = [
         letter for letter, value in (("A", along[0]), ("E", along[-1])) if value > 0.0
     ]
-    if len(analysis.grid.contact_position) <= len(along) and ends:
+    if not follows_extended_contact(analysis) and ends:
         where2 = (
             f"meshing_range and contact_range of {pair.driving.name} and "
             f"{pair.driven.name} stop at"
