@@ -54,7 +54,11 @@ def pytest_collection_modifyitems(items):
 
 
 def _held(plugins):
-    return any(own for sort in plugins.Sort.all.values() for own in sort.held.values())
+    return any(
+        values
+        for registry in plugins.Registry.all.values()
+        for values in registry.by_plugin.values()
+    )
 
 
 @pytest.fixture(autouse=True)

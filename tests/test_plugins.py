@@ -20,7 +20,15 @@ from wearlab.assembly import build
 from wearlab.campaign import CampaignError, load
 from wearlab.cli.app import status_of
 from wearlab.compiled import SlowFunction
-from wearlab.plugins import PluginError, Sort, Trust, declaration, forget, trusting, use
+from wearlab.plugins import (
+    PluginError,
+    Registry,
+    Trust,
+    declaration,
+    forget,
+    trusting,
+    use,
+)
 from wearlab.scene import Scene, SceneError
 from wearlab.slots import VariantError
 from wearlab.store import Store
@@ -124,6 +132,31 @@ def test_needs_that_no_scene_can_say_are_refused_when_loaded(plugin):
         )
         with pytest.raises(PluginError, match=said):
             use([str(path)])
+
+
+@pytest.mark.parametrize(
+    ("attribute", "message"),
+    [
+        (
+            'model_eror: ClassVar[str] = "20 %"',
+            r"^warm.py: Mine.model_eror: wearlab reads no attribute of this name, did "
+            r"you mean 'model_error'\? name what is for your own use _model_eror$",
+        ),
+        ("departure = property(str)", "Mine.departure: .* name; name what is"),
+        ("_departure = property(str)", None),
+        ('model_error: ClassVar[str] = "20 %"', None),
+    ],
+)
+def test_an_attribute_that_nobody_reads_is_refused_by_name(plugin, attribute, message):
+    path = plugin(name="warm")
+    head = "class Mine(CoefficientModel):"
+    text = path.read_text().replace(head, f"{head}\n    {attribute}")
+    path.write_text(f"from typing import ClassVar\n{text}")
+    if message is None:
+        use([str(path)])
+        return
+    with pytest.raises(PluginError, match=message):
+        use([str(path)])
 
 
 def test_lambda_is_there_without_a_film_and_its_absence_is_no_number(plugin):
@@ -471,10 +504,9 @@ def test_the_schema_tells_the_options_of_a_files_own_variants(
     (kept := tmp_path / "store" / "plugins").mkdir(parents=True)
     (plugin,) = use([str(file.with_suffix(".py"))])
     whole = declaration(plugin)
-    for sort in Sort.all.values():
-        sort.held.pop(
-            plugin.sha256, None
-        )  # as of a sort whose module was imported after the plug-in ran
+    for registry in Registry.all.values():
+        # as of a registry whose module was imported after the plug-in ran
+        registry.by_plugin.pop(plugin.sha256, None)
     assert declaration(plugin) == whole
     (kept / f"{plugin.sha256}.json").write_text(json.dumps(whole))
     forget()

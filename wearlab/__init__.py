@@ -25,8 +25,8 @@ __all__ = sorted(HOMES)
 
 def __getattr__(name: str) -> object:
     if name in HOMES:
-        module, own = HOMES[name]
-        return getattr(import_module(module), own)
+        module, name_in_module = HOMES[name]
+        return getattr(import_module(module), name_in_module)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -1,54 +1,83 @@
-"""What was meant: the known word that is spelled most like another."""
+"""The valid word that is spelled most like another, and messages that offer it."""
 
 import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 
 PARTS = re.compile(r"[-_ ]+")
-
-
-def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the known word that is spelled most like another, None where none is alike."""
-    return next(iter(get_close_matches(word, list(known), 1)), None)
-
-
-def meant(word: str, known: Iterable[str], otherwise: str = "") -> str:
-    """Return the end of a message: the nearest known word as a question, or what to say without one."""
-    near = nearest(word, known)
-    return otherwise if near is None else f", did you mean {near!r}?"
-
-
 MOST_LISTED = 40
-"""Choices up to which all of them are told beside the nearest."""
+"""Choices up to which a message lists all of them beside the nearest."""
 
 
-def alike(word: str, known: Iterable[str]) -> list[str]:
-    """Return up to three known words that hold another as whole words, else the one spelled most like it.
+def nearest(word: str, valid: Iterable[str]) -> str | None:
+    """Return the valid word that is spelled most like another, None where none is near.
 
-    >>> alike("sun-planet", ["sun-planet-1", "sun-planet-2"]), alike("diametre", ["diameter"])
-    (['sun-planet-1', 'sun-planet-2'], ['diameter'])
+    Parameters
+    ----------
+    word : the word as somebody wrote it
+    valid : the words to choose from
     """
-    words = PARTS.split(word.lower())
-    listed = list(known)
-    within = (
-        [one for one in listed if _holds(PARTS.split(one.lower()), words)]
-        if word
-        else []
-    )
-    return within[:3] or get_close_matches(word, listed, 1)
+    matches = get_close_matches(word, list(valid), 1)
+    return matches[0] if matches else None
 
 
-def _holds(words: list[str], part: list[str]) -> bool:
-    return any(
-        words[at : at + len(part)] == part for at in range(len(words) - len(part) + 1)
-    )
+def meant(word: str, valid: Iterable[str], otherwise: str = "") -> str:
+    """Return the end of a message: the nearest valid word as a question.
+
+    Parameters
+    ----------
+    word : the word as somebody wrote it
+    valid : the words to choose from
+    otherwise : what to return where no valid word is near
+    """
+    match = nearest(word, valid)
+    return otherwise if match is None else f", did you mean {match!r}?"
+
+
+def alike(word: str, valid: Iterable[str]) -> list[str]:
+    """Return up to three valid words that hold another as whole words, else the nearest.
+
+    >>> alike("sun-planet", ["sun-planet-1", "sun-planet-2"])
+    ['sun-planet-1', 'sun-planet-2']
+    >>> alike("diametre", ["diameter"])
+    ['diameter']
+
+    Parameters
+    ----------
+    word : the word as somebody wrote it
+    valid : the words to choose from
+    """
+    candidates = list(valid)
+    parts = PARTS.split(word.lower())
+
+    containing = []
+    if word:
+        containing = [
+            candidate
+            for candidate in candidates
+            if _contains(PARTS.split(candidate.lower()), parts)
+        ]
+    return containing[:3] or get_close_matches(word, candidates, 1)
+
+
+def _contains(words: list[str], part: list[str]) -> bool:
+    """Return whether words contain others in a row."""
+    starts = range(len(words) - len(part) + 1)
+    return any(words[start : start + len(part)] == part for start in starts)
 
 
 def choices(value: object, valid: Iterable[object]) -> str:
-    """Return the end of a message: the nearest valid choices first, then all of them unless they are many."""
-    known = [str(choice) for choice in valid]
-    near = alike(str(value), known)
-    meant = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
-    if near and len(known) > MOST_LISTED:
-        return meant.rstrip()
-    return f"{meant}valid: {', '.join(known) or 'none'}"
+    """Return the end of a message: the nearest valid choices, then all unless many.
+
+    Parameters
+    ----------
+    value : what somebody chose
+    valid : the choices that there are
+    """
+    names = [str(choice) for choice in valid]
+    near = alike(str(value), names)
+
+    question = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
+    if near and len(names) > MOST_LISTED:
+        return question.rstrip()
+    return f"{question}valid: {', '.join(names) or 'none'}"

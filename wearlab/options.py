@@ -1,7 +1,7 @@
-"""What every choice of a scene is made of: frozen parts, options with a meaning, and values with a unit.
+"""Options of a scene: frozen tables of values with a unit, a meaning and a source.
 
 A value comes from a campaign file, or from a scene that is already SI (``Stored``): the
-second kind needs no unit, since it was read once.
+second kind needs no unit, since it was read before.
 """
 
 import math
@@ -43,35 +43,34 @@ class OptionTable(pydantic.BaseModel):
     def __get_pydantic_json_schema__(
         cls, core: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """Add the texts under fields, and "none" where nothing says what an absent key means."""
-        table = handler(core)
-        properties = handler.resolve_ref_schema(table).get("properties", {})
+        """Add the texts under fields to the JSON Schema.
+
+        A key that may be absent means "none" where no text says what it means.
+        """
+        schema = handler(core)
+        properties = handler.resolve_ref_schema(schema).get("properties", {})
         texts = cls.texts()
+
         for key in properties.keys() & cls.model_fields.keys():
             properties[key].pop("description", None)
             properties[key] |= texts.get(key, {})
             if key in texts and cls.model_fields[key].default is None:
                 properties[key].setdefault("derived", "none")
-        return table
+        return schema
 
     @classmethod
     def texts(cls) -> dict[str, dict[str, str]]:
-        """Return description, derived and source of options, as far as somebody says them.
+        """Return description, derived and source of the options that have a text.
 
         A field that a class declares anew keeps the text of its base where it has none.
         """
         tables = [base for base in cls.__mro__ if issubclass(base, OptionTable)]
         texts: dict[str, dict[str, str]] = {}
-        for key in cls.model_fields:
-            described = (
-                base.model_fields[key].description
-                for base in tables
-                if key in base.model_fields
-            )
-            text = next((text for text in described if text), None)
-            if text is not None:
-                texts[key] = _parts_of_text(text)
-        return texts
+        for table in reversed(tables):
+            for key, field in table.model_fields.items():
+                if field.description and key in cls.model_fields:
+                    texts[key] = _parts_of_text(field.description)
+        return {key: texts[key] for key in cls.model_fields if key in texts}
 
 
 def _parts_of_text(text: str) -> dict[str, str]:
@@ -102,16 +101,18 @@ class Part(OptionTable):
     per_member: ClassVar[bool] = False
 
     def identifying(self) -> dict[str, Any]:
-        """Return the options that tell this part from others, by name."""
-        fields = type(self).model_fields
-        return {
-            name: getattr(self, name)
-            for name, field in fields.items()
-            if not field.exclude
-        }
+        """Return the options that belong to the identity of a scene, by name."""
+        fields = type(self).model_fields.items()
+        names = [name for name, field in fields if not field.exclude]
+        return {name: getattr(self, name) for name in names}
 
     def written(self, table: dict[str, Any]) -> Any:
-        """Return a table of this part's options as it is written."""
+        """Return a table of this part's options as a campaign file writes it.
+
+        Parameters
+        ----------
+        table : option → value, as JSON can hold it
+        """
         return table
 
     @pydantic.model_validator(mode="before")
@@ -122,7 +123,7 @@ class Part(OptionTable):
 
     @classmethod
     def _complete(cls, table: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        """Return a table as it is written with what goes without saying."""
+        """Return a table of a file with the keys that it need not write."""
         return table
 
     @pydantic.model_validator(mode="after")
@@ -135,30 +136,25 @@ class Part(OptionTable):
     def _check(self) -> None:
         """Refuse options that do not go together, by a `ValueError`.
 
-        Fill in those that others tell.
+        Derive options from others.
         """
 
     def _one_alternative(self) -> None:
         """Refuse keys of two sets of `alternatives` that are given together."""
         for groups in self.alternatives:
-            present = [
-                group
+            keys = [
+                written[0]
                 for group in groups
-                if any(key in self.model_fields_set for key in group)
+                if (written := [key for key in group if key in self.model_fields_set])
                 and any(getattr(self, key) is not None for key in group)
             ]
-            if len(present) > 1:
-                keys = [
-                    next(key for key in group if key in self.model_fields_set)
-                    for group in present
-                ]
-                raise ValueError(
-                    f"give one of {' and '.join(map(repr, keys))}, not both"
-                )
+            if len(keys) > 1:
+                names = " and ".join(map(repr, keys))
+                raise ValueError(f"give one of {names}, not both")
 
 
 class ClosedTable(OptionTable):
-    """A table of a campaign file that is no section of a scene; unknown keys are refused."""
+    """A table of a campaign file outside of scenes; unknown keys are refused."""
 
     model_config = pydantic.ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -171,7 +167,7 @@ def option(
     source: Text = None,
     identity: bool = True,
 ) -> Any:
-    """Declare an option of which more is to say than its default and the text under it.
+    """Declare an option that needs more than a default and the text under it.
 
     Parameters
     ----------
@@ -181,11 +177,11 @@ def option(
     source : the paper, equation or standard behind it
     identity : whether the value is part of the scene's identity
     """
-    texts: Any = {
-        key: text
-        for key, text in {"derived": derived, "source": source}.items()
-        if text is not None
-    }
+    texts: Any = {}
+    if derived is not None:
+        texts["derived"] = derived
+    if source is not None:
+        texts["source"] = source
     return Field(
         default,
         description=meaning,
@@ -205,18 +201,21 @@ class Unit:
     ) -> dict[str, Any]:
         """Describe the value as users write it: a text with a unit."""
         kind = KINDS[self.kind]
+        constraints = handler(core)
         limits = [
-            f"{LIMIT_SIGNS[key]} {limit:g}"
-            for key, limit in handler(core).items()
+            f"{LIMIT_SIGNS[key]} {constraints[key]:g}"
+            for key in constraints
             if key in LIMIT_SIGNS
         ]
-        schema = {
+        schema: dict[str, Any] = {
             "type": "string",
             "kind": kind.name,
             "unit": kind.unit,
             "examples": [kind.example],
         }
-        return {**schema, "limits": " and ".join(limits)} if limits else schema
+        if limits:
+            schema["limits"] = " and ".join(limits)
+        return schema
 
 
 def unit_within(annotation: Any, metadata: Iterable[Any] = ()) -> Unit | None:
@@ -238,7 +237,7 @@ def unit_within(annotation: Any, metadata: Iterable[Any] = ()) -> Unit | None:
 
 
 def _reader(kind: str) -> Callable[[object], float]:
-    """Return what reads a value of a kind of quantity into SI."""
+    """Return the function that reads a value of a kind of quantity into SI."""
 
     def read(value: object) -> float:
         return float(value) if isinstance(value, Stored) else quantity(value, kind)
@@ -267,7 +266,9 @@ def _count(value: object) -> int:
 
 def _hours(value: object) -> float:
     """Read hours: a plain number, or a time with its unit."""
-    return _reader("time")(value) / HOUR if isinstance(value, str) else _number(value)
+    if isinstance(value, str):
+        return _reader("time")(value) / HOUR
+    return _number(value)
 
 
 def measured(kind: str) -> Any:

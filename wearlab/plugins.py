@@ -1,4 +1,4 @@
-"""Plug-ins: files of a user's own whose variants, results and figures stand beside wearlab's.
+"""Plug-ins: Python files of users that add variants, results and kinds of figures.
 
 A plug-in is code, and a campaign file may come from a stranger: nothing here runs any
 unless the user said so (``--plugins`` on the command line; from Python, calling it is
@@ -53,105 +53,151 @@ class Plugin(NamedTuple):
 
     @property
     def sha256(self) -> str:
-        """Hash of its source, part of the identity of every run that uses one of its variants."""
+        """Hash of its source: part of the identity of every run that uses it."""
         return hashlib.sha256(self.source.encode()).hexdigest()
 
 
 LOADED: dict[str, Plugin] = {}
 """The plug-ins that this process has run, by hash."""
+UNRUN: dict[str, str] = {}
+"""Names of values that only a run of a plug-in defines → the plug-in's name."""
+_VARIANTS: dict[str, list[tuple[str, type[Variant]]]] = {}
+"""Variants of each plug-in that this process has run, with their names, by hash."""
 
 
-_BROUGHT: dict[str, list[tuple[str, type[Variant]]]] = {}
+class Registry:
+    """A table of named values that plug-ins may add to, such as kinds of figures.
 
-
-class Sort:
-    """What a plug-in may hold besides variants: values of its module that have a name.
+    A plug-in adds every value of the type that stands in its module.
 
     Parameters
     ----------
-    word : what declarations call them
-    kind : their type
-    known : the table that they join, by name
+    word : what declarations of plug-ins call the values
+    kind : type of the values
+    table : the values by name, wearlab's and those of plug-ins
     """
 
-    all: ClassVar[dict[str, "Sort"]] = {}
+    all: ClassVar[dict[str, "Registry"]] = {}
 
-    def __init__(self, word: str, kind: type, known: dict[str, Any]) -> None:
-        self.word, self.kind, self.known = word, kind, known
-        self.held: dict[str, dict[str, Any]] = {}
+    def __init__(self, word: str, kind: type, table: dict[str, Any]) -> None:
+        self.word = word
+        self.kind = kind
+        self.table = table
+        self.by_plugin: dict[str, dict[str, Any]] = {}
         self.owner: dict[str, str] = {}
         self.all[word] = self
 
-    def wrong(self, value: Any) -> str:
-        """Return what is wrong with a value, "" where nothing is."""
+    def problem(self, value: Any) -> str:
+        """Return what is wrong with a value, "" where nothing is.
+
+        Parameters
+        ----------
+        value : of a plug-in's module
+        """
         raise NotImplementedError
 
     def add(self, value: Any) -> None:
-        """Let a value join the table."""
-        self.known[value.name] = value
+        """Add a value to the table.
+
+        Parameters
+        ----------
+        value : of a plug-in, without a problem
+        """
+        self.table[value.name] = value
 
     def remove(self, name: str) -> None:
-        """Take a value out of the table."""
-        self.known.pop(name, None)
+        """Remove a value from the table.
+
+        Parameters
+        ----------
+        name : of the value
+        """
+        self.table.pop(name, None)
 
     def declared(self, value: Any) -> dict[str, Any]:
-        """Return what there is to know of a value unread, as JSON can hold it."""
+        """Return what a store keeps of a value, as JSON can hold it.
+
+        Parameters
+        ----------
+        value : of a plug-in
+        """
         return {"name": value.name}
 
     def stand_in(self, record: Mapping[str, Any]) -> Any:
-        """Return what stands for a value whose code is not run.
+        """Return what stands for a value whose code is not run, None where nothing can.
 
-        None where nothing can.
+        Parameters
+        ----------
+        record : what a store keeps of the value, see `declared`
         """
         return None
 
     def take(self, module: ModuleType, plugin: Plugin) -> None:
-        """Take up the values that a plug-in's module makes.
+        """Add the values of a plug-in's module to the table.
+
+        Parameters
+        ----------
+        module : the module, executed
+        plugin : whose module it is
 
         Raises
         ------
         SlotError
             When one is wrong, or another has its name.
         """
-        own: dict[str, Any] = {}
-        values: list[Any] = [
-            value for value in vars(module).values() if isinstance(value, self.kind)
-        ]
-        for value in (
-            value for value in values if self.known.get(value.name) is not value
-        ):
-            what = f"{self.kind.__name__} {value.name!r}"
-            if value.name in self.known and self.owner.get(value.name) != plugin.name:
-                raise SlotError(f"{what} is there already: give yours another name")
-            if wrong := self.wrong(value):
-                raise SlotError(f"{what}: {wrong}")
-            own[value.name] = value
-        self.hold(own, Origin(plugin.name, plugin.sha256))
-        self.again(plugin.sha256)
+        new_values: dict[str, Any] = {}
+        for value in vars(module).values():
+            if not isinstance(value, self.kind):
+                continue
+            named: Any = value
+            if self.table.get(named.name) is named:
+                continue  # imported from elsewhere
 
-    def hold(self, own: dict[str, Any], origin: Origin) -> None:
-        """Know what a plug-in holds, by name."""
-        self.held.setdefault(origin.sha256, {}).update(own)
-        self.owner |= dict.fromkeys(own, origin.file)
+            label = f"{self.kind.__name__} {named.name!r}"
+            if named.name in self.table and self.owner.get(named.name) != plugin.name:
+                raise SlotError(f"{label} is there already: give yours another name")
+            if problem := self.problem(named):
+                raise SlotError(f"{label}: {problem}")
+            new_values[named.name] = named
 
-    def again(self, sha256: str) -> None:
-        """Let what a plug-in holds join the table once more."""
-        for value in self.held.get(sha256, {}).values():
+        self.record(new_values, Origin(plugin.name, plugin.sha256))
+        self.restore(plugin.sha256)
+
+    def record(self, values: dict[str, Any], origin: Origin) -> None:
+        """Note which values come from a plug-in.
+
+        Parameters
+        ----------
+        values : by name
+        origin : the plug-in
+        """
+        self.by_plugin.setdefault(origin.sha256, {}).update(values)
+        self.owner |= dict.fromkeys(values, origin.file)
+
+    def restore(self, sha256: str) -> None:
+        """Add the values of a plug-in that was run to the table once more.
+
+        Parameters
+        ----------
+        sha256 : hash of the plug-in's source
+        """
+        for value in self.by_plugin.get(sha256, {}).values():
             self.add(value)
 
     def forget(self, sha256: str) -> None:
-        """Take what a plug-in holds out of the table."""
-        for name in self.held.pop(sha256, {}):
+        """Remove the values of a plug-in from the table.
+
+        Parameters
+        ----------
+        sha256 : hash of the plug-in's source
+        """
+        for name in self.by_plugin.pop(sha256, {}):
             self.remove(name)
             self.owner.pop(name, None)
 
 
-UNRUN: dict[str, str] = {}
-"""Names of what is not known until a plug-in is run → the plug-in's name."""
-
-
 class Trust(NamedTuple):
-    """Whether plug-ins may be run, and where else to look for what they declare.
+    """Whether plug-ins may be run, and where their declarations are kept.
 
     Parameters
     ----------
@@ -167,59 +213,75 @@ _TRUST: ContextVar[Trust | None] = ContextVar("trust", default=None)
 
 
 def trusting(trust: Trust) -> AbstractContextManager[None]:
-    """Hold to this while a campaign file is read: the command line trusts nothing unless told so."""
+    """Apply a trust while a campaign file is read.
+
+    The command line trusts no plug-in without ``--plugins``.
+
+    Parameters
+    ----------
+    trust : what holds inside of ``with``
+    """
     return within(_TRUST, trust)
 
 
-def read(named: str) -> Plugin:
-    """Return the plug-in of a Python file, or of an entry point of the group ``wearlab.variants``.
+def read(path: str) -> Plugin:
+    """Return the plug-in of a Python file, or of an entry point.
+
+    Parameters
+    ----------
+    path : a file that ends in ``.py``, or the name of an entry point of the group
+        ``wearlab.variants``
 
     Raises
     ------
     PluginError
         When there is no such file or entry point.
     """
-    if named.endswith(".py"):
-        return Plugin(Path(named).name, _text(Path(named), named))
-    known = {
+    if path.endswith(".py"):
+        return Plugin(Path(path).name, _text(Path(path), path))
+
+    modules = {
         point.name: point.value.partition(":")[0] for point in entry_points(group=GROUP)
     }
-    if named not in known:
-        there = ", ".join(known) or "none"
+    if path not in modules:
+        installed = ", ".join(modules) or "none"
         raise PluginError(
-            f"{named!r} is no Python file and no entry point of {GROUP}; installed: "
-            f"{there}"
+            f"{path!r} is no Python file and no entry point of {GROUP}; installed: "
+            f"{installed}"
         )
-    return Plugin(named, _text(_place(known[named]), named), known[named])
+    module = modules[path]
+    return Plugin(path, _text(_file_of(module), path), module)
 
 
-def _place(module: str) -> Path:
-    """Return the file of an installed module, none of whose packages is imported for that."""
-    first, *further = module.split(".")
-    spec = find_spec(first)
+def _file_of(module: str) -> Path:
+    """Return the file of an installed module, without an import of its packages."""
+    package, *submodules = module.split(".")
+    spec = find_spec(package)
     if spec is None or spec.origin is None:
         raise PluginError(
             f"the module {module!r} of an entry point of {GROUP} is not installed"
         )
-    place = Path(spec.origin)
-    return place.parent.joinpath(*further).with_suffix(".py") if further else place
+    file = Path(spec.origin)
+    if not submodules:
+        return file
+    return file.parent.joinpath(*submodules).with_suffix(".py")
 
 
-def _text(file: Path, named: str) -> str:
+def _text(file: Path, path: str) -> str:
+    """Return the text of a plug-in's file; errors call it by the path of the user."""
     try:
         return file.read_bytes().decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise PluginError(
-            f"{named}: cannot read it: {getattr(error, 'strerror', None) or error}"
-        ) from None
+        reason = getattr(error, "strerror", None) or error
+        raise PluginError(f"{path}: cannot read it: {reason}") from None
 
 
-def use(named: Iterable[str]) -> tuple[Plugin, ...]:
-    """Make the variants of plug-ins known: run them, or take what is written of them.
+def use(paths: Iterable[str]) -> tuple[Plugin, ...]:
+    """Make the variants of plug-ins known: run them, or read their declarations.
 
     Parameters
     ----------
-    named : Python files and entry points
+    paths : Python files and names of entry points
 
     Raises
     ------
@@ -227,21 +289,27 @@ def use(named: Iterable[str]) -> tuple[Plugin, ...]:
         When one may not be run and nothing is known of it, or it cannot be run.
     """
     trust = _TRUST.get() or Trust()
-    plugins = tuple(read(path) for path in named)
+    plugins = tuple(read(path) for path in paths)
     for plugin in plugins:
-        record = trust.declared and trust.declared / f"{plugin.sha256}.json"
+        declaration_file = trust.declared and trust.declared / f"{plugin.sha256}.json"
         if trust.runs:
             bring(plugin)
-        elif record is not None and record.is_file():
-            stand_in(record.read_text())
+        elif declaration_file is not None and declaration_file.is_file():
+            stand_in(declaration_file.read_text())
         else:
-            said = f"is Python code that would be run: look at it, then add {CONSENT}"
-            raise PluginError(f"{plugin.name} {said}")
+            raise PluginError(
+                f"{plugin.name} is Python code that would be run: look at it, then "
+                f"add {CONSENT}"
+            )
     return plugins
 
 
 def bring(plugin: Plugin) -> None:
     """Run a plug-in's source, once in a process; what it defines joins the slots.
+
+    Parameters
+    ----------
+    plugin : its source
 
     Raises
     ------
@@ -249,25 +317,33 @@ def bring(plugin: Plugin) -> None:
         When it fails, or defines no variant.
     """
     if plugin.sha256 not in LOADED:
-        before = brought()
+        variants_so_far = brought()
         _run(plugin)
-        _BROUGHT[plugin.sha256] = [
-            variant for variant in brought() if variant not in before
+        _VARIANTS[plugin.sha256] = [
+            variant for variant in brought() if variant not in variants_so_far
         ]
         LOADED[plugin.sha256] = plugin
-    for name, part in _BROUGHT[plugin.sha256]:
+
+    for name, part in _VARIANTS[plugin.sha256]:
         part.slot.add(part, name)
-    for sort in Sort.all.values():
-        sort.again(plugin.sha256)
+    for registry in Registry.all.values():
+        registry.restore(plugin.sha256)
     changed()
 
 
-def held(word: str, plugins: Iterable[Plugin]) -> dict[str, str]:
-    """Return the names of what plug-ins hold of a sort, each with the hash of its source."""
+def values_of(word: str, plugins: Iterable[Plugin]) -> dict[str, str]:
+    """Return the values that plug-ins add to a registry: name → hash of the source.
+
+    Parameters
+    ----------
+    word : a key of `Registry.all`, such as "results"
+    plugins : those that were run
+    """
+    by_plugin = Registry.all[word].by_plugin
     return {
         name: plugin.sha256
         for plugin in plugins
-        for name in Sort.all[word].held.get(plugin.sha256, {})
+        for name in by_plugin.get(plugin.sha256, {})
     }
 
 
@@ -275,51 +351,61 @@ def forget() -> None:
     """Forget every plug-in; scenes that were made with one keep it."""
     for name, part in brought():
         del part.slot.known[name]
-    for sort in Sort.all.values():
-        for sha256 in tuple(sort.held):
-            sort.forget(sha256)
-    for table in (LOADED, _BROUGHT, UNRUN):
+
+    for registry in Registry.all.values():
+        for sha256 in tuple(registry.by_plugin):
+            registry.forget(sha256)
+
+    for table in (LOADED, _VARIANTS, UNRUN):
         table.clear()
     changed()
 
 
 def _run(plugin: Plugin) -> None:
-    """Execute a plug-in's source as a module of its own, and take up what it defines."""
+    """Execute a plug-in's source as a module, and take up what it defines."""
     module = _module_of(plugin)
-    origin = Origin(plugin.name, plugin.sha256)
-    sorts = Sort.all.values()
     try:
-        with within(ORIGIN, origin):
+        with within(ORIGIN, Origin(plugin.name, plugin.sha256)):
             exec(compile(plugin.source, module.__file__ or "", "exec"), vars(module))
-        for sort in sorts:
-            sort.take(module, plugin)
-        defines_variant = any(part.origin == origin for _, part in brought())
-        if not defines_variant and not any(
-            sort.held.get(plugin.sha256) for sort in sorts
-        ):
-            bases = ", ".join(
-                slot.base.__name__
-                for slot in Slot.all.values()
-                if slot.base is not None
-            )
-            kinds = " or ".join(sort.kind.__name__ for sort in sorts)
-            raise SlotError(f"defines no variant, a class of {bases}, and no {kinds}")
+        for registry in Registry.all.values():
+            registry.take(module, plugin)
+        _refuse_empty(plugin)
     except Exception as error:
-        del sys.modules[module.__name__]
-        for sort in sorts:
-            sort.forget(plugin.sha256)
-            for sha256 in LOADED:
-                sort.again(sha256)
-        reason = (
-            str(error)
-            if isinstance(error, SlotError)
-            else f"{type(error).__name__}: {error}"
-        )
+        _undo(plugin, module)
+        reason = f"{type(error).__name__}: {error}"
+        if isinstance(error, SlotError):
+            reason = str(error)
         raise PluginError(f"{plugin.name}: {reason}") from error
 
 
+def _refuse_empty(plugin: Plugin) -> None:
+    """Refuse a plug-in that adds nothing, and say what it could add."""
+    origin = Origin(plugin.name, plugin.sha256)
+    registries = Registry.all.values()
+    defines_variant = any(part.origin == origin for _, part in brought())
+    defines_value = any(
+        registry.by_plugin.get(plugin.sha256) for registry in registries
+    )
+    if defines_variant or defines_value:
+        return
+
+    bases = [slot.base for slot in Slot.all.values() if slot.base is not None]
+    base_names = ", ".join(base.__name__ for base in bases)
+    kinds = " or ".join(registry.kind.__name__ for registry in registries)
+    raise SlotError(f"defines no variant, a class of {base_names}, and no {kinds}")
+
+
+def _undo(plugin: Plugin, module: ModuleType) -> None:
+    """Take back what a plug-in that failed has added; what it replaced returns."""
+    del sys.modules[module.__name__]
+    for registry in Registry.all.values():
+        registry.forget(plugin.sha256)
+        for sha256 in LOADED:
+            registry.restore(sha256)
+
+
 def _module_of(plugin: Plugin) -> ModuleType:
-    """Return a new module whose source `inspect` finds, so that texts under options stay."""
+    """Return a new module whose source `inspect` finds: texts under options stay."""
     module = ModuleType(f"wearlab_plugin_{plugin.sha256[:16]}")
     module.__file__ = f"{plugin.sha256}/{plugin.name}"
     module.__package__ = plugin.module.rpartition(".")[0]
@@ -336,31 +422,38 @@ def _module_of(plugin: Plugin) -> ModuleType:
 
 def brought() -> list[tuple[str, type[Variant]]]:
     """Return the variants of plug-ins that are known now, each with its name."""
-    every = [variant for slot in Slot.all.values() for variant in slot.known.items()]
-    return [(name, part) for name, part in every if part.origin is not None]
+    return [
+        (name, part)
+        for slot in Slot.all.values()
+        for name, part in slot.known.items()
+        if part.origin is not None
+    ]
 
 
 def declaration(plugin: Plugin) -> dict[str, Any]:
-    """Return what there is to know of a plug-in that was run, as JSON can hold it."""
-    told = {
+    """Return what a store keeps of a plug-in that was run, as JSON can hold it.
+
+    Parameters
+    ----------
+    plugin : one of `LOADED`
+    """
+    values: dict[str, list[dict[str, Any]]] = {}
+    for word, registry in Registry.all.items():
+        plugin_values = registry.by_plugin.get(plugin.sha256, {}).values()
+        values[word] = [registry.declared(value) for value in plugin_values]
+
+    return {
         "format": FORMAT,
         "name": plugin.name,
         "sha256": plugin.sha256,
         "source": plugin.source,
+        "variants": [_declared(name, part) for name, part in _VARIANTS[plugin.sha256]],
+        **values,
     }
-    variants = [_declared(name, part) for name, part in _BROUGHT[plugin.sha256]]
-    held = {
-        word: sort.held.get(plugin.sha256, {}).values()
-        for word, sort in Sort.all.items()
-    }
-    sorts = {
-        word: [Sort.all[word].declared(value) for value in values]
-        for word, values in held.items()
-    }
-    return {**told, "variants": variants, **sorts}
 
 
 def _declared(name: str, part: type[Variant]) -> dict[str, Any]:
+    """Return what a store keeps of a variant: its place and its options."""
     schema = part.model_json_schema()
     return {
         "slot": part.slot.key,
@@ -373,7 +466,13 @@ def _declared(name: str, part: type[Variant]) -> dict[str, Any]:
 
 
 def stand_in(text: str) -> None:
-    """Take up a plug-in as it was declared: options without physics, results without their function.
+    """Take up a plug-in from its declaration, without its code.
+
+    Its variants have options and no physics, its results no function.
+
+    Parameters
+    ----------
+    text : the declaration as JSON
 
     Raises
     ------
@@ -385,17 +484,10 @@ def stand_in(text: str) -> None:
         origin = Origin(str(record["name"]), str(record["sha256"]), runs=False)
         with within(ORIGIN, origin):
             for variant in record["variants"]:
-                _stand_in(variant)
-        for word, sort in Sort.all.items():
+                _stand_in_variant(variant)
+        for word, registry in Registry.all.items():
             for value in record.get(word, ()):
-                made = sort.stand_in(value)
-                if made is None:
-                    UNRUN[str(value["name"])] = str(record["name"])
-                elif made.name not in sort.known:
-                    if wrong := sort.wrong(made):
-                        raise ValueError(f"{made.name}: {wrong}")
-                    sort.hold({made.name: made}, origin)
-                    sort.add(made)
+                _stand_in_value(registry, value, origin)
     except (KeyError, TypeError, ValueError) as error:
         raise PluginError(
             f"a plug-in's declaration cannot be read ({error!r})"
@@ -403,34 +495,57 @@ def stand_in(text: str) -> None:
     changed()
 
 
-def _stand_in(record: Mapping[str, Any]) -> None:
+def _stand_in_value(
+    registry: Registry, record: Mapping[str, Any], origin: Origin
+) -> None:
+    """Add what stands for a value of a plug-in, or note that nothing can."""
+    value = registry.stand_in(record)
+    if value is None:
+        UNRUN[str(record["name"])] = origin.file
+        return
+    if value.name in registry.table:
+        return
+    if problem := registry.problem(value):
+        raise ValueError(f"{value.name}: {problem}")
+    registry.record({value.name: value}, origin)
+    registry.add(value)
+
+
+def _stand_in_variant(record: Mapping[str, Any]) -> None:
+    """Define a variant that has the declared options and no physics."""
     slot = Slot.all[record["slot"]]
     assert slot.base is not None
+
     fields: dict[str, Any] = {}
-    for key, said in record["options"].items():
+    for key, schema in record["options"].items():
         if key in slot.base.model_fields:
             continue
-        kind = Literal[str(record["name"])] if key == slot.chooser else _kind(said)
-        default = ... if key in record["required"] else said.get("default")
-        kind = kind if default is not None else kind | None
-        fields[key] = kind, option(default, said.get("description", ""))
+        kind = _option_type(schema)
+        if key == slot.chooser:
+            kind = Literal[str(record["name"])]
+        default = ... if key in record["required"] else schema.get("default")
+        if default is None:
+            kind = kind | None
+        fields[key] = kind, option(default, schema.get("description", ""))
+
     create_model(
         str(record["class"]), __base__=slot.base, __doc__=record["doc"], **fields
     )
 
 
-def _kind(said: Mapping[str, Any]) -> Any:
+def _option_type(schema: Mapping[str, Any]) -> Any:
     """Return the type of an option from its JSON Schema."""
-    if "anyOf" in said:
-        said = next(branch for branch in said["anyOf"] if branch.get("type") != "null")
-    if "kind" in said:
-        return options.measured(said["kind"])
-    if "enum" in said:
-        return Literal[tuple(said["enum"])]
-    plain = {
+    if "anyOf" in schema:
+        branches = schema["anyOf"]
+        schema = next(branch for branch in branches if branch.get("type") != "null")
+    if "kind" in schema:
+        return options.measured(schema["kind"])
+    if "enum" in schema:
+        return Literal[tuple(schema["enum"])]
+    plain_types = {
         "number": options.Number,
         "integer": options.Count,
         "boolean": options.Switch,
         "string": str,
     }
-    return plain.get(said.get("type", ""), Any)
+    return plain_types.get(schema.get("type", ""), Any)

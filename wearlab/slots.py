@@ -42,16 +42,16 @@ ORIGIN: ContextVar[Origin | None] = ContextVar("origin", default=None)
 """Where variants come from that are defined now, None where they are wearlab's."""
 
 
-class SlotError(ValueError):
-    """Two variants of a slot have one name."""
-
-
 PLUGIN = "plugin"
 """The key under which a stored scene says which plug-in a variant comes from."""
 
 
+class SlotError(ValueError):
+    """A variant cannot stand in its slot."""
+
+
 class VariantError(ValueError):
-    """A variant's own physics gives what cannot be."""
+    """The physics of a variant gives an impossible value."""
 
 
 class Slot:
@@ -61,8 +61,8 @@ class Slot:
     ----------
     key : dotted key of the place in a campaign file
     package : the package whose modules are its variants
-    chooser : the key that says which one
-    default : the one that a table means which names none, "" where it must name one
+    chooser : the key that names the variant
+    default : the variant of a table that names none, "" where a table must name one
     by_name : whether a variant with nothing but its name is written as that name alone
     """
 
@@ -77,12 +77,10 @@ class Slot:
         default: str = "",
         by_name: bool = False,
     ) -> None:
-        self.key, self.package, self.chooser, self.default = (
-            key,
-            package,
-            chooser,
-            default,
-        )
+        self.key = key
+        self.package = package
+        self.chooser = chooser
+        self.default = default
         self.by_name = by_name
         self.base: type[Variant] | None = None
         self.known: dict[str, type[Variant]] = {}
@@ -103,41 +101,51 @@ class Slot:
         return self.known
 
     def read(self, value: object) -> object:
-        """Return a choice as a table: a text is its name.
+        """Return a choice as a table that names the variant.
 
-        Own options imply it, else it is the default.
+        A table without a name means the variant whose options it has, see
+        `Part.implied_by`, else the default.
+
+        Parameters
+        ----------
+        value : the name of a variant or a table, as a campaign file writes it
         """
-        if isinstance(value, dict) and self.chooser not in value:
-            implied = (
-                name
-                for name, part in self.variants.items()
-                if part.implied_by.intersection(value)
-            )
-            chosen = next(implied, self.default)
-            return {self.chooser: chosen, **value} if chosen else value
-        return {self.chooser: value} if isinstance(value, str) else value
+        if isinstance(value, str):
+            return {self.chooser: value}
+        if not isinstance(value, dict) or self.chooser in value:
+            return value
+
+        implied = (
+            name
+            for name, part in self.variants.items()
+            if part.implied_by.intersection(value)
+        )
+        name = next(implied, self.default)
+        return {self.chooser: name, **value} if name else value
 
     def add(self, variant: "type[Variant]", name: str) -> None:
-        """Take up a variant.
+        """Add a variant; a variant of a plug-in replaces an earlier one of that file.
 
-        One of a plug-in may be replaced by its later self, no other.
+        Parameters
+        ----------
+        variant : a class of the slot's base
+        name : what campaign files call it
 
         Raises
         ------
         SlotError
             When another variant has the name.
         """
-        before = self.known.get(name)
-        if before is not None and issubclass(variant, before):
-            return
-        if before is not None and (
-            before.origin is None or before.source() != variant.source()
-        ):
-            raise SlotError(
-                f"{self.key}: {self.chooser} {name!r} is there already, from "
-                f"{before.source()}: "
-                "give yours another name"
-            )
+        namesake = self.known.get(name)
+        if namesake is not None:
+            if issubclass(variant, namesake):
+                return
+            same_file = namesake.source() == variant.source()
+            if namesake.origin is None or not same_file:
+                raise SlotError(
+                    f"{self.key}: {self.chooser} {name!r} is there already, from "
+                    f"{namesake.source()}: give yours another name"
+                )
         self.known[name] = variant
 
 
@@ -154,24 +162,31 @@ class Variant(Part):
 
     @classmethod
     def source(cls) -> str:
-        """Return where the variant comes from, in a word."""
+        """Return where the variant comes from: "wearlab", or the name of a plug-in."""
         return "wearlab" if cls.origin is None else cls.origin.file
 
     def identifying(self) -> dict[str, Any]:
-        """Return the options that tell this variant from others, and whose it is if it is a user's."""
-        own = super().identifying()
-        return own if self.origin is None else {**own, PLUGIN: self.origin.sha256}
+        """Return the options of the identity, and the hash of the plug-in if any."""
+        options = super().identifying()
+        if self.origin is not None:
+            options[PLUGIN] = self.origin.sha256
+        return options
 
     def written(self, table: dict[str, Any]) -> Any:
-        """Return a table of options as it is written: a word where the slot has words and it says no more."""
-        return (
-            self.chosen
-            if self.slot.by_name and set(table) == {self.slot.chooser}
-            else table
-        )
+        """Return a table of options as a campaign file writes it.
+
+        Where the slot is `by_name`, a variant without other options is its name alone.
+
+        Parameters
+        ----------
+        table : option → value, as JSON can hold it
+        """
+        has_only_name = set(table) == {self.slot.chooser}
+        return self.chosen if self.slot.by_name and has_only_name else table
 
     @pydantic.model_serializer(mode="wrap")
     def _with_plugin(self, dump: pydantic.SerializerFunctionWrapHandler) -> Any:
+        """Dump the options, and the plug-in that they belong to."""
         written: dict[str, Any] = dump(self)
         if self.origin is None:
             return self.written(written)
@@ -182,17 +197,17 @@ class Variant(Part):
 
     @classmethod
     def _complete(
-        cls, given: dict[str, Any], info: pydantic.ValidationInfo
+        cls, table: dict[str, Any], info: pydantic.ValidationInfo
     ) -> dict[str, Any]:
-        """Refuse what another source of the same name was chosen from."""
-        if cls.origin is None or PLUGIN not in given:
-            return given
-        was = given[PLUGIN]
-        if not isinstance(was, dict) or was.get("sha256") != cls.origin.sha256:
+        """Refuse a table that was stored with another source of the plug-in."""
+        if cls.origin is None or PLUGIN not in table:
+            return table
+        stored = table[PLUGIN]
+        if not isinstance(stored, dict) or stored.get("sha256") != cls.origin.sha256:
             raise ValueError(
                 f"chosen from another {cls.origin.file} than the one that is loaded"
             )
-        return {key: value for key, value in given.items() if key != PLUGIN}
+        return {key: value for key, value in table.items() if key != PLUGIN}
 
     @classmethod
     def named(cls, name: str = "") -> Self:
@@ -212,18 +227,19 @@ class Variant(Part):
 
     @classmethod
     def is_slot(cls) -> bool:
-        """Whether this is the common base of a slot's variants, not one of them."""
+        """Whether this is the common base of a slot's variants."""
         return "slot" in cls.__dict__
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
-        """Let the slot know of every class that names a variant."""
+        """Add every class that names a variant to its slot."""
         super().__pydantic_init_subclass__(**kwargs)
         if cls.is_slot():
             cls.slot.base = cls
             return
         cls._check_needs()
         if ORIGIN.get() is not None:
+            cls._check_attributes()
             cls._read_defaults()
         field = cls.model_fields.get(cls.slot.chooser)
         names = get_args(field.annotation) if field is not None else ()
@@ -233,9 +249,9 @@ class Variant(Part):
 
     @classmethod
     def _read_defaults(cls) -> None:
-        """Take a default with a unit for its value in SI.
+        """Convert defaults that are written with a unit to SI.
 
-        Refuse one that a campaign file could not say.
+        Refuse a default that a campaign file could not say.
         """
         for name, field in cls.model_fields.items():
             unit = unit_within(None, field.metadata)
@@ -248,39 +264,59 @@ class Variant(Part):
         cls.model_rebuild(force=True)
 
     @classmethod
+    def _check_attributes(cls) -> None:
+        """Refuse an attribute of a plug-in's class that wearlab would never read.
+
+        It is known where the class inherits one of the name, or where it is an option.
+        """
+        for name in vars(cls):
+            is_inherited = hasattr(super(cls, cls), name)
+            if name.startswith("_") or name in cls.model_fields or is_inherited:
+                continue
+            hooks = [
+                hook
+                for hook in dir(cls.slot.base)
+                if not hook.startswith("_") and not hasattr(pydantic.BaseModel, hook)
+            ]
+            raise SlotError(
+                f"{cls.__name__}.{name}: wearlab reads no attribute of this name"
+                f"{meant(name, hooks, ';')} name what is for your own use _{name}"
+            )
+
+    @classmethod
     def _check_needs(cls) -> None:
         """Refuse a class that needs what no scene can say."""
-        given = cls.__dict__.get("needs", ())
-        if not cls.may_need or isinstance(given, property):
+        needs = cls.__dict__.get("needs", ())
+        if not cls.may_need or isinstance(needs, property):
             return
-        needs = (given,) if isinstance(given, str) else given
-        if unknown := [name for name in needs if name not in cls.may_need]:
-            known = (
-                f"{meant(unknown[0], cls.may_need, ';')} there are "
+        names = (needs,) if isinstance(needs, str) else needs
+
+        unknown = next((name for name in names if name not in cls.may_need), None)
+        if unknown is not None:
+            raise SlotError(
+                f"{cls.__name__}.needs: {unknown!r} is unknown"
+                f"{meant(unknown, cls.may_need, ';')} there are "
                 f"{', '.join(map(repr, cls.may_need))}"
             )
-            raise SlotError(f"{cls.__name__}.needs: {unknown[0]!r} is unknown{known}")
-        if needs is not given:
+        if names is not needs:
             raise SlotError(
-                f"{cls.__name__}.needs: {given!r} is no tuple: write {needs!r}"
+                f"{cls.__name__}.needs: {needs!r} is no tuple: write {names!r}"
             )
 
     @classmethod
     def __get_pydantic_core_schema__(
         cls, source: Any, handler: pydantic.GetCoreSchemaHandler
     ) -> CoreSchema:
-        """Choose among the variants known now, by the chooser, where the slot stands for any of them."""
+        """Validate the base of a slot as any of the variants known now."""
         if not cls.is_slot() or cls.slot.base is None:
             return handler(source)
-        choices = {
-            name: handler.generate_schema(part)
-            for name, part in cls.slot.variants.items()
-        }
-        own = core_schema.plain_serializer_function_ser_schema(
+        variants = cls.slot.variants.items()
+        choices = {name: handler.generate_schema(part) for name, part in variants}
+        dump = core_schema.plain_serializer_function_ser_schema(
             lambda part: part.model_dump()
         )
         union = core_schema.tagged_union_schema(
-            choices, cls.slot.chooser, serialization=own
+            choices, cls.slot.chooser, serialization=dump
         )
         return core_schema.no_info_before_validator_function(cls.slot.read, union)
 
@@ -288,25 +324,29 @@ class Variant(Part):
     def __get_pydantic_json_schema__(
         cls, core: CoreSchema, handler: pydantic.GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """Offer the names of variants that require nothing else, where the slot stands for any of them."""
-        table = super().__get_pydantic_json_schema__(core, handler)
+        """Offer the name alone of a variant that requires no other option."""
+        schema = super().__get_pydantic_json_schema__(core, handler)
         if not cls.is_slot():
-            return table
-        parts = [
-            handler.resolve_ref_schema(part) for part in table.get("oneOf", [table])
-        ]
-        plain = [
-            part
-            for part in parts
-            if not set(part.get("required", [])) - {cls.slot.chooser}
-        ]
-        names = [part["properties"][cls.slot.chooser]["const"] for part in plain]
-        return {"anyOf": [{"enum": names}, table]} if names else table
+            return schema
+
+        chooser = cls.slot.chooser
+        names = []
+        for reference in schema.get("oneOf", [schema]):
+            variant = handler.resolve_ref_schema(reference)
+            if set(variant.get("required", [])) <= {chooser}:
+                names.append(variant["properties"][chooser]["const"])
+        return {"anyOf": [{"enum": names}, schema]} if names else schema
 
 
 @contextmanager
 def within(variable: ContextVar[Any], value: Any) -> Iterator[None]:
-    """Let a variable have a value within."""
+    """Set a variable inside of ``with``.
+
+    Parameters
+    ----------
+    variable : context variable
+    value : that it has inside
+    """
     token = variable.set(value)
     try:
         yield
@@ -315,10 +355,10 @@ def within(variable: ContextVar[Any], value: Any) -> Iterator[None]:
 
 
 WHEN_CHANGED: list[Callable[[], object]] = []
-"""What renews what was made of the variants of slots, whenever one has got others."""
+"""Functions to call when a slot gets other variants, such as a rebuild of a schema."""
 
 
 def changed() -> None:
-    """Renew all that was made of the variants known before."""
+    """Call `WHEN_CHANGED` after a slot has got other variants."""
     for renew in WHEN_CHANGED:
         renew()

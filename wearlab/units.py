@@ -28,15 +28,13 @@ USUAL = {
 }
 """What pint says of usual units, so that it need not be imported: factor, and the root
 unit it goes with."""
-
-
 Value = TypeVar("Value")
 MICROMETRE = re.compile(r"\bum\b")
 MINUTE, HOUR = 60.0, 3600.0  # s
 
 
 class UnitError(ValueError):
-    """A text is not a quantity of the wanted kind; the message says what would be."""
+    """A text is no quantity of a kind; the message says what would be one."""
 
 
 class Measure(NamedTuple):
@@ -152,8 +150,20 @@ NUMBER = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\d.])\s*(.*?)\s*", re.DOTALL
 )
 TOKEN = re.compile(
-    r"\s*(?:([A-Za-z_µμ°%]+)\s*(?:(?:\^|\*\*)\s*\(?([+-]?\d+)\)?|([+-]?\d+))?|(1)(?=\s*/)|([*/·⋅()]))"
+    r"""
+    \s*(?:
+        ([A-Za-z_µμ°%]+)                     # name of a unit
+        \s*(?:
+            (?:\^|\*\*)\s*\(?([+-]?\d+)\)?   # its exponent behind ^ or **
+            |([+-]?\d+)                      # its exponent attached
+        )?
+        |(1)(?=\s*/)                        # the 1 of 1/s
+        |([*/·⋅()])                         # a sign
+    )
+    """,
+    re.VERBOSE,
 )
+RAISED = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+")
 SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 ALIASES = {
     **{"Nm": "(N*m)", "kNm": "(kN*m)", "MNm": "(MN*m)", "Nmm": "(N*mm)"},
@@ -166,6 +176,7 @@ PER_MINUTE = frozenset(("1/min", "min-1", "min^-1", "U/min", "Upm", "r/min", "re
 HARDNESS = re.compile(
     r"(HRC|HV|HBW|HB)(?:\s?[\d./]+)?"
 )  # HV 10 and HBW 2.5/187.5 tell the load
+SHORT = 12  # characters of a factor below which it is exact in decimals
 THOUSANDS = 3  # digits behind a comma that may part thousands
 ENERGIES = re.compile(r"joule|watt|calorie|volt|thermal_unit|erg")
 
@@ -188,19 +199,20 @@ def quantity(text: object, kind: str) -> float:
         When there is no unit, a unit of something else, no finite number, or an
         implausible magnitude.
     """
-    wanted = KINDS[kind]
-    number, unit = split(text, wanted)
+    measure = KINDS[kind]
+    number, unit = split(text, measure)
     try:
         if kind == "hardness" and (scale := HARDNESS.fullmatch(unit)):
             return pressure_of(float(number), scale[1])
-        value = _to_si(number, unit, wanted)
+        value = _to_si(number, unit, measure)
     except (UnitError, HardnessError) as error:
         raise UnitError(f"{text!r}: {error}") from None
-    if value != 0.0 and not wanted.low <= abs(value) <= wanted.high:
+
+    if value != 0.0 and not measure.low <= abs(value) <= measure.high:
         raise UnitError(
-            f"{text!r} is {value:.3g} {wanted.unit}, outside the plausible range of "
-            f"{wanted.article} "
-            f"({wanted.low:g} to {wanted.high:g} {wanted.unit}); is the unit right?"
+            f"{text!r} is {value:.3g} {measure.unit}, outside the plausible range of "
+            f"{measure.article} "
+            f"({measure.low:g} to {measure.high:g} {measure.unit}); is the unit right?"
         )
     return value
 
@@ -214,31 +226,32 @@ def shown_unit(text: str) -> str:
     return MICROMETRE.sub("µm", text).replace("*", "·")
 
 
-def split(text: object, wanted: Measure | None = None) -> tuple[str, str]:
+def split(text: object, measure: Measure | None = None) -> tuple[str, str]:
     """Return the number and the unit of a written quantity, both as texts.
+
+    Parameters
+    ----------
+    text : such as ``"1100 rpm"``
+    measure : the kind that the message of an error gives an example of
 
     Raises
     ------
     UnitError
         When ``text`` is no string of a finite number and a unit.
     """
-    named = (
-        f"{wanted.article} with its unit, such as {wanted.example!r}" if wanted else ""
-    )
-    example = named or "a number with its unit"
+    example = "a number with its unit"
+    if measure is not None:
+        example = f"{measure.article} with its unit, such as {measure.example!r}"
     if not isinstance(text, str):
-        raise UnitError(
-            f"{text!r} {'has no unit' if is_number(text) else 'is no quantity'}: "
-            f"write {example}"
-        )
+        fault = "has no unit" if is_number(text) else "is no quantity"
+        raise UnitError(f"{text!r} {fault}: write {example}")
+
     if comma := COMMA.match(text):
-        thousands = (
-            f", or {text.replace(',', '')!r} for thousands"
-            if len(comma[1]) == THOUSANDS
-            else ""
-        )
-        point = f"the decimal sign is a point, write {text.replace(',', '.')!r}"
-        raise UnitError(f"{text!r} has a comma: {point}{thousands}")
+        remedy = f"the decimal sign is a point, write {text.replace(',', '.')!r}"
+        if len(comma[1]) == THOUSANDS:
+            remedy += f", or {text.replace(',', '')!r} for thousands"
+        raise UnitError(f"{text!r} has a comma: {remedy}")
+
     if (match := NUMBER.fullmatch(text)) is None:
         raise UnitError(f"{text!r}: write {example}")
     if not math.isfinite(float(match[1])):
@@ -254,17 +267,24 @@ def rounded(value: float) -> float:
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Return whether a value is a number; true and false are none."""
+    """Return whether a value is a number; true and false are none.
+
+    Parameters
+    ----------
+    value : of any type
+    """
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def is_quantity(value: object) -> bool:
-    """Return whether a value looks like a number with its unit."""
-    return (
-        isinstance(value, str)
-        and (match := NUMBER.fullmatch(value)) is not None
-        and bool(match[2])
-    )
+    """Return whether a value looks like a number with its unit.
+
+    Parameters
+    ----------
+    value : of any type
+    """
+    match = NUMBER.fullmatch(value) if isinstance(value, str) else None
+    return match is not None and bool(match[2])
 
 
 def convert(value: Value, from_unit: str, to_unit: str) -> Value:
@@ -281,81 +301,93 @@ def convert(value: Value, from_unit: str, to_unit: str) -> Value:
         When a unit is unknown or their dimensions differ.
     """
     scale, offset = _between(from_unit, to_unit)
-    changed: Any = value
-    if scale != 1.0:
-        changed = (
-            changed * scale
-            if scale >= 1.0
-            else changed / _between(to_unit, from_unit)[0]
-        )
-    return changed + offset if offset else changed
+    converted: Any = value
+    if scale > 1.0:
+        converted = converted * scale
+    elif scale < 1.0:  # a division by a whole number rounds once
+        converted = converted / _between(to_unit, from_unit)[0]
+    return converted + offset if offset else converted
 
 
-def comparable(unit: str, other: str) -> bool:
-    """Return whether values in one unit can be told in another.
+def comparable(unit: str, reference: str) -> bool:
+    """Return whether values in one unit can be converted to another.
 
     Per minute means revolutions of a speed.
+
+    Parameters
+    ----------
+    unit : unit of the values
+    reference : unit to convert to
     """
+    source = of_speed(unit) if reference == "rad/s" else unit
     with suppress(UnitError):
-        convert(1.0, of_speed(unit) if other == "rad/s" else unit, other)
+        convert(1.0, source, reference)
         return True
     return False
 
 
 def of_speed(unit: str) -> str:
-    """Return a unit where a speed is meant: per minute means revolutions.
+    """Return a unit of a speed; per minute means revolutions per minute.
 
     >>> of_speed("U/min"), of_speed("min⁻¹"), of_speed("deg/s")
     ('rpm', 'rpm', 'deg/s')
+
+    Parameters
+    ----------
+    unit : as somebody wrote it
     """
-    return "rpm" if re.sub(r"\s|\*\*", "", _plain(unit)) in PER_MINUTE else unit
+    compact = re.sub(r"\s|\*\*", "", _plain(unit))
+    return "rpm" if compact in PER_MINUTE else unit
 
 
-def _to_si(number: str, unit: str, wanted: Measure) -> float:
-    if wanted.name == "speed":
+def _to_si(number: str, unit: str, measure: Measure) -> float:
+    """Return a number with a unit in the SI unit of its kind."""
+    if measure.name == "speed":
         unit = of_speed(unit)
     try:
-        scale, offset = _between(unit, wanted.unit)
+        scale, offset = _between(unit, measure.unit)
     except UnitError as error:
-        raise UnitError(f"{error}; {_advice(unit, wanted)}") from None
-    if (
-        wanted.name == "torque"
-        and unit not in USUAL
-        and ENERGIES.search(str(_unit(unit)))
-    ):
-        raise UnitError(f"{unit!r} is a unit of energy; {_advice(unit, wanted)}")
+        raise UnitError(f"{error}; {_advice(unit, measure)}") from None
+    if measure.name == "torque" and _is_energy(unit):
+        raise UnitError(f"{unit!r} is a unit of energy; {_advice(unit, measure)}")
+
     if offset:
         return float(number) * scale + offset
-    exact = repr(scale)  # a decimal factor: one rounding instead of two
-    return (
-        float(Decimal(number) * Decimal(exact))
-        if len(exact) < 12
-        else float(number) * scale
-    )
+    factor = repr(scale)
+    if len(factor) < SHORT:  # a short decimal factor: one rounding instead of two
+        return float(Decimal(number) * Decimal(factor))
+    return float(number) * scale
 
 
-def _advice(unit: str, wanted: Measure) -> str:
-    near = get_close_matches(unit, wanted.units, 1, 0.5)
-    meant = f"did you mean {near[0]!r}? " if near else ""
+def _is_energy(unit: str) -> bool:
+    """Return whether a unit with the dimension of a torque is one of energy."""
+    return unit not in USUAL and bool(ENERGIES.search(str(_unit(unit))))
+
+
+def _advice(unit: str, measure: Measure) -> str:
+    """Return the end of a message: the nearest unit, and what is expected."""
+    near = get_close_matches(unit, measure.units, 1, 0.5)
+    question = f"did you mean {near[0]!r}? " if near else ""
     return (
-        f"{meant}expected {wanted.article} such as {wanted.example!r} (kept in "
-        f"{wanted.unit})"
+        f"{question}expected {measure.article} such as {measure.example!r} (kept in "
+        f"{measure.unit})"
     )
 
 
 @cache
 def _between(from_unit: str, to_unit: str) -> tuple[float, float]:
     """Return factor and offset from one unit to another."""
-    if (
-        from_unit in USUAL
-        and to_unit in USUAL
-        and USUAL[from_unit][1] == USUAL[to_unit][1]
-    ):
-        return _decimal(USUAL[from_unit][0] / USUAL[to_unit][0]), 0.0
+    if from_unit in USUAL and to_unit in USUAL:
+        from_factor, from_root = USUAL[from_unit]
+        to_factor, to_root = USUAL[to_unit]
+        if from_root == to_root:
+            return _decimal(from_factor / to_factor), 0.0
+
     registry = _registry()
     source = _unit(from_unit)
     target = _unit(to_unit)
     unlike = f"{from_unit!r} is not a unit like {to_unit!r}"
+
     if "degree_C" in f"{source}{target}" or "degree_F" in f"{source}{target}":
         try:
             at_zero = float(registry.Quantity(0.0, source).to(target).magnitude)
@@ -363,32 +395,33 @@ def _between(from_unit: str, to_unit: str) -> tuple[float, float]:
         except Exception as error:
             raise UnitError(unlike) from error
         return _decimal(at_one - at_zero), at_zero
+
     try:
-        (up, base) = registry.get_root_units(source)
-        (down, other) = registry.get_root_units(target)
+        from_factor, from_root = registry.get_root_units(source)
+        to_factor, to_root = registry.get_root_units(target)
     except ArithmeticError as error:
         raise UnitError(f"{from_unit!r} is beyond all numbers") from error
-    if base == other:
-        return _decimal(float(up) / float(down)), 0.0
-    if base in (other / registry.radian, other * registry.radian):
-        frequency = base * registry.second == registry.dimensionless
-        words = (
-            "it says neither radians nor revolutions"
-            if frequency
-            else "one counts angle, the other not"
-        )
-        raise UnitError(f"{unlike}: {words}")
+    if from_root == to_root:
+        return _decimal(float(from_factor) / float(to_factor)), 0.0
+
+    if from_root in (to_root / registry.radian, to_root * registry.radian):
+        is_frequency = from_root * registry.second == registry.dimensionless
+        reason = "one counts angle, the other not"
+        if is_frequency:
+            reason = "it says neither radians nor revolutions"
+        raise UnitError(f"{unlike}: {reason}")
     raise UnitError(unlike)
 
 
 def _decimal(scale: float) -> float:
-    """Return the short decimal number that a factor is up to round-off, else the factor."""
+    """Return a factor without its round-off where it is a short decimal number."""
     short = float(f"{scale:.10g}")
     return short if abs(short - scale) <= 4 * math.ulp(scale) else scale
 
 
 @cache
 def _registry() -> Any:
+    """Return pint's units."""
     import pint
 
     return pint.UnitRegistry()
@@ -396,7 +429,7 @@ def _registry() -> Any:
 
 @cache
 def _unit(text: str) -> Any:
-    """Return pint's unit for a text, after reading it by a grammar that has no room for numbers or prose."""
+    """Return pint's unit of a text that holds nothing but names of units and signs."""
     try:
         return _registry().Unit(_expression(text))
     except UnitError:
@@ -406,28 +439,30 @@ def _unit(text: str) -> Any:
 
 
 def _plain(text: str) -> str:
-    return re.sub(
-        r"[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda power: "^" + power[0].translate(SUPERSCRIPTS), text
-    )
+    """Return a unit with plain exponents: "m^2" for "m²"."""
+    return RAISED.sub(lambda power: "^" + power[0].translate(SUPERSCRIPTS), text)
 
 
 def _expression(text: str) -> str:
     """Return a unit as an expression with every product written out."""
     plain = _plain(text).strip()
-    written = ""
     if plain in ("", "1"):
         return "dimensionless"
     tokens = [*TOKEN.finditer(plain)]
     if "".join(token[0] for token in tokens) != plain:
         raise UnitError(f"{text!r} is not a known unit")
-    for name, power, attached, unity, sign in (token.groups() for token in tokens):
+
+    expression = ""
+    for token in tokens:
+        name, power, attached_power, unity, sign = token.groups()
         factor = ALIASES.get(name, name) if name else unity
-        exponent = power or attached
-        if written and written[-1] not in "*/(" and (factor or sign == "("):
-            written += "*"
-        written += (
-            f"{factor}**{exponent}"
-            if exponent
-            else factor or sign.replace("·", "*").replace("⋅", "*")
-        )
-    return written
+        exponent = power or attached_power
+
+        starts_factor = factor or sign == "("
+        if expression and expression[-1] not in "*/(" and starts_factor:
+            expression += "*"
+        if exponent:
+            expression += f"{factor}**{exponent}"
+        else:
+            expression += factor or sign.replace("·", "*").replace("⋅", "*")
+    return expression

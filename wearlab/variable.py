@@ -1,4 +1,4 @@
-"""How a variable of a run's dataset is declared, and how one that follows from others is found."""
+"""Declarations of variables of a dataset, and of results that follow from others."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple

@@ -24,7 +24,7 @@ from wearlab.campaign.inheritance import (
 )
 from wearlab.campaign.toml_file import plain
 from wearlab.campaign.update_options import SECTION, UpdateSpec
-from wearlab.plugins import Plugin, PluginError, held, use
+from wearlab.plugins import Plugin, PluginError, use, values_of
 from wearlab.query.keys import flat
 from wearlab.scene import Scene, merge, oversights
 from wearlab.scene.problems import shown
@@ -241,7 +241,7 @@ def _scene_sections(table: merge.Table, plugins: Sequence[Plugin]) -> merge.Tabl
     valid = (*Scene.model_fields, cases.EXPECT)
     sections = {key: value for key, value in table.items() if key in valid}
     store = sections.get("store", {})
-    results = held("results", plugins)
+    results = values_of("results", plugins)
     if isinstance(store, dict) and results:
         stored_results = {**store.get("results", {}), **results}
         sections["store"] = {**store, "results": stored_results}

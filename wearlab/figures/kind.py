@@ -15,7 +15,7 @@ from wearlab import nearest, schema
 from wearlab.arrays import Array
 from wearlab.figures import doubt, wording
 from wearlab.figures.plot import LineStyle, Scale, Series
-from wearlab.plugins import CONSENT, UNRUN, Plugin, Sort
+from wearlab.plugins import CONSENT, UNRUN, Plugin, Registry
 from wearlab.units import UnitError
 
 
@@ -191,7 +191,7 @@ def is_of_update(name: str) -> bool:
     return name in KINDS and KINDS[name].of == "update"
 
 
-class _Kinds(Sort):
+class _Kinds(Registry):
     """Kinds of figures that plug-ins add."""
 
     def take(self, module: ModuleType, plugin: Plugin) -> None:
@@ -205,7 +205,7 @@ class _Kinds(Sort):
         import_module(f"{__package__}.kinds")
         super().take(module, plugin)
 
-    def wrong(self, value: Kind) -> str:
+    def problem(self, value: Kind) -> str:
         """Return which variable that a kind needs is unknown, "" where all are known.
 
         Parameters

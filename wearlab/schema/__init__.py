@@ -1,4 +1,4 @@
-"""One table: every variable of a dataset, its dimensions, unit, display unit and meaning, and what makes it.
+"""One table: every variable of a dataset, its dimensions, units and meaning.
 
 Nothing else in wearlab spells a unit or a long name; labelling, figures, tables and
 exports read them here. The table is `variables.toml`; a group of it is what one part of
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from wearlab.nearest import meant
-from wearlab.plugins import Sort
+from wearlab.plugins import Registry
 from wearlab.results import OF_PLUGINS, RESULTS
 from wearlab.units import UnitError, convert
 from wearlab.variable import Result, VariableGroup
@@ -22,23 +22,24 @@ TABLE = tomllib.loads(
 )
 DIMENSIONS: dict[str, str] = TABLE["dimensions"]
 """What each dimension counts."""
-GROUPS = tuple(
-    VariableGroup(
-        group["name"],
-        group["needs"],
-        {
-            name: Variable(tuple(dims.split()), *words)
-            for name, (dims, *words) in group["variables"].items()
-        },
-    )
-    for group in TABLE["group"]
-)
+
+
+def _group(table: dict[str, Any]) -> VariableGroup:
+    """Return a group of the table with the declarations of its variables."""
+    variables = {
+        name: Variable(tuple(dims.split()), *texts)
+        for name, (dims, *texts) in table["variables"].items()
+    }
+    return VariableGroup(table["name"], table["needs"], variables)
+
+
+GROUPS = tuple(map(_group, TABLE["group"]))
+GROUP_OF = {name: group for group in GROUPS for name in group.variables}
+"""The group of each variable of the table."""
 VARIABLES: dict[str, Variable] = {
-    **{
-        name: variable for group in GROUPS for name, variable in group.variables.items()
-    },
-    **{name: result.variable for name, result in RESULTS.items()},
+    name: group.variables[name] for name, group in GROUP_OF.items()
 }
+VARIABLES |= {name: result.variable for name, result in RESULTS.items()}
 ON_AXES: dict[str, str] = TABLE["on_axes"]
 """What axes of figures say of variables whose long name is long."""
 OVER_FACE = frozenset(TABLE["over_face"])
@@ -78,40 +79,49 @@ def origin_of(name: str) -> tuple[str, str]:
         return origin_of(result.needs[0])
     if result is not None:
         return "plug-ins", "its plug-in"
-    home = {name: group for group in GROUPS for name in group.variables}[name]
-    return home.name, home.needs
+    group = GROUP_OF[name]
+    return group.name, group.needs
 
 
 def attributes(name: str) -> dict[str, str]:
-    """Return the CF attributes of a variable: units, display_units, long_name, and comment if any."""
-    named = VARIABLES[name]._asdict() | {"coverage_content_type": _content(name)}
-    return {key: value for key, value in named.items() if value and key != "dims"}
+    """Return the CF attributes of a variable: units, long_name, comment if any.
+
+    Parameters
+    ----------
+    name : a key of `VARIABLES`
+    """
+    texts = VARIABLES[name]._asdict() | {"coverage_content_type": _content(name)}
+    return {key: text for key, text in texts.items() if text and key != "dims"}
 
 
 def _content(name: str) -> str:
-    """Return what a variable is for catalogues, as ACDD 1.3 names it after ISO 19115-1."""
-    if any(group.name == "coordinates" and name in group.variables for group in GROUPS):
+    """Return what a variable is for catalogues, a code of ISO 19115-1.
+
+    ACDD 1.3 names these codes.
+    """
+    group = GROUP_OF.get(name)
+    if group is not None and group.name == "coordinates":
         return "coordinate"
-    return next(
-        (content for content, begins in CONTENTS.items() if name.startswith(begins)),
-        "modelResult",
-    )
+    for content, beginnings in CONTENTS.items():
+        if name.startswith(beginnings):
+            return content
+    return "modelResult"
 
 
-class _Results(Sort):
+class _Results(Registry):
     """Results of plug-ins: each is a variable as if wearlab declared it."""
 
-    def wrong(self, value: Result) -> str:
-        """Return which dimension, unit or need of a result nobody knows."""
-        if value.name in VARIABLES and value.name not in self.known:
+    def problem(self, value: Result) -> str:
+        """Return which dimension, unit or need of a result is unknown."""
+        if value.name in VARIABLES and value.name not in self.table:
             return "wearlab has a variable of this name: give yours another"
         variable = value.variable
-        dims = list(DIMENSIONS)
-        for said, known in ((variable.dims, dims), (value.needs, list(VARIABLES))):
-            for name in said:
-                if name not in known:
-                    what = "dimension" if known is dims else "variable"
-                    return f"{name!r} is no {what}{meant(name, known)}"
+        for name in variable.dims:
+            if name not in DIMENSIONS:
+                return f"{name!r} is no dimension{meant(name, DIMENSIONS)}"
+        for name in value.needs:
+            if name not in VARIABLES:
+                return f"{name!r} is no variable{meant(name, VARIABLES)}"
         try:
             convert(1.0, variable.units, variable.display_units)
         except UnitError as error:
@@ -140,15 +150,15 @@ class _Results(Sort):
         }
 
     def stand_in(self, record: Mapping[str, Any]) -> Result:
-        """Return a result of which the declaration is known, and not how it is found."""
-        said = dict(record["variable"])
-        variable = Variable(**{**said, "dims": tuple(map(str, said["dims"]))})
-        return Result(
-            str(record["name"]), variable, _unknown, tuple(map(str, record["needs"]))
-        )
+        """Return a result with its declaration and without its function."""
+        fields = dict(record["variable"])
+        fields["dims"] = tuple(map(str, fields["dims"]))
+        needs = tuple(map(str, record["needs"]))
+        return Result(str(record["name"]), Variable(**fields), _not_run, needs)
 
 
-def _unknown(run: object) -> Any:
+def _not_run(run: object) -> Any:
+    """Refuse to compute a result whose code was not run."""
     raise LookupError("the code of this result's plug-in was not run")
 
 
