@@ -68,7 +68,7 @@ def test_the_same_units_wherever_a_value_is_read_and_one_switch_for_si(report):
         )
         assert table.speed.item() == pytest.approx(value, rel=1e-12)
         assert (
-            table.max_wear_depth.attrs["units"] == "m"
+            table["max(max_wear_depth)"].attrs["units"] == "m"
         )  # results are SI, as in every dataset
     assert (
         next(iter(found))["speed"] == pytest.approx(600.0)
@@ -205,3 +205,73 @@ def test_a_report_names_what_was_refused_and_why():
         repr(Report(2, 2, 1, 0, 1, 3.0, (refused,)))
         == "<Report: 1 of 2 done, 1 refused; 2 tried in 3.0 s>"
     )
+
+
+FORMULAS = {
+    "max(max_wear_depth)": lambda run: run.max_wear_depth.max(),
+    "min(max_wear_depth[update=-1])": lambda run: run.max_wear_depth[-1].min(),
+    "max_wear_depth[flank='pinion', update=-1]": lambda run: run.max_wear_depth.sel(
+        flank="pinion"
+    )[-1],
+    "ste_peak_to_peak[update=0]": lambda run: run.ste_peak_to_peak[0].squeeze(),
+    "max(wear_depth) - min(wear_depth)": lambda run: np.ptp(run.wear_depth.values),
+}
+
+
+def test_columns_are_written_as_in_claims(report):
+    """One number of several was shown under the name of all: the larger of two safeties."""
+    columns = list(FORMULAS)
+    table = report.store.query("status = done", columns=columns)
+    assert [column.name for column in table.columns] == ["id", "status", *columns]
+    assert [column.unit for column in table.columns[2:]] == ["m"] * len(columns)
+    for text, of_run in FORMULAS.items():
+        expected = [float(of_run(report.store.run(run))) for run in table["id"]]
+        np.testing.assert_allclose(table[text], expected, rtol=1e-12)
+    heads, _ = table.displayed()
+    assert heads[3] == "min(max_wear_depth[update=-1]) [um]"
+
+
+def test_a_bare_column_says_which_of_its_values_it_shows(report):
+    table = report.store.query("", columns=["max_wear_depth", "wear_depth", "life"])
+    names = ["id", "status", "max(max_wear_depth)", "max(wear_depth)", "life"]
+    assert [column.name for column in table.columns] == names
+    np.testing.assert_allclose(table["max(max_wear_depth)"], table["max(wear_depth)"])
+    with pytest.raises(KeyError, match=r"there are id, status, max\(max_wear_depth\)"):
+        _ = table["max_wear_depth"]
+
+
+def test_sorting_and_conditions_take_formulas(report):
+    least = "min(max_wear_depth[update=-1])"
+    deepest = report.store.query("", columns=["torque"], sort=f"-{least}")
+    assert deepest["torque"][0] == 300.0
+    *_, second, largest = report.store.query("", columns=[least], sort=least)[least]
+    middle = f"{1e6 * (second + largest) / 2} um"
+    found = report.store.query(f"{least} > {middle} and torque > 1 N*m")
+    assert found["operation.torque"] == [300.0] and found[least] == [largest]
+    assert found.notes == ()
+    (note,) = report.store.query("max_wear_depth > 1 nm").notes
+    assert "max_wear_depth has several values" in note
+    assert report.store.query("first_cycle(max_wear_depth > 1 nm) > 1").notes == ()
+
+
+@pytest.mark.parametrize(
+    ("column", "reason"),
+    [
+        (
+            "wear_depth[update=-1, flank=pinion]",
+            "numbers, not one: choose along profile",
+        ),
+        ("max_wear_depth[flank='sun']", "flank = sun: is not there"),
+        ("min(max_wear_deph)", "unknown name 'max_wear_deph'; did you mean"),
+        ("min(operation.torque)", "nothing here|no formula|no variable"),
+        ("min(verdict)", "'verdict' is no variable of numbers"),
+        ("min(life", "never closed|no formula"),
+    ],
+)
+def test_a_formula_that_gives_no_number_is_refused(report, column, reason):
+    from wearlab.query import QueryError
+
+    with pytest.raises(QueryError, match=reason):
+        report.store.query("", columns=[column])
+    with pytest.raises(QueryError):
+        report.store.query(f"{column} > 0")

@@ -42,6 +42,24 @@ def test_a_number_without_a_unit_is_asked_for_it_and_kept(small):
         assert (told.problem, told.where) == ("", f"torque >= {written}")
 
 
+def test_columns_are_formulas_and_the_page_says_what_a_condition_means(small):
+    columns = "case,max_wear_depth,max_wear_depth[flank=pinion, update=-1]"
+    told = listing.listed(
+        small.store, {"where": "max_wear_depth > 0 um", "columns": columns}
+    )
+    assert told.problem == ""
+    assert [head for _, head in told.heads[2:]] == [
+        "max(max wear depth) [µm]",
+        "max wear depth[flank=pinion, update=-1] [µm]",
+    ]
+    (note,) = told.notes
+    assert note.startswith("max_wear_depth has several values in a run")
+    page = small.page("runs", where="max_wear_depth > 0 um")
+    assert "max_wear_depth has several values in a run" in page
+    refused = listing.listed(small.store, {"where": "torque >", "columns": columns})
+    assert refused.columns == told.columns
+
+
 def test_a_unit_of_something_else_is_told_as_on_the_command_line(small):
     told = listing.listed(
         small.store, {"word": "torque", "sign": ">=", "value": "340 rpm"}

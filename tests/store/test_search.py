@@ -106,6 +106,15 @@ def asked(tmp_path):
         ("code = abc and wearlab_version = '0.1.0'", [1, 2, 3, 4]),
         ("other_code", [1, 2, 3, 4]),
         ("id = '00000000000000000002'", [2]),
+        ("max_wear_depth < 1 um", [1, 2, 3]),  # any of its values
+        ("max(max_wear_depth) < 40 um", [1]),
+        ("not max_wear_depth > 50 um", [1]),
+        (
+            "max_wear_depth between 12 um and 14 um",
+            [],
+        ),  # one value within, not two beside
+        ("14 um < max_wear_depth < 16 um", [1, 3]),
+        ("max_wear_depth = 45 um", [3]),
         ("first_cycle(max_wear_depth > 20 um) < 1.6e6", [2, 3]),
         ("first_cycle(max_wear_depth > 25 um) <= 2.5e6 and life > 0", [1, 2]),
         ("first_cycle(max_wear_depth > 1 mm) is missing", [1, 2, 3, 4]),
@@ -113,6 +122,21 @@ def asked(tmp_path):
 )
 def test_conditions_find_runs(asked, where, found):
     assert asked(where) == found
+
+
+def test_an_answer_says_that_any_of_several_values_counts(asked):
+    """Of two safeties the larger was compared, and nothing said so."""
+    (note,) = asked.store.query("max_wear_depth < 1 um").notes
+    assert note == (
+        "max_wear_depth has several values in a run: any of them counts; write "
+        "max(max_wear_depth) or min(max_wear_depth), or max_wear_depth[…] for one of "
+        "them"
+    )
+    for where in ("max(max_wear_depth) < 1 um", "stiffness_mean > 1 N/um", "life > 1"):
+        assert asked.store.query(where).notes == ()
+    first_cycle = "first_cycle(max_wear_depth > 20 um) > 1"
+    assert asked.store.query(first_cycle).notes == ()
+    assert len(asked.store.query(f"{first_cycle} or max_wear_depth > 1 um").notes) == 1
 
 
 def test_torque_is_that_of_the_operation_whatever_else_has_one(asked):
@@ -174,14 +198,14 @@ def test_what_is_found_in_other_forms(asked):
         "life > 0", columns=["torque", "max_wear_depth", "verdict"]
     )
     assert table.to_csv().splitlines() == [
-        "id,status,torque [N*m],max_wear_depth [um],verdict",
+        "id,status,torque [N*m],max(max_wear_depth) [um],verdict",
         "00000000000000000001,done,100.0,30.0,completed",
         "00000000000000000002,done,200.0,60.0,completed",
     ]
     data = table.to_xarray()
     assert list(data.run.values) == table["id"]
-    assert data.max_wear_depth.attrs == {"units": "m"}
-    np.testing.assert_allclose(data.max_wear_depth, [30e-6, 60e-6])
+    assert data["max(max_wear_depth)"].attrs == {"units": "m"}
+    np.testing.assert_allclose(data["max(max_wear_depth)"], [30e-6, 60e-6])
     assert list(data.verdict.values) == ["completed"] * 2
     assert len(asked.store.query("life < 0").to_xarray().run) == 0
 

@@ -6,7 +6,14 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from wearlab.query import Key, QueryError, Vocabulary, read_column, read_condition
+from wearlab.query import (
+    Key,
+    QueryError,
+    Vocabulary,
+    read_column,
+    read_condition,
+    split_columns,
+)
 from wearlab.report.run import value_text
 from wearlab.schema import VARIABLES
 from wearlab.store import Store, grid
@@ -48,7 +55,7 @@ TEXTS |= {
 }
 TEXTS |= {"other_code": "whether other code than the present made it"}
 BARE = re.compile(r"[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?", re.IGNORECASE)
-IN_CYCLES = ("life", "remaining_useful_life", "load_cycles")
+IN_CYCLES = ("life", "max(remaining_useful_life)", "max(load_cycles)")
 
 
 class ConditionWord(NamedTuple):
@@ -74,6 +81,7 @@ class Listed:
     problem : why there are none, "" where nothing is wrong
     refused : word, sign and value that were to be added to the condition and cannot be,
         to be written again
+    notes : what is to be known of the runs that were found
     """
 
     where: str
@@ -86,6 +94,7 @@ class Listed:
     words: tuple[ConditionWord, ...] = ()
     problem: str = ""
     refused: tuple[str, str, str] = ("", ">=", "")
+    notes: tuple[str, ...] = ()
 
     @property
     def pages(self) -> int:
@@ -119,10 +128,10 @@ def listed(store: Store, arguments: Mapping[str, str]) -> Listed:
     arguments : where, columns (joined by commas), sort, page; add: a column; word,
         sign, value: a condition
     """
-    search = CatalogueSearch(store.archive.catalogue)
+    search = CatalogueSearch(store.archive.catalogue, store.archive.files)
     known = search.vocabulary
     given = {name: text.strip() for name, text in arguments.items()}
-    names = filter(None, map(str.strip, given.get("columns", "").split(",")))
+    names = split_columns(given.get("columns", ""))
     shown = [*names] or [name for name in USUAL if name in known.keys]
     columns = tuple(dict.fromkeys(filter(None, [*shown, given.get("add", "")])))
     number = whole(given.get("page", ""))
@@ -150,10 +159,21 @@ def listed(store: Store, arguments: Mapping[str, str]) -> Listed:
         return replace(
             asked,
             problem=str(error),
-            columns=tuple(c for c in columns if c in known.keys),
+            columns=tuple(c for c in columns if _is_readable(c, known)),
         )
     heads, rows = rows_of(store, page)
-    return replace(asked, heads=heads, rows=rows, count=page.total)
+    return replace(
+        asked, heads=heads, rows=rows, count=page.total, notes=page.table.notes
+    )
+
+
+def _is_readable(column: str, known: Vocabulary) -> bool:
+    """Whether a text names a column."""
+    try:
+        read_column(column, known)
+    except QueryError:
+        return False
+    return True
 
 
 def rows_of(store: Store, page: Page) -> tuple[Any, Any]:
@@ -193,9 +213,10 @@ def _cell(value: Any, name: str = "", state: str = "") -> str:
 def _heading(head: str) -> str:
     """Return a heading as people read it: the last words of a key, and its unit."""
     name, bracket, unit = head.partition(" [")
+    is_formula = "(" in name or "[" in name
     words = (
         grid.key_text(name)
-        if "." in name and "(" not in name
+        if "." in name and not is_formula
         else name.replace("_", " ")
     )
     return f"{words}{bracket}{shown_unit(unit)}" + (

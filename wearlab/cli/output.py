@@ -6,7 +6,6 @@ Closed streams and Ctrl-C harm no store.
 import errno
 import json
 import os
-import re
 import signal
 import sys
 import threading
@@ -316,35 +315,6 @@ def complain(text: str) -> None:
         print(text, file=sys.stderr, flush=True)
     except OSError:
         discard(sys.stderr)
-
-
-def split_columns(text: str | None) -> tuple[str, ...] | None:
-    """Return the columns of a list; a comma in parentheses or quotes parts nothing.
-
-    Parameters
-    ----------
-    text : columns, parted by commas
-    """
-    if text is None:
-        return None
-    columns: list[str] = []
-    column = ""
-    for piece in text.split(","):
-        column = f"{column},{piece}" if column else piece
-        if _is_whole(column):
-            columns.append(column.strip())
-            column = ""
-    return tuple(column for column in [*columns, column.strip()] if column)
-
-
-def _is_whole(text: str) -> bool:
-    """Whether all quotes, parentheses and brackets of a text are closed."""
-    unquoted = re.sub(r"'[^']*'|\"[^\"]*\"", "", text)
-    if "'" in unquoted or '"' in unquoted:
-        return False
-    return unquoted.count("(") <= unquoted.count(")") and unquoted.count(
-        "["
-    ) <= unquoted.count("]")
 
 
 def place(position: Mapping[str, object]) -> str:

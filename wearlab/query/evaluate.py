@@ -39,6 +39,7 @@ WHOLE = 10.0**DIGITS  # below it whole numbers have no digits that identity drop
 
 COMPARED: dict[str, Callable[[Any, Any], bool]] = {"=": operator.eq, "!=": operator.ne}
 COMPARED |= {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+OPPOSITE = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
 COMPARED["contains"] = lambda text, piece: str(piece).lower() in str(text).lower()
 
 
@@ -125,6 +126,8 @@ Holds = Callable[[Mapping[str, Any]], bool | None]
 """Whether a condition, or a part of it, holds of values."""
 HISTORY = "()"
 """After the name of a result: its values at all wear states."""
+EVERY = "[]"
+"""After the name of a result with several values: all that a comparison asks."""
 
 
 DAY = len("2026-01-01")
@@ -211,18 +214,54 @@ def meets(sign: str, left: Any, right: Any, values: Mapping[str, Any]) -> bool |
     right : likewise
     values : of a run, by full name
     """
-    value = value_of(left, values)
-    limit = value_of(right, values)
-    if value is None or limit is None:
+    items = _compared_values(left, sign, values)
+    limits = _compared_values(right, OPPOSITE.get(sign, sign), values)
+    if items is None or limits is None:
         return None
-    items = value if isinstance(value, tuple) else (value,)
     # a date without a time means the whole day
-    day = (
-        DAY
-        if isinstance(right, Literal) and right.is_date and len(str(limit)) == DAY
-        else None
-    )
-    return any(compared(sign, item[:day] if day else item, limit) for item in items)
+    if isinstance(right, Literal) and right.is_date and len(str(right.value)) == DAY:
+        items = tuple(item[:DAY] for item in items)
+    return any(compared(sign, item, limit) for item in items for limit in limits)
+
+
+def _compared_values(
+    operand: Any, sign: str, values: Mapping[str, Any]
+) -> tuple[Any, ...] | None:
+    """Return the values that a side of a comparison may have, None where it has none.
+
+    Of several numbers that are asked for something smaller the smallest will do.
+    """
+    value = value_of(operand, values)
+    if value is None:
+        return None
+    every = None
+    if isinstance(operand, Key) and operand.any_value:
+        every = values.get(operand.name + EVERY)
+    if every is None:
+        return value if isinstance(value, tuple) else (value,)
+    if sign in ("<", "<="):
+        return (min(every),)
+    if sign in (">", ">="):
+        return (max(every),)
+    return tuple(every)
+
+
+def one_value_meets(
+    key: Key, parts: Sequence[Holds], values: Mapping[str, Any]
+) -> bool | None:
+    """Return whether one of the values of a key meets all parts of a comparison.
+
+    Parameters
+    ----------
+    key : in the middle of ``100 N*m < torque < 200 N*m``
+    parts : both comparisons
+    values : of a run, by full name
+    """
+    every = values.get(key.name + EVERY)
+    if every is None:
+        return joined(parts, False, values)
+    single_values = ({**values, key.name + EVERY: (value,)} for value in every)
+    return any(joined(parts, False, single) for single in single_values)
 
 
 def compared(sign: str, value: Any, limit: Any) -> bool:

@@ -24,7 +24,6 @@ import numpy as np
 from wearlab import nearest, units
 from wearlab.query import evaluate, keys
 
-FUNCTIONS = ("max", "min", "mean", "range", "abs", "largest_at", "smallest_at")
 LONGEST = 1000
 DEEPEST = 30
 NUMBER = re.compile(r"-?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
@@ -169,6 +168,8 @@ class _FormulaReader:
             case ast.Name():
                 self.names.append(Named(self.part(node), self.lead + node.col_offset))
                 return partial(_variable, self.part(node))
+            case ast.Attribute():
+                raise self.fail(f"{self.part(node)!r} is no variable of the runs", node)
             case ast.UnaryOp(ast.USub(), inner):
                 negated = self.read(inner, depth + 1)
                 return partial(_joined, "-", partial(_number, 0.0), negated)
@@ -201,9 +202,9 @@ class _FormulaReader:
         ------
         QueryError : there is no such function, or it takes something else
         """
-        if function not in FUNCTIONS:
+        if function not in keys.FUNCTIONS:
             raise self.fail(
-                f"no function {function!r}; there are {', '.join(FUNCTIONS)}", node
+                f"no function {function!r}; there are {', '.join(keys.FUNCTIONS)}", node
             )
         is_name = len(along) < 2 and all(isinstance(dim, ast.Name) for dim in along)
         lacks_dim = function.endswith("_at") and not along
@@ -235,6 +236,10 @@ class AmountError(ValueError):
     """A formula has no number on these runs; one sentence says why."""
 
 
+class SeveralNumbersError(AmountError):
+    """A formula has several numbers where one is wanted."""
+
+
 def amount(text: str, grid: Any, units: str = "") -> float:
     """Return the number that a formula has on a campaign's dataset.
 
@@ -250,18 +255,36 @@ def amount(text: str, grid: Any, units: str = "") -> float:
         several numbers remain
     """
     measured = parse_formula(text).worked_out(grid, {})
+    value = one_number(measured, text)
+    if value is None:
+        raise AmountError(f"{text}: no stored run has it")
+    return _converted(value, measured.units, units, text)
+
+
+def one_number(measured: Measured, text: str) -> float | None:
+    """Return the number that a formula has, None where it has none.
+
+    Parameters
+    ----------
+    measured : what the formula comes to
+    text : the formula, for the message
+
+    Raises
+    ------
+    SeveralNumbersError : several numbers remain
+    """
     values = np.unique(np.asarray(measured.values, float))
     values = values[np.isfinite(values)]
     if not values.size:
-        raise AmountError(f"{text}: no stored run has it")
+        return None
     if np.ptp(values) > 1e-12 * np.abs(values).max():
         dims = [
             f"{dim} ({size})" for dim, size in measured.values.sizes.items() if size > 1
         ]
-        raise AmountError(
+        raise SeveralNumbersError(
             f"{text}: {values.size} numbers, not one: choose along {', '.join(dims)}"
         )
-    return _converted(float(values[0]), measured.units, units, text)
+    return float(values[0])
 
 
 def _converted(value: Any, unit: str, target: str, text: str) -> Any:

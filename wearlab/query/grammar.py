@@ -10,8 +10,13 @@ Nothing is ever evaluated as code.
     comparison = operand [ sign operand [ sign operand ] | ["not"] "in" list
                | ["not"] "between" operand "and" operand | ["not"] "contains" text
                | "is" ["not"] "missing" ]
-    operand    = name | "first_cycle" "(" comparison ")" | number [unit] | text | date |
-    "true" | "false"
+    operand    = name | formula | "first_cycle" "(" comparison ")" | number [unit]
+               | text | date | "true" | "false"
+
+A formula is a function of a variable, or a variable at places, as
+`wearlab.query.formula` has it: ``min(iso_pitting_safety)``,
+``iso_pitting_safety[flank='pinion']``. A bare name of a result with several values
+means any of them.
 """
 
 import math
@@ -31,8 +36,9 @@ from wearlab.query.evaluate import (
     meets,
     missing,
     negated,
+    one_value_meets,
 )
-from wearlab.query.keys import PLAIN, Key, QueryError, Vocabulary, listed
+from wearlab.query.keys import FUNCTIONS, PLAIN, Key, QueryError, Vocabulary, listed
 
 LONGEST = 4000
 KEYWORDS = (
@@ -126,6 +132,11 @@ def tokens(text: str) -> list[Token]:
 DEEPEST = 40
 COMPARISONS = ("<", "<=", ">", ">=", "=", "!=")
 MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "=": "=", "!=": "!="}
+PLAIN_COLUMN = re.compile(r"\s*(?:first_cycle\s*\(|[^\W\d]\w*(?:[.-]\w+)*\s*$)")
+"""A name, or the begin of ``first_cycle(…)``; any other column is a formula."""
+LARGEST = re.compile(r"\s*max\(\s*\w+\s*\)\s*")
+OTHER_UNIT = re.compile(r"_at\s*\(|[*/]")
+"""What of a formula may have another unit than the variable in it."""
 THEN = "'and', 'or' or the end"
 
 
@@ -150,17 +161,75 @@ def read_condition(text: str, vocabulary: Vocabulary) -> BoundCondition:
 def read_column(text: str, vocabulary: Vocabulary) -> Key | FirstCycle:
     """Return the key, or the ``first_cycle(…)`` of a key, that a column shows.
 
+    The key of a formula where it is one; of a name with values along a profile, say,
+    that of the largest of these.
+
     Parameters
     ----------
     text : of the column
     vocabulary : what may be asked for
     """
+    is_formula = not PLAIN_COLUMN.match(text)
+    if vocabulary.reads_formulas and is_formula:
+        return formula_key(text, 0, text, vocabulary)
     reader = _Grammar(text, vocabulary)
     operand = reader.operand()
     reader.expect(THEN, "end")
     if isinstance(operand, Literal):
         raise QueryError("a column is a name, or first_cycle(…)", text, operand.at)
-    return reader.bound(operand)
+    column = reader.bound(operand)
+    if vocabulary.reads_formulas and isinstance(column, Key) and not column.is_kept:
+        return formula_key(f"max({column.name})", 0, text, vocabulary)
+    return column
+
+
+def formula_key(formula: str, at: int, text: str, vocabulary: Vocabulary) -> Key:
+    """Return the key of a formula of stored variables.
+
+    ``max(name)`` is what the catalogue keeps of a result with several values.
+
+    Parameters
+    ----------
+    formula : of the grammar of `wearlab.query.formula`
+    at : where it stands in the text
+    text : the condition or the column
+    vocabulary : what may be asked for
+
+    Raises
+    ------
+    QueryError : it cannot be read, or names what is no variable of numbers
+    """
+    # NumPy, which conditions do without, takes a moment to load
+    from wearlab.query.formula import parse_formula, spelled_out
+
+    if not vocabulary.reads_formulas:
+        raise QueryError("a formula is asked of stored runs alone", text, at)
+    try:
+        parsed = parse_formula(formula)
+    except QueryError as error:
+        raise QueryError(error.reason, text, at + error.position) from None
+    named = {}
+    for name, place in parsed.names:
+        key = vocabulary.find(name, min(at + place, len(text)), text)
+        if key.is_path or key.kind != "number":
+            raise QueryError(f"{name!r} is no variable of numbers", text, at + place)
+        named[name] = key
+    if not named:
+        raise QueryError("a formula names a variable", text, at)
+    first, *further = named.values()
+    if LARGEST.fullmatch(formula) and first.is_kept:
+        return first._replace(any_value=False)
+
+    has_unit_of_first = not further and not OTHER_UNIT.search(formula)
+    meanings = {name: key.name for name, key in named.items() if name != key.name}
+    key = Key(
+        formula.strip(),
+        unit=first.unit if has_unit_of_first else "",
+        display_unit=first.display_unit if has_unit_of_first else "",
+        formula=parse_formula(spelled_out(formula, meanings)),
+    )
+    vocabulary.formulas[key.name] = key
+    return key
 
 
 class _Grammar:
@@ -225,15 +294,12 @@ class _Grammar:
         if sign := self.take("sign", *COMPARISONS):
             middle = self.operand()
             first = self._compared(sign.text, left, middle)
-            if second_sign := self.take(
-                "sign", *COMPARISONS
-            ):  # 100 N*m < torque < 200 N*m
-                return partial(
-                    joined,
-                    (first, self._compared(second_sign.text, middle, self.operand())),
-                    False,
-                )
-            return first
+            second_sign = self.take("sign", *COMPARISONS)
+            if second_sign is None:
+                return first
+            # 100 N*m < torque < 200 N*m
+            second = self._compared(second_sign.text, middle, self.operand())
+            return self._both(middle, first, second)
         opposite = bool(self.take("keyword", "not"))
         worded = self._worded(left, opposite)
         return partial(negated, worded) if opposite else worded
@@ -247,11 +313,9 @@ class _Grammar:
         if self.take("keyword", "between"):
             low = self.operand()
             self.expect("'and' of between", "keyword", "and")
-            within = (
-                self._compared(">=", left, low),
-                self._compared("<=", left, self.operand()),
-            )
-            return partial(joined, within, False)
+            above = self._compared(">=", left, low)
+            below = self._compared("<=", left, self.operand())
+            return self._both(left, above, below)
         if self.take("keyword", "contains"):
             return self._compared("contains", left, self.operand())
         if not opposite and self.take("keyword", "is"):
@@ -265,6 +329,13 @@ class _Grammar:
         raise self.fail(
             "a comparison (<, <=, >, >=, =, !=, in, between, contains, is missing)"
         )
+
+    def _both(self, middle: Any, first: Holds, second: Holds) -> Holds:
+        """Return two comparisons of one operand, that a single value has to meet."""
+        key = None if isinstance(middle, Literal) else self.bound(middle)
+        if isinstance(key, Key) and key.any_value:
+            return partial(one_value_meets, key, (first, second))
+        return partial(joined, (first, second), False)
 
     def _compared(self, sign: str, left: Any, right: Any) -> Holds:
         return partial(meets, *self._sides(sign, left, right))
@@ -299,11 +370,12 @@ class _Grammar:
         """Return a literal, a ``first_cycle(…)``, or the word of a name."""
         word = self.word
         if self.take("name"):
-            return (
-                self._first_cycle(word)
-                if word.text == "first_cycle" and self.take("sign", "(")
-                else word
-            )
+            if word.text == "first_cycle" and self.take("sign", "("):
+                return self._first_cycle(word)
+            is_call = word.text in FUNCTIONS and self.word.text == "("
+            if self.vocabulary.reads_formulas and (is_call or self.word.text == "["):
+                return self._formula(word)
+            return word
         if self.take("number"):
             return Literal(float(word.text), word.at, word.unit)
         if self.take("text") or self.take("date"):
@@ -312,7 +384,24 @@ class _Grammar:
             return Literal(word.text == "true", word.at)
         raise self.fail("a name or a value")
 
+    def _formula(self, word: Token) -> Token:
+        """Return a formula that begins with a word, up to the bracket that closes it."""
+        depth = 0
+        while True:
+            sign = self.word
+            if sign.kind == "end":
+                raise self.fail("the bracket that closes the formula")
+            self.place += 1
+            if sign.kind == "sign" and sign.text in "([":
+                depth += 1
+            elif sign.kind == "sign" and sign.text in ")]":
+                depth -= 1
+            if depth == 0 and self.word.text != "[":
+                text = self.text[word.at : sign.at + 1]
+                return Token("formula", text, word.at)
+
     def _first_cycle(self, word: Token) -> FirstCycle:
+        keys = dict(self.keys)  # of comparisons outside
         left = self.operand()
         sign = self.take("sign", "<", "<=", ">", ">=")
         sides = None if sign is None else self._sides(sign.text, left, self.operand())
@@ -334,8 +423,9 @@ class _Grammar:
             raise QueryError(
                 f"{key.name!r} is not kept along a life; {remedy}", self.text, word.at
             )
+        key = key._replace(any_value=False)
         operand = FirstCycle(beyond, key, float(limit.value), word.at)
-        self.keys |= dict.fromkeys(operand.keys)
+        self.keys = keys | dict.fromkeys(operand.keys)
         return operand
 
     def bound(self, operand: Any) -> Any:
@@ -346,7 +436,10 @@ class _Grammar:
             )
         if isinstance(operand, FirstCycle):
             return operand
-        key = self.vocabulary.find(operand.text, operand.at, self.text)
+        if operand.kind == "formula":
+            key = formula_key(operand.text, operand.at, self.text, self.vocabulary)
+        else:
+            key = self.vocabulary.find(operand.text, operand.at, self.text)
         self.keys[key] = None
         return key
 

@@ -4,6 +4,7 @@ And where two scenes differ.
 """
 
 import json
+import re
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any, NamedTuple, get_args
@@ -11,6 +12,10 @@ from typing import Any, NamedTuple, get_args
 from wearlab import units
 
 PLAIN = ("", "1", "cycles")
+FUNCTIONS = ("max", "min", "mean", "range", "abs", "largest_at", "smallest_at")
+"""Of formulas."""
+REDUCED_DIMS = frozenset({"update", "flank", "mesh", "member"})
+"""Of results with these dimensions a catalogue keeps the largest value."""
 SHOWN = 12
 
 
@@ -46,6 +51,10 @@ class Key(NamedTuple):
     display_unit : what people read it in
     is_path : whether a beginning of its words may be left out
     history : whether it has a value at every wear state
+    dims : along which a result has several values; what the catalogue keeps of it is
+        the largest
+    formula : by which it is computed from stored variables, None: it is kept as it is
+    any_value : whether a comparison asks any of its values, not the largest alone
     """
 
     name: str
@@ -55,6 +64,14 @@ class Key(NamedTuple):
     display_unit: str = ""
     is_path: bool = False
     history: bool = False
+    dims: tuple[str, ...] = ()
+    formula: Any = None
+    any_value: bool = False
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether the catalogue keeps a value of it, the largest of several."""
+        return REDUCED_DIMS.issuperset(self.dims)
 
 
 Elsewhere = Callable[[str], Key | str | None]
@@ -69,6 +86,8 @@ class Vocabulary:
     aliases : other names of keys
     elsewhere : returns the key of a name that means something although nothing here has
         a value of it, or what to ask for instead
+    reads_formulas : whether formulas such as ``min(iso_pitting_safety)`` may be asked
+        for: there are files to compute them from
     """
 
     def __init__(
@@ -76,8 +95,12 @@ class Vocabulary:
         keys: Iterable[Key],
         aliases: Mapping[str, str] = {},
         elsewhere: Elsewhere = lambda name: None,
+        reads_formulas: bool = False,
     ) -> None:
-        self.aliases, self.elsewhere = aliases, elsewhere
+        self.aliases = aliases
+        self.elsewhere = elsewhere
+        self.reads_formulas = reads_formulas
+        self.formulas: dict[str, Key] = {}  # that were asked for, by their text
         self.keys = {key.name: key for key in keys}
         self.ends: dict[str, list[str]] = {}
         for key in self.keys.values():
@@ -156,6 +179,39 @@ def listed(words: list[str], joint: str) -> str:
         quoted[0]
         if len(quoted) == 1
         else f"{', '.join(quoted[:-1])} {joint} {quoted[-1]}"
+    )
+
+
+def split_columns(text: str) -> tuple[str, ...]:
+    """Return the columns of a list; a comma in brackets or quotes parts nothing.
+
+    Parameters
+    ----------
+    text : columns, parted by commas
+
+    Examples
+    --------
+    >>> split_columns("life, wear_depth[flank=pinion, update=-1]")
+    ('life', 'wear_depth[flank=pinion, update=-1]')
+    """
+    columns: list[str] = []
+    column = ""
+    for piece in text.split(","):
+        column = f"{column},{piece}" if column else piece
+        if _is_whole(column):
+            columns.append(column.strip())
+            column = ""
+    return tuple(column for column in [*columns, column.strip()] if column)
+
+
+def _is_whole(text: str) -> bool:
+    """Whether all quotes, parentheses and brackets of a text are closed."""
+    unquoted = re.sub(r"'[^']*'|\"[^\"]*\"", "", text)
+    if "'" in unquoted or '"' in unquoted:
+        return False
+    return all(
+        unquoted.count(opening) <= unquoted.count(closing)
+        for opening, closing in ("()", "[]")
     )
 
 
@@ -258,7 +314,13 @@ def key_of(name: str, source: str, kind: str) -> Key:
     variable = _variable(name)
     if kind == "text" or variable is None:
         return Key(name, kind)
-    return Key(name, kind, variable.units, None, variable.display_units)
+    return Key(
+        name,
+        kind,
+        variable.units,
+        display_unit=variable.display_units,
+        dims=variable.dims if _is_variable(name) else (),
+    )
 
 
 def declared_key(name: str) -> Key | None:
@@ -283,6 +345,13 @@ def _variable(name: str) -> Any:
         (name.removesuffix(end) for end in STATISTICS if name.endswith(end)), name
     )
     return VARIABLES.get(name) or VARIABLES.get(stem)
+
+
+def _is_variable(name: str) -> bool:
+    """Say whether a name is that of a variable, not of one of its statistics."""
+    from wearlab.schema import VARIABLES
+
+    return name in VARIABLES
 
 
 def flat(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:

@@ -86,7 +86,9 @@ class RunArchive:
         """Return the ids of the runs that meet a condition."""
         from wearlab.store import search
 
-        page = search.CatalogueSearch(self.catalogue).page(condition, (), None, None)
+        page = search.CatalogueSearch(self.catalogue, self.files).page(
+            condition, (), None, None
+        )
         return page.table["id"]
 
     def entries(self, ids: Iterable[str] | None = None) -> "dict[str, catalogue.Entry]":

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 LIFE = "update"
 ALONG_PHASE = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
 CODE = ("commit", "model_version")
-RESULT_DIMS = {LIFE, "flank", "mesh", "member"}
-"""Along these a variable is a result at a wear state."""
 LONGEST = 200  # characters of a text that can be asked for
 Fact = tuple[str, str, Any]  # source, name, value
 NEW_KEY = "INSERT INTO keys VALUES (NULL, ?, ?, ?, ?, ?, ?) RETURNING number"
@@ -106,7 +104,7 @@ def _results(dataset: "xr.Dataset") -> tuple[dict[str, Any], dict[str, bytes]]:
             summary[name] = plain(variable.values)
         elif variable.dtype.kind not in "fiu":
             continue
-        elif RESULT_DIMS.issuperset(variable.dims):
+        elif keys.REDUCED_DIMS.issuperset(variable.dims):
             values = np.asarray(variable.values, float)
             summary[name] = plain(_reduced(values, np.fmax))
             if variable.dims[0] == LIFE:

@@ -7,14 +7,27 @@ what is to be shown of them.
 """
 
 import json
+import math
+from array import array
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-from wearlab.query import Key, Vocabulary, evaluate, read_column, read_condition
-from wearlab.query.evaluate import BoundCondition, FirstCycle
+from wearlab.query import (
+    Key,
+    QueryError,
+    Vocabulary,
+    evaluate,
+    keys,
+    read_column,
+    read_condition,
+)
+from wearlab.query.evaluate import EVERY, HISTORY, BoundCondition, FirstCycle
+from wearlab.query.formula import AmountError, parse_formula
 from wearlab.sources import present_hashes
 from wearlab.store import catalogue, database, remarks
+from wearlab.store.files import RunFiles
+from wearlab.store.formula_columns import FormulaColumns
 from wearlab.store.table import Column, Table
 from wearlab.units import KINDS, split
 
@@ -88,42 +101,71 @@ class Page(NamedTuple):
     total: int
 
 
+class Matches(NamedTuple):
+    """The runs that meet a condition.
+
+    Parameters
+    ----------
+    runs : in order
+    ambiguous : results that the condition names of which a run has several values
+    """
+
+    runs: list[Run]
+    ambiguous: frozenset[str] = frozenset()
+
+
 class CatalogueSearch:
     """Asks one catalogue.
 
     Parameters
     ----------
     catalogue : where the runs are
+    files : of the runs, from which formulas are computed [none are]
     """
 
-    def __init__(self, catalogue: catalogue.Catalogue) -> None:
+    def __init__(
+        self, catalogue: catalogue.Catalogue, files: RunFiles | None = None
+    ) -> None:
         self.catalogue = catalogue
+        self.formulas = None if files is None else FormulaColumns(catalogue, files)
         rows = catalogue.read(
             "SELECT name, number, source, kind, unit, quantity, display_unit FROM keys"
         )
         self.numbers = {row[0]: row[1] for row in rows}
-        own = [row for row in rows if row[3] != "history"]
-        keys = [
-            database.understood("a key in the catalogue", _key, row[0], *row[2:])
-            for row in own
-        ]
-        named = [
-            key._replace(history=key.name + evaluate.HISTORY in self.numbers)
-            for key in keys
+        stored_keys = [
+            self._with_dims(
+                database.understood("a key in the catalogue", _key, row[0], *row[2:])
+            )
+            for row in rows
+            if row[3] != "history"
         ]
         self.axes: set[str] = set()
-        self.vocabulary = Vocabulary([*named, *OWN_KEYS], ALIASES, self._elsewhere)
+        self.vocabulary = Vocabulary(
+            [*stored_keys, *OWN_KEYS],
+            ALIASES,
+            self._elsewhere,
+            reads_formulas=self.formulas is not None,
+        )
+
+    def _with_dims(self, key: Key) -> Key:
+        """Return a key with whether it is kept along the life, and its dimensions."""
+        history = key.name + HISTORY in self.numbers
+        if key.is_path or key.kind != "number":
+            return key._replace(history=history)
+        declared = keys.declared_key(key.name)
+        dims = () if declared is None else declared.dims
+        if history and not dims:  # of a plug-in's result
+            dims = ("update",)
+        any_value = bool(dims) and self.formulas is not None
+        return key._replace(history=history, dims=dims, any_value=any_value)
 
     def _elsewhere(self, name: str) -> Key | str | None:
         """Return the key of a name that no run here has a value of.
 
         A result, a value of a scene, or a campaign's axis.
         """
-        from wearlab.query import keys
-
-        if (
-            declared := keys.declared_key(name) or keys.declared_scene_key(name)
-        ) is not None:
+        declared = keys.declared_key(name) or keys.declared_scene_key(name)
+        if declared is not None:
             return declared
         mark = f"%{json.dumps(name)}:%"
         if not self.catalogue.read(
@@ -158,38 +200,75 @@ class CatalogueSearch:
             the place
         """
         condition = read_condition(where, self.vocabulary) if where.strip() else None
-        asked = [(text, read_column(text, self.vocabulary)) for text in columns or ()]
-        if columns is None and condition is not None:
-            asked = [
-                (key.name, key)
-                for key in condition.keys
-                if not key.name.endswith(evaluate.HISTORY)
-            ]
         by = read_column(sort.lstrip("-"), self.vocabulary) if sort else None
-        shown = {
-            **{name: self.vocabulary.keys[name] for name in ("id", "status")},
-            **dict(asked),
-        }
+        shown = self._shown(columns, condition)
         descending = bool(sort and sort.startswith("-"))
         if (
             condition is None
             and not isinstance(by, FirstCycle)
             and self._is_of_tables(by)
         ):
-            some, count = self._in_order(by, descending, limit, skip)
+            runs, count = self._in_order(by, descending, limit, skip)
+            ambiguous: frozenset[str] = frozenset()
         else:
-            found = self._found(condition, by, descending)
-            some = found[skip:] if limit is None else found[skip : skip + limit]
-            count = len(found)
-        values = self._values(
-            [key for column in shown.values() for key in _keys_of(column)], some
-        )
-        heads = tuple(_head(text, column) for text, column in shown.items())
+            matching, ambiguous = self._matches(condition, by, descending)
+            runs = matching[skip:] if limit is None else matching[skip : skip + limit]
+            count = len(matching)
+
+        needed = [key.name for column in shown.values() for key in _keys_of(column)]
         rows = [
             tuple(_cell(evaluate.value_of(column, run)) for column in shown.values())
-            for run in values
+            for run in self._values(needed, runs)
         ]
-        return Page(Table(heads, rows), count)
+        heads = tuple(self._head(text, column) for text, column in shown.items())
+        return Page(Table(heads, rows, self._notes(ambiguous)), count)
+
+    def _shown(
+        self, columns: Names, condition: BoundCondition | None
+    ) -> "dict[str, Key | FirstCycle]":
+        """Return the columns by what they are called: id, status, and those chosen.
+
+        Or, where none were chosen, what the condition names.
+        """
+        shown: dict[str, Key | FirstCycle] = {
+            name: self.vocabulary.keys[name] for name in ("id", "status")
+        }
+        if columns is not None:
+            for text in columns:
+                column = read_column(text, self.vocabulary)
+                shown[_title(text, column)] = column
+        elif condition is not None:
+            for key in condition.keys:
+                if not key.name.endswith(HISTORY):
+                    shown[_title(key.name, key)] = key
+        return shown
+
+    def _head(self, title: str, column: Key | FirstCycle) -> Column:
+        """Return what stands above the values of a column."""
+        if isinstance(column, FirstCycle):
+            return Column(title)
+        unit = column.unit
+        display_unit = column.display_unit
+        if column.formula is not None and self.formulas is not None:
+            computed = self.formulas.units.get(column.name, unit)
+            if computed != unit:
+                unit = display_unit = computed
+        source = column.name if column.formula is None else ""
+        return Column(title, unit, display_unit, column.is_path, source)
+
+    def _notes(self, ambiguous: Iterable[str]) -> tuple[str, ...]:
+        """Return what is to be known of the runs that were found."""
+        notes = [
+            f"{name} has several values in a run: any of them counts; write "
+            f"max({name}) or min({name}), or {name}[…] for one of them"
+            for name in sorted(ambiguous)
+        ]
+        unreadable = {} if self.formulas is None else self.formulas.unreadable
+        if unreadable:
+            first = next(iter(unreadable.values()))
+            noun = "run" if len(unreadable) == 1 else "runs"
+            notes.append(f"{len(unreadable)} {noun} could not be read: {first}")
+        return tuple(notes)
 
     def _is_of_tables(self, by: Key | None) -> bool:
         return by is None or by.name in COLUMNS or by.name in self.numbers
@@ -221,31 +300,43 @@ class CatalogueSearch:
             question, (-1 if limit is None else limit, skip)
         ), count
 
-    def _found(
+    def _matches(
         self, condition: BoundCondition | None, by: Key | FirstCycle | None, down: bool
-    ) -> list[Run]:
+    ) -> Matches:
         """Return number and id of the runs that meet a condition, in order."""
         runs = self.catalogue.read("SELECT number, id FROM runs ORDER BY number")
-        keys = (*(condition.keys if condition else ()), *(_keys_of(by) if by else ()))
+        names = [key.name for key in _keys_of(by)] if by else []
+        several_values = []
+        for key in condition.keys if condition else ():
+            names.append(key.name)
+            if key.any_value:
+                several_values.append(key.name)
+        names += [name + EVERY for name in several_values]
+
+        ambiguous = set()
         known: list[tuple[Any, Run]] = []
         missing: list[tuple[Any, Run]] = []
-        for run, values in zip(runs, self._values(keys, runs), strict=True):
+        for run, values in zip(runs, self._values(names, runs), strict=True):
+            for name in several_values:
+                if len(values.get(name + EVERY) or ()) > 1:
+                    ambiguous.add(name)
             if condition is None or condition.holds(values):
                 rank = None if by is None else _rank(evaluate.value_of(by, values))
                 (missing if rank is None else known).append((rank, run))
         known.sort(key=lambda pair: pair[0], reverse=down)
-        return [run for _, run in known + missing]
+        in_order = [run for _, run in known + missing]
+        return Matches(in_order, frozenset(ambiguous))
 
     def _values(
-        self, keys: Iterable[Key], runs: Sequence[Run]
+        self, names: Iterable[str], runs: Sequence[Run]
     ) -> Iterator[dict[str, Any]]:
-        """Yield the values of keys for each run.
+        """Yield the values of names for each run.
 
         They are read for some thousand runs at once.
         """
-        names = dict.fromkeys(key.name for key in keys)
+        distinct_names = dict.fromkeys(names)
         for batch in database.batched(runs, AT_ONCE):
-            read_columns = {name: self._column(name, batch) for name in names}
+            read_columns = {name: self._column(name, batch) for name in distinct_names}
             columns = {
                 name: values
                 for name, values in read_columns.items()
@@ -253,6 +344,12 @@ class CatalogueSearch:
             }
             for place in range(len(batch)):
                 yield {name: values[place] for name, values in columns.items()}
+        if self.formulas is not None:
+            try:
+                self.formulas.refuse_unknown_places()
+            except AmountError as error:
+                text = str(error).partition(":")[0]
+                raise QueryError(str(error), text, 0) from error
 
     def _column(self, name: str, runs: Sequence[Run]) -> list[Any] | None:
         """Return the value of a name for each of some runs.
@@ -260,6 +357,14 @@ class CatalogueSearch:
         None where no run has any.
         """
         numbers, ids = zip(*runs, strict=True)
+        formula = self.vocabulary.formulas.get(name)
+        if formula is not None and self.formulas is not None:
+            try:
+                return self.formulas.values(formula, ids)
+            except AmountError as error:
+                raise QueryError(str(error), name, 0) from error
+        if name.endswith(EVERY):
+            return self._every_value(name.removesuffix(EVERY), runs)
         if name in (*OF_REMARKS, *OF_CAMPAIGNS, *self.axes):
             remarked = name in OF_REMARKS
             texts = (
@@ -268,13 +373,12 @@ class CatalogueSearch:
                 else self._of_campaigns(name, ids)
             )
             return [texts.get(run_id, ()) for run_id in ids]
-        if (question := QUESTIONS.get(name)) is None:
+        question = QUESTIONS.get(name)
+        if question is None:
             if name not in self.numbers:
                 return None
-            question = (
-                f"SELECT run, value FROM facts WHERE key = {int(self.numbers[name])} "
-                "AND run"
-            )
+            number = int(self.numbers[name])
+            question = f"SELECT run, value FROM facts WHERE key = {number} AND run"
         low = min(numbers)
         high = max(numbers)
         listed_numbers = ", ".join(map(str, numbers))
@@ -289,6 +393,49 @@ class CatalogueSearch:
             return values
         present = present_hashes()
         return [source not in present if source else None for source in values]
+
+    def _every_value(
+        self, name: str, runs: Sequence[Run]
+    ) -> list[tuple[float, ...] | None] | None:
+        """Return the values that a comparison asks, of a result with several values.
+
+        The smallest and the largest at every wear state; None where no run has any.
+        """
+        if name + HISTORY not in self.numbers:
+            return self._extremes(name, runs)
+        histories = self._column(name + HISTORY, runs) or ()
+        return [
+            None if history is None else _finite(array("d", history))
+            for history in histories
+        ]
+
+    def _extremes(
+        self, name: str, runs: Sequence[Run]
+    ) -> list[tuple[float, ...] | None] | None:
+        """Return the smallest and the largest value of a result, of each run.
+
+        The catalogue keeps the largest; the smallest is read from the files of those
+        runs that have several.
+        """
+        largest = self._column(name, runs)
+        if largest is None or self.formulas is None:
+            return None
+        dims = self.vocabulary.keys[name].dims
+        entries = self.catalogue.entries((run_id for _, run_id in runs), "sizes")
+        several = [
+            run_id
+            for run_id, entry in entries.items()
+            if math.prod(entry.sizes.get(dim, 1) for dim in dims) > 1
+        ]
+        text = f"min({name})"
+        formula = Key(text, formula=parse_formula(text))
+        values = self.formulas.values(formula, several)
+        smallest = dict(zip(several, values, strict=True))
+        extremes: list[tuple[float, ...] | None] = []
+        for (_, run_id), value in zip(runs, largest, strict=True):
+            numbers = [value, smallest.get(run_id)]
+            extremes.append(_finite(n for n in numbers if n is not None))
+        return extremes
 
     def _of_campaigns(
         self, name: str, ids: Sequence[str]
@@ -339,7 +486,18 @@ def _cell(value: Any) -> Any:
     return (",".join(value) or None) if isinstance(value, tuple) else value
 
 
-def _head(text: str, column: Any) -> Column:
+def _title(text: str, column: Key | FirstCycle) -> str:
+    """Return what a column is called.
+
+    Of a result with several values the largest stands there, and says so.
+    """
     if isinstance(column, FirstCycle):
-        return Column(text)
-    return Column(text, column.unit, column.display_unit, column.is_path)
+        return text
+    if column.formula is not None:
+        return column.name
+    return f"max({column.name})" if column.dims else text
+
+
+def _finite(values: Iterable[float]) -> tuple[float, ...] | None:
+    """Return the distinct values that are numbers, None where there is none."""
+    return tuple(dict.fromkeys(filter(math.isfinite, values))) or None

@@ -60,12 +60,16 @@ class StoredRuns:
     ) -> "table.Table":
         """Return the runs that meet a condition.
 
-        Such as ``"torque > 100 N*m and life < 2e7"``.
+        Such as ``"torque > 100 N*m and life < 2e7"``. Of a result with several values,
+        of flanks, meshes or wear states, the largest stands under ``max(name)``; other
+        choices are written as in claims: ``min(iso_pitting_safety)``,
+        ``iso_pitting_safety[flank='pinion']``, ``ste_peak_to_peak[update=-1]``.
 
         Parameters
         ----------
         where : condition on scene keys, results, states and histories [all runs]
-        columns : what to show beside id and status [what the condition names]
+        columns : what to show beside id and status: names, formulas, first_cycle(…)
+            [what the condition names]
         sort : a column; ``"-life"`` has the longest first
         limit : at most so many rows
 
@@ -84,7 +88,7 @@ class StoredRuns:
         """Return what answers conditions, for the catalogue as it is now."""
         from wearlab.store import search
 
-        return search.CatalogueSearch(self.archive.catalogue)
+        return search.CatalogueSearch(self.archive.catalogue, self.archive.files)
 
     def run(self, run_id: str) -> "xr.Dataset":
         """Return one run, loaded, its file closed.

@@ -61,12 +61,14 @@ class Column(NamedTuple):
     unit : of its values in SI, "" for plain numbers and texts
     display_unit : what people read it in
     given : whether it is a value of the scene, which campaign files give
+    source : the key that its values are of, "" where they are computed by a formula
     """
 
     name: str
     unit: str = ""
     display_unit: str = ""
     given: bool = False
+    source: str = ""
 
     def unit_of(self, si: bool) -> str:
         """Return the unit of the column in a table that leaves wearlab.
@@ -90,10 +92,12 @@ class Table:
     ----------
     columns : names and units
     records : values of each row, in the order of the columns; None where a run lacks it
+    notes : what is to be known of what was found
     """
 
     columns: tuple[Column, ...]
     records: Sequence[tuple[Any, ...]]
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.records)
@@ -103,7 +107,10 @@ class Table:
 
     def __getitem__(self, name: str) -> list[Any]:
         """Return the values of one column."""
-        return self.to_dict()[name]
+        columns = self.to_dict()
+        if name not in columns:
+            raise KeyError(f"{name!r} is no column: there are {', '.join(columns)}")
+        return columns[name]
 
     def __repr__(self) -> str:
         return (

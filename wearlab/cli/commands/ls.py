@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from wearlab.cli import app, options, output
+from wearlab.query import split_columns
 from wearlab.report import run as run_report
 from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store import Store, outcome
@@ -64,7 +65,9 @@ def ls(
     where: options.Where = "",
     columns: Annotated[
         str | None,
-        options.option("--columns", "What to show, such as speed,life.", "A,B"),
+        options.option(
+            "--columns", "What to show: speed,life,min(iso_pitting_safety).", "A,B"
+        ),
     ] = None,
     sort: Annotated[
         str | None,
@@ -88,10 +91,11 @@ def ls(
 
         return list_updates(store)
     if columns is not None or format is output.Format.CSV:
-        names = output.split_columns(columns)
-        if names is None:
+        if columns is None:
             stored_names = store.names()
             names = tuple(name for name in DEFAULT_COLUMNS if name in stored_names)
+        else:
+            names = split_columns(columns)
         table = store.query(where, columns=names, sort=sort, limit=limit)
         return _list_columns(store, table, state, format)
 
@@ -99,7 +103,10 @@ def ls(
     if where.strip() or sort or limit is not None:
         # a state is no column: what it leaves out is not counted by the limit
         count = None if state else limit
-        ids = store.query(where, columns=(), sort=sort, limit=count)["id"]
+        table = store.query(where, columns=(), sort=sort, limit=count)
+        for note in table.notes:
+            output.complain(note)
+        ids = table["id"]
     rows = [row for row in _rows(store, ids) if state in (None, row["state"])]
     if limit is not None:
         distinct = list(dict.fromkeys(row["id"] for row in rows))
@@ -113,6 +120,8 @@ def _list_columns(
     store: Store, table: "tables.Table", state: str | None, form: output.Format
 ) -> output.Findings:
     """Return the columns that were asked for, of the runs in a state."""
+    for note in table.notes:
+        output.complain(note)
     _complain_of_empty_columns(table)
     table = _with_present_states(store, table, state)
     if form is output.Format.CSV:
@@ -129,11 +138,12 @@ def _complain_of_empty_columns(table: "tables.Table") -> None:
     from wearlab.schema import VARIABLES, origin_of
 
     for index, column in enumerate(table.columns):
-        if column.name not in VARIABLES or not table.records:
+        name = column.source or column.name
+        if name not in VARIABLES or not table.records:
             continue
         if all(row[index] is None for row in table.records):
-            origin = origin_of(column.name)[1]
-            output.complain(f"none of these runs has {column.name}: it takes {origin}")
+            origin = origin_of(name)[1]
+            output.complain(f"none of these runs has {name}: it takes {origin}")
 
 
 def _with_present_states(
@@ -400,7 +410,8 @@ def features(
     if out is not None and out.suffix not in FEATURE_FORMATS:
         endings = " or ".join(FEATURE_FORMATS)
         raise output.Stop(f"{out}: features are written as {endings}")
-    table = store.features(where, variables=output.split_columns(variables))
+    chosen = None if variables is None else split_columns(variables)
+    table = store.features(where, variables=chosen)
     if out is None or output.AS_JSON.get():
         return output.Findings(partial(_in_si, table), _csv(table, si))
     with output.refusing(OSError):
