@@ -195,6 +195,28 @@ def test_a_result_is_held_to_its_declaration(plugin, found, said):
     assert "mean_wear" not in run and said in run.validity.item()
 
 
+def test_a_result_and_its_figure_are_one_file_as_the_page_shows_it(
+    tmp_path, monkeypatch
+):
+    page = (CAMPAIGNS.parent / "docs" / "where_to_add.md").read_text()
+    _, _, rest = page.partition("`campaigns/plugins/depth_spread.py`:\n\n```python\n")
+    source, _, _ = rest.partition("```")
+    monkeypatch.chdir(tmp_path)
+    Path("depth_spread.py").write_text(source)
+    campaign = (
+        EXAMPLE.read_text()
+        .replace("../base", str(EXAMPLE.parents[1] / "base"))
+        .replace("unevenness.py", "depth_spread.py")
+        .replace("wear-unevenness", "depth-spread")
+        .replace("[operation]", '[mesh]\nstiffness = "potential-energy"\n[operation]')
+    )
+    Path("mine.toml").write_text(campaign)
+    assert status_of(["run", "mine.toml", "--plugins"]) == 0
+    assert status_of(["figures", "mine.toml", "--plugins"]) == 0
+    (figure,) = tmp_path.rglob("*depth-spread.png")
+    assert figure.stat().st_size > 10_000
+
+
 def test_a_kind_of_figure_is_drawn_and_asks_for_its_code(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = EXAMPLE.read_text().replace("../base", str(EXAMPLE.parents[1] / "base"))
