@@ -36,23 +36,28 @@ class Sharing(NamedTuple):
     matrix : (n_pairs, n_pairs) C, inf on the diagonal of an absent pair [m/N]
     active : (n_pairs,) which pairs touch
     unit, offset : (n_pairs,) forces ``unit δ − offset`` [N/m], [N]
-    work, place : (n_pairs, n_pairs + 2) and (n_pairs,) room to solve for them
+    equations : (n_pairs, n_pairs + 2) room for the equations of the pairs that touch
+    pair_of_row : (n_pairs,) which pair each of these equations belongs to
     """
 
     matrix: Array
     active: Flags
     unit: Array
     offset: Array
-    work: Array
-    place: Index
+    equations: Array
+    pair_of_row: Index
 
 
 @jit_inner
-def _room(n):  # type: ignore[no-untyped-def]
-    work = np.zeros((n, n + 2))
-    place = np.zeros(n, np.int64)
+def _empty_sharing(n_pairs):  # type: ignore[no-untyped-def]
+    """Return the room that is needed to share the load among pairs."""
     return Sharing(
-        np.zeros((n, n)), np.zeros(n, np.bool_), np.zeros(n), np.zeros(n), work, place
+        np.zeros((n_pairs, n_pairs)),
+        np.zeros(n_pairs, np.bool_),
+        np.zeros(n_pairs),
+        np.zeros(n_pairs),
+        np.zeros((n_pairs, n_pairs + 2)),
+        np.zeros(n_pairs, np.int64),
     )
 
 
@@ -80,81 +85,100 @@ def share(
     deflection = np.full(n, np.inf)
     tangent = np.zeros(n)
     force = np.zeros((n, n_pairs))
-    pairs = _room(n_pairs)
+    pairs = _empty_sharing(n_pairs)
+
     for i in range(n):
         _begin(compliance[i], cross[i], pairs)
+
         for _ in range(n_pairs):
-            following, where = _next_in_contact(gap[i], pairs)
-            if following < 0 or where > deflection[i]:
+            following, engagement = _next_in_contact(gap[i], pairs)
+            if following < 0 or engagement > deflection[i]:
                 break
             _touch(gap[i], pairs, following)
             tangent[i] = pairs.unit.sum()
             deflection[i] = (load[i] + pairs.offset.sum()) / tangent[i]
+
         for p in range(n_pairs):
             if pairs.active[p]:
-                force[i, p] = max(0.0, pairs.unit[p] * deflection[i] - pairs.offset[p])
+                force_at = pairs.unit[p] * deflection[i]
+                force[i, p] = max(0.0, force_at - pairs.offset[p])
     return deflection, tangent, force
 
 
 @jit_inner
 def _begin(compliance, cross, pairs):  # type: ignore[no-untyped-def]
-    """Fill the matrix, and let no pair touch."""
+    """Fill the compliance matrix of one phase, and let no pair touch."""
+    matrix = pairs.matrix
     pairs.active[:] = False
     for p in range(len(compliance)):
-        pairs.matrix[p, p] = compliance[p]
+        matrix[p, p] = compliance[p]
         for q in range(p):
-            apart = p - 1 - q
-            value = cross[p, apart] if apart < cross.shape[1] else 0.0
-            pairs.matrix[p, q], pairs.matrix[q, p] = value, value
+            distance = p - 1 - q
+            shared = cross[p, distance] if distance < cross.shape[1] else 0.0
+            matrix[p, q] = shared
+            matrix[q, p] = shared
 
 
 @jit_inner
-def eliminate(work, n):  # type: ignore[no-untyped-def]
+def eliminate(equations, n):  # type: ignore[no-untyped-def]
     """Solve n equations (n, n + 2) in place; the last columns are right-hand sides."""
     for row in range(n):
+        pivot = equations[row, row]
         for below in range(row + 1, n):
-            factor = work[below, row] / work[row, row]
+            factor = equations[below, row] / pivot
             for column in range(row, n + 2):
-                work[below, column] -= factor * work[row, column]
+                equations[below, column] -= factor * equations[row, column]
+
     for row in range(n - 1, -1, -1):
         for column in range(n, n + 2):
             for k in range(row + 1, n):
-                work[row, column] -= work[row, k] * work[k, column]
-            work[row, column] /= work[row, row]
+                known = equations[k, column]
+                equations[row, column] -= equations[row, k] * known
+            equations[row, column] /= equations[row, row]
 
 
 @jit_inner
 def _touch(gap, pairs, following):  # type: ignore[no-untyped-def]
-    """Let one more pair touch: fill ``F_A = unit δ − offset``.
+    """Let one more pair touch, and fill the forces ``F_A = unit δ − offset``.
 
-    ``C_AA [unit, offset] = [1, g_A]`` of the pairs A that touch.
+    They solve ``C_AA [unit, offset] = [1, g_A]`` for the pairs A that touch.
     """
-    matrix, active, unit, offset, work, place = pairs
+    matrix, active, unit, offset, equations, pair_of_row = pairs
     active[following] = True
-    m = 0
+    unit[:] = 0.0
+    offset[:] = 0.0
+
+    n_touching = 0
     for p in range(len(gap)):
-        unit[p], offset[p] = 0.0, 0.0
         if active[p]:
-            place[m] = p
-            m += 1
-    for r in range(m):
-        for c in range(m):
-            work[r, c] = matrix[place[r], place[c]]
-        work[r, m], work[r, m + 1] = 1.0, gap[place[r]]
-    eliminate(work, m)
-    for r in range(m):
-        unit[place[r]], offset[place[r]] = work[r, m], work[r, m + 1]
+            pair_of_row[n_touching] = p
+            n_touching += 1
+
+    for row in range(n_touching):
+        p = pair_of_row[row]
+        for column in range(n_touching):
+            equations[row, column] = matrix[p, pair_of_row[column]]
+        equations[row, n_touching] = 1.0
+        equations[row, n_touching + 1] = gap[p]
+
+    eliminate(equations, n_touching)
+
+    for row in range(n_touching):
+        p = pair_of_row[row]
+        unit[p] = equations[row, n_touching]
+        offset[p] = equations[row, n_touching + 1]
 
 
 @jit_inner
 def _contact_at(gap, pairs, p):  # type: ignore[no-untyped-def]
-    """Return the δ at which slot ``p`` engages, inf: it does not."""
+    """Return the δ at which slot ``p`` engages; inf when it never does."""
     slope = 1.0
     level = gap[p]
     for q in range(len(gap)):
         if pairs.active[q]:
-            slope -= pairs.matrix[p, q] * pairs.unit[q]
-            level -= pairs.matrix[p, q] * pairs.offset[q]
+            shared = pairs.matrix[p, q]
+            slope -= shared * pairs.unit[q]
+            level -= shared * pairs.offset[q]
     return level / slope if slope > 0.0 else np.inf
 
 
@@ -162,23 +186,24 @@ def _contact_at(gap, pairs, p):  # type: ignore[no-untyped-def]
 def _next_in_contact(gap, pairs):  # type: ignore[no-untyped-def]
     """Return the slot that engages next as δ grows, and the δ at which it does.
 
-    −1: none.
+    The slot is −1 when no further pair engages. Of two that engage at once the stiffer
+    one comes first: a pair that begins to touch is the softer.
     """
     matrix = pairs.matrix
-    nearest = -1
-    where = np.inf
+    first = -1
+    engagement = np.inf
     for p in range(len(gap)):
-        if pairs.active[p] or not (matrix[p, p] < np.inf and gap[p] < np.inf):
+        is_absent = not (matrix[p, p] < np.inf and gap[p] < np.inf)
+        if pairs.active[p] or is_absent:
             continue
-        at = _contact_at(gap, pairs, p)
-        later = at - where
-        if (
-            abs(later) <= ROUNDED
-        ):  # the stiffer one: a pair that begins to touch is the softer
-            later = matrix[p, p] - matrix[nearest, nearest]
-        if later < 0.0:
-            nearest, where = p, at
-    return nearest, where
+        deflection = _contact_at(gap, pairs, p)
+        lag = deflection - engagement
+        if abs(lag) <= ROUNDED:
+            lag = matrix[p, p] - matrix[first, first]
+        if lag < 0.0:
+            first = p
+            engagement = deflection
+    return first, engagement
 
 
 @jit
@@ -213,37 +238,70 @@ def equivalent_springs(
     stiffness = np.zeros((n, n_pairs))
     level = np.zeros((n, n_pairs))
     part = np.zeros((n, n_pairs, n_pairs))
-    pairs = _room(n_pairs)
-    earlier = np.zeros(n_pairs)
-    order = np.arange(n_pairs)
+    if cross.shape[2] == 0:
+        _fill_uncoupled(compliance, gap, stiffness, level, part)
+        return stiffness, level, part
+
+    pairs = _empty_sharing(n_pairs)
+    previous_unit = np.zeros(n_pairs)
+    order = np.empty(n_pairs, np.int64)
     for i in range(n):
-        if cross.shape[2] > 0 and i % stages == 0:
-            _begin(compliance[i + stages // 2], cross[i + stages // 2], pairs)
-            order[:] = -1
-            for slot in range(n_pairs):
-                order[slot], _ = _next_in_contact(gap[i + stages // 2], pairs)
-                if order[slot] < 0:
-                    break
-                _touch(gap[i + stages // 2], pairs, order[slot])
+        if i % stages == 0:
+            middle = i + stages // 2
+            _begin(compliance[middle], cross[middle], pairs)
+            _fill_order(gap[middle], pairs, order)
         _begin(compliance[i], cross[i], pairs)
-        earlier[:] = 0.0
-        for slot in range(n_pairs):
-            p = order[slot]
-            if p < 0 or not (compliance[i, p] < np.inf and gap[i, p] < np.inf):
-                continue
-            if cross.shape[2] == 0:
-                stiffness[i, p], level[i, p] = 1.0 / compliance[i, p], gap[i, p]
-                part[i, p, p] = stiffness[i, p]
-                continue
-            level[i, slot] = _contact_at(gap[i], pairs, p)
-            _touch(gap[i], pairs, p)
-            stiffness[i, slot] = pairs.unit.sum() - earlier.sum()
-            for q in range(
-                n_pairs
-            ):  # not by slices: telling of unequal lengths compiles for seconds
-                part[i, slot, q] = pairs.unit[q] - earlier[q]
-                earlier[q] = pairs.unit[q]
+        _fill_coupled(
+            gap[i], pairs, order, previous_unit, stiffness[i], level[i], part[i]
+        )
     return stiffness, level, part
+
+
+@jit_inner
+def _fill_uncoupled(  # type: ignore[no-untyped-def]
+    compliance, gap, stiffness, level, part
+):
+    """Fill the springs of pairs that share no compliance: one for each pair."""
+    n, n_pairs = compliance.shape
+    for i in range(n):
+        for p in range(n_pairs):
+            if compliance[i, p] < np.inf and gap[i, p] < np.inf:
+                stiffness[i, p] = 1.0 / compliance[i, p]
+                level[i, p] = gap[i, p]
+                part[i, p, p] = stiffness[i, p]
+
+
+@jit_inner
+def _fill_order(gap, pairs, order):  # type: ignore[no-untyped-def]
+    """Fill the pairs of one phase in their order of engagement, then −1."""
+    order[:] = -1
+    for rank in range(len(order)):
+        order[rank], _ = _next_in_contact(gap, pairs)
+        if order[rank] < 0:
+            break
+        _touch(gap, pairs, order[rank])
+
+
+@jit_inner
+def _fill_coupled(  # type: ignore[no-untyped-def]
+    gap, pairs, order, previous_unit, stiffness, level, part
+):
+    """Fill the springs of one phase: each is what one more touching pair adds.
+
+    Loops run over single values, since slices of unequal lengths take numba seconds to
+    compile.
+    """
+    previous_unit[:] = 0.0
+    for rank in range(len(order)):
+        p = order[rank]
+        if p < 0 or not (pairs.matrix[p, p] < np.inf and gap[p] < np.inf):
+            continue
+        level[rank] = _contact_at(gap, pairs, p)
+        _touch(gap, pairs, p)
+        stiffness[rank] = pairs.unit.sum() - previous_unit.sum()
+        for q in range(len(order)):
+            part[rank, q] = pairs.unit[q] - previous_unit[q]
+            previous_unit[q] = pairs.unit[q]
 
 
 class Nodes(NamedTuple):
@@ -335,47 +393,55 @@ class ContactAnalysis:
         near : sharing of the static load at the phase nodes in a neighbouring state, to
             start from
         """
-        carried = self.grid.beyond(wear)
-        touching = self.grid.contact_position
-        if isinstance(self.gaps, MeetingGaps):  # then teeth bend where they really meet
-            met = self.gaps.contact(wear, touching)
+        extended_wear = self.grid.beyond(wear)
+        position = self.grid.contact_position
+        if isinstance(self.gaps, MeetingGaps):
+            # teeth bend where they really meet
+            met = self.gaps.contact(wear, position)
             gap = met.gap
-            body = self.stiffness.body_where(carried, touching, met.driving, met.driven)
+            body = self.stiffness.body_where(
+                extended_wear, position, met.driving, met.driven
+            )
+        elif self.gaps is None:
+            gap = self.grid.beyond(wear[0] + wear[1] + self.modification)
+            body = self.stiffness.body(extended_wear)
         else:
-            on_path = self.grid.beyond(wear[0] + wear[1] + self.modification)
-            gap = on_path if self.gaps is None else self.gaps.at(wear)
-            body = self.stiffness.body(carried)
-        cross = self.stiffness.cross(carried)
+            gap = self.gaps.at(wear)
+            body = self.stiffness.body(extended_wear)
+        cross = self.stiffness.cross(extended_wear)
+
         if not self.stiffness.load_dependent:
             return Nodes(body + self.stiffness.contact(None), gap, cross)
-        force = (
-            np.full(gap.shape, self.load)
-            if near is None
-            else self._force_in_contact(near.force)
-        )
-        return Nodes(body + self._settled(body, gap, cross, force), gap, cross)
 
-    def _settled(self, body: Array, gap: Array, cross: Array, force: Array) -> Array:
-        """Return the contact's compliance in equilibrium, (n_contact,) [m/N].
+        force = np.full(gap.shape, self.load)
+        if near is not None:
+            force = self._force_in_contact(near.force)
+        contact = self._contact_in_equilibrium(body, gap, cross, force)
+        return Nodes(body + contact, gap, cross)
 
-        From forces (n_contact,) on by Newton's method: about F the curve ``δ = g + (b +
-        c(F)) F`` is straight, its compliance less by ``−F dc/dF`` and its gap larger by
-        as much times F. Where gaps decide which pairs engage they are left as they are.
+    def _contact_in_equilibrium(
+        self, body: Array, gap: Array, cross: Array, force: Array
+    ) -> Array:
+        """Return the contact's compliance that agrees with the forces [m/N].
+
+        Newton's method from the forces (n_contact,) on: about F the curve ``δ = g + (b
+        + c(F)) F`` is replaced by a straight line, whose compliance is less by ``−F
+        dc/dF`` and whose gap is larger by as much times F. Where an engagement
+        threshold decides which pairs engage, compliance and gap are left as they are.
         """
-        least = MIN_CONTACT_LOAD_SHARE * self.load
+        min_force = MIN_CONTACT_LOAD_SHARE * self.load
         softening = self.stiffness.softening if self.engagement_gap == np.inf else 0.0
         for _ in range(30):
-            contact = self.stiffness.contact(np.maximum(force, least))
-            straight = softening * (force > least)
-            nodes = Nodes(body + contact - straight, gap + straight * force, cross)
-            updated = self._force_in_contact(
-                self.quasistatic(nodes, self.at_nodes).force
-            )
-            settled = np.max(np.abs(updated - force)) <= 1e-8 * self.load
+            contact = self.stiffness.contact(np.maximum(force, min_force))
+            correction = softening * (force > min_force)
+            nodes = Nodes(body + contact - correction, gap + correction * force, cross)
+            sharing = self.quasistatic(nodes, self.at_nodes)
+            updated = self._force_in_contact(sharing.force)
+            change = np.max(np.abs(updated - force))
             force = updated
-            if settled:
+            if change <= 1e-8 * self.load:
                 break
-        return np.asarray(self.stiffness.contact(np.maximum(force, least)))
+        return np.asarray(self.stiffness.contact(np.maximum(force, min_force)))
 
     def at(self, nodes: Nodes, where: Lookup) -> tuple[Array, Array, Array]:
         """Return compliance, gap and cross compliance of pairs at phases.
@@ -397,13 +463,12 @@ class ContactAnalysis:
             with np.errstate(divide="ignore"):  # a pair out of the path has none
                 compliance = 1.0 / stiffness
         gap = interpolate(self.grid, where, nodes.gap, np.inf)
-        cross = np.ascontiguousarray(
-            np.moveaxis(interpolate(self.grid, where, nodes.cross, 0.0), 0, -1)
-        )
+        by_distance = interpolate(self.grid, where, nodes.cross, 0.0)
+        cross = np.ascontiguousarray(np.moveaxis(by_distance, 0, -1))
+
         if self.engagement_gap < np.inf:
-            compliance[gap > gap.min(axis=1, keepdims=True) + self.engagement_gap] = (
-                np.inf
-            )
+            threshold = gap.min(axis=1, keepdims=True) + self.engagement_gap
+            compliance[gap > threshold] = np.inf
         return compliance, gap, cross
 
     def quasistatic(
@@ -420,11 +485,11 @@ class ContactAnalysis:
         compliance, gap, cross = self.at(nodes, where)
         load = np.full(len(compliance), self.load) if load is None else load
         deflection, tangent, force = share(compliance, gap, cross, load)
-        if (
-            self.engagement_gap < np.inf
-        ):  # every pair that engages touches, loaded or not (Y23)
-            together = np.where(np.isfinite(compliance) & np.isfinite(gap), 0.0, np.inf)
-            _, tangent, _ = share(compliance, together, cross, np.ones(len(load)))
+        if self.engagement_gap < np.inf:
+            # every pair that engages touches, loaded or not (Y23)
+            engages = np.isfinite(compliance) & np.isfinite(gap)
+            no_gap = np.where(engages, 0.0, np.inf)
+            _, tangent, _ = share(compliance, no_gap, cross, np.ones(len(load)))
         return Quasistatic(
             deflection, tangent, force, gap.min(axis=1), 1.0 / compliance, gap
         )
@@ -434,6 +499,8 @@ class ContactAnalysis:
         return self._force_in_contact(force)[self.grid.on_flank]
 
     def _force_in_contact(self, force: Array) -> Array:
+        """Carry pair forces (n_phase_nodes, n_pairs) to the touching nodes [N]."""
         nodal = np.empty(len(self.grid.contact_position))
-        nodal[self._pairs[self._pairs >= 0]] = force[self._pairs >= 0]
+        is_present = self._pairs >= 0
+        nodal[self._pairs[is_present]] = force[is_present]
         return nodal
