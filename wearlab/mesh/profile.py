@@ -335,12 +335,11 @@ def _lay_nodes(
 
     Neighbouring segments share the node between them, but at a jump.
     """
-    pitch = pair.base_pitch
     approaching = int(np.ceil(-earliest - SAME_PHASE))
     pairs = range(-approaching, int(np.ceil(latest - SAME_PHASE)))
     leading = pairs[-1]
     first = np.full((len(intervals), len(pairs)), -1, dtype=np.int64)
-    pieces: list[Array] = []  # rows: position, phase, weight, whether on the flank
+    pieces: list[Array] = []
     count = 0
 
     for number in pairs:
@@ -351,23 +350,34 @@ def _lay_nodes(
             if not earliest < middle < latest:
                 continue
 
-            phase = np.linspace(low, high, n_intervals + 1)
-            position = pair.path.A + (phase + number) * pitch
-            weight = simpson_weights(n_intervals) * (high - low) * pitch
-            on_flank = np.full(len(phase), 0.0 < middle < pair.contact_ratio)
-            piece = np.stack([position, phase, weight, on_flank])
-
+            piece = _piece(pair, number, low, high, n_intervals)
             begins_at_jump = any(abs(low - jump) < SAME_PHASE for jump in jumps)
-            shared = count > 0 and not begins_at_jump
-            first[segment, leading - number] = count - shared
-            if shared:
-                pieces[-1][2, -1] += weight[0]
+            is_shared = count > 0 and not begins_at_jump
+            first[segment, leading - number] = count - is_shared
+            if is_shared:
+                pieces[-1][2, -1] += piece[2, 0]
                 piece = piece[:, 1:]
             pieces.append(piece)
             count += piece.shape[1]
 
     position, phase, weight, on_flank = np.concatenate(pieces, axis=1)
     return _LaidNodes(position, phase, weight, on_flank > 0.0, first, leading)
+
+
+def _piece(
+    pair: GearPair, number: int, low: float, high: float, n_intervals: int
+) -> Array:
+    """Return the nodes of one pair in one segment, (4, n_intervals + 1).
+
+    Rows: path position, phase, weight, whether on the flank.
+    """
+    pitch = pair.base_pitch
+    phase = np.linspace(low, high, n_intervals + 1)
+    position = pair.path.A + (phase + number) * pitch
+    weight = simpson_weights(n_intervals) * (high - low) * pitch
+    middle = number + 0.5 * (low + high)
+    on_flank = np.full(len(phase), 0.0 < middle < pair.contact_ratio)
+    return np.stack([position, phase, weight, on_flank])
 
 
 def distinct(phases: Sequence[float]) -> list[float]:
@@ -435,12 +445,15 @@ def slopes(values: Array, at_end: Array) -> Array:
     Abramowitz & Stegun, Handbook of Mathematical Functions, 1964, 25.2.
     """
     slope = np.empty_like(values)
-    last = at_end.shape[1]
-    slope[2:-2] = (
-        values[:-4] - 8.0 * values[1:-3] + 8.0 * values[3:-1] - values[4:]
-    ) / 12.0
-    slope[:2] = np.tensordot(at_end, values[:last], axes=1)
-    slope[:-3:-1] = -np.tensordot(at_end, values[: -last - 1 : -1], axes=1)
+    far_behind = values[:-4]
+    behind = values[1:-3]
+    ahead = values[3:-1]
+    far_ahead = values[4:]
+    slope[2:-2] = (far_behind - 8.0 * behind + 8.0 * ahead - far_ahead) / 12.0
+
+    n_used = at_end.shape[1]
+    slope[:2] = np.tensordot(at_end, values[:n_used], axes=1)
+    slope[:-3:-1] = -np.tensordot(at_end, values[: -n_used - 1 : -1], axes=1)
     return slope
 
 
@@ -469,9 +482,8 @@ def lookup(grid: ProfileGrid, phase: Array, segment: Index | None = None) -> Loo
 def at_phase_nodes(grid: ProfileGrid) -> Lookup:
     """Return the look-up of the phase nodes themselves, each in its own segment."""
     phases, _ = grid.phase_nodes
-    return lookup(
-        grid, phases, np.repeat(np.arange(len(grid.intervals)), grid.intervals + 1)
-    )
+    numbers = np.arange(len(grid.intervals))
+    return lookup(grid, phases, np.repeat(numbers, grid.intervals + 1))
 
 
 def interpolate(
@@ -504,9 +516,8 @@ def _interpolate(
                 if node < 0:
                     out[row, i, pair] = absent
                     continue
+                begin = node + where.offset[i]
                 value = 0.0
                 for q in range(4):
-                    value += (
-                        where.weight[i, q] * values[row, node + where.offset[i] + q]
-                    )
+                    value += where.weight[i, q] * values[row, begin + q]
                 out[row, i, pair] = value

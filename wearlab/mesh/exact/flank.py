@@ -13,10 +13,10 @@ the gear lies: +1 for an external driving or an internal driven gear, −1 for a
 driven or an internal driving one. Wear moves the point along the healthy normal u: w =
 −h on the driving flank, w = +h on the driven one.
 
-Contact is also told in Y23's angles, α on the flank and φ of the gear. A gear's axis X
+Contact is also given in Y23's angles, α on the flank and φ of the gear. A gear's axis X
 runs along the centre line of a tooth, a ring's along that of a tooth space; φ is
 counted forwards from the line of centres. For an internal pair without shifts ``r_b1 φ1
-= r_b2 φ2`` unworn; for others a constant lies between them, and errors are told as
+= r_b2 φ2`` unworn; for others a constant lies between them, and errors are given as
 differences x_driving − x_driven instead.
 """
 
@@ -81,33 +81,39 @@ class Involute(NamedTuple):
 
 
 def involute_of(pair: GearPair, gear: int) -> Involute:
-    """Return the unworn flank of a gear, 0 driving, 1 driven."""
+    """Return the unworn flank of a gear.
+
+    Parameters
+    ----------
+    pair, gear : the pair; 0 driving, 1 driven
+    """
     base_radius = pair.gears[gear].base_radius
-    rho = pair.curvature(np.array([0.0, pair.path.E]))[gear]
-    side = 1.0 if rho[1] > rho[0] else -1.0
-    return Involute(
-        base_radius, base_radius * math.tan(pair.working_pressure_angle), side
-    )
+    curvature = base_radius * math.tan(pair.working_pressure_angle)
+    rho_pitch, rho_end = pair.curvature(np.array([0.0, pair.path.E]))[gear]
+    side = 1.0 if rho_end > rho_pitch else -1.0
+    return Involute(base_radius, curvature, side)
 
 
 def smooth_runs(grid: ProfileGrid) -> list[slice]:
-    """Return the smooth runs of nodes on A–E, from one break to the next."""
+    """Return the smooth runs of nodes on A–E, from one break to the next.
+
+    Parameters
+    ----------
+    grid : the nodes
+    """
     begin = grid.first - grid.before
-    on_flank = (begin >= 0) & (begin < len(grid.position))
     end = begin + grid.intervals[:, None] + 1
-    return [
-        slice(*run) for run in sorted(zip(begin[on_flank], end[on_flank], strict=True))
-    ]
+    on_flank = (begin >= 0) & (begin < len(grid.position))
+    runs = sorted(zip(begin[on_flank], end[on_flank], strict=True))
+    return [slice(first, last) for first, last in runs]
 
 
 def healthy_reach(pair: GearPair, gear: int) -> tuple[float, float]:
     """Return the path positions between which a flank can be touched.
 
-    From below its active part to its tip.
-
-    Below the active flank that is a tenth of a base pitch, if the involute reaches so
-    far and stays well off its base circle: no deeper can a worn or deflected mate's tip
-    corner come.
+    They run from below its active part to its tip. Below the active part that is a
+    tenth of a base pitch, if the involute reaches so far and stays well off its base
+    circle: no deeper can a worn or deflected mate's tip corner come.
 
     Parameters
     ----------
@@ -119,19 +125,72 @@ def healthy_reach(pair: GearPair, gear: int) -> tuple[float, float]:
     begin and end, one of them A or E, the tip [m]
     """
     body = pair.gears[gear]
-    begin = pair.path.A
-    end = pair.path.E
-    tip, start = (end, begin) if gear == DRIVING else (begin, end)
+    path = pair.path
+    tip, start = (path.E, path.A) if gear == DRIVING else (path.A, path.E)
     rho_tip, rho_start = pair.curvature(np.array([tip, start]))[gear]
-    form = math.sqrt(max(body.form_radius**2 - body.base_radius**2, 0.0))
-    outwards = 1.0 if rho_start < rho_tip else -1.0  # from root to tip, in ρ
-    # radius of curvature down to which it is, over that where its active part begins
-    room = outwards * (
-        rho_start - (max(form, 0.5 * rho_start) if outwards > 0.0 else form)
-    )
-    # base pitches below its active part that a flank is described
-    below = min(max(room, 0.0), 0.1 * pair.base_pitch)
-    return (begin - below, end) if gear == DRIVING else (begin, end + below)
+    rho_form = math.sqrt(max(body.form_radius**2 - body.base_radius**2, 0.0))
+
+    # how far the involute is described below its active part, as radius of curvature
+    if rho_start < rho_tip:
+        length = rho_start - max(rho_form, 0.5 * rho_start)
+    else:
+        length = -(rho_start - rho_form)
+    below = min(max(length, 0.0), 0.1 * pair.base_pitch)
+
+    if gear == DRIVING:
+        return path.A - below, path.E
+    return path.A, path.E + below
+
+
+class _Piece(NamedTuple):
+    """Part of a flank on which its wear is smooth, at its (n,) nodes.
+
+    Parameters
+    ----------
+    position : path positions [m]
+    shift : w [m]
+    slope : dw/ds [1]
+    """
+
+    position: Array
+    shift: Array
+    slope: Array
+
+
+def _straight(begin: float, end: float, shift: float) -> _Piece:
+    """Return a piece on which the flank is shifted evenly."""
+    return _Piece(np.array([begin, end]), np.full(2, shift), np.zeros(2))
+
+
+def _pieces(
+    position: Array, shift: Array, runs: list[slice], reach: tuple[float, float]
+) -> list[_Piece]:
+    """Return the pieces of a flank, in ascending order.
+
+    Parameters
+    ----------
+    position : (n,) path positions of the nodes, A to E [m]
+    shift : (n,) w at the nodes [m]
+    runs : smooth runs of nodes
+    reach : path positions where the flank begins and ends [m]
+    """
+    pieces = []
+    for run in runs:
+        nodes = position[run]
+        slope = slopes(shift[run], BY_QUARTIC) / (nodes[1] - nodes[0])
+        pieces.append(_Piece(nodes, shift[run], slope))
+
+    begin, end = reach
+    if begin < position[0]:
+        pieces.insert(0, _straight(begin, position[0], shift[0]))
+    if end > position[-1]:
+        pieces.append(_straight(position[-1], end, shift[-1]))
+    return pieces
+
+
+def _interval_ends(runs: list[Array]) -> Array:
+    """Return the values at both ends of all intervals, (m, 2), from runs of nodes."""
+    return np.concatenate([np.stack([run[:-1], run[1:]], axis=1) for run in runs])
 
 
 def worn_flank(
@@ -139,11 +198,10 @@ def worn_flank(
 ) -> Flank:
     """Return the flank with material removed at the nodes.
 
-    Between them a cubic with fourth-order slopes.
-
-    Between the form circle and the active flank nothing touches in ideal contact; there
-    the flank is taken to be as low as where the active flank begins, so that no ridge
-    stands in the way of the mating tip.
+    Between the nodes it is a cubic with slopes of fourth order. Between the form circle
+    and the active flank nothing touches in ideal contact; there the flank is taken to
+    be as low as where the active flank begins, so that no ridge stands in the way of
+    the mating tip.
 
     Parameters
     ----------
@@ -158,33 +216,31 @@ def worn_flank(
         Where the flank overhangs, or wear reaches the base circle.
     """
     shift = np.asarray(-depth if gear == DRIVING else depth, dtype=float)
-    low, high = healthy_reach(pair, gear)
-    parts = [
-        (
-            position[run],
-            shift[run],
-            slopes(shift[run], BY_QUARTIC) / (position[run][1] - position[run][0]),
-        )
-        for run in runs
-    ]
-    if low < position[0]:
-        parts.insert(
-            0, (np.array([low, position[0]]), np.full(2, shift[0]), np.zeros(2))
-        )
-    if high > position[-1]:
-        parts.append(
-            (np.array([position[-1], high]), np.full(2, shift[-1]), np.zeros(2))
-        )
-    s, ends, slope = (
-        np.concatenate([np.stack([each[:-1], each[1:]], axis=1) for each in every])
-        for every in zip(*parts, strict=True)
+    pieces = _pieces(position, shift, runs, healthy_reach(pair, gear))
+
+    s = _interval_ends([piece.position for piece in pieces])
+    shift_at_ends = _interval_ends([piece.shift for piece in pieces])
+    n_intervals = [len(piece.position) - 1 for piece in pieces]
+    unworn = involute_of(pair, gear)
+    flank = Flank(
+        base_radius=unworn.base_radius,
+        curvature=unworn.curvature,
+        side=unworn.side,
+        start=np.ascontiguousarray(s[:, 0]),
+        width=s[:, 1] - s[:, 0],
+        shift=shift_at_ends,
+        slope=_interval_ends([piece.slope for piece in pieces]),
+        reached=s + shift_at_ends,
+        piece=np.cumsum([0, *n_intervals]),
     )
-    piece = np.cumsum([0, *(len(nodes) - 1 for nodes, _, _ in parts)])
-    start = np.ascontiguousarray(s[:, 0])
-    width = s[:, 1] - s[:, 0]
-    flank = Flank(*involute_of(pair, gear), start, width, ends, slope, s + ends, piece)
+    _check_shape(flank)
+    return flank
+
+
+def _check_shape(flank: Flank) -> None:
+    """Refuse a flank that overhangs, or is worn down to its base circle."""
     steepest = steepest_shift(flank.width, flank.shift, flank.slope)
-    if steepest <= -1.0:  # it folds back on itself
+    if steepest <= -1.0:
         raise OverhangingFlank(
             f"the worn flank overhangs: its wear changes by {-steepest:.3g} m per m "
             "of path; give wear "
@@ -195,33 +251,53 @@ def worn_flank(
         raise OverhangingFlank(
             f"wear reaches {-1e3 * rho.min():.3g} mm below the base circle"
         )
-    return flank
 
 
 def steepest_shift(width: Array, shift: Array, slope: Array) -> float:
-    """Return the smallest dw/ds over all intervals [1]."""
+    """Return the smallest dw/ds over all intervals [1].
+
+    Within an interval dw/ds is a parabola, whose vertex may lie below both ends.
+
+    Parameters
+    ----------
+    width : (m,) of the intervals [m]
+    shift, slope : (m, 2) w [m] and dw/ds [1] at both ends of each
+    """
     d0, d1 = slope.T
     secant = np.diff(shift, axis=1)[:, 0] / width
     rise = 3.0 * secant - 2.0 * d0 - d1
     bend = 3.0 * (d0 + d1 - 2.0 * secant)
+
     t = np.divide(-rise, bend, out=np.zeros_like(bend), where=bend != 0.0)
-    within = np.where((t > 0.0) & (t < 1.0), d0 + t * (2.0 * rise + bend * t), np.inf)
-    return float(min(slope.min(), within.min()))
+    at_vertex = d0 + t * (2.0 * rise + bend * t)
+    is_inside = (t > 0.0) & (t < 1.0)
+    lowest = np.where(is_inside, at_vertex, np.inf).min()
+    return float(min(slope.min(), lowest))
 
 
 @jit
 def shift_at(flank: Flank, k: int, s: float) -> tuple[float, float]:
-    """Return w [m] and dw/ds [1] at s in interval k, by Hermite's cubic."""
+    """Return w [m] and dw/ds [1] at s in interval k, by Hermite's cubic.
+
+    Parameters
+    ----------
+    flank : the worn flank
+    k : number of the interval
+    s : path position [m]
+    """
     width = flank.width[k]
     t = (s - flank.start[k]) / width
+    w0 = flank.shift[k, 0]
+    w1 = flank.shift[k, 1]
     d0 = flank.slope[k, 0]
     d1 = flank.slope[k, 1]
-    rise = (flank.shift[k, 1] - flank.shift[k, 0]) / width
+
+    rise = (w1 - w0) / width
     b = 3.0 * rise - 2.0 * d0 - d1
     c = d0 + d1 - 2.0 * rise
-    return flank.shift[k, 0] + width * t * (d0 + t * (b + t * c)), d0 + t * (
-        2.0 * b + 3.0 * c * t
-    )
+    shift = w0 + width * t * (d0 + t * (b + t * c))
+    slope = d0 + t * (2.0 * b + 3.0 * c * t)
+    return shift, slope
 
 
 @jit
@@ -241,9 +317,8 @@ def contact_angle(pair: GearPair, gear: int, position: ArrayLike) -> Array:
     position : (n,) path position at which the point touches unworn [m]
     """
     body = pair.gears[gear]
-    return np.asarray(
-        pair.curvature(position)[gear] / body.base_radius - body.base_half_angle
-    )
+    rho = pair.curvature(position)[gear]
+    return np.asarray(rho / body.base_radius - body.base_half_angle)
 
 
 def rotation_angle(pair: GearPair, gear: int, x: ArrayLike) -> Array:
@@ -261,37 +336,39 @@ def rotation_angle(pair: GearPair, gear: int, x: ArrayLike) -> Array:
     ----------
     Y23, for φ.
     """
-    return np.asarray(x, float) / pair.gears[gear].base_radius + _at_pitch_point(
-        pair, gear
-    )
+    turned = np.asarray(x, float) / pair.gears[gear].base_radius
+    return turned + _rotation_at_pitch_point(pair, gear)
 
 
 def position_of(pair: GearPair, gear: int, angle: ArrayLike) -> Array:
     """Return the position x to which a gear with rotation φ has turned, (n,) [m].
 
-    Along the line of action.
+    It is counted along the line of action.
+
+    Parameters
+    ----------
+    pair, gear : the pair; 0 driving, 1 driven
+    angle : (n,) rotation φ from the line of centres [rad]
 
     References
     ----------
     Y23, for φ.
     """
-    return np.asarray(
-        pair.gears[gear].base_radius
-        * (np.asarray(angle, float) - _at_pitch_point(pair, gear))
-    )
+    turned = np.asarray(angle, float) - _rotation_at_pitch_point(pair, gear)
+    return np.asarray(pair.gears[gear].base_radius * turned)
 
 
-def _at_pitch_point(pair: GearPair, gear: int) -> float:
+def _rotation_at_pitch_point(pair: GearPair, gear: int) -> float:
+    """Return the rotation φ of a gear whose unworn flank touches at the pitch point."""
     side = involute_of(pair, gear).side
-    return side * (
-        involute(pair.working_pressure_angle) - pair.gears[gear].base_half_angle
-    )
+    polar_angle = involute(pair.working_pressure_angle)
+    return side * (polar_angle - pair.gears[gear].base_half_angle)
 
 
 def local_points(
     pair: GearPair, gear: int, flank: Flank, position: Array
 ) -> tuple[Array, Array, Array]:
-    """Return points of a worn flank in the tooth's axes, γ [rad], R [m] and λ [rad].
+    """Return points of a worn flank in the tooth's axes.
 
     Parameters
     ----------
@@ -299,19 +376,22 @@ def local_points(
     flank : the gear's worn flank
     position : (n,) path positions at which the points touch unworn [m]
 
+    Returns
+    -------
+    polar angle γ [rad], radius R [m] and angle of the normal λ [rad], each (n,)
+
     References
     ----------
     Y23 Eqs. 1–8 (γ, R) and 18–23 (λ), with wear along the flank normal.
     """
-    shifts = np.array([shift_at(flank, interval_of(flank, s), s) for s in position])
-    rho = flank.curvature + flank.side * (position + shifts[:, 0])
+    shifts = [shift_at(flank, interval_of(flank, s), s) for s in position]
+    shift, slope = np.array(shifts).T
+    r_b = flank.base_radius
+    rho = flank.curvature + flank.side * (position + shift)
     alpha = contact_angle(pair, gear, position)
-    tilt = np.arctan(shifts[:, 1] * flank.base_radius / rho)
-    return (
-        np.arctan2(rho, flank.base_radius) - alpha,
-        np.hypot(flank.base_radius, rho),
-        alpha - tilt,
-    )
+    tilt = np.arctan(slope * r_b / rho)
+    gamma = np.arctan2(rho, r_b) - alpha
+    return gamma, np.hypot(r_b, rho), alpha - tilt
 
 
 def wear_slope(pair: GearPair, gear: int, grid: ProfileGrid, depth: Array) -> Array:
@@ -335,9 +415,8 @@ def wear_slope(pair: GearPair, gear: int, grid: ProfileGrid, depth: Array) -> Ar
     across = depth / cosine
     rate = np.empty(depth.shape)
     for run in smooth_runs(grid):
-        rate[..., run] = np.gradient(
-            across[..., run], grid.position[run], axis=-1, edge_order=2
-        )
-    return np.asarray(
-        rate * base_radius / (side * (curvature + side * grid.position) * cosine)
-    )
+        position = grid.position[run]
+        rate[..., run] = np.gradient(across[..., run], position, axis=-1, edge_order=2)
+
+    rho = curvature + side * grid.position
+    return np.asarray(rate * base_radius / (side * rho * cosine))

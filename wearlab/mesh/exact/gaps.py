@@ -6,8 +6,8 @@ the unworn separation of each node near the tip from the mate, and which point o
 mate it meets. Wear adds what is gone of both points, and the pair touches where the sum
 is least: at the tip corner, or inside of it where the tip is worn round.
 
-`reach_beyond` tells a run without extended contact once how much it leaves out, by the
-same table.
+A run without extended contact calls `reach_beyond` once, which finds by the same table
+how much contact the run leaves out.
 """
 
 from collections.abc import Callable
@@ -26,9 +26,24 @@ from wearlab.mesh.exact import flank, kinematics, minimum_gap
 FURTHEST = 0.95
 """Base pitches beyond either end at most: no second pair comes before the one that
 approaches A."""
-SCAN, CLOSE = 33, 1e-6
-"""Places of a scan for the end of contact, and how narrowly it is enclosed, of the
-furthest."""
+SCAN = 33
+"""Places of a scan for the end of contact."""
+CLOSE = 1e-6
+"""How narrowly the end of contact is enclosed, over the furthest place looked at [1]."""
+NEARLY = 2e-3
+"""The same for an estimate: a thousandth of a base pitch, by two scans [1]."""
+TIP_REGION = 0.3
+"""Distance from the tip, in base pitches, within which a worn flank may touch beyond
+the path [1]."""
+MAX_TURNS = 40
+"""Steps by which the driven gear is turned back at most; each leaves a tenth to a third
+of the last."""
+TURN_TOLERANCE = 1e-12
+"""Largest last step, in base pitches: a thousandth of an atom [1]."""
+BLOCK = 64
+"""Points of the driving flank that Algorithm 1 compares with all others at a time."""
+CENTRE_TOLERANCE = 1e-5
+"""How far the centre distance of a found pair of points may be off [m]."""
 
 
 def end_of(
@@ -44,11 +59,14 @@ def end_of(
     """
     while abs(outside - inside) > close:
         scan = np.linspace(inside, outside, SCAN)
-        lost = np.flatnonzero(~holds(scan))
-        if not len(lost) or not lost[0]:
-            return float(inside if len(lost) else outside)
-        inside = scan[lost[0] - 1]
-        outside = scan[lost[0]]
+        failing = np.flatnonzero(~holds(scan))
+        if not len(failing):
+            return float(outside)
+        first = failing[0]
+        if first == 0:
+            return float(inside)
+        inside = scan[first - 1]
+        outside = scan[first]
     return float(inside)
 
 
@@ -78,16 +96,18 @@ def beyond_path(
     ----------
     Munro, Morrish & Palmer 1999: contact of tip corners beyond the ends of the path.
     """
-    path = pair.path
-    most = FURTHEST * pair.base_pitch
+    furthest = FURTHEST * pair.base_pitch
+    at_entry, at_exit = deflection
 
-    def reached(end: float, sense: float, delta: float) -> float:
-        return end_of(
-            lambda far: gap(end + sense * far) < delta, 0.0, most, close * most
-        )
+    def touches_before(distance: Array) -> Flags:
+        return gap(pair.path.A - distance) < at_entry
+
+    def touches_after(distance: Array) -> Flags:
+        return gap(pair.path.E + distance) < at_exit
 
     return profile.Extension(
-        reached(path.A, -1.0, deflection[0]), reached(path.E, 1.0, deflection[1])
+        approach=end_of(touches_before, 0.0, furthest, close * furthest),
+        recess=end_of(touches_after, 0.0, furthest, close * furthest),
     )
 
 
@@ -97,7 +117,7 @@ class Corner(NamedTuple):
     Parameters
     ----------
     gear : whose tip it is, 0 driving, 1 driven
-    own : (m,) nodes near the tip, the tip itself first
+    node : (m,) nodes near the tip, the tip itself first
     separation : (n, m) gap of these points of the unworn flank from the mate, along the
         line of action [m]
     low, share : (n, m) the mate's point each would meet: the node before it, and how
@@ -105,7 +125,7 @@ class Corner(NamedTuple):
     """
 
     gear: int
-    own: Index
+    node: Index
     separation: Array
     low: Index
     share: Array
@@ -117,13 +137,12 @@ class Corner(NamedTuple):
         ----------
         removed : (2, …, n_nodes) material removed from the flanks [m]
         """
-        own = removed[self.gear][..., None, self.own]
+        of_tip = removed[self.gear][..., None, self.node]
         mate = removed[1 - self.gear]
-        theirs = (
-            mate[..., self.low] * (1.0 - self.share)
-            + mate[..., self.low + 1] * self.share
-        )
-        return np.asarray((self.separation + theirs + own).min(axis=-1))
+        below = mate[..., self.low]
+        above = mate[..., self.low + 1]
+        of_mate = below * (1.0 - self.share) + above * self.share
+        return np.asarray((self.separation + of_mate + of_tip).min(axis=-1))
 
 
 def corner(pair: GearPair, end: str, x: Array, position: Array) -> Corner:
@@ -143,24 +162,20 @@ def corner(pair: GearPair, end: str, x: Array, position: Array) -> Corner:
     """
     gear = TIP_AT[end]
     tip = getattr(pair.path, end)
-    # base pitches from the tip within which a worn flank may touch beyond the path
-    own = np.flatnonzero(np.abs(position - tip) <= 0.3 * pair.base_pitch)
-    own = own if gear == DRIVEN else own[::-1]
-    separation, mate = separations(
-        pair, gear, np.asarray(x, float)[:, None], position[own]
-    )
-    low = np.clip(
-        np.searchsorted(position, mate, side="right") - 1, 0, len(position) - 2
-    )
+    distance = np.abs(position - tip)
+    node = np.flatnonzero(distance <= TIP_REGION * pair.base_pitch)
+    if gear == DRIVING:
+        node = node[::-1]
+
+    turned = np.asarray(x, float)[:, None]
+    separation, mate = separations(pair, gear, turned, position[node])
+
+    following = np.searchsorted(position, mate, side="right")
+    low = np.clip(following - 1, 0, len(position) - 2)
     length = position[low + 1] - position[low]
-    reached = np.divide(
-        mate - position[low], length, out=np.zeros_like(mate), where=length > 0.0
-    )
-    return Corner(gear, own, separation, low, np.clip(reached, 0.0, 1.0))
-
-
-NEARLY = 2e-3
-"""Of the furthest: a thousandth of a base pitch, by two scans."""
+    start = np.zeros_like(mate)
+    share = np.divide(mate - position[low], length, out=start, where=length > 0.0)
+    return Corner(gear, node, separation, low, np.clip(share, 0.0, 1.0))
 
 
 def reach_beyond(
@@ -191,22 +206,26 @@ def reach_beyond(
     ----------
     Munro, Morrish & Palmer 1999: contact of tip corners beyond the ends of the path.
     """
-    if np.any(
-        np.diff(position + np.array([[-1.0], [1.0]]) * depth)[
-            :, np.diff(position) > 0.0
-        ]
-        <= 0.0
-    ):
+    # driving flanks are shifted backwards, driven ones forwards
+    reached = position + np.array([[-1.0], [1.0]]) * depth
+    is_interval = np.diff(position) > 0.0
+    if np.any(np.diff(reached)[:, is_interval] <= 0.0):
         raise flank.OverhangingFlank("the flank overhangs")
 
     def gap(x: Array) -> Array:
-        return corner(pair, "A" if x[-1] < pair.path.C else "E", x, position).gap(depth)
+        end = "A" if x[-1] < pair.path.C else "E"
+        return corner(pair, end, x, position).gap(depth)
 
     return beyond_path(pair, gap, deflection, close)
 
 
 def unworn_extension(pair: GearPair, deflection: float) -> profile.Extension:
     """Return how far beyond A and E tip corners of unworn gears touch [m].
+
+    Parameters
+    ----------
+    pair : the gears
+    deflection : δ at both ends of the path [m]
 
     References
     ----------
@@ -240,29 +259,60 @@ def separations(pair: GearPair, gear: int, x: Array, s: Array) -> tuple[Array, A
     ----------
     Munro, Morrish & Palmer 1999: tip corners touch beyond the ends of the path.
     """
-    own = flank.involute_of(pair, gear)
+    involute = flank.involute_of(pair, gear)
     mate = flank.involute_of(pair, 1 - gear)
+    inside_base_circle = -mate.side * mate.curvature
     turned = x + 0.0 * s
-    # steps by which the driven gear is turned back; each leaves a tenth to a third of
-    # the last
-    for _ in range(40):
+    for _ in range(MAX_TURNS):
         with np.errstate(invalid="ignore"):
-            reach, q_n, q_u = kinematics.point_seen(own, mate, turned, s, 0.0)
-        theirs = np.where(
-            np.isnan(reach), -mate.side * mate.curvature, reach
-        )  # within its base circle: that
-        mate_turned = theirs + kinematics.turned_to(mate, theirs, q_n, q_u)
+            reach, q_n, q_u = kinematics.point_seen(involute, mate, turned, s, 0.0)
+        met = np.where(np.isnan(reach), inside_base_circle, reach)
+        mate_turned = met + kinematics.turned_to(mate, met, q_n, q_u)
         if gear == DRIVING:
-            return x - mate_turned, theirs
-        turned = turned + (x - mate_turned)
-        # base pitches by which the last step may still turn the flanks: a thousandth of
-        # an atom
-        if np.abs(x - mate_turned).max(initial=0.0) <= 1e-12 * pair.base_pitch:
+            return x - mate_turned, met
+
+        step = x - mate_turned
+        turned = turned + step
+        if np.abs(step).max(initial=0.0) <= TURN_TOLERANCE * pair.base_pitch:
             break
-    return x - turned, theirs
+    return x - turned, met
 
 
-BLOCK = 64
+class _TurnedFlanks(NamedTuple):
+    """Points of both flanks in the axes of their teeth, turned to a common normal.
+
+    Parameters
+    ----------
+    position : (points,) path positions [m]
+    driving, driven : polar angle γ [rad], radius R [m] and angle of the normal λ [rad]
+        of the points, (points,) each
+    side : 1 or −1, the side of the driven gear's centre
+    """
+
+    position: Array
+    driving: tuple[Array, Array, Array]
+    driven: tuple[Array, Array, Array]
+    side: float
+
+    def centres(self, rows: Index) -> tuple[Array, Array]:
+        """Return where the driven centre lies, seen from the driving tooth.
+
+        Parameters
+        ----------
+        rows : (m,) points of the driving flank, each with all of the driven one
+
+        Returns
+        -------
+        components across and along the tooth, (m, points) each [m]
+        """
+        gamma1, R1, lam1 = self.driving
+        gamma2, R2, lam2 = self.driven
+        turned = gamma2 + lam2 - lam1[rows, None]
+        x1 = R1 * np.cos(gamma1)
+        y1 = R1 * np.sin(gamma1)
+        n = self.side * R2 * np.cos(turned) - x1[rows, None]
+        u = self.side * R2 * np.sin(turned) - y1[rows, None]
+        return n, u
 
 
 def algorithm_1(
@@ -289,27 +339,37 @@ def algorithm_1(
     Y23, Algorithm 1.
     """
     s = np.linspace(pair.path.A, pair.path.E, points)
-    gamma1, R1, lam1 = flank.local_points(pair, 0, driving, s)
-    gamma2, R2, lam2 = flank.local_points(pair, 1, driven, s)
-    side = driving.side * driven.side
-    contact = kinematics.FlankContact(
-        s.copy(), *(np.full(points, np.nan) for _ in range(3))
+    flanks = _TurnedFlanks(
+        position=s,
+        driving=flank.local_points(pair, 0, driving, s),
+        driven=flank.local_points(pair, 1, driven, s),
+        side=driving.side * driven.side,
     )
+    lam1 = flanks.driving[2]
+    lam2 = flanks.driven[2]
+    contact = kinematics.FlankContact(
+        driving=s.copy(),
+        driven=np.full(points, np.nan),
+        x_driving=np.full(points, np.nan),
+        x_driven=np.full(points, np.nan),
+    )
+
     for begin in range(0, points, BLOCK):
-        rows = np.arange(begin, min(begin + BLOCK, points))
-        turned = gamma2 + lam2 - lam1[rows, None]
-        n = side * R2 * np.cos(turned) - (R1 * np.cos(gamma1))[rows, None]
-        u = side * R2 * np.sin(turned) - (R1 * np.sin(gamma1))[rows, None]
-        distance = np.abs(np.hypot(n, u) - pair.centre_distance)
-        best = np.argmin(distance, axis=1)
-        close = distance[np.arange(len(rows)), best] <= 1e-5
-        rows = rows[close]
-        at = (np.flatnonzero(close), best[close])
+        block = np.arange(begin, min(begin + BLOCK, points))
+        n, u = flanks.centres(block)
+        miss = np.abs(np.hypot(n, u) - pair.centre_distance)
+        nearest = np.argmin(miss, axis=1)
+        is_close = miss[np.arange(len(block)), nearest] <= CENTRE_TOLERANCE
+        rows = block[is_close]
+        columns = nearest[is_close]
+        found_at = (np.flatnonzero(is_close), columns)
+
         # line 11, the line of centres as the driving tooth sees it, counted
         # counter-clockwise
-        phi1 = -np.arctan2(driven.side * u[at], driven.side * n[at])
-        phi2 = phi1 + lam2[at[1]] - lam1[rows]
-        contact.driven[rows] = s[at[1]]
+        side = driven.side
+        phi1 = -np.arctan2(side * u[found_at], side * n[found_at])
+        phi2 = phi1 + lam2[columns] - lam1[rows]
+        contact.driven[rows] = s[columns]
         contact.x_driving[rows] = flank.position_of(pair, 0, driving.side * phi1)
         contact.x_driven[rows] = flank.position_of(pair, 1, driven.side * phi2)
     return contact
@@ -338,8 +398,11 @@ class WornFlanks:
     @cached_property
     def thickness(self) -> Array:
         """Thickness of each tooth along the flank normal at the nodes, (2, n) [m]."""
-        radii = [self.pair.radius(i, self.grid.position) for i in (DRIVING, DRIVEN)]
-        return 2.0 * np.stack([*map(contact_depth, self.pair.gears, radii)])
+        depths = []
+        for number in (DRIVING, DRIVEN):
+            radius = self.pair.radius(number, self.grid.position)
+            depths.append(contact_depth(self.pair.gears[number], radius))
+        return 2.0 * np.stack(depths)
 
     def worn(self, wear: Array) -> tuple[flank.Flank, flank.Flank]:
         """Return both flanks with wear (2, n) (driving, driven) [m].
@@ -364,13 +427,15 @@ class WornFlanks:
         SectionVanished
             With the flank, the depth and the thickness.
         """
-        if np.any(wear >= self.thickness):
-            gear, node = np.argwhere(wear >= self.thickness)[0]
+        too_deep = np.argwhere(wear >= self.thickness)
+        if len(too_deep):
+            gear, node = too_deep[0]
+            name = self.pair.gears[gear].name
+            depth = 1e3 * wear[gear, node]
+            thickness = 1e3 * self.thickness[gear, node]
             raise stiffness.SectionVanished(
-                f"{self.pair.gears[gear].name}: wear of {1e3 * wear[gear, node]:.4g} "
-                "mm is deeper than the "
-                f"tooth, {1e3 * self.thickness[gear, node]:.4g} mm thick there along "
-                "its normal"
+                f"{name}: wear of {depth:.4g} mm is deeper than the tooth, "
+                f"{thickness:.4g} mm thick there along its normal"
             )
 
 
@@ -424,11 +489,12 @@ def searched(
     Y23, Algorithm 1.
     """
     contact = algorithm_1(pair, driving, driven, points)
-    have = np.flatnonzero(np.isfinite(contact.gap))
-    order = have[np.argsort(contact.x_driving[have])]
-    first = np.interp(x, contact.x_driving[order], contact.driving[order])
-    second = np.interp(x, contact.x_driving[order], contact.driven[order])
-    gap = np.interp(x, contact.x_driving[order], contact.gap[order])
+    met = np.flatnonzero(np.isfinite(contact.gap))
+    order = met[np.argsort(contact.x_driving[met])]
+    turned = contact.x_driving[order]
+    first = np.interp(x, turned, contact.driving[order])
+    second = np.interp(x, turned, contact.driven[order])
+    gap = np.interp(x, turned, contact.gap[order])
     return kinematics.FlankContact(first, second, x, x - gap)
 
 
@@ -449,28 +515,23 @@ class DisplacementBeyond:
 
     @cached_property
     def corners(self) -> tuple[tuple[slice, Corner], ...]:
-        """The nodes beyond each end, and the corner that touches there.
+        """The nodes beyond A and beyond E, and the corner that touches there.
 
-        Its last position is the end.
+        The last position of each corner is the end of the path itself.
         """
         grid = self.flanks.grid
-        inside = self.flanks.grid.on_flank
-        pair = self.flanks.pair
-        return tuple(
-            (
-                part,
-                corner(
-                    pair,
-                    end,
-                    np.append(grid.contact_position[part], tip),
-                    grid.position,
-                ),
-            )
-            for end, tip, part in (
-                ("A", grid.position[0], slice(0, inside.start)),
-                ("E", grid.position[-1], slice(inside.stop, None)),
-            )
+        before = slice(0, grid.on_flank.start)
+        after = slice(grid.on_flank.stop, None)
+        return (
+            (before, self._corner("A", before, grid.position[0])),
+            (after, self._corner("E", after, grid.position[-1])),
         )
+
+    def _corner(self, end: str, nodes: slice, tip: float) -> Corner:
+        """Return the corner of one end of the path at the nodes beyond and at itself."""
+        grid = self.flanks.grid
+        x = np.append(grid.contact_position[nodes], tip)
+        return corner(self.flanks.pair, end, x, grid.position)
 
     def at(self, wear: Array) -> Array:
         """Return the gap at every touching node for wear (2, n), (n_contact,) [m].
@@ -491,9 +552,9 @@ class DisplacementBeyond:
         removed : (2, …, n) material removed from the flanks [m]
         """
         gap = self.flanks.grid.beyond(removed.sum(axis=0))
-        for part, tip in self.corners:
-            least = tip.gap(removed)
-            gap[..., part] += least[..., :-1] - least[..., -1:]
+        for nodes, tip in self.corners:
+            of_corner = tip.gap(removed)
+            gap[..., nodes] += of_corner[..., :-1] - of_corner[..., -1:]
         return gap
 
 

@@ -8,6 +8,7 @@ nodes of its path, with two sides where load jumps.
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -114,40 +115,65 @@ def lattice(
     extension : how far pairs may touch beyond A and E
     """
     step = pair.base_pitch / per_pitch
-    start = pair.path.A
     inside = math.floor(pair.contact_ratio * per_pitch + SAME_PHASE)
     before = math.ceil(extension.approach / step - SAME_PHASE)
     after = math.ceil(extension.recess / step - SAME_PHASE)
-    last = inside + after
-    marks = sorted(
-        {0, inside % per_pitch, -before % per_pitch, last % per_pitch} | {per_pitch}
-    )
-    intervals = np.diff(marks)
-    pairs = range(-math.ceil(before / per_pitch), math.ceil(last / per_pitch))
-    first = np.full((len(intervals), len(pairs)), -1, dtype=np.int64)
-    for segment, (low, count) in enumerate(zip(marks, intervals, strict=False)):
-        for number in pairs:
-            begin = number * per_pitch + low
-            if begin >= -before and begin + count <= last:
-                first[segment, pairs[-1] - number] = begin + before
+    numbers = np.arange(-before, inside + after + 1)
+    marks = _segment_marks(per_pitch, before, inside, inside + after)
+    first, leading = _first_nodes(marks, per_pitch, before, inside + after)
+
+    on_path = np.arange(inside + 1)
     weight = np.full(inside + 1, step)
     weight[[0, -1]] *= 0.5
-    position = start + step * np.arange(inside + 1)
-    touching = start + step * np.arange(-before, last + 1)
-    phase = (np.arange(inside + 1) % per_pitch) / per_pitch
-    max_pairs = math.ceil(inside / per_pitch)
     return ProfileGrid(
         breaks=np.array(marks) / per_pitch,
         first=first,
-        intervals=intervals,
-        position=np.asarray(position),
-        phase=phase,
+        intervals=np.diff(marks),
+        position=np.asarray(pair.path.A + step * on_path),
+        phase=(on_path % per_pitch) / per_pitch,
         weight=weight,
-        contact_position=np.asarray(touching),
+        contact_position=np.asarray(pair.path.A + step * numbers),
         before=before,
-        leading=pairs[-1],
-        max_pairs=max_pairs,
+        leading=leading,
+        max_pairs=math.ceil(inside / per_pitch),
     )
+
+
+def _segment_marks(per_pitch: int, before: int, inside: int, last: int) -> list[int]:
+    """Return the nodes of a base pitch between which no pair enters or leaves.
+
+    Parameters
+    ----------
+    per_pitch : intervals to a base pitch
+    before, inside, last : nodes before A; numbers of the node at E and of the last one,
+        counted from A
+    """
+    at_ends = {inside % per_pitch, -before % per_pitch, last % per_pitch}
+    return sorted({0, per_pitch} | at_ends)
+
+
+def _first_nodes(
+    marks: Sequence[int], per_pitch: int, before: int, last: int
+) -> tuple[Index, int]:
+    """Return with which node every pair begins in every segment, and the leading pair.
+
+    (n_segments, n_pairs), see `ProfileGrid.first`.
+
+    Parameters
+    ----------
+    marks : nodes of a base pitch that bound the segments
+    per_pitch, before, last : as in `_segment_marks`
+    """
+    pairs = range(-math.ceil(before / per_pitch), math.ceil(last / per_pitch))
+    leading = pairs[-1]
+    first = np.full((len(marks) - 1, len(pairs)), -1, dtype=np.int64)
+    for segment, (low, high) in enumerate(pairwise(marks)):
+        for number in pairs:
+            begin = number * per_pitch + low
+            end = number * per_pitch + high
+            if begin >= -before and end <= last:
+                first[segment, leading - number] = begin + before
+    return first, leading
 
 
 def nodes_per_pitch(contact_ratios: Sequence[float], points: int) -> int:
@@ -158,18 +184,25 @@ def nodes_per_pitch(contact_ratios: Sequence[float], points: int) -> int:
     contact_ratios : ε_α of each kind of mesh of a set, which have one base pitch [1]
     points : nodes wanted on the shortest path
     """
-    least = max(8, round(points / min(contact_ratios)))
-    # range, from what is asked for on, in which the nodes of a base pitch are chosen so
-    # that E is nearly one
-    choices = range(least, int(1.4 * least) + 2)
-    return min(
-        choices,
-        key=lambda m: (round(max((ratio * m) % 1.0 for ratio in contact_ratios), 9), m),
-    )
+    fewest = max(8, round(points / min(contact_ratios)))
+    choices = range(fewest, int(1.4 * fewest) + 2)
+
+    def distance_to_last_node(per_pitch: int) -> tuple[float, int]:
+        """Return how far E lies beyond a node, in nodes, and the number of nodes."""
+        beyond = max((ratio * per_pitch) % 1.0 for ratio in contact_ratios)
+        return round(beyond, 9), per_pitch
+
+    return min(choices, key=distance_to_last_node)
 
 
 def equal_slices(face_width: float, slices: int) -> tuple[Array, Array]:
-    """Return the middles and widths of slices alike, each (slices,) [m]."""
+    """Return the middles and widths of slices of equal width, each (slices,) [m].
+
+    Parameters
+    ----------
+    face_width : of all slices together [m]
+    slices : their number
+    """
     width = np.full(slices, face_width / slices)
     return (np.arange(slices) - 0.5 * (slices - 1)) * width, width
 
