@@ -50,7 +50,7 @@ def with_defaults(
 
 
 def _with_flank(request: FigureRequest, kind: Kind, grid: xr.Dataset) -> FigureRequest:
-    """Return the request for the first flank, where its kind shows one and it names none."""
+    """Return the request for the first flank, where one is enough and none is named."""
     roles = (request.hue, request.rows, request.cols)
     is_named = "flank" in (*request.select, *roles)
     if not kind.one_flank or "flank" not in grid.coords or is_named:

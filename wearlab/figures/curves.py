@@ -311,7 +311,7 @@ def _common_label(name: str, labels: Sequence[Label]) -> Label:
 
 
 def without_repeats(series: Sequence[Series], request: FigureRequest) -> NotedSeries:
-    """Return the series without those that repeat another's along a symmetric dimension.
+    """Return the series without those that repeat others along a symmetric dimension.
 
     A label is left out where every one of its curves is that of one other label;
     dimensions that the figure itself names are left alone.
@@ -380,7 +380,7 @@ def _drawn_as(curve: Series, dim: str) -> tuple[object, ...]:
 
 
 def _visible_differences(series: Sequence[Series]) -> dict[Scale, float]:
-    """Return the difference that can be seen on each scale: a thousandth of its range."""
+    """Return the visible difference on each scale: a thousandth of its range."""
     values: dict[Scale, list[Array]] = defaultdict(list)
     for curve in series:
         values[curve.x_scale].append(curve.x[np.isfinite(curve.x)])
@@ -397,7 +397,7 @@ def _visible_differences(series: Sequence[Series]) -> dict[Scale, float]:
 def differences_from_first(
     series: Sequence[Series], roles: Mapping[str, str], request: FigureRequest
 ) -> NotedSeries:
-    """Return every curve less the first one of its panel, and a note that names the first.
+    """Return every curve less the first of its panel, and a note that names it.
 
     The first curve is that of the first hue; where its abscissae are others, it is read
     between them.

@@ -144,7 +144,7 @@ class _Roles:
     def give(
         self, role: str, candidates: Iterable[str], max_places: int | None
     ) -> None:
-        """Give a free role to the first candidate that has none and few enough places."""
+        """Give a free role to the first candidate with few enough places."""
         left = self.left
         names = [name for name in candidates if name in left]
         if role != "hue" and max_places is not None:
@@ -153,7 +153,7 @@ class _Roles:
             self.taken[role] = names[0]
 
     def swap_hue(self, max_places: int) -> None:
-        """Give the hue to what has too many places for panels, and panels to what had it."""
+        """Exchange the hue with a dimension that has too many places for panels."""
         large = [name for name in self.left if self.sizes[name] > max_places]
         free = [role for role in ("cols", "rows") if self.is_free(role)]
         hue_size = self.sizes.get(self.taken.get("hue", ""), max_places + 1)
@@ -242,7 +242,7 @@ def _without_role(
 
 
 def _redundant(series: Sequence[Series], varied: Varied) -> set[str]:
-    """Return "case" where the axes tell it already: every case but the base is broadcast."""
+    """Return "case" where every case but the base is broadcast along the axes."""
     if "case" not in varied:
         return set()
     axes = [name for name in varied if name != "case"]
@@ -445,7 +445,7 @@ def _panels(
 def _bar_of_maps(
     series: Sequence[Series], hue: str | None, request: FigureRequest, reach: Reach
 ) -> plot.Bar | None:
-    """Return the bar that tells what the colours of maps mean, None where there is no map.
+    """Return the bar that tells what the colours of maps mean, None without maps.
 
     Raises
     ------
@@ -462,7 +462,7 @@ def _bar_of_maps(
 
 
 def _reach_of_maps(series: Sequence[Series]) -> Reach:
-    """Return what the colours of all maps reach over, from zero on where nothing is below."""
+    """Return the range of the colours of all maps, from zero where nothing is below."""
     levels = np.concatenate(
         [np.zeros(1), *(s.level for s in series if s.level is not None)]
     )
@@ -543,7 +543,7 @@ def _panel(
     powers: AxisPowers,
     reach: Reach,
 ) -> plot.Panel:
-    """Return a panel with the curves inside it, their values over the axes' powers of ten."""
+    """Return a panel with its curves, their values over the axes' powers of ten."""
     first = next((s for s in inside if s.style not in BESIDE), inside[0])
     x_power = powers["x", first.x_scale]
     y_power = powers["y", first.y_scale]
@@ -585,7 +585,7 @@ def _curve(
 
 
 def _common_hours(inside: Sequence[Series], x_power: int) -> float | None:
-    """Return the hours of one unit of x where all our curves agree on them, else None."""
+    """Return the hours of one unit of x where all curves agree on them, else None."""
     texts = {
         f"{series.hours:.9g}" if series.hours else ""
         for series in inside
@@ -597,7 +597,7 @@ def _common_hours(inside: Sequence[Series], x_power: int) -> float | None:
 
 
 def _pen(curve: Series, hue: str | None, pens: Pens) -> Pen:
-    """Return the pen of a curve: of its style, of its hue, or the one of curves without a hue."""
+    """Return the pen of a curve: of its style, of its hue, or that without a hue."""
     if curve.style in BESIDE:
         return BESIDE[curve.style]
     in_ink = curve.style == "published" or (hue and curve.style != "points")

@@ -1,4 +1,4 @@
-"""What is to be seen, as plain data: series, panels, legend, colours that colour-blind readers tell apart."""
+"""Figures as plain data: series, panels, legend, and colours for all eyes."""
 
 import re
 from collections import defaultdict
@@ -78,7 +78,7 @@ class Series(BesidePoints):
     hours : operating hours of one unit of x, None where x tells no time
     caveat : what a reader must know of it, such as what is left out
     names : of the ordinates 1, 2, … where they are ranks
-    case_x : abscissa of a run that is drawn as a horizontal line, None where it has none
+    case_x : abscissa of a run that is drawn as a horizontal line, None for none
     colours : what the levels of a map show
     """
 
@@ -129,14 +129,25 @@ def without(key: Mapping[str, Label], *names: str) -> dict[str, Label]:
 
 
 def apart_from(*names: str) -> Callable[[Series], Any]:
-    """Return a key of series by which they are grouped: their labels along other dimensions."""
+    """Return a key that groups series by their labels along other dimensions.
+
+    Parameters
+    ----------
+    names : dimensions that are left out
+    """
     return lambda curve: tuple(item for item in curve.place if item[0] not in names)
 
 
 def grouped(
     series: Iterable[Series], key: Callable[[Series], Any] | None = None
 ) -> dict[Any, list[Series]]:
-    """Return series that have a key in common, by that key: by default all their labels."""
+    """Return series that have a key in common, by that key.
+
+    Parameters
+    ----------
+    series : to be grouped
+    key : of a series, None for all its labels
+    """
     groups: dict[Any, list[Series]] = defaultdict(list)
     for curve in series:
         groups[key(curve) if key else curve.place].append(curve)
@@ -175,7 +186,7 @@ def gathered(
 
 
 def horizontal(run: Series, places: Array) -> Series:
-    """Return a run without a place among others as a line beside all of them, marked at its own abscissa.
+    """Return a run without a place on x as a horizontal line, with its mark on it.
 
     Parameters
     ----------
@@ -196,7 +207,13 @@ Line = tuple[Array, Array]
 
 
 def band(x: Array, low: Array, high: Array) -> Line:
-    """Return the outline of what lies between two curves over the same abscissae, where both are known."""
+    """Return the outline of the area between two curves, where both are known.
+
+    Parameters
+    ----------
+    x : abscissae of both
+    low, high : ordinates of the curves
+    """
     x, low, high = (
         side[np.isfinite(low) & np.isfinite(high)] for side in (x, low, high)
     )
@@ -386,7 +403,7 @@ BY_NAME = ("quantity", "harmonic", "pair", "mode", "influence", "variable")
 
 
 def pens(labels: Sequence[Label], facet: str | None) -> dict[Label, Pen]:
-    """Return a pen for each label of a hue: from a map where the labels are numbers, else from a set.
+    """Return a pen for each label of a hue, for numbers from a map, else from a set.
 
     Names among numbers (a static case among speeds) are drawn in ink, dashed. Many
     numbers take their colours from a bar by their size, many names by their order.
@@ -421,7 +438,7 @@ def pens(labels: Sequence[Label], facet: str | None) -> dict[Label, Pen]:
 
 
 def bar_of(labels: Sequence[Label], facet: str | None, head: str = "") -> Bar | None:
-    """Return the bar that tells what colours mean where there are too many for a legend, else None.
+    """Return the bar that tells what many colours mean, None where a legend does.
 
     Numbers of which the largest is many times the smallest are told apart by their
     logarithms.

@@ -361,8 +361,8 @@ def _texts_of_png(file: Path) -> Any:
     with Image.open(file, formats=["PNG"]) as image:
         if image.width * image.height > LARGEST:
             raise kind.FigureError(
-                f"{file}: {image.width} by {image.height} pixels are more than a figure "
-                "has"
+                f"{file}: {image.width} by {image.height} pixels are more than a "
+                "figure has"
             )
         image.load()
         return image.text  # type: ignore[attr-defined]

@@ -61,6 +61,14 @@ END_TEXT = "end-text"  # what is written beside curves
 AREA_ALPHA = 0.25
 STEPS: dict[str, Any] = {"steps": [1, 2, 2.5, 5, 10]}
 GREY_TEXT: dict[str, Any] = {"color": "#555555"}
+FONT_KEYS = {
+    "font.family",
+    "font.serif",
+    "font.sans-serif",
+    "font.monospace",
+    "text.usetex",
+}
+"""Settings of a reader that make the reader's font hold."""
 
 
 class Shown(Figure):
@@ -75,7 +83,9 @@ class Shown(Figure):
 def drawn(
     plot: Plot, size: float | tuple[float, float] | None = None, ax: Any = None
 ) -> Figure:
-    """Return the figure of a plot in the house style, but for what the reader's own rcParams say.
+    """Return the figure of a plot in the house style.
+
+    What the reader's rcParams set holds before it.
 
     Parameters
     ----------
@@ -88,31 +98,38 @@ def drawn(
     ------
     FigureError : more or fewer axes than panels
     """
-    own = {
-        key: v
-        for key, v in matplotlib.rcParams.items()
-        if v != matplotlib.rcParamsDefault.get(key)
-    }
-    if {
-        "font.family",
-        "font.serif",
-        "font.sans-serif",
-        "font.monospace",
-        "text.usetex",
-    } & own.keys():
-        own["font.family"] = matplotlib.rcParams["font.family"]
-    width, height = (
-        (size, None) if isinstance(size, int | float) else size or (None, None)
-    )
+    width: float | None = None
+    height: float | None = None
+    if isinstance(size, int | float):
+        width = size
+    elif size:
+        width, height = size
     scale = 1.0 if width is None else width / _width(plot)
+
     house = {
-        k: v * scale if k.endswith(SCALED) and isinstance(v, float) else v
-        for k, v in RC.items()
+        key: value * scale
+        if key.endswith(SCALED) and isinstance(value, float)
+        else value
+        for key, value in RC.items()
     }
-    settings: Any = house | {key: value for key, value in own.items() if key in RC}
+    of_reader = _settings_of_reader()
+    settings: Any = house | {key: v for key, v in of_reader.items() if key in RC}
     with matplotlib.rc_context(settings):
-        plot = _for_latex(plot) if matplotlib.rcParams["text.usetex"] else plot
+        if matplotlib.rcParams["text.usetex"]:
+            plot = _for_latex(plot)
         return draw(plot, width, height) if ax is None else _draw_in(plot, ax)
+
+
+def _settings_of_reader() -> dict[str, Any]:
+    """Return what the reader's rcParams set other than matplotlib's defaults."""
+    settings: dict[str, Any] = {
+        key: value
+        for key, value in matplotlib.rcParams.items()
+        if value != matplotlib.rcParamsDefault.get(key)
+    }
+    if FONT_KEYS & settings.keys():
+        settings["font.family"] = matplotlib.rcParams["font.family"]
+    return settings
 
 
 def rendered(plot: Plot, texts: Mapping[str, str], ending: str = "png") -> bytes:
@@ -135,17 +152,21 @@ def rendered(plot: Plot, texts: Mapping[str, str], ending: str = "png") -> bytes
 
 
 def lightened(png: bytes) -> bytes:
-    """Return a PNG with a palette in place of true colours, the same bytes for the same picture.
+    """Return a PNG with a palette in place of true colours.
 
-    Lines, their antialiasing and bands need no more of these; a figure then takes a
-    third of its bytes.
+    The same picture gives the same bytes. Lines, their antialiasing and bands need no
+    more of these; a figure then takes a third of its bytes.
+
+    Parameters
+    ----------
+    png : the file
     """
     with Image.open(io.BytesIO(png)) as picture:
-        few = picture.convert("RGB").quantize(
+        palette = picture.convert("RGB").quantize(
             128, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
         )
     stream = io.BytesIO()
-    few.save(stream, format="png", optimize=True)
+    palette.save(stream, format="png", optimize=True)
     return stream.getvalue() if stream.tell() < len(png) else png
 
 
@@ -181,46 +202,58 @@ def _width(plot: Plot) -> float:
 
 
 def draw(plot: Plot, width: float | None = None, height: float | None = None) -> Figure:
-    """Return the figure of a plot, as high as its panels and texts need where no height [inches] is given."""
+    """Return the figure of a plot, as high as its panels and texts need.
+
+    Parameters
+    ----------
+    plot : what to draw
+    width, height : of the figure [inches], None for what the plot needs
+    """
     width = width or _width(plot)
-    unit = (
-        matplotlib.rcParams["font.size"] / RC["font.size"]
-    )  # of all lengths, over those above
+    # of all lengths, over those of the default size
+    unit = matplotlib.rcParams["font.size"] / RC["font.size"]
     letters = width / unit
-    notes = [
-        line for note in plot.notes for line in textwrap.wrap(note, int(letters * 21.5))
-    ]
+    wrapped = [textwrap.wrap(note, int(letters * 21.5)) for note in plot.notes]
+    notes = [line for lines in wrapped for line in lines]
     title = textwrap.wrap(plot.title, int(letters * 13.0))
+
     figure = Shown(figsize=(width, 1.0))
     FigureCanvasAgg(figure)
-    lines = _head(figure, plot.headed, title, unit)
-    texts = len(title) * 0.25 + lines * 0.175 + len(notes) * 0.15
+    legend_lines = _head(figure, plot.headed, title, unit)
+    texts = len(title) * 0.25 + legend_lines * 0.175 + len(notes) * 0.15
     beside = unit * (
         texts + bool(plot.bar) * 0.34 + 2 * MARGIN + (1 + bool(notes)) * 0.07
     )
-    called = [_names_of(panel, letters) for panel in plot.panels]
-    most = max(
-        (len(names) * max(map(len, names)) for names in called if names), default=0
-    )
-    tall = unit * max(HEIGHTS[plot.shape][: plot.columns][-1], 0.7 + most * 0.15)
-    height = height or beside + plot.rows * tall
+    height = height or beside + plot.rows * unit * _panel_height(plot, letters)
     figure.set_size_inches(width, height)
     figure.set_layout_engine(
         "constrained", w_pad=0.06, h_pad=0.07, wspace=0.02, hspace=0.02
     )
+
     if notes:
-        small = {**GREY_TEXT, "size": NOTE * matplotlib.rcParams["font.size"]}
         figure.supxlabel(
             "\n".join(notes),
             x=MARGIN * unit / width,
             ha="left",
             parse_math=False,
-            **small,
+            size=NOTE * matplotlib.rcParams["font.size"],
+            **GREY_TEXT,
         )
     _draw_panels(figure, plot, letters, (height - beside) / plot.rows / unit)
     if plot.bar is not None:
         _bar(figure, plot.bar, unit)
     return figure
+
+
+def _panel_height(plot: Plot, letters: float) -> float:
+    """Return the height of a panel: the default, or what the names of its ranks need."""
+    default = HEIGHTS[plot.shape][: plot.columns][-1]
+    lines = 0
+    for panel in plot.panels:
+        names = _names_of(panel, letters)
+        if names:
+            lines = max(lines, len(names) * max(map(len, names)))
+    return max(default, 0.7 + lines * 0.15)
 
 
 def _draw_in(plot: Plot, ax: Any) -> Figure:
@@ -234,65 +267,72 @@ def _draw_in(plot: Plot, ax: Any) -> Figure:
         raise kind.FigureError(
             f"figure: {counts}: give as many, or narrow the figure by select"
         )
-    for own, panel in zip(axes, plot.panels, strict=True):
-        _panel(own, panel, plot)
-        room = int(
-            own.get_window_extent().height
-            / own.figure.dpi
-            * 130
-            / matplotlib.rcParams["font.size"]
-        )
-        up = "" if panel.names else textwrap.fill(panel.y_label, max(room, 8))
-        own.set(xlabel=panel.x_label, ylabel=up)
-        _scaled(own, plot)
+
+    size = matplotlib.rcParams["font.size"]
+    for axis, panel in zip(axes, plot.panels, strict=True):
+        _panel(axis, panel, plot)
+        inches = axis.get_window_extent().height / axis.figure.dpi
+        room = int(inches * 130 / size)
+        y_label = "" if panel.names else textwrap.fill(panel.y_label, max(room, 8))
+        axis.set(xlabel=panel.x_label, ylabel=y_label)
+        _scaled(axis, plot)
         if panel.names:
-            own.set_yticks(range(1, len(panel.names) + 1), panel.names)
+            axis.set_yticks(range(1, len(panel.names) + 1), panel.names)
+
+    first = axes[0]
     if plot.title and len(axes) == 1:
-        axes[0].set_title(plot.title)
+        first.set_title(plot.title)
     if plot.legend:
-        axes[0].legend(handles=[_handle(entry) for entry in plot.headed])
+        first.legend(handles=[_handle(entry) for entry in plot.headed])
     if plot.bar is not None:
-        axes[0].figure.colorbar(
-            _colours(plot.bar, 0), ax=axes, label=axis_label(plot.bar.label, "", 0)
-        )
-    return axes[0].figure
+        label = axis_label(plot.bar.label, "", 0)
+        first.figure.colorbar(_colours(plot.bar, 0), ax=axes, label=label)
+    return first.figure
 
 
 def _for_latex(plot: Plot) -> Plot:
     """Return a plot whose texts LaTeX can read."""
-    panels = []
-    for panel in plot.panels:
-        told: Any = {
-            name: latex(getattr(panel, name))
-            for name in ("title", "x_label", "y_label")
-        }
-        marks = tuple(mark._replace(text=latex(mark.text)) for mark in panel.marks)
-        panels.append(
-            panel._replace(**told, marks=marks, names=tuple(map(latex, panel.names)))
+    panels = [
+        panel._replace(
+            title=latex(panel.title),
+            x_label=latex(panel.x_label),
+            y_label=latex(panel.y_label),
+            marks=tuple(mark._replace(text=latex(mark.text)) for mark in panel.marks),
+            names=tuple(map(latex, panel.names)),
         )
-    legend = tuple(entry._replace(text=latex(entry.text)) for entry in plot.headed)
-    bar = plot.bar and plot.bar._replace(label=latex(plot.bar.label))
-    title = latex(plot.title)
-    notes = tuple(map(latex, plot.notes))
+        for panel in plot.panels
+    ]
     return plot._replace(
-        head="", title=title, panels=tuple(panels), legend=legend, bar=bar, notes=notes
+        head="",
+        title=latex(plot.title),
+        panels=tuple(panels),
+        legend=tuple(entry._replace(text=latex(entry.text)) for entry in plot.headed),
+        bar=plot.bar and plot.bar._replace(label=latex(plot.bar.label)),
+        notes=tuple(map(latex, plot.notes)),
     )
 
 
 def _colours(bar: Bar, power: int) -> ScalarMappable:
+    """Return the colours of a bar over its values, divided by a power of ten."""
     norm = colors.LogNorm if bar.logarithmic else colors.Normalize
     palette = colors.LinearSegmentedColormap.from_list("", bar.anchors)
-    return ScalarMappable(norm(bar.low / 10.0**power, bar.high / 10.0**power), palette)
+    divisor = 10.0**power
+    return ScalarMappable(norm(bar.low / divisor, bar.high / divisor), palette)
 
 
 def _bar(figure: Figure, bar: Bar, unit: float) -> None:
     """Draw a bar of colours above the panels, with what it shows beside it."""
     power = power_of_ten([np.array([bar.low, bar.high])], "1")
     width = figure.get_figwidth() - 0.5 * unit
-    long = min(2.4 * unit, 0.4 * width)
-    size: Any = {"shrink": long / width, "aspect": long / 0.09, "pad": 0.02}
+    length = min(2.4 * unit, 0.4 * width)
     shown = figure.colorbar(
-        _colours(bar, power), ax=figure.axes, location="top", anchor=(0.0, 0.0), **size
+        _colours(bar, power),
+        ax=figure.axes,
+        location="top",
+        anchor=(0.0, 0.0),
+        shrink=length / width,
+        aspect=length / 0.09,
+        pad=0.02,
     )
     shown.outline.set_visible(False)
     if not bar.logarithmic:
@@ -300,18 +340,20 @@ def _bar(figure: Figure, bar: Bar, unit: float) -> None:
         shown.update_ticks()
     shown.ax.tick_params(labelsize=7.5 * unit, pad=1.5, length=2)
     shown.ax.grid(False)
+
     label = axis_label(bar.label, "1" if power else "", power)
-    told: Any = {
-        "size": matplotlib.rcParams["legend.fontsize"],
-        "parse_math": "$" in label,
-    }
-    label = (
-        label
-        if "$" in label
-        else textwrap.fill(label, int((width - long) / unit * 14.0))
-    )
+    has_formula = "$" in label
+    if not has_formula:
+        label = textwrap.fill(label, int((width - length) / unit * 14.0))
     shown.ax.annotate(
-        label, (1.0, 0.5), (6, 0), "axes fraction", "offset points", va="center", **told
+        label,
+        (1.0, 0.5),
+        (6, 0),
+        "axes fraction",
+        "offset points",
+        va="center",
+        size=matplotlib.rcParams["legend.fontsize"],
+        parse_math=has_formula,
     )
 
 
@@ -326,42 +368,46 @@ def _head(
         return 0
     handles = [_handle(entry) for entry in entries]
     room = figure.get_figwidth() - 2 * MARGIN * unit
-    letter = FontProperties(
-        size=matplotlib.rcParams["legend.fontsize"]
-    ).get_size_in_points()
+    font = FontProperties(size=matplotlib.rcParams["legend.fontsize"])
+    margin = 72.0 * MARGIN * unit / font.get_size_in_points()
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+
     for lines in range(1, len(entries) + 1) or [0]:
         columns = -(-len(entries) // lines) if lines else 1
-        by_rows = [
-            handle for column in range(columns) for handle in handles[column::columns]
-        ]
-        style: Any = {
-            "ncols": columns,
-            "alignment": "left",
-            "borderaxespad": 72.0 * MARGIN * unit / letter,
-        }
-        legend = figure.legend(handles=by_rows, loc="outside upper left", **style)
-        if (
-            columns == 1
-            or legend.get_window_extent(renderer).width / figure.dpi <= room
-        ):
+        by_columns = [handles[column::columns] for column in range(columns)]
+        legend = figure.legend(
+            handles=[handle for column in by_columns for handle in column],
+            loc="outside upper left",
+            ncols=columns,
+            alignment="left",
+            borderaxespad=margin,
+        )
+        width = legend.get_window_extent(renderer).width / figure.dpi
+        if columns == 1 or width <= room:
             break
         legend.remove()
-    bold = FontProperties(
-        weight="bold", size=10.5 / 9.0 * matplotlib.rcParams["font.size"]
-    )
+
+    size = 10.5 / 9.0 * matplotlib.rcParams["font.size"]
+    bold = FontProperties(weight="bold", size=size)
     legend.set_title("\n".join(title), prop=bold)
     legend.get_title().set_parse_math(False)
     return -(-len(entries) // columns)
 
 
 def _handle(entry: LegendEntry) -> Line2D:
+    """Return the line that stands for an entry of the legend."""
     style = "points" if entry.style == "dots" else entry.style
     return Line2D([], [], label=entry.text, **strokes(entry.pen, style))
 
 
 def strokes(pen: Pen, style: str) -> dict[str, Any]:
-    """Return the options of matplotlib that draw a style of line."""
+    """Return the options of matplotlib that draw a style of line.
+
+    Parameters
+    ----------
+    pen : colour, dash, marker and width
+    style : of the line, a `LineStyle`
+    """
     colour = pen.colour
     line = {"color": pen.colour, "ls": pen.dash}
     dots = {"color": colour, "ls": "", "marker": "o"}
@@ -405,59 +451,67 @@ def _names_of(panel: Panel, letters: float) -> list[list[str]]:
 
 def _draw_panels(figure: Figure, plot: Plot, letters: float, tall: float) -> None:
     """Draw every panel of a plot on a figure, with what their axes share."""
-    one_x = len({panel.x_label for panel in plot.panels}) == 1
-    shared_x = one_x and _alike_across(plot.panels)
+    has_one_label = len({panel.x_label for panel in plot.panels}) == 1
+    shared_x = has_one_label and _have_similar_spans(plot.panels)
     grid = figure.subplots(
         plot.rows, plot.columns, sharex=shared_x, sharey=plot.share_y, squeeze=False
     )
     axes: dict[tuple[int, int], Axes] = {
-        (p.row, p.column): grid[p.row, p.column] for p in plot.panels
+        (panel.row, panel.column): grid[panel.row, panel.column]
+        for panel in plot.panels
     }
-    for empty in (ax for place, ax in np.ndenumerate(grid) if place not in axes):
-        empty.remove()
+    for place, ax in np.ndenumerate(grid):
+        if place not in axes:
+            ax.remove()
     for panel, ax in zip(plot.panels, axes.values(), strict=True):
         _panel(ax, panel, plot)
+
     bottom = max(row for row, _ in axes)
     room = int((tall - 0.6) * 72 / 3.9)
-    for ((row, column), ax), panel in zip(axes.items(), plot.panels, strict=True):
+    for (row, column), panel in zip(axes, plot.panels, strict=True):
+        ax = axes[row, column]
         leftmost = plot.share_y == "none" or (row, column - 1) not in axes
         lowest = (row + 1, column) not in axes or not shared_x
         ax.tick_params(labelbottom=lowest and bool(panel.x_label), labelleft=leftmost)
-        ax.set_xlabel(panel.x_label if row == bottom or not one_x else "")
-        ax.set_ylabel(
-            textwrap.fill(panel.y_label, room) if leftmost and not panel.names else ""
-        )
+        ax.set_xlabel(panel.x_label if row == bottom or not has_one_label else "")
+        has_label = leftmost and not panel.names
+        ax.set_ylabel(textwrap.fill(panel.y_label, room) if has_label else "")
         _scaled(ax, plot)
         if panel.names:
-            told = ["\n".join(lines) for lines in _names_of(panel, letters)]
-            size = NOTE * matplotlib.rcParams["font.size"]
-            ax.set_yticks(range(1, len(told) + 1), told, size=size, parse_math=False)
+            _name_ranks(ax, panel, letters)
         _hours_on_top(ax, panel, first=(row - 1, column) not in axes)
+
     if not plot.logarithmic and not plot.ranks:
         for ax in axes.values():  # last: panels that share an axis share its limits
             _mark_truncated(ax)
     figure.align_ylabels(list(axes.values()))
 
 
-def _alike_across(panels: Sequence[Panel]) -> bool:
+def _name_ranks(ax: "Axes", panel: Panel, letters: float) -> None:
+    """Write the names of ranks beside the y axis."""
+    names = ["\n".join(lines) for lines in _names_of(panel, letters)]
+    size = NOTE * matplotlib.rcParams["font.size"]
+    ax.set_yticks(range(1, len(names) + 1), names, size=size, parse_math=False)
+
+
+def _have_similar_spans(panels: Sequence[Panel]) -> bool:
     """Say whether no panel would be squeezed by the abscissa of another."""
-    held = [
-        [curve.x[np.isfinite(curve.x)] for curve in panel.curves] for panel in panels
-    ]
-    spans = [
-        max((float(np.ptp(x)) for x in own if len(x)), default=0.0) for own in held
-    ]
-    wide = [span for span in spans if span > 0.0]
-    return not wide or max(wide) <= 3.0 * min(wide)
+    spans = []
+    for panel in panels:
+        abscissae = [curve.x[np.isfinite(curve.x)] for curve in panel.curves]
+        span = max((float(np.ptp(x)) for x in abscissae if len(x)), default=0.0)
+        if span > 0.0:
+            spans.append(span)
+    return not spans or max(spans) <= 3.0 * min(spans)
 
 
 def _hours_on_top(ax: "Axes", panel: Panel, *, first: bool) -> None:
     """Show operating hours above cycles, in the topmost panel of a column."""
     if panel.hours is None or panel.marks or not first:
         return
-    there = partial(np.multiply, panel.hours)
-    back = partial(np.multiply, 1.0 / panel.hours)
-    top = ax.secondary_xaxis("top", functions=(there, back))
+    to_hours = partial(np.multiply, panel.hours)
+    to_cycles = partial(np.multiply, 1.0 / panel.hours)
+    top = ax.secondary_xaxis("top", functions=(to_hours, to_cycles))
     size = matplotlib.rcParams["font.size"]
     top.set_xlabel("Operating time (h)", size=MARK * size)
     top.tick_params(labelsize=NOTE * size, length=2.0)
@@ -466,17 +520,23 @@ def _hours_on_top(ax: "Axes", panel: Panel, *, first: bool) -> None:
 
 
 def _sides(panel: Panel, columns: int) -> list[str]:
-    """Return how the letters of marks are aligned: two close neighbours turn away from each other."""
+    """Return how the letters of marks are aligned: close ones turn away."""
     places = np.array([mark.x for mark in panel.marks])
-    drawn = np.concatenate([curve.x for curve in panel.curves] + [places])
-    room = 0.02 * columns * np.ptp(drawn[np.isfinite(drawn)])  # that two letters need
-    away = places - places[:, None]
-    after, before = (
-        ((side > 0.0) & (side < room)).any(axis=1) for side in (away, -away)
+    abscissae = np.concatenate([curve.x for curve in panel.curves] + [places])
+    # that two letters need
+    room = 0.02 * columns * np.ptp(abscissae[np.isfinite(abscissae)])
+
+    distance = places - places[:, None]
+    has_next = ((distance > 0.0) & (distance < room)).any(axis=1)
+    has_previous = ((-distance > 0.0) & (-distance < room)).any(axis=1)
+    sides = np.select(
+        [has_next & ~has_previous, has_previous & ~has_next],
+        ["right", "left"],
+        "center",
     )
-    sides = np.select([after & ~before, before & ~after], ["right", "left"], "center")
     if panel.marks and "\n" in panel.marks[0].text:  # words, not a letter
-        sides[places == places.max()], sides[places == places.min()] = "right", "left"
+        sides[places == places.max()] = "right"
+        sides[places == places.min()] = "left"
     return list(map(str, sides))
 
 
@@ -484,7 +544,7 @@ def _panel(ax: "Axes", panel: Panel, plot: Plot) -> None:
     """Draw title, curves, errors and marks of a panel."""
     if panel.title:
         ax.set_title(panel.title, pad=14.0 if panel.marks else None)
-    least = {
+    visible = {
         side: doubt.smallest_visible_error(
             getattr(curve, side) for curve in panel.curves
         )
@@ -492,20 +552,25 @@ def _panel(ax: "Axes", panel: Panel, plot: Plot) -> None:
     }
     for curve in panel.curves:
         _curve(ax, curve)
-        _uncertain(ax, curve, least)
+        _errors(ax, curve, visible)
+        _doubts(ax, curve)
     _part_levels(ax)
-    above: dict[str, Any] = {
-        "xycoords": ("data", "axes fraction"),
-        "textcoords": "offset points",
-    }
-    above |= {
-        "va": "bottom",
-        "size": MARK * matplotlib.rcParams["font.size"],
-        **GREY_TEXT,
-    }
+
+    size = MARK * matplotlib.rcParams["font.size"]
     for mark, side in zip(panel.marks, _sides(panel, plot.columns), strict=True):
         ax.axvline(mark.x, color="#9a9a9a", lw=0.6, ls=(0, (2, 2)), zorder=1)
-        ax.annotate(mark.text, (mark.x, 1.0), (0, 2), ha=side, **above)
+        ax.annotate(
+            mark.text,
+            (mark.x, 1.0),
+            (0, 2),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            ha=side,
+            va="bottom",
+            size=size,
+            **GREY_TEXT,
+        )
+
     if panel.dates:
         days = dates.AutoDateLocator(minticks=3, maxticks=6)
         ax.xaxis.set_major_locator(days)
@@ -516,135 +581,148 @@ def _panel(ax: "Axes", panel: Panel, plot: Plot) -> None:
 
 
 def _curve(ax: "Axes", curve: Curve) -> None:
+    """Draw a curve in its style, and the text at its lowest point."""
+    colour = curve.pen.colour
     if curve.level is not None:
         _map(ax, curve, curve.level)
         return
     if curve.style == "area":
-        ax.fill(
-            curve.x, curve.y, color=curve.pen.colour, alpha=AREA_ALPHA, lw=0.0, zorder=2
-        )
+        ax.fill(curve.x, curve.y, color=colour, alpha=AREA_ALPHA, lw=0.0, zorder=2)
         return
+
     if curve.style == "stem":
         width = matplotlib.rcParams["lines.linewidth"]
-        ax.vlines(curve.x, 0.0, curve.y, colors=curve.pen.colour, lw=width, zorder=2)
+        ax.vlines(curve.x, 0.0, curve.y, colors=colour, lw=width, zorder=2)
     ax.plot(curve.x, curve.y, **strokes(curve.pen, curve.style))
     if curve.text:
-        at = int(np.argmin(curve.y))
-        size = MARK * matplotlib.rcParams["font.size"]
-        style: dict[str, Any] = {
-            "va": "top",
-            "size": size,
-            "color": curve.pen.colour,
-            "gid": END_TEXT,
-        }
+        lowest = int(np.argmin(curve.y))
         ax.annotate(
             curve.text,
-            (curve.x[at], curve.y[at]),
+            (curve.x[lowest], curve.y[lowest]),
             (3, -3),
             textcoords="offset points",
-            **style,
+            va="top",
+            size=MARK * matplotlib.rcParams["font.size"],
+            color=colour,
+            gid=END_TEXT,
         )
 
 
 def _map(ax: "Axes", curve: Curve, level: Array) -> None:
-    """Colour a rectangle by the levels at its points, row after row, with lines of equal level."""
-    wide = int(np.argmax(curve.y != curve.y[0])) or len(curve.y)
-    x = curve.x.reshape(-1, wide)
-    y = curve.y.reshape(-1, wide)
-    z = level.reshape(-1, wide)
+    """Colour a rectangle by the levels at its points, with lines of equal level."""
+    columns = int(np.argmax(curve.y != curve.y[0])) or len(curve.y)
+    x = curve.x.reshape(-1, columns)
+    y = curve.y.reshape(-1, columns)
+    z = level.reshape(-1, columns)
     colours = colors.LinearSegmentedColormap.from_list("", WEAR)
     low, high = curve.reach
     ax.pcolormesh(
         x, y, z, shading="gouraud", cmap=colours, vmin=low, vmax=high, rasterized=True
     )
     if np.ptp(z) > 0.05 * (high - low):
-        ax.contour(
-            x, y, z, np.linspace(low, high, 9)[1:-1], colors="white", linewidths=0.4
-        )
+        levels = np.linspace(low, high, 9)[1:-1]
+        ax.contour(x, y, z, levels, colors="white", linewidths=0.4)
     ax.grid(False)
 
 
 def part_texts(figure: "Figure") -> None:
-    """Move what is written beside curves down until no text covers another, up where there is no room."""
+    """Move texts beside curves down until none covers another, up without room.
+
+    Parameters
+    ----------
+    figure : whose axes hold the texts
+    """
     figure.canvas.draw()
     for ax in figure.axes:
         frame = ax.get_window_extent()
-        taken = list[Any]()
-        written: list[Any] = [text for text in ax.texts if text.get_gid() == END_TEXT]
-        for text in written:
+        occupied = list[Any]()
+        texts: list[Any] = [text for text in ax.texts if text.get_gid() == END_TEXT]
+        for text in texts:
             box = text.get_window_extent()
             down = box.y0 >= frame.y0
-            while any(map(box.overlaps, taken)) or box.y0 < frame.y0:
-                text.xyann = (
-                    text.xyann[0],
-                    text.xyann[1] + (-2.0 if down else 2.0),
-                )  # points
+            while any(map(box.overlaps, occupied)) or box.y0 < frame.y0:
+                x, y = text.xyann
+                text.xyann = (x, y + (-2.0 if down else 2.0))  # points
                 box = text.get_window_extent()
                 down = down and box.y0 >= frame.y0
-            taken.append(box)
+            occupied.append(box)
 
 
 def _part_levels(ax: "Axes") -> None:
-    """Give horizontal lines dashes and marks that leave the others to be seen where they coincide."""
+    """Give horizontal lines dashes and marks by which each is visible where they meet."""
     levels = [line for line in ax.lines if line.get_markevery() is not None]
+    gap = 4.0 * max(len(levels) - 1, 0.6)
     for number, line in enumerate(levels):
-        line.set_linestyle((4.0 * number, (4.0, 4.0 * max(len(levels) - 1, 0.6))))
-        line.set_markersize(
-            line.get_markersize() * (1.8 + 0.8 * (len(levels) - 1 - number))
-        )
+        line.set_linestyle((4.0 * number, (4.0, gap)))
+        factor = 1.8 + 0.8 * (len(levels) - 1 - number)
+        line.set_markersize(line.get_markersize() * factor)
 
 
-def _uncertain(ax: "Axes", curve: Curve, least: Mapping[str, float]) -> None:
-    """Draw the errors of a curve as bars, of a long one as a band, and hollow marks where it is in doubt."""
+def _errors(ax: "Axes", curve: Curve, visible: Mapping[str, float]) -> None:
+    """Draw the errors of a curve as bars, of a long line as a band."""
     colour = curve.pen.colour
-    many = curve.style == "line" and len(curve.x) > 40
-    x_error = _ends(curve.x, curve.x_error, least["x"])
-    y_error = _ends(curve.y, curve.y_error, least["y"])
-    if many and y_error is not None:
+    is_long = curve.style == "line" and len(curve.x) > 40
+    x_error = _ends(curve.x, curve.x_error, visible["x"])
+    y_error = _ends(curve.y, curve.y_error, visible["y"])
+    if is_long and y_error is not None:
         low = curve.y - y_error[0]
         high = curve.y + y_error[1]
         ax.fill_between(curve.x, low, high, color=colour, alpha=0.22, lw=0, zorder=1.8)
-    elif not many and not (x_error is None and y_error is None):
-        only: Any = [len(curve.x) // 2] if curve.style == "horizontal" else slice(None)
-        up = None if y_error is None else y_error[:, only]
-        across = None if x_error is None else x_error[:, only]
-        bars: dict[str, Any] = {
-            "elinewidth": 0.8,
-            "capsize": 2.2,
-            "capthick": 0.8,
-            "zorder": 2.4,
-        }
-        ax.errorbar(
-            curve.x[only], curve.y[only], up, across, "none", ecolor=colour, **bars
-        )
-    if curve.doubtful is not None and curve.doubtful.any():
-        at = np.flatnonzero(
-            curve.doubtful & np.isfinite(curve.x) & np.isfinite(curve.y)
-        )
-        at = at[:: max(1, len(at) // 9)] if curve.style in ("line", "hairline") else at
-        at = at[1:-1] if curve.style == "horizontal" and len(at) > 2 else at
-        hollow: dict[str, Any] = {
-            "ls": "",
-            "mfc": "white",
-            "mec": colour,
-            "mew": 1.0,
-            "zorder": 4.5,
-        }
-        size = 2.6 if curve.style == "dots" else 4.6
-        ax.plot(
-            curve.x[at], curve.y[at], marker=curve.pen.marker or "o", ms=size, **hollow
-        )
+    if is_long or (x_error is None and y_error is None):
+        return
+
+    # a horizontal line has one bar, at its middle
+    points: Any = slice(None)
+    if curve.style == "horizontal":
+        points = [len(curve.x) // 2]
+    ax.errorbar(
+        curve.x[points],
+        curve.y[points],
+        yerr=None if y_error is None else y_error[:, points],
+        xerr=None if x_error is None else x_error[:, points],
+        fmt="none",
+        ecolor=colour,
+        elinewidth=0.8,
+        capsize=2.2,
+        capthick=0.8,
+        zorder=2.4,
+    )
 
 
-def _ends(values: Array, error: Array | None, least: float) -> Array | None:
+def _doubts(ax: "Axes", curve: Curve) -> None:
+    """Draw hollow marks on a curve where it is in doubt."""
+    if curve.doubtful is None or not curve.doubtful.any():
+        return
+    has_both = np.isfinite(curve.x) & np.isfinite(curve.y)
+    doubtful = np.asarray(curve.doubtful, bool)
+    points = np.flatnonzero(doubtful & has_both)
+    if curve.style in ("line", "hairline"):
+        points = points[:: max(1, len(points) // 9)]
+    if curve.style == "horizontal" and len(points) > 2:
+        points = points[1:-1]
+    ax.plot(
+        curve.x[points],
+        curve.y[points],
+        marker=curve.pen.marker or "o",
+        ms=2.6 if curve.style == "dots" else 4.6,
+        ls="",
+        mfc="white",
+        mec=curve.pen.colour,
+        mew=1.0,
+        zorder=4.5,
+    )
+
+
+def _ends(values: Array, error: Array | None, visible: float) -> Array | None:
     """Return how far bars reach below, never past zero, and above, (2, n).
 
     None where none is to be seen.
     """
-    if error is None or not np.nanmax(error, initial=0.0) > least:
+    if error is None or not np.nanmax(error, initial=0.0) > visible:
         return None
-    held = np.where(np.isfinite(error) & (error > least), error, np.nan)
-    return np.stack([np.where(values > 0.0, np.minimum(held, values), held), held])
+    above = np.where(np.isfinite(error) & (error > visible), error, np.nan)
+    below = np.where(values > 0.0, np.minimum(above, values), above)
+    return np.stack([below, above])
 
 
 def _limits(ax: "Axes", plot: Plot) -> None:
@@ -652,27 +730,17 @@ def _limits(ax: "Axes", plot: Plot) -> None:
 
     Do not magnify round-off.
     """
-    pointed = any(
-        c.style not in ("line", *BESIDE) for panel in plot.panels for c in panel.curves
-    )
-    if plot.shape == "square" or pointed:
+    curves = [curve for panel in plot.panels for curve in panel.curves]
+    has_points = any(curve.style not in ("line", *BESIDE) for curve in curves)
+    if plot.shape == "square" or has_points:
         ax.margins(x=0.05)
-    drawn = [
-        line for one in ax.get_shared_y_axes().get_siblings(ax) for line in one.lines
-    ]
-    lines = [
-        np.asarray(line.get_ydata(), float)
-        for line in drawn
-        if np.size(line.get_ydata()) > 1
-    ]
-    values = (
-        np.concatenate([y[np.isfinite(y)] for y in lines]) if lines else np.zeros(1)
-    )
+
+    values = _ordinates(ax)
     low, high = ax.get_ylim()
-    least = 0.02 * float(np.max(np.abs(values), initial=0.0))
+    smallest = 0.02 * float(np.max(np.abs(values), initial=0.0))
     middle = (low + high) / 2
-    if high - low < least:
-        ax.set_ylim(middle - least / 2, middle + least / 2)
+    if high - low < smallest:
+        ax.set_ylim(middle - smallest / 2, middle + smallest / 2)
     if plot.ranks:
         ax.set_ylim(np.floor(max(values)) + 0.7, 0.3)
         ax.yaxis.set_major_locator(
@@ -680,6 +748,15 @@ def _limits(ax: "Axes", plot: Plot) -> None:
         )
     elif (values >= 0.0).all() and 0.0 != low < 0.25 * high:
         ax.set_ylim(0.0, high)
+
+
+def _ordinates(ax: "Axes") -> Array:
+    """Return the finite ordinates of all lines on a shared y axis."""
+    siblings = ax.get_shared_y_axes().get_siblings(ax)
+    lines = [line for sibling in siblings for line in sibling.lines]
+    arrays = [np.asarray(line.get_ydata(), float) for line in lines]
+    finite = [y[np.isfinite(y)] for y in arrays if y.size > 1]
+    return np.concatenate(finite) if finite else np.zeros(1)
 
 
 def _scaled(ax: "Axes", plot: Plot) -> None:
@@ -697,34 +774,43 @@ def _scaled(ax: "Axes", plot: Plot) -> None:
 
 
 def _by_logarithm(ax: "Axes", name: str) -> None:
-    """Let the axis "x" or "y" go by the logarithm, a label a decade where they are many or long."""
+    """Make the axis "x" or "y" logarithmic, with a label a decade where they are many."""
     axis = {"x": ax.xaxis, "y": ax.yaxis}[name]
     ax.set(**{f"{name}scale": "log", f"{name}margin": 0.1})
     low, high = axis.get_view_interval()
     between = ticker.LogLocator(subs=(1.0, 2.0, 5.0))
-    told = [
-        f"{value:g}" for value in between.tick_values(low, high) if low <= value <= high
-    ]
-    many = high > 1e4 * low or (
-        name == "x" and sum(map(len, told)) + 2 * len(told) > 40
-    )
-    axis.set_major_locator(ticker.LogLocator() if many else between)
-    plain = ticker.FuncFormatter(lambda value, _: f"{value:g}")
-    axis.set_major_formatter(ticker.LogFormatterSciNotation() if many else plain)
+    ticks = between.tick_values(low, high)
+    labels = [f"{value:g}" for value in ticks if low <= value <= high]
+    length = sum(map(len, labels)) + 2 * len(labels)
+
+    if high > 1e4 * low or (name == "x" and length > 40):
+        axis.set_major_locator(ticker.LogLocator())
+        axis.set_major_formatter(ticker.LogFormatterSciNotation())
+    else:
+        axis.set_major_locator(between)
+        plain = ticker.FuncFormatter(lambda value, _: f"{value:g}")
+        axis.set_major_formatter(plain)
     axis.set_minor_locator(ticker.NullLocator())
 
 
 def _mark_truncated(ax: "Axes") -> None:
-    """Draw two strokes through the y axis at the end beyond which zero lies, if it is not on the axis."""
+    """Draw two strokes through the end of the y axis beyond which zero lies."""
     low, high = ax.get_ylim()
     if min(low, high) <= 0.0 <= max(low, high):
         return
-    stroke: dict[str, Any] = {
-        "marker": ((-1.0, -0.5), (1.0, 0.5)),
-        "ms": 7.0,
-        "mew": 0.9,
-        "zorder": 6,
-    }
-    for height in (0.025, 0.055) if abs(low) < abs(high) else (0.975, 0.945):
-        where: Any = {"transform": ax.transAxes, "clip_on": False}
-        ax.add_artist(Line2D([0.0], [height], mec="#444444", ls="", **where, **stroke))
+    slash: Any = ((-1.0, -0.5), (1.0, 0.5))
+    heights = (0.025, 0.055) if abs(low) < abs(high) else (0.975, 0.945)
+    for height in heights:
+        stroke = Line2D(
+            [0.0],
+            [height],
+            ls="",
+            marker=slash,
+            ms=7.0,
+            mec="#444444",
+            mew=0.9,
+            transform=ax.transAxes,
+            clip_on=False,
+            zorder=6,
+        )
+        ax.add_artist(stroke)

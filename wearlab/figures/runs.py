@@ -335,8 +335,8 @@ def read_runs(
             beside = _labels_beside(grid, data, axes, dims)
 
         states = slice(int(data[COUNT]))
-        of_states = data.isel(update=states, missing_dims="ignore")
-        present = _without_absent(of_states, dims)
+        reached = data.isel(update=states, missing_dims="ignore")
+        present = _without_absent(reached, dims)
         runs.append(
             Run(
                 id=point.run_id,
@@ -441,7 +441,7 @@ def axis_named(grid: xr.Dataset, name: str) -> str:
 
 
 def _without_absent(data: xr.Dataset, dims: Iterable[str]) -> xr.Dataset:
-    """Drop the places in the grid, and variables and mesh periods that it only padded."""
+    """Drop places in the grid, and variables and mesh periods that it only padded."""
     absent = [
         name
         for name, variable in data.variables.items()

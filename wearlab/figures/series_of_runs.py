@@ -1,4 +1,4 @@
-"""The curves of the runs of a figure: arranged over a sweep, as bands, with published ones."""
+"""Curves of the runs of a figure, arranged over a sweep or as bands."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -16,7 +16,7 @@ from wearlab.figures.runs import along_axes
 
 
 class ArrangedSeries(NamedTuple):
-    """Curves of all runs as they are drawn, and notes that tell what was done to them."""
+    """Curves of all runs as they are drawn, and notes on what was done to them."""
 
     series: list[Series]
     notes: list[str]

@@ -79,7 +79,9 @@ class Updated:
         from wearlab.updating import calendar
 
         days = self.calendar
-        return None if days is None else calendar.day_text(float(days(cycles)))  # type: ignore[arg-type]
+        return (
+            None if days is None else calendar.day_text(float(days(np.array(cycles))))
+        )
 
     def in_time(self, curve: Series) -> Series:
         """Return a curve over time: with its hours a cycle, or with dates for cycles.

@@ -1,4 +1,4 @@
-"""Words and units of figures: labels of wear states and sweeps, axis labels in proper typography."""
+"""Words and units of figures: labels of wear states and sweeps, labels of axes."""
 
 import math
 import re
@@ -118,10 +118,18 @@ def converted(values: Array, units: str, wanted: str) -> Array:
 
 
 def power_of_ten(arrays: Iterable[Array], units: str) -> int:
-    """Return the power of ten to take out of an axis: of counts from 10⁴, of others far from 1."""
+    """Return the power of ten to take out of an axis.
+
+    Of counts from 10⁴ on, of other values far from 1.
+
+    Parameters
+    ----------
+    arrays : values on the axis
+    units : of the values
+    """
+    finite = [np.abs(values[np.isfinite(values)]) for values in arrays]
     largest = max(
-        (float(np.max(np.abs(a[np.isfinite(a)]), initial=0.0)) for a in arrays),
-        default=0.0,
+        (float(np.max(values, initial=0.0)) for values in finite), default=0.0
     )
     if largest == 0.0:
         return 0

@@ -1,10 +1,11 @@
-"""What goes with the wear states: numbers over cycles, harmonics over wear.
+"""Figures over the wear states: numbers over cycles, harmonics over wear, and lines.
 
-Any variable over anything.
+The kind "line" draws any variable over anything.
 """
 
 from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,19 +26,35 @@ from wearlab.figures.plot import Scale, Series, gathered, without
 from wearlab.figures.wording import Label, converted, ordinal
 from wearlab.units import UnitError
 
+FLUCTUATION = Label("fluctuation", "fluctuation")
+RMS = Label("RMS", "RMS of the fluctuation")
+DEFAULT_X = {"update": "cycle", "profile": "path_position"}
+"""Dimension → coordinate that curves along it are drawn over."""
+FREQUENCY = "mesh_frequency"
+
 
 def over_cycles(run: Run, name: str, request: FigureRequest) -> Iterator[Series]:
-    """Yield a variable over the wear states, by cycle or by the coordinate that ``x`` names."""
+    """Yield a variable over the wear states, by cycle or by what ``x`` names.
+
+    Parameters
+    ----------
+    run : that has the variable
+    name : of the variable
+    request : what the figure asks for
+    """
     for piece in slices(run, name, request, "update"):
-        yield pointed(
-            piece.over(
-                *at_states(run, request, piece), hours=hours_a_cycle(run, request)
-            ).known
-        )
+        x, x_scale = at_states(run, request, piece)
+        curve = piece.over(x, x_scale, hours=hours_a_cycle(run, request))
+        yield pointed(curve.known)
 
 
 def pointed(curve: Series) -> Series:
-    """Return a curve with its points marked, if they are few."""
+    """Return a curve with its points marked, if they are few.
+
+    Parameters
+    ----------
+    curve : a line
+    """
     return replace(curve, style="line-points") if len(curve.x) <= 30 else curve
 
 
@@ -75,25 +92,28 @@ def at_states(
 
 
 def hours_a_cycle(run: Run, request: FigureRequest) -> float | None:
-    """Return the operating hours of a wear cycle, None where x is another or it takes now more, now less."""
+    """Return the operating hours of a wear cycle.
+
+    None where x is no cycle, or where cycles take different times.
+
+    Parameters
+    ----------
+    run : with its cycles and hours
+    request : what the figure asks for
+    """
     cycle = run.data.get("cycle")
     hours = run.data.get("operating_hours")
-    if (
-        request.x not in (None, "cycle")
-        or cycle is None
-        or hours is None
-        or hours.dims != cycle.dims
-    ):
+    if request.x not in (None, "cycle") or cycle is None or hours is None:
         return None
-    later = cycle.values > 0.0
-    rate = (
-        converted(hours.values, str(hours.attrs.get("units", "h")), "h")[later]
-        / cycle.values[later]
-    )
+    if hours.dims != cycle.dims:
+        return None
+
+    worn = cycle.values > 0.0
+    units = str(hours.attrs.get("units", "h"))
+    rate = converted(hours.values, units, "h")[worn] / cycle.values[worn]
     rate = rate[np.isfinite(rate)]
-    return (
-        float(rate[0]) if rate.size and np.allclose(rate, rate[0], rtol=1e-6) else None
-    )
+    is_even = rate.size and np.allclose(rate, rate[0], rtol=1e-6)
+    return float(rate[0]) if is_even else None
 
 
 def _number(run: Run, request: FigureRequest) -> Iterator[Series]:
@@ -139,37 +159,40 @@ FACE_LOAD_FACTOR = kind(
 )(_number)
 
 
-FLUCTUATION = Label("fluctuation", "fluctuation")
-RMS = Label("RMS", "RMS of the fluctuation")
-
-
 def _of(
     prefix: str, subject: str, by: str
 ) -> Callable[[Run, FigureRequest], Iterator[Series]]:
-    shown: dict[str, tuple[str, dict[str, Label]]] = {
+    """Return the function that yields mean, RMS and harmonics of a measure.
+
+    Parameters
+    ----------
+    prefix : of the names of its variables
+    subject : the measure in words
+    by : what the curves are drawn over unless x names another
+    """
+    parts: dict[str, tuple[str, dict[str, Label]]] = {
         "mean": (f"mean {subject}", {"part": Label("mean", "mean")}),
         "rms": (f"{subject} fluctuation", {"part": FLUCTUATION, "quantity": RMS}),
         "harmonics": (f"{subject} fluctuation", {"part": FLUCTUATION}),
     }
 
     def series(run: Run, request: FigureRequest) -> Iterator[Series]:
-        for end, (words, named) in shown.items():
-            name = f"{prefix}_{end}"
-            for piece in (
-                slices(run, name, request, "update") if name in run.data else ()
-            ):
-                key = {**piece.key, **named}
-                if end == "harmonics":
+        for part, (words, labels) in parts.items():
+            name = f"{prefix}_{part}"
+            if name not in run.data:
+                continue
+            for piece in slices(run, name, request, "update"):
+                key = {**piece.key, **labels}
+                if part == "harmonics":
                     order = int(key.pop("harmonic").value)
                     if order > 3 and "harmonic" not in request.select:
                         continue
-                    key["quantity"] = Label(
-                        f"harmonic {order}", f"{ordinal(order)} harmonic"
-                    )
-                told = piece._replace(key=key, scale=Scale(words, piece.scale.units))
-                yield told.over(
-                    *at_states(run, request, piece, by, of_all=True), "line-points"
-                ).known
+                    text = f"{ordinal(order)} harmonic"
+                    key["quantity"] = Label(f"harmonic {order}", text)
+                scale = Scale(words, piece.scale.units)
+                x, x_scale = at_states(run, request, piece, by, of_all=True)
+                labelled = piece._replace(key=key, scale=scale)
+                yield labelled.over(x, x_scale, "line-points").known
 
     return series
 
@@ -204,10 +227,6 @@ DTE_HARMONICS = kind(
 )(_of("dte", "DTE", "cycle"))
 
 
-DEFAULT_X = {"update": "cycle", "profile": "path_position"}
-FREQUENCY = "mesh_frequency"
-
-
 @kind(
     "line",
     "",
@@ -226,7 +245,13 @@ FREQUENCY = "mesh_frequency"
     over_sweeps=True,
 )
 def line(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """Any variable y over a dimension, a coordinate or a sweep x, with hue, rows and cols."""
+    """Any variable y over a dimension, a coordinate or a sweep x, with hue, rows and cols.
+
+    Parameters
+    ----------
+    run : that has the variables
+    request : what the figure asks for
+    """
     several = len(request.y) > 1
     for order, name in enumerate(request.y):
         if name in run.data:
@@ -236,120 +261,151 @@ def line(run: Run, request: FigureRequest) -> Iterator[Series]:
 
 
 def _of_variable(run: Run, name: str, request: FigureRequest) -> Iterator[Series]:
+    """Yield the curves of one variable over x."""
     if request.x is not None and request.x in run.along:
-        x, own = run.abscissa(
-            request.x
-        )  # a point at this run's place along a sweep, joined to curves afterwards
+        # a point at this run's place along a sweep, joined to curves afterwards
+        x, case_value = run.abscissa(request.x)
+        x_scale = run.scales[request.x]
         for piece in slices(run.thinned(), name, request):
-            yield piece.over(
-                np.array([x]), run.scales[request.x], "line-points", case_x=own
-            )
+            yield piece.over(np.array([x]), x_scale, "line-points", case_x=case_value)
         return
+
     dim, coordinate = _across(run, name, request)
     run = run if dim == "update" else run.thinned()
     if coordinate in POSITIONS:
         yield from along_path(run, name, request)
         return
     for piece in slices(run, name, request, dim):
-        for extra, place, x_scale in _positions(
-            run, dim, coordinate, piece.place, request
-        ):
-            yield pointed(
-                piece._replace(key={**piece.key, **extra}).over(place, x_scale).known
-            )
+        for place in _places_along(run, dim, coordinate, piece.place, request):
+            labelled = piece._replace(key={**piece.key, **place.labels})
+            yield pointed(labelled.over(place.values, place.scale).known)
 
 
 def _across(run: Run, name: str, request: FigureRequest) -> tuple[str, str]:
-    """Return the dimension that runs along x, and the coordinate that tells its values."""
+    """Return the dimension that runs along x, and the coordinate of its values."""
     dims = [str(dim) for dim in run.data[name].dims]
     if request.x is None:
         if not dims:
-            known = nearest.choices("", run.place)
             raise request.error(
-                f"{name} is one number per run; x must name a sweep: {known}"
+                f"{name} is one number per run; x must name a sweep: "
+                f"{nearest.choices('', run.place)}"
             )
-        free = [
-            d for d in dims if d not in (request.hue, request.rows, request.cols)
-        ] or dims
-        dim = next((d for d in ("phase", "profile", "update") if d in free), free[-1])
+        roles = (request.hue, request.rows, request.cols)
+        free = [dim for dim in dims if dim not in roles] or dims
+        usual = [dim for dim in ("phase", "profile", "update") if dim in free]
+        dim = usual[0] if usual else free[-1]
         return dim, DEFAULT_X.get(dim, dim)
+
     if request.x in dims:
         return request.x, DEFAULT_X.get(request.x, request.x)
     shared = _shared(run, request.x, dims) if request.x in run.data.variables else []
     if not shared:
-        valid = [
-            *run.place,
-            *dims,
-            *(str(name) for name in run.data.coords if _shared(run, name, dims)),
+        coordinates = [
+            str(coordinate)
+            for coordinate in run.data.coords
+            if _shared(run, coordinate, dims)
         ]
-        known = nearest.choices(request.x, dict.fromkeys(valid))
-        raise request.error(f"x = {request.x!r} does not run along {name}; {known}")
+        valid = dict.fromkeys([*run.place, *dims, *coordinates])
+        raise request.error(
+            f"x = {request.x!r} does not run along {name}; "
+            f"{nearest.choices(request.x, valid)}"
+        )
     return shared[-1], request.x
 
 
 def _shared(run: Run, coordinate: Hashable, dims: Collection[str]) -> list[str]:
-    """Return the dimensions along which both run: none of a place on the flank where y has no such places."""
-    own = [str(dim) for dim in run.data[coordinate].dims]
-    return (
-        []
-        if "profile" in own and "profile" not in dims
-        else [dim for dim in own if dim in dims]
-    )
+    """Return the dimensions that a coordinate and a variable have in common.
+
+    None of a place on the flank where the variable has no such places.
+    """
+    of_coordinate = [str(dim) for dim in run.data[coordinate].dims]
+    if "profile" in of_coordinate and "profile" not in dims:
+        return []
+    return [dim for dim in of_coordinate if dim in dims]
 
 
-def _positions(
+class _Places(NamedTuple):
+    """Abscissae along a dimension, their scale, and labels of where they are taken."""
+
+    labels: dict[str, Label]
+    values: arrays.Array
+    scale: Scale
+
+
+def _places_along(
     run: Run,
     dim: str,
     coordinate: str,
     index: Mapping[str, int],
     request: FigureRequest,
-) -> Iterator[tuple[dict[str, Label], arrays.Array, Scale]]:
-    """Yield abscissae along a dimension: one, or one for each place along dimensions that y has not."""
+) -> Iterator[_Places]:
+    """Yield abscissae along a dimension.
+
+    One, or one for each place along dimensions that y does not have.
+    """
     if coordinate not in run.data.variables:
-        yield (
-            {},
-            np.arange(run.data.sizes[dim], dtype=float),
-            Scale(dim.replace("_", " "), "1"),
-        )
+        numbers = np.arange(run.data.sizes[dim], dtype=float)
+        yield _Places({}, numbers, Scale(dim.replace("_", " "), "1"))
         return
+
     units = request.units.get("x") or request.units.get("order", "1")
     if coordinate == "order" and units != "1" and FREQUENCY in run.data:
-        hertz = (
-            run.data[FREQUENCY][index.get("mesh", 0)].values
-            * run.data[coordinate].values
-        )
-        try:
-            hertz = converted(hertz, "Hz", units)
-        except UnitError as error:
-            raise request.error(
-                f"units of order: {error}; orders of the mesh, or a frequency"
-            ) from error
-        yield {}, hertz, Scale("frequency", units)
+        frequencies = _frequencies(run, index, request, units)
+        yield _Places({}, frequencies, Scale("frequency", units))
         return
-    kept = {name: at for name, at in index.items() if name in run.data[coordinate].dims}
-    for piece in slices(
-        replace(run, data=run.data.isel(kept)), coordinate, request, dim, axis="x"
-    ):
-        extra = {
-            name: label for name, label in piece.key.items() if name in piece.place
-        }
-        yield extra, piece.values, piece.scale
+
+    dims = run.data[coordinate].dims
+    fixed = {name: place for name, place in index.items() if name in dims}
+    run = replace(run, data=run.data.isel(fixed))
+    for piece in slices(run, coordinate, request, dim, axis="x"):
+        labels = {name: piece.key[name] for name in piece.place}
+        yield _Places(labels, piece.values, piece.scale)
+
+
+def _frequencies(
+    run: Run, index: Mapping[str, int], request: FigureRequest, units: str
+) -> arrays.Array:
+    """Return the orders of the mesh as frequencies."""
+    mesh_frequency = run.data[FREQUENCY][index.get("mesh", 0)].values
+    frequencies = mesh_frequency * run.data["order"].values
+    try:
+        return converted(frequencies, "Hz", units)
+    except UnitError as error:
+        raise request.error(
+            f"units of order: {error}; orders of the mesh, or a frequency"
+        ) from error
 
 
 def joined(series: list[Series], axis: str) -> list[Series]:
     """Join single points that differ along one axis alone.
 
-    A case that is not swept becomes a level.
+    A case that is not swept becomes a level. Points whose places were drawn at random
+    stay points.
 
-    Points whose places were drawn at random stay points.
+    Parameters
+    ----------
+    series : a point for each run
+    axis : along which the points are joined
+
+    Raises
+    ------
+    FigureError : the places along the axis are names
     """
     series = [replace(curve, key=without(curve.key, axis)) for curve in series]
     if not any(np.isfinite(curve.x).any() for curve in series):
-        said = f"x = {axis!r} has names, not numbers"
-        raise FigureError(f'{said}: kind = "cases" draws a number beside each name')
+        raise FigureError(
+            f'x = {axis!r} has names, not numbers: kind = "cases" draws a number beside '
+            "each name"
+        )
     curves = []
-    for curve in gathered(series, lambda one: (one.place, one.y_scale, one.style)):
-        mixed = len(curve.x) > 10 and {-1.0, 1.0} <= set(np.sign(np.diff(curve.x)))
+    for curve in gathered(series, _kind_of_point):
+        steps = set(np.sign(np.diff(curve.x)))
+        is_random = len(curve.x) > 10 and {-1.0, 1.0} <= steps
         ordered = curve.at(np.argsort(curve.x, kind="stable"))
-        curves.append(replace(ordered, style="dots") if mixed else ordered)
+        curves.append(replace(ordered, style="dots") if is_random else ordered)
     return curves
+
+
+def _kind_of_point(point: Series) -> tuple[object, ...]:
+    """Return what points have in common that are joined."""
+    return (point.place, point.y_scale, point.style)

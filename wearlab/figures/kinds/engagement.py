@@ -1,8 +1,7 @@
-"""While a tooth pair is in contact: along the path, over mesh cycles, and over the flank with its width."""
+"""Figures of a tooth pair in contact: along the path, over mesh cycles, over the flank."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -30,6 +29,9 @@ QUANTITIES = (
     "lambda_ratio",
     "effective_wear_coefficient",
 )
+ENGAGED = ("phase", "contact_ratio", "mesh_phase_offset")
+"""What a figure of an engagement needs of a run."""
+MAPS = (("cols", "update"), ("cols", "*"), ("rows", "flank"), ("rows", "*"))
 
 
 def along_path(
@@ -38,13 +40,20 @@ def along_path(
     request: FigureRequest,
     extra: Mapping[str, Label] | None = None,
 ) -> Iterator[Series]:
-    """Yield a variable along the flank, over the coordinate that ``x`` names."""
+    """Yield a variable along the flank, over the coordinate that ``x`` names.
+
+    Parameters
+    ----------
+    run : that has the variable
+    name : of the variable
+    request : what the figure asks for
+    extra : further labels of the curves
+    """
     for piece in slices(run, name, request, "profile"):
         x, x_scale = _positions(run, piece, request)
-        named = piece._replace(key={**piece.key, **(extra or {})})
-        yield named.over(x, x_scale, marks=_marks(run, x, piece.place)).at(
-            np.isfinite(x)
-        )
+        labelled = piece._replace(key={**piece.key, **(extra or {})})
+        curve = labelled.over(x, x_scale, marks=_marks(run, x, piece.place))
+        yield curve.at(np.isfinite(x))
 
 
 def _positions(run: Run, piece: Slice, request: FigureRequest) -> tuple[Array, Scale]:
@@ -58,18 +67,18 @@ def _positions(run: Run, piece: Slice, request: FigureRequest) -> tuple[Array, S
 
 
 def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...]:
+    """Return the characteristic points A–E of a flank at their abscissae."""
     if "characteristic_point" not in run.data:
         return ()
     points = run.data["characteristic_point"]
-    letters = points.isel(
-        {dim: place[str(dim)] for dim in points.dims if dim in place}
-    ).values
-    at = {
-        str(letter): float(where)
-        for letter, where in zip(letters, x, strict=True)
-        if letter
-    }
-    return tuple(Mark(where, letter) for letter, where in at.items())
+    index = {dim: place[str(dim)] for dim in points.dims if dim in place}
+    letters = points.isel(index).values
+
+    places = {}
+    for letter, abscissa in zip(letters, x, strict=True):
+        if letter:
+            places[str(letter)] = float(abscissa)
+    return tuple(Mark(abscissa, letter) for letter, abscissa in places.items())
 
 
 @kind(
@@ -85,9 +94,17 @@ def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...
         ("rows", "*"),
     ),
     titled="{} along the flank",
+    shows="wear depth over path_position, diameter, roll_angle or "
+    "distance_to_pitch_circle, with A–E marked",
 )
 def wear_profile(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """Wear depth over path_position, diameter, roll_angle or distance_to_pitch_circle, with A–E marked."""
+    """Yield the wear depth along the flank, with A–E marked.
+
+    Parameters
+    ----------
+    run : that has the variable
+    request : what the figure asks for
+    """
     return along_path(run.thinned(), request.y[0], request)
 
 
@@ -115,34 +132,34 @@ def along_whole_path(run: Run, request: FigureRequest) -> Iterator[Series]:
             )
 
 
-ENGAGED = ("phase", "contact_ratio", "mesh_phase_offset")
-
-
 def _engagement_marks(
     run: Run, index: Mapping[str, int], ratio: float
 ) -> tuple[Mark, ...]:
-    """Return the points A–E on the scale of mesh cycles since A, on the path of the flank that leads.
+    """Return the points A–E in mesh cycles since A, on the path of the leading flank.
 
     That is "sun" in "sun-planet-1".
     """
     if "path_position" not in run.data:
         return ()
-    leads = 0
     position = run.data["path_position"].values
-    if "mesh" in run.data.coords and "flank" in run.data.dims:
-        mesh = str(np.atleast_1d(run.data["mesh"].values)[index.get("mesh", 0)])
-        flanks = run.data["flank"].values
-        leads = next(
-            (i for i, name in enumerate(flanks) if mesh.startswith(str(name))), 0
-        )
-    marks = _marks(
-        run, position[leads] if position.ndim > 1 else position, {"flank": leads}
-    )
-    at = {mark.text: mark.x for mark in marks}
-    if not {"A", "E"} <= set(at):
+    flank = _leading_flank(run, index.get("mesh", 0))
+    path = position[flank] if position.ndim > 1 else position
+    places = {mark.text: mark.x for mark in _marks(run, path, {"flank": flank})}
+    if not {"A", "E"} <= set(places):
         return ()
-    period = (at["E"] - at["A"]) / ratio
-    return tuple(Mark((s - at["A"]) / period, letter) for letter, s in at.items())
+    begin = places["A"]
+    period = (places["E"] - begin) / ratio
+    return tuple(Mark((s - begin) / period, letter) for letter, s in places.items())
+
+
+def _leading_flank(run: Run, mesh: int) -> int:
+    """Return the flank after which a mesh is called first, 0 without one."""
+    if "mesh" not in run.data.coords or "flank" not in run.data.dims:
+        return 0
+    name = str(np.atleast_1d(run.data["mesh"].values)[mesh])
+    flanks = [str(flank) for flank in run.data["flank"].values]
+    leading = [i for i, flank in enumerate(flanks) if name.startswith(flank)]
+    return leading[0] if leading else 0
 
 
 def _engagements(
@@ -159,24 +176,32 @@ def _engagements(
         mesh period
     """
     run = run.thinned()
+    x_scale = Scale("mesh cycles since the pair enters at A", "1")
     for piece in slices(run, name, request, *along):
-        phase, ratio, lag = (
-            companion(run, of, piece.place, request)[0] for of in ENGAGED
-        )
-        end = float(ratio)
-        marks = _engagement_marks(run, piece.place, float(ratio))
-        values = piece.values
-        if "pair" not in along:
-            values = np.broadcast_to(values, (int(np.ceil(end)), 1, len(phase)))
-        elif "mesh_period" not in along:
-            values = values[:, None]
-        values = values[:, ~np.isnan(values).all(axis=(0, 2))]
+        phase, _ = companion(run, "phase", piece.place, request)
+        ratios, _ = companion(run, "contact_ratio", piece.place, request)
+        lags, _ = companion(run, "mesh_phase_offset", piece.place, request)
+        ratio = float(ratios)
+        lag = float(lags)
+
+        marks = _engagement_marks(run, piece.place, ratio)
+        values = _of_pairs(piece.values, along, int(np.ceil(ratio)))
         for period in range(values.shape[1]):
-            x, y = through_engagement(values, phase, end, float(lag), period)
+            x, y = through_engagement(values, phase, ratio, lag, period)
             if "pair" not in along:  # to the end
-                x, y = np.append(x[x < end], end), np.append(y[x < end], y[x < end][-1])
-            x_scale = Scale("mesh cycles since the pair enters at A", "1")
+                inside = x < ratio
+                x = np.append(x[inside], ratio)
+                y = np.append(y[inside], y[inside][-1])
             yield Series(piece.key, x, y, x_scale, piece.scale, marks=marks)
+
+
+def _of_pairs(values: Array, along: Sequence[str], pairs: int) -> Array:
+    """Return values as (pair, n_periods, n_phases), without periods that have none."""
+    if "pair" not in along:
+        values = np.broadcast_to(values, (pairs, 1, values.shape[-1]))
+    elif "mesh_period" not in along:
+        values = values[:, None]
+    return values[:, ~np.isnan(values).all(axis=(0, 2))]
 
 
 def _of_mesh(run: Run, request: FigureRequest) -> Iterator[Series]:
@@ -211,7 +236,9 @@ STE = kind(
 def through_engagement(
     values: Array, phase: Array, ratio: float, lag: float = 0.0, period: int = 0
 ) -> Line:
-    """Join the pieces of one pair: slot p holds the pair that entered ceil(ε) − 1 − p periods ago.
+    """Return mesh cycles since A, and the values of one pair at them, until E.
+
+    Slot p holds the pair that entered ceil(ε) − 1 − p periods ago.
 
     Parameters
     ----------
@@ -225,17 +252,18 @@ def through_engagement(
     periods = values.shape[1]
     since = np.round(np.arange(periods)[:, None] + phase - lag, 12)
     entered = np.floor(since).astype(int)
-    own = since % 1.0
-    x = []
-    y = []
+    phase_of_pair = since % 1.0
+
+    cycles = []
+    history = []
     for age in range(slots):
-        then = (entered - period - age) % periods == 0
-        order = np.argsort(own[then])
-        x.append(own[then][order] + age)
-        y.append(values[slots - 1 - age][then][order])
-    at = np.concatenate(x)
-    history = np.concatenate(y)
-    return at[at <= ratio], history[at <= ratio]
+        inside = (entered - period - age) % periods == 0
+        order = np.argsort(phase_of_pair[inside])
+        cycles.append(phase_of_pair[inside][order] + age)
+        history.append(values[slots - 1 - age][inside][order])
+    x = np.concatenate(cycles)
+    y = np.concatenate(history)
+    return x[x <= ratio], y[x <= ratio]
 
 
 @kind(
@@ -256,37 +284,46 @@ def load_share(run: Run, request: FigureRequest) -> Iterator[Series]:
     ("pair_force", *ENGAGED),
     ("pair", "mesh_period", "phase"),
     roles=ORBITS,
+    shows="elastic force on the drive flanks of one tooth pair, from A to E, one "
+    "curve per mesh period",
 )
 def pair_force(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """Elastic force on the drive flanks of one tooth pair, from A to E, one curve per mesh period."""
+    """Yield the elastic force on one tooth pair, a curve for each mesh period.
+
+    Parameters
+    ----------
+    run : that has the variable
+    request : what the figure asks for
+    """
     return _engagements(run, request, "pair_force", "pair", "mesh_period", "phase")
-
-
-MAPS = (("cols", "update"), ("cols", "*"), ("rows", "flank"), ("rows", "*"))
 
 
 def over_flank(run: Run, name: str, request: FigureRequest) -> Iterator[Series]:
     """Yield a variable as maps over profile and face.
 
     What has no face is even across it.
+
+    Parameters
+    ----------
+    run : that has the variable
+    name : of the variable
+    request : what the figure asks for
     """
     for piece in slices(run, name, request, "face", "profile"):
         x, x_scale = _positions(run, piece, request)
         y, y_scale = companion(run, "face_position", piece.place, request)
-        held = np.isfinite(x)
-        wide, high = np.meshgrid(x[held], y)
-        level: Any = {
-            "level": np.broadcast_to(piece.values[..., held], wide.shape).ravel()
-        }
+        finite = np.isfinite(x)
+        map_x, map_y = np.meshgrid(x[finite], y)
+        level = np.broadcast_to(piece.values[..., finite], map_x.shape)
         yield Series(
-            piece.key,
-            wide.ravel(),
-            high.ravel(),
-            x_scale,
-            y_scale,
-            "map",
+            key=piece.key,
+            x=map_x.ravel(),
+            y=map_y.ravel(),
+            x_scale=x_scale,
+            y_scale=y_scale,
+            style="map",
             colours=piece.scale,
-            **level,
+            level=level.ravel(),
         )
 
 
@@ -299,9 +336,17 @@ def over_flank(run: Run, name: str, request: FigureRequest) -> Iterator[Series]:
     one_flank=True,
     titled="{} over the flank",
     shape="square",
+    shows="pressure over profile and face as it is painted in a test, in the "
+    "first and the last wear state",
 )
 def contact_pattern(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """Pressure over profile and face as it is painted in a test, in the first and the last wear state."""
+    """Yield the pressure over profile and face, as it is painted in a test.
+
+    Parameters
+    ----------
+    run : that has the variable
+    request : what the figure asks for
+    """
     return over_flank(run.thinned(2), request.y[0], request)
 
 
@@ -313,17 +358,31 @@ def contact_pattern(run: Run, request: FigureRequest) -> Iterator[Series]:
     roles=(("cols", "source"), *MAPS),
     titled="{} over the flank",
     shape="square",
+    shows="wear depth over profile and face in the last wear state or those "
+    "selected, a measured one beside",
 )
 def wear_map(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """Wear depth over profile and face in the last wear state or those selected, a measured one beside."""
+    """Yield maps of the wear depth, and a measured flank beside them.
+
+    Parameters
+    ----------
+    run : with its wear states, of which the last is shown
+    request : what the figure asks for
+
+    Raises
+    ------
+    FigureError : the measured flank cannot stand beside the maps
+    """
+    name = request.y[0]
     if run.data.sizes.get("update", 1) > 2:
         run = run.at_states([-1])
     if request.published is None:
-        yield from over_flank(run, request.y[0], request)
+        yield from over_flank(run, name, request)
         return
-    if request.y[0] != "wear_depth":
+
+    if name != "wear_depth":
         raise request.error(
-            f"published tells wear depths, and y = {request.y[0]!r}: leave one out"
+            f"published tells wear depths, and y = {name!r}: leave one out"
         )
     if run.data.sizes["flank"] > 1:
         flanks = ", ".join(map(str, run.data["flank"].values))
@@ -331,10 +390,14 @@ def wear_map(run: Run, request: FigureRequest) -> Iterator[Series]:
             f"published is of one flank: name it in select.flank, of {flanks}"
         )
     flank = measured_flank(request)
-    for curve in over_flank(run, request.y[0], replace(request, x=flank.along)):
-        for source in ("computed", "measured"):
-            told = replace(curve, key={**curve.key, "source": Label(source, source)})
-            yield beside_map(told, flank) if source == "measured" else told
+    for curve in over_flank(run, name, replace(request, x=flank.along)):
+        yield _with_source(curve, "computed")
+        yield beside_map(_with_source(curve, "measured"), flank)
+
+
+def _with_source(curve: Series, source: str) -> Series:
+    """Return a map with the label of its source."""
+    return replace(curve, key={**curve.key, "source": Label(source, source)})
 
 
 @kind(
@@ -359,34 +422,39 @@ def face_load(run: Run, request: FigureRequest) -> Iterator[Series]:
     shape="square",
 )
 def contact_lines(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """Lines of contact in the field of action, at four phases of the mesh."""
+    """Lines of contact in the field of action, at four phases of the mesh.
+
+    Parameters
+    ----------
+    run : with its helix and its nodes
+    request : what the figure asks for
+    """
     place = {"flank": 0, "mesh": 0}
     x, x_scale = companion(run, "path_position", place, request)
     y, y_scale = companion(run, "face_position", place, request)
+    contact_ratio, _ = companion(run, "contact_ratio", place, request)
     begin = float(np.nanmin(x))
     end = float(np.nanmax(x))
-    pitch = (end - begin) / float(companion(run, "contact_ratio", place, request)[0])
-    slope = float(np.tan(run.data["base_helix_angle"].values[0]))
-    frame = (
-        np.array([begin, end, end, begin, begin]),
-        np.array([y[0], y[0], y[-1], y[-1], y[0]]),
+    field = Series(
+        key=run.place,
+        x=np.array([begin, end, end, begin, begin]),
+        y=np.array([y[0], y[0], y[-1], y[-1], y[0]]),
+        x_scale=x_scale,
+        y_scale=y_scale,
+        style="level",
+        text="field of action",
     )
-    yield Series(run.place, *frame, x_scale, y_scale, "level", text="field of action")
+    yield field
+
+    pitch = (end - begin) / float(contact_ratio)
+    slope = float(np.tan(run.data["base_helix_angle"].values[0]))
     reach = int(np.ceil((end - begin + abs(slope) * np.ptp(y)) / pitch)) + 1
-    along = np.append(np.linspace(y[0], y[-1], 201), np.nan)
+    numbers = range(-reach, reach + 1)
+    face = np.append(np.linspace(y[0], y[-1], 201), np.nan)
     for phase in (0.0, 0.25, 0.5, 0.75):
-        s = np.concatenate(
-            [
-                begin + pitch * (phase + n) - slope * along
-                for n in range(-reach, reach + 1)
-            ]
-        )
+        lines = [begin + pitch * (phase + n) - slope * face for n in numbers]
+        s = np.concatenate(lines)
         s[~((s >= begin) & (s <= end))] = np.nan
-        height = np.where(np.isnan(s), np.nan, np.tile(along, 2 * reach + 1))
-        yield Series(
-            {**run.place, "phase": Label(phase, f"phase {phase:g}")},
-            s,
-            height,
-            x_scale,
-            y_scale,
-        )
+        height = np.where(np.isnan(s), np.nan, np.tile(face, len(numbers)))
+        key = {**run.place, "phase": Label(phase, f"phase {phase:g}")}
+        yield Series(key, s, height, x_scale, y_scale)

@@ -117,9 +117,11 @@ def mesh_force(run: Run, request: FigureRequest) -> Iterator[Series]:
     roles=ORBITS,
     also=("poincare_deflection", "poincare_rate"),
     shape="square",
+    shows="rate of the mesh deflection over the deflection, with a point once per mesh "
+    "period",
 )
 def phase_plane(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """Rate of the mesh deflection over the deflection, with a point once per mesh period.
+    """Rate of the mesh deflection over the deflection, a point once per mesh period.
 
     Parameters
     ----------

@@ -147,7 +147,7 @@ def _points(run: Run, request: FigureRequest) -> Iterator[Series]:
 
 
 class _Abscissa(NamedTuple):
-    """Where a run stands on x: values, scale, and the value of a case beside a sweep."""
+    """Where a run stands on x: its value, and that of a case beside a sweep."""
 
     values: Array
     scale: Scale
@@ -155,7 +155,7 @@ class _Abscissa(NamedTuple):
 
 
 def _inputs(run: Run) -> list[str]:
-    """Return the axes, and what advances with them, those that only count runs apart."""
+    """Return the axes, and what advances with them, without those that count runs."""
     names = [name for name in run.along if name != "case"]
     return [name for name in names if name not in ("sample", "scene")] or names
 
@@ -384,7 +384,7 @@ def _of_axes(outcomes: Sequence[Series]) -> dict[str, Array]:
 
 
 def _means_along(places: list[Any], distinct: list[Any], values: Array) -> Array:
-    """Return the mean value at every distinct place, of many in bins of equal counts."""
+    """Return the mean value at every distinct place, or in bins of equal counts."""
     has_texts = any(isinstance(place, str) for place in distinct)
     if len(distinct) <= MAX_PLACES or has_texts:
         groups = [np.array([value == place for value in places]) for place in distinct]
@@ -563,7 +563,7 @@ def _quantile_text(number: Quantile, units: str) -> str:
 
 
 def _probabilities(series: list[Series]) -> list[Series]:
-    """Return every sample in order over the scores of its ranks, and its log-normal law.
+    """Return every sample over the scores of its ranks, and its log-normal law.
 
     Hazen's places ``(i − ½)/n``. The law has the mean and standard deviation of the
     logarithms; the limits hold each order statistic of such a sample with `CONFIDENCE`
@@ -576,7 +576,7 @@ def _probabilities(series: list[Series]) -> list[Series]:
 
 
 def _probability_curves(first: Series, logs: Array) -> list[Series]:
-    """Return a sample's logarithms in order over their scores, the limits, and the law."""
+    """Return a sample's logarithms over their scores, the limits, and the law."""
     from scipy.stats import beta, norm
 
     count = len(logs)

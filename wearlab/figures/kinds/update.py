@@ -266,9 +266,11 @@ def pairs(update: Updated, request: FigureRequest) -> Iterator[Series]:
     "What the measurements leave over",
     ("observed_data", "posterior_predictive"),
     ("cols", "variable"),
+    shows="measured less expected, over the standard deviation expected, at every "
+    "inspection",
 )
 def residuals(update: Updated, request: FigureRequest) -> Iterator[Series]:
-    """Measured less expected, over the standard deviation expected, at every inspection.
+    """Measured less expected wear, over the standard deviation of the expected.
 
     Parameters
     ----------
@@ -635,9 +637,15 @@ def look_next(update: Updated, request: FigureRequest) -> Iterator[Series]:
         )
 
 
-@update_kind("decision", "When to change", ("decision",))
+@update_kind(
+    "decision",
+    "When to change",
+    ("decision",),
+    shows="expected cost per hour over the time of a planned change, and of a look "
+    "before it",
+)
 def decision(update: Updated, request: FigureRequest) -> Iterator[Series]:
-    """Expected cost per hour over the time of a planned change, and of a look before it.
+    """Expected cost per hour over the time of a planned change.
 
     Parameters
     ----------
