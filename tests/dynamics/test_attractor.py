@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.dynamics.steady.coexisting import KEPT, Attractor
+from wearlab.dynamics.steady.coexisting import SPARED, Attractor
 from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.dynamics.steady.response import Response, step_forces
 from wearlab.dynamics.steady.shooting import Shooting
@@ -63,7 +63,7 @@ def test_flanks_can_part_where_a_motion_takes_away_more() -> None:
     parted = 0
     for _ in range(20):
         before = shooting.changes
-        shooting.integrate(moved(response, attractor, 3.0 / KEPT, rng), 2)
+        shooting.integrate(moved(response, attractor, 3.0 / SPARED, rng), 2)
         parted += shooting.changes > before
     assert parted > 10
 

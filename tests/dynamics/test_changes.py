@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 from wearlab.compiled import jit
 from wearlab.dynamics.integrators.contact_change import series_over
 from wearlab.dynamics.integrators.kernel import kernel_of
+from wearlab.dynamics.integrators.mesh_law import THIS, fill_load_inputs
 from wearlab.dynamics.steady.integrate import OnTables
 from wearlab.dynamics.system import System
 
@@ -53,7 +54,12 @@ def test_a_short_separation_inside_one_step() -> None:
 
 @jit(counted=False)
 def terms_of_flight(kernel, h, state):
-    return series_over(kernel, 0, 0.0, 1.0, h, state)
+    fill_load_inputs(kernel, 0, 0.0, 1.0, THIS)
+    scratch = kernel.flanks.scratch
+    held = kernel.balance.held
+    return series_over(
+        kernel.series, held, scratch.mesh[0], scratch.inputs[0], h, state
+    )
 
 
 def test_the_series_of_a_free_flight_ends_soon() -> None:

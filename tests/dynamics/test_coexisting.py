@@ -13,7 +13,7 @@ from wearlab.campaign import load
 from wearlab.dynamics.steady.coexisting import (
     ADDED,
     LONG,
-    MOST_RELEASES,
+    MAX_RELEASES,
     NEAR,
     RELEASES,
     Attractor,
@@ -177,7 +177,7 @@ def test_long_transients_ask_for_more_releases() -> None:
     search = coexisting(response, Periodic(), 1_000_000, Tries(8, 0))
     assert search.rival is None and not search.cut_off and search.periods > 8 * LONG
     assert 8 < search.starts <= 8 + 8 * ADDED
-    assert coexisting(response, Periodic(), 1_000_000).starts < MOST_RELEASES
+    assert coexisting(response, Periodic(), 1_000_000).starts < MAX_RELEASES
 
 
 def test_no_search_beside_what_attracts_nothing() -> None:

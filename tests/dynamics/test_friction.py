@@ -217,7 +217,9 @@ def test_a_motion_that_does_not_repeat_gains_what_it_does_not_lose(
     """
     system = spur(second=second)
     grid = stage_grid(BREAKS, 1200)
-    response = RungeKutta4(most=0, averaged=2).solve(system, tables(grid, 0.1), PERIOD)
+    response = RungeKutta4(max_periods=0, averaged=2).solve(
+        system, tables(grid, 0.1), PERIOD
+    )
     balance = energy_balance(response, speeds(system))
     assert response.period == 0
     assert abs(balance.residual) < 1e-6

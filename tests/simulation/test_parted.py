@@ -48,7 +48,7 @@ def test_the_orbit_is_that_of_located_changes(torque: str, speed: str) -> None:
     found = state.response
     assert found is not None and found.period == 1
     shooting = Shooting(found.system, found.tables, found.mesh_period)
-    located = shooting.shoot(1, found.state[0, 0].copy(), most=4)
+    located = shooting.shoot(1, found.state[0, 0].copy(), max_passes=4)
     assert located is not None
     q = len(found.system.load)
     size = np.abs(found.state[0, :, :q]).max()

@@ -285,7 +285,12 @@ def _move_without_meshes(equation: Any, y: Any, out: Any) -> None:
 
 @jit_inner(forceinline=True)
 def _press_springs(
-    equation: Any, mesh: Any, u: float, delta: float, elastic: Any, tangent: Any
+    equation: Any,
+    mesh: Any,
+    u: float,
+    delta: float,
+    elastic: Any,
+    tangent: Any,
 ) -> tuple[float, float]:
     """Write what springs hand to every pair.
 
@@ -357,7 +362,12 @@ def _forces_of_pairs(
 
 @jit_inner(forceinline=True)
 def _subtract_mesh(
-    equation: Any, m: int, force: float, rubbed: float, moment: float, out: Any
+    equation: Any,
+    m: int,
+    force: float,
+    rubbed: float,
+    moment: float,
+    out: Any,
 ) -> None:
     """Subtract the accelerations by the forces of a mesh."""
     n = len(equation.push)
@@ -385,7 +395,13 @@ def motion_of(time: float, y: Any, equation: Motion) -> Any:
 
 
 @jit
-def motion_within(time: float, y: Any, equation: Motion, first: int, last: int) -> Any:
+def motion_within(
+    time: float,
+    y: Any,
+    equation: Motion,
+    first: int,
+    last: int,
+) -> Any:
     """Return ẏ (2n,) in one smooth segment, ends included.
 
     Parameters

@@ -270,7 +270,12 @@ def _life_sides(studies: xr.Dataset, x: str, label: str) -> list[Axes]:
     return sides
 
 
-def _of_life(case: xr.Dataset, curve: str, x: str, pen: Pen) -> list[Curve]:
+def _of_life(
+    case: xr.Dataset,
+    curve: str,
+    x: str,
+    pen: Pen,
+) -> list[Curve]:
     """Return a curve of a life with its slope, and the place of the default tolerance.
 
     The slope is that of the error over the work.

@@ -236,7 +236,11 @@ def cheapest_setting(
     return min(settings, key=lambda setting: setting[1].seconds, default=None)
 
 
-def knob_settings(study: Study, quantity: str, error: float) -> dict[str, float]:
+def knob_settings(
+    study: Study,
+    quantity: str,
+    error: float,
+) -> dict[str, float]:
     """Return for each of our knobs the cheapest setting that is accurate enough.
 
     Parameters
@@ -340,7 +344,11 @@ def _cost_variables(studies: Sequence[Study], keys: list[CurveKey]) -> Variables
     variables: Variables = {}
     for name, cost in COSTS.items():
 
-        def values_of(_: Study, curve: WorkPrecision, cost: Cost = cost) -> list[float]:
+        def values_of(
+            _: Study,
+            curve: WorkPrecision,
+            cost: Cost = cost,
+        ) -> list[float]:
             return [curve.cost_to(error, cost) for error in TARGETS]
 
         values = _table(studies, keys, len(TARGETS), values_of)
@@ -357,7 +365,11 @@ def _orders(studies: Sequence[Study], keys: list[CurveKey]) -> Array:
     return _table(studies, keys, 1, order)[..., 0]
 
 
-def _attributes(title: str, studies: Sequence[Study], begun: float) -> dict[str, str]:
+def _attributes(
+    title: str,
+    studies: Sequence[Study],
+    begun: float,
+) -> dict[str, str]:
     """Return the attributes of the dataset."""
     origin = provenance(studies[0].scene, begun)
     created = datetime.fromtimestamp(begun, UTC)

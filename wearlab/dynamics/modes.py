@@ -64,10 +64,10 @@ def per_mesh(system: System, mesh_stiffness: MeshStiffness) -> Array:
 
 
 def natural_frequencies(system: System, mesh_stiffness: MeshStiffness) -> Array:
-    """Return the undamped natural frequencies, ascending, 0 for rigid-body modes, (n,) [Hz].
+    """Return the undamped natural frequencies, ascending, (n,) [Hz].
 
-    ``(λ² M + λ ω_c G + K − ω_c² K_ω + Σ k_i d_i d_iᵀ) φ = 0``, λ = 2πi f: gyroscopic
-    terms count where the system has them.
+    They are 0 for rigid-body modes. ``(λ² M + λ ω_c G + K − ω_c² K_ω + Σ k_i d_i d_iᵀ)
+    φ = 0``, λ = 2πi f: gyroscopic terms count where the system has them.
 
     Parameters
     ----------
@@ -85,26 +85,23 @@ def natural_frequencies(system: System, mesh_stiffness: MeshStiffness) -> Array:
     """
     if system.gyroscopic is None:
         return modes(system, mesh_stiffness).frequency
-    square, shapes = eigh(
-        system.in_contact(per_mesh(system, mesh_stiffness)), system.mass
-    )
+    stiffness = system.in_contact(per_mesh(system, mesh_stiffness))
+    square, shapes = eigh(stiffness, system.mass)
     spin = shapes.T @ (system.rotation * system.gyroscopic) @ shapes
     rigid = np.abs(square) <= RIGID**2 * np.abs(square).max()
     free = ~rigid
     # The momentum of a free rotation is conserved: its speed follows from the positions
     # of the other modes, and what it returns to them acts as a spring.
-    spring = (
-        np.diag(square[free]) + spin[np.ix_(rigid, free)].T @ spin[np.ix_(rigid, free)]
-    )
-    n = len(spring)
-    roots = np.linalg.eigvals(
-        np.block([[np.zeros((n, n)), np.eye(n)], [-spring, -spin[np.ix_(free, free)]]])
-    )
+    to_rigid = spin[np.ix_(rigid, free)]
+    spring = np.diag(square[free]) + to_rigid.T @ to_rigid
+    gyroscopic = spin[np.ix_(free, free)]
+    zero = np.zeros_like(spring)
+    identity = np.eye(len(spring))
+    roots = np.linalg.eigvals(np.block([[zero, identity], [-spring, -gyroscopic]]))
     if roots.real.max() > RIGID * np.abs(roots).max():
         raise ValueError(_diverges(roots.real.max()))
-    return np.concatenate(
-        [np.zeros(int(rigid.sum())), np.sort(np.abs(roots.imag))[::2] / (2.0 * np.pi)]
-    )
+    vibrating = np.sort(np.abs(roots.imag))[::2] / (2.0 * np.pi)
+    return np.concatenate([np.zeros(int(rigid.sum())), vibrating])
 
 
 def _diverges(rate: float) -> str:
@@ -173,11 +170,12 @@ def critical_speeds(frequency: Array, teeth: float, orders: int = 1) -> Array:
     ISO 6336-1: main resonance; L16 for the harmonics of the mesh.
     """
     order = np.arange(1, orders + 1)[:, None]
-    return np.asarray(2.0 * np.pi * np.asarray(frequency)[None, :] / (teeth * order))
+    angular = 2.0 * np.pi * np.asarray(frequency)[None, :]
+    return np.asarray(angular / (teeth * order))
 
 
 Kind = Literal["rigid-body", "rotational", "translational", "planet", "mixed"]
-ALIKE = 1e-7
+ONE_FREQUENCY = 1e-7
 """Relative distance of two natural frequencies that count as one."""
 MOVES = 1e-9
 """Share of a mode's kinetic energy from which a motion takes part in it."""
@@ -203,13 +201,14 @@ def mode_kinds(system: System, modes: Modes) -> tuple[Kind, ...]:
     """
     turns = system.central & system.turns
     shifts = system.central & ~system.turns
-    apart = (turns.astype(float) - shifts)[:, None] * system.mass
-    ends = np.flatnonzero(np.diff(modes.frequency) > ALIKE * modes.frequency[1:]) + 1
+    turns_less_shifts = (turns.astype(float) - shifts)[:, None] * system.mass
+    gap = np.diff(modes.frequency)
+    ends = np.flatnonzero(gap > ONE_FREQUENCY * modes.frequency[1:]) + 1
     kinds: list[Kind] = []
     for group in np.split(np.arange(len(modes.frequency)), ends):
         shapes = modes.shape[group]
         frequency = modes.frequency[group[0]]
-        _, turn = np.linalg.eigh(shapes @ apart @ shapes.T)
+        _, turn = np.linalg.eigh(shapes @ turns_less_shifts @ shapes.T)
         kinds += [
             _kind(shape, system.mass, turns, shifts, frequency)
             for shape in turn.T @ shapes
@@ -220,6 +219,7 @@ def mode_kinds(system: System, modes: Modes) -> tuple[Kind, ...]:
 def _kind(
     shape: Array, mass: Array, turns: Flags, shifts: Flags, frequency: float
 ) -> Kind:
+    """Return the kind of a mode."""
     if frequency == 0.0:
         return "rigid-body"
     energy = shape * (mass @ shape)

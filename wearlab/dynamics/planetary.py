@@ -1,4 +1,7 @@
-"""Builders of the planetary models: 3(N + 3) degrees of freedom (W23), or rotations alone (B23)."""
+"""Builders of the planetary models.
+
+They have 3(N + 3) degrees of freedom (W23), or rotations alone (B23).
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
@@ -22,13 +25,14 @@ from wearlab.mesh.gear_set import mesh_load
 
 CENTRAL = ("sun", "ring", "carrier")
 U = 2
+"""Place of the rotation among the coordinates (x, y, u) of a member."""
 MEMBERS = (*CENTRAL, "planet")
 Meshes = Mapping[str, Meshing]
 NONE: Meshes = MappingProxyType({})
-NEVER = 1.0
+UNREACHED = 1.0
 """A backlash that no motion reaches, where the meshes of the other kind alone have a
 back flank [m]."""
-ALIKE = 1e-9
+CENTRED = 1e-9
 """Distance of the planets' centre of mass from the axis, over their path, that is
 none."""
 
@@ -104,8 +108,9 @@ def assemble(
     ----------
     W23 Eqs. 1–14; J. Lin, R. G. Parker, J. Vib. Acoust. 121 (1999) 316, Eqs. 1–9.
     """
-    for named in (rigid.bodies, held, torques.given):
-        if unknown := sorted(set(named) - set(MEMBERS)):
+    for names_of_members in (rigid.bodies, held, torques.given):
+        unknown = sorted(set(names_of_members) - set(MEMBERS))
+        if unknown:
             raise ValueError(
                 f"unknown member {unknown[0]!r}; members are {', '.join(MEMBERS)}"
             )
@@ -116,49 +121,65 @@ def assemble(
     speed = torques.carrier_speed
     movers = (*CENTRAL, *(f"planet-{n + 1}" for n in range(planets)))
     names = tuple(f"{mover}.{axis}" for mover in movers for axis in "xyu")
-    on_pin = held.get("planet", supports.FREE)
     members = (*CENTRAL, *["planet"] * planets)
-    inertial = [
-        (body.mass, body.mass, body.equivalent) for body in (bodies[m] for m in members)
-    ]
-    inner = 1.0 - _pull(planet.mass, on_pin.radial_stiffness, speed)
-    pins = tuple(
-        _on_pins(
-            angles, inner, on_pin, planet.mass * speed**2 * bodies["carrier"].radius
-        )
-    )
-    unbalance = {
-        f"carrier.{axis}": sum(pin.preload for pin in pins if pin.axis == axis)
-        for axis in "xy"
-    }
-    springs = (
-        *supports.to_ground(names, _against_ground(held, planets), unbalance),
-        *pins,
-    )
-    load = np.zeros(len(names))
-    for member, value in torques.given.items():
-        load[names.index(f"{member}.u")] += value / bodies[member].radius
-    given: dict[str, Any] = {"load": load}
+    inertia: list[float] = []
+    for member in members:
+        body = bodies[member]
+        inertia += [body.mass, body.mass, body.equivalent]
+
+    bearing = held.get("planet", supports.FREE)
+    inner = 1.0 - _pull(planet.mass, bearing.radial_stiffness, speed)
+    centrifugal = planet.mass * speed**2 * bodies["carrier"].radius
+    pins = tuple(_on_pins(angles, inner, bearing, centrifugal))
+    unbalance = {"carrier.x": 0.0, "carrier.y": 0.0}
+    for pin in pins:
+        unbalance[f"carrier.{pin.axis}"] += pin.preload
+    grounded = supports.to_ground(names, _against_ground(held, planets), unbalance)
+
+    options: dict[str, Any] = {"load": _load(rigid, torques, names)}
     if speed != 0.0:
         masses = [bodies[member].mass for member in members]
-        given["gyroscopic"], given["centripetal"] = _rotation(masses, angles, inner)
-        given["rotation"] = float(speed)
+        gyroscopic, centripetal = _rotation(masses, angles, inner)
+        options["gyroscopic"] = gyroscopic
+        options["centripetal"] = centripetal
+        options["rotation"] = float(speed)
     if torques.balanced is not None:
-        given["balance"] = np.array(
-            [float(name == f"{torques.balanced}.u") for name in names]
-        )
+        options["balance"] = _unit(names, f"{torques.balanced}.u")
     return _meshed(
-        rigid, meshing, friction, springs, names, np.ravel(inertial), **given
+        rigid,
+        meshing,
+        friction,
+        springs=(*grounded, *pins),
+        coordinates=names,
+        inertia=inertia,
+        **options,
     )
+
+
+def _load(rigid: RigidSet, torques: MemberTorques, names: tuple[str, ...]) -> Array:
+    """Return the load of every coordinate by the torques on the members [N]."""
+    load = np.zeros(len(names))
+    for member, value in torques.given.items():
+        radius = rigid.bodies[member].radius
+        load[names.index(f"{member}.u")] += value / radius
+    return load
+
+
+def _unit(names: tuple[str, ...], coordinate: str) -> Array:
+    """Return a load of one on a coordinate."""
+    return np.array([float(name == coordinate) for name in names])
 
 
 def _meshed(
     rigid: RigidSet,
     meshing: Meshes,
     friction: bool,
-    *on: Any,
+    *,
+    springs: tuple[supports.Support, ...],
+    coordinates: tuple[str, ...],
+    inertia: Any,
     turn: Array | None = None,
-    **given: Any,
+    **options: Any,
 ) -> System:
     """Return the system of a set whose meshes act on it; refuse one that floats.
 
@@ -168,26 +189,34 @@ def _meshed(
     Parameters
     ----------
     rigid, meshing, friction : as in `assemble`
-    on, given : of `System.on`: supports, coordinates and masses, and what else there is
+    springs, coordinates, inertia, options : of `System.on`
     turn : (3(N + 3), n) the coordinates of the model with translations by those of the
         system, None: the same
     """
-    names, *vectors = mesh_vectors(rigid)
-    direction, constant, slope = (
-        each if turn is None else each @ turn for each in vectors
-    )
-    damping = rigid.per_mesh({mesh: each.damping for mesh, each in meshing.items()})
-    always = any(each.damps_always for each in meshing.values())
-    backlash = {mesh: each.backlash for mesh, each in meshing.items()}
+    vectors = mesh_vectors(rigid)
+    if turn is not None:
+        vectors = vectors.seen_by(turn)
+    damping = {kind: mesh.damping for kind, mesh in meshing.items()}
+    backlash = {kind: mesh.backlash for kind, mesh in meshing.items()}
     if not set(backlash.values()) <= {None}:
-        known = {
-            mesh: NEVER if value is None else value for mesh, value in backlash.items()
+        gaps = {
+            kind: UNREACHED if value is None else value
+            for kind, value in backlash.items()
         }
-        given["backlash"] = rigid.per_mesh(known)
+        options["backlash"] = rigid.per_mesh(gaps)
     if friction:
-        given["friction_constant"], given["friction_slope"] = constant, slope
-    given |= {"direction": direction, "mesh_damping": damping, "damping_always": always}
-    system = System.on(*on, meshes=names, **given)
+        options["friction_constant"] = vectors.friction_constant
+        options["friction_slope"] = vectors.friction_slope
+    system = System.on(
+        springs,
+        coordinates,
+        inertia,
+        meshes=vectors.names,
+        direction=vectors.direction,
+        mesh_damping=rigid.per_mesh(damping),
+        damping_always=any(mesh.damps_always for mesh in meshing.values()),
+        **options,
+    )
     require_held(system)
     return system
 
@@ -198,14 +227,16 @@ def _against_ground(held: Held, planets: int) -> dict[str, MemberSupport]:
     turning = MemberSupport(
         None, pin.tangential_stiffness, None, pin.tangential_damping
     )
-    return {**held, **{f"planet-{n + 1}": turning for n in range(planets)}}
+    of_planets = {f"planet-{n + 1}": turning for n in range(planets)}
+    return {**held, **of_planets}
 
 
 def _on_pins(
     angles: Array, inner: float, bearing: MemberSupport, pull: float
 ) -> Iterator[supports.Support]:
-    """Yield the bearings of the planets on their pins, which the centrifugal force of a planet preloads.
+    """Yield the bearings of the planets on their pins.
 
+    The centrifugal force of a planet preloads its bearing:
     ``x_n − (x_c − (1 − σ) u_c sin ψ_n)`` and so on: pins turn on a radius smaller by σ,
     see `assemble`.
 
@@ -224,20 +255,29 @@ def _on_pins(
             ("x", np.cos(angle), -np.sin(angle)),
             ("y", np.sin(angle), np.cos(angle)),
         )
-        for at, (axis, outwards, ahead) in enumerate(sides):
+        for index, (axis, outwards, ahead) in enumerate(sides):
             slip = np.zeros(3 * (len(angles) + 3))
-            slip[carrier + at] = -1.0
-            slip[3 * (planet + 3) + at] = 1.0
+            slip[carrier + index] = -1.0
+            slip[3 * (planet + 3) + index] = 1.0
             slip[carrier + U] = -ahead
             give = slip.copy()
             give[carrier + U] *= inner
             yield supports.Support(
-                f"planet-{planet + 1}", axis, give, slip, k, c, -pull * float(outwards)
+                member=f"planet-{planet + 1}",
+                axis=axis,
+                give=give,
+                slip=slip,
+                stiffness=k,
+                damping=c,
+                preload=-pull * float(outwards),
             )
 
 
 def _pull(mass: float, radial_stiffness: float | None, carrier_speed: float) -> float:
-    """Return σ, how far the centrifugal force pulls a planet off its pin, over the pin circle radius [1]."""
+    """Return σ, how far a planet is pulled off its pin, over the pin circle radius [1].
+
+    The centrifugal force pulls it.
+    """
     share = mass * carrier_speed**2 / (radial_stiffness or np.inf)
     if share >= 1.0:
         grows = (
@@ -251,65 +291,134 @@ def _pull(mass: float, radial_stiffness: float | None, carrier_speed: float) -> 
 def _rotation(
     mass: Sequence[float], angles: Array, inner: float
 ) -> tuple[Array, Array]:
-    """Return G and K_ω: ``m (ẍ − 2 ω ẏ − ω² x)``, ``m (ÿ + 2 ω ẋ − ω² y)``, and the pins' pull on u_c.
+    """Return G and K_ω of the motion in the frame of the carrier.
 
-    The pull of unequally spaced planets turns with u_c, too.
+    ``m (ẍ − 2 ω ẏ − ω² x)``, ``m (ÿ + 2 ω ẋ − ω² y)``, and the pins' pull on u_c. The
+    pull of unequally spaced planets turns with u_c, too.
     """
-    gyroscopic, centripetal = np.zeros((2, 3 * len(mass), 3 * len(mass)))
-    for x, own in zip(range(0, 3 * len(mass), 3), mass, strict=True):
-        gyroscopic[x, x + 1] = -2.0 * own
-        gyroscopic[x + 1, x] = 2.0 * own
-        centripetal[x, x] = centripetal[x + 1, x + 1] = own
+    count = 3 * len(mass)
+    gyroscopic = np.zeros((count, count))
+    centripetal = np.zeros((count, count))
+    for x, member_mass in zip(range(0, count, 3), mass, strict=True):
+        gyroscopic[x, x + 1] = -2.0 * member_mass
+        gyroscopic[x + 1, x] = 2.0 * member_mass
+        centripetal[x, x] = member_mass
+        centripetal[x + 1, x + 1] = member_mass
     carrier = 3 * CENTRAL.index("carrier")
     planet = mass[-1]
-    centripetal[carrier + U, carrier + U] = -len(angles) * planet * inner
+    turn = carrier + U
+    plane = slice(carrier, carrier + 2)
+    centripetal[turn, turn] = -len(angles) * planet * inner
     pull = planet * np.array([np.sin(angles).sum(), -np.cos(angles).sum()])
-    if np.abs(pull).max() > ALIKE * planet:
-        centripetal[carrier : carrier + 2, carrier + U] = pull
-        centripetal[carrier + U, carrier : carrier + 2] = pull
+    if np.abs(pull).max() > CENTRED * planet:
+        centripetal[plane, turn] = pull
+        centripetal[turn, plane] = pull
     return gyroscopic, centripetal
 
 
-def mesh_vectors(rigid: RigidSet) -> tuple[tuple[str, ...], Array, Array, Array]:
-    """Return names of the 2N meshes, sun–planet first, and their vectors d, f0, f1, (2N, 3(N + 3)) each.
+class MeshVectors(NamedTuple):
+    """The 2N meshes of a set, sun–planet first.
+
+    Parameters
+    ----------
+    names : of the meshes
+    direction : (2N, n) d, by how much a coordinate deflects a mesh [1]
+    friction_constant, friction_slope : (2N, n) f0 [1] and f1 [1/m], friction acts
+        along ``f0 + s f1``
+    """
+
+    names: tuple[str, ...]
+    direction: Array
+    friction_constant: Array
+    friction_slope: Array
+
+    def seen_by(self, turn: Array) -> "MeshVectors":
+        """Return the vectors of other coordinates.
+
+        Parameters
+        ----------
+        turn : (3(N + 3), n) these coordinates by the others
+        """
+        return MeshVectors(
+            self.names,
+            self.direction @ turn,
+            self.friction_constant @ turn,
+            self.friction_slope @ turn,
+        )
+
+
+def mesh_vectors(rigid: RigidSet) -> MeshVectors:
+    """Return the vectors of the meshes in the model with translations.
 
     With ``n = (−sin ψ, cos ψ)``, ψ_s = ψ_n − α_s and ψ_r = ψ_n + α_r, the force
     direction on the planet: ``δ_sn = n_s·(x_s − x_n) + u_s + u_n − e``, ``δ_rn =
     n_r·(x_r − x_n) + u_r − u_n − e`` (W23 Eqs. 3–6). Friction acts along e ⊥ n; the
     path position s grows towards recess while the sun drives, and the arms are ``ρ =
     r_b tan α ± s``.
+
+    Parameters
+    ----------
+    rigid : members, pressure angles, planet angles
     """
     alpha_sun, alpha_ring = (float(rigid.pressure_angle[mesh]) for mesh in MESHES)
     planets = len(rigid.angles)
-    d, f0, f1 = np.zeros((3, 2 * planets, 3 * (planets + 3)))
-    for kind, member, alpha, spin in (
-        (0, "sun", -alpha_sun, 1.0),
-        (1, "ring", alpha_ring, -1.0),
-    ):
-        for planet, angle in enumerate(rigid.angles):
-            mesh = kind * planets + planet
-            own = 3 * CENTRAL.index(member)
-            other = 3 * (planet + 3)
-            normal = np.array([-np.sin(angle + alpha), np.cos(angle + alpha)])
-            across = np.array([normal[1], -normal[0]])
-            arm = np.tan(abs(alpha))
-            d[mesh, own : own + 2] = normal
-            d[mesh, other : other + 2] = -normal
-            d[mesh, own + U], d[mesh, other + U] = 1.0, spin
-            # The sun pushes the planet, the planet the ring: friction turns with who
-            # pushes.
-            f0[mesh, own : own + 2] = -spin * across
-            f0[mesh, other : other + 2] = spin * across
-            f0[mesh, own + U] = arm
-            f0[mesh, other + U] = spin * arm
-            f1[mesh, own + U] = 1.0 / rigid.bodies[member].radius
-            f1[mesh, other + U] = -1.0 / rigid.bodies["planet"].radius
-    names = [
-        f"{kind}-{n + 1}"
-        for kind in ("sun-planet", "planet-ring")
-        for n in range(planets)
-    ]
-    return tuple(names), d, f0, f1
+    shape = (2 * planets, 3 * (planets + 3))
+    kinds = ("sun-planet", "planet-ring")
+    numbers = range(1, planets + 1)
+    vectors = MeshVectors(
+        names=tuple(f"{kind}-{n}" for kind in kinds for n in numbers),
+        direction=np.zeros(shape),
+        friction_constant=np.zeros(shape),
+        friction_slope=np.zeros(shape),
+    )
+    for planet in range(planets):
+        _write_mesh(vectors, planet, rigid, planet, "sun", -alpha_sun, 1.0)
+        mesh = planets + planet
+        _write_mesh(vectors, mesh, rigid, planet, "ring", alpha_ring, -1.0)
+    return vectors
+
+
+def _write_mesh(
+    vectors: MeshVectors,
+    mesh: int,
+    rigid: RigidSet,
+    planet: int,
+    member: str,
+    alpha: float,
+    spin: float,
+) -> None:
+    """Write the vectors of the mesh of a planet with a central member.
+
+    Parameters
+    ----------
+    vectors : written
+    mesh : row
+    rigid, planet, member : the set, the planet by its number, "sun" or "ring"
+    alpha : signed pressure angle [rad]
+    spin : 1 where the member pushes the planet, −1 where the planet pushes it
+    """
+    direction = vectors.direction[mesh]
+    constant = vectors.friction_constant[mesh]
+    slope = vectors.friction_slope[mesh]
+    angle = rigid.angles[planet]
+    at_member = 3 * CENTRAL.index(member)
+    at_planet = 3 * (planet + 3)
+
+    normal = np.array([-np.sin(angle + alpha), np.cos(angle + alpha)])
+    direction[at_member : at_member + 2] = normal
+    direction[at_planet : at_planet + 2] = -normal
+    direction[at_member + U] = 1.0
+    direction[at_planet + U] = spin
+
+    # The sun pushes the planet, the planet the ring: friction turns with who pushes.
+    across = np.array([normal[1], -normal[0]])
+    arm = np.tan(abs(alpha))
+    constant[at_member : at_member + 2] = -spin * across
+    constant[at_planet : at_planet + 2] = spin * across
+    constant[at_member + U] = arm
+    constant[at_planet + U] = spin * arm
+    slope[at_member + U] = 1.0 / rigid.bodies[member].radius
+    slope[at_planet + U] = -1.0 / rigid.bodies["planet"].radius
 
 
 def planetary_torsional(
@@ -349,37 +458,37 @@ def planetary_torsional(
     planets = len(angles)
     names = ("sun.u", "carrier.u", *(f"planet-{n + 1}.u" for n in range(planets)))
     carrier = bodies["carrier"].equivalent + planets * bodies["planet"].mass
-    springs = tuple(supports.to_ground(names, _against_ground(held, planets), {}))
-    free = not any(
+    grounded = _against_ground(held, planets)
+    springs = tuple(supports.to_ground(names, grounded, {}))
+    is_free = not any(
         held.get(member, supports.FREE).tangential_stiffness
         for member in ("sun", "carrier")
     )
     mass = [bodies["sun"].equivalent, carrier, *[bodies["planet"].equivalent] * planets]
-    unit = np.eye(planets + 2)
-    turn = _turning(angles)
-    load = unit[0] * mesh_load(sun_torque, bodies["sun"].radius)
-    balance = unit[1] if free else None
+    sun_load = mesh_load(sun_torque, bodies["sun"].radius)
     return _meshed(
         rigid,
         meshing,
         friction,
-        springs,
-        names,
-        mass,
-        turn=turn,
-        load=load,
-        balance=balance,
+        springs=springs,
+        coordinates=names,
+        inertia=mass,
+        turn=_turning(angles),
+        load=_unit(names, "sun.u") * sun_load,
+        balance=_unit(names, "carrier.u") if is_free else None,
     )
 
 
 def _turning(angles: Array) -> Array:
-    """Return the coordinates of the model with translations as the set turns, (3(N + 3), N + 2)."""
+    """Return the coordinates of the model with translations by its rotations.
+
+    They are (3(N + 3), N + 2): the planets ride on the carrier.
+    """
     planets = len(angles)
     first = 3 * len(CENTRAL)
     turn = np.zeros((3 * (planets + 3), planets + 2))
-    turn[3 * CENTRAL.index("sun") + U, 0] = turn[
-        3 * CENTRAL.index("carrier") + U, 1
-    ] = 1.0
+    turn[3 * CENTRAL.index("sun") + U, 0] = 1.0
+    turn[3 * CENTRAL.index("carrier") + U, 1] = 1.0
     turn[first::3, 1] = -np.sin(angles)
     turn[first + 1 :: 3, 1] = np.cos(angles)
     turn[first + U :: 3, 2:] = np.eye(planets)
@@ -394,37 +503,61 @@ def rigid_set(motion: models.InMotion) -> RigidSet:
     return RigidSet(motion.gears.bodies, angles, motion.gears.angles)
 
 
-def held(given: supports.OfMembers, rigid: RigidSet) -> dict[str, MemberSupport]:
-    """Return what holds the members."""
+def held(options: supports.OfMembers, rigid: RigidSet) -> dict[str, MemberSupport]:
+    """Return what holds the members.
+
+    Parameters
+    ----------
+    options : supports of the members
+    rigid : the members
+    """
     return {
         name: supports.support_of(support, rigid.bodies[name])
-        for name, support in given.given.items()
+        for name, support in options.given.items()
     }
 
 
 def torques(motion: models.InMotion, held: Held) -> MemberTorques:
-    """Return the torques on the members that are not held, positive where they load drive flanks [N m].
+    """Return the torques on the members that are not held [N m].
 
-    Where it is not said, a torque on the output balances the input unless a torsional
-    spring ties it to ground. An output that nothing grounds gets the torque that keeps
-    its speed.
+    They are positive where they load drive flanks. Where it is not said, a torque on
+    the output balances the input unless a torsional spring ties it to ground. An output
+    that nothing grounds gets the torque that keeps its speed.
+
+    Parameters
+    ----------
+    motion : the set in operation
+    held : what holds the members
     """
-    given = motion.operation
-    tied = bool(held.get(given.output, supports.FREE).tangential_stiffness)
-    loaded = not tied if given.output_loaded is None else given.output_loaded
-    idle = {given.fixed} if loaded else {given.fixed, given.output}
-    every = balanced_torques(rigid_set(motion), motion.gears.torque)
-    acting = {member: torque for member, torque in every.items() if member not in idle}
-    return MemberTorques(acting, str(given.output) if loaded and not tied else None)
+    operation = motion.operation
+    output = operation.output
+    tied = bool(held.get(output, supports.FREE).tangential_stiffness)
+    loaded = operation.output_loaded
+    if loaded is None:
+        loaded = not tied
+    idle = {operation.fixed} if loaded else {operation.fixed, output}
+    balanced = balanced_torques(rigid_set(motion), motion.gears.torque)
+    acting = {
+        member: torque for member, torque in balanced.items() if member not in idle
+    }
+    solved_for = str(output) if loaded and not tied else None
+    return MemberTorques(acting, solved_for)
 
 
 def meshing(motion: models.InMotion, rigid: RigidSet) -> dict[str, Meshing]:
-    """Return damping, given or 2 ζ √(k̄ m), and backlash of both kinds of mesh."""
-    mass = effective_masses(rigid)
-    means = motion.stiffness[:: len(motion.stiffness) // 2]
-    each = zip(
-        (kind.section for kind in motion.gears.kinds), motion.meshes, means, strict=True
-    )
-    return {
-        name: meshing_of(mesh, float(mean), mass[name]) for name, mesh, mean in each
-    }
+    """Return damping, given or 2 ζ √(k̄ m), and backlash of both kinds of mesh.
+
+    Parameters
+    ----------
+    motion : the set in operation
+    rigid : its members
+    """
+    masses = effective_masses(rigid)
+    stiffness_of_kinds = motion.stiffness[:: len(motion.stiffness) // 2]
+    result = {}
+    for kind, options, stiffness in zip(
+        motion.gears.kinds, motion.meshes, stiffness_of_kinds, strict=True
+    ):
+        mass = masses[kind.section]
+        result[kind.section] = meshing_of(options, float(stiffness), mass)
+    return result

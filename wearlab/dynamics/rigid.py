@@ -1,4 +1,7 @@
-"""Motions that nothing resists: a set free to turn is wanted, anything else that floats is refused."""
+"""Motions that nothing resists.
+
+A set may be free to turn; anything else that floats is refused.
+"""
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
@@ -13,34 +16,47 @@ from wearlab.dynamics.supports import effective_mass
 from wearlab.dynamics.system import System
 from wearlab.mesh.gear_set import Body, mesh_load
 
-NOTHING = 1e-9
+RIGID = 1e-9
 """Stiffness of a rigid motion over the largest of its kind (eigenvalues of K against
 M)."""
 MOVES = 1e-3
+"""Size of a normalised motion above which a member moves."""
+MESHES = ("sun_planet", "planet_ring")
 UNBALANCED = 1e-3
 """Share of the loads that balanced torques may miss."""
 
 
 def held_stiffness(system: System) -> float:
-    """Return a mesh stiffness as large as the system's own, to see what the meshes hold [N/m]."""
-    return max(
-        float(np.abs(system.stiffness).max()), 1e6 * float(system.mass.diagonal().min())
-    )
+    """Return a mesh stiffness as large as the supports', to see what meshes hold [N/m].
+
+    Parameters
+    ----------
+    system : the equation of motion
+    """
+    of_supports = float(np.abs(system.stiffness).max())
+    return max(of_supports, 1e6 * float(system.mass.diagonal().min()))
 
 
 @lru_cache(maxsize=32)
 def rigid_modes(system: System) -> Array:
-    """Return motions φ that no stiffness, no damping and no mesh resists, (n_rigid, n), ``φᵀ M φ = 1``."""
+    """Return motions φ that no stiffness, no damping and no mesh resists.
+
+    Parameters
+    ----------
+    system : the equation of motion
+
+    Returns
+    -------
+    (n_rigid, n), ``φᵀ M φ = 1``
+    """
     d = system.direction
     c = system.damping
-    square, shapes = eigh(
-        system.total_stiffness + held_stiffness(system) * d.T @ d, system.mass
-    )
-    undeformed = shapes[:, np.abs(square) <= NOTHING * np.abs(square).max()].T
+    stiffness = system.total_stiffness + held_stiffness(system) * d.T @ d
+    square, shapes = eigh(stiffness, system.mass)
+    undeformed = shapes[:, np.abs(square) <= RIGID * np.abs(square).max()].T
     limit = 1e-9 * max(float(np.abs(c).max()), 1e-300)
-    resisted = np.abs(undeformed @ c).max(axis=1) > limit * np.abs(undeformed).max(
-        axis=1
-    )
+    damped = np.abs(undeformed @ c).max(axis=1)
+    resisted = damped > limit * np.abs(undeformed).max(axis=1)
     return np.asarray(undeformed[~resisted])
 
 
@@ -56,7 +72,7 @@ def require_held(system: System) -> None:
     d = system.direction
     k = held_stiffness(system)
     square, shapes = eigh(system.stiffness + k * d.T @ d, system.mass)
-    limit = NOTHING * np.abs(square).max()
+    limit = RIGID * np.abs(square).max()
     floating = _floating(system, shapes[:, square <= limit])
     if floating:
         remedy = (
@@ -69,10 +85,8 @@ def require_held(system: System) -> None:
         )
     square, shapes = eigh(system.total_stiffness + k * d.T @ d, system.mass)
     if square[0] < -limit:
-        torn = (
-            f"tears {', '.join(_moved(system, shapes[:, :1]))} away even from rigid "
-            "meshes"
-        )
+        members = ", ".join(_moved(system, shapes[:, :1]))
+        torn = f"tears {members} away even from rigid meshes"
         speed = f"at {system.rotation:.4g} rad/s the centripetal term {torn}"
         remedy = "give stiffer supports or a lower carrier speed"
         raise ValueError(
@@ -80,7 +94,8 @@ def require_held(system: System) -> None:
         )
     free = shapes[:, square <= limit]
     if system.balance is None and free.size:
-        work = np.abs(free.T @ system.load).max() / np.linalg.norm(free)
+        largest_work = np.abs(free.T @ system.load).max()
+        work = largest_work / np.linalg.norm(free)
         if work > UNBALANCED * np.linalg.norm(system.load):
             raise ValueError(
                 "the set is free to turn and its torques are not in balance (net "
@@ -90,30 +105,33 @@ def require_held(system: System) -> None:
 
 
 def _floating(system: System, free: Array) -> list[str]:
-    """Return the members that free motions (n, n_free) move otherwise than by turning the set."""
+    """Return members that free motions move otherwise than by turning the set.
+
+    The motions are (n, n_free).
+    """
     central = system.central
     turns = system.turns
     floating = set(_moved(system, free * (central & ~turns)[:, None]))
     if not floating and free.size:
         # Motions in which no central member turns are no rotation of the set.
-        _, size, combinations = np.linalg.svd(
-            free[central & turns] * np.sqrt(system.mass.diagonal().mean())
-        )
-        floating = set(
-            _moved(system, free @ combinations[int((size > MOVES).sum()) :].T)
-        )
+        mass = np.sqrt(system.mass.diagonal().mean())
+        _, size, combinations = np.linalg.svd(free[central & turns] * mass)
+        without_turning = combinations[int((size > MOVES).sum()) :]
+        combined = free @ without_turning.T
+        floating = set(_moved(system, combined))
     return sorted(floating)
 
 
 def _moved(system: System, shapes: Array) -> list[str]:
-    size = np.abs(shapes).max(axis=1, initial=0.0) * np.sqrt(
-        system.mass.diagonal().mean()
-    )
-    names = zip(system.coordinates, size, strict=True)
-    return sorted({name.split(".")[0] for name, moves in names if moves > MOVES})
-
-
-MESHES = ("sun_planet", "planet_ring")
+    """Return the members that motions (n, n_motions) move."""
+    mass = np.sqrt(system.mass.diagonal().mean())
+    sizes = np.abs(shapes).max(axis=1, initial=0.0) * mass
+    moved = {
+        name.split(".")[0]
+        for name, size in zip(system.coordinates, sizes, strict=True)
+        if size > MOVES
+    }
+    return sorted(moved)
 
 
 class RigidSet(NamedTuple):
@@ -139,36 +157,41 @@ class RigidSet(NamedTuple):
     @property
     def ring_at_rest(self) -> "RigidSet":
         """The same set, its ring too heavy to turn."""
-        return self._replace(
-            bodies={**self.bodies, "ring": self.bodies["ring"]._replace(inertia=np.inf)}
-        )
+        ring = self.bodies["ring"]._replace(inertia=np.inf)
+        return self._replace(bodies={**self.bodies, "ring": ring})
 
-    def per_mesh(self, given: Mapping[str, float]) -> Array:
-        """Return what is given by kind of mesh for every mesh, 0 where it is missing, (2N,)."""
-        return np.repeat(
-            [float(given.get(mesh, 0.0)) for mesh in MESHES], len(self.planet_angles)
-        )
+    def per_mesh(self, values: Mapping[str, float]) -> Array:
+        """Return the value of every mesh, (2N,).
+
+        Parameters
+        ----------
+        values : by kind of mesh, 0 where it is missing
+        """
+        of_kinds = [float(values.get(mesh, 0.0)) for mesh in MESHES]
+        return np.repeat(of_kinds, len(self.planet_angles))
 
 
 def effective_masses(rigid: RigidSet) -> dict[str, float]:
-    """Return the torsional effective mass of one mesh of each kind, ``1/m = r_1²/I_1 + r_2²/I_2`` [kg].
+    """Return the torsional effective mass of one mesh of each kind [kg].
 
-    A mesh damping ratio refers to it and to the mean mesh stiffness, ``c = 2 ζ √(k̄
-    m)``.
+    ``1/m = r_1²/I_1 + r_2²/I_2``. A mesh damping ratio refers to it and to the mean
+    mesh stiffness, ``c = 2 ζ √(k̄ m)``.
 
     References
     ----------
     L16 Eq. 3, for either kind of mesh.
     """
-    equivalent = {member: body.equivalent for member, body in rigid.bodies.items()}
-    return {
-        mesh: effective_mass(*(equivalent[member] for member in mesh.split("_")))
-        for mesh in MESHES
-    }
+    bodies = rigid.bodies
+    equivalent = {member: body.equivalent for member, body in bodies.items()}
+    masses = {}
+    for mesh in MESHES:
+        first, second = mesh.split("_")
+        masses[mesh] = effective_mass(equivalent[first], equivalent[second])
+    return masses
 
 
 def balanced_torques(rigid: RigidSet, sun_torque: float) -> dict[str, float]:
-    """Return the torques on sun, ring and carrier in equilibrium without friction [N m].
+    """Return the torques on sun, ring and carrier in equilibrium [N m], no friction.
 
     ``F_r = F_s``, ``F_c = −(cos α_s + cos α_r) F_s`` with F = T/r: no work on any rigid
     rotation.
@@ -217,7 +240,7 @@ class Balance(NamedTuple):
 
 
 def balance_of(system: System, period: float) -> Balance:
-    """Return the loads to find, scaled to move the set by about a metre in a period, if any.
+    """Return the loads to find, scaled to move the set by about a metre in a period.
 
     Parameters
     ----------
@@ -233,7 +256,15 @@ def balance_of(system: System, period: float) -> Balance:
     if not len(shapes):
         none = np.empty(0)
         rows = np.empty((0, len(system.load)))
-        return Balance(np.empty(0, np.int64), rows, none, none, rows, rows, none)
+        return Balance(
+            held=np.empty(0, np.int64),
+            push=rows,
+            size=none,
+            position=none,
+            shape=rows,
+            momentum=rows,
+            gain=none,
+        )
     if system.balance is not None and len(shapes) > 1:
         remedy = "ground a member, the ring or the carrier"
         raise ValueError(
@@ -247,31 +278,40 @@ def balance_of(system: System, period: float) -> Balance:
     pushed = accelerations / scale
     size = np.zeros(len(shapes))
     # One coordinate a shape, by which the shapes are told apart best
-    held = qr(shapes, mode="r", pivoting=True)[1][: len(shapes)].astype(np.int64)
+    order = qr(shapes, mode="r", pivoting=True)[1]
+    held = order[: len(shapes)].astype(np.int64)
     return Balance(
-        held,
-        pushed,
-        size,
-        size.copy(),
-        shapes,
-        momentum,
-        np.einsum("ri,ri->r", momentum, pushed),
+        held=held,
+        push=pushed,
+        size=size,
+        position=size.copy(),
+        shape=shapes,
+        momentum=momentum,
+        gain=np.einsum("ri,ri->r", momentum, pushed),
     )
 
 
 @jit_inner
-def rebalance(balance: Any, before: Any, after: Any, period: float) -> None:
-    """Take mean acceleration and drift of an integrated period (2n,) out of a set free to turn."""
-    n = len(after) // 2
+def rebalance(balance: Any, start: Any, end: Any, period: float) -> None:
+    """Take mean acceleration and drift of a period out of a set free to turn.
+
+    Parameters
+    ----------
+    balance : whose sizes of the loads are corrected
+    start, end : (2n,) states at the start and the end of the period; the end is
+        corrected
+    period : duration of a mesh period [s]
+    """
+    n = len(end) // 2
     for row in range(len(balance.held)):
         gained, drifted = 0.0, 0.0
         for x in range(n):
-            gained += balance.momentum[row, x] * (after[n + x] - before[n + x])
-            drifted += balance.momentum[row, x] * (after[x] - before[x])
+            gained += balance.momentum[row, x] * (end[n + x] - start[n + x])
+            drifted += balance.momentum[row, x] * (end[x] - start[x])
         balance.size[row] -= gained / (period * balance.gain[row])
         for x in range(n):
-            after[x] -= balance.shape[row, x] * drifted
-            after[n + x] -= balance.shape[row, x] * drifted / period
+            end[x] -= balance.shape[row, x] * drifted
+            end[n + x] -= balance.shape[row, x] * drifted / period
 
 
 def _free(system: System) -> Array:
@@ -288,25 +328,28 @@ def solved_load(system: System, balance: Balance) -> System:
     """Return the system with the loads that the shooting found."""
     if not len(balance.held):
         return system
-    return system._replace(
-        load=system.load + system.mass @ (balance.size @ balance.push)
-    )
+    balancing = system.mass @ (balance.size @ balance.push)
+    return system._replace(load=system.load + balancing)
 
 
 def true_derivative(system: System, balance: Balance, derivative: Array) -> Array:
-    """Return the derivative of the period map where the held coordinates' columns are those of the loads.
+    """Return the derivative of the period map by all coordinates.
 
-    A free rotation maps onto itself, ``P (φ, 0) = (φ, 0)``, which gives the columns
-    back.
+    A free rotation maps onto itself, ``P (φ, 0) = (φ, 0)``, which gives the columns of
+    the held coordinates back.
+
+    Parameters
+    ----------
+    system : the equation of motion
+    balance : its loads of unknown size
+    derivative : (2n, 2n), whose columns of held coordinates are those of the loads
     """
     n = len(system.load)
-    at = balance.held
+    held = balance.held
     shapes = _free(system).T
-    other = np.delete(np.arange(n), at)
-    right = (
-        np.vstack([shapes, np.zeros_like(shapes)])
-        - derivative[:, other] @ shapes[other]
-    )
+    moving = np.delete(np.arange(n), held)
+    rotations = np.vstack([shapes, np.zeros_like(shapes)])
+    right = rotations - derivative[:, moving] @ shapes[moving]
     true = derivative.copy()
-    true[:, at] = np.linalg.solve(shapes[at].T, right.T).T
+    true[:, held] = np.linalg.solve(shapes[held].T, right.T).T
     return true

@@ -5,10 +5,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.dynamics import supports
 from wearlab.dynamics.models import InMotion
 from wearlab.dynamics.system import System
 from wearlab.mesh.gear_set import Body, mesh_load
+
+SENSES = (1.0, -1.0)
+"""Directions in which a mesh pushes the driving and the driven gear."""
+Coordinate = tuple[str, str]
+"""Gear and axis; the deflection of the mesh itself is `MESH`."""
+MESH = ("mesh", "x")
 
 
 class Meshing(NamedTuple):
@@ -30,7 +37,9 @@ class Meshing(NamedTuple):
 
 
 class PairFriction(NamedTuple):
-    """Where tooth friction acts on a pair: arms ``ρ_i = r_i tan α_w + slope_i s`` about the gears' axes.
+    """Where tooth friction acts on a pair.
+
+    Its arms about the gears' axes are ``ρ_i = r_i tan α_w + slope_i s``.
 
     Parameters
     ----------
@@ -115,76 +124,132 @@ def spur_3dof(pair: Paired) -> System:
     return _system(pair, [(gear, "y") for gear in pair.gears])
 
 
-SENSES = 1.0, -1.0
-"""In which a mesh pushes the driving and the driven gear."""
+def _system(pair: Paired, translations: list[Coordinate]) -> System:
+    """Return a pair that moves by translations, and turns.
 
-
-def _system(pair: Paired, moving: list[tuple[str, str]]) -> System:
-    """Return a pair that moves by these translations, along its axes where bearings give way, and turns."""
+    Gears also move along their axes where their bearings give way.
+    """
     gears = pair.gears
     mesh = pair.mesh
-    friction = pair.friction
     held = {gear: pair.held.get(gear, supports.FREE) for gear in gears}
-    (first, second) = gears
-    sense = dict(zip((*gears, "mesh"), (*SENSES, 1.0), strict=True))
-    radius = gears[first].radius
-    force, variation = (
-        mesh_load(each, radius) for each in (pair.torque, pair.fluctuation or 0.0)
-    )
-    turning = {
-        (each.tangential_stiffness, each.tangential_damping) for each in held.values()
-    }
-    apart = friction is not None or turning != {(None, None)}
-    rotations = [(first, "u"), (second, "u")] if apart else [("mesh", "x")]
-    axial = [(gear, "z") for gear in gears if held[gear].axial_stiffness is not None]
-    moving = [*moving, *axial, *rotations]
-    # x = u1 − u2: ẍ = (T1/r1 − W)/m1 + (T2/r2 − W)/m2, and both loads equal T/r1; a
-    # fluctuation of the input torque alone enters through the driving gear's share
-    # m_c/m1 (L16 Eq. 5).
-    m_c = supports.effective_mass(*(body.equivalent for body in gears.values()))
-    mass = {("mesh", "x"): m_c}
-    load = {("mesh", "x"): force, (first, "u"): force, (second, "u"): -force}
-    changes = {
-        ("mesh", "x"): variation * m_c / gears[first].equivalent,
-        (first, "u"): variation,
-    }
-    for gear, body in gears.items():
-        mass |= {
-            (gear, "y"): body.mass,
-            (gear, "z"): body.mass,
-            (gear, "u"): body.equivalent,
-        }
-        load[gear, "y"] = -sense[gear] * held[gear].preload
-    names = tuple(f"{gear}.{axis}" for gear, axis in moving)
-    masses = np.array([mass.get(each, 0.0) for each in moving])
-    loads = np.array([load.get(each, 0.0) for each in moving])
-    varied = np.array([changes.get(each, 0.0) for each in moving])
-    direction = np.array(
-        [[sense[gear] * (mesh.slope if axis == "z" else 1.0) for gear, axis in moving]]
-    )
-    given: dict[str, Any] = {
+    coordinates = _coordinates(pair, held, translations)
+    names = tuple(f"{gear}.{axis}" for gear, axis in coordinates)
+    masses = _masses(gears)
+    loads = _loads(pair, held)
+
+    options: dict[str, Any] = {
         "mesh_damping": np.array([mesh.damping]),
         "damping_always": mesh.damps_always,
     }
     if mesh.backlash is not None:
-        given["backlash"] = np.array([mesh.backlash])
+        options["backlash"] = np.array([mesh.backlash])
     if pair.fluctuation is not None:
-        given["fluctuation_direction"] = varied
-    springs = tuple(supports.to_ground(names, held, {}))
-    system = System.on(springs, names, masses, direction=direction, load=loads, **given)
-    if friction is None:
-        return system
-    # on the last two coordinates, u1 and u2
-    constant, slope = np.zeros((2, 1, len(names)))
-    constant[0, -2:] = np.tan(friction.pressure_angle) * np.array(SENSES)
-    slope[0, -2:] = (
-        np.array(SENSES)
-        * friction.arm_slope
-        / np.array([body.radius for body in gears.values()])
+        changes = _fluctuating_loads(pair, masses[MESH])
+        options["fluctuation_direction"] = _values(changes, coordinates)
+    system = System.on(
+        tuple(supports.to_ground(names, held, {})),
+        names,
+        _values(masses, coordinates),
+        direction=_direction(pair, coordinates),
+        load=_values(loads, coordinates),
+        **options,
     )
-    balance = None if system.stiffness[-2:, -2:].any() else np.eye(len(names))[-1]
+    if pair.friction is None:
+        return system
+    return _with_friction(system, pair.friction, gears)
+
+
+def _coordinates(
+    pair: Paired,
+    held: supports.Held,
+    translations: list[Coordinate],
+) -> list[Coordinate]:
+    """Return the coordinates: translations, those along the axes, and rotations.
+
+    Both gears have a rotation where something but the mesh acts on one of them alone.
+    """
+    first, second = pair.gears
+    turning = {
+        (support.tangential_stiffness, support.tangential_damping)
+        for support in held.values()
+    }
+    axial = [
+        (gear, "z") for gear in pair.gears if held[gear].axial_stiffness is not None
+    ]
+    if pair.friction is None and turning == {(None, None)}:
+        return [*translations, *axial, MESH]
+    return [*translations, *axial, (first, "u"), (second, "u")]
+
+
+def _values(values: Mapping[Coordinate, float], coordinates: list[Coordinate]) -> Array:
+    """Return values in the order of the coordinates, 0 where there is none."""
+    return np.array([values.get(coordinate, 0.0) for coordinate in coordinates])
+
+
+def _masses(gears: Mapping[str, Body]) -> dict[Coordinate, float]:
+    """Return the mass of every coordinate a pair may have [kg]."""
+    equivalent = [body.equivalent for body in gears.values()]
+    masses = {MESH: supports.effective_mass(*equivalent)}
+    for gear, body in gears.items():
+        masses[gear, "y"] = body.mass
+        masses[gear, "z"] = body.mass
+        masses[gear, "u"] = body.equivalent
+    return masses
+
+
+def _loads(pair: Paired, held: supports.Held) -> dict[Coordinate, float]:
+    """Return the load of every coordinate a pair may have [N].
+
+    ``x = u1 − u2: ẍ = (T1/r1 − W)/m1 + (T2/r2 − W)/m2``, and both loads equal T/r1.
+    """
+    first, second = pair.gears
+    force = mesh_load(pair.torque, pair.gears[first].radius)
+    loads = {MESH: force, (first, "u"): force, (second, "u"): -force}
+    for gear, sense in zip(pair.gears, SENSES, strict=True):
+        loads[gear, "y"] = -sense * held[gear].preload
+    return loads
+
+
+def _fluctuating_loads(pair: Paired, mesh_mass: float) -> dict[Coordinate, float]:
+    """Return the amplitude of the fluctuating load of every coordinate [N].
+
+    The input torque alone fluctuates, which enters x through the driving gear's share
+    m_c/m1 (L16 Eq. 5).
+    """
+    first, _ = pair.gears
+    driving = pair.gears[first]
+    force = mesh_load(pair.fluctuation or 0.0, driving.radius)
+    return {MESH: force * mesh_mass / driving.equivalent, (first, "u"): force}
+
+
+def _direction(pair: Paired, coordinates: list[Coordinate]) -> Array:
+    """Return by how much each coordinate deflects the mesh, (1, n) [1]."""
+    sense = dict(zip(pair.gears, SENSES, strict=True))
+    row = [
+        sense.get(gear, 1.0) * (pair.mesh.slope if axis == "z" else 1.0)
+        for gear, axis in coordinates
+    ]
+    return np.array([row])
+
+
+def _with_friction(
+    system: System, friction: PairFriction, gears: Mapping[str, Body]
+) -> System:
+    """Return a system whose teeth rub; friction acts on its last two coordinates.
+
+    These are u1 and u2. The load torque is found where nothing grounds them.
+    """
+    count = len(system.coordinates)
+    constant = np.zeros((1, count))
+    slope = np.zeros((1, count))
+    radii = np.array([body.radius for body in gears.values()])
+    constant[0, -2:] = np.tan(friction.pressure_angle) * np.array(SENSES)
+    slope[0, -2:] = np.array(SENSES) * friction.arm_slope / radii
+    grounded = system.stiffness[-2:, -2:].any()
     return system._replace(
-        friction_constant=constant, friction_slope=slope, balance=balance
+        friction_constant=constant,
+        friction_slope=slope,
+        balance=None if grounded else np.eye(count)[-1],
     )
 
 
@@ -192,25 +257,37 @@ def paired(model: Any, motion: InMotion) -> Paired:
     """Return what meshes in a gear set of two.
 
     Friction has arms that grow as curvatures do.
+
+    Parameters
+    ----------
+    model : options of the dynamic model
+    motion : the gear set in operation
     """
     pair = motion.gears.kinds[0].pair
-    waves = motion.operation.fluctuation
-    friction = None
     bodies = {gear.name: motion.gears.bodies[gear.name] for gear in pair.gears}
-    given = model.supports.given
+    options = model.supports.given
     held = {
-        name: supports.support_of(given[name], body)
+        name: supports.support_of(options[name], body)
         for name, body in bodies.items()
-        if name in given
+        if name in options
     }
     mass = supports.effective_mass(*(body.equivalent for body in bodies.values()))
-    mesh = meshing_of(motion.meshes[0], float(motion.stiffness[0]), mass, motion.slope)
+    stiffness = float(motion.stiffness[0])
+
+    friction = None
     if model.friction is not None:
-        first_slope, second_slope = (
-            np.diff(pair.curvature(np.array([0.0, 1.0])), axis=1).ravel().tolist()
-        )
+        curvature = pair.curvature(np.array([0.0, 1.0]))
+        first_slope, second_slope = np.diff(curvature, axis=1).ravel().tolist()
         friction = PairFriction(
             pair.working_pressure_angle, (first_slope, second_slope)
         )
-    variation = waves[0].amplitude if waves else None
-    return Paired(bodies, held, mesh, motion.operation.torque, variation, friction)
+
+    waves = motion.operation.fluctuation
+    return Paired(
+        gears=bodies,
+        held=held,
+        mesh=meshing_of(motion.meshes[0], stiffness, mass, motion.slope),
+        torque=motion.operation.torque,
+        fluctuation=waves[0].amplitude if waves else None,
+        friction=friction,
+    )

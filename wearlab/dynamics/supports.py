@@ -1,4 +1,4 @@
-"""What holds the members: springs and dampers to ground or to another member, and the forces they exert."""
+"""Springs and dampers that hold the members, and the forces they exert."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
@@ -16,7 +16,7 @@ AXES = "xyz"
 
 
 class Support(NamedTuple):
-    """One spring and damper that acts on a member, between it and ground or another member.
+    """One spring and damper between a member and ground or another member.
 
     The force on the member along its axis is ``preload − k d·q − c r·q̇``: a planet's
     bearing gives way by ``x_planet − x_pin``, so that d and r have entries of both.
@@ -77,7 +77,13 @@ HELD_BY = {"x": "radial", "y": "radial", "z": "axial", "u": "tangential"}
 
 
 def damping_by_ratio(ratio: float, stiffness: float, mass: float) -> float:
-    """Return ``c = 2 ζ √(k m)`` of a spring and the mass (I/r², effective mass) it holds [N s/m].
+    """Return ``c = 2 ζ √(k m)`` of a spring and the mass it holds [N s/m].
+
+    Parameters
+    ----------
+    ratio : ζ [1]
+    stiffness : k [N/m]
+    mass : m, or I/r², or an effective mass [kg]
 
     References
     ----------
@@ -87,7 +93,11 @@ def damping_by_ratio(ratio: float, stiffness: float, mass: float) -> float:
 
 
 def effective_mass(*equivalent: float) -> float:
-    """Return the torsional effective mass of a mesh between bodies of masses I/r², ``1/m = Σ r²/I`` [kg].
+    """Return the torsional effective mass of a mesh, ``1/m = Σ r²/I`` [kg].
+
+    Parameters
+    ----------
+    equivalent : masses I/r² of the bodies it lies between [kg]
 
     References
     ----------
@@ -99,47 +109,67 @@ def effective_mass(*equivalent: float) -> float:
 def damping_or_ratio(
     damping: Known, ratio: Known, stiffness: Known, mass: float
 ) -> float:
-    """Return a damping that is given, or what follows from its ratio [N s/m]."""
-    return (
-        float(damping)
-        if damping is not None
-        else damping_by_ratio(ratio or 0.0, stiffness or 0.0, mass)
-    )
+    """Return a damping that is given, or what follows from its ratio [N s/m].
+
+    Parameters
+    ----------
+    damping : c, None: not given [N s/m]
+    ratio : ζ, None: 0 [1]
+    stiffness, mass : see `damping_by_ratio`
+    """
+    if damping is not None:
+        return float(damping)
+    return damping_by_ratio(ratio or 0.0, stiffness or 0.0, mass)
 
 
-def support_of(given: Any, body: "Body") -> MemberSupport:
+def support_of(options: Any, body: "Body") -> MemberSupport:
     """Return what holds a member, from its options.
 
     Torsional springs and dampers count at the body's radius; a damping that is not
     given follows from the damping ratio, the spring and the mass that it holds.
+
+    Parameters
+    ----------
+    options : of the support, which may leave out any of them
+    body : the member
     """
 
-    def of(*names: str) -> Iterator[Any]:
-        return (getattr(given, name, None) for name in names)
+    def option(name: str) -> float | None:
+        value: float | None = getattr(options, name, None)
+        return value
 
-    turning = of("torsional_stiffness", "torsional_damping")
-    tangential, damping = (
-        None if each is None else each / body.radius**2 for each in turning
-    )
-    springs = {
-        "radial": (*of("radial_stiffness", "damping"), body.mass),
-        "tangential": (
-            tangential or given.tangential_stiffness,
-            damping,
-            body.equivalent,
+    def at_radius(torsional: float | None) -> float | None:
+        return None if torsional is None else torsional / body.radius**2
+
+    def damping_of_spring(
+        damping: float | None, stiffness: float | None, mass: float
+    ) -> float | None:
+        if stiffness is None and damping is None:
+            return None
+        return damping_or_ratio(damping, options.damping_ratio, stiffness, mass)
+
+    radial = option("radial_stiffness")
+    axial = option("axial_stiffness")
+    tangential = at_radius(option("torsional_stiffness"))
+    tangential = tangential or options.tangential_stiffness
+    torsional_damping = at_radius(option("torsional_damping"))
+    return MemberSupport(
+        radial_stiffness=radial,
+        radial_damping=damping_of_spring(option("damping"), radial, body.mass),
+        tangential_stiffness=tangential,
+        tangential_damping=damping_of_spring(
+            torsional_damping, tangential, body.equivalent
         ),
-        "axial": (*of("axial_stiffness", "axial_damping"), body.mass),
-    }
-    held: dict[str, float] = {}
-    for axis, (k, c, mass) in springs.items():
-        held[f"{axis}_stiffness"] = k
-        if k is not None or c is not None:
-            held[f"{axis}_damping"] = damping_or_ratio(c, given.damping_ratio, k, mass)
-    return MemberSupport(**held, preload=getattr(given, "preload", 0.0))
+        axial_stiffness=axial,
+        axial_damping=damping_of_spring(option("axial_damping"), axial, body.mass),
+        preload=getattr(options, "preload", 0.0),
+    )
 
 
 def to_ground(
-    coordinates: Sequence[str], held: Held, preload: Mapping[str, float]
+    coordinates: Sequence[str],
+    held: Held,
+    preload: Mapping[str, float],
 ) -> Iterator[Support]:
     """Yield the supports of coordinates against ground, of those that something holds.
 
@@ -151,11 +181,9 @@ def to_ground(
     """
     for name in coordinates:
         member, _, axis = name.rpartition(".")
-        own = held.get(member, FREE)
-        k, c = (
-            getattr(own, f"{HELD_BY[axis]}_{what}") or 0.0
-            for what in ("stiffness", "damping")
-        )
+        support = held.get(member, FREE)
+        k = getattr(support, f"{HELD_BY[axis]}_stiffness") or 0.0
+        c = getattr(support, f"{HELD_BY[axis]}_damping") or 0.0
         if k or c:
             give = np.array([float(coordinate == name) for coordinate in coordinates])
             yield Support(member, axis, give, give, k, c, preload.get(name, 0.0))
@@ -163,24 +191,27 @@ def to_ground(
 
 def stiffness_of(supports: Sequence[Support], count: int) -> Array:
     """Return ``K = Σ k d dᵀ`` of supports, (count, count) [N/m]."""
-    each = (
-        support.stiffness * np.outer(support.give, support.give) for support in supports
-    )
-    return sum(each, start=np.zeros((count, count)))
+    stiffness = np.zeros((count, count))
+    for support in supports:
+        stiffness = stiffness + support.stiffness * np.outer(support.give, support.give)
+    return stiffness
 
 
 def damping_of(supports: Sequence[Support], count: int) -> Array:
     """Return ``C = Σ c r rᵀ`` of supports, (count, count) [N s/m]."""
-    each = (
-        support.damping * np.outer(support.slip, support.slip) for support in supports
-    )
-    return sum(each, start=np.zeros((count, count)))
+    damping = np.zeros((count, count))
+    for support in supports:
+        damping = damping + support.damping * np.outer(support.slip, support.slip)
+    return damping
 
 
 def bearing_forces(
-    supports: Sequence[Support], members: Sequence[str], q: Array, rate: Array
+    supports: Sequence[Support],
+    members: Sequence[str],
+    q: Array,
+    rate: Array,
 ) -> Array:
-    """Return the force of the bearings on each member, (n_members, 3, n_kept, n_instants) along `AXES` [N].
+    """Return the force of the bearings on each member along `AXES` [N].
 
     Every bearing exerts ``preload − k d·q − c r·q̇``, see `Support`.
 
@@ -189,15 +220,19 @@ def bearing_forces(
     supports : of the system; those against rotation exert no force
     members : names of the members wanted, 0 for those that none of the supports holds
     q, rate : (n_kept, n, n_instants) coordinates q [m] and q̇ [m/s]
+
+    Returns
+    -------
+    (n_members, 3, n_kept, n_instants)
     """
     force = np.zeros((len(members), len(AXES), len(q), q.shape[-1]))
     for support in supports:
         if support.axis in AXES and support.member in members:
-            given = support.stiffness * np.einsum("i,kij->kj", support.give, q)
+            elastic = support.stiffness * np.einsum("i,kij->kj", support.give, q)
             damped = support.damping * np.einsum("i,kij->kj", support.slip, rate)
-            force[members.index(support.member), AXES.index(support.axis)] += (
-                support.preload - given - damped
-            )
+            member = members.index(support.member)
+            axis = AXES.index(support.axis)
+            force[member, axis] += support.preload - elastic - damped
     return force
 
 
@@ -394,7 +429,10 @@ SPUR = (
 def _checks(
     support: Any, *, bearings: bool, helical: bool
 ) -> list[tuple[str, bool, str]]:
-    """Return what may be wrong with the support of a gear: key, whether it is, and the reason."""
+    """Return what may be wrong with the support of a gear.
+
+    That is a key, whether it is wrong, and the reason.
+    """
     gives_way = support.axial_stiffness is not None
     damped = support.axial_damping is not None
     no_ratio = support.damping_ratio is None

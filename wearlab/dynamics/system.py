@@ -74,16 +74,29 @@ class System(NamedTuple):
         supports: tuple[Support, ...],
         coordinates: tuple[str, ...],
         mass: Any,
-        **given: Any,
+        **options: Any,
     ) -> Self:
-        """Return the system of masses (n,) on supports: ``C = Σ c r rᵀ`` and ``K = Σ k d dᵀ``."""
+        """Return the system of masses on supports: ``C = Σ c r rᵀ``, ``K = Σ k d dᵀ``.
+
+        Parameters
+        ----------
+        supports : springs and dampers
+        coordinates : their names
+        mass : (n,) mass of every coordinate [kg]
+        options : the other fields of a system
+        """
         damping = damping_of(supports, len(coordinates))
         stiffness = stiffness_of(supports, len(coordinates))
         inertia = np.diag(np.array(mass, float))
-        return cls(coordinates, inertia, damping, stiffness, **given, supports=supports)
+        return cls(
+            coordinates, inertia, damping, stiffness, **options, supports=supports
+        )
 
     def __hash__(self) -> int:
-        """Systems are told apart by identity, they do not change: caches remember what is asked of one."""
+        """Return a hash by identity.
+
+        Systems do not change, and caches remember results of one system.
+        """
         return id(self)
 
     def __eq__(self, other: object) -> bool:
@@ -122,13 +135,18 @@ class System(NamedTuple):
 
     @property
     def force_vectors(self) -> tuple[Array, Array]:
-        """Kinematic direction and force vector of every channel, (n_channel, n) each [1]."""
+        """Direction and force vector of every channel, (n_channel, n) each [1]."""
         if self.friction_constant is None or self.friction_slope is None:
             return self.direction, self.direction
         vectors = [self.direction, self.friction_constant, self.friction_slope]
         return np.vstack([self.direction] * 3), np.vstack(vectors)
 
     def in_contact(self, mesh_stiffness: Array) -> Array:
-        """K − ω_c² K_ω + Σ k_i d_i d_iᵀ with all meshes (n_mesh,) in contact, (n, n) [N/m]."""
+        """Return ``K − ω_c² K_ω + Σ k_i d_i d_iᵀ``, all in contact, (n, n) [N/m].
+
+        Parameters
+        ----------
+        mesh_stiffness : (n_mesh,) k_i [N/m]
+        """
         d = self.direction
         return self.total_stiffness + d.T @ (mesh_stiffness[:, None] * d)

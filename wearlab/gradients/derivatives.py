@@ -44,7 +44,11 @@ class Differences(NamedTuple):
 
 
 def gradient(
-    scene: Scene | Mapping[str, Any], of: Names, wrt: Names, *, estimate: bool = True
+    scene: Scene | Mapping[str, Any],
+    of: Names,
+    wrt: Names,
+    *,
+    estimate: bool = True,
 ) -> xr.Dataset:
     """Return derivatives of what a run says with respect to numbers of its scene.
 

@@ -1,1 +1,1 @@
-"""What is read off a response: forces and accelerations of meshes, their extremes, the balance of energy."""
+"""Forces and accelerations of meshes in a response, and its balance of energy."""

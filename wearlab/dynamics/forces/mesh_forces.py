@@ -1,4 +1,4 @@
-"""What the meshes exert at any instants: forces, moments about the gears' axes, their means and extremes.
+"""Forces of the meshes, moments about the gears' axes, their means and extremes.
 
 Forces come from the contact itself, by the deflections that a response has there, and
 not from the tables that its solver used: their means against the load that was given
@@ -24,6 +24,22 @@ from wearlab.dynamics.steady.response import Response, acceleration, forces_at, 
 from wearlab.gears.gear import GearPair
 from wearlab.mesh import excitation, force, gear_set, profile, stages
 
+NODES = 4
+"""Nodes within a step, its ends among them."""
+HALVES_AGREE = 1e-5
+"""Share of a mean modulus by which a step may differ from its halves."""
+MAX_HALVINGS = 14
+"""So many find a jump to 1e-4 of a step."""
+FRACTIONS = np.linspace(0.0, 1.0, 9)
+"""Where within each step is looked first."""
+CLOSELY = np.linspace(-FRACTIONS[1], FRACTIONS[1], 33)
+"""Where about the look that comes nearest to an extreme in a step."""
+NEAREST = 6
+"""Steps of every mesh, of all periods, that are looked into closely for its largest and
+smallest force."""
+AT_ONCE = 200_000
+"""Values of a force that are held at once."""
+
 Forces = force.NormalForces
 Flanks = excitation.MeshFlanks
 
@@ -31,7 +47,9 @@ Flanks = excitation.MeshFlanks
 def friction_force(
     forces: Forces, flanks: Flanks, where: profile.Lookup, coefficient: float
 ) -> Array:
-    """Return ``Σ_j Λμ N_j`` on the driving flank, positive in recess, (n_periods, n) [N].
+    """Return ``Σ_j Λμ N_j`` on the driving flank, (n_periods, n) [N].
+
+    It is positive in recess.
 
     Parameters
     ----------
@@ -53,8 +71,9 @@ def moments(
     where: profile.Lookup,
     coefficient: float | None,
 ) -> Array:
-    """Return the moments on both gears over their base radii, (driving, driven) (2, n_periods, n) [N].
+    """Return the moments on both gears over their base radii, (2, n_periods, n) [N].
 
+    The driving gear comes first.
     ``Σ_j N_j (1 + Λμ ρ_j/r_b)``, with the back flank: friction adds to the moment of a
     driving gear in recess, where its arm is ρ = r_b tan α_w + s.
 
@@ -82,7 +101,7 @@ def moments(
 
 
 def load_factors(kind: gear_set.PairOfSet, means: Array) -> Array:
-    """Return how much of its share of the load each mesh of a kind carries in the mean, (n_mesh,) [1].
+    """Return the mean moment of each mesh over that of its kind, (n_mesh,) [1].
 
     Parameters
     ----------
@@ -93,8 +112,10 @@ def load_factors(kind: gear_set.PairOfSet, means: Array) -> Array:
     ----------
     ISO 6336-1: the mesh load factor K_γ is the largest.
     """
-    own = means[:, kind.loaded]
-    return own / own.mean() if own.any() else np.full(len(own), np.nan)
+    loaded = means[:, kind.loaded]
+    if not loaded.any():
+        return np.full(len(loaded), np.nan)
+    return loaded / loaded.mean()
 
 
 def mean_force_residual(
@@ -103,8 +124,9 @@ def mean_force_residual(
     means: Sequence[Array],
     rubs: bool,
 ) -> float:
-    """Return the mean normal force over the static one, minus one: the largest of the kinds of mesh [1].
+    """Return the mean normal force over the static one, minus one [1].
 
+    It is the largest of the kinds of mesh.
     Meshes of one kind share the load among them, so their mean is what the load
     decides. With friction the moments on the gear whose torque is given count, and on a
     planet those of its two meshes.
@@ -116,26 +138,18 @@ def mean_force_residual(
     means : of each, (n_mesh, (driving, driven)) mean moments over base radius [N]
     rubs : whether there is friction
     """
-    of_kind = [each.mean(axis=0) for each in means]
+    of_kind = [moments.mean(axis=0) for moments in means]
     loaded = kinds[0].loaded
-    compared = [
-        (float(mean.mean()), load) for mean, load in zip(of_kind, loads, strict=True)
-    ]
+    mean_forces = [float(moments.mean()) for moments in of_kind]
+    compared = list(zip(mean_forces, loads, strict=True))
     if rubs:
         compared = [(of_kind[0][loaded], loads[0])]
         if len(kinds) > 1:
             compared.append((of_kind[1][1 - kinds[1].loaded], of_kind[0][1 - loaded]))
-    return max(
-        (mean / load - 1.0 if load > 0.0 else mean for mean, load in compared), key=abs
-    )
-
-
-NODES = 4
-"""Nodes within a step, its ends among them."""
-
-SAME_MEAN, MOST_HALVINGS = 1e-5, 14
-"""Share of a mean modulus by which a step may differ from its halves; so many find a
-jump to 1e-4 of one."""
+    residuals = []
+    for mean, load in compared:
+        residuals.append(mean / load - 1.0 if load > 0.0 else mean)
+    return max(residuals, key=abs)
 
 
 def mesh_acceleration_at(
@@ -144,7 +158,7 @@ def mesh_acceleration_at(
     phase: Array,
     segment: Index | None = None,
 ) -> Array:
-    """Return the relative acceleration of both bodies along each line of action, (n_kept, n_mesh, n) [m/s²].
+    """Return the relative acceleration of both bodies along each line of action.
 
     ``d·q̈`` with ``q̈ = M⁻¹(F − Σ d W − friction − C q̇ − K q)``: all forces at that
     instant, nothing is differentiated. It is the acceleration of the mesh deflection δ,
@@ -156,6 +170,10 @@ def mesh_acceleration_at(
     grid : the steps it was computed on
     phase : (n,) [1]
     segment : (n,) the smooth segment each phase belongs to, which decides at breaks
+
+    Returns
+    -------
+    (n_kept, n_mesh, n) [m/s²]
     """
     place = place_of(grid, phase, segment)
     forces = forces_at(response, *place)
@@ -169,16 +187,22 @@ def mesh_acceleration_at(
 def within_steps(
     grid: stages.StageGrid, nodes: int = NODES
 ) -> tuple[Array, Index, Array]:
-    """Return phases within and at both ends of all steps, their segments, and weights of a mean over them.
+    """Return phases in all steps, their segments, and weights of a mean over them.
 
     Lobatto's rule, of order ``2 nodes − 2`` on each smooth segment: (nodes · n_steps,)
     each. A wave that turns by θ within a step takes some θ/2 nodes beside the first
     few.
+
+    Parameters
+    ----------
+    grid : the steps
+    nodes : phases of a step, both ends among them
     """
     place, share = lobatto(nodes)
     phase = grid.start[:, None] + grid.width[:, None] * place
     weight = grid.width[:, None] * share
-    return phase.ravel(), np.repeat(grid.segment, nodes), weight.ravel() / weight.sum()
+    segment = np.repeat(grid.segment, nodes)
+    return phase.ravel(), segment, weight.ravel() / weight.sum()
 
 
 def mean_over_period(
@@ -200,26 +224,26 @@ def mean_over_period(
     """
 
     def integrals(steps: stages.StageGrid) -> Array:
-        each = values(steps)
-        return np.asarray(
-            each.reshape(*each.shape[:-1], -1, NODES) @ lobatto(NODES)[1] * steps.width
-        )
+        samples = values(steps)
+        by_step = samples.reshape(*samples.shape[:-1], -1, NODES)
+        weights = lobatto(NODES)[1]
+        return np.asarray(by_step @ weights * steps.width)
 
     whole = integrals(grid)
     mean = whole.sum(axis=-1)
-    bound = SAME_MEAN * np.abs(whole).sum(axis=-1)[..., None]
-    for _ in range(MOST_HALVINGS):
+    bound = HALVES_AGREE * np.abs(whole).sum(axis=-1)[..., None]
+    for _ in range(MAX_HALVINGS):
         halves = grid.halved()
         parts = integrals(halves)
         change = parts[..., ::2] + parts[..., 1::2] - whole
         mean = mean + change.sum(axis=-1)
-        again = np.repeat(
-            (np.abs(change) > bound).reshape(-1, len(grid.start)).any(axis=0), 2
-        )
-        if not again.any():
+        differs = np.abs(change) > bound
+        differing_steps = differs.reshape(-1, len(grid.start)).any(axis=0)
+        rough = np.repeat(differing_steps, 2)
+        if not rough.any():
             break
-        grid = stages.StageGrid(*(column[again] for column in halves))
-        whole = parts[..., again]
+        grid = stages.StageGrid(*(column[rough] for column in halves))
+        whole = parts[..., rough]
     return mean
 
 
@@ -239,17 +263,6 @@ def lobatto(nodes: int) -> tuple[Array, Array]:
     return 0.5 + 0.5 * place, 1.0 / (nodes * (nodes - 1) * polynomial(place) ** 2)
 
 
-FRACTIONS = np.linspace(0.0, 1.0, 9)
-"""Where within each step is looked first."""
-CLOSELY = np.linspace(-FRACTIONS[1], FRACTIONS[1], 33)
-"""Where about the look that comes nearest to an extreme in a step."""
-NEAREST = 6
-"""Steps of every mesh, of all periods, that are looked into closely for its largest and
-smallest force."""
-AT_ONCE = 200_000
-"""Values of a force that are held at once."""
-
-
 class Extremes(NamedTuple):
     """What is read off the mesh forces of a response, (n_mesh,) each.
 
@@ -266,92 +279,116 @@ class Extremes(NamedTuple):
     separated: Array
 
 
-_read: WeakKeyDictionary[Response, Extremes] = WeakKeyDictionary()
-"""What was read off responses that still are: estimates, doubts and the dataset ask for
-the same."""
+_extremes: WeakKeyDictionary[Response, Extremes] = WeakKeyDictionary()
+"""Extremes of responses that still are: estimates, doubts and the dataset ask for the
+same."""
 
 
 def extremes(response: Response) -> Extremes:
-    """Return the extreme forces of every mesh over the period, or over the kept periods, of a response."""
-    if response in _read:
-        return _read[response]
+    """Return the extreme forces of every mesh over all periods of a response."""
+    if response in _extremes:
+        return _extremes[response]
+    steps = len(response.tables.width)
     meshes = len(response.system.direction)
-    steps = len(response.tables.width)
     block = max(1, AT_ONCE // (len(FRACTIONS) * steps * meshes))
-    kept = len(response.state)
-    blocks = [
-        _of_periods(response, slice(at, min(at + block, kept)))
-        for at in range(0, kept, block)
-    ]
-    share = [min(block, kept - at) / kept for at in range(0, kept, block)]
-    least, largest, normal, separated = (
-        np.array(values) for values in zip(*blocks, strict=True)
-    )
+    count = len(response.state)
+    starts = range(0, count, block)
+    periods = [slice(first, min(first + block, count)) for first in starts]
+    share = [(part.stop - part.start) / count for part in periods]
+    blocks = [_of_periods(response, part) for part in periods]
     whole = Extremes(
-        least.min(axis=0), largest.max(axis=0), normal.max(axis=0), share @ separated
+        least=np.min([part.least for part in blocks], axis=0),
+        largest=np.max([part.largest for part in blocks], axis=0),
+        largest_normal=np.max([part.largest_normal for part in blocks], axis=0),
+        separated=share @ np.array([part.separated for part in blocks]),
     )
-    return _read.setdefault(response, whole)
+    return _extremes.setdefault(response, whole)
 
 
-def _of_periods(response: Response, kept: slice) -> Extremes:
-    forces = forces_within(response, FRACTIONS, kept)
+def _of_periods(response: Response, periods: slice) -> Extremes:
+    """Return the extreme forces of every mesh over some periods of a response."""
+    forces = forces_within(response, FRACTIONS, periods)
     width = response.tables.width
-    ends = []
-    for name in ("elastic", "normal"):
-        signal = getattr(forces, name)
-        looks = [signal]
-        for turn, step, fraction in nearest(signal):
-            own = slice(kept.start + turn, kept.start + turn + 1)
-            looks.append(getattr(forces_at(response, step, fraction, own), name))
-        every = np.concatenate([look.reshape(-1, signal.shape[-1]) for look in looks])
-        ends.append((every.min(axis=0), every.max(axis=0)))
+    elastic = _with_close_looks(response, forces, "elastic", periods)
+    normal = _with_close_looks(response, forces, "normal", periods)
+    separated_in_steps = _positive_share(-forces.reserve).mean(axis=0)
     return Extremes(
-        *ends[0],
-        ends[1][1],
-        width @ _positive_share(-forces.reserve).mean(axis=0) / width.sum(),
+        least=elastic.min(axis=0),
+        largest=elastic.max(axis=0),
+        largest_normal=normal.max(axis=0),
+        separated=width @ separated_in_steps / width.sum(),
     )
 
 
-def forces_within(response: Response, x: Array, kept: slice = slice(None)) -> Forces:
-    """Return the forces of all meshes at fractions x (n_fractions,) of every step, (…, n_steps, …)."""
+def _with_close_looks(
+    response: Response, forces: Forces, name: str, periods: slice
+) -> Array:
+    """Return a force at its samples and closely about its extremes, (…, n_mesh) [N]."""
+    signal = getattr(forces, name)
+    looks = [signal]
+    for period, step, fraction in nearest(signal):
+        first = periods.start + period
+        part = slice(first, first + 1)
+        closer = forces_at(response, step, fraction, part)
+        looks.append(getattr(closer, name))
+    meshes = signal.shape[-1]
+    return np.concatenate([look.reshape(-1, meshes) for look in looks])
+
+
+def forces_within(response: Response, x: Array, periods: slice = slice(None)) -> Forces:
+    """Return the forces of all meshes within every step, (n_periods, n, n_steps, …).
+
+    Parameters
+    ----------
+    response : the response
+    x : (n,) fractions of a step [1]
+    periods : which of them
+    """
     steps = len(response.tables.width)
-    forces = forces_at(
-        response, np.tile(np.arange(steps), len(x)), np.repeat(x, steps), kept
-    )
-    return Forces(*(f.reshape(len(f), len(x), steps, *f.shape[2:]) for f in forces))
+    step = np.tile(np.arange(steps), len(x))
+    fraction = np.repeat(x, steps)
+
+    def by_step(values: Array) -> Array:
+        return values.reshape(len(values), len(x), steps, *values.shape[2:])
+
+    forces = forces_at(response, step, fraction, periods)
+    return Forces(*map(by_step, forces))
 
 
 def nearest(elastic: Array) -> Iterator[tuple[int, Index, Array]]:
-    """Yield periods, and steps and fractions in them about where an extreme of any mesh comes nearest.
+    """Yield periods, and steps and fractions about where an extreme comes nearest.
 
     Parameters
     ----------
     elastic : (n_periods, n_fractions, n_steps, n_mesh) forces [N]
     """
     periods, _, steps, meshes = elastic.shape
-    nearest = min(NEAREST, periods * steps)
+    count = min(NEAREST, periods * steps)
     places = []
     for signed in (elastic, -elastic):
         look = signed.argmin(axis=1).reshape(-1, meshes)
-        near = np.argpartition(
-            signed.min(axis=1).reshape(-1, meshes), nearest - 1, axis=0
-        )[:nearest]
-        places.append(near * len(FRACTIONS) + np.take_along_axis(look, near, axis=0))
-    turn, place = np.divmod(np.unique(places), steps * len(FRACTIONS))
-    for own in np.unique(turn):
-        step, look = np.divmod(place[turn == own], len(FRACTIONS))
+        least = signed.min(axis=1).reshape(-1, meshes)
+        near = np.argpartition(least, count - 1, axis=0)[:count]
+        look_of_near = np.take_along_axis(look, near, axis=0)
+        places.append(near * len(FRACTIONS) + look_of_near)
+
+    period_of, place = np.divmod(np.unique(places), steps * len(FRACTIONS))
+    for period in np.unique(period_of):
+        step, look = np.divmod(place[period_of == period], len(FRACTIONS))
         about = np.clip(FRACTIONS[look, None] + CLOSELY, 0.0, 1.0)
-        yield int(own), np.repeat(step, len(CLOSELY)), about.ravel()
+        yield int(period), np.repeat(step, len(CLOSELY)), about.ravel()
 
 
 def _positive_share(values: Array) -> Array:
-    """Return the share of each step in which a signal is positive, straight between its values."""
+    """Return the share of each step in which a signal is positive.
+
+    The signal is straight between its values.
+    """
     low = values[:, :-1]
     high = values[:, 1:]
     lesser = np.minimum(low, high)
     larger = np.maximum(low, high)
     with np.errstate(invalid="ignore", divide="ignore"):
         crossed = larger / (larger - lesser)
-    return np.asarray(
-        np.where(lesser >= 0.0, 1.0, np.where(larger <= 0.0, 0.0, crossed)).mean(axis=1)
-    )
+    share = np.where(larger <= 0.0, 0.0, crossed)
+    return np.asarray(np.where(lesser >= 0.0, 1.0, share).mean(axis=1))

@@ -1,4 +1,6 @@
-"""Advancing a motion over one step: the system as compiled code takes it, the law of the mesh, the methods.
+"""Advancing a motion over one step.
+
+Here are the system as compiled code takes it, the law of the mesh, and the steps.
 
 A method is one file: `rk4` (small systems, and trajectories of larger ones), `exact`
 (larger ones), `newmark`, `rk45`. `mesh_law` says what the meshes exert,

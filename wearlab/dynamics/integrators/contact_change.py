@@ -1,4 +1,6 @@
-"""A step in which a flank begins or ceases to touch or to push: a power series between two changes.
+"""A step in which a flank begins or ceases to touch or to push.
+
+Between two changes the motion is a power series.
 
 While contact lasts, ``q̈ = p − K q − C q̇ − Σ_c r_c (k_c d·q + b_c d·q̇ − w_c)`` with
 k_c, b_c and w_c parabolas over the rest of the step: the terms of the motion follow one
@@ -28,7 +30,7 @@ from wearlab.dynamics.integrators.mesh_law import (
     WITHIN,
 )
 
-MOST_CHANGES = 16
+MAX_CHANGES = 16
 """Changes of contact in a step that are located; the rest of it is taken as it is."""
 NOTHING = -1
 """No mesh, no flank."""
@@ -41,64 +43,63 @@ LEFT_OUT = 1e-14
 """Size of the terms left out over that of the motion."""
 LEFT_OUT_OF_TANGENTS = 1e-12
 """Size of the terms left out of a tangent that starts with size one."""
-PLACED = 1e-8
+CONVERGED = 1e-8
 """Last move of Newton's method, in parts of a step, after which the next one changes
 nothing."""
-MOST_ITERATIONS = 60
-REST = 1e-10
-"""Last term of a series over its first ones, above which a shorter time is asked of
-it."""
+MAX_ITERATIONS = 60
+LARGEST_LAST_TERM = 1e-10
+"""Last term of a series over its first ones, above which its time is too long."""
 SHORTEST = 1e-4
 """Part of a step below which a series that does not end is taken as it is."""
 
 
 @jit_inner(counted=False)
-def parabola(first: float, middle: float, last: float) -> tuple[float, float, float]:
+def parabola(
+    first: float,
+    middle: float,
+    last: float,
+) -> tuple[float, float, float]:
     """Return the coefficients of the parabola through values at 0, 1/2 and 1."""
     return first, 4.0 * middle - 3.0 * first - last, 2.0 * (first + last) - 4.0 * middle
 
 
 @jit_inner(counted=False)
 def series_over(
-    kernel: Any, step: int, a: float, end: float, h: float, state: Any
+    series: Any,
+    held: Any,
+    mesh: Any,
+    inputs: Any,
+    h: float,
+    state: Any,
 ) -> int:
-    """Fill the series of the motion over a part of a step; return how many terms it has.
-
-    The terms are in ``kernel.series.terms`` afterwards, the projections d·q of each in
-    ``kernel.series.sensed``.
-
-    Parameters
-    ----------
-    kernel, step : the system, whose channel laws of the part are in the scratch, and a
-        step of its tables
-    a, end : fractions of the step at which the part begins and ends [1]
-    h : duration of the part [s]
-    state : (2n, w) at the beginning of the part
-    """
-    terms = kernel.series.terms
-    n = kernel.series.terms.shape[1]
-    w = kernel.series.terms.shape[2]
-    mesh_law.fill_load_inputs(kernel, step, a, end, THIS)
-    for row in range(n):
-        for col in range(np.uint64(0), np.uint64(w)):
-            terms[0, row, col] = state[row, col]
-            terms[1, row, col] = h * state[n + row, col]
-    return int(expand(kernel, h))
-
-
-@jit(counted=False)
-def expand(kernel: Any, h: float) -> int:
-    """Fill the series from its first two terms, ``q`` and ``h q̇``; count the terms.
+    """Expand the motion over a part of a step; return how many terms the series has.
 
     ``(j + 1)(j + 2) q_{j+2} = h² p_j − h² K q_j − h (j + 1) C q_{j+1} − h² Σ_c r_c
     Q_{c,j}`` with the terms Q of the channels and p of the inputs.
 
     Parameters
     ----------
-    kernel : the system, the law of its channels and the inputs in the scratch
-    h : duration [s]
+    series : its ``terms``, and their projections d·q in ``sensed``, are written
+    held : coordinates that loads of unknown size hold
+    mesh : (6 n_channel,) stiffness of the channels at start, middle and end of the
+        part, then damping
+    inputs : (3, n_input) at start, middle and end of the part
+    h : duration of the part [s]
+    state : (2n, w) at the beginning of the part
     """
-    series = kernel.series
+    terms = series.terms
+    n = terms.shape[1]
+    w = terms.shape[2]
+    for row in range(n):
+        for col in range(np.uint64(0), np.uint64(w)):
+            terms[0, row, col] = state[row, col]
+            terms[1, row, col] = h * state[n + row, col]
+    return int(_expand(series, held, mesh, inputs, h))
+
+
+@jit(counted=False)
+def _expand(series: Any, held: Any, mesh: Any, inputs: Any, h: float) -> int:
+    """Fill the series from its first two terms, ``q`` and ``h q̇``; count the terms."""
     terms = series.terms
     sensed = series.sensed
     w = terms.shape[2]
@@ -109,10 +110,9 @@ def expand(kernel: Any, h: float) -> int:
     for j in range(TERMS - 2):
         term = terms[j + 2]
         _start_term(series, j, h)
-        _add_channels(series, kernel.flanks.scratch.mesh[0], j, h)
+        _add_channels(series, mesh, j, h)
         if j < 3:  # inputs are parabolas
-            inputs = kernel.flanks.scratch.inputs[0]
-            _add_inputs(series, kernel.balance.held, inputs, j, h)
+            _add_inputs(series, held, inputs, j, h)
         for row in range(term.shape[0]):
             for col in range(np.uint64(0), np.uint64(w)):
                 term[row, col] /= (j + 1.0) * (j + 2.0)
@@ -210,10 +210,14 @@ def largest(term: Any, first: int, end: int) -> float:
 
 @jit_inner(counted=False)
 def diverges(terms: Any) -> bool:
-    """Whether a series is asked for more time than it reaches: its last term is large."""
-    return largest(terms[TERMS - 1], 0, 1) > REST * (
-        largest(terms[0], 0, 1) + largest(terms[1], 0, 1)
-    )
+    """Whether the time is too long for a series: its last term is large.
+
+    Parameters
+    ----------
+    terms : (TERMS, n, w) of the motion
+    """
+    size = largest(terms[0], 0, 1) + largest(terms[1], 0, 1)
+    return largest(terms[TERMS - 1], 0, 1) > LARGEST_LAST_TERM * size
 
 
 @jit_inner(counted=False)
@@ -245,8 +249,14 @@ def write_state_at(series: Any, terms: int, u: float, h: float, out: Any) -> Non
 
 
 @jit_inner(counted=False)
-def place_of_touch(flanks: Any, step: int, m: int, p: int, x: float) -> float:
-    """Return the place d·q at which a spring or the back flank begins to be pressed [m].
+def place_of_touch(
+    flanks: Any,
+    step: int,
+    m: int,
+    p: int,
+    x: float,
+) -> float:
+    """Return the place d·q at which a spring or back flank begins to be pressed [m].
 
     Parameters
     ----------
@@ -262,23 +272,30 @@ def place_of_touch(flanks: Any, step: int, m: int, p: int, x: float) -> float:
 
 @jit_inner(counted=False)
 def course_of(
-    series: Any, m: int, k: Any, b: Any, offset: Any, h: float, sign: float, terms: int
+    sensed: Any,
+    m: int,
+    k: Any,
+    b: Any,
+    offset: Any,
+    h: float,
+    sign: float,
+    terms: int,
+    course: Any,
 ) -> None:
     """Write ``± (k d·q + b d·q̇ − w)`` over a part of a step as a polynomial.
 
-    It is positive before a change, and goes into ``series.polynomial``.
+    It is positive before a change.
 
     Parameters
     ----------
-    series : of the motion
+    sensed : (TERMS, n_mesh, w) terms of d·q
     m : mesh
     k, b, offset : parabolas of stiffness, damping and w over the part
     h : duration of the part [s]
     sign : 1 where it is positive until the change, −1 where it is negative
     terms : of the series
+    course : (TERMS + 2,) written, coefficients, constant first
     """
-    sensed = series.sensed
-    out = series.polynomial
     for j in range(terms):
         total = 0.0
         for power in range(min(j, 2) + 1):
@@ -286,13 +303,17 @@ def course_of(
             total += k[power] * sensed[at, m, 0]
             if at + 1 < terms:
                 total += b[power] * (at + 1) * sensed[at + 1, m, 0] / h
-        out[j] = sign * total
+        course[j] = sign * total
     for j in range(3):
-        out[j] -= sign * offset[j]
+        course[j] -= sign * offset[j]
 
 
 @jit_inner(counted=False)
-def horner(p: Any, terms: int, u: float) -> tuple[float, float]:
+def horner(
+    p: Any,
+    terms: int,
+    u: float,
+) -> tuple[float, float]:
     """Return the value and the slope of a polynomial.
 
     Parameters
@@ -338,7 +359,7 @@ def first_root(p: Any, terms: int, changed: bool) -> float:
         return 0.0
     low = 0.0
     u = high * p[0] / (p[0] - end)
-    for _ in range(MOST_ITERATIONS):
+    for _ in range(MAX_ITERATIONS):
         value, slope = horner(p, count, u)
         if value > 0.0:
             low = u
@@ -347,7 +368,7 @@ def first_root(p: Any, terms: int, changed: bool) -> float:
         move = -value / slope if slope != 0.0 else 1.0
         if low < u + move < high:
             u += move
-            if abs(move) <= PLACED:
+            if abs(move) <= CONVERGED:
                 break
         else:
             u = 0.5 * (low + high)
@@ -358,9 +379,15 @@ def first_root(p: Any, terms: int, changed: bool) -> float:
 
 @jit(counted=False)
 def next_change(
-    kernel: Any, step: int, a: float, end: float, mesh: int, flank: int, terms: int
+    kernel: Any,
+    step: int,
+    a: float,
+    end: float,
+    mesh: int,
+    flank: int,
+    terms: int,
 ) -> tuple[float, int, int]:
-    """Return at which fraction of a part of a step contact first changes, mesh and flank.
+    """Return where in a part of a step contact first changes: fraction, mesh and flank.
 
     The fraction is `NOWHERE` where nothing changes. Flanks are counted: springs, the
     back flank, then whether pairs push, and the back flank.
@@ -376,6 +403,8 @@ def next_change(
     changed_mesh = NOTHING
     changed_flank = NOTHING
     flanks = kernel.flanks
+    sensed = kernel.series.sensed
+    course = kernel.series.polynomial
     pairs = len(flanks.meshes.pairs)
     h = (end - a) * flanks.tables.width[step] * flanks.period
     for m in range(len(flanks.meshes.damping)):
@@ -384,14 +413,14 @@ def next_change(
             if f <= pairs:
                 if not _may_touch(flanks, step, m, p):
                     continue
-                _course_of_touch(kernel.series, flanks, step, a, end, m, p, h, terms)
+                _course_of_touch(sensed, flanks, step, a, end, m, p, h, terms, course)
             else:
                 if not _may_cease_to_push(flanks, m, p):
                     continue
-                _course_of_push(kernel.series, flanks, m, p, h, terms)
+                _course_of_push(sensed, flanks, m, p, h, terms, course)
 
             changed = m == mesh and f == flank
-            u = first_root(kernel.series.polynomial, terms, changed)
+            u = first_root(course, terms, changed)
             if u < earliest:
                 earliest = u
                 changed_mesh = m
@@ -416,7 +445,7 @@ def _may_cease_to_push(flanks: Any, m: int, p: int) -> bool:
 
 @jit_inner(counted=False, forceinline=True)
 def _course_of_touch(
-    series: Any,
+    sensed: Any,
     flanks: Any,
     step: int,
     a: float,
@@ -425,20 +454,29 @@ def _course_of_touch(
     p: int,
     h: float,
     terms: int,
+    course: Any,
 ) -> None:
-    """Write how far a spring or the back flank is from beginning or ceasing to touch."""
+    """Write how far a spring or back flank is from beginning or ceasing to touch."""
     touches = flanks.scratch.touch[m, p]
     sign = 1.0 if touches == (p < len(flanks.meshes.pairs)) else -1.0
     first = place_of_touch(flanks, step, m, p, a)
     middle = place_of_touch(flanks, step, m, p, a + 0.5 * (end - a))
     last = place_of_touch(flanks, step, m, p, end)
     offset = parabola(first, middle, last)
-    course_of(series, m, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), offset, h, sign, terms)
+    k = (1.0, 0.0, 0.0)
+    b = (0.0, 0.0, 0.0)
+    course_of(sensed, m, k, b, offset, h, sign, terms, course)
 
 
 @jit_inner(counted=False, forceinline=True)
 def _course_of_push(
-    series: Any, flanks: Any, m: int, p: int, h: float, terms: int
+    sensed: Any,
+    flanks: Any,
+    m: int,
+    p: int,
+    h: float,
+    terms: int,
+    course: Any,
 ) -> None:
     """Write how far a pair that touches is from beginning or ceasing to push."""
     law = flanks.scratch.law[0, :, m, p]
@@ -446,14 +484,23 @@ def _course_of_push(
     k = parabola(law[0, STIFFNESS], law[1, STIFFNESS], law[2, STIFFNESS])
     b = parabola(law[0, DAMPING], law[1, DAMPING], law[2, DAMPING])
     offset = parabola(law[0, OFFSET], law[1, OFFSET], law[2, OFFSET])
-    course_of(series, m, k, b, offset, h, sign, terms)
+    course_of(sensed, m, k, b, offset, h, sign, terms, course)
 
 
 @jit(counted=False)
 def renew_contact(
-    kernel: Any, step: int, x: float, m: int, p: int, w: Any, states: Any, j: Any
+    kernel: Any,
+    step: int,
+    x: float,
+    m: int,
+    p: int,
+    w: Any,
+    states: Any,
+    j: Any,
 ) -> None:
     """Let a spring of mesh ``m`` begin or cease to touch, and move the tangents.
+
+    Which springs touch and which pairs push changes in the scratch of the kernel.
 
     Parameters
     ----------
@@ -512,7 +559,12 @@ def _force_of_channel(
 
 @jit_inner(counted=False, forceinline=True)
 def _move_tangents(
-    kernel: Any, m: int, approach: float, w: Any, states: Any, j: Any
+    kernel: Any,
+    m: int,
+    approach: float,
+    w: Any,
+    states: Any,
+    j: Any,
 ) -> None:
     """Move the tangents of a state by the jump of the forces of mesh ``m``.
 
@@ -534,21 +586,30 @@ def _move_tangents(
 
 @jit(counted=False)
 def step_with_changes(
-    kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
+    kernel: Any,
+    step: int,
+    columns: Any,
+    w: Any,
+    states: Any,
+    i: Any,
+    j: Any,
 ) -> int:
     """Advance a state over one step, cut at every change of contact; count the changes.
 
-    Which springs touch and which pairs push at the start is in the scratch.
+    Which springs touch and which pairs push is in the scratch of the kernel: that of
+    the start is read, that of the end is left there.
 
     Parameters
     ----------
     kernel, step, columns, w, states, i, j : as in
         `wearlab.dynamics.integrators.rk4.diagonal_step`
     """
-    series = kernel.series.terms
-    pairs = len(kernel.flanks.meshes.pairs)
-    pushes = kernel.flanks.scratch.pushes
-    rows = np.uint64(2 * series.shape[1])
+    flanks = kernel.flanks
+    series = kernel.series
+    scratch = flanks.scratch
+    pairs = len(flanks.meshes.pairs)
+    pushes = scratch.pushes
+    rows = np.uint64(2 * series.terms.shape[1])
     copy(states, i, j, rows * w, columns, w)
     state = states[j : j + rows * w].reshape((rows, w))
     a = 0.0
@@ -558,21 +619,24 @@ def step_with_changes(
     changes = 0
     while 1.0 - a > NO_TIME:
         end = min(1.0, a + part) if 1.0 - a - part > NO_TIME else 1.0
-        h = (end - a) * kernel.flanks.tables.width[step] * kernel.flanks.period
-        mesh_law.fill_flank_laws(kernel.flanks, step, a, end, THIS)
-        mesh_law.fill_channel_laws(kernel.flanks, THIS)
-        terms = series_over(kernel, step, a, end, h, state)
-        if terms == TERMS and part > SHORTEST and diverges(series):
+        h = (end - a) * flanks.tables.width[step] * flanks.period
+        mesh_law.fill_flank_laws(flanks, step, a, end, THIS)
+        mesh_law.fill_channel_laws(flanks, THIS)
+        mesh_law.fill_load_inputs(kernel, step, a, end, THIS)
+        terms = series_over(
+            series, kernel.balance.held, scratch.mesh[0], scratch.inputs[0], h, state
+        )
+        if terms == TERMS and part > SHORTEST and diverges(series.terms):
             part = 0.5 * min(part, end - a)
             continue
 
         u, m, f = next_change(kernel, step, a, end, m, f, terms)
-        if u > 1.0 or changes == MOST_CHANGES:
-            write_state_at(series, terms, 1.0, h, state)
+        if u > 1.0 or changes == MAX_CHANGES:
+            write_state_at(series.terms, terms, 1.0, h, state)
             a = end
             continue
 
-        write_state_at(series, terms, u, h, state)
+        write_state_at(series.terms, terms, u, h, state)
         changes += 1
         a += u * (end - a)
         if f <= pairs:

@@ -37,7 +37,7 @@ def fastest_rate(system: System, mesh_stiffness: PerMesh) -> float:
 
 
 def settling_periods(system: System, tables: StageTables, period: float) -> float:
-    """Return the mesh periods in which the slowest free motion of touching meshes dies out.
+    """Return the mesh periods in which the slowest free motion dies out, in contact.
 
     Infinite without damping. Free rotations, which do not vibrate, are left out.
 
@@ -67,7 +67,9 @@ def _eigenvalues(system: System, mesh_stiffness: PerMesh) -> Complex:
 
 
 class StepRule(NamedTuple):
-    """How many steps a mesh period takes, their error being about ``constant (ω h)^order``.
+    """How many steps a mesh period takes.
+
+    Their error is about ``constant (ω h)^order``.
 
     Parameters
     ----------
@@ -135,7 +137,7 @@ def graded_steps(
     breaks: Array,
     steps: int | None = None,
 ) -> StageGrid | None:
-    """Return exact steps that grow after every break, None where equal ones are no more.
+    """Return exact steps that grow after every break, None: equal ones are as few.
 
     A jump makes all modes ring. A time t later those have died out to the tolerance
     whose rate is above ``ln(1/tolerance)/(ζ t)``, ζ the least damping ratio, and steps

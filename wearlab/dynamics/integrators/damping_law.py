@@ -1,4 +1,6 @@
-"""Steps under a damping law that is not linear in the motion: Newton's method on the forces within a step.
+"""Steps under a damping law that is not linear in the motion.
+
+Newton's method solves for the forces within a step.
 
 Every normal force is replaced by its tangent at a motion that was predicted, ``N ≈ k'
 d·q + b' d·q̇ − w'``, at the start, the middle and the end of the step. That is the form
@@ -27,9 +29,9 @@ from wearlab.dynamics.integrators.mesh_law import (
 )
 from wearlab.mesh.damping import apart_force, contact_force
 
-ROUNDS = 4
-"""Most corrections of a motion within a step."""
-AGREES = 1e-10
+MAX_CORRECTIONS = 4
+"""Corrections of a motion within a step."""
+CONVERGED = 1e-10
 """Last change of a motion, over its size, below which it is not corrected again."""
 PARTS = 8
 """Parts of a step in which other flanks push than at its start."""
@@ -39,9 +41,16 @@ NO_TIME = 1e-9
 
 @jit_inner(counted=False)
 def fill_tangents_of_mesh(
-    flanks: Any, step: int, stage: int, x: float, m: int, at: int
+    flanks: Any,
+    step: int,
+    stage: int,
+    x: float,
+    m: int,
+    at: int,
 ) -> None:
-    """Write the tangents of a mesh's normal forces at a motion of the scratch as its law.
+    """Write the tangents of a mesh's normal forces at a motion as its law.
+
+    The motion is read from the scratch, and what touches and pushes is written there.
 
     Parameters
     ----------
@@ -84,9 +93,15 @@ def fill_tangents_of_mesh(
 
 @jit_inner(counted=False, forceinline=True)
 def _nearest_pair(
-    flanks: Any, step: int, stage: int, x: float, m: int, error: float, place: float
+    flanks: Any,
+    step: int,
+    stage: int,
+    x: float,
+    m: int,
+    error: float,
+    place: float,
 ) -> tuple[bool, int, float]:
-    """Set which springs touch; return whether any does, and the pair of least clearance.
+    """Set which springs touch; return whether any does, and the nearest pair.
 
     The pair is −1 where none is in the path; its clearance [m] is negative in contact.
     """
@@ -157,7 +172,13 @@ def _linearise_back_flank(
 
 @jit_inner(counted=False)
 def set_flanks(
-    damping: Any, flanks: Any, step: int, x: float, m: int, place: float, speed: float
+    damping: Any,
+    flanks: Any,
+    step: int,
+    x: float,
+    m: int,
+    place: float,
+    speed: float,
 ) -> None:
     """Set what touches and pushes in a mesh within a step, and the laws of its flanks.
 
@@ -237,7 +258,13 @@ def predict_motion(kernel: Any, h: float, w: Any, states: Any, i: Any) -> None:
 
 
 @jit_inner(counted=False)
-def correct_motion(kernel: Any, h: float, w: Any, states: Any, j: Any) -> float:
+def correct_motion(
+    kernel: Any,
+    h: float,
+    w: Any,
+    states: Any,
+    j: Any,
+) -> float:
     """Take the end of the motion from a state, its middle from the cubic between.
 
     Return the relative change of the end [1].
@@ -267,7 +294,13 @@ def correct_motion(kernel: Any, h: float, w: Any, states: Any, j: Any) -> float:
 
 @jit(counted=False)
 def step_in_parts(
-    kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
+    kernel: Any,
+    step: int,
+    columns: Any,
+    w: Any,
+    states: Any,
+    i: Any,
+    j: Any,
 ) -> int:
     """Advance a state over one step by power series over parts of it; count the parts.
 
@@ -276,7 +309,11 @@ def step_in_parts(
     kernel, step, columns, w, states, i, j : as in
         `wearlab.dynamics.integrators.rk4.diagonal_step`
     """
+    flanks = kernel.flanks
     series = kernel.series
+    held = kernel.balance.held
+    mesh = flanks.scratch.mesh[0]
+    inputs = flanks.scratch.inputs[0]
     rows = np.uint64(2 * series.terms.shape[1])
     copy(states, i, j, rows * w, columns, w)
     state = states[j : j + rows * w].reshape((rows, w))
@@ -285,12 +322,13 @@ def step_in_parts(
     count = 0
     while a < 1.0:
         end = min(1.0, a + part) if 1.0 - a - part > NO_TIME else 1.0
-        h = (end - a) * kernel.flanks.tables.width[step] * kernel.flanks.period
+        h = (end - a) * flanks.tables.width[step] * flanks.period
         predict_motion(kernel, h, w, states, j)
+        mesh_law.fill_load_inputs(kernel, step, a, end, THIS)
         terms = 0
-        for _ in range(ROUNDS):
-            fill_tangents_of_step(kernel.flanks, step, a, end)
-            terms = contact_change.series_over(kernel, step, a, end, h, state)
+        for _ in range(MAX_CORRECTIONS):
+            fill_tangents_of_step(flanks, step, a, end)
+            terms = contact_change.series_over(series, held, mesh, inputs, h, state)
             _take_motion_from_series(kernel, terms, h)
 
         too_long = terms == TERMS and part > contact_change.SHORTEST
@@ -318,7 +356,14 @@ def _take_motion_from_series(kernel: Any, terms: int, h: float) -> None:
 
 @jit_inner(counted=False)
 def step_by_law(
-    law: Any, kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
+    law: Any,
+    kernel: Any,
+    step: int,
+    columns: Any,
+    w: Any,
+    states: Any,
+    i: Any,
+    j: Any,
 ) -> int:
     """Advance a state by one step under a law that is not viscous.
 
@@ -335,11 +380,11 @@ def step_by_law(
         return -1
     h = kernel.flanks.tables.width[step] * kernel.flanks.period
     predict_motion(kernel, h, w, states, i)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_CORRECTIONS):
         if not fill_tangents_of_step(kernel.flanks, step, 0.0, 1.0):
             return step_in_parts(kernel, step, columns, w, states, i, j)
         mesh_law.fill_load_inputs(kernel, step, 0.0, 1.0, THIS)
         rk4.step_of(kernel, step, columns, w, states, i, j)
-        if correct_motion(kernel, h, w, states, j) <= AGREES:
+        if correct_motion(kernel, h, w, states, j) <= CONVERGED:
             break
     return 0

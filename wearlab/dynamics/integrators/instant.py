@@ -1,4 +1,7 @@
-"""The equation of motion at any instant within a step, for methods that do not follow changes of contact."""
+"""The equation of motion at any instant within a step.
+
+Methods use it that do not follow changes of contact.
+"""
 
 from typing import Any
 

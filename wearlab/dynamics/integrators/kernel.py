@@ -1,4 +1,4 @@
-"""A system as the compiled steps take it: mass-normalised, its kind known to the compiler.
+"""A system as compiled steps take it: mass-normalised, its kind a type.
 
 Numba compiles by type. A small system becomes tuples: their length is a constant to the
 compiler, their values live in registers. Any other becomes arrays, where what is absent
@@ -215,7 +215,7 @@ class Kernel(NamedTuple):
 
 
 def structure_of(kernel: Any) -> type:
-    """Return the class of a kernel's structure, from the compiler's type of the kernel."""
+    """Return the class of a kernel's structure, from the compiler's type of it."""
     types = dict(zip(kernel.fields, kernel.types, strict=True))
     return cast(type, types["structure"].instance_class)
 
@@ -253,7 +253,14 @@ def write(values: Any, out: Any) -> None:
 
 
 @jit_inner(counted=False)
-def copy(states: Any, i: Any, j: Any, size: Any, columns: Any, w: Any) -> None:
+def copy(
+    states: Any,
+    i: Any,
+    j: Any,
+    size: Any,
+    columns: Any,
+    w: Any,
+) -> None:
     """Copy the state at ``states[i:]`` to ``states[j:]``.
 
     Columns that are not followed become 0.
@@ -329,7 +336,10 @@ def kernel_of(
     tables = tables.filled
     n = len(system.load)
     small = isinstance(way, type) and is_small(system)
-    width = -(-(1 + 2 * n) // LANES) * LANES if tangents or small else 1
+    width = 1
+    if tangents or small:
+        registers = -(-(1 + 2 * n) // LANES)
+        width = registers * LANES
     balance = balance_of(system, period)
     matrices = _matrices(system)
     series = _power_series(matrices, balance, tables, width)
@@ -341,10 +351,11 @@ def kernel_of(
         structure = _propagated(system, tables, period, series, balance)
     else:
         direction = system.force_vectors[0].ravel()
+        coordinates = np.zeros(n)
         if way is Dense:
-            structure = Dense(direction, coordinates=np.zeros(n), work=np.zeros(8 * n))
+            structure = Dense(direction, coordinates, work=np.zeros(8 * n))
         else:
-            structure = Stepped(direction, coordinates=np.zeros(n), work=way)
+            structure = Stepped(direction, coordinates, work=way)
 
     return Kernel(
         structure=structure,

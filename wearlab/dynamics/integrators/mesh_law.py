@@ -1,4 +1,4 @@
-"""What the meshes exert during a step: normal forces of all flanks, and the channels by which they enter.
+"""Normal forces of all flanks during a step, and the channels by which they enter.
 
 The elastic force of pair p is ``F_p = k̃_p δ − Σ k g``: its springs, one unless pairs
 share a gear body, touch where ``δ > g``. Its normal force is ``N_p = max(0, F_p + c
@@ -56,7 +56,13 @@ def slope_within(table: Any, x: float) -> float:
 
 
 @jit_inner(counted=False, forceinline=True)
-def of_mesh(table: Any, step: int, stage: int, m: int, x: float) -> float:
+def of_mesh(
+    table: Any,
+    step: int,
+    stage: int,
+    m: int,
+    x: float,
+) -> float:
     """Return the value of a mesh at a stage, or at a fraction of the step.
 
     Parameters
@@ -70,7 +76,14 @@ def of_mesh(table: Any, step: int, stage: int, m: int, x: float) -> float:
 
 
 @jit_inner(counted=False, forceinline=True)
-def of_pair(table: Any, step: int, stage: int, m: int, p: int, x: float) -> float:
+def of_pair(
+    table: Any,
+    step: int,
+    stage: int,
+    m: int,
+    p: int,
+    x: float,
+) -> float:
     """Return the value of a pair at a stage, or at a fraction of the step.
 
     Parameters
@@ -84,7 +97,13 @@ def of_pair(table: Any, step: int, stage: int, m: int, p: int, x: float) -> floa
 
 @jit_inner(counted=False, forceinline=True)
 def in_path(tables: Any, step: int, m: int, p: int) -> bool:
-    """Whether spring ``p`` of mesh ``m`` is in the path of contact at any time of the step."""
+    """Whether a spring is in the path of contact at any time of the step.
+
+    Parameters
+    ----------
+    tables, step : of the meshes at the stages, and a step of them
+    m, p : mesh, and spring of it
+    """
     k = tables.stiffness
     return k[step, 1, m, p] > 0.0 or k[step, 0, m, p] > 0.0 or k[step, 2, m, p] > 0.0
 
@@ -114,7 +133,12 @@ def motion_of(
 
 @jit_inner(counted=False)
 def set_touching(
-    flanks: Any, step: int, stage: int, x: float, m: int, place: float
+    flanks: Any,
+    step: int,
+    stage: int,
+    x: float,
+    m: int,
+    place: float,
 ) -> None:
     """Set which springs of mesh ``m`` touch at an instant of the step.
 
@@ -160,7 +184,13 @@ def set_pushing(flanks: Any, m: int, place: float, speed: float, law: Any) -> No
 
 @jit_inner(counted=False)
 def contact_differs(
-    flanks: Any, step: int, stage: int, m: int, place: float, speed: float, law: Any
+    flanks: Any,
+    step: int,
+    stage: int,
+    m: int,
+    place: float,
+    speed: float,
+    law: Any,
 ) -> bool:
     """Whether the motion at a stage contradicts which flanks touch and push.
 
@@ -197,7 +227,13 @@ def contact_differs(
 
 @jit_inner(counted=False)
 def fill_laws_of_mesh(
-    flanks: Any, step: int, stage: int, x: float, m: int, law: Any, rub: Any
+    flanks: Any,
+    step: int,
+    stage: int,
+    x: float,
+    m: int,
+    law: Any,
+    rub: Any,
 ) -> None:
     """Fill the laws of all flanks of a mesh at one instant, from which springs touch.
 
@@ -237,7 +273,13 @@ def fill_laws_of_mesh(
 
 @jit_inner(counted=False, forceinline=True)
 def _fill_springs(
-    flanks: Any, step: int, stage: int, x: float, m: int, error: float, law: Any
+    flanks: Any,
+    step: int,
+    stage: int,
+    x: float,
+    m: int,
+    error: float,
+    law: Any,
 ) -> tuple[float, float]:
     """Write the springs that touch into an emptied law.
 
@@ -319,7 +361,13 @@ def _fill_pair_dashpots(
 
 @jit_inner(counted=False, forceinline=True)
 def _fill_mesh_dashpot(
-    flanks: Any, step: int, stage: int, x: float, m: int, error_rate: float, law: Any
+    flanks: Any,
+    step: int,
+    stage: int,
+    x: float,
+    m: int,
+    error_rate: float,
+    law: Any,
 ) -> None:
     """Write the dashpot that always acts, which follows the pair of the least gap."""
     frequency = 1.0 / flanks.period
@@ -469,7 +517,13 @@ def set_permanent_contact(flanks: Any, step: int) -> None:
 
 @jit_inner(counted=False, forceinline=True)
 def contact_holds(
-    kernel: Any, step: int, w: Any, states: Any, i: Any, j: Any, half: int
+    kernel: Any,
+    step: int,
+    w: Any,
+    states: Any,
+    i: Any,
+    j: Any,
+    half: int,
 ) -> bool:
     """Whether contact is right in the middle and at the end of a step.
 

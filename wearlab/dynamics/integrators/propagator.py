@@ -187,18 +187,24 @@ def _propagator(linear_part: _LinearPart) -> Propagator:
 
 
 def _augmented(linear_part: _LinearPart, half: Array) -> Array:
-    """Return the matrix of (q, h/2 q̇), the inputs and their derivatives over half a step.
+    """Return the matrix of (q, h/2 q̇), inputs and their derivatives over half a step.
 
     ``half`` (n_lengths, 1, 1): durations [s].
     """
     enters = linear_part.enters.array
     inputs, n = enters.shape
-    matrix = np.zeros((len(half), 2 * n + 5 * inputs, 2 * n + 5 * inputs))
-    matrix[:, :n, n : 2 * n] = np.eye(n)
-    matrix[:, n : 2 * n, :n] = -(half**2) * linear_part.stiffness.array
-    matrix[:, n : 2 * n, n : 2 * n] = -half * linear_part.damping.array
-    matrix[:, n : 2 * n, 2 * n : 2 * n + inputs] = half**2 * enters.T
-    matrix[:, 2 * n : -inputs, 2 * n + inputs :] = np.eye(4 * inputs)
+    size = 2 * n + 5 * inputs
+    q = slice(0, n)
+    rate = slice(n, 2 * n)
+    values = slice(2 * n, 2 * n + inputs)
+    without_last = slice(2 * n, size - inputs)
+    derivatives = slice(2 * n + inputs, size)
+    matrix = np.zeros((len(half), size, size))
+    matrix[:, q, rate] = np.eye(n)
+    matrix[:, rate, q] = -(half**2) * linear_part.stiffness.array
+    matrix[:, rate, rate] = -half * linear_part.damping.array
+    matrix[:, rate, values] = half**2 * enters.T
+    matrix[:, without_last, derivatives] = np.eye(4 * inputs)
     return matrix
 
 
@@ -279,14 +285,21 @@ def times(matrix: Any, x: Any, out: Any) -> None:
 
 
 def exact_step(
-    kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
+    kernel: Any,
+    step: int,
+    columns: Any,
+    w: Any,
+    states: Any,
+    i: Any,
+    j: Any,
 ) -> None:
-    """Advance the state at ``states[i:]`` by one step into the state after it, ``states[j:]``.
+    """Advance the state at ``states[i:]`` by one step into ``states[j:]``.
 
     Parameters
     ----------
-    kernel, step, w, states, i, j : as in `wearlab.dynamics.integrators.rk4.diagonal_step`,
-        the structure `wearlab.dynamics.integrators.kernel.Propagated`
+    kernel, step, w, states, i, j : as in
+        `wearlab.dynamics.integrators.rk4.diagonal_step`, the structure
+        `wearlab.dynamics.integrators.kernel.Propagated`
     columns : all
     """
     exact_steps(kernel, step, kernel.structure.tables.single, OF_ONE, w, states[i:])
@@ -294,7 +307,12 @@ def exact_step(
 
 @jit_inner
 def exact_steps(
-    kernel: Any, step: int, steps: Any, later: int, w: Any, states: Any
+    kernel: Any,
+    step: int,
+    steps: Any,
+    later: int,
+    w: Any,
+    states: Any,
 ) -> None:
     """Advance the first of some states over one step, or two equal ones.
 
@@ -337,7 +355,12 @@ def exact_steps(
 
 @jit_inner
 def solve_forces(
-    structure: Any, s: Any, steps: Any, slot: int, later: int, old: Any
+    structure: Any,
+    s: Any,
+    steps: Any,
+    slot: int,
+    later: int,
+    old: Any,
 ) -> None:
     """Find the inputs at all stages of a step, or of two, into ``structure.force``.
 
@@ -376,7 +399,12 @@ def solve_forces(
 
 @jit_inner
 def advance(
-    transition: Any, inputs: Any, old: Any, force: Any, moved: Any, new: Any
+    transition: Any,
+    inputs: Any,
+    old: Any,
+    force: Any,
+    moved: Any,
+    new: Any,
 ) -> None:
     """Write ``transition @ old + inputs @ force`` into ``new``.
 
@@ -417,7 +445,13 @@ def damping_differs(tables: Any, mesh: Any) -> bool:
 
 @jit_inner
 def fill_force(
-    structure: Any, s: Any, at: int, first: int, below: int, sensed: float, rates: bool
+    structure: Any,
+    s: Any,
+    at: int,
+    first: int,
+    below: int,
+    sensed: float,
+    rates: bool,
 ) -> None:
     """Fill the inputs of a stage from deflections, ``sensed sense + feed``.
 

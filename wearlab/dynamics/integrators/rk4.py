@@ -30,14 +30,21 @@ from wearlab.dynamics.integrators.propagator import exact_step
 
 
 def diagonal_step(
-    kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
+    kernel: Any,
+    step: int,
+    columns: Any,
+    w: Any,
+    states: Any,
+    i: Any,
+    j: Any,
 ) -> None:
     """Advance the state at ``states[i:]`` by one step into ``states[j:]``.
 
     Parameters
     ----------
-    kernel : the system, its structure `wearlab.dynamics.integrators.kernel.Diagonal`; the
-        scratch has stiffness and damping of the channels, and the inputs
+    kernel : the system, its structure
+        `wearlab.dynamics.integrators.kernel.Diagonal`; the scratch has stiffness and
+        damping of the channels, and the inputs
     step : of the tables
     columns, w : how many columns to advance, and how many a state has (uint64)
     states, i, j : flat arrays of states and offsets into them (uint64)
@@ -87,7 +94,7 @@ def diagonal_step(
 
 @jit_inner(counted=False)
 def _fill_load(kernel: Any, w: Any) -> None:
-    """Write the accelerations by the inputs at the three stages into column 0 of the load."""
+    """Write accelerations by the inputs at all stages into column 0 of the load."""
     scratch = kernel.flanks.scratch
     enters = kernel.series.enters
     n = len(kernel.structure.coordinates)
@@ -103,7 +110,12 @@ def _fill_load(kernel: Any, w: Any) -> None:
 
 @jit_inner(counted=False, forceinline=True)
 def _acceleration(
-    structure: Any, mesh: Any, stage: int, load: Any, q: Any, v: Any
+    structure: Any,
+    mesh: Any,
+    stage: int,
+    load: Any,
+    q: Any,
+    v: Any,
 ) -> Any:
     """Return ``a − K q − C q̇ − Σ_m M⁻¹ d_m (k_m d_m·q + b_m d_m·q̇)`` as a tuple."""
     n = len(q)
@@ -129,7 +141,13 @@ def _acceleration(
 
 
 def dense_step(
-    kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
+    kernel: Any,
+    step: int,
+    columns: Any,
+    w: Any,
+    states: Any,
+    i: Any,
+    j: Any,
 ) -> None:
     """Advance a trajectory, without tangents, by one step.
 

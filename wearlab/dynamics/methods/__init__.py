@@ -1,16 +1,15 @@
 """Ways to find the steady response, one a file: ``dynamics.method`` names the file.
 
-The ``METHOD`` of a file is a class with ``at_tolerance(tolerance)`` and
-``solve(system, tables, period, start)``. `periodic` finds the orbit itself. The others
-are methods of the papers: they integrate the equation of motion until it is steady and
-do not follow changes of contact, but for `rk4`, which locates them. An integrator
-derives from `wearlab.dynamics.steady.integrate.UntilSteady` and says one step.
-
-Nothing else names a method: `names` reads the folder.
+A file defines one class with ``at_tolerance(tolerance)`` and
+``solve(system, tables, period, start)``, and is found by it; no list names it.
+`periodic` finds the orbit itself. The others are methods of the papers: they integrate
+the equation of motion until it is steady and do not follow changes of contact, but for
+`rk4`, which locates them. Such an integrator derives from
+`wearlab.dynamics.steady.integrate.UntilSteady` and says one step.
 """
 
 from importlib import import_module
-from pathlib import Path
+from types import ModuleType
 from typing import ClassVar, Protocol, Self
 
 from wearlab.dynamics.steady.integrate import StabilityLimit
@@ -58,6 +57,21 @@ def method_named(name: str) -> type[IntegrationMethod]:
     ----------
     name : of the file, without its ending
     """
-    module = import_module(f"{__name__}.{name}")
-    method: type[IntegrationMethod] = module.METHOD
-    return method
+    return _method_of(import_module(f"{__name__}.{name}"))
+
+
+def _method_of(module: ModuleType) -> type[IntegrationMethod]:
+    """Return the one method that a file defines, or imports if it defines none."""
+    methods: list[type[IntegrationMethod]] = [
+        value
+        for value in vars(module).values()
+        if isinstance(value, type) and hasattr(value, "at_tolerance")
+    ]
+    defined = [method for method in methods if method.__module__ == module.__name__]
+    chosen = defined or methods
+    if len(chosen) != 1:
+        raise TypeError(
+            f"{module.__name__}: a file of a method defines one class with "
+            f"at_tolerance and solve, this one has {len(chosen)}"
+        )
+    return chosen[0]

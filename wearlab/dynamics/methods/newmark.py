@@ -1,4 +1,7 @@
-"""Newmark-β with β = 1/4, γ = 1/2, Newton on the contact inside each step (Newmark 1959)."""
+"""Newmark-β with β = 1/4, γ = 1/2 (Newmark 1959).
+
+Newton's method finds the contact at the end of each step.
+"""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -14,12 +17,12 @@ from wearlab.dynamics.steady.integrate import UntilSteady
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
-MOST_ITERATIONS = 12
+MAX_ITERATIONS = 12
 
 
 @dataclass(frozen=True)
 class Newmark(UntilSteady):
-    """Newmark-β with β = 1/4, γ = 1/2, Newton on the contact inside each step (Newmark 1959).
+    """Newmark-β with β = 1/4, γ = 1/2 (Newmark 1959).
 
     Second order; implicit and unconditionally stable for constant contact. Parameters:
     see `UntilSteady`.
@@ -79,7 +82,7 @@ class NewmarkMemory(NamedTuple):
         acceleration(kernel, step, 0.0, state, first)
         write(state, trial)
         evaluations = 0
-        for iteration in range(MOST_ITERATIONS):
+        for iteration in range(MAX_ITERATIONS):
             set_instant(kernel, step, 1.0, trial)
             agreed = _contact_agrees(self.contact, kernel.flanks.scratch)
             if agreed and iteration > 0:
@@ -139,6 +142,3 @@ def _end_equation(
                 )
                 matrix[row, col] += series.enters[c, row] * force
         matrix[row, row] += 1.0
-
-
-METHOD = Newmark

@@ -2,4 +2,4 @@
 
 from wearlab.dynamics.steady.periodic import Periodic
 
-METHOD = Periodic
+__all__ = ["Periodic"]

@@ -25,6 +25,3 @@ class RungeKutta4(UntilSteady):
     def memory(self, system: System, tables: StageTables) -> Any:
         """Return `Dense`: the Runge–Kutta steps of the kernel, which need no memory."""
         return Dense
-
-
-METHOD = RungeKutta4

@@ -1,4 +1,4 @@
-"""Adaptive steps of order five with an embedded fourth order (Dormand & Prince 1980)."""
+"""Adaptive steps of order five, the fourth embedded (Dormand & Prince 1980)."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
@@ -22,13 +22,13 @@ FOURTH = np.array(
     [5179 / 57600, 0, 7571 / 16695, 393 / 640, -92097 / 339200, 187 / 2100, 1 / 40]
 )
 """Weights of the embedded fourth order."""
-LEAST_FRACTION = 1e-9
+MIN_FRACTION = 1e-9
 """Of a step of the tables, below which an error is accepted."""
 
 
 @dataclass(frozen=True)
 class RungeKutta45(UntilSteady):
-    """Adaptive steps of order five with an embedded fourth order (Dormand & Prince 1980).
+    """Adaptive steps of order five, the fourth embedded (Dormand & Prince 1980).
 
     The tables are interpolated within their steps and integration stops at every end of
     them, so no step straddles a jump. Contact changes are left to the error control, as
@@ -37,7 +37,7 @@ class RungeKutta45(UntilSteady):
     Parameters
     ----------
     relative, absolute : error allowed per step: relative, and of positions [m]
-    tolerance, most, longest, averaged : see
+    tolerance, max_periods, longest, averaged : see
         `wearlab.dynamics.steady.integrate.UntilSteady`
     """
 
@@ -80,7 +80,7 @@ class AdaptiveMemory(NamedTuple):
     absolute: float
 
     def advance(self, kernel: Any, step: int, state: Any) -> int:
-        """Integrate over one step of the tables, in as many parts as tolerances ask for.
+        """Integrate over one step of the tables, in parts as tolerances ask for.
 
         Count the evaluations.
 
@@ -99,13 +99,13 @@ class AdaptiveMemory(NamedTuple):
         evaluations = 0
         size = self.fraction[0]
         while x < 1.0:
-            size = max(LEAST_FRACTION, size)
+            size = max(MIN_FRACTION, size)
             part = 1.0 - x if x + size > 1.0 - 1e-12 else size
             _try_part(self.rows, kernel, step, x, part, state)
             evaluations += 7
             error = _error_of_part(self, part * width, width, state)
             factor = 5.0 if error == 0.0 else min(5.0, max(0.2, 0.9 * error**-0.2))
-            if error <= 1.0 or part <= LEAST_FRACTION:
+            if error <= 1.0 or part <= MIN_FRACTION:
                 x = 1.0 if part == 1.0 - x else x + part
                 write(trial, state)
                 size = max(size, part * factor) if x == 1.0 else part * factor
@@ -117,9 +117,14 @@ class AdaptiveMemory(NamedTuple):
 
 @jit_inner
 def _try_part(
-    rows: Any, kernel: Any, step: int, x: float, part: float, state: Any
+    rows: Any,
+    kernel: Any,
+    step: int,
+    x: float,
+    part: float,
+    state: Any,
 ) -> None:
-    """Write the slopes of the stages over a part of a step, and the state at its end."""
+    """Write the slopes of the stages over a part of a step, and its end."""
     trial = rows[7]
     n = len(state) // 2
     h = part * (kernel.flanks.tables.width[step] * kernel.flanks.period)
@@ -134,7 +139,7 @@ def _try_part(
 
 @jit_inner
 def _error_of_part(memory: Any, h: float, width: float, state: Any) -> float:
-    """Return the difference of both orders over what is allowed, the largest of all rows."""
+    """Return the largest difference of both orders over what is allowed."""
     slopes = memory.rows
     trial = memory.rows[7]
     n = len(state) // 2
@@ -147,6 +152,3 @@ def _error_of_part(memory: Any, h: float, width: float, state: Any) -> float:
         allowed += memory.relative * max(abs(state[row]), abs(trial[row]))
         error = max(error, abs(change) / allowed)
     return error
-
-
-METHOD = RungeKutta45

@@ -37,7 +37,10 @@ else:
 
 
 class FrictionOptions(Part):
-    """Sliding friction of the flanks, ``μ F`` against the sliding, reversed at the pitch point."""
+    """Sliding friction of the flanks.
+
+    It is ``μ F`` against the sliding, reversed at the pitch point.
+    """
 
     coefficient: Annotated[Number, NOT_NEGATIVE, Le(1.0)]
     """coefficient of friction μ, such as 0.05. Source: B23"""
@@ -57,7 +60,10 @@ SpeedRange = create_model("SpeedRange", __base__=Part, __doc__=SPACED, **SPEEDS)
 
 
 class ResponseOverSpeed(Part):
-    """The response over speed of the first wear state, each speed from the response of the last."""
+    """The response over speed of the first wear state.
+
+    Each speed starts from the response of the last.
+    """
 
     speed: SpeedRange
     """speeds of the input member"""
@@ -119,7 +125,7 @@ class DynamicModel(Variant):
 
     @property
     def follows_orbits(self) -> bool:
-        """Whether the steady response is found as an orbit, not by integration until steady."""
+        """Whether an orbit is shot at, not integrated until it is steady."""
         return self.method == DEFAULT_METHOD
 
     def build(self, motion: InMotion) -> "System":

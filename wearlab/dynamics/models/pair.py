@@ -1,4 +1,7 @@
-"""Models of a pair: rotation, translations along the line of action (L16), of helical gears along z, too."""
+"""Models of a pair: rotation, and translations along the line of action (L16).
+
+Helical gears may move along z, too.
+"""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal

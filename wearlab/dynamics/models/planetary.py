@@ -1,4 +1,7 @@
-"""Models of a planetary set: all its motions in the carrier's frame (W23), or rotations alone (B23)."""
+"""Models of a planetary set.
+
+All its motions in the carrier's frame (W23), or its rotations alone (B23).
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -24,7 +27,7 @@ def _of_supports(remedy: str = "") -> Iterator[None]:
 
 
 class PlanetaryDynamics(DynamicModel):
-    """Translations and rotation of sun, ring, carrier and every planet, in the carrier's frame."""
+    """Translations and rotation of all members, in the carrier's frame."""
 
     kinds: ClassVar[tuple[str, ...]] = ("planetary",)
 

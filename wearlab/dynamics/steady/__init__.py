@@ -1,4 +1,4 @@
-"""The steady response: how an orbit is found, judged and followed, and what a response is.
+"""The steady response: how an orbit is found, judged and followed.
 
 `periodic` is the way through. `integrate` advances a state over mesh periods, with its
 tangents, and until steady, where no orbit attracts and by the methods of the papers;

@@ -1,5 +1,6 @@
-"""The response over speed: each speed starts from the response of the last, upwards and downwards.
+"""The response over speed.
 
+Each speed starts from the response of the last, upwards and downwards.
 Where two responses coexist, the two directions follow different branches; where a
 branch ends, the response jumps, and the jump is located by bisection.
 """
@@ -12,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.dynamics.steady.integrate import change_over
 from wearlab.dynamics.steady.periodic import Periodic, periods_of
 from wearlab.dynamics.steady.response import Response
 from wearlab.dynamics.steady.shooting import Shooting
@@ -186,20 +188,21 @@ def _settled_strobe(
         periods += 2 * longest + 2
         size = float(np.abs(strobe[:, :n]).max())
         last = strobe[-2 * longest :, :n]
-        changes = (np.abs(last[m:] - last[:-m]).max() for m in range(1, longest + 1))
+        changes = (change_over(last, m).max() for m in range(1, longest + 1))
         at_rest = any(change <= AT_REST * size for change in changes)
         if periods >= transient or at_rest:
             return strobe
 
 
 def _orbit_of(shooting: Shooting, strobe: Array, method: Periodic) -> Response | None:
-    """Return the attracting orbit that the strobed states approach, None when there is none."""
+    """Return the attracting orbit that strobed states approach, None: there is none."""
     n = shooting.rows // 2
     size = float(np.abs(strobe[-1, :n]).max()) or 1.0
     for m in _periods(strobe, method, shooting.rate):
         orbit = shooting.near(m, strobe[-1])
         if orbit is not None:
-            distance = np.abs(orbit.state[:, 0, :n] - strobe[-1, :n]).max(axis=1)
+            difference = orbit.state[:, 0, :n] - strobe[-1, :n]
+            distance = np.abs(difference).max(axis=1)
             if distance.min() <= SAME * size:
                 return orbit
     return None
@@ -209,9 +212,11 @@ def _periods(strobe: Array, method: Periodic, rate: float) -> Iterator[int]:
     """Yield the periods that a motion shows, then those whose changes shrink."""
     shown = list(periods_of(strobe, method.longest, rate))
     yield from shown
-    n = strobe.shape[1] // 2
+    position = strobe[:, : strobe.shape[1] // 2]
     for m in FOLLOWED:
-        changes = np.abs(strobe[m:, :n] - strobe[:-m, :n]).max(axis=1)
+        changes = change_over(position, m)
         third = len(changes) // 3
-        if m not in shown and changes[-third:].max() < 0.5 * changes[:third].max():
+        late = changes[-third:].max()
+        early = changes[:third].max()
+        if m not in shown and late < 0.5 * early:
             yield m

@@ -1,6 +1,7 @@
-"""Integration over mesh periods: the map of a period, with its derivative beside it, and until steady.
+"""Integration over mesh periods: the map of a period, and until steady.
 
-The test whether a motion is steady cannot be fooled by a slow decay.
+The map has its derivative beside it. The test whether a motion is steady cannot be
+fooled by a slow decay.
 """
 
 from collections.abc import Callable
@@ -41,14 +42,24 @@ pushes, whatever the state."""
 
 
 def _no_double_step(
-    kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any
+    kernel: Any,
+    step: int,
+    w: Any,
+    states: Any,
+    i: Any,
+    contact: Any,
 ) -> bool:
     """Leave the step to others: the structure has no double steps."""
     return False
 
 
 def _double_step(
-    kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any
+    kernel: Any,
+    step: int,
+    w: Any,
+    states: Any,
+    i: Any,
+    contact: Any,
 ) -> bool:
     """Advance two equal steps by the propagator; return whether contact allows it."""
     if not kernel.structure.paired[step]:
@@ -56,10 +67,10 @@ def _double_step(
     mesh_law.fill_flank_laws(kernel.flanks, step + 1, 0.0, 1.0, NEXT)
     mesh_law.fill_channel_laws(kernel.flanks, NEXT)
     mesh_law.fill_load_inputs(kernel, step + 1, 0.0, 1.0, NEXT)
-    propagator.exact_steps(
-        kernel, step, kernel.structure.tables.double, propagator.OF_TWO, w, states[i:]
-    )
-    j = i + np.uint64(2 * len(kernel.structure.coordinates)) * w
+    double = kernel.structure.tables.double
+    propagator.exact_steps(kernel, step, double, propagator.OF_TWO, w, states[i:])
+    rows = 2 * len(kernel.structure.coordinates)
+    j = i + np.uint64(rows) * w
     return contact == PERMANENT or (
         mesh_law.contact_holds(kernel, step, w, states, i, j, THIS)
         and mesh_law.contact_holds(kernel, step + 1, w, states, j, j + j - i, NEXT)
@@ -102,14 +113,15 @@ def over_period(
         j = i + size
         parts = -1 if step >= next_step else 0
         if parts < 0 and contact == LOCATED:
-            parts = damping_law.step_by_law(
-                kernel.flanks.meshes.law, kernel, step, columns, w, states, i, j
-            )
+            law = kernel.flanks.meshes.law
+            parts = damping_law.step_by_law(law, kernel, step, columns, w, states, i, j)
         if parts >= 0:
             changes += parts
             i = j
             continue
 
+        # The laws of flanks and channels and the inputs of this step go into the
+        # scratch: the steps below, and the test whether contact holds, read them there.
         if contact == PERMANENT:
             mesh_law.set_permanent_contact(kernel.flanks, step)
             mesh_law.fill_flank_laws(kernel.flanks, step, 0.0, 1.0, THIS)
@@ -174,7 +186,12 @@ one_period = by_type(_choose_period)
 
 @jit
 def over_periods(
-    kernel: Any, columns: Any, states: Any, strobe: Any, contact: int, balanced: bool
+    kernel: Any,
+    columns: Any,
+    states: Any,
+    strobe: Any,
+    contact: int,
+    balanced: bool,
 ) -> int:
     """Integrate ``len(strobe) − 1`` periods, the last of them kept.
 
@@ -288,7 +305,12 @@ class OnTables:
         )
         return int(changes)
 
-    def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
+    def integrate(
+        self,
+        state: Array,
+        count: int,
+        keep: int = 1,
+    ) -> tuple[Array, Array]:
         """Integrate some periods and move ``state`` to their end.
 
         Parameters
@@ -347,7 +369,7 @@ class UntilSteady:
     Parameters
     ----------
     tolerance : remaining change of the strobed state, relative to its size
-    most : mesh periods after which a response counts as aperiodic
+    max_periods : mesh periods after which a response counts as aperiodic
     longest : longest period looked for [mesh periods]
     averaged : mesh periods kept of an aperiodic response
     """
@@ -358,7 +380,7 @@ class UntilSteady:
     """Whether systems too large for registers are advanced by exact steps."""
 
     tolerance: float = 1e-7
-    most: int = 5000
+    max_periods: int = 5000
     longest: int = 24
     averaged: int = 200
 
@@ -410,33 +432,52 @@ class UntilSteady:
         start : response of a neighbouring case to start from
         """
         integrator = self.integrator(system, tables, period)
-        state = np.zeros(2 * len(system.load)) if start is None else start.end.copy()
+        if start is None:
+            state = np.zeros(2 * len(system.load))
+        else:
+            state = start.end.copy()
         rate = unit_of_speed(tables, period)
 
-        while integrator.maps < self.most:
+        while integrator.maps < self.max_periods:
             strobe, _ = integrator.integrate(state, BLOCK, 1)
             if not np.isfinite(state).all():
                 break
             for m in range(1, self.longest + 1):
                 left = remaining_change(strobe, m, rate)
                 if left <= self.tolerance:
-                    m = _shortest_period(strobe, m, rate, self.tolerance)
-                    _, kept = integrator.integrate(state, m, m)
+                    shortest = _shortest_period(strobe, m, rate, self.tolerance)
+                    _, path = integrator.integrate(state, shortest, shortest)
                     verdict = Verdict(
                         periodic=True, attracting=None, unique=True, converged=True
                     )
-                    return _response(integrator, system, tables, m, kept, left, verdict)
+                    return _response(
+                        integrator,
+                        system,
+                        tables,
+                        period=shortest,
+                        state=path,
+                        residual=left,
+                        verdict=verdict,
+                    )
 
-        _, kept = integrator.integrate(state, self.averaged, self.averaged)
-        finite = bool(np.isfinite(kept).all())
+        _, path = integrator.integrate(state, self.averaged, self.averaged)
+        finite = bool(np.isfinite(path).all())
         if finite:
-            kept = under_one_load(integrator, kept, period)
-        position = kept[:, 0, : len(system.load)]
+            path = under_one_load(integrator, path, period)
+        position = path[:, 0, : len(system.load)]
         spread = np.ptp(position, axis=0).max() / (np.abs(position).max() or 1.0)
         verdict = Verdict(
             periodic=False, attracting=None, unique=True, converged=finite
         )
-        return _response(integrator, system, tables, 0, kept, float(spread), verdict)
+        return _response(
+            integrator,
+            system,
+            tables,
+            period=0,
+            state=path,
+            residual=float(spread),
+            verdict=verdict,
+        )
 
 
 def _response(
@@ -463,7 +504,7 @@ def _response(
 
 
 def unit_of_speed(tables: StageTables, period: float) -> float:
-    """Return the rate that velocities are measured by, of an oscillation in 16 steps [1/s].
+    """Return the rate of an oscillation in 16 steps, to measure velocities by [1/s].
 
     Parameters
     ----------
@@ -482,7 +523,19 @@ def in_one_unit(strobe: Array, rate: float) -> Array:
     rate : [1/s]
     """
     n = strobe.shape[1] // 2
-    return np.hstack([strobe[:, :n], strobe[:, n:] / rate])
+    position = strobe[:, :n]
+    return np.hstack([position, strobe[:, n:] / rate])
+
+
+def change_over(strobe: Array, m: int) -> Array:
+    """Return the largest change of every strobed state over some periods, (n_states,).
+
+    Parameters
+    ----------
+    strobe : (n_states + m, 2n)
+    m : mesh periods
+    """
+    return np.asarray(np.abs(strobe[m:] - strobe[:-m]).max(axis=1))
 
 
 def remaining_change(strobe: Array, m: int, rate: float) -> float:
@@ -500,7 +553,7 @@ def remaining_change(strobe: Array, m: int, rate: float) -> float:
     """
     scaled = in_one_unit(strobe, rate)
     size = float(np.abs(scaled).max())
-    change = np.abs(scaled[m:] - scaled[:-m]).max(axis=1)
+    change = change_over(scaled, m)
     third = len(change) // 3
     early = float(change[:third].max())
     late = float(change[-third:].max())
@@ -518,14 +571,14 @@ def _shortest_period(strobe: Array, m: int, rate: float, tolerance: float) -> in
     scaled = in_one_unit(strobe, rate)[-2 * m - 1 :]
     size = float(np.abs(scaled).max())
     for divisor in range(1, m + 1):
-        change = np.abs(scaled[divisor:] - scaled[:-divisor]).max()
+        change = change_over(scaled, divisor).max()
         if change <= 100.0 * tolerance * size and m % divisor == 0:
             return divisor
     return m
 
 
-def under_one_load(integrator: OnTables, kept: Array, period: float) -> Array:
-    """Return a motion that follows kept periods under a constant load.
+def under_one_load(integrator: OnTables, path: Array, period: float) -> Array:
+    """Return a motion that follows some periods under a constant load.
 
     The load and the speed of a set free to turn are corrected after every period. It
     goes on for as many periods once to find the mean load, and once more under it; any
@@ -534,23 +587,24 @@ def under_one_load(integrator: OnTables, kept: Array, period: float) -> Array:
     Parameters
     ----------
     integrator : of the system
-    kept : (n_kept, n_steps + 1, 2n)
+    path : (n_kept, n_steps + 1, 2n)
     period : duration of a mesh period [s]
     """
     balance = integrator.kernel.balance
     if not len(balance.held):
-        return kept
+        return path
     kernel = integrator.kernel
-    state = kept[-1, -1].copy()
+    state = path[-1, -1].copy()
     n = len(state) // 2
-    count = len(kept)
+    count = len(path)
 
     uncorrected = balance._replace(
         gain=balance.gain * np.inf, shape=0.0 * balance.shape
     )
     integrator.kernel = kernel._replace(balance=uncorrected)
     strobe, _ = integrator.integrate(state.copy(), count, 1)
-    gained = balance.momentum @ (strobe[-1, n:] - strobe[0, n:])
+    change = strobe[-1, n:] - strobe[0, n:]
+    gained = balance.momentum @ change
     balance.size[:] -= gained / (count * period * balance.gain)
 
     _, motion = integrator.integrate(state, count, count)

@@ -16,6 +16,7 @@ from wearlab.dynamics.steady.integrate import (
     PERMANENT,
     STABILITY_OF_RK4,
     StabilityLimit,
+    change_over,
     in_one_unit,
 )
 from wearlab.dynamics.steady.response import Response
@@ -37,7 +38,7 @@ TRANSIENT = 50
 CANDIDATES = 3
 """Periods shot at, of those a motion shows: what comes back after m mesh periods does
 after 2m and 3m too."""
-MOST_STEPS = 3_000_000
+MAX_STEPS = 3_000_000
 """Steps of the longest integration of a small system: about a second or two."""
 TRANSIENT_LARGE = 30
 AVERAGED_LARGE = 24
@@ -54,7 +55,7 @@ FURTHEST = 1.0
 
 
 class Unbounded(GearError):
-    """The motion grows without bound, as that of undamped flanks that never part can."""
+    """The motion grows without bound, as that of undamped flanks in contact can."""
 
 
 class Periodic(OrbitSettings):
@@ -67,7 +68,8 @@ class Periodic(OrbitSettings):
     mesh period attracts, the motion is integrated, and an orbit over m ≤ ``longest``
     periods looked for where it shows one; if none attracts, the response is aperiodic
     and its last ``averaged`` periods are returned. (Parker & Chua 1989, ch. 5; Leine &
-    Nijmeijer 2004, ch. 7.) Parameters: see `wearlab.dynamics.steady.shooting.OrbitSettings`.
+    Nijmeijer 2004, ch. 7.) Parameters: see
+    `wearlab.dynamics.steady.shooting.OrbitSettings`.
     """
 
     stability: ClassVar[StabilityLimit | None] = STABILITY_OF_RK4
@@ -115,7 +117,7 @@ class Periodic(OrbitSettings):
         return shooting.counted(orbit)
 
     def _near(self, shooting: Shooting, start: Response) -> Response | None:
-        """Return the orbit that attracts near a neighbour's, None where there is none."""
+        """Return the orbit that attracts near a neighbour's, None: there is none."""
         permanent = start.period == 1 and start.counts.newton_iterations == 1
         if not permanent and not shooting.small:
             clear = start.verdict.unique and abs(start.multipliers[0]) < 1.0 - CLEAR
@@ -128,7 +130,10 @@ class Periodic(OrbitSettings):
             attempts.insert(0, (PERMANENT, 1))
         for contact, passes in attempts:
             orbit = shooting.shoot(
-                start.period, start.state[0, 0].copy(), contact=contact, most=passes
+                start.period,
+                start.state[0, 0].copy(),
+                contact=contact,
+                max_passes=passes,
             )
             if orbit is not None and orbit.largest <= 1.0 + self.margin:
                 return orbit
@@ -201,7 +206,7 @@ class Periodic(OrbitSettings):
             return None
         # A motion that dies out slowly shows no period; it may be on its way to an
         # orbit that attracts.
-        simple = shooting.shoot(1, strobe[-1].copy(), most=PASSES_TO_SIMPLE)
+        simple = shooting.shoot(1, strobe[-1].copy(), max_passes=PASSES_TO_SIMPLE)
         if simple is not None and simple.largest < 1.0 - self.margin:
             return simple
         return None
@@ -224,7 +229,7 @@ class Periodic(OrbitSettings):
             return [min(self.transient, TRANSIENT_LARGE)]
         planned = [self.transient, 3 * self.transient]
         settling = settling_periods(shooting.system, shooting.tables, shooting.period)
-        settling = min(settling, MOST_STEPS / shooting.steps)
+        settling = min(settling, MAX_STEPS / shooting.steps)
         left = int(settling) - sum(planned)
         if left <= 0:
             return planned
@@ -255,5 +260,5 @@ def periods_of(strobe: Array, longest: int, rate: float) -> Iterable[int]:
     last = in_one_unit(strobe[-2 * longest :], rate)
     limit = 1e-3 * np.ptp(last, axis=0).max() + 1e-6 * np.abs(last).max()
     for m in range(1, longest + 1):
-        if np.abs(last[m:] - last[:-m]).max() <= limit:
+        if change_over(last, m).max() <= limit:
             yield m

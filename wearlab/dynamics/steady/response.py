@@ -20,9 +20,8 @@ Both = tuple[Array, Array]
 ALL = slice(None)
 DEGREE = 8
 NINE = [(place, order) for place in (-1.0, 0.0, 1.0) for order in (0, 1, 2)]
-BASIS = np.linalg.inv(
-    [polyval(place, polyder(np.eye(DEGREE + 1), order)) for place, order in NINE]
-)
+POWERS = np.eye(DEGREE + 1)
+BASIS = np.linalg.inv([polyval(place, polyder(POWERS, order)) for place, order in NINE])
 """Row: power of the time from the middle in steps; column: value, slope, curvature at
 start, middle, end."""
 
@@ -41,7 +40,12 @@ class Path(NamedTuple):
     length: Array
 
     def at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
-        """Return the signals and their rates at fractions of steps, both (n_kept, n, n_signals)."""
+        """Return the signals and their rates, both (n_kept, n, n_signals).
+
+        Parameters
+        ----------
+        step, fraction : (n,) step of each instant, and fraction of the step [1]
+        """
         two = step // 2
         x = step % 2 + fraction - 1.0
         value, rate = np.zeros(
@@ -122,7 +126,7 @@ class Verdict(NamedTuple):
 
 
 class Counts(NamedTuple):
-    """Work done: mesh periods integrated, right-hand sides evaluated, Newton iterations."""
+    """Mesh periods integrated, right-hand sides evaluated, Newton iterations."""
 
     period_maps: int
     right_hand_sides: int
@@ -165,7 +169,7 @@ class Response:
 
     @cached_property
     def modes(self) -> Modes:
-        """The modes of the system with all pairs in contact, at the mean mesh stiffnesses."""
+        """The modes with all pairs in contact, at the mean mesh stiffnesses."""
         return modes(self.system, self.tables.mean_stiffness)
 
     @property
@@ -175,7 +179,10 @@ class Response:
 
     @property
     def within(self) -> Within:
-        """The meshes between the stages of their tables: parabolas where nothing else is known."""
+        """The meshes between the stages of their tables.
+
+        They are parabolas where nothing else is known.
+        """
         return self.tables if self.between is None else self.between
 
     @property
@@ -187,10 +194,10 @@ class Response:
     def motion(self) -> Path:
         """The coordinates within the steps."""
         n = len(self.system.load)
+        position = self.state[..., :n]
+        velocity = self.state[..., n:]
         length = self.tables.width * self.mesh_period
-        return path(
-            self.state[..., :n], self.state[..., n:], accelerations(self), length
-        )
+        return path(position, velocity, accelerations(self), length)
 
     @cached_property
     def approach(self) -> Path:
@@ -201,11 +208,18 @@ class Response:
 
 
 def split_periods(path: Array, periods: int) -> Array:
-    """Cut a path (periods · n_steps + 1, 2n) into (periods, n_steps + 1, 2n), ends shared."""
+    """Cut a path into its periods, (periods, n_steps + 1, 2n), ends shared.
+
+    Parameters
+    ----------
+    path : (periods · n_steps + 1, 2n)
+    periods : how many
+    """
     if periods == 1:
         return path[None]
     steps = (len(path) - 1) // periods
-    return np.stack([path[k * steps : (k + 1) * steps + 1] for k in range(periods)])
+    starts = range(0, periods * steps, steps)
+    return np.stack([path[start : start + steps + 1] for start in starts])
 
 
 def step_of(
@@ -230,13 +244,19 @@ def step_of(
     if segment is not None:
         low = np.searchsorted(grid.segment, segment, side="left")
         high = np.searchsorted(grid.segment, segment, side="right") - 1
-    return np.clip(np.searchsorted(grid.start, phase, side=side) - 1, low, high)
+    step = np.searchsorted(grid.start, phase, side=side) - 1
+    return np.clip(step, low, high)
 
 
 def place_of(
     grid: StageGrid, phase: Array, segment: Index | None = None
 ) -> tuple[Index, Array]:
-    """Return the step that holds each phase, see `step_of`, and the fraction of it, (n,) each."""
+    """Return the step that holds each phase, and the fraction of it, (n,) each.
+
+    Parameters
+    ----------
+    grid, phase, segment : as in `step_of`
+    """
     step = step_of(grid, phase, segment)
     return step, (phase - grid.start[step]) / grid.width[step]
 
@@ -248,7 +268,7 @@ def deflection_at(
     segment: Index | None = None,
     meshes: slice = ALL,
 ) -> Both:
-    """Return mesh deflection δ and its rate at any phases, (n_kept, n_mesh, n_phases) [m], [m/s].
+    """Return mesh deflection δ [m] and its rate [m/s] at any phases.
 
     ``δ = d·q − e``, by the polynomials of d·q on each two steps (`Path`).
 
@@ -260,8 +280,10 @@ def deflection_at(
     segment : which side of a break is meant, see `step_of`
     meshes : of which meshes
     """
-    motion = motion_at(response, *place_of(grid, phase, segment), meshes=meshes)
-    delta, rate = (np.ascontiguousarray(each.transpose(0, 2, 1)) for each in motion)
+    step, fraction = place_of(grid, phase, segment)
+    motion = motion_at(response, step, fraction, meshes=meshes)
+    delta = np.ascontiguousarray(motion.deflection.transpose(0, 2, 1))
+    rate = np.ascontiguousarray(motion.rate.transpose(0, 2, 1))
     return delta, rate
 
 
@@ -272,7 +294,8 @@ def coordinates_at(
 
     See `deflection_at`.
     """
-    position, velocity = response.motion.at(*place_of(grid, phase, segment))
+    step, fraction = place_of(grid, phase, segment)
+    position, velocity = response.motion.at(step, fraction)
     return position.transpose(0, 2, 1), velocity.transpose(0, 2, 1)
 
 
@@ -281,12 +304,9 @@ def dashpot_of(system: System, mesh: int | slice = slice(None)) -> Dashpot:
     backlash = system.backlash
     law = system.damping_law
     behind = None if backlash is None else backlash[mesh]
-    own = (
-        None
-        if law is None
-        else type(law)(*(np.atleast_1d(values[mesh]) for values in law))
-    )
-    return Dashpot(system.mesh_damping[mesh], system.damping_always, behind, own)
+    if law is not None:
+        law = type(law)(*(np.atleast_1d(values[mesh]) for values in law))
+    return Dashpot(system.mesh_damping[mesh], system.damping_always, behind, law)
 
 
 def motion_at(
@@ -296,20 +316,26 @@ def motion_at(
     kept: slice = ALL,
     meshes: slice = ALL,
 ) -> Deflections:
-    """Return the motion of some meshes at fractions of steps (n,), (n_kept, n, n_mesh)."""
+    """Return the motion of some meshes, (n_kept, n, n_mesh).
+
+    Parameters
+    ----------
+    response : the response
+    step, fraction : (n,) step of each instant, and fraction of the step [1]
+    kept, meshes : which periods, and which meshes
+    """
     approach = response.approach
     approach = approach._replace(coefficient=approach.coefficient[:, kept, :, meshes])
     place, speed = approach.at(step, fraction)
-    error, slope = (
-        values[:, meshes] for values in response.within.errors_at(step, fraction)
-    )
-    return Deflections(place - error, speed - slope / response.mesh_period)
+    error, slope = response.within.errors_at(step, fraction)
+    error_rate = slope[:, meshes] / response.mesh_period
+    return Deflections(place - error[:, meshes], speed - error_rate)
 
 
 def forces_at(
     response: Response, step: Index, fraction: Array, kept: slice = ALL
 ) -> NormalForces:
-    """Return the forces of all meshes at fractions of steps (n,), (n_kept, n, n_mesh[, n_pairs]).
+    """Return the forces of all meshes, (n_kept, n, n_mesh[, n_pairs]).
 
     Fraction 0 of a step and fraction 1 of the one before are the two sides of a jump.
 
@@ -320,24 +346,29 @@ def forces_at(
     kept : which of the kept periods
     """
     springs = response.within.springs_at(step, fraction).per(response.mesh_period)
-    return normal_forces(
-        springs, motion_at(response, step, fraction, kept), dashpot_of(response.system)
-    )
+    motion = motion_at(response, step, fraction, kept)
+    return normal_forces(springs, motion, dashpot_of(response.system))
 
 
 def at_ends(table: Array) -> Array:
-    """Return a table (n_steps, 3, …) at the start and the end of every step, (n_steps, 2, …)."""
+    """Return a table at the start and the end of every step, (n_steps, 2, …).
+
+    Parameters
+    ----------
+    table : (n_steps, 3, …) at the stages
+    """
     return table[:, [0, 2]]
 
 
 def states_at_ends(response: Response) -> tuple[Array, Array]:
-    """Return q and q̇ at the start and the end of every step, (n_kept, n_steps, 2, n) each."""
-    both = np.stack([response.state[:, :-1], response.state[:, 1:]], axis=2)
-    return both[..., : both.shape[-1] // 2], both[..., both.shape[-1] // 2 :]
+    """Return q and q̇ at both ends of every step, (n_kept, n_steps, 2, n) each."""
+    ends = np.stack([response.state[:, :-1], response.state[:, 1:]], axis=2)
+    n = ends.shape[-1] // 2
+    return ends[..., :n], ends[..., n:]
 
 
 def step_forces(response: Response) -> NormalForces:
-    """Return the forces of each mesh at the start and the end of every step, (n_kept, n_steps, 2, n_mesh).
+    """Return forces of each mesh at both ends of steps, (n_kept, n_steps, 2, n_mesh).
 
     References
     ----------
@@ -345,15 +376,13 @@ def step_forces(response: Response) -> NormalForces:
     """
     tables = response.tables
     period = response.mesh_period
-    place, speed = (
-        each @ response.system.direction.T for each in states_at_ends(response)
-    )
-    motion = Deflections(
-        place - at_ends(tables.error), speed - at_ends(tables.error_rate) / period
-    )
-    return normal_forces(
-        tables.springs.per(period).each(at_ends), motion, dashpot_of(response.system)
-    )
+    direction = response.system.direction
+    q, v = states_at_ends(response)
+    deflection = q @ direction.T - at_ends(tables.error)
+    rate = v @ direction.T - at_ends(tables.error_rate) / period
+    motion = Deflections(deflection, rate)
+    springs = tables.springs.per(period).each(at_ends)
+    return normal_forces(springs, motion, dashpot_of(response.system))
 
 
 AtInstants = Callable[[Array], Array]
@@ -363,7 +392,7 @@ AtInstants = Callable[[Array], Array]
 def friction_forces(
     response: Response, forces: NormalForces, at: AtInstants = at_ends
 ) -> Both:
-    """Return ``Σ_p Λμ_p N_p`` [N] and ``Σ_p Λμ_p s_p N_p`` [N m] of each mesh where its forces are given.
+    """Return ``Σ_p Λμ_p N_p`` [N] and ``Σ_p Λμ_p s_p N_p`` [N m] of each mesh.
 
     (n_kept, n_steps, 2, n_mesh) each at the step ends, as in `step_forces`.
 
@@ -382,16 +411,15 @@ def friction_forces(
 
 
 def accelerations(response: Response) -> Array:
-    """Return q̈ at the start and the end of every step, (n_kept, n_steps, 2, n), from the motion [m/s²]."""
-    return acceleration(
-        response, *states_at_ends(response), step_forces(response), at_ends
-    )
+    """Return q̈ at both ends of every step, (n_kept, n_steps, 2, n) [m/s²]."""
+    q, v = states_at_ends(response)
+    return acceleration(response, q, v, step_forces(response), at_ends)
 
 
 def acceleration(
     response: Response, q: Array, v: Array, forces: NormalForces, at: AtInstants
 ) -> Array:
-    """Return ``q̈ = M⁻¹(F − Σ d W − friction − C q̇ − K q)`` at some instants, (n_kept, …, n) [m/s²].
+    """Return ``q̈ = M⁻¹(F − Σ d W − friction − C q̇ − K q)``, (n_kept, …, n) [m/s²].
 
     Parameters
     ----------

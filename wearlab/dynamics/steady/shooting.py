@@ -1,4 +1,4 @@
-"""Orbits of one system on one set of tables: integrate, shoot, follow a chord, and the account of it."""
+"""Orbits of one system on one set of tables: integrate, shoot, follow a chord."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -33,13 +33,13 @@ RHS_PER_CHANGE_LARGE = 6
 registers; 17 to 28 µs, of 3 to 4 µs each, in larger systems."""
 ROWS_PER_PASS = 12
 """Rows of a large state whose tangents take about as long as the trajectory."""
-MOST_TANGENTS = 1_000_000
-MOST_TANGENTS_LARGE = 24
+MAX_TANGENTS = 1_000_000
+MAX_TANGENTS_LARGE = 24
 """Mesh periods with derivatives that one shooting may take, of small systems and of
 larger ones."""
-MOST_PASSES = 25
+MAX_PASSES = 25
 """Passes of one shooting."""
-MOST_CHORDS = 8
+MAX_CHORDS = 8
 SHRINKS = 0.2
 """Ratio of successive chord steps above which the neighbour's derivative is no longer
 good."""
@@ -55,7 +55,7 @@ SAME_STATE = 1e-6
 RESIDUAL_GROWS = 4.0
 """Ratio of successive residuals above which a step leads away."""
 HALVINGS = 6
-LEAST_PIVOT = 1e-13
+MIN_PIVOT = 1e-13
 """Least pivot of ``I − P`` over its largest entry with which it is not singular."""
 FAMILY_STEPS = 25
 FAMILY_CLOSED = 1e-9
@@ -75,7 +75,9 @@ def exchange(balance: Balance, start: Array) -> None:
 
 
 def fixed_point_matrix(balance: Balance, derivative: Array) -> Array:
-    """Return ``I − P``, mended where the size of a load stands for a coordinate, (2n, 2n).
+    """Return ``I − P``, (2n, 2n).
+
+    It is mended where the size of a load stands for a coordinate.
 
     Parameters
     ----------
@@ -198,7 +200,7 @@ class Shooting(OnTables):
 
     @property
     def grounded(self) -> bool:
-        """Whether supports alone hold every coordinate: nothing floats in the backlash."""
+        """Whether supports hold every coordinate: nothing floats in the backlash."""
         rank = np.linalg.matrix_rank(self.system.total_stiffness)
         return bool(rank == self.rows // 2)
 
@@ -208,9 +210,9 @@ class Shooting(OnTables):
         state: Array,
         *,
         contact: int = LOCATED,
-        most: int = MOST_PASSES,
+        max_passes: int = MAX_PASSES,
     ) -> Response | None:
-        """Return the orbit near ``state`` (moved to it), in its least number of periods.
+        """Return the orbit near ``state``, in its least number of periods.
 
         None: not found. Newton's step solves ``(I − P) x = P(y) − y``; steps that lead
         away are halved. While contact does not change the map is affine: one step is
@@ -219,13 +221,13 @@ class Shooting(OnTables):
         Parameters
         ----------
         periods : of the orbit
-        state : (2n,) near the orbit
+        state : (2n,) near the orbit, moved to it
         contact : of the first pass: `LOCATED`, or `PERMANENT`, the affine map of a mesh
             whose pairs all touch
-        most : passes allowed
+        max_passes : passes allowed
         """
-        tangents = MOST_TANGENTS if self.small else MOST_TANGENTS_LARGE
-        most = min(most, max(2, tangents // periods))
+        tangents = MAX_TANGENTS if self.small else MAX_TANGENTS_LARGE
+        max_passes = min(max_passes, max(2, tangents // periods))
         states = self.shooter.states(periods)
         exchange(self.balance, state)
         newton = _NewtonState(
@@ -237,7 +239,7 @@ class Shooting(OnTables):
             contact=contact,
         )
         self.singular = False
-        while newton.passes < most and not newton.converged and not self.singular:
+        while newton.passes < max_passes and not newton.converged and not self.singular:
             self._newton_pass(newton, states)
 
         if newton.converged:
@@ -290,13 +292,13 @@ class Shooting(OnTables):
         newton.contact = LOCATED
 
     def _newton_step(self, derivative: Array, missed: Array) -> Array | None:
-        """Return the solution of ``(I − P) x = P(y) − y``, None where I − P is singular."""
+        """Solve ``(I − P) x = P(y) − y``; None where I − P is singular."""
         scale = self.scale
         matrix = fixed_point_matrix(self.balance, derivative)
         matrix = matrix * (scale / scale[:, None])
         factors, pivots, _ = dgetrf(matrix)
         least_pivot = np.abs(factors.diagonal()).min()
-        if not LEAST_PIVOT * np.abs(matrix).max() < least_pivot < np.inf:
+        if not MIN_PIVOT * np.abs(matrix).max() < least_pivot < np.inf:
             return None
         return np.asarray(scale * dgetrs(factors, pivots, missed / scale)[0])
 
@@ -325,7 +327,7 @@ class Shooting(OnTables):
         return orbit
 
     def _follows(self, path: Array, start: Array) -> bool:
-        """Whether the motion from ``start`` takes a path without a change of contact."""
+        """Whether the motion from a start takes a path without a change of contact."""
         states = self.states((len(path) - 1) // self.steps)
         if self.advance(states, start, LOCATED, tangents=False):
             return False
@@ -355,7 +357,7 @@ class Shooting(OnTables):
         states = self.states(1)
         last = np.inf
         exchange(balance, state)
-        for _ in range(MOST_CHORDS):
+        for _ in range(MAX_CHORDS):
             self.changes += self.advance(states, state, tangents=False)
             self.maps += 1
             path = states[:, :, 0]
@@ -450,7 +452,7 @@ class Shooting(OnTables):
         return None
 
     def path_of(self, state: Array) -> tuple[Array, Array]:
-        """Return the path over a mesh period and the derivative of its end by its start.
+        """Return the path over a mesh period, and the derivative of its end.
 
         Parameters
         ----------
