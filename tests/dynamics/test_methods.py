@@ -1,9 +1,15 @@
 """The named methods agree, each with its own order and its own idea of steady."""
 
+import re
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+
 import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
+from wearlab.dynamics import methods
 from wearlab.dynamics.methods import IntegrationMethod
 from wearlab.dynamics.methods.newmark import Newmark
 from wearlab.dynamics.methods.rk4 import RungeKutta4
@@ -80,3 +86,34 @@ def test_marching_names_period_two(method: IntegrationMethod) -> None:
     pair = PAIR._replace(torque=5.0)
     grid = pair.grid(300)
     assert method.solve(pair.system(), pair.tables(grid), mesh_period(4900)).period == 2
+
+
+def test_a_method_is_one_file_that_is_found_by_its_class(tmp_path: Path) -> None:
+    """The method that the docs show agrees with the orbit, with its second order."""
+    page = (Path(__file__).parents[2] / "docs" / "where_to_add.md").read_text()
+    shown = re.search(r"methods/midpoint\.py`.*?```python\n(.*?)```", page, re.DOTALL)
+    assert shown is not None
+    file = tmp_path / "midpoint.py"
+    file.write_text(shown[1])
+    spec = spec_from_file_location("midpoint", file)
+    assert spec is not None and spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    method = methods.method_of(module)
+    assert method.__name__ == "Midpoint"
+
+    errors = []
+    for steps in (400, 800):
+        grid = PAIR.grid(steps)
+        arguments = PAIR.system(), PAIR.tables(grid), mesh_period(1860)
+        exact, _ = deflection_at(Periodic().solve(*arguments), grid, PHASE)
+        response = method.at_tolerance(1e-3).solve(*arguments)
+        delta, _ = deflection_at(response, grid, PHASE)
+        errors.append(np.abs(delta - exact).max() / np.abs(exact).max())
+    assert errors[1] < 2e-3
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.3)
+
+
+def test_a_file_without_a_method_is_refused() -> None:
+    with pytest.raises(TypeError, match="one class with at_tolerance and solve"):
+        methods.method_of(ModuleType("empty"))

@@ -57,11 +57,21 @@ def method_named(name: str) -> type[IntegrationMethod]:
     ----------
     name : of the file, without its ending
     """
-    return _method_of(import_module(f"{__name__}.{name}"))
+    return method_of(import_module(f"{__name__}.{name}"))
 
 
-def _method_of(module: ModuleType) -> type[IntegrationMethod]:
-    """Return the one method that a file defines, or imports if it defines none."""
+def method_of(module: ModuleType) -> type[IntegrationMethod]:
+    """Return the one method that a file defines, or imports if it defines none.
+
+    Parameters
+    ----------
+    module : the imported file
+
+    Raises
+    ------
+    TypeError
+        When the file has no method, or several.
+    """
     methods: list[type[IntegrationMethod]] = [
         value
         for value in vars(module).values()
