@@ -25,7 +25,8 @@ from wearlab.simulation.dataset.dynamics import phase_forces
 from wearlab.simulation.dataset.errors import TRUSTED
 from wearlab.simulation.dataset.validity import ENDS_OF_WORK
 from wearlab.simulation.estimates import Estimates, estimated
-from wearlab.simulation.life_run import integrate_life, operating_conditions
+from wearlab.simulation.life_run import integrate_life
+from wearlab.simulation.operating import operating_conditions
 
 Array = NDArray[np.float64]
 

@@ -76,7 +76,7 @@ def _difference(pair: GearPair, worn: tuple[Flank, Flank], found: object) -> flo
 
 def of_scene(scene: Scene) -> ExactTime:
     """Measure the methods on the flanks that a scene starts with."""
-    from wearlab.simulation.life_run import initial_wear
+    from wearlab.simulation.initial_wear import initial_wear
 
     parts = build(scene)
     wear = initial_wear(scene, parts)[0]

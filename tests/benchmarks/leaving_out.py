@@ -196,7 +196,8 @@ def _run(one: Scene) -> None:
     stored of its states.
     """
     from wearlab.simulation.dataset import contact, dynamics, path
-    from wearlab.simulation.life_run import integrate_life, operating_conditions
+    from wearlab.simulation.life_run import integrate_life
+    from wearlab.simulation.operating import operating_conditions
 
     (stage,) = operating_conditions(one)
     parts = stage.first

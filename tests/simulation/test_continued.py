@@ -9,7 +9,7 @@ from scenes import external_pair
 
 from wearlab.scene import Scene
 from wearlab.simulation import Refused, simulate
-from wearlab.simulation.life_run import moved
+from wearlab.simulation.initial_wear import moved
 from wearlab.store.align import start_wear
 
 PAIR = {

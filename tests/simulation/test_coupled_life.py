@@ -10,7 +10,8 @@ from scipy.integrate import solve_ivp
 from wearlab.assembly import build
 from wearlab.campaign import load
 from wearlab.life.history import SetRate
-from wearlab.simulation.life_run import integrate_life, operating_conditions
+from wearlab.simulation.life_run import integrate_life
+from wearlab.simulation.operating import operating_conditions
 from wearlab.simulation.run import simulate
 from wearlab.wear.law import wear_rate
 

@@ -17,7 +17,8 @@ from wearlab.scene import Scene
 from wearlab.simulation import companion_runs, estimates, simulate, wear_off
 from wearlab.simulation.companion_runs import between_nodes, carried, rough_parts
 from wearlab.simulation.estimates import estimated
-from wearlab.simulation.life_run import integrate_life, operating_conditions
+from wearlab.simulation.life_run import integrate_life
+from wearlab.simulation.operating import operating_conditions
 from wearlab.simulation.wear_off import above_nodes, end_of, late_rate, levelled
 
 SMALL = Scene.from_mapping(

@@ -8,7 +8,7 @@ from scenes import external_pair
 
 from wearlab.assembly import build
 from wearlab.scene import Scene
-from wearlab.simulation import life_run, simulate
+from wearlab.simulation import simulate, work
 
 SMALL = 20.0  # times less work than a run may take
 STEP = 6  # maps over all mesh periods that a step over cycles begins at most
@@ -31,12 +31,12 @@ PAIR = {
 }
 
 
-def work(scene):
+def work_of(scene):
     """Return the mesh periods of a scene's hunting teeth, and the
     work that its life may take.
     """
     parts = build(scene)
-    return parts.vibration.hunting, life_run.max_work(scene, parts) * life_run.units(
+    return parts.vibration.hunting, work.max_work(scene, parts) * work.units(
         parts.vibration.system
     )
 
@@ -45,10 +45,10 @@ def test_many_periods_may_take_a_tenth_of_the_right_hand_sides_of_few():
     hunting = Scene.from_mapping(PAIR)
     few = hunting.replace({"gears.pinion.teeth": 24, "gears.gear.teeth": 48})
     averaged = hunting.replace("errors.slow", "averaged")
-    (many, least), (some, more), (_, most) = map(work, (hunting, few, averaged))
-    assert (many, some) == (17 * 23, 48) and some <= life_run.MANY_PERIODS < many
+    (many, least), (some, more), (_, most) = map(work_of, (hunting, few, averaged))
+    assert (many, some) == (17 * 23, 48) and some <= work.MANY_PERIODS < many
     assert more == pytest.approx(most) and most / least == pytest.approx(
-        life_run.OUT_OF_CACHE
+        work.OUT_OF_CACHE
     )
 
 
@@ -59,8 +59,8 @@ def test_a_life_of_hunting_teeth_ends_at_that_work_and_says_so(monkeypatch):
     Beyond it no more maps than a step needs.
     """
     scene = Scene.from_mapping(PAIR)
-    monkeypatch.setattr(life_run, "MAX_WORK", life_run.MAX_WORK / SMALL)
-    allowed = life_run.max_work(scene, build(scene))
+    monkeypatch.setattr(work, "MAX_WORK", work.MAX_WORK / SMALL)
+    allowed = work.max_work(scene, build(scene))
     run = simulate(scene)
     assert str(run["end_reason"].values) == "work limit" and np.isnan(run["life"])
     counted, maps = (

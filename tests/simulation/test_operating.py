@@ -13,7 +13,7 @@ from wearlab.scene import Scene
 from wearlab.scene.problems import SceneError
 from wearlab.simulation import life_run, simulate
 from wearlab.simulation.dataset.conditions import along_duty, in_order
-from wearlab.simulation.life_run import operating_conditions
+from wearlab.simulation.operating import operating_conditions
 
 RATED = {"torque": "340 N*m", "speed": "1100 rpm"}
 EASY = {"torque": "170 N*m", "speed": "2200 rpm"}

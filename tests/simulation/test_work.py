@@ -3,8 +3,8 @@
 import pytest
 
 from wearlab.assembly import build
-from wearlab.simulation.life_run import (
-    KEPT_SHARE,
+from wearlab.simulation.life_run import KEPT_SHARE
+from wearlab.simulation.work import (
     MAX_WORK,
     SEARCH_SHARE,
     max_searched,

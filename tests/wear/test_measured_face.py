@@ -10,7 +10,7 @@ from wearlab.assembly import build
 from wearlab.assembly.contact import check_initial_wear
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene, SceneError
-from wearlab.simulation.life_run import initial_wear
+from wearlab.simulation.initial_wear import initial_wear
 
 B = 45.0
 PAIR = {

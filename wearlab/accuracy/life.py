@@ -13,7 +13,7 @@ from wearlab.life import history, integrate
 from wearlab.life.limits import CountedRate, Limits
 from wearlab.life.step import Method
 from wearlab.scene import Scene
-from wearlab.simulation import companion_runs, life_run
+from wearlab.simulation import companion_runs, initial_wear
 
 SECOND_TOLERANCE = 1e-8
 """Relative tolerance of the second method, SciPy's DOP853."""
@@ -64,7 +64,7 @@ def wear_problem(scene: Scene) -> WearProblem:
     scene : that wears, see `has_life`
     """
     parts = assembly.build(scene)
-    wear = parts.coupling.flat(life_run.initial_wear(scene, parts))
+    wear = parts.coupling.flat(initial_wear.initial_wear(scene, parts))
     limits = assembly.wear.build_limits(scene, parts.gears, parts.coupling)
     return WearProblem(parts, wear, limits)
 

@@ -14,7 +14,7 @@ from wearlab.life.coupled import Vibration
 from wearlab.mesh import excitation, stages
 from wearlab.mesh.force import Deflections
 from wearlab.scene import Scene
-from wearlab.simulation.life_run import initial_wear
+from wearlab.simulation.initial_wear import initial_wear
 from wearlab.wear.initials.quadratic import quadratic
 
 NEIGHBOUR = 1e-7

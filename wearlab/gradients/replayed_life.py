@@ -16,7 +16,8 @@ from wearlab.life import coupled, limits
 from wearlab.life.coupling import Coupling
 from wearlab.life.step import Node, Step, depth_at, retake_step
 from wearlab.scene import Scene
-from wearlab.simulation.life_run import initial_wear, life_at_rate
+from wearlab.simulation.initial_wear import initial_wear
+from wearlab.simulation.life_run import life_at_rate
 
 STEP = 1e-7
 """Change of a number over its size: the second order is lost, and round-off is still a

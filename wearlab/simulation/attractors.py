@@ -14,7 +14,7 @@ from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.dynamics.steady import coexisting, periodic
 from wearlab.dynamics.steady.response import Response
 from wearlab.life import coupled
-from wearlab.simulation import life_run
+from wearlab.simulation import work
 
 ALIKE = 1e-3
 """Relative difference of least and largest forces below which two attractors of a
@@ -54,7 +54,7 @@ def other_attractors(
         return []
     if moves.hunting > 1 or moves.slow is not None or len(parts.meshes) > 1:
         return []
-    max_steps = life_run.max_searched(
+    max_steps = work.max_searched(
         moves.system, parts.scene.numerics.most_right_hand_sides
     )
     with account.timed("dynamics"):

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from wearlab.life import limits
 from wearlab.options import Stored
 from wearlab.scene import Scene, calibrated_coefficient, calibrating
-from wearlab.simulation import estimates, label, life_run
+from wearlab.simulation import estimates, label, life_run, operating
 from wearlab.wear.coefficients.calibrated import UNCALIBRATED, CalibrationLife
 from wearlab.wear.coefficients.constant import ConstantCoefficient
 
@@ -91,7 +91,7 @@ def _calibration_life(scene: Scene) -> CalibrationLife:
     assert calibration_scene is not None
     run = calibration_scene.id
     if run not in _LIVES:
-        conditions = life_run.operating_conditions(calibration_scene)
+        conditions = operating.operating_conditions(calibration_scene)
         history = life_run.integrate_life(calibration_scene, conditions)
         (of_stage,) = history.stages
         life = of_stage.life

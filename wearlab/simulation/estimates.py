@@ -21,7 +21,7 @@ from wearlab.arrays import Array
 from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.life import coupled, history, limits
 from wearlab.mesh.face.grid import FaceGrid
-from wearlab.simulation import companion_runs, label, life_run, wear_off
+from wearlab.simulation import companion_runs, label, operating, wear_off
 
 DEPTH_SHARE, LIFE_SHARE = 1.5, 1.0
 """Weights of the rougher twin's change of rate, set on the seeds 129943 and 830195 of
@@ -74,7 +74,7 @@ class CompanionErrors(NamedTuple):
         of the conditions
     """
 
-    stage: life_run.OperatingCondition
+    stage: operating.OperatingCondition
     life_history: history.History
     worn: list[wear_off.WornFurther | None]
 
@@ -93,7 +93,7 @@ class CompanionErrors(NamedTuple):
 
 
 def estimated(
-    stage: life_run.OperatingCondition,
+    stage: operating.OperatingCondition,
     life_history: history.History,
     inherited: float = 0.0,
 ) -> Estimates:
@@ -130,7 +130,7 @@ def estimated(
 
 
 def _compared(
-    stage: life_run.OperatingCondition,
+    stage: operating.OperatingCondition,
     life_history: history.History,
     of: Callable[..., Any],
     inherited: float,
@@ -390,7 +390,7 @@ def rougher_over_face(parts: assembly.GearModel) -> assembly.GearModel:
 
 
 def estimated_over_face(
-    stage: life_run.OperatingCondition,
+    stage: operating.OperatingCondition,
     life_history: history.History,
     inherited: float = 0.0,
 ) -> Estimates:
@@ -408,7 +408,7 @@ def estimated_over_face(
     flat = stage.first.coupling.flat
     with first.coupling.account.timed("estimates"):
         rougher_parts = [rougher_over_face(parts) for parts in stage.parts]
-        together = life_run.taking_turns(rougher_parts, stage.weight)
+        together = operating.taking_turns(rougher_parts, stage.weight)
         grids = _grids(rougher_parts[0])
         ends = [life_history.state[0], life_history.state[-1]]
         rough = list[coupled.WearState]()

@@ -7,7 +7,7 @@ import xarray as xr
 from wearlab.gears.specification import GearError
 from wearlab.life import limits
 from wearlab.scene import Scene
-from wearlab.simulation import calibration, label, life_run
+from wearlab.simulation import calibration, label, life_run, operating
 from wearlab.simulation.dataset.build import build
 from wearlab.simulation.dataset.finished import FinishedLife
 
@@ -41,7 +41,7 @@ def simulate(scene: Scene) -> xr.Dataset:
     started_clock = time.perf_counter()
     try:
         settled, coefficient = calibration.calibrated(scene)
-        stages = life_run.operating_conditions(settled)
+        stages = operating.operating_conditions(settled)
         history = life_run.integrate_life(settled, stages)
     except GearError as error:
         raise label.Refused(str(error)) from error

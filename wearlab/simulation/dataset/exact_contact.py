@@ -38,7 +38,7 @@ def exact_values(
             continue
         name = f"exact mesh relationship of {model.gears.mesh_names[mesh]}"
         for update, state in enumerate(states):
-            place = _Place(update, mesh)
+            place = _PlaceOfMesh(update, mesh)
             kind_state = state.kind[on_clock.kind]
             label.diagnosed(
                 name, failures, None, _fill_mesh, model, values, place, kind_state
@@ -46,7 +46,7 @@ def exact_values(
     return values
 
 
-class _Place(NamedTuple):
+class _PlaceOfMesh(NamedTuple):
     """Place of the values of one mesh in one state: numbers of the update and mesh."""
 
     update: int
@@ -103,7 +103,7 @@ def _meeting_gaps(analysis: contact.ContactAnalysis) -> gaps.MeetingGaps | None:
 def _fill_mesh(
     model: assembly.GearModel,
     values: label.Values,
-    place: _Place,
+    place: _PlaceOfMesh,
     state: coupled.KindState,
 ) -> None:
     """Fill in what one mesh does in one state: for the mesh, then for its two gears."""

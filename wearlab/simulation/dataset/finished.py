@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from wearlab.life import history
 from wearlab.scene import Scene
-from wearlab.simulation import estimates, label, life_run
+from wearlab.simulation import estimates, initial_wear, label, operating
 from wearlab.simulation.attractors import Searched
 from wearlab.simulation.calibration import Calibration
 
@@ -21,14 +21,14 @@ class FinishedLife(NamedTuple):
     """
 
     scene: Scene
-    stages: tuple[life_run.OperatingCondition, ...]
+    stages: tuple[operating.OperatingCondition, ...]
     history: history.History
     calibration: Calibration | None
 
     @property
     def inherited(self) -> float:
         """Error of the wear that the run starts from [m]."""
-        return life_run.inherited_error(self.scene, self.stages[0].first)
+        return initial_wear.inherited_error(self.scene, self.stages[0].first)
 
 
 class ConditionsOfLife(NamedTuple):

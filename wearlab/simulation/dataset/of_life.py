@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from wearlab.simulation import label, life_run
+from wearlab.simulation import label, operating
 from wearlab.simulation.dataset import (
     dynamics,
     errors,
@@ -57,7 +57,7 @@ def life_variables(
     return values
 
 
-def _work_values(stages: Sequence[life_run.OperatingCondition]) -> label.Values:
+def _work_values(stages: Sequence[operating.OperatingCondition]) -> label.Values:
     """Return the run times and counts of all conditions of operation together."""
     accounts = [model.coupling.account for stage in stages for model in stage.parts]
     values = label.Values()

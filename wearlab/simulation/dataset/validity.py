@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from wearlab import assembly
 from wearlab.dynamics.steady.coexisting import Search
 from wearlab.life import history, integrate
-from wearlab.simulation import life_run
+from wearlab.simulation import operating
 from wearlab.simulation.dataset import monitoring
 
 INSTEAD = (
@@ -22,7 +22,7 @@ ENDS_OF_WORK = {
 
 
 def run_validity(
-    stages: Sequence[life_run.OperatingCondition],
+    stages: Sequence[operating.OperatingCondition],
     life_history: history.History,
     searches: Sequence[Search],
 ) -> str:

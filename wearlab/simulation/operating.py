@@ -1,0 +1,107 @@
+"""The conditions that a scene runs in: one, several in turn, or stages in order."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from wearlab import assembly
+from wearlab.arrays import Array
+from wearlab.life import coupled, coupling
+from wearlab.scene import Scene
+from wearlab.scene.operation import DutyBlock, OperationStage
+
+
+class OperatingCondition(NamedTuple):
+    """What runs at a time: one condition, or several that take turns.
+
+    Parameters
+    ----------
+    parts : its physics
+    weight : share of the cycles of each condition [1]
+    speed : mean speed of the reference gear relative to the carrier, over time [rad/s]
+    coupling : contact, dynamics and wear of all conditions together
+    cycles : how long it lasts, None: to the limits of the scene
+    """
+
+    parts: tuple[assembly.GearModel, ...]
+    weight: Array
+    speed: float
+    coupling: coupled.Coupled
+    cycles: float | None
+
+    @property
+    def first(self) -> assembly.GearModel:
+        """The physics in the first condition; the flanks are the same in all."""
+        return self.parts[0]
+
+
+def operating_conditions(scene: Scene) -> tuple[OperatingCondition, ...]:
+    """Return the stages of a scene: one, unless it has stages of operation.
+
+    Parameters
+    ----------
+    scene : the scene
+
+    Raises
+    ------
+    GearError
+        When no such gears can exist or run.
+    """
+    operation = scene.operation
+
+    def in_condition(part: DutyBlock | OperationStage) -> Scene:
+        condition = operation.single_condition(
+            part.torque, part.speed, operation.largest_torque
+        )
+        return scene.model_copy(update={"operation": condition})
+
+    if operation.stages:
+        return tuple(
+            operating_condition([in_condition(stage)], [1.0], stage.cycles)
+            for stage in operation.stages
+        )
+    if not operation.blocks:
+        return (operating_condition([scene], [1.0]),)
+    scenes = [in_condition(block) for block in operation.blocks]
+    shares = [block.share for block in operation.blocks]
+    return (operating_condition(scenes, shares),)
+
+
+def operating_condition(
+    scenes: Sequence[Scene], share: Sequence[float], cycles: float | None = None
+) -> OperatingCondition:
+    """Return conditions that take turns, of the cycles ``w_b = u_b ω_b / Σ u_b ω_b``.
+
+    Parameters
+    ----------
+    scenes : in one condition each
+    share : u, of the time; only their proportions count [1]
+    cycles : how long they last, None: to the limits of the scene
+    """
+    models = tuple(map(assembly.build, scenes))
+    time = np.asarray(share, float) / np.sum(share)
+    speed = np.array([model.gears.speed for model in models])
+    weight = np.ones(1)
+    if len(models) > 1:
+        weight = time * speed / (time @ speed)
+    mean_speed = float(coupling.mixture(time, list(speed)))
+    return OperatingCondition(
+        models, weight, mean_speed, taking_turns(models, weight), cycles
+    )
+
+
+def taking_turns(
+    models: Sequence[assembly.GearModel], weight: Array
+) -> coupled.Coupled:
+    """Return conditions that take turns as one coupling.
+
+    Parameters
+    ----------
+    models : the physics in each condition
+    weight : share of the cycles of each condition [1]
+    """
+    first, *later = (model.coupling for model in models)
+    if not later:
+        return first
+    return coupling.DutyCoupling(first.kinds, (first, *later), weight)
