@@ -26,6 +26,7 @@ MEANING = {
     "gradients": "derivatives",
     "query": "questions",
     "campaign": "grid of cases",
+    "rexs": "gear unit files",
     "store": "files, catalogue",
     "runner": "workers",
     "comparison": "two runs",

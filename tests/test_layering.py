@@ -47,6 +47,7 @@ ROAD = (
     *(
         "query",
         "campaign",
+        "rexs",
         "store",
         "runner",
         "comparison",

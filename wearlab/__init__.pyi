@@ -11,6 +11,8 @@ from wearlab.figures import figure as figure
 from wearlab.gradients import GradientError as GradientError
 from wearlab.gradients import gradient as gradient
 from wearlab.query import QueryError as QueryError
+from wearlab.rexs import RexsError as RexsError
+from wearlab.rexs import read_rexs as read_rexs
 from wearlab.runner import run as run
 from wearlab.runner.plan import plan as plan
 from wearlab.scene import Scene as Scene

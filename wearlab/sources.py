@@ -12,8 +12,8 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parent
 ROOMS_AFTER = (
-    "gradients query campaign store runner comparison updating figures report accuracy "
-    "browsing cli"
+    "gradients query campaign rexs store runner comparison updating figures report "
+    "accuracy browsing cli"
 )
 AFTER = frozenset((*ROOMS_AFTER.split(), "__init__.py"))
 """Rooms that no run's numbers come from."""

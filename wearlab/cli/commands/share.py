@@ -10,19 +10,19 @@ if TYPE_CHECKING:
     from wearlab.campaign import Campaign
 
 MEGABYTE = 1e6
-EXPORTS = ".nc, .zarr, .xlsx, .zip"
+EXPORTS = ".nc, .zarr, .xlsx, .zip, .rexs"
 
 
 @app.command(
     help="Write all runs of FILE as one file that needs no wearlab to be read; a crate "
-    "holds its figures too."
+    "holds its figures too. As .rexs the gears, loads and oil of its first case."
 )
 def export(
     file: options.CampaignFile,
     out: Annotated[
         Path,
         options.argument(
-            "OUT", "out.nc, out.zarr (folder), out.xlsx, out.zip (crate)."
+            "OUT", "out.nc, out.zarr (folder), out.xlsx, out.zip (crate), out.rexs."
         ),
     ],
     store: options.StoreFolder = options.DEFAULT_STORE,
@@ -34,6 +34,9 @@ def export(
             f"{out.suffix or 'nothing'}"
         )
     campaign = output.read_campaign(file)
+    if out.suffix.lower() == ".rexs":
+        return _exported_gear_unit(campaign, out)
+
     with output.refusing(OSError):
         _write_export(campaign, out, store)
         entries = store.archive.entries(case.id for case in campaign.cases).values()
@@ -48,6 +51,22 @@ def export(
         "them"
     )
     return output.Findings(content, [str(out)], False, [remark])
+
+
+def _exported_gear_unit(campaign: "Campaign", out: Path) -> output.Findings:
+    """Write the gears of a campaign's first case as REXS; say what has no place there."""
+    from wearlab.rexs.document import RexsError
+    from wearlab.rexs.export import export_rexs
+
+    with output.refusing(RexsError, OSError):
+        exported = export_rexs(campaign.cases[0].scene, campaign.title or out.stem)
+        files.write_whole(out, exported.content)
+
+    remarks = [f"no place in REXS: {key}" for key in exported.no_place]
+    if len(campaign.cases) > 1:
+        remarks.append(f"the first of {len(campaign.cases)} cases is written")
+    content = {"file": str(out), "no_place": list(exported.no_place)}
+    return output.Findings(content, [str(out)], True, remarks)
 
 
 def _write_export(campaign: "Campaign", out: Path, store: Store) -> None:

@@ -1,0 +1,175 @@
+"""REXS as XML."""
+
+from collections.abc import Mapping
+from typing import Any
+from xml.etree import ElementTree
+
+from wearlab.rexs import arrays
+from wearlab.rexs.document import (
+    Attribute,
+    Component,
+    Document,
+    LoadCase,
+    Relation,
+    RexsError,
+)
+
+TRUTH = {"true": True, "false": False}
+
+
+class _Builder(ElementTree.TreeBuilder):
+    """Builds the tree, and refuses documents that define entities."""
+
+    def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
+        """Refuse a DOCTYPE: entities come in by it, and REXS has none."""
+        raise RexsError(
+            "a DOCTYPE stands in it, which no REXS file has: delete that line"
+        )
+
+
+def read(content: bytes) -> Document:
+    """Return what an XML file holds.
+
+    Parameters
+    ----------
+    content : its bytes
+
+    Raises
+    ------
+    RexsError : no XML, a DOCTYPE, or another root than ``model``
+    """
+    parser = ElementTree.XMLParser(target=_Builder())
+    try:
+        parser.feed(content)
+        root: ElementTree.Element = parser.close()
+    except ElementTree.ParseError as error:
+        raise RexsError(f"it is no whole XML file ({error}): export it anew") from None
+    except (LookupError, ValueError) as error:
+        if isinstance(error, RexsError):
+            raise
+        raise RexsError(
+            f"its text cannot be decoded ({error}): save it as UTF-8"
+        ) from None
+
+    if root.tag != "model":
+        raise RexsError(
+            f"its root is <{root.tag}>, not the <model> of a REXS file: export as REXS"
+        )
+    return Document(
+        version=root.get("version", ""),
+        program=" ".join(
+            part
+            for key in ("applicationId", "applicationVersion")
+            if (part := root.get(key))
+        ),
+        components=_components(root.find("components")),
+        relations=_relations(root.find("relations")),
+        load_cases=_load_cases(root.find("load_spectrum")),
+    )
+
+
+def _components(element: ElementTree.Element | None) -> dict[str, Component]:
+    """Return the components by number; a number that stands twice is refused."""
+    components: dict[str, Component] = {}
+    for entry in element if element is not None else ():
+        number = entry.get("id", "")
+        if number in components:
+            raise RexsError(
+                f"two components have the id {number}: export the file anew"
+            )
+
+        components[number] = Component(
+            number, entry.get("type", ""), entry.get("name", ""), _attributes(entry)
+        )
+    return components
+
+
+def _attributes(component: ElementTree.Element) -> dict[str, Attribute]:
+    """Return the attributes of a component by id."""
+    return {
+        entry.get("id", ""): Attribute(
+            _value(entry, f"component {component.get('id')}, {entry.get('id')}"),
+            entry.get("unit", ""),
+        )
+        for entry in component
+    }
+
+
+def _value(entry: ElementTree.Element, place: str) -> Any:
+    """Return the value of an attribute: a text as number or truth value, or an array."""
+    if len(entry) == 0:
+        return plain(entry.text or "")
+
+    block = entry[0]
+    code = block.get("code")
+    if block.tag == "matrix":
+        return _matrix(block, code, place)
+    if code:
+        return arrays.decode(code, block.text or "", place)
+    return [plain(cell.text or "") for cell in block]
+
+
+def _matrix(
+    block: ElementTree.Element, code: str | None, place: str
+) -> list[list[Any]]:
+    """Return the rows of a matrix, written out or coded."""
+    if code:
+        shape = _size(block.attrib, place)
+        return arrays.decode_matrix(code, block.text or "", shape, place)
+    return [[plain(cell.text or "") for cell in row] for row in block]
+
+
+def _size(stated: Mapping[str, str], place: str) -> tuple[int, int]:
+    """Return rows and columns as a matrix states them."""
+    try:
+        return int(stated["rows"]), int(stated["columns"])
+    except (KeyError, ValueError):
+        raise RexsError(
+            f"{place}: a coded matrix needs whole rows and columns: export the file anew"
+        ) from None
+
+
+def plain(text: str) -> Any:
+    """Return a text as a truth value or a number where it is one; None where empty.
+
+    Parameters
+    ----------
+    text : as it stands in the file
+
+    Examples
+    --------
+    >>> plain(" 17.0 "), plain("true"), plain("c25"), plain("")
+    (17.0, True, 'c25', None)
+    """
+    text = text.strip()
+    if not text:
+        return None
+    if text.lower() in TRUTH:
+        return TRUTH[text.lower()]
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _relations(element: ElementTree.Element | None) -> tuple[Relation, ...]:
+    """Return the relations in the order of the file."""
+    return tuple(
+        Relation(
+            entry.get("type", ""),
+            {ref.get("role", ""): ref.get("id", "") for ref in entry},
+        )
+        for entry in (element if element is not None else ())
+    )
+
+
+def _load_cases(element: ElementTree.Element | None) -> tuple[LoadCase, ...]:
+    """Return the load cases; accumulated results beside them are left."""
+    return tuple(
+        LoadCase(
+            entry.get("id", ""),
+            {part.get("id", ""): _attributes(part) for part in entry},
+        )
+        for entry in (element if element is not None else ())
+        if entry.tag == "load_case"
+    )
