@@ -1,4 +1,4 @@
-"""The rougher twins of wear states: each state evaluated once more with half the steps and half the nodes.
+"""Rougher twins of wear states: evaluated again with half the steps and nodes.
 
 Where these are so far off that their difference says little of the error, finer twins
 serve, of twice the steps and nodes: wear that loads depend on steeply is not carried to
@@ -76,7 +76,13 @@ Twins = list[Rougher | None]
 def rough_parts(
     parts: assembly.GearModel, share: float = COARSENED
 ) -> assembly.GearModel | None:
-    """Return the scene's physics with a share of the steps and of the nodes, None when that cannot be."""
+    """Return the physics with a share of the steps and nodes, None if that cannot be.
+
+    Parameters
+    ----------
+    parts : the physics of the scene
+    share : of the steps of a mesh period and of the nodes of a profile [1]
+    """
     changed: dict[str, int] = {
         "profile_points": max(9, int(share * assembly.mesh.profile_points(parts.scene)))
     }
@@ -94,7 +100,18 @@ def rough_parts(
 def carried(
     fine: profile.ProfileGrid, values: Array, rough: profile.ProfileGrid
 ) -> Array:
-    """Return values (k, n) at the nodes of a grid on those of another that has the same breaks, (k, n')."""
+    """Return values at the nodes of a grid on those of another with the same breaks.
+
+    Parameters
+    ----------
+    fine : the grid
+    values : (k, n) at its nodes
+    rough : the other grid
+
+    Returns
+    -------
+    (k, n') at the nodes of the other
+    """
     phases, _ = rough.phase_nodes
     segment = np.repeat(np.arange(len(rough.intervals)), rough.intervals + 1)
     where = profile.lookup(fine, phases, segment)
@@ -110,7 +127,15 @@ def carried(
 def alike(
     parts: assembly.GearModel, wear: Wear, start: Responses, reference: WearState
 ) -> WearState | None:
-    """Return a wear state, None where it does not respond with the periods of another."""
+    """Return a wear state, None where it responds with other periods than another.
+
+    Parameters
+    ----------
+    parts : the physics
+    wear : of every kind of mesh [m]
+    start : responses near it
+    reference : the other state
+    """
     try:
         state = parts.coupling.evaluate(wear, start)
     except (limits.StopWear, GearError):  # or its steps are too rough for any motion
@@ -143,7 +168,14 @@ def _carried(
 def between_nodes(
     parts: assembly.GearModel, wear: Wear, rough: assembly.GearModel
 ) -> float:
-    """Return by how much wear is missed when it is carried to rougher nodes and back [m]."""
+    """Return how much of the wear is lost on rougher nodes and back [m].
+
+    Parameters
+    ----------
+    parts : the physics
+    wear : of every kind of mesh [m]
+    rough : the physics on the rougher nodes
+    """
     back = _carried(rough, _carried(parts, wear, rough), parts)
     return max(
         float(np.abs(carried - depth).max())
@@ -158,7 +190,13 @@ def flank_of_nodes(parts: assembly.GearModel) -> Index:
 
 
 def twins_of(parts: assembly.GearModel, life_history: history.History) -> Twins:
-    """Return the rougher twins of the sampled states in one condition."""
+    """Return the rougher twins of the sampled states in one condition.
+
+    Parameters
+    ----------
+    parts : the physics in that condition
+    life_history : the life in that condition
+    """
     twins = _of_share(parts, life_history.samples, COARSENED)
     if any(twins) or not any(map(is_periodic, life_history.samples.state)):
         return twins
@@ -166,7 +204,13 @@ def twins_of(parts: assembly.GearModel, life_history: history.History) -> Twins:
 
 
 def finer_twins_of(parts: assembly.GearModel, life_history: history.History) -> Twins:
-    """Return twins of the sampled states in one condition that have twice the steps and nodes."""
+    """Return twins of the sampled states with twice the steps and nodes.
+
+    Parameters
+    ----------
+    parts : the physics in one condition
+    life_history : the life in that condition
+    """
     return _of_share(parts, life_history.samples, REFINED, OF_FINER)
 
 
@@ -176,7 +220,9 @@ def _of_share(
     share: float,
     weight: float = 1.0,
 ) -> Twins:
-    """Return the twins of states with a share of the steps and nodes, None where one responds otherwise.
+    """Return the twins of states with a share of the steps and nodes.
+
+    None stands where one responds otherwise.
 
     While no flank parts the orbit is the only one, and is soonest found from the twin
     before on the same steps; any other from its own state, whose branch it has to be
@@ -228,7 +274,13 @@ def is_periodic(state: WearState) -> bool:
 
 
 def together(twins: Sequence[Rougher | None], shares: Array) -> Rougher | None:
-    """Return the twins of one state in all conditions as one, None where one is missing."""
+    """Return the twins of one state in all conditions as one, None if one is missing.
+
+    Parameters
+    ----------
+    twins : of the state in each condition
+    shares : of the cycles of each condition [1]
+    """
     companions = tuple(twin for twin in twins if twin is not None)
     if len(companions) < len(twins):
         return None
@@ -324,11 +376,16 @@ def force_errors(
 
 
 def error_of_largest(values: Array, error: Array) -> float:
-    """Return by how much the largest of values that are off by ``error`` may be off, both (n,).
+    """Return by how much the largest of values may be off.
 
     The true largest lies where ``f ≥ max f − 2 E``, E the largest error there: found by
     narrowing, though not below `NEAR`, for an error may be small at one instant by
     chance.
+
+    Parameters
+    ----------
+    values : f, (n,)
+    error : by how much each is off, (n,)
     """
     near = np.ones(len(values), bool)
     largest = float(error.max())
@@ -344,10 +401,21 @@ def error_of_largest(values: Array, error: Array) -> float:
 def forces_of(
     parts: assembly.GearModel, state: WearState, at: int, when: clock.Instants
 ) -> Array:
-    """Return the forces of meshes, and of bearings after them, (n_periods, n_forces, n_instants) [N].
+    """Return the forces of meshes, and of bearings after them.
 
     Of its response at an error angle, at the same instants of every mesh period, which
     lie in steps of equal length: both sides of every jump.
+
+    Parameters
+    ----------
+    parts : the physics
+    state : the wear state
+    at : number of the error angle
+    when : the instants
+
+    Returns
+    -------
+    (n_periods, n_forces, n_instants) [N]
     """
     kinds = state.flanks
     response = state.responses[at]

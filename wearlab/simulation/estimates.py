@@ -1,4 +1,4 @@
-"""Estimates of the numerical error: of the steps over cycles, of the integrator, of the nodes on the flanks.
+"""Estimates of the numerical error: of steps over cycles, integrator and nodes.
 
 A few states of the life are evaluated once more with half the steps and half the nodes.
 What the wear rate changes by is carried along the cycles, and added to what the steps
@@ -85,7 +85,7 @@ class CompanionErrors(NamedTuple):
 
     @property
     def driven(self) -> list[tuple[wear_off.WornFurther, Array]]:
-        """The states at which a wear law drives the error of the wear, and its change of the rate there."""
+        """The states at which a wear law drives the error, and its change of the rate."""
         states = (state for state in self.worn if state is not None)
         return [
             (state, state.twin.rate) for state in states if state.twin.rate is not None
@@ -135,7 +135,7 @@ def _compared(
     of: Callable[..., Any],
     inherited: float,
 ) -> CompanionErrors:
-    """Return what twins, as the function ``of`` makes them of a condition, say of the errors."""
+    """Return what twins, as ``of`` makes them of a condition, say of the errors."""
     by_block = [
         of(parts, life_history.in_block(block))
         for block, parts in enumerate(stage.parts)
@@ -151,7 +151,12 @@ def _compared(
 
 
 def not_estimated(life_history: history.History) -> Estimates:
-    """Return the estimates of a life of which none could be made: all NaN, and doubtful."""
+    """Return the estimates of a life of which none could be made: NaN, and doubtful.
+
+    Parameters
+    ----------
+    life_history : the life
+    """
     unknown = (
         None if life_history.life is None else np.full(len(life_history.cycle), np.nan)
     )
@@ -218,7 +223,7 @@ def _doubts(
 def _loudest(
     life_history: history.History, force: tuple[companion_runs.ForceErrors, ...] | None
 ) -> float:
-    """Return the largest estimated error of a mesh force over the largest force, of all conditions [1]."""
+    """Return the largest estimated error of a mesh force over the largest force [1]."""
     ratios = [
         label.ratio(
             errors.mesh,
@@ -240,7 +245,7 @@ def _most(values: Array) -> float:
 
 
 def _stepping(life_history: history.History, cycle: Array) -> Array:
-    """Return what steps over cycles, and averages in them, accumulate of error up to cycles (k,) [m]."""
+    """Return the error that steps over cycles accumulate up to cycles (k,) [m]."""
     if life_history.life is None:
         return np.zeros(len(cycle))
     return np.interp(
@@ -321,7 +326,7 @@ def _forces(compared: CompanionErrors) -> tuple[companion_runs.ForceErrors, ...]
 
 
 def _life(compared: CompanionErrors) -> float | None:
-    """Return the error of the deepest depth over the rate of wear there, at the end of the life [1]."""
+    """Return the error of the deepest depth over its rate, at the end of the life [1]."""
     stage = compared.stage
     life_history = compared.life_history
     life = compared.life_history.life
@@ -471,7 +476,10 @@ def _apart(
     grids: list[FaceGrid],
     theirs: list[FaceGrid],
 ) -> float:
-    """Return by how much the rate of the rougher twin differs where wear is fastest, over the fastest [1]."""
+    """Return by how much the rate of the rougher twin differs, over the fastest [1].
+
+    Where wear is fast counts.
+    """
     fastest = max(float(rate.max()) for rate in fine.rate)
     off = [0.0]
     for rate_fine, rate_rough, grid, its in zip(
@@ -488,7 +496,7 @@ def _apart(
 
 
 def moved(values: Array, grid: FaceGrid, target: FaceGrid) -> Array:
-    """Return values at slices and nodes of another grid, linear between them, (2, n_face, n).
+    """Return values at slices and nodes of another grid, linear between them.
 
     Parameters
     ----------
@@ -506,6 +514,6 @@ def moved(values: Array, grid: FaceGrid, target: FaceGrid) -> Array:
 
 
 def _apart_at_steps(grid: FaceGrid) -> Array:
-    """Return path positions in which the node before a step lies before the one after it, (n,) [m]."""
+    """Return path positions with the nodes of a step set apart, (n,) [m]."""
     position = grid.profile.position
     return position + 1e-9 * (position[-1] - position[0]) * np.arange(len(position))

@@ -1,4 +1,4 @@
-"""The error of the wear along a life, and states worn by as much further, for what that does to the forces.
+"""The error of the wear along a life, and states worn by as much further.
 
 ``e' = Δr + (r(h + e) − r(h))``: what half the steps and nodes change of the rate drives
 the error, and the rate levels it, as flanks that are worn too little carry more: over
@@ -54,7 +54,7 @@ def end_of(depth: Array, rate: Array, flank: Index, counts: limits.Flanks) -> En
 
 
 def late_rate(cycle: Array, depth: Array) -> Array:
-    """Return the mean wear rate since the deepest place had nine tenths of its depth, (n,) [m per cycle].
+    """Return the mean wear rate over the last tenth of the depth, (n,) [m per cycle].
 
     One rate of a motion that does not repeat says little of what an error is worth in
     cycles.
@@ -110,7 +110,9 @@ for no more."""
 def levelled(
     drive: Array, step: float, answer: Callable[[Array], Array | None]
 ) -> Array:
-    """Return the error at the end of an implicit step, ``(1 − ΔN ∂r/∂h) e = drive``, by a Krylov method.
+    """Return the error at the end of an implicit step, by a Krylov method.
+
+    ``(1 − ΔN ∂r/∂h) e = drive``.
 
     The derivative is taken over as much as the drive: gaps close and open within it.
     The drive itself comes back where the rate does not tell, or levels nothing.
@@ -208,7 +210,7 @@ def _next(twin: Rougher, stepping: float, previous: WornFurther | None) -> WornF
 def _is_levelled(
     joint: Rougher, step: float, error: Array, off: Array, answer: Array | None
 ) -> bool:
-    """Whether the rate levels the error many times over within the step, and it is worth asking how."""
+    """Whether the rate levels a large error many times over within the step."""
     if answer is None or float(np.abs(error).max()) <= WORTH * float(
         joint.wear.max(initial=0.0)
     ):
@@ -217,7 +219,7 @@ def _is_levelled(
 
 
 def _answer(joint: Rougher, worse: Sequence[coupled.WearState | None]) -> Array | None:
-    """Return what further wear changes of the rate of all conditions, None where it cannot be told."""
+    """Return what further wear changes of the rate of all conditions, None if unknown."""
     changes = []
     for share, twin, moved in zip(joint.shares, joint.conditions, worse, strict=True):
         if moved is None or not (moved.wears and twin.state.wears):
@@ -228,7 +230,7 @@ def _answer(joint: Rougher, worse: Sequence[coupled.WearState | None]) -> Array 
 
 
 def _further(joint: Rougher, error: Array, stepping: float) -> Array:
-    """Return by how much the twin is worn further: the error, and that of the steps alike the wear."""
+    """Return by how much the twin is worn further: by its error, and that of steps."""
     of_wear = WORN_FORCE_SHARE * error
     of_steps = stepping * joint.wear / (joint.wear.max(initial=0.0) or 1.0)
     return np.asarray(
@@ -237,7 +239,7 @@ def _further(joint: Rougher, error: Array, stepping: float) -> Array:
 
 
 def _worn_by(joint: Rougher, off: Array) -> tuple[coupled.WearState | None, ...]:
-    """Return the twins worn by so much further, None where one responds otherwise or not at all."""
+    """Return the twins worn by so much further, None where one responds otherwise."""
     if not np.isfinite(off).all():
         return (None,) * len(joint.conditions)
     if not off.any():

@@ -12,9 +12,17 @@ MAX_CONTACT_RATIO = 2.0
 
 
 def rated(scene: Scene, parts: GearModel) -> dict[str, Any]:
-    """Return stiffnesses, face load factors where a misalignment is known, and the safety against iso.
+    """Return what ISO 6336 says of stiffness, load over the face and pitting.
 
-    (n_mesh,) each, of flanks (n_flank,).
+    Parameters
+    ----------
+    scene : the scene
+    parts : its physics
+
+    Returns
+    -------
+    Variable → values of the mesh (1,) or of the flanks (n_flank,); face load factors
+    where a misalignment is known, the safety where a limit is given.
     """
     if scene.rating is None:
         return {}
@@ -66,7 +74,7 @@ def rated(scene: Scene, parts: GearModel) -> dict[str, Any]:
 def _pitting(
     rating: sections.Rating, scene: Scene, parts: GearModel, face_load_factor: float
 ) -> dict[str, Any]:
-    """Return contact stresses and, where a limit is given, the safety against pitting of each flank."""
+    """Return contact stresses and, where a limit is given, safety against pitting."""
     kind = parts.gears.kinds[0]
     turned = parts.gears.helix
     pair = parts.gears.kinds[0].pair
