@@ -3,10 +3,6 @@
 A few states of the life are evaluated once more with half the steps and half the nodes.
 What the wear rate changes by is carried along the cycles, and added to what the steps
 over cycles report of themselves.
-
-Over the face the first and the last state are evaluated once more with half the nodes
-and half the slices; what the wear rate changes by there, relative to the fastest,
-counts for all that was worn.
 """
 
 from collections.abc import Callable
@@ -14,13 +10,11 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import RegularGridInterpolator
 
 from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.life import coupled, history, limits
-from wearlab.mesh.face.grid import FaceGrid
 from wearlab.simulation import companion_runs, label, operating, wear_off
 
 DEPTH_SHARE, LIFE_SHARE = 1.5, 1.0
@@ -85,7 +79,7 @@ class CompanionErrors(NamedTuple):
 
     @property
     def driven(self) -> list[tuple[wear_off.WornFurther, Array]]:
-        """The states at which a wear law drives the error, and its change of the rate."""
+        """States at which a wear law drives the error, and its change of the rate."""
         states = (state for state in self.worn if state is not None)
         return [
             (state, state.twin.rate) for state in states if state.twin.rate is not None
@@ -144,7 +138,7 @@ def _compared(
         companion_runs.together(companions, stage.weight)
         for companions in zip(*by_block, strict=True)
     ]
-    stepping = inherited + _stepping(life_history, life_history.samples.cycle)
+    stepping = inherited + steps_error(life_history, life_history.samples.cycle)
     return CompanionErrors(
         stage, life_history, wear_off.errors_of_wear(joint, stepping)
     )
@@ -244,8 +238,14 @@ def _most(values: Array) -> float:
     return float(np.fmax.reduce(values, initial=0.0))
 
 
-def _stepping(life_history: history.History, cycle: Array) -> Array:
-    """Return the error that steps over cycles accumulate up to cycles (k,) [m]."""
+def steps_error(life_history: history.History, cycle: Array) -> Array:
+    """Return the error that steps over cycles accumulate up to cycles (k,) [m].
+
+    Parameters
+    ----------
+    life_history : the life
+    cycle : (k,) cycles [1]
+    """
     if life_history.life is None:
         return np.zeros(len(cycle))
     return np.interp(
@@ -262,7 +262,7 @@ def _depth(compared: CompanionErrors) -> Array | None:
     driven = compared.driven
     if life_history.life is None:
         return None
-    total = _stepping(life_history, life_history.cycle)
+    total = steps_error(life_history, life_history.cycle)
     cycles = [state.twin.cycle for state, _ in driven]
     if not driven and any(map(companion_runs.is_periodic, life_history.samples.state)):
         return np.full(len(total), np.nan)
@@ -326,7 +326,7 @@ def _forces(compared: CompanionErrors) -> tuple[companion_runs.ForceErrors, ...]
 
 
 def _life(compared: CompanionErrors) -> float | None:
-    """Return the error of the deepest depth over its rate, at the end of the life [1]."""
+    """Return the error of the deepest depth over its rate, at the end [1]."""
     stage = compared.stage
     life_history = compared.life_history
     life = compared.life_history.life
@@ -365,155 +365,3 @@ def _life(compared: CompanionErrors) -> float | None:
         )
         / fastest
     )
-
-
-WEIGHT, OF_ENDS = 0.5, 1.5
-"""Of the rougher twin's change of rate: a third is what halving a grid of second order
-leaves. At the ends of the face of spur gears, and of slices apart, an outermost slice
-has the gap of its middle: that is of first order at most, and leaves all of it or more
-(tests/benchmarks/face_life_estimates.py)."""
-
-
-BUSY = 0.5
-"""Share of the fastest rate from which a node counts: where wear is deepest."""
-
-
-def rougher_over_face(parts: assembly.GearModel) -> assembly.GearModel:
-    """Return the physics of a scene on half the nodes and half the slices."""
-    scene = parts.scene
-    mesh = parts.scene.mesh
-    for kind in parts.gears.kinds:
-        fewer = {"face_points": max(3, assembly.mesh.slices_of(scene, kind) // 2)}
-        of_section = scene.mesh.of(kind.section).model_copy(update=fewer)
-        mesh = mesh.model_copy(
-            update={kind.section: of_section} if kind.section else fewer
-        )
-    numerics = scene.numerics.model_copy(
-        update={"profile_points": assembly.mesh.profile_points(scene) // 2}
-    )
-    return assembly.build(scene.model_copy(update={"mesh": mesh, "numerics": numerics}))
-
-
-def estimated_over_face(
-    stage: operating.OperatingCondition,
-    life_history: history.History,
-    inherited: float = 0.0,
-) -> Estimates:
-    """Estimate the errors of a life at its kept states.
-
-    Parameters
-    ----------
-    stage : what runs, in all its conditions
-    life_history : its history
-    inherited : error of the wear that the run starts from [m]
-    """
-    if life_history.life is None:
-        return Estimates(None, None, None)
-    first = stage.first
-    flat = stage.first.coupling.flat
-    with first.coupling.account.timed("estimates"):
-        rougher_parts = [rougher_over_face(parts) for parts in stage.parts]
-        together = operating.taking_turns(rougher_parts, stage.weight)
-        grids = _grids(rougher_parts[0])
-        ends = [life_history.state[0], life_history.state[-1]]
-        rough = list[coupled.WearState]()
-        for state in ends:  # at the slices and nodes of the rougher twin
-            grids_of = zip(state.wear, _grids(first), grids, strict=True)
-            rough.append(
-                together.evaluate(tuple(moved(*of_kind) for of_kind in grids_of))
-            )
-        differences = [
-            _apart(state, twin, _grids(first), grids)
-            for state, twin in zip(ends, rough, strict=True)
-        ]
-        assert first.face is not None
-        contacts = [kind.contact for kind in first.face.kinds]
-        sliced = any(
-            contact.solid is None and contact.shear_length == 0.0
-            for contact in contacts
-        )
-        share = (OF_ENDS if sliced or not contacts[0].helix.angle else WEIGHT) * max(
-            differences
-        )
-    force = None
-    pairs = zip(ends, rough, strict=True)
-    if ends[
-        0
-        # mesh forces at any phase are off by no more, nor are bearings, which carry
-        # less
-    ].responses:
-        largest_forces = [
-            [extremes(state.responses[0]).largest for state in pair] for pair in pairs
-        ]
-        off = max(float(np.abs(fine - twin).max()) for fine, twin in largest_forces)
-        force = (
-            companion_runs.ForceErrors(*np.full((3, len(life_history.state)), off)),
-        )
-    start = flat(life_history.state[0].wear)
-    worn = np.array(
-        [float((flat(state.wear) - start).max()) for state in life_history.state]
-    )
-    life = None
-    if life_history.life.worn_out:
-        life = life_history.life.error_estimate_life + share * float(
-            life_history.life.cycle[-1]
-        )
-    return Estimates(
-        inherited + _stepping(life_history, life_history.cycle) + share * worn,
-        force,
-        life,
-    )
-
-
-def _grids(parts: assembly.GearModel) -> list[FaceGrid]:
-    assert parts.face is not None
-    return [kind.contact.grid for kind in parts.face.kinds]
-
-
-def _apart(
-    fine: coupled.WearState,
-    rough: coupled.WearState,
-    grids: list[FaceGrid],
-    theirs: list[FaceGrid],
-) -> float:
-    """Return by how much the rate of the rougher twin differs, over the fastest [1].
-
-    Where wear is fast counts.
-    """
-    fastest = max(float(rate.max()) for rate in fine.rate)
-    off = [0.0]
-    for rate_fine, rate_rough, grid, its in zip(
-        fine.rate, rough.rate, grids, theirs, strict=True
-    ):
-        off.append(
-            float(
-                np.abs(moved(rate_rough, its, grid) - rate_fine)[
-                    rate_fine >= BUSY * fastest
-                ].max(initial=0.0)
-            )
-        )
-    return max(off) / fastest if fastest > 0.0 else 0.0
-
-
-def moved(values: Array, grid: FaceGrid, target: FaceGrid) -> Array:
-    """Return values at slices and nodes of another grid, linear between them.
-
-    Parameters
-    ----------
-    values : (2, n_face, n) on the grid ``grid``
-    grid, target : grids of one pair
-    """
-    axes = (grid.position, _apart_at_steps(grid))
-    places = (target.position, _apart_at_steps(target))
-    at = [
-        np.clip(place, axis[0], axis[-1])
-        for axis, place in zip(axes, places, strict=True)
-    ]
-    linear = RegularGridInterpolator(axes, np.moveaxis(values, 0, -1))
-    return np.moveaxis(linear(tuple(np.meshgrid(*at, indexing="ij"))), -1, 0)
-
-
-def _apart_at_steps(grid: FaceGrid) -> Array:
-    """Return path positions with the nodes of a step set apart, (n,) [m]."""
-    position = grid.profile.position
-    return position + 1e-9 * (position[-1] - position[0]) * np.arange(len(position))

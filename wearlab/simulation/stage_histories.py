@@ -10,7 +10,7 @@ from wearlab.life import history, integrate
 from wearlab.simulation.operating import OperatingCondition
 
 FROM_THE_SECOND_ROW = ("cycle", "depth", "rate", "accumulated_error")
-"""Arrays of a life whose first row, in a later stage, is the last of the stage before."""
+"""Arrays of a life whose first row repeats the last of the stage before."""
 ALL_ROWS = ("snapshot_cycle", "snapshot_depth")
 """Arrays of a life of which every stage has its own rows."""
 LARGEST = ("saw_tooth", "wave_growth", "hurried")

@@ -219,7 +219,7 @@ def _is_levelled(
 
 
 def _answer(joint: Rougher, worse: Sequence[coupled.WearState | None]) -> Array | None:
-    """Return what further wear changes of the rate of all conditions, None if unknown."""
+    """Return what further wear changes of the rate of all conditions, or None."""
     changes = []
     for share, twin, moved in zip(joint.shares, joint.conditions, worse, strict=True):
         if moved is None or not (moved.wears and twin.state.wears):

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.scene import Scene
-from wearlab.simulation import estimates, label
+from wearlab.simulation import label
 from wearlab.simulation.dataset import conditions, coordinates, errors, rating
 from wearlab.simulation.dataset.finished import ConditionsOfLife, FinishedLife
 from wearlab.simulation.dataset.of_condition import condition_values
@@ -73,20 +73,7 @@ def _add_stage(
         blocks.append(condition.values)
         of_life.searches.extend(condition.searches)
 
-    estimate = (
-        estimates.estimated
-        if finished.stages[0].first.face is None
-        else estimates.estimated_over_face
-    )
-    of_stage: estimates.Estimates = label.diagnosed(
-        "estimates",
-        failures,
-        estimates.not_estimated(history),
-        estimate,
-        stage,
-        history,
-        finished.inherited,
-    )
+    of_stage = errors.stage_errors(stage, history, finished.inherited, failures)
     of_life.errors.append(of_stage)
 
     for block, values in enumerate(blocks):

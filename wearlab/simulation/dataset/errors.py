@@ -6,10 +6,35 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.life import history
-from wearlab.simulation import estimates, label
+from wearlab.simulation import estimates, face_estimates, label, operating
 
 TRUSTED = "as usual"
 """Quality of estimates against which nothing speaks."""
+
+
+def stage_errors(
+    stage: operating.OperatingCondition,
+    life_history: history.History,
+    inherited: float,
+    failures: list[str],
+) -> estimates.Estimates:
+    """Estimate the errors of one stage of a life.
+
+    Parameters
+    ----------
+    stage : the stage
+    life_history : the life in it
+    inherited : error of the wear that the run starts from [m]
+    failures : gets a line where nothing can be estimated
+    """
+    estimate = estimates.estimated
+    if stage.first.face is not None:
+        estimate = face_estimates.estimated_over_face
+    unknown = estimates.not_estimated(life_history)
+    errors: estimates.Estimates = label.diagnosed(
+        "estimates", failures, unknown, estimate, stage, life_history, inherited
+    )
+    return errors
 
 
 def error_values(

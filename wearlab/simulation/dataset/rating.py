@@ -28,8 +28,32 @@ def rated(scene: Scene, parts: GearModel) -> dict[str, Any]:
         return {}
     rating = scene.rating
     pair = parts.kinds[0].pair
+    values, mesh_stiffness = _stiffness_values(scene, parts)
+
+    misaligned = rating.equivalent_misalignment
+    of_mesh = scene.mesh.misalignment
+    if misaligned is None and of_mesh is not None:
+        torque = scene.operation.torque
+        misaligned = abs(of_mesh.over_face(pair.working_pressure_angle, torque))
+    load = specific_load(parts) * rating.application_factor
+    if misaligned is None or load == 0.0:
+        return values
+
+    remaining = (1.0 - rating.running_in) * misaligned
+    flank = iso.face_load_factor(remaining, load, mesh_stiffness)
+    depth = max(abs(gear.tip_radius - gear.root_radius) for gear in pair.gears)
+    root = iso.root_load_factor(flank, pair.face_width, depth)
+    values["iso_face_load_factor"] = [flank]
+    values["iso_root_load_factor"] = [root]
+    return values | _pitting(rating, scene, parts, flank)
+
+
+def _stiffness_values(scene: Scene, parts: GearModel) -> tuple[dict[str, Any], float]:
+    """Return the stiffnesses of a pair, and c_γβ among them [N/(m m)]."""
+    rating = scene.rating
+    assert rating is not None
+    pair = parts.kinds[0].pair
     turned = parts.gears.helix
-    module = scene.gears.module
     cosine = math.cos(turned.angle)
     gears = sorted(pair.gears, key=lambda gear: gear.teeth)
     first, second = (  # a ring has endless teeth there
@@ -38,7 +62,7 @@ def rated(scene: Scene, parts: GearModel) -> dict[str, Any]:
         )
         for gear in gears
     )
-    dedendum = sum(gear.dedendum for gear in gears) / (2.0 * module)
+    dedendum = sum(gear.dedendum for gear in gears) / (2.0 * scene.gears.module)
     rack = iso.Rack(scene.gears.pressure_angle, dedendum, turned.angle)
     modulus = 2.0 / sum(1.0 / gear.material.youngs_modulus for gear in gears)
     single = iso.single_stiffness(
@@ -46,36 +70,18 @@ def rated(scene: Scene, parts: GearModel) -> dict[str, Any]:
     )
     mesh = iso.mesh_stiffness(single, pair.contact_ratio)
     values: dict[str, Any] = {
-        "iso_theoretical_stiffness": [iso.theoretical_stiffness(first, second, rack)]
-    }
-    values |= {
+        "iso_theoretical_stiffness": [iso.theoretical_stiffness(first, second, rack)],
         "iso_single_stiffness": [single],
         "iso_mesh_stiffness_alpha": [mesh.alpha],
+        "iso_mesh_stiffness_beta": [mesh.beta],
     }
-    values["iso_mesh_stiffness_beta"] = [mesh.beta]
-    misaligned = rating.equivalent_misalignment
-    of_mesh = scene.mesh.misalignment
-    if misaligned is None and of_mesh is not None:
-        misaligned = abs(
-            of_mesh.over_face(pair.working_pressure_angle, scene.operation.torque)
-        )
-    load = specific_load(parts) * rating.application_factor
-    if misaligned is None or load == 0.0:
-        return values
-    flank = iso.face_load_factor(
-        (1.0 - rating.running_in) * misaligned, load, mesh.beta
-    )
-    depth = max(abs(gear.tip_radius - gear.root_radius) for gear in gears)
-    root = iso.root_load_factor(flank, pair.face_width, depth)
-    values |= {"iso_face_load_factor": [flank], "iso_root_load_factor": [root]}
-    return {**values, **_pitting(rating, scene, parts, flank)}
+    return values, mesh.beta
 
 
 def _pitting(
     rating: sections.Rating, scene: Scene, parts: GearModel, face_load_factor: float
 ) -> dict[str, Any]:
     """Return contact stresses and, where a limit is given, safety against pitting."""
-    kind = parts.gears.kinds[0]
     turned = parts.gears.helix
     pair = parts.gears.kinds[0].pair
     if pair.contact_ratio >= MAX_CONTACT_RATIO:
@@ -92,25 +98,33 @@ def _pitting(
     order = [gear for _, gear in parts.gears.flank_places]
     values: dict[str, Any] = {"iso_nominal_contact_stress": [nominal]}
     values["iso_contact_stress"] = [stress[gear] for gear in order]
+    strength = _pitting_strength(rating, scene, parts)
+    if strength is not None:
+        safety = [strength[gear] / stress[gear] for gear in order]
+        values["iso_pitting_safety"] = safety
+    return values
+
+
+def _pitting_strength(
+    rating: sections.Rating, scene: Scene, parts: GearModel
+) -> list[float] | None:
+    """Return the contact stress that each gear bears [Pa], None without all values."""
+    kind = parts.gears.kinds[0]
+    pair = kind.pair
     limit = rating.allowable_contact_stress
     viscosity = rating.viscosity_40
     hours = rating.hours
     if limit is None or viscosity is None or hours is None:
-        return values
-    mean = (
-        sum(getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears) / 2.0
-    )
+        return None
+    roughness = [getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears]
+    mean = sum(roughness) / 2.0
     speed = kind.speed * pair.driving.reference_radius
     curvature = float(pair.equivalent_curvature(0.0))
     # R_z is six times R_a, as ISO 6336-2 converts them
     film = iso.film_factors(limit, viscosity, speed, 6.0 * mean, curvature)
     turns = 3600.0 * hours * kind.speed / (2.0 * math.pi)
     lives = [iso.life_factor(cycles) for cycles in (turns, turns * pair.ratio)]
-    held = [limit * life * math.prod(film) for life in lives]
-    return {
-        **values,
-        "iso_pitting_safety": [held[gear] / stress[gear] for gear in order],
-    }
+    return [limit * life * math.prod(film) for life in lives]
 
 
 def specific_load(parts: GearModel) -> float:
@@ -145,8 +159,7 @@ def rating_flags(scene: Scene, parts: GearModel) -> list[str]:
     elif scene.rating.allowable_contact_stress is not None:
         flags.append(
             "rating: safety against pitting by ISO 6336-2:2006, second-hand, checked "
-            "against printed values; "
-            "of hardened steel, no pitting allowed, Z_W = Z_X = 1, R_z = 6 R_a, K_A "
-            "K_v = application_factor"
+            "against printed values; of hardened steel, no pitting allowed, Z_W = Z_X "
+            "= 1, R_z = 6 R_a, K_A K_v = application_factor"
         )
     return flags
