@@ -18,7 +18,7 @@ from scenes import CAMPAIGNS
 import wearlab
 from wearlab.cli import app, output
 from wearlab.cli.commands import plan
-from wearlab.runner import Interrupted, running
+from wearlab.runner import Interrupted
 from wearlab.store import Store
 
 SPEEDS = CAMPAIGNS / "spur_speeds.toml"
@@ -55,13 +55,11 @@ def campaign(monkeypatch):
     current = {"campaign": sweep(3)}
     monkeypatch.setattr(output, "read_campaign", lambda file: current["campaign"])
     monkeypatch.setattr(plan, "refuse_the_impossible", lambda campaign: None)
-    monkeypatch.setattr(
-        running._Work, "_begin", lambda self, tasks, cluster, more: None
-    )
     original = wearlab.runner.run
 
     def run(*arguments, **options):
-        return original(*arguments, **options, simulate=fake_campaign.SIMULATE)
+        options |= {"workers": 0, "simulate": fake_campaign.SIMULATE}
+        return original(*arguments, **options)
 
     monkeypatch.setattr("wearlab.runner.run", run)
 

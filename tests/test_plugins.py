@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 import textwrap
-from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
@@ -286,8 +285,12 @@ def test_an_entry_point_is_found_and_not_run_untold(tmp_path, monkeypatch):
     (package / "__init__.py").write_text("raise RuntimeError('imported')")
     shutil.copy(EXAMPLES / "running_in.py", package / "laws.py")
     monkeypatch.syspath_prepend(tmp_path)
-    point = EntryPoint("my-wear", "my_wear.laws", "wearlab.variants")
-    monkeypatch.setattr("wearlab.plugins.entry_points", lambda group: [point])
+    installed = tmp_path / "my_wear-1.0.dist-info"
+    installed.mkdir()
+    (installed / "METADATA").write_text("Name: my-wear\nVersion: 1.0\n")
+    (installed / "entry_points.txt").write_text(
+        "[wearlab.variants]\nmy-wear = my_wear.laws\n"
+    )
     with (
         trusting(Trust(runs=False)),
         pytest.raises(PluginError, match="my-wear is Python code"),

@@ -67,8 +67,7 @@ def test_a_unit_of_something_else_is_told_as_on_the_command_line(small):
     assert "rpm" in told.problem and told.where == "" and told.refused[2] == "340 rpm"
 
 
-def test_cases_are_sorted_by_the_numbers_in_their_cells(tmp_path, opened, monkeypatch):
-    monkeypatch.setattr(listing, "ROWS", 2)
+def test_cases_are_sorted_by_the_numbers_in_their_cells(tmp_path, opened):
     store = filled(tmp_path / "store", sweep(5))
     (told,) = recorded.campaigns(store)[0]
     rows = contents.cases(store, told.key, "", 0, 9)[1]

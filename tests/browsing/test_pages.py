@@ -187,11 +187,12 @@ def test_a_wear_state_is_worked_out_once(drawn):
     assert "State 1 of 2: 3 million cycles" in follower.said.text
 
 
-def test_a_table_of_runs_has_pages(tmp_path, opened, monkeypatch):
-    monkeypatch.setattr(listing, "ROWS", 2)
-    store = filled(tmp_path / "store", sweep(5))
+def test_a_table_of_runs_has_pages(tmp_path, opened):
+    count = 2 * listing.ROWS + 1
+    store = filled(tmp_path / "store", sweep(count))
     told = listing.listed(store, {"page": "3", "sort": "-life"})
-    assert (told.pages, told.reach, len(told.rows)) == (3, "runs 5 to 5 of 5", 1)
+    reach = f"runs {count} to {count} of {count}"
+    assert (told.pages, told.reach, len(told.rows)) == (3, reach, 1)
     assert listing.listed(store, {"page": "99"}).rows == ()
     for page in ("-1", "0", "x", "1e9", "9" * 40, "٣"):
         assert listing.listed(store, {"page": page}).number == 1

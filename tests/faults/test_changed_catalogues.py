@@ -14,19 +14,15 @@ from fake_campaign import SIMULATE, sweep
 
 import wearlab
 from wearlab.cli.app import status_of
-from wearlab.runner import running
 from wearlab.store import Store, StoreError
 
 TOLD = ("life", "max_wear_depth", "verdict", "operation.speed", "speed")
 
 
 @pytest.fixture
-def store(tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        running._Work, "_begin", lambda self, tasks, cluster, more: None
-    )
+def store(tmp_path):
     with closing(Store(tmp_path / "store")) as made:
-        wearlab.run(sweep(3), made, simulate=SIMULATE, progress=False)
+        wearlab.run(sweep(3), made, simulate=SIMULATE, progress=False, workers=0)
         assert made.verify() == []
         yield made
 
@@ -113,13 +109,17 @@ def test_a_flipped_bit_of_the_catalogue_gives_no_other_number_in_silence(store):
 
 def write(folder: str, first: int, until: float) -> None:
     """Compute runs over and over into a store, as one of several processes."""
-    running._Work._begin = lambda self, tasks, cluster, more: None
     with closing(Store(folder)) as store:
         number = 0
         while time.monotonic() < until or number < 3:
             campaign = sweep(3, updates=2 + number, log=f"{folder}.{first}")
             assert wearlab.run(
-                campaign, store, simulate=SIMULATE, progress=False, recompute="all"
+                campaign,
+                store,
+                workers=0,
+                simulate=SIMULATE,
+                progress=False,
+                recompute="all",
             ).ok
             number += 1
 

@@ -20,7 +20,6 @@ from fake_campaign import SIMULATE, sweep
 import wearlab
 from wearlab.cli.app import status_of
 from wearlab.query import QueryError
-from wearlab.runner import running
 from wearlab.store import Store, StoreError, netcdf, updates
 from wearlab.store.files import hash_of
 from wearlab.store.locks import alive
@@ -28,12 +27,9 @@ from wearlab.store.merging import merge
 
 
 @pytest.fixture
-def store(tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        running._Work, "_begin", lambda self, tasks, cluster, more: None
-    )
+def store(tmp_path):
     with closing(Store(tmp_path / "store")) as made:
-        wearlab.run(sweep(2), made, simulate=SIMULATE, progress=False)
+        wearlab.run(sweep(2), made, simulate=SIMULATE, progress=False, workers=0)
         made.close()
         yield made
 
@@ -76,7 +72,12 @@ def test_owners_that_would_be_paths(tmp_path, store):
     assert not alive(store.path / "runners", "linked")
     crafted(store, ("UPDATE runs SET state = 'running', owner = ?", owner))
     assert store.verify() == []
-    assert wearlab.run(sweep(2), store, simulate=SIMULATE, progress=False).computed == 2
+    assert (
+        wearlab.run(
+            sweep(2), store, simulate=SIMULATE, progress=False, workers=0
+        ).computed
+        == 2
+    )
     assert victim.exists()
 
 
@@ -101,9 +102,9 @@ def test_links_lead_nowhere(tmp_path, store):
         "is a link" in problem.message for problem in problems
     )
     other = Store(tmp_path / "other")
-    wearlab.run(sweep(1), other, simulate=SIMULATE, progress=False)
+    wearlab.run(sweep(1), other, simulate=SIMULATE, progress=False, workers=0)
     with pytest.raises(StoreError, match="is a link"):
-        wearlab.run(sweep(2), store, simulate=SIMULATE, progress=False)
+        wearlab.run(sweep(2), store, simulate=SIMULATE, progress=False, workers=0)
     assert (tmp_path / "secret").exists() and len(
         list((tmp_path / "folder").iterdir())
     ) == 1

@@ -14,16 +14,8 @@ from fake_campaign import SIMULATE, sweep
 
 import wearlab
 from wearlab.cli.app import status_of
-from wearlab.runner import running, worker
+from wearlab.runner import worker
 from wearlab.store import Store, StoreError, catalogue, database
-
-
-@pytest.fixture(autouse=True)
-def alone(monkeypatch):
-    """Let several cases run in this process."""
-    monkeypatch.setattr(
-        running._Work, "_begin", lambda self, tasks, cluster, more: None
-    )
 
 
 @pytest.fixture
@@ -33,7 +25,7 @@ def store(tmp_path):
 
 
 def run(campaign, store):
-    return wearlab.run(campaign, store, simulate=SIMULATE, progress=False)
+    return wearlab.run(campaign, store, simulate=SIMULATE, progress=False, workers=0)
 
 
 @contextmanager

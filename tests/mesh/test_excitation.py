@@ -175,22 +175,22 @@ def test_series_forces_are_one_spring_split_by_the_static_share(
 
 
 @pytest.mark.parametrize("law", [None, "hunt-crossley"])
-def test_periods_found_at_once_are_periods_found_one_by_one(
-    grid, analysis, nodes, law, monkeypatch
-):
-    # blocks of fewer periods than there are
-    monkeypatch.setattr(force, "BLOCK_SIZE", 12)
-    where = lookup(grid, np.array([0.1, 0.5, 0.85]))
+def test_periods_found_at_once_are_periods_found_one_by_one(grid, analysis, nodes, law):
+    """There are more periods than one block takes."""
+    phases, periods = 2000, 40
+    where = lookup(grid, np.linspace(0.0, 1.0, phases, endpoint=False))
     flanks = MeshFlanks(analysis, nodes, None)
     rng = np.random.default_rng(3)
     motion = Deflections(
-        2e-5 * rng.standard_normal((5, 3)), 1e-3 * rng.standard_normal((5, 3))
+        2e-5 * rng.standard_normal((periods, phases)),
+        1e-3 * rng.standard_normal((periods, phases)),
     )
     if law is not None:
         register(hunt_crossley.HuntCrossley, hunt_crossley.in_contact, no_force)
         law = hunt_crossley.HuntCrossley(np.array([0.1]))
     dashpot = Dashpot(500.0, False, 1e-5, law)
     together = flank_forces(flanks, where, motion, dashpot, 1e-3)
+    assert together.pair.size > force.BLOCK_SIZE
     for number, row in enumerate(zip(*motion, strict=True)):
         alone = flank_forces(flanks, where, Deflections(*row), dashpot, 1e-3)
         for name in together._fields:

@@ -9,7 +9,6 @@ from fake_campaign import SIMULATE, Campaign, Case, sweep
 
 import wearlab
 from wearlab.campaign import Expectation, ExpectedNumber
-from wearlab.runner import running
 from wearlab.store import Store
 
 
@@ -19,10 +18,7 @@ class ExpectingCase(Case):
 
 
 @pytest.fixture
-def store(tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        running._Work, "_begin", lambda self, tasks, cluster, more: None
-    )
+def store(tmp_path):
     made = Store(tmp_path / "store")
     yield made
     made.close()
@@ -37,7 +33,7 @@ def expecting(expect: Expectation | None, act: str = "finish") -> Campaign:
 
 
 def compared(campaign, store):
-    report = wearlab.run(campaign, store, simulate=SIMULATE, progress=False)
+    report = wearlab.run(campaign, store, simulate=SIMULATE, progress=False, workers=0)
     (one,) = report.expected
     return report.ok, one.comparison
 
@@ -81,7 +77,11 @@ def test_success_is_what_was_expected(store, act, expect, met):
 
 def test_a_run_without_expectation_still_has_to_be_done(store):
     report = wearlab.run(
-        expecting(None, "refuse"), store, simulate=SIMULATE, progress=False
+        expecting(None, "refuse"),
+        store,
+        workers=0,
+        simulate=SIMULATE,
+        progress=False,
     )
     assert not report.ok
     assert report.expected == ()
@@ -100,6 +100,6 @@ def test_measured_stands_beside_expected_in_words_and_in_the_store(store):
 
 def test_an_expectation_that_is_taken_back_is_forgotten(store):
     compared(expecting(Expectation("completed")), store)
-    wearlab.run(expecting(None), store, simulate=SIMULATE, progress=False)
+    wearlab.run(expecting(None), store, simulate=SIMULATE, progress=False, workers=0)
     (member,) = store.archive.catalogue.members()
     assert member.comparison is None

@@ -28,18 +28,16 @@ def log(tmp_path):
     return tmp_path / "log"
 
 
-@pytest.fixture
-def alone(monkeypatch):
-    """Let several cases run in this process, as a single one does: most rules do not
-    need a cluster.
-    """
-    monkeypatch.setattr(
-        running._Work, "_begin", lambda self, tasks, cluster, more: None
+def run(campaign, store, workers=0, **options):
+    """Run fake cases in this process, unless a number of workers is given."""
+    return wearlab.run(
+        campaign,
+        store,
+        workers=workers,
+        simulate=SIMULATE,
+        progress=False,
+        **options,
     )
-
-
-def run(campaign, store, **options):
-    return wearlab.run(campaign, store, simulate=SIMULATE, progress=False, **options)
 
 
 def simulated(log):
@@ -114,11 +112,11 @@ def test_a_single_case_needs_no_cluster(store, log, monkeypatch):
     monkeypatch.setattr(
         running.cluster, "connect", lambda *_: pytest.fail("a cluster was started")
     )
-    assert run(sweep(1, log=str(log)), store).ok
+    assert run(sweep(1, log=str(log)), store, workers=None).ok
     assert simulated(log) == {800.0: 1}
 
 
-def test_only_what_is_missing_is_computed(store, log, alone):
+def test_only_what_is_missing_is_computed(store, log):
     run(sweep(2, log=str(log)), store)
     report = run(sweep(4, log=str(log)), store)
     assert (report.computed, report.done) == (2, 4)
@@ -126,7 +124,7 @@ def test_only_what_is_missing_is_computed(store, log, alone):
     assert set(simulated(log).values()) == {1}
 
 
-def test_equal_scenes_are_one_run(store, log, alone):
+def test_equal_scenes_are_one_run(store, log):
     scene = Scene(log=str(log))
     report = run(Campaign((Case("one", scene), Case("two", scene))), store)
     assert (report.total, report.computed) == (1, 1)
@@ -137,7 +135,7 @@ def test_equal_scenes_are_one_run(store, log, alone):
 
 
 @pytest.mark.parametrize("act", ["fail", "refuse"])
-def test_trouble_is_kept_and_retried_on_request(store, log, alone, act):
+def test_trouble_is_kept_and_retried_on_request(store, log, act):
     campaign = alter(sweep(2, log=str(log)), 0, act=act)
     assert not run(campaign, store).ok
     assert not run(campaign, store).ok
@@ -146,7 +144,7 @@ def test_trouble_is_kept_and_retried_on_request(store, log, alone, act):
     assert simulated(log) == {800.0: 2, 900.0: 1}
 
 
-def test_what_a_dead_process_left_running_is_computed(store, log, alone):
+def test_what_a_dead_process_left_running_is_computed(store, log):
     campaign = sweep(2, log=str(log))
     store.archive.create()
     with store.archive.presence() as dead:
@@ -156,7 +154,7 @@ def test_what_a_dead_process_left_running_is_computed(store, log, alone):
 
 
 @pytest.mark.parametrize("damage", ["gone", "truncated"])
-def test_a_file_that_was_lost_is_made_again(store, log, alone, damage):
+def test_a_file_that_was_lost_is_made_again(store, log, damage):
     campaign = sweep(2, log=str(log))
     run(campaign, store)
     file = store.archive.files.path(campaign.cases[0].id)
@@ -165,7 +163,7 @@ def test_a_file_that_was_lost_is_made_again(store, log, alone, damage):
     assert store.verify() == []
 
 
-def test_ctrl_c_releases_what_was_running(store, alone, monkeypatch):
+def test_ctrl_c_releases_what_was_running(store, monkeypatch):
     monkeypatch.setattr(running, "execute", interrupting(running.execute, after=1))
     with pytest.raises(
         KeyboardInterrupt, match=r"1 done, 2 to go; run again to continue"
@@ -173,9 +171,6 @@ def test_ctrl_c_releases_what_was_running(store, alone, monkeypatch):
         run(sweep(3), store)
     assert [entry.state for entry in store.archive.entries().values()] == ["done"]
     monkeypatch.undo()
-    monkeypatch.setattr(
-        running._Work, "_begin", lambda self, tasks, cluster, more: None
-    )
     assert run(sweep(3), store).computed == 2
 
 
@@ -226,7 +221,7 @@ def test_nobody_answers(store, log, monkeypatch):
     assert not simulated(log)
 
 
-def test_the_same_datasets_whoever_computes(store, tmp_path, alone):
+def test_the_same_datasets_whoever_computes(store, tmp_path):
     other = Store(tmp_path / "other")
     run(sweep(2), store)
     run(sweep(1), other)
@@ -238,7 +233,7 @@ def test_the_same_datasets_whoever_computes(store, tmp_path, alone):
         xr.testing.assert_identical(mine, theirs)
 
 
-def test_the_bar_counts_trouble(store, alone, monkeypatch):
+def test_the_bar_counts_trouble(store, monkeypatch):
     screen = io.StringIO()
     console = Console(file=screen, force_terminal=True, width=100)
     monkeypatch.setattr(running, "watched", lambda progress: ProgressBar(console))
@@ -270,9 +265,6 @@ def test_an_interruption_between_file_and_catalogue_leaves_no_unknown_file(
     """Ctrl-C may come when a run's file is in place and nothing is recorded of it."""
     from wearlab.store.catalogue import Catalogue
 
-    monkeypatch.setattr(
-        running._Work, "_begin", lambda self, tasks, cluster, more: None
-    )
     original = Catalogue.record
     calls = []
 
@@ -285,6 +277,6 @@ def test_an_interruption_between_file_and_catalogue_leaves_no_unknown_file(
 
     monkeypatch.setattr(Catalogue, "record", record)
     with pytest.raises(Interrupted, match="2 done, 4 to go"):
-        wearlab.run(sweep(6), store, simulate=SIMULATE, progress=False)
+        run(sweep(6), store)
     assert store.verify() == []
-    assert wearlab.run(sweep(6), store, simulate=SIMULATE, progress=False).computed == 4
+    assert run(sweep(6), store).computed == 4

@@ -432,15 +432,12 @@ QUESTIONS = [
 
 @pytest.mark.parametrize(("where", "sort"), QUESTIONS, ids=map(str, QUESTIONS))
 @pytest.mark.parametrize("at_once", [1, 3, 1000])
-def test_pages_are_the_parts_of_the_whole_answer(
-    asked, monkeypatch, where, sort, at_once
-):
+def test_pages_are_the_parts_of_the_whole_answer(asked, where, sort, at_once):
     """However many runs are read at once, and whether SQLite or this
     code puts them in order.
     """
     whole = asked(where, sort=sort)
-    monkeypatch.setattr(search, "AT_ONCE", at_once)
-    some = search.CatalogueSearch(asked.store.archive.catalogue)
+    some = search.CatalogueSearch(asked.store.archive.catalogue, at_once=at_once)
     pages = [some.page(where, ["torque"], sort, 2, skip) for skip in (0, 2, 4)]
     assert [int(run, 16) for page in pages for run in page.table["id"]] == whole
     assert {page.total for page in pages} == {len(whole)}

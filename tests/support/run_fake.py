@@ -2,10 +2,12 @@
 
 ``run_fake.py STORE COUNT LOG GATE [WORD=VALUE …]``, with a dash for no log and no gate.
 
-alone=1        all cases in this process, without a cluster act=slow       what the
-cases do die=PHASE:AT   this process kills itself when it reaches PHASE for the AT-th
-time, and says so in FILE phases=FILE scheduler=A    work is given to the workers of a
-scheduler elsewhere
+- ``alone=1``: all cases in this process, without a cluster
+- ``act=slow``: what the cases do
+- ``die=PHASE:AT``: this process kills itself when it reaches PHASE for the AT-th time,
+  and says so in FILE
+- ``phases=FILE``: that file
+- ``scheduler=A``: work is given to the workers of a scheduler elsewhere
 """
 
 import sys
@@ -13,7 +15,7 @@ import sys
 import fake_campaign
 
 import wearlab
-from wearlab.runner import Interrupted, RunnerError, running
+from wearlab.runner import Interrupted, RunnerError
 from wearlab.store import StoreError
 
 store, count, log, gate, *words = sys.argv[1:]
@@ -23,8 +25,6 @@ options = dict(word.split("=", 1) for word in words)
 campaign = fake_campaign.sweep(
     int(count), log=log, gate=gate, act=options.get("act", "finish")
 )
-if "alone" in options:
-    running._Work._begin = lambda self, tasks, cluster, more: None
 if "die" in options:
     import phases
 
@@ -34,7 +34,7 @@ try:
     report = wearlab.run(
         campaign,
         wearlab.Store(store),
-        workers=2,
+        workers=0 if "alone" in options else 2,
         simulate=fake_campaign.SIMULATE,
         scheduler=options.get("scheduler"),
     )

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
+from functools import partial
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ WAITING_SECONDS = 0.2  # between two looks at what another process computes
 IsDue = Callable[[catalogue.Entry], bool]
 """Says whether a run that is recorded is computed again."""
 StartWorkers = Callable[[], cluster.Cluster]
+"""Starts worker processes."""
 
 
 def run(
@@ -49,7 +51,8 @@ def run(
         list of scenes
     store : where runs are kept; made when it does not exist [``WEARLAB_STORE``, else
         ``wearlab-store``]
-    workers : number of worker processes [the cores of this machine]
+    workers : number of worker processes [the cores of this machine]; 0 computes all
+        cases in this process
     scheduler : address of a dask scheduler, or a client, to use instead of own
         processes; it stays open
     retry : compute failed and refused cases again
@@ -98,7 +101,9 @@ def run(
         crew = _Workers(workers, scheduler, dashboard, work, notes)
         try:
             with ExitStack() as stack:
-                _complete(work, tasks, calibrations, lambda: crew.start(stack))
+                is_alone = workers == 0 and scheduler is None
+                start_workers = None if is_alone else partial(crew.start, stack)
+                _complete(work, tasks, calibrations, start_workers)
         except KeyboardInterrupt:
             work.tidy()
             raise report.Interrupted(_interruption(store, tasks)) from None
@@ -115,7 +120,7 @@ def _complete(
     work: "_Work",
     tasks: Mapping[str, Task],
     calibrations: Mapping[str, Task],
-    start_workers: StartWorkers,
+    start_workers: StartWorkers | None,
 ) -> None:
     """Compute all tasks: those that need a calibration after the runs that give it.
 
@@ -124,7 +129,7 @@ def _complete(
     work : what computes them
     tasks : by id
     calibrations : the run that calibrates a task, by the id of the task
-    start_workers : starts worker processes
+    start_workers : starts worker processes; None: all is computed in this process
     """
     calibrating = {task.id: task for task in calibrations.values()}
     independent = [task for task in tasks.values() if task.id not in calibrations]
@@ -253,7 +258,7 @@ class _Work:
     def complete(
         self,
         tasks: Sequence[Task],
-        start_workers: StartWorkers,
+        start_workers: StartWorkers | None,
         noun: str = CASES,
         are_followed: bool = False,
     ) -> None:
@@ -262,7 +267,7 @@ class _Work:
         Parameters
         ----------
         tasks : what is to be computed
-        start_workers : starts worker processes
+        start_workers : starts worker processes; None: all is computed in this process
         noun : names the tasks
         are_followed : whether others follow for which workers are started anyway: a
             lone task is theirs too
@@ -284,10 +289,14 @@ class _Work:
                 time.sleep(WAITING_SECONDS)
 
     def _begin(
-        self, tasks: Sequence[Task], start_workers: StartWorkers, are_followed: bool
+        self,
+        tasks: Sequence[Task],
+        start_workers: StartWorkers | None,
+        are_followed: bool,
     ) -> None:
         """Start workers where they are worth it, and compile what the tasks call."""
-        if self.cluster is None and (len(tasks) > 1 or are_followed):
+        are_several = len(tasks) > 1 or are_followed
+        if start_workers is not None and self.cluster is None and are_several:
             self.bar.step("starting workers")
             self.cluster = start_workers()
         self.bar.step("compiling")

@@ -121,12 +121,17 @@ class CatalogueSearch:
     ----------
     catalogue : where the runs are
     files : of the runs, from which formulas are computed [none are]
+    at_once : number of runs whose values are in memory together
     """
 
     def __init__(
-        self, catalogue: catalogue.Catalogue, files: RunFiles | None = None
+        self,
+        catalogue: catalogue.Catalogue,
+        files: RunFiles | None = None,
+        at_once: int = AT_ONCE,
     ) -> None:
         self.catalogue = catalogue
+        self.at_once = at_once
         self.formulas = None if files is None else FormulaColumns(catalogue, files)
         rows = catalogue.read(
             "SELECT name, number, source, kind, unit, quantity, display_unit FROM keys"
@@ -335,7 +340,7 @@ class CatalogueSearch:
         They are read for some thousand runs at once.
         """
         distinct_names = dict.fromkeys(names)
-        for batch in database.batched(runs, AT_ONCE):
+        for batch in database.batched(runs, self.at_once):
             read_columns = {name: self._column(name, batch) for name in distinct_names}
             columns = {
                 name: values
