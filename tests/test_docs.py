@@ -31,7 +31,7 @@ ALL_PAGES = sorted({TOP / "CHANGELOG.md", *PAGES, *DOCS.rglob("*.md")})
 BLOCK = re.compile(r"^```(\w+) *([^\n]*)\n(.+?)^```", re.DOTALL | re.MULTILINE)
 PLACE = re.compile(
     r"(?<![\w/.<-])((?:wearlab|tests|docs|campaigns|\.ci)/[\w./*-]*+)"
-    r"(?!<|`:\n\n```python|`? \(new\))"
+    r"(?!<|`[^`]*```python|`? \(new\))"
 )
 """A path of this repository, unless the page goes on to write that file."""
 LINK = re.compile(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)")
