@@ -86,23 +86,44 @@ class Adaptive(NamedTuple):
 
 
 def order_of(step: Step) -> int:
-    """Return the order of the method that took a step."""
+    """Return the order of the method that took a step.
+
+    Parameters
+    ----------
+    step : a step that was taken
+    """
     return 4 if step.by == FOURTH_ORDER else 2
 
 
 def follows(step: Step) -> bool:
-    """Whether the error of a step is still small beside its wear."""
+    """Whether the error of a step is still small beside its wear.
+
+    Parameters
+    ----------
+    step : a step that was taken
+    """
     worn = float((step.end.depth - step.start.depth).max(initial=0.0))
     return float(np.abs(step.error).max(initial=0.0)) <= LOST * worn
 
 
 def change_over(step: Step) -> float:
-    """Return the change of the rate over a step [m per cycle]."""
+    """Return the change of the rate over a step [m per cycle].
+
+    Parameters
+    ----------
+    step : a step that was taken
+    """
     return float(np.linalg.norm(step.end.rate - step.start.rate))
 
 
 def across(step: Step, size: float) -> tuple[Step, Jump]:
-    """Return a step of ΔN [1] as one across a jump anywhere in it, and the jump."""
+    """Return a step of ΔN [1] as one across a jump anywhere in it, and the jump.
+
+    Parameters
+    ----------
+    step : a step inside which the rate jumps
+    size : its length ΔN [1]
+    """
     start = step.start
     end = step.end
     secant = (end.depth - start.depth) / size
@@ -113,7 +134,13 @@ def across(step: Step, size: float) -> tuple[Step, Jump]:
 
 
 def fitting(ratio: float, order: int) -> float:
-    """Return the factor on the size of a step that an error ratio asks for [1]."""
+    """Return the factor on the size of a step that an error ratio asks for [1].
+
+    Parameters
+    ----------
+    ratio : estimated error over the tolerated one [1]
+    order : of the method
+    """
     if ratio <= 0.0:
         return LARGEST_GROWTH
     return float(np.clip(SAFETY * ratio ** (-1.0 / order), LARGEST_CUT, LARGEST_GROWTH))

@@ -138,6 +138,11 @@ def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:
 
     Objects are made one after another: each refers to earlier ones only.
 
+    Parameters
+    ----------
+    image : the line of JSON and the bytes of the arrays
+    shared : objects of this process, in the order in which they were written
+
     Raises
     ------
     CheckpointError : no wearlab wrote it

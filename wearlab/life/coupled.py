@@ -64,7 +64,13 @@ class Vibration(NamedTuple):
     nominal: Array | None = None
 
     def solve(self, kinds: Sequence[MeshFlanks], start: Responses | None) -> Responses:
-        """Return the steady responses of one wear state, one for each error angle."""
+        """Return the steady responses of one wear state, one for each error angle.
+
+        Parameters
+        ----------
+        kinds : flanks of every kind of mesh in this wear state
+        start : responses of a neighbouring state, None: there is none
+        """
         tables = self.tables(kinds)
         responses = list[Response]()
         for angle, slow in enumerate([None] if self.slow is None else self.slow):
@@ -87,7 +93,12 @@ class Vibration(NamedTuple):
         return tuple(responses)
 
     def tables(self, kinds: Sequence[MeshFlanks]) -> stages.StageTables:
-        """Return the meshes at all stages."""
+        """Return the meshes at all stages.
+
+        Parameters
+        ----------
+        kinds : flanks of every kind of mesh in this wear state
+        """
         tables = stage_tables(kinds, self.sampling, self.fluctuation)
         if self.hunting == 1:
             return tables
@@ -96,13 +107,25 @@ class Vibration(NamedTuple):
         )
 
     def look(self, phase: Array) -> clock.Instants:
-        """Return phases of the clock (n,) as instants."""
+        """Return phases of the clock (n,) as instants.
+
+        Parameters
+        ----------
+        phase : (n,) phases of the clock [1]
+        """
         return clock.instants(self.sampling.edges, phase)
 
     def motions(
         self, response: Response, when: clock.Instants, meshes: slice = slice(None)
     ) -> Deflections:
-        """Return deflections and rates of meshes, (n_periods, n_mesh, n) [m], [m/s]."""
+        """Return deflections and rates of meshes, (n_periods, n_mesh, n) [m], [m/s].
+
+        Parameters
+        ----------
+        response : a steady response
+        when : the instants
+        meshes : which of the meshes
+        """
         return Deflections(
             *self.read(partial(deflection_at, meshes=meshes), response, when)
         )
@@ -110,7 +133,13 @@ class Vibration(NamedTuple):
     def coordinates(
         self, response: Response, when: clock.Instants
     ) -> tuple[Array, Array]:
-        """Return q and q̇, (n_periods, n, n_instants) [m], [m/s]."""
+        """Return q and q̇, (n_periods, n, n_instants) [m], [m/s].
+
+        Parameters
+        ----------
+        response : a steady response
+        when : the instants
+        """
         position, velocity = self.read(coordinates_at, response, when)
         return position, velocity
 
@@ -136,7 +165,13 @@ class Vibration(NamedTuple):
 
 
 def hunting_grid(grid: stages.StageGrid, periods: int) -> stages.StageGrid:
-    """Return the steps of ``periods`` mesh periods in a row, phases running on."""
+    """Return the steps of ``periods`` mesh periods in a row, phases running on.
+
+    Parameters
+    ----------
+    grid : steps of one mesh period
+    periods : how many mesh periods
+    """
     turns = np.repeat(np.arange(periods), len(grid.start))
     start = np.tile(grid.start, periods) + turns
     segment = np.tile(grid.segment, periods)
@@ -263,7 +298,12 @@ class Account:
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
-        """Count the time within as that of a stage, unless it ends in an error."""
+        """Count the time within as that of a stage, unless it ends in an error.
+
+        Parameters
+        ----------
+        stage : name of the stage of work
+        """
         begun = time.perf_counter()
         yield
         self.seconds[stage] += time.perf_counter() - begun
@@ -333,17 +373,33 @@ class Coupled(Protocol):
         """Return what wears under the static load alone, None where it does already."""
 
     def flat(self, wear: Sequence[Array]) -> Array:
-        """Return depths or rates of every kind, each (2, n), as one array."""
+        """Return depths or rates of every kind, each (2, n), as one array.
+
+        Parameters
+        ----------
+        wear : depths [m] or rates [m per cycle] of every kind of mesh, (2, …, n) each
+        """
         return np.concatenate([depths.ravel() for depths in wear])
 
     def split(self, flat: Array) -> Wear:
-        """Return one array of depths or rates as those of every kind, each (2, n)."""
+        """Return one array of depths or rates as those of every kind, each (2, n).
+
+        Parameters
+        ----------
+        flat : (n_entries,) depths [m] or rates [m per cycle]
+        """
         ends = [self.entries(number, 1).stop for number in range(len(self.kinds) - 1)]
         parts = zip(np.split(flat, ends), self.kinds, strict=True)
         return tuple(part.reshape(2, *kind.shape) for part, kind in parts)
 
     def entries(self, kind: int, gear: int) -> slice:
-        """Return where a flank lies in the flat array (gear: 0 driving, 1 driven)."""
+        """Return where a flank lies in the flat array (gear: 0 driving, 1 driven).
+
+        Parameters
+        ----------
+        kind : number of the kind of mesh
+        gear : 0 of the driving flank, 1 of the driven one
+        """
         sizes = [math.prod(mesh_kind.shape) for mesh_kind in self.kinds]
         first = 2 * sum(sizes[:kind]) + gear * sizes[kind]
         return slice(first, first + sizes[kind])

@@ -473,7 +473,12 @@ class DutyCoupling(Coupled):
         )
 
     def apart(self, responses: Responses) -> list[Responses]:
-        """Return the responses of each block."""
+        """Return the responses of each block.
+
+        Parameters
+        ----------
+        responses : of all blocks, in a row
+        """
         left = iter(responses)
         slow = [
             None if block.vibration is None else block.vibration.slow
@@ -485,7 +490,13 @@ class DutyCoupling(Coupled):
 
 
 def mixed(states: tuple[WearState, ...], weight: Array) -> WearState:
-    """Return the state of all blocks together: rates mixed, responses in a row."""
+    """Return the state of all blocks together: rates mixed, responses in a row.
+
+    Parameters
+    ----------
+    states : of all blocks
+    weight : share of the cycles of each block [1]
+    """
     first = states[0]
     kinds = first.kind
     if first.wears:
@@ -507,7 +518,13 @@ def mixed(states: tuple[WearState, ...], weight: Array) -> WearState:
 
 
 def mixture(weight: Array, values: Sequence[Array]) -> Array:
-    """Return ``Σ w_b v_b`` of values ≥ 0, exactly their value where all are equal."""
+    """Return ``Σ w_b v_b`` of values ≥ 0, exactly their value where all are equal.
+
+    Parameters
+    ----------
+    weight : w, (n_blocks,) [1]
+    values : v, one for each block
+    """
     first = values[0]
     difference = sum(
         w * (value - first) for w, value in zip(weight[1:], values[1:], strict=True)

@@ -104,6 +104,11 @@ class EulerStepper(Stepper):
     def advance(self, node: Node, largest: float) -> tuple[Step, None]:
         """Return the step from ``node``, at most ``largest`` cycles long.
 
+        Parameters
+        ----------
+        node : the state from which the step starts
+        largest : longest step allowed [1]
+
         Raises
         ------
         SawTooth
@@ -129,7 +134,14 @@ class EulerStepper(Stepper):
 
 
 def stability_limit(node: Node, rate: CountedRate, scale: float) -> float:
-    """Return Euler's longest stable step ``2/ρ``, inf where nothing relaxes."""
+    """Return Euler's longest stable step ``2/ρ``, inf where nothing relaxes.
+
+    Parameters
+    ----------
+    node : the state
+    rate : the wear rate
+    scale : depth scale of the life [m]
+    """
     memory = rate.remember()
     probe = random_direction(node.rate)
     fastest = spectrum(
@@ -143,6 +155,10 @@ def zigzag(profile: Array) -> float:
     """Return the node-to-node alternation of a profile: 0 smooth, 2 a pure saw [1].
 
     With ``d_i = h_i − (h_{i−1} + h_{i+1})/2``: ``√(Σ max(0, −d_i d_{i+1}) / Σ h²)``.
+
+    Parameters
+    ----------
+    profile : (n,) values at the nodes
     """
     square = float(profile @ profile)
     if square == 0.0 or profile.size < 4:
@@ -152,14 +168,24 @@ def zigzag(profile: Array) -> float:
 
 
 def grows_saw(first: Array, second: Array, third: Array) -> bool:
-    """Whether the alternation of three successive rates rises twice and is a saw."""
+    """Whether the alternation of three successive rates rises twice and is a saw.
+
+    Parameters
+    ----------
+    first, second, third : (n,) successive rates [m per cycle]
+    """
     return (
         zigzag(first) < zigzag(second) < zigzag(third) and zigzag(third) > WORST_ZIGZAG
     )
 
 
 def swings(first: Array, second: Array, third: Array) -> bool:
-    """Whether three successive rates alternate without dying out."""
+    """Whether three successive rates alternate without dying out.
+
+    Parameters
+    ----------
+    first, second, third : (n,) successive rates [m per cycle]
+    """
     last_change = second - first
     change = third - second
     last_swing = float(np.linalg.norm(last_change))

@@ -50,6 +50,10 @@ class History(NamedTuple):
         """Return the kept states of one stage.
 
         A later one begins with the last of the one before.
+
+        Parameters
+        ----------
+        stage : number of the stage
         """
         part = self.stages[stage]
         return (
@@ -57,7 +61,12 @@ class History(NamedTuple):
         )
 
     def in_block(self, block: int) -> "History":
-        """Return the states as one of the conditions that take turns saw them."""
+        """Return the states as one of the conditions that take turns saw them.
+
+        Parameters
+        ----------
+        block : number of the condition
+        """
         sampled = self.sampled and self.sampled.in_block(block)
         states = tuple(state.conditions[block] for state in self.state)
         return self._replace(state=states, sampled=sampled)
@@ -68,6 +77,11 @@ def spread_over(count: int, max_count: int = MAX_SAMPLES) -> list[int]:
 
     Where another number is given than that of the samples of estimates, so many of
     them.
+
+    Parameters
+    ----------
+    count : number of states
+    max_count : largest number of them to sample
     """
     sampled = (
         min(count, 2 + count // 3, MAX_SAMPLES)
@@ -78,7 +92,12 @@ def spread_over(count: int, max_count: int = MAX_SAMPLES) -> list[int]:
 
 
 def halving(count: int) -> list[int]:
-    """Return the numbers below a count, the middle one first, then by halving."""
+    """Return the numbers below a count, the middle one first, then by halving.
+
+    Parameters
+    ----------
+    count : numbers below it are ordered
+    """
     order = []
     spans = [(0, count)]
     for low, high in spans:  # grows as it is gone through

@@ -65,7 +65,13 @@ class Limits(NamedTuple):
     flank: Flanks = EVERYWHERE
 
     def reached(self, cycle: float, depth: Array) -> str:
-        """Return which limit a state, (n,) [m], has reached; an empty text: none."""
+        """Return which limit a state, (n,) [m], has reached; an empty text: none.
+
+        Parameters
+        ----------
+        cycle : of the state [1]
+        depth : (n,) its depth [m]
+        """
         if self.depth is not None and depth[self.flank].max() >= self.depth * (
             1.0 - LANDED
         ):
@@ -172,7 +178,12 @@ class CountedRate:
         return float(getattr(self.rate, "work", 0.0))
 
     def grant(self, share: float) -> None:
-        """Allow more work, a share of all that was allowed."""
+        """Allow more work, a share of all that was allowed.
+
+        Parameters
+        ----------
+        share : of all the work that was allowed [1]
+        """
         self.max_work += share * (self.max_work - self.first_work)
 
     @property

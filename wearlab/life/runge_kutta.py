@@ -58,7 +58,15 @@ class FourthOrder(NamedTuple):
 
 
 def fourth_order_step(rate: Rate, h: Array, r: Array, size: float) -> FourthOrder:
-    """Return a step of ``size`` cycles from depth h (n,) [m] with rate r (n,)."""
+    """Return a step of ``size`` cycles from depth h (n,) [m] with rate r (n,).
+
+    Parameters
+    ----------
+    rate : the wear rate
+    h : (n,) depth at the start [m]
+    r : (n,) rate there [m per cycle]
+    size : ΔN [1]
+    """
     second = rate(h + size * r / 3.0)
     third = rate(np.maximum(h, h + size * (second - r / 3.0)))
     fourth = rate(np.maximum(h, h + size * (r - second + third)))
@@ -152,7 +160,13 @@ def scheme(stages: int, damping: float = SHARP) -> Scheme:
 
 
 def stages_for(stiffness: float, damping: float = SHARP) -> Scheme:
-    """Return the scheme of fewest stages that is stable at ΔN ρ, or the longest."""
+    """Return the scheme of fewest stages that is stable at ΔN ρ, or the longest.
+
+    Parameters
+    ----------
+    stiffness : ΔN ρ [1]
+    damping : of the scheme [1]
+    """
     fewest = (n for n in range(2, MAX_STAGES) if scheme(n, damping).reach >= stiffness)
     return scheme(next(fewest, MAX_STAGES), damping)
 
@@ -187,5 +201,12 @@ def chebyshev_step(
 
 
 def chebyshev_error(h0: Array, h1: Array, r0: Array, r1: Array, size: float) -> Array:
-    """Return RKC2's local error, ``0.8 (h0 − h1) + 0.4 ΔN (r0 + r1)``, (n,) [m]."""
+    """Return RKC2's local error, ``0.8 (h0 − h1) + 0.4 ΔN (r0 + r1)``, (n,) [m].
+
+    Parameters
+    ----------
+    h0, h1 : (n,) depths at start and end [m]
+    r0, r1 : (n,) rates there [m per cycle]
+    size : ΔN [1]
+    """
     return np.asarray(0.8 * (h0 - h1) + 0.4 * size * (r0 + r1))

@@ -125,6 +125,10 @@ class Stepper(Protocol):
         """Take no step longer than ``size`` [cycles] next.
 
         The last one led where the gears cannot run.
+
+        Parameters
+        ----------
+        size : longest step from now on [1]
         """
         self.max_size = size
 
@@ -153,6 +157,11 @@ def depth_at(step: Step, cycle: float) -> Array:
     Slopes are cut to three times the secant (Fritsch & Carlson, SIAM J. Numer. Anal. 17
     (1980) 238–246): a step much longer than the relaxation of the profile starts
     steeper than it goes on. The ends are exact.
+
+    Parameters
+    ----------
+    step : the step
+    cycle : a cycle inside it [1]
     """
     if cycle <= step.start.cycle:
         return step.start.depth
@@ -176,6 +185,12 @@ def crossing(step: Step, depth: float, flank: limits.Flanks) -> float:
     """Return the cycle at which the largest depth on the flank reaches ``depth`` [1].
 
     By bisection to round-off: the largest depth never decreases.
+
+    Parameters
+    ----------
+    step : a step in which the depth is reached
+    depth : the depth [m]
+    flank : entries of the flank
     """
     low = step.start.cycle
     high = step.end.cycle
@@ -191,7 +206,12 @@ def crossing(step: Step, depth: float, flank: limits.Flanks) -> float:
 
 
 def growth(start: Node, end: Node) -> float:
-    """Return ``exp(max(0, ΔN dr·dh/|dh|²))``, by what an error grows in a step [1]."""
+    """Return ``exp(max(0, ΔN dr·dh/|dh|²))``, by what an error grows in a step [1].
+
+    Parameters
+    ----------
+    start, end : states at the ends of a step
+    """
     dh = end.depth - start.depth
     square = float(dh @ dh)
     if square == 0.0:

@@ -156,7 +156,12 @@ def growth_rate(
 
 
 def random_direction(r: Array) -> Array:
-    """Return random signs weighted by the rate, 0 where nothing wears, (n,)."""
+    """Return random signs weighted by the rate, 0 where nothing wears, (n,).
+
+    Parameters
+    ----------
+    r : (n,) wear rate [m per cycle]
+    """
     signs = np.random.default_rng(20160501).choice([-1.0, 1.0], size=r.shape)
     return np.asarray(signs * (np.abs(r) + 1e-3 * float(np.abs(r).max(initial=0.0))))
 
@@ -205,7 +210,13 @@ class KnownSpectrum:
         return longest / self.radius if self.radius > 0.0 else np.inf
 
     def hear(self, rate: CountedRate, radius: float) -> None:
-        """Take the spectral radius from stages of a step where none is known better."""
+        """Take the spectral radius from stages of a step where none is known better.
+
+        Parameters
+        ----------
+        rate : the wear rate
+        radius : spectral radius that the stages show [1/cycle]
+        """
         if (
             not self.looked
             and rate.noise <= self.heard
@@ -390,7 +401,13 @@ class Work:
 
 
 def cycles_of_rough_step(node: Node, scale: float) -> float:
-    """Return the cycles that wear `ROUGH_SHARE` of the depth, at least of the scale."""
+    """Return the cycles that wear `ROUGH_SHARE` of the depth, at least of the scale.
+
+    Parameters
+    ----------
+    node : the state
+    scale : depth scale of the life [m]
+    """
     return (
         ROUGH_SHARE * max(node.deepest, scale) / node.fastest
         if node.fastest > 0.0

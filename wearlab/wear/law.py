@@ -110,6 +110,11 @@ class PreparedLaw(NamedTuple):
 def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
     """Return the law with its constants along the path tabulated.
 
+    Parameters
+    ----------
+    law : the choices
+    path : the path of contact
+
     References
     ----------
     Archard 1953.
@@ -136,6 +141,11 @@ def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
 
 def lambda_ratio(law: PreparedLaw, force: Array) -> Array | None:
     """Return film thickness over roughness at the nodes, (n,) [1], None if unknown.
+
+    Parameters
+    ----------
+    law : a prepared wear law
+    force : (…, n) on a pair at the nodes [N]
 
     References
     ----------

@@ -80,6 +80,11 @@ def squares(half_width: Array, path: WearPath) -> Squares:
 
     Over a face they are (n_face, n), and nodes those of slice after slice.
 
+    Parameters
+    ----------
+    half_width : (n,) of the contacts at the nodes [m]
+    path : the path of contact
+
     References
     ----------
     Johnson 1985, §2.7 and Appendix 1.
@@ -110,7 +115,13 @@ def squares(half_width: Array, path: WearPath) -> Squares:
 
 
 def windows(half_width: Array, arc: Array) -> Windows:
-    """Return the nodes felt on a flank with ascending arcs (n,) [m], and images."""
+    """Return the nodes felt on a flank with ascending arcs (n,) [m], and images.
+
+    Parameters
+    ----------
+    half_width : (n,) of the contacts at the nodes [m]
+    arc : (n,) ascending arcs of the nodes [m]
+    """
     place = np.arange(len(arc))
     where = np.concatenate([2.0 * arc[0] - arc[::-1], arc, 2.0 * arc[-1] - arc[::-1]])
     first = np.searchsorted(where, arc - half_width, side="right") - 1
@@ -124,7 +135,13 @@ def windows(half_width: Array, arc: Array) -> Windows:
 
 
 def max_orders(half_width: Array, path: WearPath) -> int:
-    """Return the highest order that nodes resolve across the widest patch."""
+    """Return the highest order that nodes resolve across the widest patch.
+
+    Parameters
+    ----------
+    half_width : (n,) of the contacts at the nodes [m]
+    path : the path of contact
+    """
     step = np.abs(np.diff(path.arc, axis=1))
     longer = np.maximum(
         np.pad(step, ((0, 0), (0, 1)), "edge"), np.pad(step, ((0, 0), (1, 0)), "edge")
@@ -136,10 +153,19 @@ def max_orders(half_width: Array, path: WearPath) -> int:
 
 
 def coefficients(t: Array, last_order: int) -> Array:
-    """Return ``∫ φ_i T_n/√(1 − t²) dt`` of nodes at ascending t, (…, most − 1, m).
+    """Return ``∫ φ_i T_n/√(1 − t²) dt`` of nodes at ascending t.
 
     Between nodes ``∫ T_n/√(1 − t²) dt = −sin nθ/n`` with t = cos θ, and that of t T_n
     half the sum of its neighbours in n. Beyond ±1 there is nothing.
+
+    Parameters
+    ----------
+    t : (…, m) ascending places of nodes, over the half width [1]
+    last_order : highest order n of T_n, the lowest being `FIRST_ORDER`
+
+    Returns
+    -------
+    (…, n_orders, m)
     """
     n = np.arange(FIRST_ORDER - 1, last_order + 2)[:, None]
     t = t[..., None, :]

@@ -156,7 +156,13 @@ class TwoWay(OneWay):
 
 
 def two_way(half_width: Array, path: WearPath) -> TwoWay:
-    """Return the patch that spreads and feels, for half widths (n,) [m]."""
+    """Return the patch that spreads and feels, for half widths (n,) [m].
+
+    Parameters
+    ----------
+    half_width : (n,) of the contacts at the nodes [m]
+    path : the path of contact
+    """
     spread = spread_matrix(half_width, path)
     return TwoWay(spread, effective_wear_matrix(spread, path))
 
@@ -198,6 +204,11 @@ def spread_matrix(half_width: Array, path: WearPath) -> csr_array:
     """Return S of both flanks, (2n, 2n) [1].
 
     Over a face of half widths (n_face, n), slice after slice.
+
+    Parameters
+    ----------
+    half_width : (n,) of the contacts at the nodes [m]
+    path : the path of contact
     """
     blocks = [
         csr_array(spreading(row, arc))
@@ -208,7 +219,13 @@ def spread_matrix(half_width: Array, path: WearPath) -> csr_array:
 
 
 def effective_wear_matrix(spread: csr_array, path: WearPath) -> csr_array:
-    """Return ``P = W⁻¹ Sᵀ W``, (2n, 2n) [1]: row j, the mean over patch j."""
+    """Return ``P = W⁻¹ Sᵀ W``, (2n, 2n) [1]: row j, the mean over patch j.
+
+    Parameters
+    ----------
+    spread : S, (2n, 2n) [1]
+    path : the path of contact
+    """
     length = np.tile(
         path.arc_weight, (1, spread.shape[0] // path.arc_weight.size)
     ).ravel()
@@ -258,11 +275,21 @@ def _collected(x: Array, a: Array) -> Array:
 
 
 def cell_edges(arc: Array) -> Array:
-    """Return ascending edges of the nodes' cells from their arcs, (n + 1,) [m]."""
+    """Return ascending edges of the nodes' cells from their arcs, (n + 1,) [m].
+
+    Parameters
+    ----------
+    arc : (n,) arcs of the nodes [m]
+    """
     x = ascending(arc)
     return np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
 
 
 def ascending(arc: Array) -> Array:
-    """Return arcs along the path, negative for driven flanks of external pairs."""
+    """Return arcs along the path, negative for driven flanks of external pairs.
+
+    Parameters
+    ----------
+    arc : (n,) arcs of the nodes, in either order [m]
+    """
     return arc if arc[-1] >= arc[0] else -arc

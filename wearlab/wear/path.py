@@ -129,6 +129,10 @@ def contact_modulus(youngs_modulus: ArrayLike, poisson_ratio: ArrayLike) -> floa
 def sliding_velocity(path: WearPath) -> Array:
     """Return ``v_own − v_other`` of each flank, (2, n) [m/s].
 
+    Parameters
+    ----------
+    path : the path of contact
+
     References
     ----------
     W23 Eq. 47, there without its sign.
@@ -138,6 +142,10 @@ def sliding_velocity(path: WearPath) -> Array:
 
 def rolling_velocity(path: WearPath) -> Array:
     """Return the mean (entraining) velocity ``u = (v1 + v2)/2``, (n,) [m/s].
+
+    Parameters
+    ----------
+    path : the path of contact
 
     References
     ----------
@@ -163,6 +171,11 @@ def contact_half_width(force: ArrayLike, path: WearPath) -> Array:
 def mean_pressure(force: ArrayLike, path: WearPath) -> Array:
     """Return the mean Hertz pressure ``F/(2aB)``, (n,) [Pa]; 0 without load.
 
+    Parameters
+    ----------
+    force : F, (…, n) on a pair [N]
+    path : the path of contact
+
     References
     ----------
     Johnson 1985, §4.2.
@@ -174,6 +187,11 @@ def peak_pressure(force: ArrayLike, path: WearPath) -> Array:
     """Return the peak Hertz pressure ``√((F/B) E*/(π R'))``, (n,) [Pa].
 
     0 without load (W23 Eq. 45).
+
+    Parameters
+    ----------
+    force : F, (…, n) on a pair [N]
+    path : the path of contact
     """
     w = np.asarray(force, float) / path.face_width
     return np.asarray(

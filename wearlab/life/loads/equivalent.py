@@ -50,7 +50,15 @@ class EquivalentLoad(LoadModel):
 def equivalent_force(
     analysis: "ContactAnalysis", row: Array, drive: Array, slope: float
 ) -> float:
-    """Return the Miner-equivalent of a mesh force (n_rows, n), drive side only [N]."""
+    """Return the Miner-equivalent of a mesh force (n_rows, n), drive side only [N].
+
+    Parameters
+    ----------
+    analysis : contact of the mesh
+    row : (n_rows,) weights of the rows [1]
+    drive : (n_rows, n) force on the drive flanks [N]
+    slope : Wöhler exponent [1]
+    """
     _, weight = analysis.grid.phase_nodes
     weights = np.outer(row * len(row), weight).ravel()
     return float(equivalent_load(np.maximum(0.0, drive).ravel(), slope, weights))

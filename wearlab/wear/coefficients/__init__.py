@@ -97,5 +97,11 @@ class CoefficientModel(Variant):
 
 
 def same_everywhere(value: float, setting: Setting) -> PowerOfLoad:
-    """Return one value at all nodes, whatever the load."""
+    """Return one value at all nodes, whatever the load.
+
+    Parameters
+    ----------
+    value : the coefficient [m²/N]
+    setting : what the law stands on
+    """
     return PowerOfLoad(np.full(setting.path.equivalent_radius.shape, value), 0.0)

@@ -53,7 +53,9 @@ class Film(NamedTuple):
 def composite_rq(roughness_ra: ArrayLike) -> float:
     """Return √(R_q1² + R_q2²) with R_q = 1.25 R_a (assumed) [m].
 
-    ``roughness_ra`` (2,) [m].
+    Parameters
+    ----------
+    roughness_ra : (2,) R_a of both flanks [m]
 
     References
     ----------
@@ -64,6 +66,10 @@ def composite_rq(roughness_ra: ArrayLike) -> float:
 
 def lightest_load(path: WearPath) -> Array:
     """Return the load per unit length at which ``W = LIGHTEST_LOAD``, (n,) [N/m].
+
+    Parameters
+    ----------
+    path : the path of contact
 
     References
     ----------

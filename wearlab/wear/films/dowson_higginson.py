@@ -23,7 +23,12 @@ class DowsonHigginsonFilm(FilmModel):
 
 
 def film_factor(lambda_ratio: ArrayLike) -> Array:
-    """Return the share of wear: 1 to λ = ½, (2/7)(4 − λ), 0 from 4 (L16 Eq. 27)."""
+    """Return the share of wear: 1 to λ = ½, (2/7)(4 − λ), 0 from 4 (L16 Eq. 27).
+
+    Parameters
+    ----------
+    lambda_ratio : λ, (n,) [1]
+    """
     return np.asarray(
         np.clip((2.0 / 7.0) * (4.0 - np.asarray(lambda_ratio, float)), 0.0, 1.0)
     )

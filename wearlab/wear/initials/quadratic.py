@@ -23,5 +23,11 @@ class QuadraticWear(ShapedWear):
 
 
 def quadratic(position: Array, depth: float) -> Array:
-    """Return ``depth (s/s_far)²`` at path positions (n,) from end to end, (n,) [m]."""
+    """Return ``depth (s/s_far)²`` at path positions (n,) from end to end, (n,) [m].
+
+    Parameters
+    ----------
+    position : (n,) on the path [m]
+    depth : at the far end [m]
+    """
     return np.asarray(depth * (position / np.abs(position).max()) ** 2)
