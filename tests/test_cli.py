@@ -150,6 +150,49 @@ def test_show(command, campaign):
     assert content["summary"]["life"] == 1e8 / 800
 
 
+def test_show_names_what_each_of_several_numbers_is_of(command, tmp_path):
+    """Neither safety of a pair, nor the transmission error unworn and worn, was told."""
+    store = Store(tmp_path / "wearlab-store")
+    store.archive.create()
+    data = made_up.run(1.0)
+    data["iso_pitting_safety"] = ("flank", [1.2824, 1.3275], {"units": "1"})
+    data["ste_peak_to_peak"].values[:] = [[4e-6], [5e-6], [3e-6]]
+    made_up.put(store, "a" * 20, data)
+    text = command("show", "a" * 20).out
+    lines = {line.split()[0]: line.split() for line in text.splitlines() if line}
+    assert lines["iso_pitting_safety[flank='pinion']"][1] == "1.2824"
+    assert lines["iso_pitting_safety[flank='gear']"][1] == "1.3275"
+    assert lines["ste_peak_to_peak[update=0]"][1:3] == ["4", "um"]
+    assert lines["ste_peak_to_peak[update=0]"][-1] == "unworn"
+    assert lines["ste_peak_to_peak[update=-1]"][1:3] == ["3", "um"]
+    content = json.loads(command("show", "a" * 20, "--json").out)
+    assert content["key_results"]["iso_pitting_safety[flank='pinion']"] == 1.2824
+
+    # these names are columns
+    columns = ",".join(content["key_results"])
+    row = command("ls", "--columns", columns).out.splitlines()[-1].split()
+    assert row[2:4] == ["1.2824", "1.3275"] and row[-2:] == ["4", "3"]
+
+
+def test_a_bare_comparison_asks_every_flank(command, tmp_path):
+    """Of two safeties the larger was compared: a search for unsafe pairs found none."""
+    store = Store(tmp_path / "wearlab-store")
+    store.archive.create()
+    data = made_up.run(1.0)
+    for name, safeties in (("a" * 20, [1.2824, 1.3275]), ("b" * 20, [1.4, 1.5])):
+        attributes = {"units": "1"}
+        rated = data.assign(iso_pitting_safety=("flank", safeties, attributes))
+        made_up.put(store, name, rated)
+    unsafe = command(
+        "ls", "--where", "iso_pitting_safety < 1.3", "--columns", "seconds"
+    )
+    assert "aaaaaaaa" in unsafe.out and "bbbbbbbb" not in unsafe.out
+    assert "iso_pitting_safety has several values in a run: any of them" in unsafe.err
+    safe = command("ls", "--where", "min(iso_pitting_safety) > 1.3")
+    assert "bbbbbbbb" in safe.out and "aaaaaaaa" not in safe.out
+    assert safe.err == ""
+
+
 def test_show_keeps_long_texts_out_of_the_table(command, tmp_path):
     flags = [f"sun: something of it is assumed, number {number}" for number in range(9)]
     scene = {

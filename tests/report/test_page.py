@@ -61,6 +61,10 @@ def study(tmp_path_factory):
         data = run(speed).assign(
             verdict=((), "completed"), validity=((), flags), run_time_total=((), 1.5)
         )
+        data = data.assign(
+            iso_pitting_safety=("flank", [1.2824, 1.3272]),
+            ste_peak_to_peak=(("update", "mesh"), [[4e-6], [5e-6], [3e-6]]),
+        )
         put(store, case.id, data.assign_attrs(commit="c0ffee"))
     store.archive.catalogue.record(
         [
@@ -135,6 +139,17 @@ def test_nothing_is_fetched_and_nothing_runs(page):
     assert "@import" not in page and "url(" not in page
     assert "default-src 'none'" in page
     assert found.tags.count("img") == 1
+
+
+def test_safeties_and_transmission_errors_are_told_unworn_and_worn(page):
+    unworn = "<th>range of transmission error unworn [µm]</th>"
+    worn = "<th>range of transmission error worn [µm]</th>"
+    assert "<th>S_H pinion</th><th>S_H gear</th>" in page
+    assert f"{unworn}{worn}" in page
+    cells = re.findall(r'data-head="S_H (?:pinion|gear)" class="tight">([^<]+)', page)
+    assert cells == ["1.282", "1.327"] * 2
+    error = 'data-head="range of transmission error {} [µm]" class="tight">{}<'
+    assert error.format("unworn", 4) in page and error.format("worn", 3) in page
 
 
 def test_names_stay_text(page):

@@ -14,6 +14,7 @@ from wearlab.assembly.sheet import Sheet, sheet
 from wearlab.campaign import Campaign, Case, inheritance
 from wearlab.campaign.campaign import ReportSpec
 from wearlab.figures import doubt, drawing
+from wearlab.report import key_results
 from wearlab.report.answer import Entries, answer, gathered
 from wearlab.report.conditions import conditions
 from wearlab.scene import Scene, parts_left_out, parts_present
@@ -187,11 +188,30 @@ def _results(
     failures = tuple(_failures(campaign, rows, entries))
     return {
         "rows": shown,
+        "key_results": _key_results(campaign, shown, entries, store),
         "extremes": [row for row in shown if row["comparison"]],
         "left_out": max(0, len(rows) - MAX_ROWS),
         "figures": tuple(drawn(campaign, store)),
         "failures": failures[:MAX_LINES],
     }
+
+
+def _key_results(
+    campaign: Campaign, rows: Sequence[Content], entries: Entries, store: Store
+) -> Content:
+    """Return heads and rows of safeties, face load factors, transmission errors."""
+    from wearlab.schema import VARIABLES
+
+    results = []
+    cases = []
+    for case, row in zip(campaign.cases, rows, strict=False):
+        entry = entries.get(case.id)
+        numbers = key_results.key_results(store, entry) if entry else []
+        if numbers:
+            results.append(numbers)
+            cases.append(row)
+    heads, texts = key_results.table_of(results, VARIABLES)
+    return {"heads": heads, "rows": list(zip(cases, texts, strict=True))}
 
 
 def _origin(campaign: Campaign, entries: Entries, store: Store) -> Content:

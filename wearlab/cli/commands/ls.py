@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from wearlab.cli import app, options, output
 from wearlab.query import split_columns
 from wearlab.report import run as run_report
+from wearlab.report.key_results import KeyResult, key_results
 from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store import Store, outcome
 
@@ -307,6 +308,7 @@ def show(
             "variables"
         ]
     facts = run_report.facts(store, entry)
+    numbers = key_results(store, entry)
     scene = loads(entry.scene or "{}")
     content = {
         **facts,
@@ -314,21 +316,28 @@ def show(
         "sizes": entry.sizes,
         "variables": stored,
         "summary": entry.summary,
+        "key_results": {result.column: result.value for result in numbers},
         "reason": entry.reason,
         "warnings": list(entry.warnings),
     }
     if variables:
         text = _variables_text(stored, entry)
     else:
-        text = _results_text(store, entry, stored, scene)
+        text = _results_text(store, entry, stored, scene, numbers)
     return output.Findings(content, chain(_facts_text(facts, entry), text))
 
 
 def _results_text(
-    store: Store, entry: "catalogue.Entry", stored: Variables, scene: Any
+    store: Store,
+    entry: "catalogue.Entry",
+    stored: Variables,
+    scene: Any,
+    numbers: Sequence[KeyResult],
 ) -> output.Text:
     """Yield the results of a run, its scene and the names of what is stored."""
-    if rows := run_report.results(stored, entry):
+    rows = [_key_result_row(result, stored) for result in numbers]
+    rows += run_report.results(stored, entry)
+    if rows:
         yield ""
         yield output.ShownTable(("result", "value", "unit", "meaning"), rows)
 
@@ -347,6 +356,16 @@ def _results_text(
         sections[head] = run_report.groups(stored)
     for head, lines in sections.items():
         yield "\n  ".join([f"\n{head}", *lines])
+
+
+def _key_result_row(result: KeyResult, stored: Variables) -> tuple[str, ...]:
+    """Return column, value, unit and meaning of a number that has a place."""
+    attributes = stored[result.variable]["attrs"]
+    value, unit = run_report.as_shown(result.value, attributes)
+    meaning = str(attributes.get("long_name", ""))
+    if result.place:
+        meaning += f", {result.place}"
+    return result.column, value, unit, meaning
 
 
 def _facts_text(facts: Mapping[str, Any], entry: "catalogue.Entry") -> output.Text:
