@@ -80,23 +80,20 @@ def stage_tables(
     """
     steps = len(sampling.grid.width)
     meshes = sampling.meshes
-    stiffness, gap, pair_rate, lead_rate, part = of_meshes(
-        kinds, meshes, sampling.where, (steps, 3)
-    )
+    springs = of_meshes(kinds, meshes, sampling.where, (steps, 3))
     error, rate = errors_of(kinds, meshes, sampling.grid.phase)
-    width = sampling.grid.width
-    rubs = (sampling.sliding, sampling.moment)
     return StageTables(
-        width,
-        stiffness,
-        gap,
-        error,
-        rate,
-        fluctuation,
-        *rubs,
-        pair_rate,
-        lead_rate,
-        part,
+        width=sampling.grid.width,
+        stiffness=springs.stiffness,
+        gap=springs.gap,
+        error=error,
+        error_rate=rate,
+        fluctuation=fluctuation,
+        sliding=sampling.sliding,
+        moment=sampling.moment,
+        pair_rate=springs.pair_rate,
+        lead_rate=springs.lead_rate,
+        part=springs.part,
     )
 
 
@@ -112,12 +109,15 @@ def errors_of(
     phase : (…) of the clock [1]
     """
     error, rate = np.zeros((2, *phase.shape, len(meshes)))
-    for at, mesh in enumerate(meshes):
-        own = phase - mesh.lag
+    for number, mesh in enumerate(meshes):
+        phase_of_mesh = phase - mesh.lag
+        curves: list[Curve | harmonics.MeshError] = [mesh.error]
         series = kinds[mesh.kind].series
-        for part in (mesh.error,) if series is None else (mesh.error, series.error):
-            error[..., at] += part.value(own)
-            rate[..., at] += part.rate(own)
+        if series is not None:
+            curves.append(series.error)
+        for curve in curves:
+            error[..., number] += curve.value(phase_of_mesh)
+            rate[..., number] += curve.rate(phase_of_mesh)
     return error, rate
 
 
@@ -137,35 +137,47 @@ def of_meshes(
     shape : of the instants (n, n_stages); the stages have one order of engagement, see
         `equivalent_springs`
     """
-    each = [pair_springs(*both, shape[-1]) for both in zip(kinds, at, strict=True)]
-    pairs = max(springs.stiffness.shape[-1] for springs in each)
-    full = (*shape, len(meshes), pairs)
-    parts = (
-        np.zeros((*full, pairs))
-        if any(springs.part is not None for springs in each)
-        else None
-    )
-    table = Springs(
-        np.zeros(full), np.zeros(full), np.zeros(full), np.zeros(full[:-1]), parts
-    )
-    for kind, springs in enumerate(each):
-        own = clock.of_kind(meshes, kind)
-        count = springs.stiffness.shape[-1]
+    of_kinds = []
+    for flanks, where in zip(kinds, at, strict=True):
+        of_kinds.append(pair_springs(flanks, where, shape[-1]))
+    table = _empty_table(of_kinds, (*shape, len(meshes)))
 
-        def placed(values: Array, own: Index = own) -> Array:
-            return np.moveaxis(
-                values.reshape(len(own), *shape, *values.shape[1:]), 0, len(shape)
-            )
+    for kind, springs in enumerate(of_kinds):
+        numbers = clock.of_kind(meshes, kind)
+        n_pairs = springs.stiffness.shape[-1]
 
-        table.lead_rate[..., own] = placed(springs.lead_rate)
-        for values, out in zip(springs[:3], table[:3], strict=True):
-            out[..., own, :count] = placed(values)
+        def placed(values: Array, n_meshes: int = len(numbers)) -> Array:
+            """Return values of a kind, mesh after mesh, as (*shape, n_meshes, …)."""
+            by_mesh = values.reshape(n_meshes, *shape, *values.shape[1:])
+            return np.moveaxis(by_mesh, 0, len(shape))
+
+        table.stiffness[..., numbers, :n_pairs] = placed(springs.stiffness)
+        table.gap[..., numbers, :n_pairs] = placed(springs.gap)
+        table.pair_rate[..., numbers, :n_pairs] = placed(springs.pair_rate)
+        table.lead_rate[..., numbers] = placed(springs.lead_rate)
         if table.part is not None:
-            part = np.broadcast_to(np.eye(count), (*springs.stiffness.shape, count))
-            table.part[..., own, :count, :count] = placed(
-                part if springs.part is None else springs.part
-            )
+            part = springs.part
+            if part is None:
+                to_itself = (*springs.stiffness.shape, n_pairs)
+                part = np.broadcast_to(np.eye(n_pairs), to_itself)
+            table.part[..., numbers, :n_pairs, :n_pairs] = placed(part)
     return table
+
+
+def _empty_table(of_kinds: Sequence[Springs], shape: tuple[int, ...]) -> Springs:
+    """Return springs of shape (*shape, n_pairs) for the largest number of pairs."""
+    n_pairs = max(springs.stiffness.shape[-1] for springs in of_kinds)
+    full = (*shape, n_pairs)
+    part = None
+    if any(springs.part is not None for springs in of_kinds):
+        part = np.zeros((*full, n_pairs))
+    return Springs(
+        stiffness=np.zeros(full),
+        gap=np.zeros(full),
+        pair_rate=np.zeros(full),
+        lead_rate=np.zeros(shape),
+        part=part,
+    )
 
 
 def gap_rates(flanks: MeshFlanks, where: profile.Lookup) -> Array:
@@ -182,15 +194,15 @@ def gap_rates(flanks: MeshFlanks, where: profile.Lookup) -> Array:
     begin = np.cumsum(count) - count
     gap = np.where(pairs >= 0, flanks.nodes.gap[pairs], 0.0)
     first = begin[where.segment] + where.offset
-    with np.errstate(invalid="ignore"):  # of flanks that never meet
-        segments = [
-            profile.slopes(gap[low : low + n], profile.BY_CUBIC)
-            for low, n in zip(begin, count, strict=True)
-        ]
-        rate = (
-            np.concatenate(segments)
-            * np.repeat(grid.intervals / np.diff(grid.breaks), count)[:, None]
-        )
+    intervals_per_phase = grid.intervals / np.diff(grid.breaks)
+    with np.errstate(invalid="ignore"):
+        # flanks that never meet have infinite gaps
+        slopes = []
+        for low, n_nodes in zip(begin, count, strict=True):
+            segment = gap[low : low + n_nodes]
+            slopes.append(profile.slopes(segment, profile.BY_CUBIC))
+        density = np.repeat(intervals_per_phase, count)[:, None]
+        rate = np.concatenate(slopes) * density
         total = sum(where.weight[:, q, None] * rate[first + q] for q in range(4))
     return np.where(np.isfinite(total), total, 0.0)
 
@@ -198,29 +210,37 @@ def gap_rates(flanks: MeshFlanks, where: profile.Lookup) -> Array:
 def pair_springs(flanks: Flanks, where: profile.Lookup, stages: int = 1) -> Springs:
     """Return the springs of a kind of mesh at phases, (n, n_pairs).
 
-    Over a face those of its force.
+    Flanks with a width give the springs that stand for their force over the deflection.
 
-    ``stages`` phases one after another have one order of engagement, see
-    `equivalent_springs`.
+    Parameters
+    ----------
+    flanks : of the kind
+    where : the phases
+    stages : phases one after another that have one order of engagement, see
+        `equivalent_springs`
     """
     if isinstance(flanks, FaceFlanks):
         return flanks.springs(where.phase)
     if flanks.series is not None:
         stiffness = flanks.series.stiffness.value(where.phase)[:, None]
-        still = np.zeros_like(stiffness)
-        return Springs(stiffness, still, still, still[:, 0], None)
+        zeros = np.zeros_like(stiffness)
+        return Springs(stiffness, zeros, zeros, zeros[:, 0], None)
+
     compliance, gap, cross = flanks.analysis.at(flanks.nodes, where)
-    stiffness, gaps, each = contact.equivalent_springs(compliance, gap, cross, stages)
-    full = stiffness[:, :, None]
-    part = (
-        np.divide(each, full, out=np.zeros_like(each), where=full > 0.0)
-        if cross.shape[2]
-        else None
+    stiffness, level, part_stiffness = contact.equivalent_springs(
+        compliance, gap, cross, stages
     )
+    part = None
+    if cross.shape[2]:
+        full = stiffness[:, :, None]
+        part = np.zeros_like(part_stiffness)
+        np.divide(part_stiffness, full, out=part, where=full > 0.0)
+
     rates = gap_rates(flanks, where)
-    apart = np.where(np.isfinite(compliance), gap, np.inf)
-    lead = np.take_along_axis(rates, apart.argmin(axis=1)[:, None], axis=1)[:, 0]
-    return Springs(stiffness, gaps, rates, lead, part)
+    gap_in_path = np.where(np.isfinite(compliance), gap, np.inf)
+    leading = gap_in_path.argmin(axis=1)[:, None]
+    lead_rate = np.take_along_axis(rates, leading, axis=1)[:, 0]
+    return Springs(stiffness, level, rates, lead_rate, part)
 
 
 class Between(NamedTuple):
@@ -239,33 +259,52 @@ class Between(NamedTuple):
     slow: Array | None = None
 
     def errors_at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
-        """Return errors and their rates by phase within steps, (n, n_mesh) [m]."""
-        error, rate = errors_of(
-            self.kinds, self.sampling.meshes, self._phase(step, fraction)
-        )
-        return (error if self.slow is None else error + self.slow), rate
+        """Return errors and their rates by phase within steps, (n, n_mesh) [m].
+
+        Parameters
+        ----------
+        step : (n,) numbers of steps
+        fraction : (n,) of the step that has passed [1]
+        """
+        phase = self._phase(step, fraction)
+        error, rate = errors_of(self.kinds, self.sampling.meshes, phase)
+        if self.slow is not None:
+            error = error + self.slow
+        return error, rate
 
     def springs_at(self, step: Index, fraction: Array) -> Springs:
         """Return the springs of all meshes at fractions of steps, (n, n_mesh, n_pairs).
 
         Pairs that share a gear body have the order of engagement of the step's middle,
         as in the tables.
+
+        Parameters
+        ----------
+        step : (n,) numbers of steps
+        fraction : (n,) of the step that has passed [1]
         """
         grid = self.sampling.grid
         meshes = self.sampling.meshes
         phase = self._phase(step, fraction)
         middle = grid.start[step] + 0.5 * grid.width[step]
-        own = [flanks for flanks in self.kinds if not isinstance(flanks, FaceFlanks)]
-        ordered = any(
-            len(flanks.nodes.cross) for flanks in own
-        )  # pairs that share a gear body
-        looks = np.stack([phase, middle] if ordered else [phase], axis=1)
+        phases = phase[:, None]
+        if self._pairs_share_a_body:
+            phases = np.stack([phase, middle], axis=1)
         grids = [flanks.analysis.grid for flanks in self.kinds]
-        where = clock.locate_kinds_within_steps(grids, meshes, looks, middle)
-        return of_meshes(self.kinds, meshes, where, looks.shape).each(
-            lambda table: table[:, 0]
+        where = clock.locate_kinds_within_steps(grids, meshes, phases, middle)
+        springs = of_meshes(self.kinds, meshes, where, phases.shape)
+        return springs.each(lambda table: table[:, 0])
+
+    @property
+    def _pairs_share_a_body(self) -> bool:
+        """Whether pairs of some kind of mesh are coupled by their gear bodies."""
+        return any(
+            len(flanks.nodes.cross)
+            for flanks in self.kinds
+            if not isinstance(flanks, FaceFlanks)
         )
 
     def _phase(self, step: Index, fraction: Array) -> Array:
+        """Return the phases of the clock at fractions of steps, (n,) [1]."""
         grid = self.sampling.grid
         return np.asarray(grid.start[step] + fraction * grid.width[step])

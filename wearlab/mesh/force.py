@@ -63,6 +63,41 @@ class NormalForces(NamedTuple):
     reserve: Array
 
 
+class _Layout(NamedTuple):
+    """How motions and springs of any shape are laid out for the kernel.
+
+    Parameters
+    ----------
+    shape : of the result, motions before springs
+    spring_shape : instants and meshes, which have springs of their own
+    """
+
+    shape: tuple[int, ...]
+    spring_shape: tuple[int, ...]
+
+    @property
+    def n_springs(self) -> int:
+        """Number of springs."""
+        return int(np.prod(self.spring_shape, dtype=int))
+
+    def of_springs(self, values: Array | float, *last: int) -> Array:
+        """Return values of all springs, (count, *last)."""
+        wide = np.broadcast_to(values, (*self.spring_shape, *last))
+        return np.array(wide, float, order="C").reshape(self.n_springs, *last)
+
+    def of_motions(self, values: Array) -> Array:
+        """Return values of all motions, (n_motions, count)."""
+        wide = np.broadcast_to(values, self.shape)
+        return np.array(wide, float, order="C").reshape(-1, self.n_springs)
+
+
+def _layout(springs: stages.Springs, motion: Deflections) -> _Layout:
+    """Return the layout of springs (…, n_pairs) under motions (…)."""
+    spring_shape = springs.stiffness.shape[:-1]
+    shape = np.broadcast_shapes(motion.deflection.shape, spring_shape)
+    return _Layout(shape, shape[len(shape) - len(spring_shape) :])
+
+
 def normal_forces(
     springs: stages.Springs, motion: Deflections, dashpot: Dashpot
 ) -> NormalForces:
@@ -78,48 +113,38 @@ def normal_forces(
     ----------
     L16 Eq. 6, recentred: contact at δ > 0; W23 Eq. 36: the gaps of worn pairs.
     """
-    *spring_shape, pairs = springs.stiffness.shape
-    shape = np.broadcast_shapes(motion.deflection.shape, tuple(spring_shape))
-    # instants and meshes, which have springs of their own; axes before are motions
-    spring_shape = list(shape[len(shape) - len(spring_shape) :])
-    count = int(np.prod(spring_shape, dtype=int))
-
-    def flat(values: Array | float, *last: int) -> Array:
-        """Return values of all springs, (count, *last), as one kernel takes them."""
-        wide = np.broadcast_to(values, (*spring_shape, *last))
-        return np.array(wide, float, order="C").reshape(count, *last)
-
-    def flat_motion(values: Array) -> Array:
-        """Return values of all motions, (n_motions, count)."""
-        wide = np.broadcast_to(values, shape)
-        return np.array(wide, float, order="C").reshape(-1, count)
+    pairs = springs.stiffness.shape[-1]
+    layout = _layout(springs, motion)
 
     part = np.empty((0, pairs, pairs))
     if springs.part is not None:
-        part = flat(springs.part, pairs, pairs)
+        part = layout.of_springs(springs.part, pairs, pairs)
     flat_springs = stages.Springs(
-        stiffness=flat(springs.stiffness, pairs),
-        gap=flat(springs.gap, pairs),
-        pair_rate=flat(springs.pair_rate, pairs),
-        lead_rate=flat(springs.lead_rate),
+        stiffness=layout.of_springs(springs.stiffness, pairs),
+        gap=layout.of_springs(springs.gap, pairs),
+        pair_rate=layout.of_springs(springs.pair_rate, pairs),
+        lead_rate=layout.of_springs(springs.lead_rate),
         part=part,
     )
-    motions = Deflections(flat_motion(motion.deflection), flat_motion(motion.rate))
+    motions = Deflections(
+        layout.of_motions(motion.deflection), layout.of_motions(motion.rate)
+    )
+    backlash = np.inf if dashpot.backlash is None else dashpot.backlash
     flat_dashpot = Dashpot(
-        damping=flat(dashpot.damping),
+        damping=layout.of_springs(dashpot.damping),
         always=dashpot.always and dashpot.law is None,
-        backlash=flat(np.inf if dashpot.backlash is None else dashpot.backlash),
+        backlash=layout.of_springs(backlash),
         law=dashpot.law,
     )
-    meshes = spring_shape[-1] if np.ndim(dashpot.damping) else 1
+    meshes = layout.spring_shape[-1] if np.ndim(dashpot.damping) else 1
 
-    n_motions = len(motions.deflection)
-    values = np.empty((3, n_motions, count))
-    of_pairs = np.empty((2, n_motions, count, pairs))
+    shape = motions.deflection.shape
+    values = np.empty((3, *shape))
+    of_pairs = np.empty((2, *shape, pairs))
     _fill_forces(flat_springs, motions, flat_dashpot, meshes, values, of_pairs)
 
-    elastic, normal, reserve = values.reshape(3, *shape)
-    pair, pair_normal = of_pairs.reshape(2, *shape, pairs)
+    elastic, normal, reserve = values.reshape(3, *layout.shape)
+    pair, pair_normal = of_pairs.reshape(2, *layout.shape, pairs)
     return NormalForces(elastic, normal, pair, pair_normal, reserve)
 
 
@@ -136,15 +161,14 @@ def _fill_forces(
     values : (3, m, n) filled with elastic force, normal force and reserve [N]
     of_pairs : (2, m, n, n_pairs) filled with elastic and normal force [N]
     """
-    stiffness, gap, pair_rate, lead_rate, part = springs
-    damping, always, backlash, law = dashpot
-    pairs = stiffness.shape[1]
+    n_motions, n_meshes = motions.deflection.shape
+    pairs = springs.stiffness.shape[1]
     spring_force = np.empty(pairs)
     tangent = np.empty(pairs)
     pair_stiffness = np.empty(pairs)
 
-    for i in range(motions.deflection.shape[0]):
-        for j in range(motions.deflection.shape[1]):
+    for i in range(n_motions):
+        for j in range(n_meshes):
             deflection = motions.deflection[i, j]
             rate = motions.rate[i, j]
             mesh = j % meshes
@@ -152,20 +176,22 @@ def _fill_forces(
             pressed = of_pairs[1, i, j]
 
             whole, strongest, clearance, nearest = _fill_springs(
-                stiffness[j], gap[j], deflection, spring_force, tangent
+                springs.stiffness[j], springs.gap[j], deflection, spring_force, tangent
             )
-            total = _fill_pairs(part, j, spring_force, tangent, pair, pair_stiffness)
+            total = _fill_pairs(
+                springs.part, j, spring_force, tangent, pair, pair_stiffness
+            )
 
             reserve = -np.inf
-            if always:
+            if dashpot.always:
                 pressed[:] = pair
             else:
                 reserve = _press_pairs(
-                    law,
+                    dashpot.law,
                     mesh,
-                    damping[j],
+                    dashpot.damping[j],
                     rate,
-                    pair_rate[j],
+                    springs.pair_rate[j],
                     clearance,
                     nearest,
                     total,
@@ -173,24 +199,23 @@ def _fill_forces(
                     pair_stiffness,
                     pressed,
                 )
-            elastic = 0.0
-            normal = 0.0
-            for p in range(pairs):
-                elastic += pair[p]
-                normal += pressed[p]
+            back, back_normal = _back_forces(dashpot, j, mesh, deflection, rate, whole)
 
-            back_clearance = backlash[j] + deflection
-            back = whole * max(0.0, -back_clearance)
-            back_normal = back
-            damped = damping[j] * (rate - lead_rate[j]) if always else 0.0
-            if not always:
-                back_normal = _press_back(
-                    law, mesh, damping[j], rate, whole, back_clearance, back
-                )
-
-            values[0, i, j] = elastic - back
-            values[1, i, j] = normal - back_normal + damped
+            damped = 0.0
+            if dashpot.always:
+                damped = dashpot.damping[j] * (rate - springs.lead_rate[j])
+            values[0, i, j] = _sum(pair) - back
+            values[1, i, j] = _sum(pressed) - back_normal + damped
             values[2, i, j] = strongest if reserve == -np.inf else reserve
+
+
+@jit_inner
+def _sum(values):  # type: ignore[no-untyped-def]
+    """Return the sum of values, one after another."""
+    total = 0.0
+    for value in values:
+        total += value
+    return total
 
 
 @jit_inner
@@ -283,14 +308,29 @@ def _press_pairs(  # type: ignore[no-untyped-def]
 
 
 @jit_inner
+def _back_forces(  # type: ignore[no-untyped-def]
+    dashpot, j, mesh, deflection, rate, whole
+):
+    """Return the elastic and the normal force of the back flank.
+
+    The elastic force ``k max(0, −j_bn − δ)`` begins where the drive contact has moved
+    back by the backlash.
+    """
+    clearance = dashpot.backlash[j] + deflection
+    elastic = whole * max(0.0, -clearance)
+    if dashpot.always:
+        return elastic, elastic
+    normal = _press_back(
+        dashpot.law, mesh, dashpot.damping[j], rate, whole, clearance, elastic
+    )
+    return elastic, normal
+
+
+@jit_inner
 def _press_back(  # type: ignore[no-untyped-def]
     law, mesh, damping, rate, whole, clearance, elastic
 ):
-    """Return the normal force of the back flank with damping.
-
-    Its elastic force ``k max(0, −j_bn − δ)`` begins where the drive contact has moved
-    back by the backlash.
-    """
+    """Return the normal force of the back flank with damping."""
     if elastic > 0.0:
         return max(0.0, contact_force(law, mesh, elastic, whole, damping, -rate)[0])
     if 0.0 <= clearance < np.inf and whole > 0.0:

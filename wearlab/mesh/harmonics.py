@@ -3,7 +3,7 @@
 Errors are harmonics of the mesh frequency, and once-per-revolution parts of its
 members, ``e(φ) = Σ_r a_r sin(2π r φ + p_r) + Σ_m slow_m sin(θ_m)`` with, per member
 (W23 Eqs. 28–30), ``½(F_i′ − f_i′) sin θ + ½ f_i′ sin zθ`` and installation tolerances
-``Σ_q Δe_q sin θ_q``. Every initial angle is drawn once from the seed and never again.
+``Σ_q Δe_q sin θ_q``. Every initial angle is drawn once, from the seed.
 """
 
 from collections.abc import Iterable, Mapping
@@ -104,9 +104,11 @@ def harmonics(phase: Array, weight: Array, value: Array, count: int) -> Harmonic
     L16 Eqs. 7–8: stiffness and error as truncated series.
     """
     mean = float(weight @ value)
-    kernel = np.exp(-2j * np.pi * np.multiply.outer(np.arange(1, count + 1), phase))
-    coefficient = 2.0 * kernel @ (weight * (value - mean))
-    rms = float(np.sqrt(float(weight @ (value - mean) ** 2)))
+    deviation = value - mean
+    orders = np.arange(1, count + 1)
+    kernel = np.exp(-2j * np.pi * np.multiply.outer(orders, phase))
+    coefficient = 2.0 * kernel @ (weight * deviation)
+    rms = float(np.sqrt(float(weight @ deviation**2)))
     return Harmonics(mean, np.abs(coefficient), np.angle(coefficient), rms)
 
 
@@ -157,6 +159,38 @@ class Modulation(NamedTuple):
         return angle, 1.0 + self.am * np.cos(angle + self.am_phase), argument
 
 
+class _Samples(NamedTuple):
+    """Samples to which a modulated wave is fitted, less their mean and over their rms.
+
+    Parameters
+    ----------
+    phase : (n,) [1]
+    root_weight : (n,) square roots of the quadrature weights [1]
+    value : (n,) [1]
+    """
+
+    phase: Array
+    root_weight: Array
+    value: Array
+
+    def residual(self, parameters: Array) -> Array:
+        """Return the weighted misfit of a modulated wave, (n,) [1].
+
+        Parameters
+        ----------
+        parameters : (7,) mean, and in Cartesian parts carrier, amplitude and frequency
+            modulation
+        """
+        mean, a, b, c, d, e, f = parameters
+        angle = 2 * np.pi * self.phase
+        cosine = np.cos(angle)
+        sine = np.sin(angle)
+        turn = e * sine + f * cosine
+        amplitude = 1.0 + c * cosine + d * sine
+        carrier = a * np.cos(angle + turn) - b * np.sin(angle + turn)
+        return self.root_weight * (mean + amplitude * carrier - self.value)
+
+
 def fit(phase: Array, weight: Array, value: Array) -> Modulation:
     """Fit the seven parameters to samples by least squares.
 
@@ -180,25 +214,16 @@ def fit(phase: Array, weight: Array, value: Array) -> Modulation:
     scale = first.rms
     if scale <= 1e-12 * max(abs(first.mean), 1e-300):
         return Modulation(first.mean, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    root = np.sqrt(weight)
-    angle = 2 * np.pi * phase
-    cosine = np.cos(angle)
-    sine = np.sin(angle)
 
-    def residual(x: Array) -> Array:
-        mean, a, b, c, d, e, f = x
-        turn = e * sine + f * cosine
-        amplitude = 1.0 + c * cosine + d * sine
-        carrier = a * np.cos(angle + turn) - b * np.sin(angle + turn)
-        return root * (mean + amplitude * carrier - (value - first.mean) / scale)
+    samples = _Samples(phase, np.sqrt(weight), (value - first.mean) / scale)
+    direction = np.array([np.cos(first.phase[0]), np.sin(first.phase[0])])
+    fundamental = (first.amplitude[0] / scale) * direction
+    fits = []
+    for modulation in FIT_STARTS:
+        start = np.array([0.0, *fundamental, *modulation])
+        fits.append(least_squares(samples.residual, start, method="lm"))
 
-    fundamental = np.array([np.cos(first.phase[0]), np.sin(first.phase[0])])
-    a, b = (first.amplitude[0] / scale) * fundamental
-    fits = [
-        least_squares(residual, np.array([0.0, a, b, *modulation]), method="lm")
-        for modulation in FIT_STARTS
-    ]
-    mean, a, b, c, d, e, f = min(fits, key=lambda fit: fit.cost).x
+    mean, a, b, c, d, e, f = min(fits, key=lambda result: result.cost).x
     return Modulation(
         mean=float(first.mean + scale * mean),
         carrier=float(scale * np.hypot(a, b)),
@@ -282,25 +307,23 @@ def realised(member: MemberError, random: np.random.Generator) -> Realisation:
     ----------
     W23 Eqs. 28–32.
     """
-    start = random.uniform(0.0, 2 * np.pi)
-    directions = random.uniform(0.0, 2 * np.pi, len(member.installation))
-    teeth_mesh = (1.0, 0.5 * member.tooth_composite, member.teeth * start)
+    turn = 2 * np.pi
+    start = random.uniform(0.0, turn)
+    directions = random.uniform(0.0, turn, len(member.installation))
+
+    of_teeth: tuple[tuple[float, float, float], ...] = ()
+    if member.tooth_composite:
+        of_teeth = ((1.0, 0.5 * member.tooth_composite, member.teeth * start),)
+
     slow: list[tuple[float, float, float]] = []
     if member.total_composite:
-        slow.append(
-            (
-                member.teeth,
-                0.5 * (member.total_composite - member.tooth_composite),
-                start,
-            )
-        )
-    slow.extend(
-        (member.teeth, t, d)
-        for t, d in zip(member.installation, directions, strict=True)
-    )
+        runout = 0.5 * (member.total_composite - member.tooth_composite)
+        slow.append((member.teeth, runout, start))
+    for tolerance, direction in zip(member.installation, directions, strict=True):
+        slow.append((member.teeth, tolerance, direction))
     if member.eccentricity:
-        slow.append((member.teeth, member.eccentricity, random.uniform(0.0, 2 * np.pi)))
-    return Realisation((teeth_mesh,) if member.tooth_composite else (), tuple(slow))
+        slow.append((member.teeth, member.eccentricity, random.uniform(0.0, turn)))
+    return Realisation(of_teeth, tuple(slow))
 
 
 @dataclass(frozen=True)
@@ -321,11 +344,11 @@ class MeshError(Waves):
         ----------
         turns : (n,) angles of the members, by tooth number, in turns [1]
         """
-        orders = self.slow.order
-        rows = [
-            turns[round(1.0 / order)] if order else np.zeros(ANGLES) for order in orders
-        ]
-        turned = np.reshape(rows, (len(orders), ANGLES))
+        rows = []
+        for order in self.slow.order:
+            is_at_rest = order == 0.0
+            rows.append(np.zeros(ANGLES) if is_at_rest else turns[round(1.0 / order)])
+        turned = np.reshape(rows, (len(rows), ANGLES))
         angle = 2 * np.pi * turned + self.slow.phase[:, None]
         return np.asarray(self.slow.amplitude @ np.sin(angle))
 
@@ -351,12 +374,13 @@ def mesh_error(
     """
     random = np.random.default_rng(seed)
     drawn = [*(realised(member, random) for member in members), *parts]
-    mesh = [(float(order), amplitude, phase) for order, amplitude, phase in harmonics]
+    mesh = [(float(r), size, start) for r, size, start in harmonics]
     mesh += [part for deviation in drawn for part in deviation.mesh]
     slow = [part for deviation in drawn for part in deviation.slow]
-    (order, size, start) = np.array(mesh, float).reshape(-1, 3).T
-    (teeth, *rest) = np.array(slow, float).reshape(-1, 3).T
-    return MeshError(order, size, start, Waves(1.0 / teeth, *rest))
+    order, amplitude, phase = np.array(mesh, float).reshape(-1, 3).T
+    teeth, slow_amplitude, slow_phase = np.array(slow, float).reshape(-1, 3).T
+    slow_waves = Waves(1.0 / teeth, slow_amplitude, slow_phase)
+    return MeshError(order, amplitude, phase, slow_waves)
 
 
 def quadrature(teeth: Iterable[int]) -> dict[int, Array]:

@@ -53,7 +53,7 @@ def out_of_contact(
 
 
 class SqueezeFilmDamping(DampingLaw):
-    """The viscous law in contact; out of it, flanks that approach squeeze an oil film."""
+    """The viscous law in contact; elsewhere approaching flanks squeeze an oil film."""
 
     needs_oil: ClassVar[bool] = True
 

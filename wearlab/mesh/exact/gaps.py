@@ -29,7 +29,7 @@ approaches A."""
 SCAN = 33
 """Places of a scan for the end of contact."""
 CLOSE = 1e-6
-"""How narrowly the end of contact is enclosed, over the furthest place looked at [1]."""
+"""How narrowly the end of contact is enclosed, over the furthest distance [1]."""
 NEARLY = 2e-3
 """The same for an estimate: a thousandth of a base pitch, by two scans [1]."""
 TIP_REGION = 0.3
@@ -528,7 +528,7 @@ class DisplacementBeyond:
         )
 
     def _corner(self, end: str, nodes: slice, tip: float) -> Corner:
-        """Return the corner of one end of the path at the nodes beyond and at itself."""
+        """Return the corner of one end of the path, at the nodes beyond and the end."""
         grid = self.flanks.grid
         x = np.append(grid.contact_position[nodes], tip)
         return corner(self.flanks.pair, end, x, grid.position)

@@ -17,7 +17,10 @@ from wearlab.arrays import Array
 from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
 
-CLOSE = 1e-14  # [m]; the Newton step after it is below rounding
+CLOSE = 1e-14
+"""Step at which a root counts as found; the next step is below rounding [m]."""
+FIRST_STEP = 2e-6
+"""First step of a search for a bracket [m]."""
 
 
 @jit_inner
@@ -42,15 +45,16 @@ def rotation_gap(
     s2 : path position of the driven flank's point [m]
     """
     reach, q_n, q_u = _seen(driving, driven, x, s, w)
-    if not reach == reach:
+    if math.isnan(reach):
         return math.inf, math.nan
     turned = _turned(driven, reach, q_n, q_u)
     best = math.inf
     where = math.nan
     for p in range(len(driven.piece) - 1):
         s2 = _point_reaching(driven, p, reach)
-        if s2 == s2 and x - s2 - turned < best:
-            best = x - s2 - turned
+        gap = x - s2 - turned
+        if gap < best:
+            best = gap
             where = s2
     return best, where
 
@@ -83,65 +87,82 @@ def corner_gap(
         last = driving.piece[p + 1] - 1
         a = driving.start[first]
         b = driving.start[last] + driving.width[last]
-        f_a = _excess_reach(driving, driven, x, a, driving.shift[first, 0], reach)
-        f_b = _excess_reach(driving, driven, x, b, driving.shift[last, 1], reach)
+        w_a = driving.shift[first, 0]
+        w_b = driving.shift[last, 1]
+        f_a = _excess_reach(driving, driven, x, a, w_a, reach)
+        f_b = _excess_reach(driving, driven, x, b, w_b, reach)
         if not f_a * f_b <= 0.0:
             continue
         s = _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b)
-        _, q_n, q_u = _seen(
-            driving, driven, x, s, _shift_within(driving, first, last, s)
-        )
+        w = _shift_within(driving, first, last, s)
+        _, q_n, q_u = _seen(driving, driven, x, s, w)
         gap = x - s2 - _turned(driven, reach, q_n, q_u)
         if gap < best:
-            best, where = gap, s
+            best = gap
+            where = s
     return best, where
 
 
 @jit_inner
 def _excess_reach(driving, driven, x, s, w, reach):  # type: ignore[no-untyped-def]
-    """Return by how much a driving point reaches further.
+    """Return by how much a driving point reaches further than ``reach`` [m].
 
-    Inside the base circle, to that.
+    A point inside the driven base circle counts as one on it.
     """
-    excess, _, _ = _seen(driving, driven, x, s, w)
-    return (excess if excess == excess else -driven.side * driven.curvature) - reach
+    reach_of_point, _, _ = _seen(driving, driven, x, s, w)
+    if math.isnan(reach_of_point):
+        reach_of_point = -driven.side * driven.curvature
+    return reach_of_point - reach
 
 
 @jit_inner
 def _shift_within(flank, first, last, s):  # type: ignore[no-untyped-def]
-    return shift_at(flank, min(max(interval_of(flank, s), first), last), s)[0]
+    """Return w at s, taken from the intervals ``first`` to ``last`` alone [m]."""
+    k = min(max(interval_of(flank, s), first), last)
+    return shift_at(flank, k, s)[0]
 
 
 @jit_inner
 def _crossing(  # type: ignore[no-untyped-def]
     driving, driven, x, reach, first, last, a, f_a, b, f_b
 ):
-    """Return the driving point as far as the corner from the driven gear's centre.
+    """Return the driving point as far as the corner from the driven gear's centre [m].
 
-    By false position, halving the older end's value where it stays (Illinois).
+    The point lies between a and b. False position encloses it; the value at an end that
+    stays is halved (Illinois method).
     """
     s = b
     for _ in range(40):
-        before = s
+        previous = s
         s = (a * f_b - b * f_a) / (f_b - f_a) if f_b != f_a else b
-        if abs(s - before) <= CLOSE:
+        if abs(s - previous) <= CLOSE:
             break
-        f = _excess_reach(
-            driving, driven, x, s, _shift_within(driving, first, last, s), reach
-        )
+        w = _shift_within(driving, first, last, s)
+        f = _excess_reach(driving, driven, x, s, w, reach)
         if f * f_b <= 0.0:
-            a, f_a = b, f_b
+            a = b
+            f_a = f_b
         else:
             f_a *= 0.5
-        b, f_b = s, f
+        b = s
+        f_b = f
     return s
 
 
 def point_seen(driving, driven, x, s, w):  # type: ignore[no-untyped-def]
-    """Return driving points seen from the driven gear: ``s2 + w2`` and place.
+    """Return where driving points lie as the driven gear sees them [m].
 
-    The place is counted from the pitch point's own, so that nothing cancels [m]; NaN:
-    no such radius.
+    Parameters
+    ----------
+    driving, driven : the flanks, worn or not
+    x : positions to which the driving gear has turned [m along the line of action]
+    s, w : the points of the driving flank, and their shifts [m]
+
+    Returns
+    -------
+    reach : ``s2 + w2`` of a driven point at the same distance from the driven centre;
+        NaN where there is no such radius [m]
+    q_n, q_u : the place, counted from the pitch point so that nothing cancels [m]
     """
     kappa = driving.side * (x - s) / driving.base_radius
     sin = np.sin(kappa)
@@ -153,17 +174,19 @@ def point_seen(driving, driven, x, s, w):  # type: ignore[no-untyped-def]
     b_n = driven.side * driven.base_radius
     b_u = driven.side * driven.curvature
     excess = 2.0 * (b_n * q_n + b_u * q_u) + q_n * q_n + q_u * q_u
-    return (
-        driven.side
-        * excess
-        / (np.sqrt(driven.curvature**2 + excess) + driven.curvature),
-        q_n,
-        q_u,
-    )
+    rho = np.sqrt(driven.curvature**2 + excess)
+    reach = driven.side * excess / (rho + driven.curvature)
+    return reach, q_n, q_u
 
 
 def turned_to(driven, reach, q_n, q_u):  # type: ignore[no-untyped-def]
-    """Return how far the driven gear turns to bring its point to (q_n, q_u) [m]."""
+    """Return how far the driven gear turns to bring its point to a place [m].
+
+    Parameters
+    ----------
+    driven : the flank
+    reach, q_n, q_u : the point and the place, see `point_seen` [m]
+    """
     b_n = driven.side * driven.base_radius
     b_u = driven.side * driven.curvature
     cross = (b_n * q_u - b_u * q_n) - reach * (b_n + q_n)
@@ -188,11 +211,12 @@ def _point_reaching(flank: Flank, p: int, reach: float) -> float:
             low = middle
         else:
             high = middle
+    width = flank.width[low]
     begin = flank.start[low]
-    end = flank.start[low] + flank.width[low]
-    s = begin + flank.width[low] * (reach - flank.reached[low, 0]) / (
-        flank.reached[low, 1] - flank.reached[low, 0]
-    )
+    end = begin + width
+    reach_begin = flank.reached[low, 0]
+    reach_end = flank.reached[low, 1]
+    s = begin + width * (reach - reach_begin) / (reach_end - reach_begin)
     for _ in range(30):
         w, slope = shift_at(flank, low, s)
         miss = s + w - reach
@@ -218,6 +242,11 @@ def along_normal(
     ``tan η = (dw/ds) r_b / (ρ + t w)``; the vector is ``R(−η) v − v_0`` with ``v_0 = (t
     r_b, t ρ_0)``.
 
+    Parameters
+    ----------
+    flank : the worn flank
+    s, w, slope : path position, shift [m] and dw/ds [1] of the point
+
     Returns
     -------
     η [rad], and the vector's components along n and u [m]
@@ -227,7 +256,9 @@ def along_normal(
     tilt = math.atan(slope * flank.base_radius / (flank.side * v_u))
     sin = math.sin(tilt)
     versine = 2.0 * math.sin(0.5 * tilt) ** 2
-    return tilt, -versine * v_n + sin * v_u, -sin * v_n - versine * v_u + s + w
+    shift_n = -versine * v_n + sin * v_u
+    shift_u = -sin * v_n - versine * v_u + s + w
+    return tilt, shift_n, shift_u
 
 
 class FlankContact(NamedTuple):
@@ -275,6 +306,7 @@ def tangency(driving: Flank, driven: Flank, position: ArrayLike) -> FlankContact
 
 @jit
 def _solve(driving, driven, s):  # type: ignore[no-untyped-def]
+    """Return the partners of driving points s, and both rotations, (n,) each [m]."""
     partner = np.full(len(s), np.nan)
     x_driving = np.full(len(s), np.nan)
     x_driven = np.full(len(s), np.nan)
@@ -284,24 +316,35 @@ def _solve(driving, driven, s):  # type: ignore[no-untyped-def]
         w, slope = shift_at(driving, interval_of(driving, s[i]), s[i])
         eta, a_n, a_u = along_normal(driving, s[i], w, slope)
         s2 = root_near(driven, s[i], a_n, a_u, d_n, d_u)
-        if not s2 == s2:
+        if math.isnan(s2):
             continue
         w2, slope2 = shift_at(driven, interval_of(driven, s2), s2)
         eta2, b_n, b_u = along_normal(driven, s2, w2, slope2)
         n = b_n - a_n
         u = b_u - a_u
-        turn = math.atan2(n * d_u - u * d_n, (d_n + n) * d_n + (d_u + u) * d_u)
+        cross = n * d_u - u * d_n
+        dot = (d_n + n) * d_n + (d_u + u) * d_u
+        turn = math.atan2(cross, dot)
+        turn_driving = turn - eta
+        turn_driven = turn - eta2
         partner[i] = s2
-        x_driving[i] = s[i] + driving.side * driving.base_radius * (turn - eta)
-        x_driven[i] = s2 + driven.side * driven.base_radius * (turn - eta2)
+        x_driving[i] = s[i] + driving.side * driving.base_radius * turn_driving
+        x_driven[i] = s2 + driven.side * driven.base_radius * turn_driven
     return partner, x_driving, x_driven
 
 
 @jit_inner
 def excess_distance(flank, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
-    """Return ``(|D|² − a²) / 2a``, the excess of D over the centre distance [m].
+    """Return by how much the distance D of both centres is too large [m].
 
-    It is so to first order.
+    ``(|D|² − a²) / 2a``, which is D − a to first order.
+
+    Parameters
+    ----------
+    flank : the worn flank on which the point lies
+    s : path position of the point [m]
+    a_n, a_u : shift of the mate's point along its normal, see `along_normal` [m]
+    d_n, d_u : from the mate's centre to this gear's [m]
 
     References
     ----------
@@ -311,17 +354,24 @@ def excess_distance(flank, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-de
     _, b_n, b_u = along_normal(flank, s, w, slope)
     n = b_n - a_n
     u = b_u - a_u
-    return (d_n * n + d_u * u + 0.5 * (n * n + u * u)) / math.hypot(d_n, d_u)
+    half_excess = d_n * n + d_u * u + 0.5 * (n * n + u * u)
+    return half_excess / math.hypot(d_n, d_u)
 
 
 @jit_inner
 def root_near(flank, start, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
-    """Return the root nearest to ``start``, bracketed by growing steps.
+    """Return the root of `excess_distance` nearest to ``start``; NaN where it jumps.
 
-    Steps go towards falling distance.
+    Growing steps towards smaller distances bracket the root. Secants enclose it; the
+    value at an end that stays is halved (the Illinois method of Dowell & Jarratt,
+    1971).
 
-    Within the bracket by secants, the end that stays halved (Illinois); NaN where the
-    function jumps.
+    Parameters
+    ----------
+    flank : the worn flank on which the root lies
+    start : path position from which the search begins [m]
+    a_n, a_u : shift of the mate's point along its normal, see `along_normal` [m]
+    d_n, d_u : from the mate's centre to this gear's [m]
     """
     last = len(flank.start) - 1
     low_end = flank.start[0]
@@ -330,26 +380,33 @@ def root_near(flank, start, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
     f_begin = excess_distance(flank, begin, a_n, a_u, d_n, d_u)
     if f_begin == 0.0:
         return begin
-    step = 2e-6 if (d_u > 0.0) != (f_begin > 0.0) else -2e-6
-    outer, f_outer = begin, f_begin
+    step = FIRST_STEP if (d_u > 0.0) != (f_begin > 0.0) else -FIRST_STEP
+    outer = begin
+    f_outer = f_begin
     while f_outer * f_begin > 0.0:
-        inner, f_inner = outer, f_outer
-        if (outer <= low_end and step < 0.0) or (outer >= high_end and step > 0.0):
+        inner = outer
+        f_inner = f_outer
+        is_at_low_end = outer <= low_end and step < 0.0
+        is_at_high_end = outer >= high_end and step > 0.0
+        if is_at_low_end or is_at_high_end:
             return math.nan
         outer = min(max(outer + step, low_end), high_end)
         f_outer = excess_distance(flank, outer, a_n, a_u, d_n, d_u)
         step *= 2.0
     scale = max(abs(f_inner), abs(f_outer))
-    s, f = outer, f_outer
+    s = outer
+    f = f_outer
     for _ in range(60):
-        before = s
+        previous = s
         s = (inner * f_outer - outer * f_inner) / (f_outer - f_inner)
         f = excess_distance(flank, s, a_n, a_u, d_n, d_u)
-        if f == 0.0 or abs(s - before) <= 1e-16:
+        if f == 0.0 or abs(s - previous) <= 1e-16:
             break
         if f * f_outer < 0.0:
-            inner, f_inner = outer, f_outer
+            inner = outer
+            f_inner = f_outer
         else:
             f_inner *= 0.5
-        outer, f_outer = s, f
+        outer = s
+        f_outer = f
     return s if abs(f) <= 1e-9 * scale + 1e-15 else math.nan

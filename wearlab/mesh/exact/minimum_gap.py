@@ -20,7 +20,7 @@ from wearlab.mesh.exact.kinematics import FlankContact, corner_gap, rotation_gap
 GOLDEN = 0.3819660112501051
 """Share of a bracket that a step of the golden section takes [1]."""
 MINIMISER_TOLERANCE = 3e-9
-"""How closely the point of the smallest gap is found; the gap is quadratic in it [m]."""
+"""How closely the point of the smallest gap is found, where the gap is flat [m]."""
 MAX_MINIMISER_STEPS = 80
 
 
@@ -269,9 +269,9 @@ def smallest_within(
 ) -> tuple[float, float]:
     """Return the smallest rotation gap at x within interval k, and its point [m].
 
-    Brent's method: parabolas through three points, and the golden section where they
-    lead nowhere. Of the points looked at, s is the lowest, r the second lowest and v
-    the one that r was before.
+    Brent's method (1973): parabolas through three points, and the golden section where
+    they lead nowhere. Of the points looked at, s is the lowest, r the second lowest
+    and v the one that r was before.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class SeriesExcitation(ExcitationModel):
-    """Any series of mesh stiffness and transmission error over the phase, as published."""
+    """Any series of stiffness and transmission error over the phase, as published."""
 
     combination: Literal["min", "max", "mean"] = "min"
     """how the gaps of the pairs in the path make one transmission error. Source: W23

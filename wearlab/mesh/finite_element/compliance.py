@@ -27,18 +27,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse.linalg import splu
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Index
 from wearlab.gears.gear import DRIVING, Gear, GearPair
 from wearlab.mesh.finite_element import elements, outline
 
 KEPT_IN_PROCESS = 64
+"""Gears of which a process remembers the compliance."""
 LENGTHS = (
     "module",
-    *(
-        f"{of}_radius"
-        for of in ("base", "reference", "tip", "root", "form", "fillet", "bore")
-    ),
+    "base_radius",
+    "reference_radius",
+    "tip_radius",
+    "root_radius",
+    "form_radius",
+    "fillet_radius",
+    "bore_radius",
 )
+"""Lengths that make the shape of a gear."""
+SHAPE_DIGITS = 11
+"""Decimals, in scientific notation, to which the shapes of gears are compared."""
 
 
 def through_cuts(
@@ -61,73 +68,146 @@ def through_cuts(
         itself, and what the teeth further on move, which follow towards the loaded
         flank's side (y > 0) [1/Pa]
     """
-    own, reduced, shown = _reduced(sector, loads)
+    reduced = _reduced(sector, loads)
+    S = reduced.stiffness
+    half = len(S) // 2
     z = sector.chart.flank.gear.teeth
-    half = len(reduced) // 2
     n = np.arange(z // 2 + 1)
     turn = np.exp(2j * math.pi * n / z)[:, None, None]
-    H = reduced[:half, :half] + reduced[half:, half:] + turn * reduced[:half, half:]
-    H = H + np.conj(turn) * reduced[half:, :half]
-    G = shown[:half] + np.conj(turn) * shown[half:]
+    turned_back = np.conj(turn)
+
+    H = S[:half, :half] + S[half:, half:] + turn * S[:half, half:]
+    H = H + turned_back * S[half:, :half]
+    G = reduced.force[:half] + turned_back * reduced.force[half:]
     work = G.conj().swapaxes(1, 2) @ np.linalg.solve(H, G)
-    count = np.where((n == 0) | (2 * n == z), 1.0, 2.0)[:, None, None] / z
-    return own, np.stack(
-        [(count * turn**k * work).real.sum(axis=0) for k in range(teeth_apart + 1)]
-    )
+
+    # harmonics other than the first and the last stand for two, n and z − n
+    is_single = (n == 0) | (2 * n == z)
+    share = np.where(is_single, 1.0, 2.0)[:, None, None] / z
+    beyond = [(share * turn**k * work).real.sum(axis=0) for k in range(teeth_apart + 1)]
+    return reduced.held, np.stack(beyond)
 
 
-def _reduced(sector: elements.Sector, loads: Array) -> tuple[Array, Array, Array]:
-    """Eliminate all but the two cuts: A (m, m), S (2c, 2c) and g (2c, m).
+class _ReducedSector(NamedTuple):
+    """A sector of which only its two cuts are left, c displacements on each.
 
-    The sector is its own mirror image: what the left cut moves tells what the right one
-    does.
+    Parameters
+    ----------
+    held : (m, m) A, of the load points with both cuts held [1/Pa]
+    stiffness : (2c, 2c) S of the cuts, left before right
+    force : (2c, m) g on the cuts, due to the loads
     """
-    left, right = (
-        sector.dofs[:, sector.nodes(u=side)[1:]].T.ravel() for side in (-2.0, 2.0)
-    )
-    cuts = np.concatenate([left, right])
+
+    held: Array
+    stiffness: Array
+    force: Array
+
+
+class _Dofs(NamedTuple):
+    """Numbers of the displacements of a sector.
+
+    Parameters
+    ----------
+    left, right : (c,) on the two cuts, without the clamped ones
+    inner : between the cuts
+    """
+
+    left: Index
+    right: Index
+    inner: Index
+
+    @property
+    def cuts(self) -> Index:
+        """Those of both cuts, (2c,)."""
+        return np.concatenate([self.left, self.right])
+
+
+def _dofs(sector: elements.Sector) -> _Dofs:
+    """Return the displacements of a sector that is clamped at v = 0."""
+    left = sector.dofs[:, sector.nodes(u=-2.0)[1:]].T.ravel()
+    right = sector.dofs[:, sector.nodes(u=2.0)[1:]].T.ravel()
     clamped = sector.dofs[:, sector.nodes(v=0.0)].ravel()
-    inner = np.setdiff1d(
-        np.arange(sector.stiffness.shape[0]), np.concatenate([cuts, clamped])
-    )
-    K = sector.stiffness.tocsc()
-    coupling = K[inner][:, cuts]
-    factors = splu(
-        K[inner][:, inner], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
-    )
-    given = np.hstack([loads[inner], coupling[:, : len(left)].toarray()])
-    # one by one: all at once, SuperLU's threads fight for busy cores
-    solved = np.stack(
-        [factors.solve(column) for column in np.ascontiguousarray(given.T)], axis=1
-    )
-    moved = solved[:, : loads.shape[1]]
+    numbers = np.arange(sector.stiffness.shape[0])
+    inner = np.setdiff1d(numbers, np.concatenate([left, right, clamped]))
+    return _Dofs(left, right, inner)
+
+
+def _reduced(sector: elements.Sector, loads: Array) -> _ReducedSector:
+    """Eliminate all displacements but those of the two cuts.
+
+    The sector is its own mirror image: the displacements that the left cut causes,
+    mirrored, are those that the right cut causes.
+
+    Products of small matrices are taken by einsum: they are not worth waking a
+    library's threads, which wait for busy cores.
+    """
+    dofs = _dofs(sector)
+    stiffness = sector.stiffness.tocsc()
+    coupling = stiffness[dofs.inner][:, dofs.cuts]
+    inner_stiffness = stiffness[dofs.inner][:, dofs.inner]
+
+    by_cut = coupling[:, : len(dofs.left)].toarray()
+    right_sides = np.hstack([loads[dofs.inner], by_cut])
+    solved = _solve_columns(inner_stiffness, right_sides)
+    by_loads = solved[:, : loads.shape[1]]
     by_left = solved[:, loads.shape[1] :]
+    by_right = _mirrored(sector, dofs, by_left)
+
+    by_cuts = np.hstack([by_left, by_right])
+    between_cuts = stiffness[dofs.cuts][:, dofs.cuts].toarray()
+    of_cuts = between_cuts - coupling.T @ by_cuts
+    turn = _turn(2.0 * sector.chart.half_pitch, len(dofs.left), len(sector.dofs))
+    turned = np.einsum("ki,kj->ij", turn, np.einsum("ik,kj->ij", of_cuts, turn))
+    return _ReducedSector(
+        held=np.einsum("ki,kj->ij", loads[dofs.inner], by_loads),
+        stiffness=0.5 * (turned + turned.T),
+        force=-np.einsum("ki,kj->ij", turn, coupling.T @ by_loads),
+    )
+
+
+def _solve_columns(matrix: Any, right_sides: Array) -> Array:
+    """Solve a sparse symmetric system for many right-hand sides (n, m).
+
+    They are solved one by one: for all at once SuperLU's threads would compete for
+    busy cores.
+    """
+    factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    columns = np.ascontiguousarray(right_sides.T)
+    return np.stack([factors.solve(column) for column in columns], axis=1)
+
+
+def _mirrored(sector: elements.Sector, dofs: _Dofs, by_left: Array) -> Array:
+    """Return the inner displacements due to the right cut, from those due to the left.
+
+    Parameters
+    ----------
+    sector : one sector of the wheel
+    dofs : its displacements
+    by_left : (n_inner, c) due to the left cut
+    """
     image, sign = sector.mirrored
     place = np.empty(len(image), dtype=np.int64)
-    place[inner] = np.arange(len(inner))
-    by_right = sign[inner, None] * by_left[place[image[inner]]] * sign[right]
-    turn = _turn(2.0 * sector.chart.half_pitch, len(left), len(sector.dofs))
-    of_cuts = K[cuts][:, cuts].toarray() - coupling.T @ np.hstack([by_left, by_right])
-    # by einsum: matrices so small are not worth waking a library's threads, which wait
-    # for busy cores
-    reduced = np.einsum("ki,kj->ij", turn, np.einsum("ik,kj->ij", of_cuts, turn))
-    own = np.einsum("ki,kj->ij", loads[inner], moved)
-    return (
-        own,
-        0.5 * (reduced + reduced.T),
-        -np.einsum("ki,kj->ij", turn, coupling.T @ moved),
-    )
+    place[dofs.inner] = np.arange(len(dofs.inner))
+    rows = place[image[dofs.inner]]
+    return sign[dofs.inner, None] * by_left[rows] * sign[dofs.right]
 
 
 def _turn(angle: float, count: int, axes: int) -> Array:
-    """Return what turns the right cut from the next sector's frame into this one's."""
+    """Return what turns the right cut from the next sector's frame into this one's.
+
+    Parameters
+    ----------
+    angle : from one sector to the next [rad]
+    count : displacements on a cut
+    axes : directions of a displacement, 2 or 3
+    """
     cos = math.cos(angle)
     sin = math.sin(angle)
-    own = np.eye(axes)
-    own[:2, :2] = [[cos, -sin], [sin, cos]]
-    whole = np.eye(2 * count)
-    whole[count:, count:] = np.kron(np.eye(count // axes), own)
-    return whole
+    rotation = np.eye(axes)
+    rotation[:2, :2] = [[cos, -sin], [sin, cos]]
+    turn = np.eye(2 * count)
+    turn[count:, count:] = np.kron(np.eye(count // axes), rotation)
+    return turn
 
 
 class GearCompliance(NamedTuple):
@@ -169,7 +249,8 @@ def spline_weights(samples: Array, places: ArrayLike) -> Array:
     q = np.asarray(places, dtype=float)
     spline = CubicSpline(samples, np.eye(len(samples)))
     inside = np.clip(q, samples[0], samples[-1])
-    return np.asarray(spline(inside) + (q - inside)[:, None] * spline(inside, 1))
+    straight = (q - inside)[:, None] * spline(inside, 1)
+    return np.asarray(spline(inside) + straight)
 
 
 def gear_compliance(gear: Gear, options: elements.Options) -> GearCompliance:
@@ -198,11 +279,10 @@ def of_unit_size(gear: Gear) -> Gear:
     ----------
     gear : its name, size, face width, mass and modifications do not matter
     """
-    # significant digits in which shapes are compared
-    own: dict[str, Any] = {
-        name: float(f"{getattr(gear, name) / gear.module:.11e}") for name in LENGTHS
-    }
-    own["material"] = gear.material._replace(youngs_modulus=1.0, density=1.0)
+    lengths: dict[str, Any] = {}
+    for name in LENGTHS:
+        in_modules = getattr(gear, name) / gear.module
+        lengths[name] = float(f"{in_modules:.{SHAPE_DIGITS}e}")
     return gear._replace(
         name="",
         face_width=1.0,
@@ -210,7 +290,8 @@ def of_unit_size(gear: Gear) -> Gear:
         inertia=0.0,
         assumed=(),
         modification=None,
-        **own,
+        material=gear.material._replace(youngs_modulus=1.0, density=1.0),
+        **lengths,
     )
 
 
@@ -277,25 +358,29 @@ def pair_compliance(
     compliances = solved or tuple(gear_compliance(gear, options) for gear in pair.gears)
     own = np.zeros(len(s))
     shared = np.zeros((pairs - 1, len(s)))
-    for index, (gear, compliance) in enumerate(
-        zip(pair.gears, compliances, strict=True)
-    ):
+    for number, compliance in enumerate(compliances):
+        gear = pair.gears[number]
         flank = outline.LoadedFlank(gear)
-        here = compliance.weights(flank.parameter(pair.radius(index, s)))
-        own += here @ compliance.own / gear.face_width
-        for apart in range(1, pairs):
-            ahead = s + apart * pair.base_pitch
-            inside = ahead <= pair.path.E + recess + 1e-9 * pair.base_pitch
-            touched = (
-                np.minimum(ahead[inside], pair.path.E) if recess else ahead[inside]
-            )
-            there = compliance.weights(flank.parameter(pair.radius(index, touched)))
+        weights = compliance.weights(flank.parameter(pair.radius(number, s)))
+        own += weights @ compliance.own / gear.face_width
+
+        for teeth_apart in range(1, pairs):
+            ahead = s + teeth_apart * pair.base_pitch
+            is_in_path = ahead <= pair.path.E + recess + 1e-9 * pair.base_pitch
+            touched = ahead[is_in_path]
+            if recess:
+                touched = np.minimum(touched, pair.path.E)
+            parameter = flank.parameter(pair.radius(number, touched))
+            weights_ahead = compliance.weights(parameter)
+
             # the mate pushes a driving tooth back and a driven tooth on: the tooth
             # ahead lies on the loaded flank's side of a driving tooth, and on the other
             # side of a driven one
-            first, second = (
-                (here[inside], there) if index == DRIVING else (there, here[inside])
-            )
-            both = np.einsum("no,ol,nl->n", second, compliance.across[apart - 1], first)
-            shared[apart - 1, inside] += both / gear.face_width
+            loaded = weights[is_in_path]
+            observed = weights_ahead
+            if number != DRIVING:
+                loaded, observed = observed, loaded
+            across = compliance.across[teeth_apart - 1]
+            value = np.einsum("no,ol,nl->n", observed, across, loaded)
+            shared[teeth_apart - 1, is_in_path] += value / gear.face_width
     return own, shared

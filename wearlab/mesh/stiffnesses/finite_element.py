@@ -15,7 +15,7 @@ STIFFNESS_OFF = 0.026
 
 
 class FiniteElementStiffness(StiffnessModel):
-    """Plane finite elements of both gears and their bodies, and the contact in series."""
+    """Plane finite elements of both gears and their bodies, the contact in series."""
 
     of_elements: ClassVar[bool] = True
     usual_coupling: ClassVar[str] = "elements"

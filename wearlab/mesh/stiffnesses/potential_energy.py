@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class PotentialEnergyStiffness(StiffnessModel):
-    """Bending, shear, compression, Hertz contact and foundation in series, as in the papers.
+    """Bending, shear, compression, contact and foundation in series, as in the papers.
 
     An option that only this model has chooses it where ``model`` is left out.
     """
