@@ -32,10 +32,16 @@ from wearlab.gears.gear import DRIVEN, DRIVING, Gear, GearPair
 from wearlab.mesh import body, profile, stiffness
 from wearlab.mesh.finite_element import compliance, elements
 
-INNER = leggauss(
-    2
-)  # places and weights between neighbouring nodes: fourth order in their distance
-ROOT = leggauss(48)  # over the root curve, and over the involute below the lowest node
+INNER = leggauss(2)
+"""Places and weights between neighbouring nodes: fourth order in their distance."""
+ROOT = leggauss(48)
+"""The same over the root curve, and over the involute below the lowest node."""
+REFINEMENT = 2
+"""Of the elements of a scene: within 0.4 % of the teeth's compliance, in a third of a
+second a pair."""
+NARROW = 3.0
+"""Face width in modules below which a pair is computed in plane stress; solid elements
+say so for two modules."""
 
 
 class ToothFlexibility(NamedTuple):
@@ -163,33 +169,36 @@ def _sections(gear: Gear, lam: Array, foot: float, rule: tuple[Array, Array]) ->
     step = np.diff(lam)[:, None]
     angle = lam[:-1, None] + 0.5 * step * (places + 1.0)
     x, y = outline.involute_point(gear, angle)
+    height = gear.outwards * (x - foot)
     dx = 0.5 * weights * step * outline.involute_rise(gear, angle)
-    return np.stack(
-        [gear.outwards * (x - foot), 2.0 * y, 1.0 / np.cos(angle), gear.outwards * dx]
-    )
+    return np.stack([height, 2.0 * y, 1.0 / np.cos(angle), gear.outwards * dx])
 
 
 def _root_sums(gear: Gear, lowest: float, foot: float) -> Array:
     """Return the sums from the foot of the root curve to the lowest node, (7,)."""
+    places, weights = ROOT
+    x_root, y_root, rise = outline.root_curve(gear, 0.5 * (places + 1.0))
+    height_root = gear.outwards * (x_root - foot)
+    dx_root = gear.outwards * 0.5 * weights * rise
+
     start = float(outline.load_angle(gear, gear.form_radius))
-    above = _sections(gear, np.array([start, lowest]), foot, ROOT)[:, 0]
-    x, y, rise = outline.root_curve(gear, 0.5 * (ROOT[0] + 1.0))
-    below = gear.outwards * (x - foot), 2.0 * y, gear.outwards * 0.5 * ROOT[1] * rise
-    x, t, dx = (
-        np.concatenate(both) for both in zip(below, above[[0, 1, 3]], strict=True)
-    )
-    return _sums(x, t, dx, np.zeros_like(x))
+    involute = _sections(gear, np.array([start, lowest]), foot, ROOT)[:, 0]
+    height, thickness, _, dx = involute
+
+    x = np.concatenate([height_root, height])
+    t = np.concatenate([2.0 * y_root, thickness])
+    return _sums(x, t, np.concatenate([dx_root, dx]), np.zeros_like(x))
 
 
 def _sums(x: Array, t: Array, dx: Array, h: Array) -> Array:
     """Return sums over sections, (7, …).
 
-    Of 1/t, 1/t³, x/t³, x²/t³, h_y/t³, x h_y/t³ and h_y²/t³.
+    They are of 1/t, 1/t³, x/t³, x²/t³, h_y/t³, x h_y/t³ and h_y²/t³.
     """
     cube = dx / t**3
-    return np.stack(
-        [dx / t, cube, cube * x, cube * x * x, cube * h, cube * h * x, cube * h * h]
-    ).sum(axis=-1)
+    moved = cube * h
+    terms = [dx / t, cube, cube * x, cube * x * x, moved, moved * x, moved * h]
+    return np.stack(terms).sum(axis=-1)
 
 
 def tooth_compliance(tooth: ToothFlexibility, wear: Array) -> Array:
@@ -229,8 +238,10 @@ def tooth_compliance(tooth: ToothFlexibility, wear: Array) -> Array:
     strip = wear * sin
     h = wear / cos
     b = tooth.back / cos
-    t = _or_nan_if_thin(2.0 * tooth.half_thickness + strip * sin / cos - h - b, tooth)
-    moment = arm - (tooth.height - 0.5 * strip) * cos - 0.5 * (h - b) * sin
+    thickness = 2.0 * tooth.half_thickness + strip * sin / cos - h - b
+    t = _or_nan_if_thin(thickness, tooth)
+    height = tooth.height - 0.5 * strip
+    moment = arm - height * cos - 0.5 * (h - b) * sin
 
     bending = tooth.bending * (bend - strip / t**3 * moment**2)
     compliance = bending + stretch * (K0 - strip / t)
@@ -260,12 +271,6 @@ def _or_nan_if_thin(thickness: Array, tooth: ToothFlexibility) -> Array:
     return np.where(thickness > tooth.minimum_thickness, thickness, np.nan)
 
 
-REFINEMENT = 2
-"""Of the elements of a scene: within 0.4 % of the teeth's compliance, in a third of a
-second a pair."""
-NARROW = 3.0
-"""Face width in modules below which a pair is computed in plane stress: two modules are
-(solid elements)."""
 Teeth = tuple[ToothFlexibility, ...]
 """The two teeth of a pair, (driving, driven)."""
 
@@ -332,7 +337,12 @@ class InSeries(stiffness.PairStiffness):
         return replace(self, teeth=teeth)
 
     def body(self, wear: Array) -> Array:
-        """Return the compliance of both teeth and bodies, (n,) [m/N]."""
+        """Return the compliance of both teeth and bodies, (n,) [m/N].
+
+        Parameters
+        ----------
+        wear : (2, n) depths, (driving, driven) [m]
+        """
         beams = _beams(self.teeth, wear).sum(axis=0)
         return np.asarray((beams + self.rest.sum(axis=0)) / self.scale)
 
@@ -346,9 +356,9 @@ class InSeries(stiffness.PairStiffness):
         if len(self.rest) == 1:
             return self.body(wear)
         first, second = (_beams(self.teeth, wear) + self.rest) / self.scale
-        return np.asarray(
-            np.interp(driving, nodes, first) + np.interp(driven, nodes, second)
-        )
+        of_driving = np.interp(driving, nodes, first)
+        of_driven = np.interp(driven, nodes, second)
+        return np.asarray(of_driving + of_driven)
 
     def cross(self, wear: Array) -> Array:
         """Return the compliance shared with pairs ahead, (n_apart, n) [m/N]."""
@@ -371,24 +381,29 @@ def _beams(teeth: Teeth, wear: Array) -> Array:
     return beams
 
 
-def plane_of(asked: Any, pair: GearPair) -> elements.Plane:
-    """Return the plane state in which a pair is computed."""
-    by_width: elements.Plane = (
-        "strain" if pair.face_width >= NARROW * pair.driving.module else "stress"
-    )
-    return by_width if asked == "by-width" else asked
+def plane_of(option: Any, pair: GearPair) -> elements.Plane:
+    """Return the plane state in which a pair is computed.
+
+    Parameters
+    ----------
+    option : strain, stress, or by-width: strain for gears that are wide enough
+    pair : the gears
+    """
+    is_wide = pair.face_width >= NARROW * pair.driving.module
+    by_width: elements.Plane = "strain" if is_wide else "stress"
+    return by_width if option == "by-width" else option
 
 
-def finite_element(asked: Any, pair: GearPair, grid: profile.ProfileGrid) -> InSeries:
+def finite_element(model: Any, pair: GearPair, grid: profile.ProfileGrid) -> InSeries:
     """Return the stiffness of a pair at its nodes, from the elements of both gears.
 
     Parameters
     ----------
-    asked : options of the variant
+    model : options of the variant
     pair : the gears
     grid : the nodes
     """
-    plane = plane_of(asked.plane, pair)
+    plane = plane_of(model.plane, pair)
     options = elements.Options(plane=plane, refinement=REFINEMENT)
     recess = float(grid.contact_position[-1] - grid.position[-1])
     by_elements, shared = compliance.pair_compliance(
@@ -397,12 +412,11 @@ def finite_element(asked: Any, pair: GearPair, grid: profile.ProfileGrid) -> InS
     teeth = _teeth(in_plane(pair, plane), grid)
     unworn = _beams(teeth, np.zeros((2, len(grid.loaded)))).sum(axis=0)
     rest = (grid.beyond(by_elements) - unworn)[None]
-    hertz = contact_of(asked.hertz, pair, grid)
     return InSeries(
-        hertz=hertz,
+        hertz=contact_of(model.hertz, pair, grid),
         rest=rest,
         shared=grid.beyond(shared),
-        scale=asked.scale,
+        scale=model.scale,
         teeth=teeth,
     )
 
@@ -434,34 +448,39 @@ def _radii(pair: GearPair, grid: profile.ProfileGrid) -> list[Array]:
     return [pair.radius(i, grid.loaded) for i in (DRIVING, DRIVEN)]
 
 
-def potential_energy(given: Any, pair: GearPair, grid: profile.ProfileGrid) -> InSeries:
+def potential_energy(model: Any, pair: GearPair, grid: profile.ProfileGrid) -> InSeries:
     """Return the flexibilities of a pair by the potential-energy method.
+
+    Parameters
+    ----------
+    model : options of the variant
+    pair : the gears
+    grid : the nodes
 
     References
     ----------
     L16, W23, Y23: ``1/k = 1/k_h + Σ (1/k_b + 1/k_s + 1/k_a + 1/(λ k_f))``; L16 prints
     Eq. 16 inverted.
     """
-    flat = in_plane(pair, given.plane)
-    foundation = BODIES[given.foundation]
-    teeth = _teeth(flat, grid, shear_factor=given.shear_factor, body=foundation)
-    bodies = np.stack(
-        [
-            tooth.foundation / by
-            for tooth, by in zip(teeth, given.correction, strict=True)
-        ]
-    )
-    apart_most = (
-        grid.n_pairs - 1
-        if given.foundation != "none" and given.coupling == "shared"
-        else 0
-    )
-    shared = np.zeros((apart_most, len(grid.loaded)))
-    for apart, out in enumerate(shared, start=1):
-        out[:] = _shared(flat, grid, bodies, apart)
-    hertz = contact_of(given.hertz, pair, grid)
+    flat = in_plane(pair, model.plane)
+    foundation = BODIES[model.foundation]
+    teeth = _teeth(flat, grid, shear_factor=model.shear_factor, body=foundation)
+    bodies = []
+    for tooth, correction in zip(teeth, model.correction, strict=True):
+        bodies.append(tooth.foundation / correction)
+    rest = np.stack(bodies)
+
+    is_coupled = model.foundation != "none" and model.coupling == "shared"
+    n_apart = grid.n_pairs - 1 if is_coupled else 0
+    shared = np.zeros((n_apart, len(grid.loaded)))
+    for index in range(n_apart):
+        shared[index] = _shared(flat, grid, rest, index + 1)
     return InSeries(
-        hertz=hertz, rest=bodies, shared=shared, scale=given.scale, teeth=teeth
+        hertz=contact_of(model.hertz, pair, grid),
+        rest=rest,
+        shared=shared,
+        scale=model.scale,
+        teeth=teeth,
     )
 
 
@@ -478,16 +497,20 @@ def contact_of(
     """
     materials = pair.driving.material, pair.driven.material
     if hertz == "yang-sun":
-        return stiffness.ConstantContact(
-            stiffness.yang_sun(*materials, pair.face_width)
-        )
+        compliance_of_line = stiffness.yang_sun(*materials, pair.face_width)
+        return stiffness.ConstantContact(compliance_of_line)
+
     depth = np.stack([*map(outline.contact_depth, pair.gears, _radii(pair, grid))])
     return stiffness.WeberContact(
-        pair.equivalent_curvature(grid.loaded), depth, materials, pair.face_width
+        equivalent_radius=pair.equivalent_curvature(grid.loaded),
+        depth=depth,
+        materials=materials,
+        face_width=pair.face_width,
     )
 
 
 def _rigid(gear: Gear, radius: Array) -> Array:
+    """Return the compliance of a rigid body, 0 at every radius (n,)."""
     return np.zeros_like(radius)
 
 
@@ -499,22 +522,24 @@ BODIES = {
 
 
 def _shared(
-    pair: GearPair, grid: profile.ProfileGrid, bodies: Array, apart: int
+    pair: GearPair, grid: profile.ProfileGrid, bodies: Array, pitches: int
 ) -> Array:
-    """Return the compliance that a pair shares with one ``apart`` base pitches ahead.
+    """Return the compliance that a pair shares with one some base pitches ahead.
 
     (n,) [m/N], from the compliance of the bodies (2, n).
     """
-    behind = grid.pairs_at_phase_nodes[:, apart:]
-    ahead = grid.pairs_at_phase_nodes[:, :-apart]
+    behind = grid.pairs_at_phase_nodes[:, pitches:]
+    ahead = grid.pairs_at_phase_nodes[:, :-pitches]
     in_path = (behind >= 0) & (ahead >= 0)
     first = behind[in_path]
     second = ahead[in_path]
 
     couplings = []
-    for gear, radius, own in zip(pair.gears, _radii(pair, grid), bodies, strict=True):
-        ratio = body.body_coupling(gear, radius[first], radius[second], apart)
-        couplings.append(ratio * np.sqrt(own[first] * own[second]))
+    radii = _radii(pair, grid)
+    for gear, radius, compliances in zip(pair.gears, radii, bodies, strict=True):
+        ratio = body.body_coupling(gear, radius[first], radius[second], pitches)
+        mean = np.sqrt(compliances[first] * compliances[second])
+        couplings.append(ratio * mean)
 
     shared = np.zeros(len(grid.loaded))
     shared[first] = sum(couplings)

@@ -5,10 +5,10 @@ What does not change with wear - compliances, who meets whom - is laid out once 
 set.
 
 A line meets each slice at a node of its own. On solid teeth both teeth of the pair
-yield as :func:`wearlab.mesh.finite_element.solid.solid_compliance` tells, along the
-line of action. Beyond its outermost load a tooth yields in proportion to its plane
-section. A driving tooth lags behind at larger y by ``y tan β`` against its loaded
-flank, a driven one towards it.
+yield along the line of action, by
+:func:`wearlab.mesh.finite_element.solid.solid_compliance`. Beyond its outermost load a
+tooth yields in proportion to its plane section. A driving tooth lags behind at larger y
+by ``y tan β`` against its loaded flank, a driven one towards it.
 """
 
 import math
@@ -30,7 +30,11 @@ from wearlab.mesh.finite_element import compliance, elements, outline, solid
 from wearlab.mesh.stages import Springs
 
 LIGHT = 1.0
-"""Force under which a mesh without a load is as stiff as it is told to be [N]."""
+"""Force under which the stiffness of a mesh without a load is evaluated [N]."""
+LEVELS = (0.1, 0.25, 0.45, 0.65, 0.85, 1.0, 1.2, 1.5, 2.0, 3.0, 4.5)
+"""Forces over the static one at which springs and contact agree."""
+MIN_STEP = 1e-12
+"""Least deflection from one of these forces to the next [m]."""
 
 
 class SolidLines(NamedTuple):
@@ -209,33 +213,38 @@ class FaceContact:
         """
         stiffness = self.analysis.stiffness
         face_width = self.grid.face_width
+        cosine = self.helix.cosine
         unworn = np.zeros((2, len(self.analysis.grid.contact_position)))
         body = stiffness.body(unworn) * face_width
-        cross = stiffness.cross(unworn)
-        least = MIN_CONTACT_LOAD_SHARE * (self.analysis.load or LIGHT)
         softening = stiffness.softening * face_width
-        contact = (
-            np.broadcast_to(stiffness.contact(np.full(len(body), least)), body.shape)
-            * face_width
-        )
-        contact = (contact - softening * np.log(self.helix.cosine)) / self.helix.cosine
-        if (
-            not contact.any()
-        ):  # a stiffness that is prescribed: no part of it is the contact's
+
+        min_force = MIN_CONTACT_LOAD_SHARE * (self.analysis.load or LIGHT)
+        under_min_force = stiffness.contact(np.full(len(body), min_force))
+        contact = np.broadcast_to(under_min_force, body.shape) * face_width
+        contact = (contact - softening * np.log(cosine)) / cosine
+        if not contact.any():
+            # a stiffness that is prescribed does not say which part is the contact's
             contact = 0.5 * body
             body = 0.5 * body
         elif self.solid is None:
             body = body / math.cos(self.helix.angle)
+
         return Section(
-            body, cross, contact, softening / self.helix.cosine, least / face_width
+            body=body,
+            cross=stiffness.cross(unworn),
+            hertz=contact,
+            softening=softening / cosine,
+            min_load=min_force / face_width,
         )
 
     @cached_property
     def _slices(self) -> Slices:
+        """The slices, as the solver takes them."""
         return Slices(self.grid.node, self.grid.width, self.grid.filled)
 
     @cached_property
     def _layer(self) -> ShearLayer | None:
+        """The layer in shear by which slices hold each other; None: as solid teeth."""
         if self.solid is not None:
             return None
         return layer_of(
@@ -291,22 +300,22 @@ class FaceContact:
         gap = self.gap(wear)
         force = self.analysis.load if force is None else force
         forces = np.broadcast_to(force, len(grid.phase))
-        pressed = np.where(forces > 0.0, forces, LIGHT)
-        start = np.zeros(grid.node.shape) if near is None else near.load
+        is_loaded = forces > 0.0
         load, deflection, tangent = solve_phases(
             self._slices,
             self.section,
             gap,
-            pressed,
-            start,
+            np.where(is_loaded, forces, LIGHT),
+            np.zeros(grid.node.shape) if near is None else near.load,
             self._layer,
-            self.solid and self.solid.compliance,
+            None if self.solid is None else self.solid.compliance,
         )
+
+        # without a force: as stiff as under a light touch, and not deflected
         unloaded = self._unloaded(gap)
-        free = ~(forces > 0.0)  # as stiff as under a light touch, and not deflected
-        if free.any():
-            load[free] = 0.0
-            deflection[free] = unloaded[free]
+        if not is_loaded.all():
+            load[~is_loaded] = 0.0
+            deflection[~is_loaded] = unloaded[~is_loaded]
         return LineLoads(deflection, tangent, load, unloaded)
 
     def gap_rate(self, wear: Array, loads: LineLoads) -> Array:
@@ -317,29 +326,29 @@ class FaceContact:
         Parameters
         ----------
         wear : (2, n_face, n) [m]
-        loads : which tell what touches
+        loads : of the lines; what has a load touches
         """
         grid = self.grid
-        given = self.section
         position = grid.profile.contact_position
-        apart = np.append(True, np.diff(position) > 0.0)
-        slope = np.gradient(self.gap(wear)[:, apart], position[apart], axis=1)
-        slope = slope[:, np.cumsum(apart) - 1] * self.pitch
+        is_new_place = np.append(True, np.diff(position) > 0.0)
+        gap = self.gap(wear)[:, is_new_place]
+        slope = np.gradient(gap, position[is_new_place], axis=1)
+        slope = slope[:, np.cumsum(is_new_place) - 1] * self.pitch
+
         node = np.where(grid.node >= 0, grid.node, 0)
-        each = grid.width * grid.filled[node] / (given.body + given.hertz)[node]
-        stiffness = np.where(loads.load > 0.0, each, 0.0)
+        compliance = self.section.body + self.section.hertz
+        of_slices = grid.width * grid.filled[node] / compliance[node]
+        stiffness = np.where(loads.load > 0.0, of_slices, 0.0)
         total = stiffness.sum(axis=(1, 2))
-        summed = (stiffness * slope[np.arange(len(grid.position)), node]).sum(
-            axis=(1, 2)
-        )
-        return np.divide(summed, total, out=np.zeros_like(total), where=total > 0.0)
+        slope_at_lines = slope[np.arange(len(grid.position)), node]
+        weighted = (stiffness * slope_at_lines).sum(axis=(1, 2))
+        return np.divide(weighted, total, out=np.zeros_like(total), where=total > 0.0)
 
     def _unloaded(self, gap: Array) -> Array:
         """Return the least gap at every phase, (n_phases,) [m]."""
-        each = np.where(
-            self.grid.node >= 0, gap[np.arange(gap.shape[0]), self.grid.node], np.inf
-        )
-        return np.asarray(each.min(axis=(1, 2)))
+        node = self.grid.node
+        of_lines = gap[np.arange(gap.shape[0]), node]
+        return np.where(node >= 0, of_lines, np.inf).min(axis=(1, 2))
 
     def residuals(self, loads: LineLoads, force: float) -> Array:
         """Return the sum of line loads over the force less 1, (n_phases,).
@@ -350,14 +359,9 @@ class FaceContact:
         force : static force of the mesh [N]
         """
         grid = self.grid
-        part = np.where(grid.node >= 0, grid.filled[grid.node], 0.0)
-        return np.asarray(
-            (loads.load * part * grid.width).sum(axis=(1, 2)) / force - 1.0
-        )
-
-
-LEVELS = (0.1, 0.25, 0.45, 0.65, 0.85, 1.0, 1.2, 1.5, 2.0, 3.0, 4.5)
-"""Forces over the static one at which springs and contact agree."""
+        filled = np.where(grid.node >= 0, grid.filled[grid.node], 0.0)
+        total = (loads.load * filled * grid.width).sum(axis=(1, 2))
+        return np.asarray(total / force - 1.0)
 
 
 class FaceFlanks(NamedTuple):
@@ -390,23 +394,35 @@ class FaceFlanks(NamedTuple):
     series: None = None
 
     def springs(self, phase: Array) -> Springs:
-        """Return the springs at phases (n,), (n, n_levels), all of one force.
+        """Return the springs at phases, (n, n_levels), all of one force.
 
-        Rates by phase.
+        Parameters
+        ----------
+        phase : (n,) of the mesh [1]
+
+        Returns
+        -------
+        springs with rates by phase
         """
         grid = self.contact.grid
-        own = phase % 1.0
-        place = np.stack([grid.at_phases(row, own) for row in self.deflection], axis=1)
-        # least deflection from one level to the next [m]
-        slope = np.diff(self.force, prepend=0.0) / np.maximum(
-            np.diff(place, axis=1), 1e-12
-        )
+        phase = phase % 1.0
+        rows = [grid.at_phases(row, phase) for row in self.deflection]
+        deflection = np.stack(rows, axis=1)
+        step = np.maximum(np.diff(deflection, axis=1), MIN_STEP)
+        slope = np.diff(self.force, prepend=0.0) / step
         stiffness = np.maximum(np.diff(slope, axis=1, prepend=0.0), 0.0)
-        rate = grid.at_phases(self.rate, own)
-        rates = np.repeat(rate[:, None], stiffness.shape[1], axis=1)
-        part = np.zeros((*stiffness.shape, stiffness.shape[1]))
+
+        n_levels = stiffness.shape[1]
+        rate = grid.at_phases(self.rate, phase)
+        part = np.zeros((*stiffness.shape, n_levels))
         part[..., 0] = 1.0
-        return Springs(stiffness, place[:, :-1], rates, rate, part)
+        return Springs(
+            stiffness=stiffness,
+            gap=deflection[:, :-1],
+            pair_rate=np.repeat(rate[:, None], n_levels, axis=1),
+            lead_rate=rate,
+            part=part,
+        )
 
 
 def face_flanks(
@@ -420,18 +436,21 @@ def face_flanks(
     Parameters
     ----------
     contact : over the face
-    wear : as the mesh feels it [m]
+    wear : effective wear of the mesh [m]
     static : loads under the static force
     levels : forces over the static one at which springs and contact agree [1]
     """
     load = contact.analysis.load
-    near = static
     force = load * np.array(levels)
+    state = static
     rows = [static.unloaded]
     for level in force:
-        near = static if level == load else contact.solve(wear, near, float(level))
-        rows.append(near.deflection)
-    deflection = np.maximum.accumulate(np.stack(rows))
+        state = static if level == load else contact.solve(wear, state, float(level))
+        rows.append(state.deflection)
     return FaceFlanks(
-        contact.analysis, contact, force, deflection, contact.gap_rate(wear, static)
+        analysis=contact.analysis,
+        contact=contact,
+        force=force,
+        deflection=np.maximum.accumulate(np.stack(rows)),
+        rate=contact.gap_rate(wear, static),
     )

@@ -1,6 +1,6 @@
 """A tooth in three dimensions: the section's elements, extruded along the face.
 
-    Both ends of the face are free.
+Both ends of the face are free.
 
 On the section displacements are sums of shapes, ``u(x, y, z) = Σ φ_i(x, y) a_i(z)``;
 along the face each a_i is piecewise quadratic. The shapes are what the section does
@@ -17,10 +17,10 @@ The tooth stands in its sector, held at the bore and at both cuts. What the rest
 wheel adds is known for waves along the face (:func:`wheel_beyond`), and mirrored at its
 ends.
 
-Teeth are kept on disk: set up once for each shape, whatever runs and processes follow.
-A file is named by what its tooth was made from: shape, slices, options, and the sources
-that compute. It holds numbers alone, then its SHA-256, looked at before anything is
-read out of it; one that was cut short or changed is made anew. The folder
+Teeth are kept on disk: each shape is solved once for all runs and processes. A file is
+named by what its tooth was made from: shape, slices, options, and the sources that
+compute. It holds numbers alone, and then its SHA-256, which is compared before anything
+is read out of the file; a file that was cut short or changed is made anew. The folder
 (`wearlab.files.cache_folder`) keeps the teeth used last.
 
 References
@@ -65,40 +65,35 @@ def kept_or_made(given: tuple[object, ...], make: Callable[[], Arrays]) -> Array
 
     Parameters
     ----------
-    given : what they are made from, told in full by its repr
+    given : what they are made from; its repr tells them apart
     make : makes them
     """
     name = _digest(f"{_sources()} {given!r}".encode()).hex()
     file = cache_folder() / "teeth" / f"{name}.npz"
-    found = _read(file)
-    if found is None:
-        with threadpool_limits(
-            1, user_api="blas"
-        ):  # threads would wait for each other on busy cores
-            found = make()
-        _write(file, found)
-    return found
+    arrays = _read(file)
+    if arrays is None:
+        # threads would wait for each other on busy cores
+        with threadpool_limits(1, user_api="blas"):
+            arrays = make()
+        _write(file, arrays)
+    return arrays
 
 
 @cache
 def _sources() -> str:
     """Return the hash of what computes: elements, outlines and gears."""
-    return hash_of(
-        sorted(
-            [
-                *(PACKAGE / "mesh" / "finite_element").glob("*.py"),
-                *PACKAGE.glob("gears/*.py"),
-            ]
-        )
-    )
+    of_elements = (PACKAGE / "mesh" / "finite_element").glob("*.py")
+    of_gears = (PACKAGE / "gears").glob("*.py")
+    return hash_of(sorted([*of_elements, *of_gears]))
 
 
 def _digest(content: bytes) -> bytes:
+    """Return the SHA-256 of a content."""
     return hashlib.sha256(content).digest()
 
 
-def _used(file: Path) -> None:
-    """Note when a tooth was used last, to the nanosecond.
+def _mark_as_used(file: Path) -> None:
+    """Set the time of a file to now, in nanoseconds.
 
     File systems themselves count milliseconds.
     """
@@ -107,9 +102,10 @@ def _used(file: Path) -> None:
 
 
 def _read(file: Path) -> Arrays | None:
+    """Return the arrays of a file; None where it is absent, cut short or changed."""
     try:
         whole = read_regular(file, KEPT_BYTES)
-        _used(file)
+        _mark_as_used(file)
     except OSError:
         return None
     content = whole[:-DIGEST]
@@ -121,29 +117,39 @@ def _read(file: Path) -> Arrays | None:
 
 
 def _write(file: Path, arrays: Arrays) -> None:
-    """Put a file in place whole, and drop those used longest ago.
+    """Write a file as a whole, and delete those that were used longest ago.
 
-    Where it cannot be written keep none.
+    Nothing is kept in a folder that cannot be written.
     """
-    content = BytesIO()
-    np.savez(content, first=arrays[0], second=arrays[1])
+    buffer = BytesIO()
+    np.savez(buffer, first=arrays[0], second=arrays[1])
+    content = buffer.getvalue()
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with NamedTemporaryFile(dir=file.parent, suffix=".part", delete=False) as part:
-            part.write(content.getvalue() + _digest(content.getvalue()))
-        _used(Path(part.name))
+            part.write(content + _digest(content))
+        _mark_as_used(Path(part.name))
         os.replace(part.name, file)
-        kept = sorted(
-            ((one.stat(), one) for one in file.parent.iterdir()),
-            key=lambda one: -one[0].st_mtime,
-        )
-        for size, (_, old) in zip(
-            np.cumsum([status.st_size for status, _ in kept]), kept, strict=True
-        ):
-            if size > KEPT_BYTES:
-                old.unlink(missing_ok=True)
+        _delete_oldest(file.parent)
     except OSError:
         pass
+
+
+def _delete_oldest(folder: Path) -> None:
+    """Delete the files used longest ago, until the folder holds `KEPT_BYTES` at most.
+
+    Raises
+    ------
+    OSError
+        When a file is gone or cannot be deleted.
+    """
+    teeth = [(file.stat(), file) for file in folder.iterdir()]
+    teeth.sort(key=lambda tooth: -tooth[0].st_mtime)
+    size = 0
+    for status, file in teeth:
+        size += status.st_size
+        if size > KEPT_BYTES:
+            file.unlink(missing_ok=True)
 
 
 Options = elements.Options
@@ -189,28 +195,33 @@ def extruded(
     oblique : t, sideways for each length along the face [1]
     """
     basis, slope = elements.gradients(flat.mesh)
-    value = np.stack(
-        [
-            np.broadcast_to(np.asarray(shape[0]), basis.dx.shape)
-            for shape in basis.basis
-        ],
-        axis=1,
-    )
+    values = [
+        np.broadcast_to(np.asarray(shape[0]), basis.dx.shape) for shape in basis.basis
+    ]
     across = np.concatenate([slope, -oblique * slope[:, :, 1:]], axis=2)
     along = np.zeros_like(across)
-    along[:, :, 2] = value
+    along[:, :, 2] = np.stack(values, axis=1)
+
     moduli = elements.lame(material, "strain")
-    factors = ((across, across), (across, along), (along, along))
-    dofs = 3 * (flat.dofs[0] // 2) + np.arange(3)[:, None]
-    return dofs, Extruded(
-        *(elements.product(basis, left, right, moduli) for left, right in factors)
+    matrices = Extruded(
+        across=elements.product(basis, across, across, moduli),
+        mixed=elements.product(basis, across, along, moduli),
+        along=elements.product(basis, along, along, moduli),
     )
+    dofs = 3 * (flat.dofs[0] // 2) + np.arange(3)[:, None]
+    return dofs, matrices
 
 
 class _PlacedElements(NamedTuple):
-    """A section under loads: ``q``: their places on the flank, (m,).
+    """The elements of a section in three dimensions, with unit loads on its flank.
 
-    ``loads``: (n_dofs, m).
+    Parameters
+    ----------
+    flat : the plane sector
+    dofs : (3, n_nodes) its unknowns
+    matrices : of the extruded section
+    q : (m,) places of the loads on the flank
+    loads : (n_dofs, m)
     """
 
     flat: elements.Sector
@@ -221,6 +232,7 @@ class _PlacedElements(NamedTuple):
 
 
 def _placed(gear: Gear, oblique: float, options: Options) -> _PlacedElements:
+    """Return the elements of a gear's section, extruded obliquely, and its loads."""
     flat, q, plane = elements.loaded_sector(gear, options)
     dofs, matrices = extruded(flat, gear.material, oblique)
     loads = np.zeros((dofs.size, len(q)))
@@ -229,40 +241,44 @@ def _placed(gear: Gear, oblique: float, options: Options) -> _PlacedElements:
     return _PlacedElements(flat, dofs, matrices, q, loads)
 
 
-def _shapes(at: _PlacedElements, module: float) -> Array:
+def _shapes(section: _PlacedElements, module: float) -> Array:
     """Return shapes of the section, (n_free, n_shapes).
 
-    Orthonormal, those in the plane and those along the face.
+    Those in the plane are orthonormal, and those along the face are.
     """
-    free = _free(at)
-    loads = at.loads[free]
-    found = []
-    for s in (
-        *(1j * k / module for k in WAVES),
-        *(k / module for own in DYING for k in (own, -own)),
-    ):
-        solved = splu(at.matrices.wave(s)[free][:, free].tocsc().astype(complex)).solve(
-            loads.astype(complex)
-        )
-        found += [solved.real, solved.imag]
-    every = np.hstack(found)
-    plane = ~np.isin(free, at.dofs[2])
-    parts = []
-    for own in (plane, ~plane):
-        mine = np.where(own[:, None], every, 0.0)
-        size = np.linalg.norm(mine, axis=0)
-        mine = mine[:, size > 1e-9 * size.max()]
-        left, value, _ = np.linalg.svd(
-            mine / np.linalg.norm(mine, axis=0), full_matrices=False
-        )
-        parts.append(left[:, value > KEPT * value[0]])
-    return np.hstack(parts)
+    free = _free(section)
+    loads = section.loads[free].astype(complex)
+    exponents = [1j * k / module for k in WAVES]
+    for k in DYING:
+        exponents += [k / module, -k / module]
+
+    responses = []
+    for s in exponents:
+        stiffness = section.matrices.wave(s)[free][:, free].tocsc()
+        response = splu(stiffness.astype(complex)).solve(loads)
+        responses += [response.real, response.imag]
+    displacements = np.hstack(responses)
+
+    in_plane = ~np.isin(free, section.dofs[2])
+    plane_shapes = _orthonormal(np.where(in_plane[:, None], displacements, 0.0))
+    face_shapes = _orthonormal(np.where(in_plane[:, None], 0.0, displacements))
+    return np.hstack([plane_shapes, face_shapes])
 
 
-def _free(at: _PlacedElements) -> Index:
-    across, along = at.flat.logical
-    held = np.isclose(along, 0.0) | np.isclose(np.abs(across), 2.0)
-    return np.sort(at.dofs[:, ~held].ravel())
+def _orthonormal(columns: Array) -> Array:
+    """Return orthonormal columns that span given ones (n, m), but for least parts."""
+    size = np.linalg.norm(columns, axis=0)
+    columns = columns[:, size > 1e-9 * size.max()]
+    normed = columns / np.linalg.norm(columns, axis=0)
+    left, value, _ = np.linalg.svd(normed, full_matrices=False)
+    return left[:, value > KEPT * value[0]]
+
+
+def _free(section: _PlacedElements) -> Index:
+    """Return the unknowns that are held neither at the bore nor at a cut, ascending."""
+    across, along = section.flat.logical
+    is_held = np.isclose(along, 0.0) | np.isclose(np.abs(across), 2.0)
+    return np.sort(section.dofs[:, ~is_held].ravel())
 
 
 class SolidCompliance(NamedTuple):
@@ -397,18 +413,20 @@ def _slices_met(carried: Array) -> Index:
 def _carried(edges: Array, count: int) -> Array:
     """Return the parts of unit loads on slices that elements carry, (count, 3, n)."""
     ends = np.linspace(edges[0], edges[-1], count + 1)
-    low = np.maximum(edges[:-1], ends[:-1, None])
-    overlap = np.maximum(0.0, np.minimum(edges[1:], ends[1:, None]) - low)
-    point, weight = np.polynomial.legendre.leggauss(2)
+    start = ends[:-1, None]
+    length = np.diff(ends)[:, None]
+    low = np.maximum(edges[:-1], start)
+    high = np.minimum(edges[1:], ends[1:, None])
+    overlap = np.maximum(0.0, high - low)
+    share = (overlap / np.diff(edges))[:, None, :]
+
     carried = np.zeros((count, 3, len(edges) - 1))
-    for x, w in zip(point, weight, strict=True):
-        xi = (low + 0.5 * (1.0 + x) * overlap - ends[:-1, None]) / np.diff(ends)[
-            :, None
-        ]
-        shape = np.stack(
-            [(1 - xi) * (1 - 2 * xi), 4 * xi * (1 - xi), xi * (2 * xi - 1)], axis=1
-        )
-        carried += 0.5 * w * shape * (overlap / np.diff(edges))[:, None, :]
+    for x, w in zip(*np.polynomial.legendre.leggauss(2), strict=True):
+        xi = (low + 0.5 * (1.0 + x) * overlap - start) / length
+        first = (1 - xi) * (1 - 2 * xi)
+        middle = 4 * xi * (1 - xi)
+        last = xi * (2 * xi - 1)
+        carried += 0.5 * w * np.stack([first, middle, last], axis=1) * share
     return carried
 
 
@@ -419,10 +437,8 @@ def _quadratic(h: float) -> tuple[Array, Array, Array]:
     """
     mass = h / 30.0 * np.array([[4.0, 2.0, -1.0], [2.0, 16.0, 2.0], [-1.0, 2.0, 4.0]])
     mixed = np.array([[-3.0, 4.0, -1.0], [-4.0, 0.0, 4.0], [1.0, -4.0, 3.0]]) / 6.0
-    stiff = np.array([[7.0, -8.0, 1.0], [-8.0, 16.0, -8.0], [1.0, -8.0, 7.0]]) / (
-        3.0 * h
-    )
-    return mass, mixed, stiff
+    second = np.array([[7.0, -8.0, 1.0], [-8.0, 16.0, -8.0], [1.0, -8.0, 7.0]])
+    return mass, mixed, second / (3.0 * h)
 
 
 def _compliance(diagonal: Array, upper: Array, force: Array, met: Array) -> Array:
@@ -469,16 +485,20 @@ def wheel_beyond(gear: Gear, waves: Sequence[float], options: Options = SOLID) -
     -------
     (n_waves, m, m) [1/Pa]
     """
-    at = _placed(gear, 0.0, options)
-    sign = np.ones(at.dofs.size)
-    sign[at.dofs[2]] = -1.0
-    across, mixed, along = at.matrices
-    each = []
+    section = _placed(gear, 0.0, options)
+    dofs = section.dofs
+    sign = np.ones(dofs.size)
+    sign[dofs[2]] = -1.0
+    across, mixed, along = section.matrices
+    turning = diags(sign) @ (mixed - mixed.T)
+
+    beyond_sector = []
     for k in waves:
-        stiffness = across + k * k * along + k * (diags(sign) @ (mixed - mixed.T))
-        strip = at.flat._replace(dofs=at.dofs, stiffness=stiffness.tocsr())
-        each.append(compliance.through_cuts(strip, at.loads, 0)[1][0])
-    return np.stack(each)
+        stiffness = across + k * k * along + k * turning
+        strip = section.flat._replace(dofs=dofs, stiffness=stiffness.tocsr())
+        _, beyond = compliance.through_cuts(strip, section.loads, 0)
+        beyond_sector.append(beyond[0])
+    return np.stack(beyond_sector)
 
 
 def solid_compliance(
@@ -504,10 +524,9 @@ def solid_compliance(
 def _remembered(
     shape: Gear, edges: tuple[float, ...], oblique: float, options: Options
 ) -> SolidCompliance:
-    places, table = kept_or_made(
-        (shape, edges, oblique, options),
-        partial(_on_its_wheel, shape, np.array(edges), oblique, options),
-    )
+    """Return the tooth of a shape, as it was kept or solved anew."""
+    solve = partial(_on_its_wheel, shape, np.array(edges), oblique, options)
+    places, table = kept_or_made((shape, edges, oblique, options), solve)
     table.setflags(write=False)
     return SolidCompliance(places, table)
 
@@ -515,17 +534,28 @@ def _remembered(
 def _on_its_wheel(
     shape: Gear, ends: Array, oblique: float, options: Options
 ) -> SolidCompliance:
+    """Return how the tooth yields in its sector, and the rest of the wheel with it.
+
+    The wheel adds a series of waves ``cos κz`` whose slopes vanish at both ends of the
+    face.
+    """
     from scipy.interpolate import PchipInterpolator
 
     q, table = tooth_in_sector(shape, ends, oblique, options)
+    by_wave = wheel_beyond(shape, OF_WHEEL, options)
+    beyond = PchipInterpolator(np.array(OF_WHEEL), by_wave)
+
     width = np.diff(ends)
-    n = len(ends) - 1
-    beyond = PchipInterpolator(
-        np.array(OF_WHEEL), wheel_beyond(shape, OF_WHEEL, options)
-    )
-    for number in range(1 + int(OF_WHEEL[-1] * ends[-1] / math.pi)):
-        k = number * math.pi / ends[-1]
-        wave = np.diff(np.sin(k * ends)) / (k * width) if k else np.ones(n)
-        part = (2.0 if k else 1.0) / ends[-1] * beyond(k)
-        table += part[:, None, :, None] * (wave[:, None] * wave)[:, None, :]
+    length = ends[-1]
+    for number in range(1 + int(OF_WHEEL[-1] * length / math.pi)):
+        k = number * math.pi / length
+        if number == 0:
+            wave = np.ones(len(width))
+            factor = 1.0
+        else:
+            wave = np.diff(np.sin(k * ends)) / (k * width)
+            factor = 2.0
+        places = (factor / length * beyond(k))[:, None, :, None]
+        slices = (wave[:, None] * wave)[:, None, :]
+        table += places * slices
     return SolidCompliance(q, table)
