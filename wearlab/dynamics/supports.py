@@ -387,37 +387,32 @@ def problems_of_pair(
     bearings : whether both gears need bearings
     """
     members = list(scene.gears.toothed)
-    given = model.supports.given
-    for stranger in given:
-        if stranger not in members:
-            there = f"no member of this gear set; there are {', '.join(members)}"
-            yield f"dynamics.supports.{stranger}", there
+    supports = model.supports.given
+    for name in supports:
+        if name not in members:
+            reason = f"no member of this gear set; there are {', '.join(members)}"
+            yield f"dynamics.supports.{name}", reason
     if bearings:
         reason = (
             "required: bearings, such as radial_stiffness = '1150 N/um' with 'damping'"
         )
-        yield from (
-            (f"dynamics.supports.{member}", reason)
-            for member in members
-            if member not in given
-        )
-    if all(member in given and given[member].holds for member in members):
-        still = (
+        for member in members:
+            if member not in supports:
+                yield f"dynamics.supports.{member}", reason
+    if all(member in supports and supports[member].holds for member in members):
+        reason = (
             "torsional springs hold both gears: nothing turns, and the torque does not "
-            "set the mesh force"
+            "set the mesh force; hold the output alone"
         )
-        yield "dynamics.supports", f"{still}; hold the output alone"
-    for member in filter(given.__contains__, members):
-        checks = _checks(
-            given[member],
-            bearings=bearings,
-            helical=scene.gears.helix_angle is not None,
-        )
-        yield from (
-            (f"dynamics.supports.{member}{key}", reason)
-            for key, wrong, reason in checks
-            if wrong
-        )
+        yield "dynamics.supports", reason
+    helical = scene.gears.helix_angle is not None
+    for member in members:
+        if member not in supports:
+            continue
+        checks = _checks(supports[member], bearings=bearings, helical=helical)
+        for key, is_wrong, reason in checks:
+            if is_wrong:
+                yield f"dynamics.supports.{member}{key}", reason
 
 
 SPUR = (
