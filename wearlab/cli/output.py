@@ -305,12 +305,22 @@ def reporting(what: str) -> Iterator[None]:
 
 
 def say(text: str = "") -> None:
-    """Write a line on standard output."""
+    """Write a line on standard output.
+
+    Parameters
+    ----------
+    text : of one or more lines
+    """
     print(text)
 
 
 def complain(text: str) -> None:
-    """Write a message on standard error, if anybody is there to read it."""
+    """Write a message on standard error, if anybody is there to read it.
+
+    Parameters
+    ----------
+    text : of the message, of one or more lines
+    """
     try:
         print(text, file=sys.stderr, flush=True)
     except OSError:
@@ -349,12 +359,22 @@ def in_words(label: str, position: Mapping[str, object]) -> str:
 
 
 def short(run_id: str) -> str:
-    """Return the beginning of a run's id by which people know it."""
+    """Return the beginning of a run's id by which people know it.
+
+    Parameters
+    ----------
+    run_id : the identity in full
+    """
     return run_id[:SHORT_ID]
 
 
 def show_json(content: Any) -> None:
-    """Write content as JSON."""
+    """Write content as JSON.
+
+    Parameters
+    ----------
+    content : what JSON can hold; numbers are finite
+    """
     print(json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))
 
 

@@ -385,7 +385,7 @@ class _Grammar:
         raise self.fail("a name or a value")
 
     def _formula(self, word: Token) -> Token:
-        """Return a formula that begins with a word, up to the bracket that closes it."""
+        """Return a formula from its first word to the bracket that closes it."""
         depth = 0
         while True:
             sign = self.word

@@ -87,7 +87,12 @@ def _refusals_by_reason(refused: list[dict[str, Any]]) -> Iterator[str]:
 
 
 def scenes_by_label(campaign: "Campaign") -> dict[str, Any]:
-    """Return the scene of the first case of every label."""
+    """Return the scene of the first case of every label.
+
+    Parameters
+    ----------
+    campaign : with its cases in order
+    """
     scenes: dict[str, Any] = {}
     for case in campaign.cases:
         scenes.setdefault(case.label, case.scene)

@@ -54,7 +54,7 @@ def export(
 
 
 def _exported_gear_unit(campaign: "Campaign", out: Path) -> output.Findings:
-    """Write the gears of a campaign's first case as REXS; say what has no place there."""
+    """Write the gears of the first case as REXS; say what has no place there."""
     from wearlab.rexs.document import RexsError
     from wearlab.rexs.export import export_rexs
 
