@@ -12,12 +12,12 @@ from scenes import external_pair
 import wearlab as wl
 from wearlab.browsing import contents, figures, listing, recorded
 from wearlab.browsing.one_run import (
-    Lived,
+    LabelledRun,
     WornPlace,
     in_hours,
+    lives_in_words,
     longest,
     margin,
-    told,
     why,
     worn_place,
 )
@@ -87,11 +87,11 @@ def test_cases_are_sorted_by_the_numbers_in_their_cells(tmp_path, opened):
 
 @pytest.mark.parametrize("cell", ["9.5e+07 cycles of life", "± 3 %", "-2 mm"])
 def test_a_cell_is_put_in_order_by_its_number(cell):
-    assert contents._in_order(cell)[:2] == (
+    assert contents._sort_key(cell)[:2] == (
         False,
         {"9": 9.5e7, "±": 3.0, "-": -2.0}[cell[0]],
     )
-    assert contents._in_order("completed") > contents._in_order(cell)
+    assert contents._sort_key("completed") > contents._sort_key(cell)
 
 
 def lived(lives, labels, hours=(None,) * 4, **values):
@@ -108,7 +108,7 @@ def lived(lives, labels, hours=(None,) * 4, **values):
         lives, labels, hours[: len(lives)], scenes or [{}] * len(lives), strict=True
     )
     runs = [
-        Lived(
+        LabelledRun(
             SimpleNamespace(summary={"life": life, "service_life": time}, values=scene),
             label,
         )
@@ -224,11 +224,16 @@ def test_the_page_says_why_one_lives_longer(opened, tmp_path):
         assert place.rate * entry.summary["life"] == pytest.approx(2e-6, rel=1e-9)
     force = places[0].factors["tooth_force"] / places[1].factors["tooth_force"]
     assert force == pytest.approx(places[0].rate / places[1].rate, rel=5e-3)
-    runs = [Lived(first, "100 N·m"), Lived(second, "110 N·m")]
-    said = told(store, runs, ["operation.torque"])
+    runs = [LabelledRun(first, "100 N·m"), LabelledRun(second, "110 N·m")]
+    said = lives_in_words(store, runs, ["operation.torque"])
     assert said[1].startswith("The next, 110 N·m, lives ")
     failed = SimpleNamespace(id="", summary={}, scene="{}")
-    assert told(store, [*runs, Lived(failed, "failed")], ["operation.torque"]) == said
+    assert (
+        lives_in_words(
+            store, [*runs, LabelledRun(failed, "failed")], ["operation.torque"]
+        )
+        == said
+    )
     assert said[2] == "It differs from the next in torque alone: 100 N·m for 110 N·m."
     assert said[4].startswith("There it wears") and "force on the tooth −" in said[4]
     page = opened(store).page("compare", run=[first.id, second.id])

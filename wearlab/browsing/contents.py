@@ -1,4 +1,4 @@
-"""What each page tells, asked of the store: plain data for the templates, and files to take along."""
+"""The content of each page: plain data for the templates, read from the store."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -7,118 +7,142 @@ from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
 from wearlab.browsing import figures, listing, one_run, recorded
-from wearlab.figures import FigureError, plotting, single
-from wearlab.figures import runs as grid_runs
-from wearlab.figures.kind import KINDS, read
+from wearlab.figures import KINDS, FigureError, single
 from wearlab.store import Store, StoreError, database, outcome, remarks
-from wearlab.store import updates as kept
+from wearlab.store import updates as stored_updates
 from wearlab.units import shown_unit
 from wearlab.updating import report_text
 
-Asked = Mapping[str, Sequence[str]]
+Arguments = Mapping[str, Sequence[str]]
 """The arguments of an address."""
 
 CARDS = 24  # campaigns of a page
-MOST_BESIDE = 24  # runs told side by side
+MAX_BESIDE = 24  # runs told side by side
 # cases of a campaign that figures are drawn of, and that are sorted by any column
-MOST_DRAWN = 2_000
+MAX_DRAWN = 2_000
 BESIDE = (
     "SELECT DISTINCT m.run FROM members AS m JOIN runs AS r ON r.id = m.run WHERE "
     "r.state = 'done' "
 )
-BESIDE += f"AND m.campaign = {recorded.CAMPAIGN_OF_RUN} LIMIT {MOST_BESIDE + 1}"
+BESIDE += f"AND m.campaign = {recorded.CAMPAIGN_OF_RUN} LIMIT {MAX_BESIDE + 1}"
 """The finished runs of the campaign recorded last that has a run, as far as they are
 told side by side."""
+FIRST = ("fleet", "posterior-fan", "remaining-life", "look-next", "decision")
+"""Figures of an update, before the others."""
 NUMBER = re.compile(r"[± ]*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)")
 
 
-def _named(asked: Asked, name: str, what: str) -> str:
-    """Return which campaign, run or update a page is asked for.
+def _named(arguments: Arguments, name: str, noun: str) -> str:
+    """Return which campaign, run or update an address names.
 
     Raises
     ------
     StoreError : none is
     """
-    if found := figures.first(asked).get(name):
-        return found
+    identity = figures.first(arguments).get(name)
+    if identity:
+        return identity
     raise StoreError(
-        f"which {what}? Open one from the pages, or give {name}=… in the address of "
+        f"which {noun}? Open one from the pages, or give {name}=… in the address of "
         "this one"
     )
 
 
-def campaigns(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
-    """Return a page of the campaigns."""
-    number = listing.whole(figures.first(asked).get("page", ""))
-    told, count = recorded.campaigns(store, CARDS, (number - 1) * CARDS)
-    said: dict[str, list[remarks.Remark]] = {}
-    for remark in remarks.remarks_on(
-        store.archive.catalogue, [remarks.subject_of(each.title) for each in told]
-    ):
-        said.setdefault(remark.campaign, []).append(remark)
+def campaigns(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
+    """Return a page of the campaigns.
+
+    Parameters
+    ----------
+    store : that has them
+    place : where the page is shown
+    arguments : of the address: ``page``
+    """
+    number = listing.whole(figures.first(arguments).get("page", ""))
+    shown, count = recorded.campaigns(store, CARDS, (number - 1) * CARDS)
+    subjects = [remarks.subject_of(campaign.title) for campaign in shown]
+    remarked: dict[str, list[remarks.Remark]] = {}
+    for remark in remarks.remarks_on(store.archive.catalogue, subjects):
+        remarked.setdefault(remark.campaign, []).append(remark)
     return {
-        "told": told,
-        "remarked": said,
+        "told": shown,
+        "remarked": remarked,
         "number": number,
         "pages": max(1, -(-count // CARDS)),
     }
 
 
-def campaign(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
+def campaign(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
     """Return a campaign: a page of its cases, and some of its figures.
 
     In a copy all of them.
+
+    Parameters
+    ----------
+    store : that has it
+    place : where the page is shown
+    arguments : of the address: ``key``, ``page``, ``sort``, ``figure``
 
     Raises
     ------
     StoreError : it is not in the store
     """
-    first = figures.first(asked)
-    key = _named(asked, "key", "campaign")
+    first = figures.first(arguments)
+    key = _named(arguments, "key", "campaign")
     number = listing.whole(first.get("page", ""))
-    if (
-        told := next(
-            (each for each in recorded.campaigns(store)[0] if each.key == key), None
-        )
-    ) is None:
+    listed, _ = recorded.campaigns(store)
+    matches = [candidate for candidate in listed if candidate.key == key]
+    if not matches:
         raise StoreError(f"campaign {key[:40]!r} is not in this store")
-    few = told.cases <= MOST_DRAWN
-    most = listing.ROWS if place.live else MOST_DRAWN
-    sort = first.get("sort", "") if few else ""
-    heads, rows = cases(store, key, sort, (number - 1) * most, most)
-    drawn = list[figures.ShownFigure]()
-    others = list[tuple[int, str]]()
-    if few and told.counts.get("done"):
-        source = figures.Source(store, recorded.campaign_of(store, key))
-        questions = dict(enumerate(source.asked(), 1))
-        at = min(listing.whole(first.get("figure", "")), len(questions))
-        for figure, each in questions.items():
-            if place.live and not at <= figure < at + figures.MOST_AT_ONCE:
-                others.append((figure, figures.name_of(each)))
-            else:
-                drawn.append(
-                    source.shown(
-                        each, place.files("campaign", f"key={key}&figure={figure}")
-                    )
-                )
-    subject = remarks.subject_of(told.title)
-    mark = next((sign for sign in "\"'" if sign not in told.title), "")
-    where = f"campaign = {mark}{told.title}{mark}" if mark and place.live else ""
-    shown = {
-        "heading": told.title,
-        "told": told,
+    shown = matches[0]
+
+    is_small = shown.cases <= MAX_DRAWN
+    rows_of_page = listing.ROWS if place.live else MAX_DRAWN
+    sort = first.get("sort", "") if is_small else ""
+    heads, rows = cases(store, key, sort, (number - 1) * rows_of_page, rows_of_page)
+    drawn: list[figures.ShownFigure] = []
+    further: list[tuple[int, str]] = []
+    if is_small and shown.counts.get("done"):
+        begin = listing.whole(first.get("figure", ""))
+        drawn, further = _figures_of(store, place, key, begin)
+
+    subject = remarks.subject_of(shown.title)
+    quotes = [sign for sign in "\"'" if sign not in shown.title]
+    condition = ""
+    if quotes and place.live:
+        condition = f"campaign = {quotes[0]}{shown.title}{quotes[0]}"
+    return {
+        "heading": shown.title,
+        "told": shown,
         "heads": heads,
         "rows": rows,
         "sort": sort,
-        "where": where,
-    }
-    shown |= {
-        "sortable": place.live and few,
+        "where": condition,
+        "sortable": place.live and is_small,
         "number": number,
-        "pages": max(1, -(-told.cases // most)),
+        "pages": max(1, -(-shown.cases // rows_of_page)),
+        "figures": drawn,
+        "others": further,
+        "subject": subject,
+        "remarked": remarks.remarks_on(store.archive.catalogue, [subject]),
     }
-    shown |= {"figures": drawn, "others": others, "subject": subject}
-    return shown | {"remarked": remarks.remarks_on(store.archive.catalogue, [subject])}
+
+
+def _figures_of(
+    store: Store, place: Any, key: str, begin: int
+) -> tuple[list[figures.ShownFigure], list[tuple[int, str]]]:
+    """Return figures of a campaign, and number and name of those left out."""
+    source = figures.Source(store, recorded.campaign_of(store, key))
+    questions = source.asked()
+    begin = min(begin, len(questions))
+    drawn = []
+    further = []
+    for number, question in enumerate(questions, 1):
+        if place.live and not begin <= number < begin + figures.MOST_AT_ONCE:
+            further.append((number, figures.name_of(question)))
+        else:
+            files = place.files("campaign", f"key={key}&figure={number}")
+            drawn.append(source.shown(question, files))
+    return drawn, further
 
 
 def cases(store: Store, key: str, sort: str, skip: int, limit: int) -> tuple[Any, Any]:
@@ -131,271 +155,311 @@ def cases(store: Store, key: str, sort: str, skip: int, limit: int) -> tuple[Any
         last; "": as recorded
     skip, limit : so many, after the first ones
     """
-    some = (MOST_DRAWN, 0) if sort else (limit, skip)
     question = (
         "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY number "
         "LIMIT ? OFFSET ?"
     )
-    members = store.archive.catalogue.read(question, [key, *some])
-    what = "a campaign in the catalogue"
+    bounds = (MAX_DRAWN, 0) if sort else (limit, skip)
+    members = store.archive.catalogue.read(question, [key, *bounds])
+    subject = "a campaign in the catalogue"
     places = [
-        database.understood(what, database.place, position)
+        database.understood(subject, database.place, position)
         for _, _, position in members
     ]
     axes = list(dict.fromkeys(name for place in places for name in place))
     entries = store.archive.entries(run for run, _, _ in members)
-    heads = ("case", *axes, "state", "verdict", "result", "error")
+
     rows = []
     for (run, label, _), place in zip(members, places, strict=True):
-        entry = entries.get(run)
-        came = ("missing", "", "", "")
-        if entry is not None:
-            told = next(
-                iter(outcome.headlines(entry.summary)),
-                outcome.Headline("", "", "", None),
-            )
-            verdict = str(
-                entry.summary.get("verdict") or outcome.last_line(entry.reason)
-            )
-            came = (store.archive.state_of(entry), verdict, told.text, told.margin)
-        rows.append(
-            (
-                str(run),
-                (str(label), *(shown_unit(str(place.get(a, ""))) for a in axes), *came),
-            )
-        )
+        values = [shown_unit(str(place.get(axis, ""))) for axis in axes]
+        cells = (str(label), *values, *_outcome_cells(store, entries.get(run)))
+        rows.append((str(run), cells))
+
+    heads = ("case", *axes, "state", "verdict", "result", "error")
     if sort:
-        if (name := sort.removeprefix("-")) in heads:
-            at = heads.index(name)
-            rows.sort(
-                key=lambda row: _in_order(row[1][at]), reverse=sort.startswith("-")
-            )
-            rows.sort(key=lambda row: not row[1][at])
+        column = sort.removeprefix("-")
+        if column in heads:
+            _sort_rows(rows, heads.index(column), reverse=sort.startswith("-"))
         rows = rows[skip : skip + limit]
     return tuple((head, head.replace("_", " ")) for head in heads), tuple(rows)
 
 
-def _in_order(cell: str) -> tuple[bool, float, str]:
-    """Return by what a cell is put in order: the number that it begins with, before words."""
-    found = NUMBER.match(cell)
-    return found is None, float(found[1]) if found else 0.0, cell
+def _outcome_cells(store: Store, entry: Any) -> tuple[str, ...]:
+    """Return state, verdict, result and error of a run, None where it is missing."""
+    if entry is None:
+        return ("missing", "", "", "")
+    headlines = list(outcome.headlines(entry.summary))
+    headline = headlines[0] if headlines else outcome.Headline("", "", "", None)
+    verdict = str(entry.summary.get("verdict") or outcome.last_line(entry.reason))
+    state = store.archive.state_of(entry)
+    return (state, verdict, headline.text, headline.margin)
 
 
-def runs(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
-    """Return a page of runs."""
-    told = listing.listed(store, figures.first(asked))
-    beside = comparable([row[0] for row in told.rows])
+def _sort_rows(
+    rows: list[tuple[str, tuple[str, ...]]], column: int, *, reverse: bool
+) -> None:
+    """Sort rows by a column, numbers before words, empty cells last."""
+    rows.sort(key=lambda row: _sort_key(row[1][column]), reverse=reverse)
+    rows.sort(key=lambda row: not row[1][column])
+
+
+def _sort_key(cell: str) -> tuple[bool, float, str]:
+    """Return what a cell is sorted by: the number that it begins with, before words."""
+    number = NUMBER.match(cell)
+    return number is None, float(number[1]) if number else 0.0, cell
+
+
+def runs(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
+    """Return a page of runs.
+
+    Parameters
+    ----------
+    store : that has them
+    place : where the page is shown
+    arguments : of the address: condition, columns, order, page
+    """
+    table = listing.listed(store, figures.first(arguments))
     return {
-        "told": told,
+        "told": table,
         "signs": listing.SIGNS,
-        "back": urlencode(told.asked),
-        "beside": beside,
+        "back": urlencode(table.asked),
+        "beside": comparable([row[0] for row in table.rows]),
     }
 
 
 def comparable(runs: Sequence[str]) -> Sequence[str]:
-    """Return runs that can be told side by side, none where there are too many or one alone."""
-    return runs if 1 < len(runs) <= MOST_BESIDE else []
+    """Return runs that can be compared, none where there are too many or only one.
+
+    Parameters
+    ----------
+    runs : ids
+    """
+    return runs if 1 < len(runs) <= MAX_BESIDE else []
 
 
-def run(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
-    """Return what a page of one run tells: of the run ``id``, chosen in the table ``back``.
+def run(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
+    """Return the page of one run.
+
+    Parameters
+    ----------
+    store : that has it
+    place : where the page is shown
+    arguments : of the address: ``id``, and the table of runs in ``back``
 
     Raises
     ------
     StoreError : no such run
     """
-    first = figures.first(asked)
-    entry = store.archive.find(_named(asked, "id", "run"))
-    told = one_run.content(store, entry)
-    kinds = list[str]()
-    drawn = list[figures.ShownFigure]()
-    if told["state"] == "done":
+    first = figures.first(arguments)
+    entry = store.archive.find(_named(arguments, "id", "run"))
+    facts = one_run.content(store, entry)
+    kinds: list[str] = []
+    drawn: list[figures.ShownFigure] = []
+    if facts["state"] == "done":
         try:
             source = figures.Source(store, recorded.together(store, [entry.id]))
             kinds = source.of_one_run()
         except figures.PROBLEMS as error:
             drawn = [figures.ShownFigure("", problem=str(error))]
-    if not place.live:
+
+    prints = []
+    beside: list[str] = []
+    if place.live:
+        for kind in kinds:
+            files = place.files("figure", f"run={entry.id}&kind={kind}")
+            prints.append((KINDS[kind].title or kind, files))
+        beside = [row[0] for row in store.archive.catalogue.read(BESIDE, [entry.id])]
+    else:
         drawn += [source.shown(source.question(kind)) for kind in kinds]
-    addresses = [
-        (KINDS[kind].title or kind, f"run={entry.id}&kind={kind}")
-        for kind in kinds
-        if place.live
-    ]
-    beside = (
-        [row[0] for row in store.archive.catalogue.read(BESIDE, [entry.id])]
-        if place.live
-        else []
-    )
-    shown = {
-        "heading": told["title"],
-        "told": told,
+
+    address = store.address or str(store.path.absolute())
+    folder = quote(address)
+    kind = kinds[0] if kinds else "wear-profile"
+    return {
+        "heading": facts["title"],
+        "told": facts,
         "back": _back(first),
         "beside": comparable(beside),
+        "has_life": bool(entry.summary.get("life")),
+        "figures": drawn,
+        "prints": prints,
+        "commands": f"wearlab show {entry.id} --store {folder}\n"
+        f"wearlab figures --from FIGURE.png --store {folder}   # a figure that was "
+        "taken along",
+        "python": "import wearlab as wl\n"
+        f"run = wl.open({address!r}).run({entry.id!r})\n"
+        f"wl.figure(run, {kind!r})",
     }
-    shown |= {"has_life": bool(entry.summary.get("life")), "figures": drawn}
-    shown["prints"] = [
-        (title, place.files("figure", address)) for title, address in addresses
-    ]
-    where = store.address or str(store.path.absolute())
-    again = (
-        f"wearlab figures --from FIGURE.png --store {quote(where)}   # a figure that "
-        "was taken along"
-    )
-    shown["commands"] = f"wearlab show {entry.id} --store {quote(where)}\n{again}"
-    code = (
-        "import wearlab as wl\nrun = "
-        f"wl.open({where!r}).run({entry.id!r})\nwl.figure(run, "
-    )
-    return shown | {"python": f"{code}{next(iter(kinds), 'wear-profile')!r})"}
 
 
 def _back(first: Mapping[str, str]) -> dict[str, str]:
-    """Return condition, columns and order of the table of runs that was left, as far as there was one."""
-    known = ("where", "columns", "sort")
+    """Return condition, columns and order of the table of runs that was left."""
+    names = ("where", "columns", "sort")
     return {
-        name: text for name, text in parse_qsl(first.get("back", "")) if name in known
+        name: text for name, text in parse_qsl(first.get("back", "")) if name in names
     }
 
 
-def compare(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
-    """Return marked runs, or a campaign, in one figure, with what there is to choose from."""
-    first = {"state": "last", "back": "", **figures.first(asked)}
-    asked = {**asked, "state": [first["state"]]}
-    wanted = figures.wanted(asked)
-    told = dict[str, Any](
-        beside=None, problem="", commands="", heading="Compare", figures=()
-    )
-    told |= {
-        "asked": wanted,
+def compare(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
+    """Return marked runs, or a campaign, in one figure, with its choices.
+
+    Parameters
+    ----------
+    store : that has the runs
+    place : where the page is shown
+    arguments : of the address: the runs or the campaign, and the figure
+    """
+    first = {"state": "last", "back": "", **figures.first(arguments)}
+    arguments = {**arguments, "state": [first["state"]]}
+    wish = figures.wanted(arguments)
+    content: dict[str, Any] = {
+        "beside": None,
+        "problem": "",
+        "commands": "",
+        "heading": "Compare",
+        "figures": (),
+        "asked": wish,
         "state": first["state"],
         "back": first["back"],
         "left": _back(first),
     }
-    if not wanted.runs and not wanted.campaign:
-        return {
-            **told,
-            "problem": "Mark some runs in a table first, then choose to compare them.",
-        }
-    if wanted.runs and not wanted.campaign:
-        told["beside"] = one_run.side_by_side(store, wanted.runs[:MOST_BESIDE])
-    source = figures.source_of(store, wanted)
-    axes = [str(dim) for dim in source.grid.run_id.dims]
-    dims = set(source.grid.dims)
-    told["kinds"] = [
-        (kind, f"{kind}: {KINDS[kind].shows}"[:90]) for kind in source.possible()
-    ]
-    told["numbers"] = [
-        (name, f"{name}: {words}"[:90]) for name, words in source.numbers()
-    ]
-    told["abscissae"] = list(dict.fromkeys([*axes, *grid_runs.along_axes(source.grid)]))
-    told["roles"] = [
-        *axes,
-        *(dim for dim in ("flank", "mesh", "update", "member") if dim in dims),
-    ]
-    told["heading"] = (
-        f"{'Compare ' if len(wanted.runs) > 1 else ''}{source.campaign.title}"
-    )
+    if not wish.runs and not wish.campaign:
+        problem = "Mark some runs in a table first, then choose to compare them."
+        return {**content, "problem": problem}
+    if not wish.campaign:
+        content["beside"] = one_run.side_by_side(store, wish.runs[:MAX_BESIDE])
+
+    source = figures.source_of(store, wish)
+    content |= _choices(source)
+    verb = "Compare " if len(wish.runs) > 1 else ""
+    content["heading"] = f"{verb}{source.campaign.title}"
     try:
-        drawn = source.ask_for(wanted)
+        question = source.ask_for(wish)
     except FigureError as error:
-        return {**told, "problem": str(error)}
-    told["figures"] = [
-        source.shown(drawn, place.files("figure", figures.address(asked)))
+        return {**content, "problem": str(error)}
+
+    files = place.files("figure", figures.address(arguments))
+    content["figures"] = [source.shown(question, files)]
+    folder = quote(store.address or str(store.path.absolute()))
+    content["commands"] = (
+        f"wearlab figures --from {question.name}.png --store {folder}   # the PNG that "
+        "was taken along"
+    )
+    if len(wish.runs) == 2:
+        pair = " ".join(wish.runs)
+        content["commands"] += f"\nwearlab compare {pair} --store {folder}"
+    return content
+
+
+def _choices(source: figures.Source) -> dict[str, Any]:
+    """Return what a figure of some runs may be of: kinds, results, abscissae, roles."""
+    axes = [str(dim) for dim in source.grid.run_id.dims]
+    inner = [
+        dim for dim in ("flank", "mesh", "update", "member") if dim in source.grid.dims
     ]
-    where = quote(store.address or str(store.path.absolute()))
-    again = f"wearlab figures --from {drawn.name}.png --store {where}"
-    told["commands"] = f"{again}   # the PNG that was taken along"
-    if len(wanted.runs) == 2:
-        told["commands"] += f"\nwearlab compare {' '.join(wanted.runs)} --store {where}"
-    return told
+    return {
+        "kinds": [
+            (kind, f"{kind}: {KINDS[kind].shows}"[:90]) for kind in source.possible()
+        ],
+        "numbers": [
+            (name, f"{name}: {words}"[:90]) for name, words in source.numbers()
+        ],
+        "abscissae": list(dict.fromkeys([*axes, *source.abscissae()])),
+        "roles": [*axes, *inner],
+    }
 
 
-FIRST = ("fleet", "posterior-fan", "remaining-life", "look-next", "decision")
-"""Figures of an update, before the others."""
+def updates(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
+    """Return the updates of a store, the latest first, with answers and alerts.
 
-
-def updates(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
-    """Return the updates of a store, the latest first, each with its answer and what speaks against it."""
-    told = []
-    for update in reversed(kept.kept_updates(store).values()):
+    Parameters
+    ----------
+    store : that has them
+    place : where the page is shown
+    arguments : of the address
+    """
+    rows: list[tuple[Any, list[str], list[str]]] = []
+    for update in reversed(stored_updates.kept_updates(store).values()):
+        answers = ["Its file has gone."]
+        alerts: list[str] = []
         try:
-            tree = kept.read_update(store, update.id)
-            said = ["Its file has gone."] if tree is None else report_text.answers(tree)
-            told.append(
-                (
-                    update,
-                    said,
-                    []
-                    if tree is None
-                    else report_text.alerts(report_text.text_of(tree)),
-                )
-            )
+            tree = stored_updates.read_update(store, update.id)
+            if tree is not None:
+                answers = report_text.answers(tree)
+                alerts = report_text.alerts(report_text.text_of(tree))
         except (StoreError, KeyError, ValueError) as error:
-            told.append((update, [f"It cannot be read: {error}"], []))
-    return {"told": told}
+            answers = [f"It cannot be read: {error}"]
+            alerts = []
+        rows.append((update, answers, alerts))
+    return {"told": rows}
 
 
-def update(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
+def update(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
     """Return the answer of an update and its figures.
+
+    Parameters
+    ----------
+    store : that has it
+    place : where the page is shown
+    arguments : of the address: ``id``
 
     Raises
     ------
     StoreError : there is none, or its file is damaged
     """
-    prefix = _named(asked, "id", "update")
-    known = kept.find_update(store, prefix)
-    tree = None if known is None else kept.read_update(store, known.id)
-    if known is None or tree is None:
+    prefix = _named(arguments, "id", "update")
+    record = stored_updates.find_update(store, prefix)
+    tree = None if record is None else stored_updates.read_update(store, record.id)
+    if record is None or tree is None:
         raise StoreError(
             f"update {prefix[:40]!r}: no such update, or its file has gone"
         )
-    names = figures.put_first(
-        FIRST, (name for name, kind in KINDS.items() if kind.of == "update")
-    )
-    plots = [
-        (plot, name)
-        for name in names
-        if (plot := update_plot(store, known.subject, name))
-    ]
+
+    names = [name for name, kind in KINDS.items() if kind.of == "update"]
+    drawn = []
+    for name in figures.put_first(FIRST, names):
+        plot = update_plot(store, record.subject, name)
+        if plot:
+            files = place.files("update", f"id={record.id}&kind={name}")
+            drawn.append(figures.of_plot(plot, files))
     lines = report_text.text_of(tree)[1:]
     tables = report_text.fleet_tables(tree)
-    prints = (place.files("update", f"id={known.id}&kind={name}") for _, name in plots)
-    drawn = [
-        figures.of_plot(plot, files)
-        for (plot, _), files in zip(plots, prints, strict=True)
-    ]
-    shown = {
-        "heading": known.title or "Update",
-        "id": known.id,
-        "runs": known.runs,
+    return {
+        "heading": record.title or "Update",
+        "id": record.id,
+        "runs": record.runs,
         "figures": drawn,
-    }
-    shown |= {
         "answers": report_text.answers(tree),
         "alerts": report_text.alerts(lines),
         "lines": lines,
-    }
-    return shown | {
         "fleet": tables,
         "about": report_text.fleet_about(tree) if tables else "",
     }
 
 
 def update_plot(store: Store, subject: str, kind: str) -> Any:
-    """Return a figure of an update, None where there is none."""
+    """Return a figure of an update, None where there is none.
+
+    Parameters
+    ----------
+    store : that has it
+    subject : identity of what it is of
+    kind : of the figure
+    """
     try:
-        return plotting.of_update(
-            subject, store, read(single.specified({"kind": kind}), 1, None)
-        )
+        return single.update_plot(subject, store, kind)
     except (FigureError, KeyError, ValueError):
         return None
 
 
-def progress(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
-    """Return how far runs are that are being computed, and whether the page looks again by itself."""
-    return {
-        "follow": bool(figures.first(asked).get("follow")),
-        **recorded.progress(store),
-    }
+def progress(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
+    """Return how far running runs are, and whether the page is loaded anew by itself.
+
+    Parameters
+    ----------
+    store : that has them
+    place : where the page is shown
+    arguments : of the address: ``follow``
+    """
+    follow = bool(figures.first(arguments).get("follow"))
+    return {"follow": follow, **recorded.progress(store)}

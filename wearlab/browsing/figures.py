@@ -75,7 +75,12 @@ class WantedFigure:
 
 
 def first(arguments: Mapping[str, Sequence[str]]) -> dict[str, str]:
-    """Return the first value of every argument of an address."""
+    """Return the first value of every argument of an address.
+
+    Parameters
+    ----------
+    arguments : name → values
+    """
     return {name: values[0] for name, values in arguments.items() if values}
 
 
@@ -103,22 +108,29 @@ def wanted(arguments: Mapping[str, Sequence[str]]) -> WantedFigure:
         raise FigureError(
             f"{len(runs)} runs are more than the {MOST_RUNS} that one figure shows"
         )
-    given = {name: value for name, value in first(arguments).items() if value}
+    values = {name: value for name, value in first(arguments).items() if value}
     chosen = (pair.partition("=") for pair in arguments.get("select", ()))
     select: dict[str, Any] = {
         d: int(v) if WHOLE.fullmatch(v) else v for d, sign, v in chosen if sign and d
     }
-    select |= AT.get(given.get("state", ""), {})
-    options: dict[str, Any] = {name: given[name] for name in ROLES if name in given}
-    if given.get("y_as") in ("logarithm", "difference"):
-        options["y_as"] = given["y_as"]
+    select |= AT.get(values.get("state", ""), {})
+    options: dict[str, Any] = {name: values[name] for name in ROLES if name in values}
+    if values.get("y_as") in ("logarithm", "difference"):
+        options["y_as"] = values["y_as"]
     if select:
         options["select"] = select
-    return WantedFigure(runs, given.get("campaign", ""), given.get("kind", ""), options)
+    return WantedFigure(
+        runs, values.get("campaign", ""), values.get("kind", ""), options
+    )
 
 
 def address(arguments: Mapping[str, Sequence[str]]) -> str:
-    """Return what comes behind the question mark of the address of a figure, of the arguments of its page."""
+    """Return the arguments of the address of a figure, from those of its page.
+
+    Parameters
+    ----------
+    arguments : of the page
+    """
     return urlencode(
         [(name, v) for name, vs in arguments.items() if name in ASKED for v in vs if v]
     )
@@ -161,26 +173,26 @@ class Source:
         FigureError : no such kind or option
         """
         kind = of.kind or self.possible()[0]
-        known = KINDS.get(kind)
+        definition = KINDS.get(kind)
         (dim, *_) = (*map(str, self.grid.run_id.dims), "")
         curves = (
-            known is not None
-            and known.dims
-            and not known.over_sweeps
-            and known.joined is None
+            definition is not None
+            and definition.dims
+            and not definition.over_sweeps
+            and definition.joined is None
         )
-        apart = (
+        hue = (
             {"hue": dim}
             if curves and dim and len(of.runs) > 1 and of.options.get("select")
             else {}
         )
-        return self.question(kind, {**apart, **of.options})
+        return self.question(kind, {**hue, **of.options})
 
     def of_campaign(self) -> list[Question]:
         """Return what the figures of its campaign ask."""
         tables = (
-            {key: v for key, v in vars(one).items() if key in KEYS}
-            for one in self.campaign.figures
+            {key: v for key, v in vars(spec).items() if key in KEYS}
+            for spec in self.campaign.figures
         )
         return [
             Question(number, table, None, self.campaign)
@@ -201,7 +213,7 @@ class Source:
         return [*swept, *map(self.question, kinds[: MOST_AT_ONCE - len(swept)])]
 
     def possible(self) -> list[str]:
-        """Return the kinds of figures that the runs have the variables for, the most telling first."""
+        """Return the kinds of figures that the runs have the variables for."""
         of_runs = {
             name: kind.needs
             for name, kind in KINDS.items()
@@ -215,7 +227,7 @@ class Source:
         return [*put_first(OF_CAMPAIGN, able), "line"]
 
     def of_one_run(self) -> list[str]:
-        """Return the kinds of figures that are shown of one run over its wear states."""
+        """Return the kinds of figures of one run over its wear states."""
         able = self.possible()
         faces = [
             name
@@ -225,24 +237,28 @@ class Source:
         return [name for name in (*OF_RUN, *faces) if name in able]
 
     def numbers(self) -> list[tuple[str, str]]:
-        """Return name and meaning of results that a sweep can be drawn of: a number a state, or a run."""
+        """Return name and meaning of results with a number for each state or run."""
         dims = {*map(str, self.grid.run_id.dims), "update", "flank", "mesh", "member"}
-        known = {
+        numeric = {
             name: v for name, v in self.grid.variables.items() if v.dtype.kind in "fiu"
         }
-        told = (
+        declared = (
             name
             for name in VARIABLES
-            if name in known and not name.startswith(FOR_MACHINES)
+            if name in numeric and not name.startswith(FOR_MACHINES)
         )
-        found = [name for name in told if dims.issuperset(known[name].dims)]
+        names = [name for name in declared if dims.issuperset(numeric[name].dims)]
         return [
             (name, VARIABLES[name].long_name)
-            for name in put_first(FIRST_NUMBERS, found)
+            for name in put_first(FIRST_NUMBERS, names)
         ]
 
+    def abscissae(self) -> list[str]:
+        """Return the axes of the runs and what advances with them."""
+        return runs.along_axes(self.grid)
+
     def over_axes(self) -> list[Question]:
-        """Return what shows a campaign without figures of its own: a result over its longest axis, if any.
+        """Return a figure of a result over the longest axis of a campaign, if any.
 
         A curve of each state of each case would be a panel of its own.
         """
@@ -258,31 +274,36 @@ class Source:
         }
         return [self.question("line", {"y": y, **roles, **select})]
 
-    def plot(self, asked: Question) -> Plot:
+    def plot(self, question: Question) -> Plot:
         """Return a figure as data.
 
         Raises
         ------
         FigureError : it cannot be drawn
         """
-        return drawing.plot_of(asked, self.grid, self.store)[0]
+        return drawing.plot_of(question, self.grid, self.store)[0]
 
-    def shown(self, asked: Question, files: Files = ()) -> "ShownFigure":
+    def shown(self, question: Question, files: Files = ()) -> "ShownFigure":
         """Return a figure for a page with its files for print, or why there is none."""
         try:
-            return of_plot(self.plot(asked), files)
+            return of_plot(self.plot(question), files)
         except Exception as error:  # a fault of ours in one figure stops no page
             problem = (
                 str(error)
                 if isinstance(error, PROBLEMS)
-                else drawing.fault_message(asked.name, error)
+                else drawing.fault_message(question.name, error)
             )
-        return ShownFigure(name_of(asked), problem=problem)
+        return ShownFigure(name_of(question), problem=problem)
 
 
-def name_of(asked: Question) -> str:
-    """Return what a figure is called: its title, or its kind."""
-    return str(asked.table.get("title") or asked.table["kind"])
+def name_of(question: Question) -> str:
+    """Return what a figure is called: its title, or its kind.
+
+    Parameters
+    ----------
+    question : that the figure asks
+    """
+    return str(question.table.get("title") or question.table["kind"])
 
 
 def source_of(store: Store, of: WantedFigure) -> Source:
@@ -292,12 +313,12 @@ def source_of(store: Store, of: WantedFigure) -> Source:
     ------
     StoreError : no such run or campaign
     """
-    known = (
+    campaign = (
         recorded.campaign_of(store, of.campaign)
         if of.campaign
         else recorded.together(store, of.runs)
     )
-    return Source(store, known)
+    return Source(store, campaign)
 
 
 PAUSE = 100  # ms between two states that are made ahead
@@ -345,23 +366,25 @@ def thumbnail(store: Store, key: str) -> bytes:
     FigureError : none can
     """
     source = Source(store, recorded.campaign_of(store, key))
-    for each in (
+    for question in (
         *source.of_campaign()[:3],
         *map(source.question, source.possible()[:3]),
     ):
         try:
-            seen = narrow(source.plot(each))
+            plot = narrow(source.plot(question))
         except PROBLEMS:
             continue
-        bare = seen._replace(
-            notes=(), title="", panels=seen.panels[:1], rows=1, legend=(), bar=None
+        bare = plot._replace(
+            notes=(), title="", panels=plot.panels[:1], rows=1, legend=(), bar=None
         )
         return render.lightened(render.rendered(bare, {}))
     raise FigureError("none of its figures can be drawn")
 
 
 class Follower:
-    """Figures of one run that follow a slider over its wear states: unworn, chosen, last.
+    """Figures of one run that follow a slider over its wear states.
+
+    They show the unworn, the chosen and the last state.
 
     Parameters
     ----------
@@ -411,34 +434,39 @@ class Follower:
         """Return what the wear states are called."""
         if "cycle" not in self.grid.variables or "update" not in self.grid.dims:
             return ["the only wear state"]
-        told = [
+        labels = [
             wording.cycles(float(count)).text
             for count in np.atleast_1d(self.grid["cycle"].values)
         ]
         if (depth := self.grid.get("max_wear_depth")) is None:
-            return told
+            return labels
         deepest = (
             float(np.nanmax(depth.isel(update=number).values))
-            for number in range(len(told))
+            for number in range(len(labels))
         )
         return [
             f"{text}, {1e6 * worn:.3g} µm worn"
-            for text, worn in zip(told, deepest, strict=True)
+            for text, worn in zip(labels, deepest, strict=True)
         ]
 
     def at(self, state: int) -> list[Plot | str]:
         """Return the figures at a wear state, made once."""
         if state not in self.made:
-            self.made[state] = [self._plot(asked, state) for asked in self.asked]
+            self.made[state] = [self._plot(question, state) for question in self.asked]
         return self.made[state]
 
     def ahead(self, state: int) -> None:
-        """Make the figures of a state that may be asked for next, and then those before it, one at a time."""
+        """Make the figures of a state and of those before it, one state at a time.
+
+        Parameters
+        ----------
+        state : that may be chosen next
+        """
         if state >= 0 and len(self.made) < 24:
             self.at(state)
             self.document.add_timeout_callback(lambda: self.ahead(state - 1), PAUSE)
 
-    def _plot(self, asked: Question, state: int) -> Plot | str:
+    def _plot(self, question: Question, state: int) -> Plot | str:
         """Return one figure with the unworn state, the chosen and the last one.
 
         Or why there is none.
@@ -446,12 +474,19 @@ class Follower:
         last = self.grid.sizes.get("update", 1) - 1
         select = {"select": {"update": [0, min(state, last), last]}} if last else {}
         try:
-            return self.source.plot(asked._replace(table={**asked.table, **select}))
+            return self.source.plot(
+                question._replace(table={**question.table, **select})
+            )
         except PROBLEMS as error:
             return str(error)
 
     def follow(self, state: int) -> None:
-        """Show another wear state: new data in what is drawn, or a new drawing of another form."""
+        """Show another wear state, with new data or a new drawing.
+
+        Parameters
+        ----------
+        state : its number
+        """
         self.document.hold("combine")
         self._show(state)
         self.document.unhold()
@@ -471,15 +506,22 @@ class Follower:
         # what is seen, for readers who do not see it
         where = f"<b>State {state} of {self.last}: {escape(self.states[state])}</b>"
         words = f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
-        told = (
+        status = (
             f'<p role="status" aria-live="polite">{where}, beside the first and the '
             "last.</p>"
         )
-        self.said.text = f"{told}<details><summary>In words</summary>{words}</details>"
+        self.said.text = (
+            f"{status}<details><summary>In words</summary>{words}</details>"
+        )
 
 
 def follow(store: Store) -> Callable[[Document], None]:
-    """Return what fills a document of Bokeh with the figures of the run that its address names."""
+    """Return what fills a document of Bokeh with the figures of a run.
+
+    Parameters
+    ----------
+    store : that has the run, which the address of the document names
+    """
 
     def fill(document: Document) -> None:
         run_id = (document.session_context.request.arguments.get("id") or [b""])[

@@ -58,7 +58,10 @@ def templates() -> Environment:
 
 @cache
 def beside(name: str) -> str:
-    """Return what pages load: their style, that of reports and what windows need besides; or a script."""
+    """Return what pages load: their style, or a script.
+
+    The style is that of reports, and what windows need besides.
+    """
     above = [HERE.parent / "report" / "page.css"] if name == STYLE else []
     return "\n".join(
         part.read_text(encoding="utf-8") for part in (*above, HERE / "templates" / name)
@@ -100,7 +103,7 @@ class Place:
         return f"/{name}?{urlencode([('token', self.token), *pairs], doseq=True)}"
 
     def files(self, name: str, address: str) -> tuple[tuple[str, str], ...]:
-        """Return format and address of the files of a figure, by what its question's address says."""
+        """Return format and address of the files of a figure, from its question's."""
         return tuple(
             (ending.upper(), f"{self.url(f'{name}.{ending}')}&{address}")
             for ending in FORMATS
@@ -194,7 +197,7 @@ class Gate(BokehTornado):
         )
 
     def resources(self, absolute_url: str | bool | None = None) -> Resources:
-        """Return where Bokeh's scripts come from: here, whatever the environment says."""
+        """Return where Bokeh's scripts come from, whatever the environment says."""
         version = StaticHandler.append_version
         return Resources(
             mode="server", root_url="/", path_versioner=version, components=SCRIPTS

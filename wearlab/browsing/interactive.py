@@ -57,12 +57,15 @@ LINED = (
 )
 THIN = ("hairline", "reference", "level", "dashed", "dash-dot")
 NARROWEST = 300  # pixels of a panel
+POWER = re.compile(r"\$10\^\{(-?\d+)\}\$")
+MAX_CURVES = 8
+"""Curves of a panel that are told one by one."""
 WIDE: Any = {"sizing_mode": "stretch_width"}
 TOOLS: Any = {"tools": "pan,box_zoom,wheel_zoom,reset", "active_drag": "box_zoom"}
 
 
 class Handle(NamedTuple):
-    """A curve as it is drawn: its data, and the renderers that bear its colour and its name."""
+    """A curve as it is drawn: its data, and renderers with its colour and name."""
 
     source: ColumnDataSource
     renderers: tuple[Any, ...]
@@ -85,47 +88,49 @@ class DrawnFigure(NamedTuple):
         """Show the values of another plot of the same form.
 
         Say whether it has that form.
+
+        Parameters
+        ----------
+        plot : the other plot
         """
         columns = [_columns(panel) for panel in plot.panels]
-        had = [
+        new_names = [[data.keys() for data in panel] for panel in columns]
+        old_names = [
             [handle.source.data.keys() for handle in handles] for handles in self.curves
         ]
-        if [[data.keys() for data in each] for each in columns] != had:
+        if new_names != old_names:
             return False
-        drawn = zip(named(plot), chain(*columns), chain(*self.curves), strict=True)
-        for (_, curve, name), data, handle in drawn:
-            if not _alike(handle.source.data, data):
+
+        handles_of_curves = chain(*self.curves)
+        for (_, curve, name), data, handle in zip(
+            named(plot), chain(*columns), handles_of_curves, strict=True
+        ):
+            if not _are_equal(handle.source.data, data):
                 handle.source.data = data
             for renderer in handle.renderers:
-                renderer.name = _told(curve, name)
-                stroke = (
-                    renderer.glyph
-                )  # a side of one colour of its own: not that of hollow marks
-                told = {
-                    side: str(getattr(stroke, side, None))
-                    for side in ("line_color", "fill_color")
-                }
-                stroke.update(
-                    **{
-                        side: curve.pen.colour
-                        for side in told
-                        if told[side].startswith("#")
-                    }
-                )
+                renderer.name = _name_with_run(curve, name)
+                _recolour(renderer.glyph, curve.pen.colour)
         self.parts[1].text = legend_html(plot)
         return True
 
 
-def _alike(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
-    """Say whether a curve has the data that it had: those of the first and the last wear state stay."""
-    floats = {
-        name
-        for name, values in new.items()
-        if getattr(values, "dtype", None) == np.float64
-    }
-    return all(
-        np.array_equal(old[name], new[name], equal_nan=name in floats) for name in new
-    )
+def _recolour(glyph: Any, colour: str) -> None:
+    """Give a glyph a colour on the sides that have one colour, not on hollow marks."""
+    sides = [
+        side
+        for side in ("line_color", "fill_color")
+        if str(getattr(glyph, side, None)).startswith("#")
+    ]
+    glyph.update(**dict.fromkeys(sides, colour))
+
+
+def _are_equal(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
+    """Say whether a curve has the same data as before: NaN equals NaN."""
+    for name, values in new.items():
+        is_float = getattr(values, "dtype", None) == np.float64
+        if not np.array_equal(old[name], values, equal_nan=is_float):
+            return False
+    return True
 
 
 def drawn(plot: Plot, *, titled: bool = True) -> DrawnFigure:
@@ -137,141 +142,162 @@ def drawn(plot: Plot, *, titled: bool = True) -> DrawnFigure:
     titled : whether its title stands above it
     """
     names = {id(curve): name for _, curve, name in named(plot)}
-    made = [_panel(plot, panel, names) for panel in plot.panels]
+    panels = [_panel(plot, panel, names) for panel in plot.panels]
+    charts = [chart for chart, _ in panels]
     if plot.share_y == "all":
-        for each, _ in made[1:]:
-            each.y_range = made[0][0].y_range
+        for chart in charts[1:]:
+            chart.y_range = charts[0].y_range
+
     title = f"<h3>{escape(plain(plot.title))}</h3>" if titled and plot.title else ""
     heading = Div(text=title, visible=bool(title), **WIDE)
     legend = Div(text=legend_html(plot), **WIDE)
-    panels = Row(
-        children=[each for each, _ in made], styles={"flex-wrap": "wrap"}, **WIDE
-    )
-    return DrawnFigure((heading, legend, panels), tuple(handles for _, handles in made))
+    row = Row(children=charts, styles={"flex-wrap": "wrap"}, **WIDE)
+    return DrawnFigure((heading, legend, row), tuple(handles for _, handles in panels))
 
 
 def _panel(
     plot: Plot, panel: Panel, names: Mapping[int, str]
 ) -> tuple[Any, tuple[Handle, ...]]:
-    across = fill(plain(panel.x_label), 44)
-    up = fill(plain(panel.y_label), 44)
-    axes: Any = {"x_axis_label": across, "y_axis_label": "" if panel.names else up}
-    axes["x_axis_type"] = (
-        "datetime" if panel.dates else "log" if plot.logarithmic_across else "auto"
-    )
-    axes["y_axis_type"] = "log" if plot.logarithmic else "auto"
-    tall = (
-        max(200, 90 + 26 * len(panel.names))
-        if panel.names
-        else {"wide": 300, "square": 380}[plot.shape]
-    )
-    wide: Any = {
-        **WIDE,
-        "min_width": NARROWEST,
-        "styles": {"flex": f"1 1 {NARROWEST}px"},
-    }
-    wide["html_attributes"] = {
-        "role": "group",
-        "aria-label": plain(panel.title or plot.title) or "Figure",
-    }
-    drawn: Any = figure(
-        title=plain(panel.title) or None, height=tall, **axes, **wide, **TOOLS
-    )
-    drawn.toolbar.logo = None
-    drawn.grid.grid_line_color = "#e6e6e6"
-    drawn.outline_line_color = None
+    """Draw a panel with its curves, hover tools, marks and names of ranks."""
+    chart = _empty_chart(plot, panel)
     handles: list[Handle] = []
-    asked: dict[tuple[str, ...], list[Any]] = {}
+    hovered: dict[tuple[str, ...], list[Any]] = {}
     for curve, data in zip(panel.curves, _columns(panel), strict=True):
         source = ColumnDataSource(data)
-        renderers, pointed = _curve(drawn, curve, source)
+        renderers, answering = _curve(chart, curve, source)
         for renderer in renderers:
-            renderer.name = _told(curve, names[id(curve)])
+            renderer.name = _name_with_run(curve, names[id(curve)])
         handles.append(Handle(source, renderers))
-        beside = tuple(
-            name for name in ("y_error", "run", "level") if name in source.data
-        )
-        asked.setdefault(beside, []).extend(pointed)
-    for beside, pointed in asked.items():
-        if pointed:
-            drawn.add_tools(_hover(beside, pointed, dates=panel.dates))
+        columns = ("y_error", "run", "level")
+        present = tuple(name for name in columns if name in source.data)
+        hovered.setdefault(present, []).extend(answering)
+
+    for present, answering in hovered.items():
+        if answering:
+            chart.add_tools(_hover(present, answering, dates=panel.dates))
     if panel.marks:
-        _marks(drawn, panel)
+        _marks(chart, panel)
     if panel.names:
-        drawn.yaxis.ticker = FixedTicker(ticks=list(range(1, len(panel.names) + 1)))
-        drawn.yaxis.major_label_overrides = {
-            n: plain(name) for n, name in enumerate(panel.names, 1)
+        chart.yaxis.ticker = FixedTicker(ticks=list(range(1, len(panel.names) + 1)))
+        chart.yaxis.major_label_overrides = {
+            rank: plain(name) for rank, name in enumerate(panel.names, 1)
         }
     if plot.ranks:
-        ranks = [
-            float(np.nanmax(c.y)) for c in panel.curves if len(c.y) and not is_beside(c)
-        ]
-        drawn.y_range = Range1d(max(len(panel.names), *ranks or [1.0]) + 0.7, 0.3)
-    return drawn, tuple(handles)
+        chart.y_range = Range1d(_largest_rank(panel) + 0.7, 0.3)
+    return chart, tuple(handles)
+
+
+def _empty_chart(plot: Plot, panel: Panel) -> Any:
+    """Return a chart of Bokeh with the axes of a panel."""
+    x_label = fill(plain(panel.x_label), 44)
+    y_label = "" if panel.names else fill(plain(panel.y_label), 44)
+    x_type = "log" if plot.logarithmic_across else "auto"
+    height = {"wide": 300, "square": 380}[plot.shape]
+    if panel.names:
+        height = max(200, 90 + 26 * len(panel.names))
+    label = plain(panel.title or plot.title) or "Figure"
+
+    chart: Any = figure(
+        title=plain(panel.title) or None,
+        height=height,
+        x_axis_label=x_label,
+        y_axis_label=y_label,
+        x_axis_type="datetime" if panel.dates else x_type,
+        y_axis_type="log" if plot.logarithmic else "auto",
+        min_width=NARROWEST,
+        styles={"flex": f"1 1 {NARROWEST}px"},
+        html_attributes={"role": "group", "aria-label": label},
+        **WIDE,
+        **TOOLS,
+    )
+    chart.toolbar.logo = None
+    chart.grid.grid_line_color = "#e6e6e6"
+    chart.outline_line_color = None
+    return chart
+
+
+def _largest_rank(panel: Panel) -> float:
+    """Return the largest ordinate of a panel of ranks, at least 1."""
+    ranks = [
+        float(np.nanmax(curve.y))
+        for curve in panel.curves
+        if len(curve.y) and not is_beside(curve)
+    ]
+    return max(len(panel.names), *ranks or [1.0])
 
 
 def _hover(
     columns: Sequence[str], renderers: Sequence[Any], *, dates: bool = False
 ) -> HoverTool:
-    """Return what tells the point that is pointed at: curve and run, abscissa, value and estimated error."""
-    value = "@y{%.6g}" + (" ± @y_error{%.2g}" if "y_error" in columns else "")
-    more = [("run", "@run")] if "run" in columns else []
-    more += [("", "@level{%.6g}")] if "level" in columns else []
+    """Return the tool that shows name, run, abscissa, value and error of a point."""
+    error = " ± @y_error{%.2g}" if "y_error" in columns else ""
+    rows = [
+        ("", "$name"),
+        ("x", "@x{%F}" if dates else "@x{%.6g}"),
+        ("y", "@y{%.6g}" + error),
+    ]
+    if "run" in columns:
+        rows.append(("run", "@run"))
+    if "level" in columns:
+        rows.append(("", "@level{%.6g}"))
     formats = dict.fromkeys(("@y", "@y_error", "@level"), "printf")
-    formats["@x"], across = ("datetime", "@x{%F}") if dates else ("printf", "@x{%.6g}")
-    told = [("", "$name"), ("x", across), ("y", value), *more]
-    snapping: Any = {"point_policy": "snap_to_data", "line_policy": "nearest"}
-    return HoverTool(renderers=renderers, tooltips=told, formatters=formats, **snapping)
+    formats["@x"] = "datetime" if dates else "printf"
+    return HoverTool(
+        renderers=list(renderers),
+        tooltips=rows,
+        formatters=formats,
+        point_policy="snap_to_data",
+        line_policy="nearest",
+    )
 
 
 def _runs(curve: Curve) -> list[str]:
     """Return the ids of the runs that points of a curve are of, each once."""
-    return (
-        []
-        if curve.runs is None
-        else [str(run) for run in dict.fromkeys(curve.runs) if run]
-    )
+    if curve.runs is None:
+        return []
+    return [str(run) for run in dict.fromkeys(curve.runs) if run]
 
 
-def _told(curve: Curve, name: str) -> str:
+def _name_with_run(curve: Curve, name: str) -> str:
     """Return the name of a curve, and its run where it is of one."""
     runs = _runs(curve)
-    return " · ".join(
-        filter(None, (plain(name), f"run {runs[0]}" if len(runs) == 1 else ""))
-    )
+    run = f"run {runs[0]}" if len(runs) == 1 else ""
+    return " · ".join(text for text in (plain(name), run) if text)
 
 
 def _columns(panel: Panel) -> list[dict[str, Any]]:
     """Return the columns of every curve of a panel, dates as Bokeh has them."""
-    least = smallest_visible_error([curve.y for curve in panel.curves if len(curve.y)])
+    ordinates = [curve.y for curve in panel.curves if len(curve.y)]
+    visible = smallest_visible_error(ordinates)
     scale = MILLISECONDS if panel.dates else 1.0
-    return [{**_data(curve, least), "x": scale * curve.x} for curve in panel.curves]
+    return [{**_data(curve, visible), "x": scale * curve.x} for curve in panel.curves]
 
 
-def _data(curve: Curve, least: float) -> dict[str, Any]:
-    """Return the columns of a curve: its points.
+def _data(curve: Curve, visible: float) -> dict[str, Any]:
+    """Return the columns of a curve: its points, and their errors, doubts and runs.
 
-    Where there are any, their errors, doubts and runs.
+    Errors below ``visible`` have no bars.
     """
-    n = len(curve.x)
+    count = len(curve.x)
     data: dict[str, Any] = {"x": curve.x, "y": curve.y}
     if curve.level is not None:
         data |= {"level": curve.level} | _cells(curve)
+
     error = curve.y_error
-    if error is not None and len(error) == n and np.isfinite(error).any():
-        seen = np.where(error > least, error, np.nan)
-        data |= {"y_error": error, "low": curve.y - seen, "high": curve.y + seen}
-    if curve.doubtful is not None and len(curve.doubtful) == n and curve.doubtful.any():
-        data["fill"] = [
-            "#ffffff" if doubtful else curve.pen.colour for doubtful in curve.doubtful
-        ]
-    if curve.runs is not None and len(curve.runs) == n and len(_runs(curve)) > 1:
+    if error is not None and len(error) == count and np.isfinite(error).any():
+        bar = np.where(error > visible, error, np.nan)
+        data |= {"y_error": error, "low": curve.y - bar, "high": curve.y + bar}
+    doubtful = curve.doubtful
+    if doubtful is not None and len(doubtful) == count and doubtful.any():
+        colour = curve.pen.colour
+        data["fill"] = ["#ffffff" if doubt else colour for doubt in doubtful]
+    if curve.runs is not None and len(curve.runs) == count and len(_runs(curve)) > 1:
         data["run"] = [str(run) for run in curve.runs]
     return data
 
 
 def _cells(curve: Curve) -> dict[str, Array]:
-    """Return width and height of the cells of a map, which lie row after row of one y each."""
+    """Return width and height of the cells of a map, row after row of one y each."""
     rows = max(len(np.unique(curve.y)), 1)
     x = curve.x.reshape(rows, -1)
     y = curve.y.reshape(rows, -1)
@@ -281,72 +307,84 @@ def _cells(curve: Curve) -> dict[str, Array]:
 
 
 def _curve(
-    drawn: Any, curve: Curve, source: ColumnDataSource
+    chart: Any, curve: Curve, source: ColumnDataSource
 ) -> tuple[tuple[Any, ...], list[Any]]:
     """Draw a curve.
 
     Return its renderers, and those that answer when they are pointed at.
     """
-    pen = curve.pen
-    shown = []
-    colour = pen.colour
-    dash = DASHES.get(pen.dash, "solid")
+    colour = curve.pen.colour
     if curve.style == "area":
-        area = drawn.patch(
+        area = chart.patch(
             "x", "y", source=source, fill_color=colour, fill_alpha=0.25, line_color=None
         )
         return (area,), []
     if curve.level is not None:
-        shades = linear_cmap("level", interp_palette(WEAR, 64), *curve.reach)
-        filled = {"fill_color": shades, "line_color": None, "dilate": True}
-        cells = drawn.rect("x", "y", "width", "height", source=source, **filled)
-        return (cells,), [cells]
-    if curve.style in LINED:
-        dash = "dashed" if curve.style == "horizontal" else dash
-        width = 1.0 if curve.style in THIN else 1.6 * pen.width
-        shown.append(
-            drawn.line(
-                "x",
-                "y",
-                source=source,
-                line_color=colour,
-                line_dash=dash,
-                line_width=width,
-            )
+        cells = chart.rect(
+            "x",
+            "y",
+            "width",
+            "height",
+            source=source,
+            fill_color=linear_cmap("level", interp_palette(WEAR, 64), *curve.reach),
+            line_color=None,
+            dilate=True,
         )
+        return (cells,), [cells]
+
+    shown = []
+    if curve.style in LINED:
+        shown.append(_line(chart, curve, source))
     if curve.style == "stem":
-        drawn.segment(
+        chart.segment(
             "x", 0, "x", "y", source=source, line_color=colour, line_width=1.6
         )
     if curve.style in POINTED:
-        look: dict[str, Any] = {
-            "marker": MARKERS.get(pen.marker, "circle"),
-            "line_color": colour,
-        }
-        look["size"] = (
-            4
-            if curve.style == "dots"
-            else 8
-            if curve.style in ("points", "published")
-            else 6
-        )
-        look["fill_color"] = "fill" if "fill" in source.data else colour
-        if curve.style == "published":
-            look |= {"fill_color": None, "line_width": 1.5, "size": 10}
-        shown.append(drawn.scatter("x", "y", source=source, **look))
+        shown.append(_points(chart, curve, source))
     if is_beside(curve):
         return tuple(shown), []
     if "low" not in source.data:
         return tuple(shown), shown
-    if len(curve.x) > 60 and curve.style == "line":  # many errors are a band
-        bars = drawn.varea(
+    return (*shown, _error_bars(chart, curve, source)), shown
+
+
+def _line(chart: Any, curve: Curve, source: ColumnDataSource) -> Any:
+    """Draw the line of a curve."""
+    dash = DASHES.get(curve.pen.dash, "solid")
+    return chart.line(
+        "x",
+        "y",
+        source=source,
+        line_color=curve.pen.colour,
+        line_dash="dashed" if curve.style == "horizontal" else dash,
+        line_width=1.0 if curve.style in THIN else 1.6 * curve.pen.width,
+    )
+
+
+def _points(chart: Any, curve: Curve, source: ColumnDataSource) -> Any:
+    """Draw the points of a curve, hollow where they are published or in doubt."""
+    colour = curve.pen.colour
+    style: dict[str, Any] = {
+        "marker": MARKERS.get(curve.pen.marker, "circle"),
+        "line_color": colour,
+        "size": {"dots": 4, "points": 8}.get(curve.style, 6),
+        "fill_color": "fill" if "fill" in source.data else colour,
+    }
+    if curve.style == "published":
+        style |= {"fill_color": None, "line_width": 1.5, "size": 10}
+    return chart.scatter("x", "y", source=source, **style)
+
+
+def _error_bars(chart: Any, curve: Curve, source: ColumnDataSource) -> Any:
+    """Draw the errors of a curve as bars, of a long line as a band."""
+    colour = curve.pen.colour
+    if len(curve.x) > 60 and curve.style == "line":
+        return chart.varea(
             "x", "low", "high", source=source, fill_color=colour, fill_alpha=0.2
         )
-    else:
-        bars = drawn.segment(
-            "x", "low", "x", "high", source=source, line_color=colour, line_width=1.2
-        )
-    return (*shown, bars), shown
+    return chart.segment(
+        "x", "low", "x", "high", source=source, line_color=colour, line_width=1.2
+    )
 
 
 def _marks(drawn: Any, panel: Panel) -> None:
@@ -372,60 +410,68 @@ def _marks(drawn: Any, panel: Panel) -> None:
 
 
 def legend_html(plot: Plot) -> str:
-    """Return the legend as HTML, with a stroke for each entry.
+    """Return the legend as HTML, with a stroke for each entry, "" for none.
 
-    "" where there is none.
+    Parameters
+    ----------
+    plot : the figure as data
     """
-    told = {
+    values = {
         "entries": plot.headed,
         "bar": plot.bar,
         "plain": plain,
         "pointed": POINTED,
         "ink": INK,
     }
-    return templates().get_template("legend.html").render(told).replace("\n", "")
-
-
-POWER = re.compile(r"\$10\^\{(-?\d+)\}\$")
-MOST_CURVES = 8
-"""Curves of a panel that are told one by one."""
+    return templates().get_template("legend.html").render(values).replace("\n", "")
 
 
 def plain(text: str) -> str:
-    """Return an axis label without mathematics, which a program that draws might take for a formula.
+    """Return an axis label without mathematics, which might be read as a formula.
+
+    Parameters
+    ----------
+    text : the label
 
     Examples
     --------
     >>> plain("Wear rate ($10^{-9}$ µm)")
     'Wear rate (10⁻⁹ µm)'
     """
-    text = POWER.sub(lambda found: "10" + found[1].translate(SUPERSCRIPTS), text)
+    text = POWER.sub(lambda power: "10" + power[1].translate(SUPERSCRIPTS), text)
     return re.sub(
         r"\$(?=\$)|\\(?=[\[(])", lambda sign: f"{sign[0]}\N{HAIR SPACE}", text
     )
 
 
 def is_beside(curve: Curve) -> bool:
-    """Say whether a curve stands beside the others: a reference, a level, a band."""
+    """Say whether a curve stands beside the others: a reference, a level, a band.
+
+    Parameters
+    ----------
+    curve : of a plot
+    """
     return curve.style in (*BESIDE, "area") or not len(curve.x)
 
 
 def named(plot: Plot) -> Iterator[tuple[Panel, Curve, str]]:
-    """Yield every panel, curve and the name by which the legend knows the curve."""
+    """Yield every panel, curve and the name of the curve in the legend.
+
+    Parameters
+    ----------
+    plot : the figure as data
+    """
     names = {
         (entry.pen, entry.style == "published"): entry.text for entry in plot.legend
     }
     for panel in plot.panels:
         for curve in panel.curves:
-            yield (
-                panel,
-                curve,
-                curve.text or names.get((curve.pen, curve.style == "published"), ""),
-            )
+            name = names.get((curve.pen, curve.style == "published"), "")
+            yield panel, curve, curve.text or name
 
 
 def summary(plot: Plot) -> list[str]:
-    """Return a figure in sentences: what each panel shows, and between which values every curve runs.
+    """Return a figure in sentences: what each panel shows, and the range of each curve.
 
     Parameters
     ----------
@@ -435,57 +481,55 @@ def summary(plot: Plot) -> list[str]:
     for panel in plot.panels:
         curves = [
             (curve, name)
-            for own, curve, name in named(plot)
-            if own is panel and not is_beside(curve)
+            for panel_of_curve, curve, name in named(plot)
+            if panel_of_curve is panel and not is_beside(curve)
         ]
         lines.append(_panel_in_words(panel, len(curves)))
-        lines += [
-            _curve_in_words(curve, name, panel) for curve, name in curves[:MOST_CURVES]
-        ]
-        if len(curves) > MOST_CURVES:
-            lines.append(
-                f"{len(curves) - MOST_CURVES} more curves are in the table of its "
-                "numbers."
-            )
+        for curve, name in curves[:MAX_CURVES]:
+            lines.append(_curve_in_words(curve, name, panel))
+        rest = len(curves) - MAX_CURVES
+        if rest > 0:
+            lines.append(f"{rest} more curves are in the table of its numbers.")
     return [*lines, *plot.notes]
 
 
 def _panel_in_words(panel: Panel, count: int) -> str:
+    """Return a sentence on what the axes of a panel show, and its number of curves."""
     title = f"{panel.title}: " if panel.title else ""
-    across = plain(panel.x_label) or "the abscissa"
-    up = plain(panel.y_label) or "the ordinate"
-    told = f"{count} curve{'' if count == 1 else 's'}" if count else "no curve"
-    return f"{title}{up} over {across[:1].lower() + across[1:]}, {told}."
+    x_label = plain(panel.x_label) or "the abscissa"
+    y_label = plain(panel.y_label) or "the ordinate"
+    number = f"{count} curve{'' if count == 1 else 's'}" if count else "no curve"
+    return f"{title}{y_label} over {x_label[:1].lower() + x_label[1:]}, {number}."
 
 
 def _curve_in_words(curve: Curve, name: str, panel: Panel) -> str:
+    """Return a sentence on the values of a curve."""
     name = name or "the curve"
-    held = np.isfinite(curve.x) & np.isfinite(curve.y)
-    x = curve.x[held]
-    y = curve.y[held]
+    finite = np.isfinite(curve.x) & np.isfinite(curve.y)
+    x = curve.x[finite]
+    y = curve.y[finite]
     if not len(y):
         return f"{name}: no value."
-    at = _day if panel.dates else _number
+
+    abscissa = _day if panel.dates else _number
     doubt = ", in doubt" if curve.doubtful is not None and curve.doubtful.any() else ""
     if panel.names:
-        places = [
-            panel.names[int(rank) - 1]
-            for rank in y[:MOST_CURVES]
-            if 1 <= rank <= len(panel.names)
+        count = len(panel.names)
+        ranks = [int(rank) for rank in y[:MAX_CURVES] if 1 <= rank <= count]
+        values = [
+            f"{panel.names[rank - 1]}: {abscissa(value)}"
+            for rank, value in zip(ranks, x, strict=False)
         ]
-        told = (
-            f"{place}: {at(value)}" for place, value in zip(places, x, strict=False)
-        )
-        return f"{'; '.join(told)}{doubt}."
+        return f"{'; '.join(values)}{doubt}."
     if len(y) == 1:
-        return f"{name}: {_number(y[0])} at {at(x[0])}{doubt}."
+        return f"{name}: {_number(y[0])} at {abscissa(x[0])}{doubt}."
+
     low = int(np.argmin(y))
     high = int(np.argmax(y))
-    ends = (
-        f"least {_number(y[low])} at {at(x[low])}, largest {_number(y[high])} at "
-        f"{at(x[high])}"
-    )
-    return f"{name}: from {_number(y[0])} to {_number(y[-1])}; {ends}{doubt}."
+    smallest = f"least {_number(y[low])} at {abscissa(x[low])}"
+    largest = f"largest {_number(y[high])} at {abscissa(x[high])}"
+    ends = f"from {_number(y[0])} to {_number(y[-1])}"
+    return f"{name}: {ends}; {smallest}, {largest}{doubt}."
 
 
 def _day(value: float) -> str:
@@ -497,20 +541,31 @@ def _number(value: float) -> str:
 
 
 def table(plot: Plot) -> str:
-    """Return the numbers of a figure as comma-separated values: a line a point."""
+    """Return the numbers of a figure as comma-separated values: a line a point.
+
+    Parameters
+    ----------
+    plot : the figure as data
+    """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(
         ("panel", "curve", "run", "x", "y", "x error", "y error", "x is", "y is")
     )
     for panel, curve, name in named(plot):
-        texts = (panel.title, name, plain(panel.x_label), plain(panel.y_label))
-        title, curve_name, across, up = map(guarded, texts)
+        title = guarded(panel.title)
+        curve_name = guarded(name)
+        x_label = guarded(plain(panel.x_label))
+        y_label = guarded(plain(panel.y_label))
         for number, x in enumerate(curve.x.astype(float).tolist()):
-            beside = (curve.runs, curve.x_error, curve.y_error)
-            run, *errors = (
-                "" if values is None else str(values[number]) for values in beside
-            )
-            told = (_day(x) if panel.dates else x, float(curve.y[number]), *errors)
-            writer.writerow((title, curve_name, guarded(run), *told, across, up))
+            run = _cell(curve.runs, number)
+            abscissa = _day(x) if panel.dates else x
+            errors = (_cell(curve.x_error, number), _cell(curve.y_error, number))
+            point = (abscissa, float(curve.y[number]), *errors)
+            writer.writerow((title, curve_name, guarded(run), *point, x_label, y_label))
     return text.getvalue()
+
+
+def _cell(values: Any, number: int) -> str:
+    """Return a value as text, "" where there are none."""
+    return "" if values is None else str(values[number])

@@ -1,4 +1,4 @@
-"""Tables of runs, page by page: columns, order and condition as on the command line, and their words."""
+"""Tables of runs, page by page: columns, order and condition as by command."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -167,17 +167,17 @@ def listed(store: Store, arguments: Mapping[str, str]) -> Listed:
     )
 
 
-def _is_readable(column: str, known: Vocabulary) -> bool:
+def _is_readable(column: str, names: Vocabulary) -> bool:
     """Whether a text names a column."""
     try:
-        read_column(column, known)
+        read_column(column, names)
     except QueryError:
         return False
     return True
 
 
 def rows_of(store: Store, page: Page) -> tuple[Any, Any]:
-    """Return headings and rows of some runs: the id apart, and states as their processes have them."""
+    """Return headings and rows of some runs, with the states of their processes."""
     heads, rows = page.table.displayed()
     names = [column.name for column in page.table.columns]
     states = {
@@ -225,7 +225,7 @@ def _heading(head: str) -> str:
 
 
 def _added(word: str, sign: str, value: str, known: Vocabulary) -> tuple[str, str]:
-    """Return the condition of a word, a sign and a value that were chosen, and why it cannot be added.
+    """Return the condition of a chosen word, sign and value, or why there is none.
 
     Of a bare number it is told how it is written with its unit.
     """

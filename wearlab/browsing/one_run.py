@@ -1,7 +1,4 @@
-"""What a page tells of runs: the worth of one in words, its numbers.
-
-Which of some lives longest, and why.
-"""
+"""What a page shows of one run, and of runs side by side: the longest life, and why."""
 
 import json
 import math
@@ -26,83 +23,89 @@ from wearlab.store import (
 )
 from wearlab.units import is_number, shown_unit
 
-SUMMED: tuple[str, ...] = (
+RESULTS = (
     "life",
     "service_life",
     "max_wear_depth",
     "contact_ratio",
     "dynamic_factor",
-)
-SUMMED += (
     "equivalent_load",
     "mesh_force_max",
     "stiffness_mean",
     "lambda_ratio",
     "contact_pressure",
+    "run_time_total",
 )
-SUMMED += ("run_time_total",)
-
-
-TOLD_ABOVE = ("result", "verdict", "tags", "notes")
+"""Results that stand side by side."""
+SHOWN_ABOVE = ("result", "verdict", "tags", "notes")
 """Facts that stand elsewhere on the page."""
+ALONG = {"update", "flank", "profile"}
+FACTORS = {
+    "tooth_force": "force on the tooth",
+    "specific_sliding": "specific sliding",
+    "effective_wear_coefficient": "wear coefficient",
+}
+"""What a depth is the product of, at a place of a flank."""
+MAX_KEYS = 4
+"""Keys in which runs differ, of a sentence that names them."""
 
 
 def content(store: Store, entry: catalogue.Entry) -> dict[str, Any]:
-    """Return what there is to tell of a run, by the names in the page.
-
-    Words come before numbers.
+    """Return what a page shows of a run, by the names in its template.
 
     Parameters
     ----------
     store : where it is
     entry : the run as the catalogue has it
     """
-    alone = {entry.id: entry}
     layouts = store.archive.catalogue.layouts([entry.layout] if entry.layout else [])
-    stored = layouts[entry.layout]["variables"] if entry.layout else {}
+    variables = layouts[entry.layout]["variables"] if entry.layout else {}
     written = reported.written_in(store, entry.id)
-    facts = [
-        (name, v if isinstance(v, list) else [v])
-        for name, v in reported.facts(store, entry).items()
-    ]
-    known = [
-        (name, values)
-        for name, values in facts
-        if any(v not in (None, "") for v in values)
-    ]
-    title = (
-        provenance.name_of(store, entry.id).replace("*", "·") or f"Run {entry.id[:10]}"
-    )
-    said: dict[str, Any] = {
+    options = sorted(reported.flat(json.loads(entry.scene or "{}")))
+    name = provenance.name_of(store, entry.id).replace("*", "·")
+    headlines = outcome.headlines(entry.summary)
+    return {
         "id": entry.id,
-        "title": title,
+        "title": name or f"Run {entry.id[:10]}",
         "reason": (entry.reason or "").strip(),
-    }
-    said |= {
         "state": store.archive.state_of(entry),
         "verdict": verdict(store, entry),
         "doubts": doubts(entry),
-    }
-    said["remarks"] = [line for line, _ in page.remarks(alone)]
-    said["model_errors"] = [line for line, _ in page.model_errors(alone)]
-    said["headlines"] = [
-        (line.text, line.margin) for line in outcome.headlines(entry.summary)
-    ]
-    said |= {
-        "results": reported.results(stored, entry),
+        "remarks": [line for line, _ in page.remarks({entry.id: entry})],
+        "model_errors": [line for line, _ in page.model_errors({entry.id: entry})],
+        "headlines": [(line.text, line.margin) for line in headlines],
+        "results": reported.results(variables, entry),
         "changes": changes(store, entry, written),
+        "scene": [
+            (path, reported.in_file_units(path, value, written))
+            for path, value in options
+        ],
+        "facts": _facts(store, entry),
+        "citation": citation(store, entry),
+        "stored": reported.groups(variables),
+        "remarked": remarks.remarks_on(store.archive.catalogue, [entry.id]),
     }
-    asked = sorted(reported.flat(json.loads(entry.scene or "{}")))
-    said["scene"] = [
-        (path, reported.in_file_units(path, value, written)) for path, value in asked
-    ]
-    said["facts"] = {name: values for name, values in known if name not in TOLD_ABOVE}
-    said |= {"citation": citation(store, entry), "stored": reported.groups(stored)}
-    return said | {"remarked": remarks.remarks_on(store.archive.catalogue, [entry.id])}
+
+
+def _facts(store: Store, entry: catalogue.Entry) -> dict[str, list[Any]]:
+    """Return the facts of a run with a value that stand nowhere else on its page."""
+    facts = {}
+    for name, value in reported.facts(store, entry).items():
+        values = value if isinstance(value, list) else [value]
+        has_value = any(item not in (None, "") for item in values)
+        if has_value and name not in SHOWN_ABOVE:
+            facts[name] = values
+    return facts
 
 
 def verdict(store: Store, entry: catalogue.Entry) -> str:
-    """Return in a sentence what became of a run."""
+    """Return in a sentence what became of a run.
+
+    Parameters
+    ----------
+    store : where it is
+    entry : the run as the catalogue has it
+    """
     state = store.archive.state_of(entry)
     if state != "done":
         reason = outcome.last_line(entry.reason)
@@ -125,45 +128,51 @@ def verdict(store: Store, entry: catalogue.Entry) -> str:
     )
 
 
-def doubts(entry: catalogue.Entry, told: str | None = None) -> list[str]:
+def doubts(entry: catalogue.Entry, shown_verdict: str | None = None) -> list[str]:
     """Return what a run says against itself, in words.
 
-    A verdict that is told already left out.
+    Parameters
+    ----------
+    entry : the run as the catalogue has it
+    shown_verdict : that is left out, as it is shown already
     """
-    verdicts, quality, lost = doubt.objections(entry.summary)
-    found = [word for word in verdicts if word != told]
-    return [*found, *quality, *lost, *(f"warning: {text}" for text in entry.warnings)]
+    against = doubt.objections(entry.summary)
+    verdicts = [word for word in against.verdict if word != shown_verdict]
+    warnings = [f"warning: {text}" for text in entry.warnings]
+    return [*verdicts, *against.quality, *against.lost_contacts, *warnings]
 
 
 def changes(
     store: Store, entry: catalogue.Entry, written: reported.Written
 ) -> list[tuple[str, str, str]]:
-    """Return each key that a run's scene has otherwise than the first case of its campaign recorded last.
+    """Return each key in which a run's scene differs from the first case's.
 
-    Beside it stand the value of that case and the run's own.
+    That is the first case of the campaign recorded last. Beside the key stand the value
+    of that case and the run's own.
+
+    Parameters
+    ----------
+    store : where the runs are
+    entry : the run as the catalogue has it
+    written : units of its file
     """
     question = (
         f"SELECT run FROM members WHERE campaign = {CAMPAIGN_OF_RUN} ORDER BY number "
         "LIMIT 1"
     )
     runs = [run for (run,) in store.archive.catalogue.read(question, [entry.id])]
-    base = next(iter(store.archive.entries(runs).values()), None)
-    if base is None:
+    bases = list(store.archive.entries(runs).values())
+    if not bases:
         return []
-    first = base.values
-    own = entry.values
 
     def shown(key: str, scene: Mapping[str, Any]) -> str:
-        return (
-            "none"
-            if scene.get(key) is None
-            else reported.in_file_units(key, scene[key], written)
-        )
+        value = scene.get(key)
+        return "none" if value is None else reported.in_file_units(key, value, written)
 
-    return [
-        (key, shown(key, first), shown(key, own))
-        for key in differing_keys([first, own])
-    ]
+    base = bases[0].values
+    scene = entry.values
+    keys = differing_keys([base, scene])
+    return [(key, shown(key, base), shown(key, scene)) for key in keys]
 
 
 def citation(store: Store, entry: catalogue.Entry) -> tuple[str, str]:
@@ -181,57 +190,60 @@ def citation(store: Store, entry: catalogue.Entry) -> tuple[str, str]:
 
 
 def side_by_side(store: Store, ids: Sequence[str]) -> dict[str, Any]:
-    """Return what differs between runs, and what they came to: a row a key, a column a run."""
+    """Return what differs between runs, and their results: a row a key, a column a run.
+
+    Parameters
+    ----------
+    store : where the runs are
+    ids : of the runs
+    """
     entries = list(store.archive.entries(ids).values())
     scenes = [entry.values for entry in entries]
     keys = differing_keys(scenes)[:200]
     layouts = store.archive.catalogue.layouts(
         entry.layout for entry in entries if entry.layout
     )
-    results = {
-        name: [_result(name, entry, layouts) for entry in entries] for name in SUMMED
-    }
-    lived = [
-        Lived(*pair)
-        for pair in zip(entries, labels_of(store, entries, keys), strict=True)
-    ]
-    lives = told(store, lived, keys)
-    longest = "".join(run.entry.id for run in by_life(lived)[-1:])
-    runs = [
-        (e.id, name, verdict(store, e), doubts(e, e.summary.get("verdict")))
-        for e, name in lived
-    ]
-    asked = [
-        (key, [value_of_key(key, scene.get(key)) for scene in scenes]) for key in keys
-    ]
-    came = [
-        (name.replace("_", " "), cells) for name, cells in results.items() if any(cells)
-    ]
+    labels = labels_of(store, entries, keys)
+    runs = [LabelledRun(*pair) for pair in zip(entries, labels, strict=True)]
+
+    rows = []
+    for entry, label in runs:
+        objections = doubts(entry, entry.summary.get("verdict"))
+        rows.append((entry.id, label, verdict(store, entry), objections))
+    results = []
+    for name in RESULTS:
+        cells = [_result(name, entry, layouts) for entry in entries]
+        if any(cells):
+            results.append((name.replace("_", " "), cells))
     return {
-        "runs": runs,
-        "asked": asked,
-        "came": came,
-        "lives": lives,
-        "longest": longest,
+        "runs": rows,
+        "asked": [
+            (key, [value_of_key(key, scene.get(key)) for scene in scenes])
+            for key in keys
+        ],
+        "came": results,
+        "lives": lives_in_words(store, runs, keys),
+        "longest": "".join(run.entry.id for run in by_life(runs)[-1:]),
     }
 
 
 def _result(name: str, entry: catalogue.Entry, layouts: Any) -> str:
+    """Return a result of a run with its unit, a life with its error in percent."""
     value = entry.summary.get(name)
     if value is None:
         return ""
-    variable = layouts.get(entry.layout, {"variables": {}})["variables"].get(name)
+    variables = layouts.get(entry.layout, {"variables": {}})["variables"]
+    variable = variables.get(name)
     text, unit = reported.as_shown(value, variable["attrs"] if variable else {})
+    text = f"{text} {unit.replace('*', '·').replace('um', 'µm')}".strip()
+
     error = entry.summary.get("error_estimate_life") if name == "life" else None
-    beside = (
-        f" ± {100 * error / value:.2g} %"
-        if isinstance(error, int | float) and value
-        else ""
-    )
-    return f"{text} {unit.replace('*', '·').replace('um', 'µm')}".strip() + beside
+    if isinstance(error, int | float) and value:
+        return f"{text} ± {100 * error / value:.2g} %"
+    return text
 
 
-class Lived(NamedTuple):
+class LabelledRun(NamedTuple):
     """A run as the catalogue has it, and what tells it apart from those beside it."""
 
     entry: catalogue.Entry
@@ -243,20 +255,18 @@ class Lived(NamedTuple):
         return float(self.entry.summary.get("life") or 0.0)
 
 
-def by_life(runs: Sequence[Lived]) -> list[Lived]:
-    """Return the runs that have a life, from the shortest on."""
+def by_life(runs: Sequence[LabelledRun]) -> list[LabelledRun]:
+    """Return the runs that have a life, from the shortest on.
+
+    Parameters
+    ----------
+    runs : with a life or none
+    """
     return sorted((run for run in runs if run.life > 0.0), key=lambda run: run.life)
 
 
-ALONG = {"update", "flank", "profile"}
-FACTORS = {"tooth_force": "force on the tooth", "specific_sliding": "specific sliding"}
-FACTORS |= {"effective_wear_coefficient": "wear coefficient"}
-"""What a depth is the product of, at a place of a flank."""
-MOST_TOLD = 4  # keys by which runs differ
-
-
 class WornPlace(NamedTuple):
-    """Where a run is worn out: the place of a flank that is deepest at the end, and its means over the life.
+    """The place of a flank that is deepest at the end, and its means over the life.
 
     Parameters
     ----------
@@ -274,7 +284,9 @@ class WornPlace(NamedTuple):
     dynamic: tuple[float, ...] = ()
 
 
-def told(store: Store, runs: Sequence[Lived], keys: Sequence[str]) -> list[str]:
+def lives_in_words(
+    store: Store, runs: Sequence[LabelledRun], keys: Sequence[str]
+) -> list[str]:
     """Return in sentences which run lives longest and why.
 
     None for fewer than two lives.
@@ -287,20 +299,35 @@ def told(store: Store, runs: Sequence[Lived], keys: Sequence[str]) -> list[str]:
     worn = [run for run in runs if "max_wear_depth" in run.entry.summary]
     sentences = longest(worn, keys)
     ranked = by_life(worn)
-    if len(ranked) > 1 and (first := ranked[-1]).life > (second := ranked[-2]).life:
-        said = [margin(first, second), *beside(first.entry.values, second.entry.values)]
-        places = [worn_place(store, run.entry) for run in (first, second)]
-        if places[0] is not None and places[1] is not None:
-            said += why(places[0], places[1])
-        at = 1 if len(ranked) == len(worn) else 2
-        sentences[at:at] = said
-    if sentences and (other := in_hours(worn)):
-        sentences.append(other)
+    if len(ranked) > 1 and ranked[-1].life > ranked[-2].life:
+        place = 1 if len(ranked) == len(worn) else 2
+        sentences[place:place] = _lead_in_words(store, ranked[-1], ranked[-2])
+    longest_in_hours = in_hours(worn)
+    if sentences and longest_in_hours:
+        sentences.append(longest_in_hours)
     return [shown_unit(sentence) for sentence in sentences]
 
 
-def margin(first: Lived, second: Lived) -> str:
-    """Return how far the longest life is ahead of the next, and whether numerical errors leave that open."""
+def _lead_in_words(store: Store, first: LabelledRun, second: LabelledRun) -> list[str]:
+    """Return in sentences by how much and why the first run lives longer."""
+    differences = beside(first.entry.values, second.entry.values)
+    sentences = [margin(first, second), *differences]
+    first_place = worn_place(store, first.entry)
+    second_place = worn_place(store, second.entry)
+    if first_place is not None and second_place is not None:
+        sentences += why(first_place, second_place)
+    return sentences
+
+
+def margin(first: LabelledRun, second: LabelledRun) -> str:
+    """Return how far the longest life is ahead of the next.
+
+    Also whether numerical errors leave that open.
+
+    Parameters
+    ----------
+    first, second : of the longest life, and of the next
+    """
     ahead = first.life - second.life
     errors = sum(
         run.entry.summary.get("error_estimate_life") or 0.0 for run in (first, second)
@@ -312,10 +339,14 @@ def margin(first: Lived, second: Lived) -> str:
     )
 
 
-def beside(own: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
+def beside(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[str]:
     """Return in a sentence in what the scene of the longest life differs from the next.
 
     Of many keys none.
+
+    Parameters
+    ----------
+    first, second : scenes of the longest life, and of the next
 
     Examples
     --------
@@ -323,22 +354,28 @@ def beside(own: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
     ...        {"operation.torque": 400.0, "dynamics.model": "torsional"})
     ['It differs from the next in torque alone: 340 N·m for 400 N·m.']
     """
-    keys = differing_keys([own, other])
-    if not 0 < len(keys) <= MOST_TOLD:
+    keys = differing_keys([first, second])
+    if not 0 < len(keys) <= MAX_KEYS:
         return []
-    told = [
-        f"{value_of_key(key, own.get(key))} for {value_of_key(key, other.get(key))}"
+    names = ", ".join(map(grid.key_text, keys))
+    values = [
+        f"{value_of_key(key, first.get(key))} for {value_of_key(key, second.get(key))}"
         for key in keys
     ]
-    alone = " alone" if len(keys) == 1 else ""
-    return [
-        f"It differs from the next in {', '.join(map(grid.key_text, keys))}{alone}: "
-        f"{', '.join(told)}."
-    ]
+    only = " alone" if len(keys) == 1 else ""
+    return [f"It differs from the next in {names}{only}: {', '.join(values)}."]
 
 
 def worn_place(store: Store, entry: catalogue.Entry) -> WornPlace | None:
-    """Return where a run is worn out, None where that cannot be told: it has a width, several conditions."""
+    """Return where a run is worn out.
+
+    None where that cannot be told, as with a width or several conditions.
+
+    Parameters
+    ----------
+    store : where the run is
+    entry : the run as the catalogue has it
+    """
     try:
         run = store.run(entry.id)
         depth = run["wear_depth"]
@@ -351,109 +388,119 @@ def worn_place(store: Store, entry: catalogue.Entry) -> WornPlace | None:
     flank = str(flank or end.max("profile").idxmax("flank").item())
     if flank not in end["flank"]:
         return None
-    at = {
-        "flank": flank,
-        "profile": end["profile"][int(end.sel(flank=flank).argmax("profile"))],
-    }
+
+    deepest = int(end.sel(flank=flank).argmax("profile"))
+    place = {"flank": flank, "profile": end["profile"][deepest]}
     cycle = run["cycle"].values.tolist()
-    along = [name for name in FACTORS if name in run and set(run[name].dims) == ALONG]
-    lasted = cycle[-1] - cycle[0]
-    factors = {
-        name: abs(float(np.trapezoid(run[name].sel(at).values, cycle))) / lasted
-        for name in along
-    }
-    rate = float(depth.sel(at)[-1] - depth.sel(at)[0]) / cycle[-1]
+    duration = cycle[-1] - cycle[0]
+    factors = {}
+    for name in FACTORS:
+        if name in run and set(run[name].dims) == ALONG:
+            integral = float(np.trapezoid(run[name].sel(place).values, cycle))
+            factors[name] = abs(integral) / duration
+
+    depths = depth.sel(place)
+    dynamic: tuple[float, ...] = ()
     factor = run.get("dynamic_factor")
-    ends = (
-        []
-        if factor is None
-        else [float(factor.isel(update=at).max()) for at in (0, -1)]
-    )
+    if factor is not None:
+        dynamic = tuple(float(factor.isel(update=i).max()) for i in (0, -1))
     return WornPlace(
-        flank, float(run["path_position"].sel(at)), rate, factors, tuple(ends)
+        flank=flank,
+        position=float(run["path_position"].sel(place)),
+        rate=float(depths[-1] - depths[0]) / cycle[-1],
+        factors=factors,
+        dynamic=dynamic,
     )
 
 
-def why(own: WornPlace, other: WornPlace) -> list[str]:
-    """Return in a sentence each where two runs are worn out, and what of the depth there differs.
+def why(first: WornPlace, second: WornPlace) -> list[str]:
+    """Return in sentences where two runs are worn out, and what differs there.
 
     Parameters
     ----------
-    own, other : of the longest life, and of the next
+    first, second : of the longest life, and of the next
 
     Examples
     --------
-    >>> first = WornPlace("pinion", -6.8e-3, 0.98e-13, {"tooth_force": 1600.0, "specific_sliding": 0.69})
-    >>> for line in why(first, WornPlace("pinion", -4.7e-3, 1e-13, {"tooth_force": 2500.0,
-    ...                                                             "specific_sliding": 0.45})):
+    >>> factors = {"tooth_force": 1600.0, "specific_sliding": 0.69}
+    >>> first = WornPlace("pinion", -6.8e-3, 0.98e-13, factors)
+    >>> factors = {"tooth_force": 2500.0, "specific_sliding": 0.45}
+    >>> second = WornPlace("pinion", -4.7e-3, 1e-13, factors)
+    >>> for line in why(first, second):
     ...     print(line)
     It is worn out on the pinion 6.8 mm before the pitch point, the next on the pinion
     4.7 mm before it. There it wears 2 % less a cycle than the next: force on the tooth
     −36 %, specific sliding +53 %.
     """
-    ratio = own.rate / other.rate if other.rate else np.nan
+    ratio = first.rate / second.rate if second.rate else np.nan
     if not np.isfinite(ratio):
         return []
-    held = [
-        name for name in FACTORS if own.factors.get(name) and other.factors.get(name)
-    ]
-    ratios = {FACTORS[name]: own.factors[name] / other.factors[name] for name in held}
+    ratios = {}
+    for name, words in FACTORS.items():
+        if first.factors.get(name) and second.factors.get(name):
+            ratios[words] = first.factors[name] / second.factors[name]
     rest = ratio / math.prod(ratios.values())
     if ratios and abs(rest - 1.0) > 5e-3:
         ratios["their course over the life"] = rest
+
     shares = ", ".join(f"{words} {_change(part)}" for words, part in ratios.items())
-    slower = (
-        f"{100.0 * abs(1.0 - ratio):.2g} % {'less' if ratio < 1.0 else 'more'} a cycle "
-        "than the next"
-    )
-    where = f"on the {own.flank} {_place(own, 'the pitch point')}"
-    told = [
-        f"It is worn out {where}, the next on the {other.flank} {_place(other, 'it')}."
+    direction = "less" if ratio < 1.0 else "more"
+    rate = f"{100.0 * abs(1.0 - ratio):.2g} % {direction} a cycle than the next"
+    sentences = [
+        f"It is worn out on the {first.flank} {_place(first, 'the pitch point')}, the "
+        f"next on the {second.flank} {_place(second, 'it')}.",
+        f"There it wears {rate}{': ' if shares else ''}{shares}.",
     ]
-    told.append(f"There it wears {slower}{': ' if shares else ''}{shares}.")
-    if own.dynamic and other.dynamic:
-        goes = "from {:.3g} unworn to {:.3g} worn".format(*own.dynamic)
-        others = "that of the next from {:.3g} to {:.3g}".format(*other.dynamic)
-        told.append(f"Its dynamic factor goes {goes}, {others}.")
-    return told
+    if first.dynamic and second.dynamic:
+        course = "from {:.3g} unworn to {:.3g} worn".format(*first.dynamic)
+        course_of_next = "from {:.3g} to {:.3g}".format(*second.dynamic)
+        sentences.append(
+            f"Its dynamic factor goes {course}, that of the next {course_of_next}."
+        )
+    return sentences
 
 
 def _place(place: WornPlace, pitch: str) -> str:
+    """Return how far before or after the pitch point a place lies."""
     if abs(place.position) < 5e-5:
         return f"at {'the pitch point' if pitch == 'it' else pitch}"
-    return (
-        f"{1e3 * abs(place.position):.2g} mm "
-        f"{'before' if place.position < 0.0 else 'after'} {pitch}"
-    )
+    side = "before" if place.position < 0.0 else "after"
+    return f"{1e3 * abs(place.position):.2g} mm {side} {pitch}"
 
 
 def _change(ratio: float) -> str:
+    """Return a ratio as a change in percent."""
     if abs(ratio - 1.0) < 5e-4:
         return "the same"
     return f"{'+' if ratio > 1.0 else '−'}{100.0 * abs(ratio - 1.0):.2g} %"
 
 
-def in_hours(runs: Sequence[Lived]) -> str:
-    """Return which run lives longest in time where that is another one than in cycles, "" otherwise."""
-    known = [
+def in_hours(runs: Sequence[LabelledRun]) -> str:
+    """Return which run lives longest in hours, "" where it does so in cycles, too.
+
+    Parameters
+    ----------
+    runs : with a life or none
+    """
+    timed = [
         run
         for run in runs
         if run.life and run.entry.summary.get("service_life") is not None
     ]
-    hours, at = max(
-        ((run.entry.summary["service_life"], at) for at, run in enumerate(known)),
-        default=(0, 0),
-    )
-    if not known or known[at].life == max(run.life for run in runs):
+    if not timed:
+        return ""
+    hours = [run.entry.summary["service_life"] for run in timed]
+    last = max((value, number) for number, value in enumerate(hours))[1]
+    if timed[last].life == max(run.life for run in runs):
         return ""
     return (
-        f"Counted in hours another one lives longest, {known[at].label}: "
-        f"{outcome.hours_text(hours)}."
+        f"Counted in hours another one lives longest, {timed[last].label}: "
+        f"{outcome.hours_text(hours[last])}."
     )
 
 
-def longest(runs: Sequence[Lived], keys: Sequence[str]) -> list[str]:
-    """Return in sentences which run lives longest, and what of its scene goes with that.
+def longest(runs: Sequence[LabelledRun], keys: Sequence[str]) -> list[str]:
+    """Return in sentences which run lives longest, and what of its scene goes with it.
 
     Parameters
     ----------
@@ -472,42 +519,50 @@ def longest(runs: Sequence[Lived], keys: Sequence[str]) -> list[str]:
     first = ranked[-1]
     if first.life == last.life:
         return [f"All {len(ranked)} lives are {first.life:.4g} cycles."]
+
     times = f"{first.life / last.life:.3g} times the shortest, of {last.label}"
-    told = [f"The longest life is {first.life:.4g} cycles, of {first.label}: {times}."]
-    if others := len(runs) - len(ranked):
-        told.append(
-            f"{others} of these runs reached no limit of wear: they may live longer."
+    sentences = [
+        f"The longest life is {first.life:.4g} cycles, of {first.label}: {times}."
+    ]
+    unlimited = len(runs) - len(ranked)
+    if unlimited:
+        sentences.append(
+            f"{unlimited} of these runs reached no limit of wear: they may live longer."
         )
-    if len(keys) <= MOST_TOLD:
+    if len(keys) <= MAX_KEYS:
         scenes = [run.entry.values for run in ranked]
-        told += filter(
-            None, (_beside(key, [scene.get(key) for scene in scenes]) for key in keys)
-        )
+        for key in keys:
+            sentence = _value_of_longest(key, [scene.get(key) for scene in scenes])
+            if sentence:
+                sentences.append(sentence)
     if len(keys) > 1:
-        told.append(
+        sentences.append(
             f"{len(keys)} keys differ: compare runs that differ in one alone to see "
             "what each does."
         )
-    return told
+    return sentences
 
 
-def _beside(key: str, values: Sequence[Any]) -> str:
-    """Return how a key of the scenes goes with life, of its values from the shortest life to the longest."""
-    *others, own = values
-    it = f"{grid.key_text(key)} {value_of_key(key, own)}"
+def _value_of_longest(key: str, values: Sequence[Any]) -> str:
+    """Return how a value goes with life, of values from the shortest life on."""
+    *shorter, value = values
+    name = grid.key_text(key)
+    text = f"{name} {value_of_key(key, value)}"
+    is_shared = value in shorter
     if not all(map(is_number, values)):
-        return f"It has {it}{', as another run has it too' if own in others else ''}."
+        return f"It has {text}{', as another run has it too' if is_shared else ''}."
+
     low = min(values)
     high = max(values)
     if low == high:
         return ""
-    if own not in (low, high):
-        return f"It has {it}, neither the lowest nor the highest."
-    end = "low" if own == low else "high"
-    shared = ", shared with others" if own in others else ""
-    rising = values == sorted(values, reverse=own == low)
-    always = f": in these runs life never falls as it gets {end}er" if rising else ""
+    if value not in (low, high):
+        return f"It has {text}, neither the lowest nor the highest."
+    end = "low" if value == low else "high"
+    shared = ", shared with others" if is_shared else ""
+    is_monotonic = values == sorted(values, reverse=value == low)
+    always = f": in these runs life never falls as it gets {end}er"
     return (
-        f"It has the {end}est {grid.key_text(key)}, "
-        f"{value_of_key(key, own)}{shared}{always}."
+        f"It has the {end}est {name}, {value_of_key(key, value)}{shared}"
+        f"{always if is_monotonic else ''}."
     )

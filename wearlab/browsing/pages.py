@@ -1,4 +1,4 @@
-"""The pages: each asks the store, and tells it in HTML of which every text of others is escaped.
+"""The pages: each reads the store, and shows it in HTML with all texts escaped.
 
 What is taken along: figures for print, files of runs, citations, whole campaigns; and
 remarks left.
@@ -39,12 +39,12 @@ NAMED = ("kind", "key", "id", "run", "figure")
 
 
 class WindowPage(frame.HeadedAnswer):
-    """What all pages share: the store, the addresses, the headers, and how trouble is told."""
+    """What all pages share: the store, the addresses, the headers, the messages."""
 
     def initialize(
         self, store: Store, pool: ThreadPoolExecutor, its_own: Callable[[], Store]
     ) -> None:
-        """Take up the store, and the thread that draws for print, which has a store of its own."""
+        """Keep the store, and the thread that draws for print with its own store."""
         self.store, self.pool, self.its_own = store, pool, its_own
         libraries = self.application.resources().js_files  # type: ignore[attr-defined]
         self.place = frame.Place(self.get_query_argument("token"), store, libraries)
@@ -75,7 +75,7 @@ class WindowPage(frame.HeadedAnswer):
         self.write(content)
 
     async def drawn(self, draw: Callable[[Store], bytes]) -> bytes:
-        """Return a picture, drawn in the thread that draws: the window answers meanwhile."""
+        """Return a picture, drawn in a thread: the window answers meanwhile."""
         return await asyncio.get_running_loop().run_in_executor(
             self.pool, lambda: draw(self.its_own())
         )
@@ -122,19 +122,19 @@ def printed(
     if name == "update":
         prefix = first.get("id", "")
         kind = first.get("kind", "")
-        known = kept.find_update(store, prefix)
+        record = kept.find_update(store, prefix)
         plot = (
-            contents.update_plot(store, known.subject, kind)
-            if known and kind in KINDS
+            contents.update_plot(store, record.subject, kind)
+            if record and kind in KINDS
             else None
         )
-        if plot is None or known is None:
+        if plot is None or record is None:
             raise FigureError(
                 f"{kind[:40]!r} of update {prefix[:40]!r}: no such figure"
             )
         if ending != "csv":
             return render.rendered(
-                plot, {"Title": plot.title, "update": known.id}, ending
+                plot, {"Title": plot.title, "update": record.id}, ending
             )
         return interactive.table(plot).encode()
     if name == "campaign":
@@ -142,20 +142,20 @@ def printed(
             store, recorded.campaign_of(store, first.get("key", ""))
         )
         questions = source.asked()
-        asked = questions[
+        question = questions[
             min(listing.whole(first.get("figure", "")), len(questions)) - 1
         ]
     else:
-        wanted = figures.wanted(arguments)
-        source = figures.source_of(store, wanted)
-        asked = source.ask_for(wanted)
+        wish = figures.wanted(arguments)
+        source = figures.source_of(store, wish)
+        question = source.ask_for(wish)
     if ending == "csv":
-        return interactive.table(source.plot(asked)).encode()
-    return drawing.file_of(asked, source.grid, store, ending)[0]
+        return interactive.table(source.plot(question)).encode()
+    return drawing.file_of(question, source.grid, store, ending)[0]
 
 
 class ToldPage(WindowPage):
-    """What `contents` has under the name of the address, in the template of that name."""
+    """A page of `contents`, in the template of the same name."""
 
     def get(self, name: str) -> None:
         """Show it."""
@@ -323,7 +323,7 @@ class Folder:
 
 
 def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
-    """Write a copy of a campaign: its page, one for each of its runs, and what draws their figures.
+    """Write a copy of a campaign: its page, one for each run, and scripts.
 
     Parameters
     ----------
@@ -339,10 +339,10 @@ def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
     ------
     StoreError : no such campaign, it has more than 200 runs, or the folder is not free
     """
-    told = _chosen(store, title)
-    if told.cases > MOST:
+    chosen = _chosen(store, title)
+    if chosen.cases > MOST:
         raise StoreError(
-            f"{told.title}: {told.cases} cases are more than the {MOST} of a copy"
+            f"{chosen.title}: {chosen.cases} cases are more than the {MOST} of a copy"
         )
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise StoreError(
@@ -351,7 +351,7 @@ def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
     place = Folder(
         store,
         store.archive.entries(
-            run for run, _ in contents.cases(store, told.key, "", 0, MOST)[1]
+            run for run, _ in contents.cases(store, chosen.key, "", 0, MOST)[1]
         ),
     )
     with files.replaced(folder.absolute()) as part:
@@ -359,7 +359,7 @@ def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
         for library in place.libraries:
             shutil.copyfile(library, part / Path(library).name)
         pages = {name: frame.beside(name) for name in (frame.STYLE, frame.NAMES)}
-        campaign = contents.campaign(store, place, {"key": [told.key]})
+        campaign = contents.campaign(store, place, {"key": [chosen.key]})
         pages["index.html"] = frame.rendered("campaign.html", place, campaign)
         for name, text in pages.items():
             (part / name).write_text(text, encoding="utf-8")
@@ -373,19 +373,19 @@ def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
     return folder / "index.html"
 
 
-def _chosen(store: Store, title: str | None) -> recorded.Told:
-    known, _ = recorded.campaigns(store)
-    found = [
-        each
-        for each in known
-        if title in (None, each.title, each.path, Path(each.path).name)
+def _chosen(store: Store, title: str | None) -> recorded.ListedCampaign:
+    listed, _ = recorded.campaigns(store)
+    matches = [
+        campaign
+        for campaign in listed
+        if title in (None, campaign.title, campaign.path, Path(campaign.path).name)
     ]
-    titles = [each.title for each in known]
-    if not found:
+    titles = [campaign.title for campaign in listed]
+    if not matches:
         raise StoreError(
             f"campaign {title!r} is not in this store; {choices(title, titles)}"
         )
-    if title is None and len(found) > 1:
-        several = f"this store has {len(found)} campaigns"
+    if title is None and len(matches) > 1:
+        several = f"this store has {len(matches)} campaigns"
         raise StoreError(f"{several}: choose one by --campaign; {choices('', titles)}")
-    return found[0]
+    return matches[0]

@@ -1,4 +1,4 @@
-"""The window: a server on this machine, begun and ended, in front of a terminal or behind a notebook."""
+"""The window: a server on this machine, for a terminal or a notebook."""
 
 import asyncio
 import secrets
@@ -37,7 +37,7 @@ class Window:
         return f"http://{HOST}:{self.port}/?token={self.token}"
 
     async def _answer(self, ready: Future[None]) -> None:
-        """Answer within the event loop of this thread until `stop`, from when `ready` has a result.
+        """Answer within the event loop of this thread from `ready` until `stop`.
 
         Raises
         ------

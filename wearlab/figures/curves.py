@@ -234,8 +234,8 @@ def states_of_most(series: Sequence[Series], dims: Iterable[str]) -> NotedSeries
     notes = []
     if rare:
         notes.append(
-            f"Not drawn: {rare} wear state{'s' if rare > 1 else ''} that less than half "
-            "of the runs have."
+            f"Not drawn: {rare} wear state{'s' if rare > 1 else ''} that less than "
+            "half of the runs have."
         )
     drawn = [curve for curve in series if curve.key.get("update") in frequent]
     return NotedSeries(drawn, notes)

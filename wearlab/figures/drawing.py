@@ -1,4 +1,4 @@
-"""Files of figures: all of a campaign, one for a page, one drawn again from its file."""
+"""Files of figures: of a campaign, for a page, drawn again from a file."""
 
 import traceback
 from collections.abc import Callable, Iterator
@@ -65,9 +65,9 @@ def draw(
     check_format(ending)
     grid = store.open(campaign)
 
-    def written(asked: Question) -> Path:
-        path = out / f"{asked.name}.{ending}"
-        image, _ = file_of(asked, grid, store, ending)
+    def written(figure_question: Question) -> Path:
+        path = out / f"{figure_question.name}.{ending}"
+        image, _ = file_of(figure_question, grid, store, ending)
         write_whole(path, image)
         return path
 
@@ -141,7 +141,7 @@ def check_format(ending: str) -> None:
 
 
 def both_widths(
-    asked: Question, grid: xr.Dataset, store: "Store"
+    figure_question: Question, grid: xr.Dataset, store: "Store"
 ) -> tuple[bytes, bytes | None]:
     """Return the picture of a figure for a page, and one for small screens.
 
@@ -149,7 +149,7 @@ def both_widths(
 
     Parameters
     ----------
-    asked : the question
+    figure_question : the question
     grid : the campaign as the store has it
     store : of the grid
 
@@ -159,19 +159,19 @@ def both_widths(
     """
     from wearlab.figures.render import lightened, rendered
 
-    plot = plot_of(asked, grid, store).plot
+    plot = plot_of(figure_question, grid, store).plot
     small = lightened(rendered(narrow(plot), {})) if plot.columns > 1 else None
     return lightened(rendered(plot, {})), small
 
 
 def file_of(
-    asked: Question, grid: xr.Dataset, store: "Store", ending: str
+    figure_question: Question, grid: xr.Dataset, store: "Store", ending: str
 ) -> tuple[bytes, tuple[str, ...]]:
     """Return the file of a figure, and the names of the runs that are missing.
 
     Parameters
     ----------
-    asked : the question
+    figure_question : the question
     grid : the campaign as the store has it
     store : of the grid, for what it knows of the runs
     ending : png, svg or pdf
@@ -182,18 +182,20 @@ def file_of(
     """
     from wearlab.figures.render import rendered
 
-    figure = plot_of(asked, grid, store)
+    figure = plot_of(figure_question, grid, store)
     entries = store.archive.entries(run.id for run in figure.runs)
-    keywords = texts(asked, entries, figure.missing)
+    keywords = texts(figure_question, entries, figure.missing)
     return rendered(figure.plot, keywords, ending), figure.missing
 
 
-def plot_of(asked: Question, grid: xr.Dataset, store: "Store") -> PlottedFigure:
+def plot_of(
+    figure_question: Question, grid: xr.Dataset, store: "Store"
+) -> PlottedFigure:
     """Return a figure of runs or of the kept update as data.
 
     Parameters
     ----------
-    asked : the question
+    figure_question : the question
     grid : the campaign as the store has it
     store : of the grid, where the update is kept
 
@@ -201,9 +203,9 @@ def plot_of(asked: Question, grid: xr.Dataset, store: "Store") -> PlottedFigure:
     ------
     FigureError : it cannot be drawn
     """
-    request = asked.request
+    request = figure_question.request
     if is_of_update(request.kind):
-        return PlottedFigure(of_update(asked.subject, store, request), [], ())
+        return PlottedFigure(of_update(figure_question.subject, store, request), [], ())
     return plotted(grid, request)
 
 
@@ -244,17 +246,17 @@ def redraw(figure: Path, store: "Store", out: Path) -> Redrawn:
     FigureError : the file carries no question, or none of its runs is there
     StoreError : there is no store, or a file of it is damaged
     """
-    asked = question_in(embedded(figure), figure)
+    figure_question = question_in(embedded(figure), figure)
     ending = figure.suffix.lower().removeprefix(".")
     check_format(ending)
 
     old_image = figure.read_bytes()
-    grid = store.open(asked.campaign)  # type: ignore[arg-type]
-    image, missing = file_of(asked, grid, store, ending)
-    path = out / f"{asked.name}.{ending}"
+    grid = store.open(figure_question.campaign)  # type: ignore[arg-type]
+    image, missing = file_of(figure_question, grid, store, ending)
+    path = out / f"{figure_question.name}.{ending}"
     write_whole(path, image)
 
-    recorded = asked.runs or {}
+    recorded = figure_question.runs or {}
     entries = store.archive.entries(recorded)
     stale = [
         run_id for run_id, entry in entries.items() if is_other_code(entry.source_hash)

@@ -267,8 +267,8 @@ def no_kind(name: str) -> str:
         for candidate in KINDS.values()
         if word and word in f"{candidate.title} {candidate.shows}".lower()
     ]
-    meant = f"{name} is drawn by {', '.join(drawn_by)}; " if drawn_by else ""
-    return f"no such kind; {meant}{nearest.choices(name, KINDS)}"
+    hint = f"{name} is drawn by {', '.join(drawn_by)}; " if drawn_by else ""
+    return f"no such kind; {hint}{nearest.choices(name, KINDS)}"
 
 
 Curves = Callable[[Any, FigureRequest], Iterable[Series]]

@@ -113,10 +113,10 @@ class Series(BesidePoints):
 
     def at(self, index: Any) -> "Series":
         """Return some of its points."""
-        given = {
+        points = {
             name: v[index] for name in POINTS if (v := getattr(self, name)) is not None
         }
-        return replace(self, **given)
+        return replace(self, **points)
 
 
 POINTS: dict[str, Any] = {"x": float, "y": float, "x_error": float, "y_error": float}
@@ -158,11 +158,11 @@ def merged(group: Sequence[Series]) -> Series:
     """Return the points of several series as one, otherwise like the first."""
     fields: dict[str, Any] = {}
     for name, kind in POINTS.items():
-        some = [getattr(curve, name) for curve in group]
-        if any(values is not None for values in some):
+        arrays = [getattr(curve, name) for curve in group]
+        if any(values is not None for values in arrays):
             none = [np.zeros(len(curve.x), kind) for curve in group]
             fields[name] = np.concatenate(
-                [n if v is None else v for v, n in zip(some, none, strict=True)]
+                [n if v is None else v for v, n in zip(arrays, none, strict=True)]
             )
     return replace(group[0], **fields)
 

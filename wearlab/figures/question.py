@@ -199,7 +199,7 @@ def _subject_of(campaign: Campaign, request: kind.FigureRequest) -> str:
 
 
 def texts(
-    asked: Question, entries: Mapping[str, Entry], missing: Sequence[str]
+    figure_question: Question, entries: Mapping[str, Entry], missing: Sequence[str]
 ) -> dict[str, str]:
     """Return what a figure's file says about itself, text by keyword.
 
@@ -207,42 +207,46 @@ def texts(
 
     Parameters
     ----------
-    asked : the question
+    figure_question : the question
     entries : the runs drawn
     missing : names of the runs that had no data
     """
-    request = asked.request
+    request = figure_question.request
     versions = {entry.wearlab_version or "" for entry in entries.values()}
     sources = {entry.source_hash or "" for entry in entries.values()}
     keywords = {
         "Title": request.title or kinds.KINDS[request.kind].title,
-        "campaign": asked.campaign.title,
-        "campaign_hash": asked.hash,
-        "campaign_text": asked.text,
+        "campaign": figure_question.campaign.title,
+        "campaign_hash": figure_question.hash,
+        "campaign_text": figure_question.text,
         "figure": request.kind,
-        "table": _json(asked.table),
+        "table": _json(figure_question.table),
         "select": _json(dict(request.select)),
         "runs": " ".join(entries),
         "missing": "; ".join(missing),
         "wearlab": ", ".join(sorted(versions)),
         "source_hash": ", ".join(sorted(sources)),
-        QUESTION: _json(_record_of(asked, entries)),
+        QUESTION: _json(_record_of(figure_question, entries)),
     }
     return {key: text for key, text in keywords.items() if text}
 
 
-def _record_of(asked: Question, entries: Mapping[str, Entry]) -> dict[str, Any]:
-    """Return a question, and the hashes of the files of its runs, as JSON holds them."""
+def _record_of(
+    figure_question: Question, entries: Mapping[str, Entry]
+) -> dict[str, Any]:
+    """Return a question and the hashes of its runs' files, as JSON holds them."""
     record: dict[str, Any] = {
         "format": 1,
-        "number": asked.number,
-        "table": asked.table,
-        "points": None if asked.points is None else list(asked.points),
-        "campaign": to_record(asked.campaign),  # type: ignore[arg-type]
+        "number": figure_question.number,
+        "table": figure_question.table,
+        "points": None
+        if figure_question.points is None
+        else list(figure_question.points),
+        "campaign": to_record(figure_question.campaign),  # type: ignore[arg-type]
         "runs": {run_id: entry.sha256 for run_id, entry in entries.items()},
     }
-    if asked.subject:
-        record["subject"] = asked.subject
+    if figure_question.subject:
+        record["subject"] = figure_question.subject
     return record
 
 

@@ -246,7 +246,7 @@ def draw(plot: Plot, width: float | None = None, height: float | None = None) ->
 
 
 def _panel_height(plot: Plot, letters: float) -> float:
-    """Return the height of a panel: the default, or what the names of its ranks need."""
+    """Return the height of a panel: the default, or what names of ranks need."""
     default = HEIGHTS[plot.shape][: plot.columns][-1]
     lines = 0
     for panel in plot.panels:
@@ -649,7 +649,7 @@ def part_texts(figure: "Figure") -> None:
 
 
 def _part_levels(ax: "Axes") -> None:
-    """Give horizontal lines dashes and marks by which each is visible where they meet."""
+    """Give horizontal lines dashes and marks that show each where they meet."""
     levels = [line for line in ax.lines if line.get_markevery() is not None]
     gap = 4.0 * max(len(levels) - 1, 0.6)
     for number, line in enumerate(levels):
@@ -774,7 +774,7 @@ def _scaled(ax: "Axes", plot: Plot) -> None:
 
 
 def _by_logarithm(ax: "Axes", name: str) -> None:
-    """Make the axis "x" or "y" logarithmic, with a label a decade where they are many."""
+    """Make the axis "x" or "y" logarithmic, with a label a decade where there are many."""
     axis = {"x": ax.xaxis, "y": ax.yaxis}[name]
     ax.set(**{f"{name}scale": "log", f"{name}margin": 0.1})
     low, high = axis.get_view_interval()

@@ -1,4 +1,4 @@
-"""The runs that a figure shows, picked from a campaign's grid and narrowed by select."""
+"""The runs that a figure shows, picked from a grid and narrowed by select."""
 
 import itertools
 import math

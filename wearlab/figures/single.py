@@ -8,11 +8,14 @@ from pydantic import ValidationError
 from wearlab.campaign.campaign import FigureSpec
 from wearlab.figures import kinds
 from wearlab.figures.kind import FigureError, no_kind, read
-from wearlab.figures.plotting import plotted
+from wearlab.figures.plot import Plot
+from wearlab.figures.plotting import of_update, plotted
 from wearlab.nearest import choices
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from wearlab.store import Store
 
 NAME = "figure"
 """How errors call a figure that stands in no campaign file."""
@@ -117,3 +120,20 @@ def grid_of(of: Any) -> xr.Dataset:
         status="done",
         n_updates=grid.sizes.get("update", 1),
     )
+
+
+def update_plot(subject: str, store: "Store", kind: str) -> Plot:
+    """Return a figure of a kept update as data.
+
+    Parameters
+    ----------
+    subject : identity of what the update is of
+    store : where it is kept
+    kind : of the figure
+
+    Raises
+    ------
+    FigureError : no such kind, or no update that shows it
+    """
+    request = read(specified({"kind": kind}), 1, None)
+    return of_update(subject, store, request)

@@ -65,7 +65,7 @@ def place(name: str, value: object, units: str | None) -> Label:
 
 
 def within(text: str) -> str:
-    """Return words as they stand within a sentence: an abbreviation keeps its capitals."""
+    """Return words as within a sentence: an abbreviation keeps its capitals."""
     return text if text[:2].isupper() else text[:1].lower() + text[1:]
 
 
@@ -75,7 +75,7 @@ def ordinal(number: int) -> str:
 
 
 def joined(units: str) -> str:
-    """Return a unit as it follows a number: a space, except before the sign of degrees."""
+    """Return a unit as it follows a number: no space before the sign of degrees."""
     pretty = typeset(units)
     return pretty if pretty == "°" else f" {pretty}"
 
@@ -110,11 +110,11 @@ def _as_fraction(text: str) -> str:
     return "*".join(over or ["1"]) + "".join(f"/{part}" for part in under)
 
 
-def converted(values: Array, units: str, wanted: str) -> Array:
+def converted(values: Array, units: str, target: str) -> Array:
     """Return values in display units."""
-    if units == wanted or not wanted:
+    if units == target or not target:
         return np.asarray(values, float)
-    return np.asarray(convert(np.asarray(values, float), units or "1", wanted), float)
+    return np.asarray(convert(np.asarray(values, float), units or "1", target), float)
 
 
 def power_of_ten(arrays: Iterable[Array], units: str) -> int:
@@ -151,21 +151,21 @@ def axis_label(label: str, units: str, power: int) -> str:
     return f"{start} ({unbroken})" if inside else start
 
 
-def first_of(names: Sequence[str], most: int, between: str = ", ") -> str:
+def first_of(names: Sequence[str], count: int, between: str = ", ") -> str:
     """Return names in one line: of many the first, and how many more there are.
 
     >>> first_of(["a", "b", "c"], 2)
     'a, b and 1 more'
     """
-    return between.join(names[:most]) + (
-        f" and {len(names) - most} more" if len(names) > most else ""
+    return between.join(names[:count]) + (
+        f" and {len(names) - count} more" if len(names) > count else ""
     )
 
 
 def scaled(values: Sequence[Array], words: str, units: str) -> tuple[list[Array], str]:
-    """Return values over the power of ten that their axis label tells, and that label."""
+    """Return values over the power of ten of their axis label, and that label."""
     power = power_of_ten(values, units)
-    return [one / 10.0**power for one in values], axis_label(words, units, power)
+    return [array / 10.0**power for array in values], axis_label(words, units, power)
 
 
 def latex(text: str) -> str:

@@ -243,9 +243,11 @@ DTE_HARMONICS = kind(
     also=(FREQUENCY,),
     all_cases=True,
     over_sweeps=True,
+    shows="any variable y over a dimension, a coordinate or a sweep x, with hue, rows "
+    "and cols",
 )
 def line(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """Any variable y over a dimension, a coordinate or a sweep x, with hue, rows and cols.
+    """Yield any variable y over a dimension, a coordinate or a sweep x.
 
     Parameters
     ----------
@@ -394,8 +396,8 @@ def joined(series: list[Series], axis: str) -> list[Series]:
     series = [replace(curve, key=without(curve.key, axis)) for curve in series]
     if not any(np.isfinite(curve.x).any() for curve in series):
         raise FigureError(
-            f'x = {axis!r} has names, not numbers: kind = "cases" draws a number beside '
-            "each name"
+            f'x = {axis!r} has names, not numbers: kind = "cases" draws a number '
+            "beside each name"
         )
     curves = []
     for curve in gathered(series, _kind_of_point):

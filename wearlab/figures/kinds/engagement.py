@@ -1,4 +1,4 @@
-"""Figures of a tooth pair in contact: along the path, over mesh cycles, over the flank."""
+"""Figures of a pair in contact: along the path, over mesh cycles, over the flank."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace

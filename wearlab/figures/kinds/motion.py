@@ -369,9 +369,10 @@ def _spectra_above(
     y_label = f"{label}; highest peak {largest:.3g} {unit}".rstrip()
     caveat = ""
     if step > 1:
-        what = "speeds" if is_over_speed else "wear states"
+        places_name = "speeds" if is_over_speed else "wear states"
         caveat = (
-            f"{len(rows)} of {count} {what} are drawn; select.{along} names others."
+            f"{len(rows)} of {count} {places_name} are drawn; select.{along} names "
+            "others."
         )
 
     for row in rows:

@@ -300,9 +300,9 @@ def _influence_of(run: Run) -> str:
     """Return what a case varies: its label before the colon, "" for the base."""
     case = run.place.get("case")
     label = runs.BASE if case is None else str(case.value)
-    what, colon, _ = label.partition(": ")
+    influence, colon, _ = label.partition(": ")
     if colon:
-        return what
+        return influence
     return "" if label == runs.BASE else label
 
 
@@ -325,10 +325,14 @@ def ranked(series: list[Series]) -> list[Series]:
     base = _take_base(cases)
     level = [float(np.mean(base))] if base else []
 
-    groups = {what: np.array(values + level) for what, values in cases.items()}
+    groups = {
+        influence: np.array(values + level) for influence, values in cases.items()
+    }
     groups |= _of_axes([curve for curve in series if not curve.key["influence"].text])
     groups = {
-        what: np.sort(values) for what, values in groups.items() if len(values) > 1
+        influence: np.sort(values)
+        for influence, values in groups.items()
+        if len(values) > 1
     }
     if not groups:
         raise FigureError(
@@ -337,12 +341,14 @@ def ranked(series: list[Series]) -> list[Series]:
             'label = "torque: 300 N·m"; or none of the runs has a finite result'
         )
 
-    order = sorted(groups, key=lambda what: np.ptp(groups[what]), reverse=True)
-    names = tuple(what.replace("_", " ") for what in order)
+    order = sorted(
+        groups, key=lambda influence: np.ptp(groups[influence]), reverse=True
+    )
+    names = tuple(influence.replace("_", " ") for influence in order)
     x_scale = series[0].x_scale
     ranks = []
-    for rank, what in enumerate(order, 1):
-        x = groups[what]
+    for rank, influence in enumerate(order, 1):
+        x = groups[influence]
         y = np.full(len(x), float(rank))
         ranks.append(Series({}, x, y, x_scale, RANK, "line-points", names=names))
     if level:

@@ -1,4 +1,4 @@
-"""Figures of an update: of the unknowns, of the wear to come, of what to do about it."""
+"""Figures of an update: of the unknowns, the wear to come, what to do about it."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -417,7 +417,7 @@ def posterior_fan(update: Updated, request: FigureRequest) -> Iterator[Series]:
 def _wear_to_come(
     predictions: xr.Dataset, name: str, factor: float, has_limit: bool
 ) -> _WearToCome:
-    """Return the quantiles of a measure of wear, times a factor, where all are known."""
+    """Return the quantiles of a measure of wear, times a factor, where known."""
     dims = ("quantile", "cycle")
     posterior = predictions[f"{name}_quantile"].transpose(*dims).values * factor
     prior = predictions[f"prior_{name}_quantile"].transpose(*dims).values * factor
