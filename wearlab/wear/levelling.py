@@ -111,7 +111,8 @@ def squares(half_width: Array, path: WearPath) -> Squares:
     count, node, product, column = map(np.concatenate, zip(*blocks, strict=True))
     ends = np.concatenate([[0], np.cumsum(np.repeat(count, count))])
     matrix = csr_array((product, column, ends), (len(node), 2 * rows.size))
-    return Squares(np.repeat(np.arange(len(count)), count), node, matrix)
+    contact = np.repeat(np.arange(len(count)), count)
+    return Squares(contact, node, matrix)
 
 
 def windows(half_width: Array, arc: Array) -> Windows:

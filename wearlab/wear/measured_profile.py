@@ -81,7 +81,8 @@ def measured(
     depth = nodal(profile, pair, gear, s)
     depth = depth - _zero_line(profile.zero, gear, s, depth)
     where = "profile at diameter {:.6g} mm", 2e3 * pair.radius(gear, s)
-    return _worn(depth, pair.gears[gear].name, profile.zero, where, "'max' or 'line'")
+    name = pair.gears[gear].name
+    return _worn(depth, name, profile.zero, where, "'max' or 'line'")
 
 
 def nodal(profile: MeasuredProfile, pair: GearPair, gear: int, s: Array) -> Array:

@@ -271,7 +271,8 @@ def _collected(x: Array, a: Array) -> Array:
 
     Twice integrated kernel.
     """
-    return np.asarray(np.where(x < a, (np.maximum(x + a, 0.0)) ** 2 / (4.0 * a), x))
+    within = (np.maximum(x + a, 0.0)) ** 2 / (4.0 * a)
+    return np.asarray(np.where(x < a, within, x))
 
 
 def cell_edges(arc: Array) -> Array:

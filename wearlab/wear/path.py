@@ -214,7 +214,8 @@ def worn_area(depth: ArrayLike, path: WearPath) -> Array:
     ----------
     Litvin & Fuentes, for the curvature of an involute.
     """
-    return np.asarray(np.sum(np.asarray(depth, float) * path.arc_weight, axis=-1))
+    area = np.asarray(depth, float) * path.arc_weight
+    return np.asarray(np.sum(area, axis=-1))
 
 
 def worn_mass(

@@ -41,7 +41,8 @@ def _model(value: Any) -> Any:
     )
 
 
-Chosen = Annotated[options.Switch, Tag("switch")] | Annotated[FilmModel, Tag("model")]
+Switched = Annotated[options.Switch, Tag("switch")]
+Chosen = Switched | Annotated[FilmModel, Tag("model")]
 Film = Annotated[Chosen, Discriminator(_switch_or_model), BeforeValidator(_model)]
 
 

@@ -58,6 +58,6 @@ def regression(
     R = path.equivalent_radius
     G = pressure_viscosity * E
     S = roughness / R
-    return PowerOfLoad(
-        FACTOR / E * (E * R) ** -LOAD * G**PRESSURE_VISCOSITY * S**ROUGHNESS, LOAD
-    )
+    scale = FACTOR / E * (E * R) ** -LOAD
+    scale = scale * G**PRESSURE_VISCOSITY * S**ROUGHNESS
+    return PowerOfLoad(scale, LOAD)

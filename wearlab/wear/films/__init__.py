@@ -47,7 +47,8 @@ class Film(NamedTuple):
         R = path.equivalent_radius
         U = self.viscosity * np.abs(rolling_velocity(path)) / (E * R)
         G = self.pressure_viscosity * E
-        return PowerOfLoad(2.65 * R * U**0.70 * G**0.54 * (E * R) ** 0.13, -0.13)
+        thickness = 2.65 * R * U**0.70 * G**0.54 * (E * R) ** 0.13
+        return PowerOfLoad(thickness, -0.13)
 
 
 def composite_rq(roughness_ra: ArrayLike) -> float:
