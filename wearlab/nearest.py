@@ -35,7 +35,7 @@ def meant(word: str, valid: Iterable[str], otherwise: str = "") -> str:
 
 
 def alike(word: str, valid: Iterable[str]) -> list[str]:
-    """Return up to three valid words that hold another as whole words, else the nearest.
+    """Return up to three valid words that contain another, else the nearest.
 
     >>> alike("sun-planet", ["sun-planet-1", "sun-planet-2"])
     ['sun-planet-1', 'sun-planet-2']

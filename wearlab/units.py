@@ -288,7 +288,7 @@ def is_quantity(value: object) -> bool:
 
 
 def convert(value: Value, from_unit: str, to_unit: str) -> Value:
-    """Return a value or an array in another unit of the same dimension, angles included.
+    """Return a value or an array in another unit of its dimension, angles included.
 
     Parameters
     ----------

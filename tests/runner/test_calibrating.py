@@ -11,8 +11,7 @@ from wearlab.runner import run
 from wearlab.runner.plan import plan
 from wearlab.runner.preparation import calibrations
 from wearlab.runner.worker import Task
-from wearlab.scene import Scene
-from wearlab.scene.scene import calibrating
+from wearlab.scene import Scene, calibrating
 from wearlab.simulation import run as simulating
 from wearlab.store import Store
 from wearlab.store.export import export_attributes

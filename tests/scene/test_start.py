@@ -10,7 +10,7 @@ from scenes import SPUR_50_50
 import wearlab as wl
 from wearlab.campaign.blocks import CampaignError
 from wearlab.scene import Scene, SceneError
-from wearlab.scene.wear import StartWear, is_replaced
+from wearlab.scene.start import StartWear, is_replaced
 
 PARENT = "0123456789abcdef0123"
 WEAR = StartWear(

@@ -5,7 +5,7 @@ scenes, said in the run.
 import numpy as np
 import pytest
 
-from wearlab.scene.scene import calibrating
+from wearlab.scene import calibrating
 from wearlab.simulation import Refused, calibration, simulate
 
 

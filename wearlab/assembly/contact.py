@@ -1,4 +1,4 @@
-"""Contact of a scene's flanks: what a run must say of it, and what is refused before anything runs."""
+"""Checks of the contact of flanks: what is refused, and what a run says of it."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -158,7 +158,7 @@ def _beyond_path(
 def cut_short(
     pair: gear.GearPair, analysis: contact.ContactAnalysis, nodes: contact.Nodes
 ) -> Iterator[str]:
-    """Yield where the ranges of an exact mesh relationship end with the nodes, not with the contact.
+    """Yield where an exact mesh relationship ends with the nodes, not with the contact.
 
     Parameters
     ----------
@@ -212,14 +212,14 @@ def extended_length(
 
 
 def tooth_thickness(pair: gear.GearPair, number: int, position: Array) -> Array:
-    """Return how thick the teeth of a gear are along the line of action, at path positions (n,) [m]."""
+    """Return the thickness of teeth along the line of action, at positions (n,) [m]."""
     return 2.0 * outline.contact_depth(
         pair.gears[number], pair.radius(number, position)
     )
 
 
 def thickest(gears: gear_set.GearSet, where: str | None) -> float:
-    """Return the largest thickness of the teeth where the flanks of a member, or all, touch [m]."""
+    """Return the largest thickness of teeth where a member's, or all, flanks touch [m]."""
     flanks = [name for name in gears.flanks if where in (name, name.split("-")[0])]
     places = [
         (gears.kinds[kind].pair, number)
@@ -235,7 +235,7 @@ def _checked(pair: gear.GearPair) -> Array:
 
 
 def check_limits(scene: Scene, gears: gear_set.GearSet) -> None:
-    """Refuse depths to be reached, of a limit or a snapshot, that no tooth is thick enough for.
+    """Refuse a depth of a limit or snapshot that is more than the thickness of teeth.
 
     Raises
     ------
@@ -250,9 +250,8 @@ def check_limits(scene: Scene, gears: gear_set.GearSet) -> None:
         if depth >= thickness:
             raise specification.GearError(
                 f"wear.{place}.depth: {1e3 * depth:.4g} mm is deeper than "
-                f"{depths.flank or 'any tooth'} is "
-                f"thick, {1e3 * thickness:.4g} mm along the normal of its flank: look at "
-                "its unit, or give less"
+                f"{depths.flank or 'any tooth'} is thick, {1e3 * thickness:.4g} mm "
+                "along the normal of its flank: look at its unit, or give less"
             )
 
 

@@ -158,7 +158,7 @@ class GearModel:
 
     @cached_property
     def validity(self) -> tuple[str, ...]:
-        """Assumed values and limits of validity that the scene touches, one line each."""
+        """Assumed values and limits of validity that concern the scene, one a line."""
         scene = self.scene
         loads = [mesh.largest_load(scene, kind) for kind in self.gears.kinds]
         bearings = self.vibration is not None and self.vibration.system.on_bearings
@@ -275,7 +275,7 @@ class SceneModes(NamedTuple):
 
 
 def build_modes(parts: GearModel, orders: int = 3) -> SceneModes:
-    """Return the modes of a scene with dynamics, at the mean stiffness of unworn meshes.
+    """Return the modes of a scene with dynamics, at mean stiffness of unworn meshes.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""``[mesh]`` and ``[errors]`` → contact analysis, contact over the face, and prescribed errors."""
+"""``[mesh]`` and ``[errors]`` → contact analyses, and prescribed errors."""
 
 import math
 from collections.abc import Sequence
@@ -171,7 +171,7 @@ def largest_load(scene: Scene, kind: gear_set.PairOfSet) -> float:
 
 
 class ContactOptions(NamedTuple):
-    """How teeth give way and where they touch: what a contact analysis is told of a scene.
+    """How teeth deflect and where they touch: what a contact analysis depends on.
 
     Parameters
     ----------
@@ -459,7 +459,7 @@ def class_flags(scene: Scene, gears: gear_set.GearSet) -> tuple[str, ...]:
 
 
 def _harmonics(scene: Scene, mesh: str) -> tuple[tuple[int, float, float], ...]:
-    """Return the prescribed harmonics of one mesh, named itself or with all of its kind."""
+    """Return the prescribed harmonics of a mesh, under its name or that of its kind."""
     harmonics = [
         harmonic
         for harmonic in scene.prescribed.harmonic

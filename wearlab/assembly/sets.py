@@ -232,7 +232,7 @@ def kinks(pair: GearPair) -> tuple[float, ...]:
 
 
 def _planetary_gear_set(scene: Scene, turned: helix.Helix) -> GearSet:
-    """Return a planetary set: sun and planets, planets and ring, seen from the carrier."""
+    """Return a planetary set, seen from the carrier."""
     operation: Any = scene.operation
     sun, planet, ring = (gear.teeth for gear in scene.gears.gears().values())
     train = planetary.Train(
@@ -311,7 +311,7 @@ def _planetary_kinds(
 
 
 def _bodies(gear_set: planetary.PlanetarySet) -> dict[str, Body]:
-    """Return the bodies of a planetary set; a carrier without mass has none that is known."""
+    """Return the bodies of a planetary set; NaN is an unknown mass of the carrier."""
     gears = {
         "sun": gear_set.sun,
         "planet": gear_set.planet,

@@ -244,9 +244,8 @@ def _tips(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
         )
         shift = gear.profile_shift * gear.module - outwards * thinned
         height = outwards * (gear.tip_radius - gear.reference_radius - shift) / module
-        alterations.append(
-            f"{round(height - (options[name].addendum_coefficient or 1.0), 4) + 0.0:.4f}"
-        )
+        addendum = options[name].addendum_coefficient or 1.0
+        alterations.append(f"{round(height - addendum, 4) + 0.0:.4f}")
         at_tip = math.atan(math.tan(beta) * gear.tip_radius / gear.reference_radius)
         thicknesses.append(
             2e3 * gear.tip_radius * gear.half_angle(gear.tip_radius) * math.cos(at_tip)

@@ -162,7 +162,7 @@ def damping_law(scene: Scene, gears: gear_set.GearSet, system: system.System) ->
 def steps_grid(
     scene: Scene, clock: OnClock, system: system.System, stiffness: Array, period: float
 ) -> stages.StageGrid:
-    """Return the steps: as many as asked for, or as system and meshes need at the scene's tolerance."""
+    """Return the steps of a mesh period: as stated, or as the tolerance needs."""
     dynamics: Any = scene.dynamics
     breaks = clock.edges[:-1]
     tolerance = scene.numerics.tolerance
@@ -178,41 +178,57 @@ def steps_grid(
     if slow is not None:
         return slow
     if steps_stated is not None:
-        limit = None if exact else method.stability
-        beyond = 0.0 if limit is None else turned / (limit.turn * steps_stated)
-        if limit is not None and beyond > 1.0:
-            raise specification.GearError(
-                f"numerics.steps_per_period = {steps_stated} is beyond the stability of "
-                f"{limit.method} by a factor "
-                f"{beyond:.3g}: give {int(np.ceil(turned))} or more, or leave it out"
-            )
+        if not exact:
+            _check_stability(method, steps_stated, turned)
         return stages.stage_grid(breaks, steps_stated)
     if turned > MOST_STEPS * (count.EXACT_LARGEST if exact else count.STABLE):
         raise specification.GearError(
             f"a mesh period lasts {period:.3g} s, in which the fastest mode turns by "
-            f"{turned:.3g} rad: that "
-            f"takes more than {MOST_STEPS} steps; so slow a motion is quasi-static: "
-            "drop [dynamics], raise "
-            "the speed, or give numerics.steps_per_period"
+            f"{turned:.3g} rad: that takes more than {MOST_STEPS} steps; so slow a "
+            "motion is quasi-static: drop [dynamics], raise the speed, or give "
+            "numerics.steps_per_period"
         )
     rule = count.exact_steps_per_period if exact else count.steps_per_period
     steps = min(rule(system, stiffness, period, tolerance, len(breaks)), MOST_STEPS)
     grid = stages.stage_grid(breaks, steps)
-
-    def missed() -> float:
-        """Return the largest share of a mesh's stiffness or error that the stages of the grid miss [1]."""
-        return max(
-            (
-                unresolved(clock.analyses[mesh.kind], mesh, grid)
-                for mesh in clock.meshes
-            ),
-            default=0.0,
-        )
-
-    while len(grid.width) < MOST_FOR_MESH and missed() > RESOLVED * tolerance:
+    while (
+        len(grid.width) < MOST_FOR_MESH
+        and _largest_unresolved(clock, grid) > RESOLVED * tolerance
+    ):
         steps = int(np.ceil(RISE * steps))
         grid = stages.stage_grid(breaks, steps)
     return grid
+
+
+def _check_stability(
+    method: type[methods.IntegrationMethod], steps: int, turned: float
+) -> None:
+    """Refuse steps of a period that are too few for a method to be stable.
+
+    Parameters
+    ----------
+    method : of integration
+    steps : of a mesh period
+    turned : angle of the fastest mode in a mesh period [rad]
+    """
+    limit = method.stability
+    if limit is None:
+        return
+    beyond = turned / (limit.turn * steps)
+    if beyond > 1.0:
+        raise specification.GearError(
+            f"numerics.steps_per_period = {steps} is beyond the stability of "
+            f"{limit.method} by a factor {beyond:.3g}: give {int(np.ceil(turned))} or "
+            "more, or leave it out"
+        )
+
+
+def _largest_unresolved(clock: OnClock, grid: stages.StageGrid) -> float:
+    """Return the largest share of a mesh's stiffness or error that a grid misses [1]."""
+    return max(
+        (unresolved(clock.analyses[mesh.kind], mesh, grid) for mesh in clock.meshes),
+        default=0.0,
+    )
 
 
 def build_friction(scene: Scene, gears: gear_set.GearSet) -> Friction | None:
@@ -231,7 +247,7 @@ def build_friction(scene: Scene, gears: gear_set.GearSet) -> Friction | None:
 def patient(
     method: methods.IntegrationMethod, system: system.System, steps: int
 ) -> methods.IntegrationMethod:
-    """Return the method with integrations that take a bounded number of steps, however many a period has.
+    """Return the method with a bounded number of steps in an integration.
 
     Steps follow the fastest mode: an integration of as many lasts as long in time, in
     which motions die out.
@@ -251,7 +267,7 @@ def patient(
 def unresolved(
     analysis: contact.ContactAnalysis, mesh: Mesh, grid: stages.StageGrid
 ) -> float:
-    """Return the share of mesh stiffness and of prescribed error that the stages of a grid miss [1].
+    """Return the share of mesh stiffness and of error that a grid's stages miss [1].
 
     Three stages of a step say as much as the parabola through them. Its mean distance
     from the curve, taken at the quarters of each step, is compared with the mean
@@ -273,7 +289,7 @@ def unresolved(
 
 
 def _missed(values: Array, width: Array, size: float) -> float:
-    """Return how far values (n, 5) are from parabolas through their 1st, 3rd and 5th: mean over a size."""
+    """Return how far values (n, 5) are from parabolas through 1st, 3rd and 5th [1]."""
     quarters = values[:, ::2] @ np.array(
         [[0.375, -0.125], [0.75, 0.75], [-0.125, 0.375]]
     )
@@ -284,7 +300,7 @@ def _missed(values: Array, width: Array, size: float) -> float:
 def hunting_period(
     scene: Scene, gears: gear_set.GearSet, meshes: Sequence[Mesh]
 ) -> int:
-    """Return the mesh periods until everything repeats: teeth whose slow errors turn, and the input torque.
+    """Return the mesh periods until slow errors of teeth and input torque repeat.
 
     Raises
     ------
@@ -324,7 +340,7 @@ def _repeats(harmonic: operation.TorqueFluctuation, period: float) -> int:
 def slow_errors(
     scene: Scene, gears: gear_set.GearSet, meshes: Sequence[Mesh], system: system.System
 ) -> Array | None:
-    """Return once-per-revolution errors (n_angles, n_mesh) [m], None where none is or nothing answers.
+    """Return once-per-revolution errors (n_angles, n_mesh) [m], None where none acts.
 
     A constant error does nothing to a set that turns freely until it is taken up: when
     some ``D q = e`` has ``K q = 0``.
@@ -351,7 +367,7 @@ def slow_errors(
 def fluctuation(
     scene: Scene, grid: stages.StageGrid, periods: int, duration: float
 ) -> Array | None:
-    """Return ``Σ aᵢ cos(2π orderᵢ φ + phaseᵢ)/a₁`` at the stages of some mesh periods, (n, 3), or None.
+    """Return ``Σ aᵢ cos(2π orderᵢ φ + phaseᵢ)/a₁`` at stages of mesh periods, (n, 3).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""``[wear]`` and ``[lubricant]`` → wear law, film, load, limits, snapshots and the step over cycles."""
+"""``[wear]`` and ``[lubricant]`` → wear law, film, load, limits and snapshots."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -71,7 +71,7 @@ def build_kind(
 
 @dataclass(frozen=True)
 class FacePatchSetting(PatchSetting):
-    """What a contact patch may know of flanks with a width: forces and law slice after slice.
+    """What a contact patch may know of flanks with a width: forces and law by slice.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class FacePatchSetting(PatchSetting):
 
     @cached_property
     def line_load(self) -> Array:
-        """Static load per width of unworn flanks when they touch at the node, (n_face, n) [N/m]."""
+        """Static load per width of unworn flanks at each node, (n_face, n) [N/m]."""
         return self.face.grid.at_nodes(self.face.unworn.load)
 
     @cached_property
@@ -208,7 +208,7 @@ def build_film(scene: Scene, pair: GearPair) -> films.Film | None:
 
 
 def _roughness(scene: Scene, pair: GearPair) -> tuple[float, float] | None:
-    """Return the mean roughness of (driving, driven), None where one is not known [m]."""
+    """Return the mean roughness of (driving, driven) [m], None where one is unknown."""
     first, second = (
         getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears
     )
@@ -266,7 +266,7 @@ def _lambda_ratio(
     coefficients_of: Sequence[coefficients.CoefficientModel],
     setting: Setting,
 ) -> Any:
-    """Return film thickness over roughness, None without an oil or without both roughnesses."""
+    """Return film thickness over roughness, None without oil or without roughnesses."""
     roughness = _roughness(scene, pair)
     if scene.lubricant is None or roughness is None:
         return None

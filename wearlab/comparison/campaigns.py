@@ -126,10 +126,11 @@ def _side_of_grid(
     read : reads a run by its id [from the grid]
     """
     dims = [str(dim) for dim in grid["run_id"].dims]
-    labels_of_dims = {dim: grid[dim].values.tolist() for dim in dims}
+    axes = {dim: _axis_of(grid, dim) for dim in dims}
+    case_labels = [str(label) for label, _ in axes.get("case", [(BASE, None)])]
     repeated = own_values(grid) if read or "computed" in grid.coords else None
     members: dict[object, SideRun] = {}
-    # of these points: the grid's own list tells of all that were opened with them
+    # of these points: the grid's attributes list all that were opened with them
     absent: list[str] = []
     for point in np.ndindex(*grid["run_id"].shape):
         run_id = str(grid["run_id"].values[point])
@@ -138,10 +139,7 @@ def _side_of_grid(
             continue
 
         index = dict(zip(dims, point, strict=True))
-        place: dict[str, tuple[Any, str | None]] = {
-            dim: (labels_of_dims[dim][i], grid[dim].attrs.get("units"))
-            for dim, i in index.items()
-        }
+        place = {dim: axes[dim][i] for dim, i in index.items()}
         label = str(place.pop("case", (BASE, None))[0])
         is_placed = repeated is not None and label not in repeated
         member_key = point if is_placed else (label, run_id)
@@ -154,15 +152,21 @@ def _side_of_grid(
         reader = partial(read, run_id) if read else _point_reader(grid, index)
         members[member_key] = SideRun(_key(label, place), title, run_id, reader)
 
-    case_labels = [str(label) for label in labels_of_dims.get("case", [BASE])]
-    ordered = sorted(
-        members.values(), key=lambda run: case_labels.index(dict(run.key)["case"])
-    )
+    def place_of_case(run: SideRun) -> int:
+        return case_labels.index(dict(run.key)["case"])
+
+    ordered = sorted(members.values(), key=place_of_case)
     return Side(
         str(grid.attrs.get("title") or name),
         tuple(ordered),
         _shortened(list(dict.fromkeys(absent))),
     )
+
+
+def _axis_of(grid: xr.Dataset, dim: str) -> list[tuple[Any, str | None]]:
+    """Return value and unit of every place along an axis of a grid."""
+    units = grid[dim].attrs.get("units")
+    return [(value, units) for value in grid[dim].values.tolist()]
 
 
 def _member_name(label: str, place: Place) -> str:
@@ -234,9 +238,10 @@ def pairs(a: Side, b: Side) -> Pairs:
     if len(a.members) == len(b.members) == 1:
         return Pairs([(a.members[0], b.members[0])], list(a.absent), list(b.absent))
     partners = {member.key: member for member in b.members}
-    matched = [
-        (member, partners[member.key]) for member in a.members if member.key in partners
-    ]
+    matched = []
+    for member in a.members:
+        if member.key in partners:
+            matched.append((member, partners[member.key]))
     matched_keys = {member.key for member, _ in matched}
 
     def left_over(members: Sequence[SideRun]) -> list[str]:
@@ -310,15 +315,18 @@ def _compare_campaigns(a: Side, b: Side, on: str, tolerance: float) -> xr.Datase
         data_vars="all",
         coords="minimal",
     )
-    names = [q.name for q in QUANTITIES if q.name in combined["quantity"]]
+    names = [quantity.name for quantity in QUANTITIES]
+    names = [name for name in names if name in combined["quantity"]]
     combined = combined.sel(quantity=names)
+
+    pair_names = [run_a.name for run_a, _ in matched]
+    pair_ids = [[run_a.id, run_b.id] for run_a, run_b in matched]
     coordinates: dict[str, Any] = {
-        "pair": [run_a.name for run_a, _ in matched],
-        "run_id": (("pair", "run"), [[run_a.id, run_b.id] for run_a, run_b in matched]),
+        "pair": pair_names,
+        "run_id": (("pair", "run"), pair_ids),
+        **described(combined["quantity"].values),
     }
-    combined = combined.assign_coords(
-        coordinates | described(combined["quantity"].values)
-    )
+    combined = combined.assign_coords(coordinates)
     shared = _shared_differences(
         [str(summary["scene_differences"].values) for summary in summaries]
     )
@@ -342,8 +350,9 @@ def _summary(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:
     summary = full[kept_variables].reset_coords(drop=True)
 
     largest = []
-    for name in full["quantity"].values:
-        magnitude = abs(full[str(name)].where(np.isfinite(full[str(name)])))
+    for name in map(str, full["quantity"].values):
+        values = full[name]
+        magnitude = abs(values.where(np.isfinite(values)))
         states_and_places = [dim for dim in magnitude.dims if dim != "run"]
         largest.append(magnitude.max(states_and_places).values)
     attributes = {
@@ -360,8 +369,12 @@ def _summary(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:
 
 def _shared_differences(texts: Sequence[str]) -> str:
     """Return the scene's differences that every pair has alike, as JSON."""
-    first, *remaining = (json.loads(text) for text in texts)
-    shared = [key for key in first if all(key in text for text in remaining)]
+    differences = [json.loads(text) for text in texts]
+    shared = [
+        difference
+        for difference in differences[0]
+        if all(difference in of_pair for of_pair in differences[1:])
+    ]
     return json.dumps(shared, ensure_ascii=False)
 
 
@@ -369,4 +382,5 @@ def _listed(names: Sequence[str]) -> str:
     """Return a few names for a message."""
     if not names:
         return "nothing with data"
-    return ", ".join(names[:SHOWN_NAMES]) + (", …" if len(names) > SHOWN_NAMES else "")
+    listed = ", ".join(names[:SHOWN_NAMES])
+    return f"{listed}, …" if len(names) > SHOWN_NAMES else listed

@@ -40,17 +40,19 @@ def scene_rows(comparison: xr.Dataset) -> list[Row]:
     ----------
     comparison : of two runs or campaigns
     """
-    changed = json.loads(comparison.attrs.get("scene_differences") or "[]")
-    return [
-        (key["key"], _value(key["a"]), _value(key["b"]), key["units"] or "")
-        for key in changed
-    ]
+    differences = json.loads(comparison.attrs.get("scene_differences") or "[]")
+    rows: list[Row] = []
+    for difference in differences:
+        value_a = _value(difference["a"])
+        value_b = _value(difference["b"])
+        rows.append((difference["key"], value_a, value_b, difference["units"] or ""))
+    return rows
 
 
 def quantity_rows(comparison: xr.Dataset) -> list[Row]:
-    """Return one row a quantity of two runs.
+    """Return a row for each quantity of two runs.
 
-    With both values where they differ most, and where they first do.
+    It has both values where they differ most, and where they first differ.
 
     Parameters
     ----------
@@ -67,21 +69,16 @@ def quantity_rows(comparison: xr.Dataset) -> list[Row]:
         where_largest = distance.argmax(...)
         is_known = distance.isel(where_largest) >= 0.0
         values = comparison[name].isel(where_largest).where(is_known).values
-        there = ""
+        place = ""
         if largest[index] != 0.0:
-            there = _place(comparison, float(aligned[int(where_largest["state"])]))
-        rows.append(
-            (
-                *_shown_values(comparison[name], values),
-                _percent(largest[index]),
-                there,
-                _place(comparison, first[index]),
-            )
-        )
-    rows += [
-        _scalar_row(name, comparison[name]) for name in SCALARS if name in comparison
-    ]
-    return rows
+            state = int(where_largest["state"])
+            place = _place(comparison, float(aligned[state]))
+        shown_values = _shown_values(comparison[name], values)
+        first_place = _place(comparison, first[index])
+        rows.append((*shown_values, _percent(largest[index]), place, first_place))
+
+    scalars = [name for name in SCALARS if name in comparison]
+    return rows + [_scalar_row(name, comparison[name]) for name in scalars]
 
 
 def _scalar_row(name: str, values: xr.DataArray) -> Row:
@@ -98,14 +95,15 @@ def _shown_values(quantity: xr.DataArray, values: Any) -> tuple[str, str, str, s
     """Return name of a quantity, values of A and B as people read them, their unit."""
     stored = quantity.attrs["units"]
     shown = quantity.attrs["display_units"]
-    a, b = (_number(convert(float(value), stored, shown)) for value in values)
-    return quantity.attrs["long_name"], a, b, "" if shown == "1" else shown
+    texts = [_number(convert(float(value), stored, shown)) for value in values]
+    unit = "" if shown == "1" else shown
+    return quantity.attrs["long_name"], texts[0], texts[1], unit
 
 
 def pair_rows(comparison: xr.Dataset) -> list[Row]:
-    """Return one row a pair of runs of two campaigns.
+    """Return a row for each pair of runs of two campaigns.
 
-    With the quantity that differs most, and the first to differ.
+    It has the quantity that differs most, and the first to differ.
 
     Parameters
     ----------

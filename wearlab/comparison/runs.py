@@ -51,28 +51,24 @@ def compare_runs(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> xr.
     ------
     CompareError : nothing in common
     """
-    stands_a = positions(a, on, SIDES[0])
-    stands_b = positions(b, on, SIDES[1])
-    targets = common(stands_a[0], stands_b[0], on)
+    states_a = positions(a, on, SIDES[0])
+    states_b = positions(b, on, SIDES[1])
+    targets = common(states_a[0], states_b[0], on)
 
     variables: dict[str, Any] = {}
     relative: dict[str, Array] = {}
     for quantity in QUANTITIES:
         if quantity.source not in a or quantity.source not in b:
             continue
-        values_a, values_b = same_nodes(
-            at_positions(values_of(quantity, a), stands_a, targets),
-            at_positions(values_of(quantity, b), stands_b, targets),
-        )
+        values_a = at_positions(values_of(quantity, a), states_a, targets)
+        values_b = at_positions(values_of(quantity, b), states_b, targets)
+        values_a, values_b = same_nodes(values_a, values_b)
         variables |= _side_by_side(quantity, values_a, values_b)
         relative[quantity.name] = _relative(values_a.values, values_b.values)
     if not relative:
         raise CompareError("the runs have no variable in common that is compared")
 
-    for name in (name for name in SCALARS if name in a and name in b):
-        both = np.array([float(a[name]), float(b[name])])
-        variables[name] = ("run", both, declared(name))
-        variables[f"{name}_difference"] = ((), both[1] - both[0], declared(name))
+    variables |= _scalars(a, b)
     variables |= _summary_of(relative, targets, on, tolerance)
 
     coordinates: dict[str, Any] = {"run": list(SIDES), **described(relative)}
@@ -80,13 +76,25 @@ def compare_runs(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> xr.
     if on == CYCLE:
         coordinates["cycle"] = ("state", targets, _position_attributes(on))
     else:
-        cycles = [
-            at_positions(a["cycle"], stands_a, targets).values,
-            at_positions(b["cycle"], stands_b, targets).values,
-        ]
-        coordinates["cycle"] = (("run", "state"), np.stack(cycles), declared("cycle"))
+        cycle_a = at_positions(a["cycle"], states_a, targets).values
+        cycle_b = at_positions(b["cycle"], states_b, targets).values
+        cycles = np.stack([cycle_a, cycle_b])
+        coordinates["cycle"] = (("run", "state"), cycles, declared("cycle"))
         coordinates["aligned_depth"] = ("state", targets, _position_attributes(on))
     return xr.Dataset(variables, coordinates, _attributes(a, b, on, tolerance))
+
+
+def _scalars(a: xr.Dataset, b: xr.Dataset) -> dict[str, Any]:
+    """Return the numbers that both runs have once, such as lives, and B − A."""
+    variables: dict[str, Any] = {}
+    for name in SCALARS:
+        if name not in a or name not in b:
+            continue
+        pair = np.array([float(a[name]), float(b[name])])
+        attributes = declared(name)
+        variables[name] = ("run", pair, attributes)
+        variables[f"{name}_difference"] = ((), pair[1] - pair[0], attributes)
+    return variables
 
 
 def _position_attributes(on: str) -> dict[str, Any]:
@@ -98,26 +106,25 @@ def _side_by_side(
     quantity: Quantity, values_a: xr.DataArray, values_b: xr.DataArray
 ) -> dict[str, xr.DataArray]:
     """Return a quantity of both runs, and B − A."""
-    dims = values_a.dims
-    both = np.stack([values_a.values, values_b.transpose(*dims).values])
+    name = quantity.name
     attributes = quantity.attributes
-    difference = values_a.copy(data=both[1] - both[0])
-    return {
-        quantity.name: xr.DataArray(
-            both, values_a.coords, ("run", *dims), attrs=attributes
-        ),
-        f"{quantity.name}_difference": difference.assign_attrs(
-            {**attributes, "long_name": f"{quantity.long_name}: B − A"}
-        ),
-    }
+    dims = values_a.dims
+    pair = np.stack([values_a.values, values_b.transpose(*dims).values])
+    values = xr.DataArray(pair, values_a.coords, ("run", *dims), attrs=attributes)
+
+    difference = values_a.copy(data=pair[1] - pair[0])
+    difference = difference.assign_attrs(
+        {**attributes, "long_name": f"{quantity.long_name}: B − A"}
+    )
+    return {name: values, f"{name}_difference": difference}
 
 
 def _summary_of(
     relative: dict[str, Array], targets: Array, on: str, tolerance: float
 ) -> dict[str, tuple[Any, ...]]:
-    """Return the relative differences at each state.
+    """Return relative differences at each state, the largest, and the first place.
 
-    With the largest, and where the first above the tolerance is.
+    The first place is where a difference exceeds the tolerance.
 
     Parameters
     ----------
@@ -142,20 +149,21 @@ def _summary_of(
 
 
 def _relative(a: Array, b: Array) -> Array:
-    """Return how much two arrays differ at each state.
-
-    Relative to the largest magnitude of all states.
-    """
-    magnitudes = (np.max(np.abs(x), initial=0.0, where=~np.isnan(x)) for x in (a, b))
-    scale = max(map(float, magnitudes))
+    """Return the difference at each state over the largest magnitude of all states."""
+    scale = max(_largest_magnitude(a), _largest_magnitude(b))
     distance = np.abs(b - a).reshape(len(a), -1)
     is_finite = np.isfinite(distance)
-    largest = np.where(
-        is_finite.any(axis=1),
-        np.max(distance, axis=1, initial=0.0, where=is_finite),
-        np.nan,
-    )
-    return largest / scale if scale > 0.0 else np.where(np.isnan(largest), np.nan, 0.0)
+    largest = np.max(distance, axis=1, initial=0.0, where=is_finite)
+    largest = np.where(is_finite.any(axis=1), largest, np.nan)
+
+    if scale > 0.0:
+        return largest / scale
+    return np.where(np.isnan(largest), np.nan, 0.0)
+
+
+def _largest_magnitude(values: Array) -> float:
+    """Return the largest magnitude of all values that are numbers, at least 0."""
+    return float(np.max(np.abs(values), initial=0.0, where=~np.isnan(values)))
 
 
 def first_above(position: Array, values: Array, tolerance: float) -> float:
@@ -172,22 +180,24 @@ def first_above(position: Array, values: Array, tolerance: float) -> float:
     above = np.flatnonzero(np.nan_to_num(values, nan=-1.0) > tolerance)
     if not above.size:
         return float("nan")
-    i = int(above[0])
-    if i == 0 or not np.isfinite(values[i - 1]):
-        return float(position[i])
-    share = (tolerance - values[i - 1]) / (values[i] - values[i - 1])
-    return float(position[i - 1] + share * (position[i] - position[i - 1]))
+    first = int(above[0])
+    last_below = first - 1
+    if first == 0 or not np.isfinite(values[last_below]):
+        return float(position[first])
+
+    rise = values[first] - values[last_below]
+    share = (tolerance - values[last_below]) / rise
+    step = position[first] - position[last_below]
+    return float(position[last_below] + share * step)
 
 
 def _attributes(
     a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float
 ) -> dict[str, object]:
-    """Return the attributes of a comparison.
-
-    Of which runs it is, and how it was made.
-    """
-    changed = differences(str(a.attrs.get("scene", "")), str(b.attrs.get("scene", "")))
-    scenes = [difference._asdict() for difference in changed]
+    """Return the attributes of a comparison: its runs, and how it was made."""
+    scene_a = str(a.attrs.get("scene", ""))
+    scene_b = str(b.attrs.get("scene", ""))
+    scenes = [difference._asdict() for difference in differences(scene_a, scene_b)]
     return {
         "title": "comparison of two runs",
         "run_a": str(a.attrs.get("id", "")),

@@ -175,17 +175,20 @@ def _warn(intervals: Array, inputs: list[str], points: int) -> None:
 
 
 def _with_interval(table: Array, rng: np.random.Generator) -> Array:
-    """Return S, its ends, T, its ends, (6, inputs).
+    """Return S with the ends of its interval, then T with its ends, (6, inputs).
 
-    From f of complete base points, (points, inputs + 2).
+    Parameters
+    ----------
+    table : f at base points, (points, inputs + 2)
+    rng : draws the samples of the intervals
     """
     whole = table[np.isfinite(table).all(axis=1)]
     if len(whole) < 2:
         message = f"{len(whole)} of {len(table)} base points"
         raise CompareError(f"sobol_indices: {message} have all their runs; at least 2")
-    picked = rng.integers(len(whole), size=(RESAMPLES, len(whole)))
-    drawn = np.stack([indices(whole[index]) for index in picked])
-    low, high = np.nanpercentile(drawn, [2.5, 97.5], axis=0)
+    samples = rng.integers(len(whole), size=(RESAMPLES, len(whole)))
+    resampled = np.stack([indices(whole[sample]) for sample in samples])
+    low, high = np.nanpercentile(resampled, [2.5, 97.5], axis=0)
     first, total = indices(whole)
     return np.stack([first, low[0], high[0], total, low[1], high[1]])
 
@@ -193,11 +196,9 @@ def _with_interval(table: Array, rng: np.random.Generator) -> Array:
 def indices(table: Array) -> Array:
     """Return S_j and T_j, (2, inputs).
 
-    From f at A, B, AB_1 … AB_d, (points, inputs + 2).
-
     Parameters
     ----------
-    table : (points, inputs + 2)
+    table : f at A, B, AB_1 … AB_d, (points, inputs + 2)
     """
     centred = table - table[:, :2].mean()
     a = centred[:, 0]

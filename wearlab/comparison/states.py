@@ -49,12 +49,10 @@ def positions(run: xr.Dataset, on: str, name: str) -> Stands:
             raise CompareError(
                 f"{name} has no wear depth to be aligned on; compare on cycle"
             )
-        position = (
-            run[source].max([dim for dim in run[source].dims if dim != "update"]).values
-        )
-    rising = np.concatenate(
-        [[True], position[1:] > np.maximum.accumulate(position)[:-1]]
-    )
+        places = [dim for dim in run[source].dims if dim != "update"]
+        position = run[source].max(places).values
+    largest_so_far = np.maximum.accumulate(position)
+    rising = np.concatenate([[True], position[1:] > largest_so_far[:-1]])
     return np.asarray(position[rising], float), np.flatnonzero(rising)
 
 
@@ -80,16 +78,13 @@ def common(a: Array, b: Array, on: str) -> Array:
         raise CompareError(f"{message}: nothing in common")
     inside = np.unique(np.concatenate([a, b, [low, high]]))
     inside = inside[(inside >= low) & (inside <= high)]
-    is_distinct = np.diff(inside, prepend=-np.inf) > SAME * max(
-        abs(high), abs(low), 1e-300
-    )
+    smallest_step = SAME * max(abs(high), abs(low), 1e-300)
+    is_distinct = np.diff(inside, prepend=-np.inf) > smallest_step
     return np.asarray(inside[is_distinct])
 
 
 def at_positions(values: xr.DataArray, stands: Stands, targets: Array) -> xr.DataArray:
-    """Return values at wanted positions, linear between stored states.
-
-    The dim ``state`` comes first.
+    """Return values at positions, linear between stored states; ``state`` comes first.
 
     Parameters
     ----------
@@ -101,24 +96,25 @@ def at_positions(values: xr.DataArray, stands: Stands, targets: Array) -> xr.Dat
         return values.expand_dims(state=len(targets))
     positions, states = stands
     stored = values.transpose("update", ...).isel(update=states)
-    above = np.clip(
-        np.searchsorted(positions, targets),
-        min(1, len(positions) - 1),
-        len(positions) - 1,
-    )
+    last = len(positions) - 1
+    above = np.clip(np.searchsorted(positions, targets), min(1, last), last)
     below = np.maximum(above - 1, 0)
+
     width = positions[above] - positions[below]
-    share = np.where(
-        width > 0, (targets - positions[below]) / np.where(width > 0, width, 1.0), 0.0
-    )
-    share = np.where(np.abs(share - np.round(share)) < SAME, np.round(share), share)
+    divisor = np.where(width > 0, width, 1.0)
+    share = np.where(width > 0, (targets - positions[below]) / divisor, 0.0)
+    whole = np.round(share)
+    share = np.where(np.abs(share - whole) < SAME, whole, share)
     share = share.reshape(-1, *(1,) * (stored.ndim - 1))
     low = stored.values[below]
     high = stored.values[above]
-    mixed = np.where(
-        share == 0.0, low, np.where(share == 1.0, high, low + share * (high - low))
-    )
-    coordinates = {n: c for n, c in stored.coords.items() if "update" not in c.dims}
+    between = low + share * (high - low)
+    mixed = np.where(share == 0.0, low, np.where(share == 1.0, high, between))
+    coordinates = {
+        name: coordinate
+        for name, coordinate in stored.coords.items()
+        if "update" not in coordinate.dims
+    }
     return xr.DataArray(mixed, dims=("state", *stored.dims[1:]), coords=coordinates)
 
 
@@ -183,19 +179,16 @@ def _on_profile(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
     """
     target_path = _path(a)
     path = _path(b)
-    if (
-        target_path is None
-        or path is None
-        or (
-            path.shape == target_path.shape
-            and np.allclose(path, target_path, atol=1e-12)
+    if target_path is None and a.sizes["profile"] != b.sizes["profile"]:
+        raise CompareError(
+            "the runs have different nodes and no path_position to match them"
         )
-    ):
-        if target_path is None and a.sizes["profile"] != b.sizes["profile"]:
-            raise CompareError(
-                "the runs have different nodes and no path_position to match them"
-            )
+    if target_path is None or path is None:
         return b
+    same_shape = path.shape == target_path.shape
+    if same_shape and np.allclose(path, target_path, atol=1e-12):
+        return b
+
     moved = b.transpose("flank", ..., "profile")
     flanks = [
         np.apply_along_axis(partial(_interpolated, new, old), -1, rows)

@@ -113,7 +113,7 @@ def calibrations(tasks: Iterable[Task]) -> dict[str, Task]:
     -------
     The calibrating run by the id of the task that needs it.
     """
-    from wearlab.scene.scene import calibrating  # managing runs needs no scenes
+    from wearlab.scene import calibrating  # managing runs needs no scenes
 
     scenes = {task.id: calibrating(task.scene) for task in tasks}
     return {

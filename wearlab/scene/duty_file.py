@@ -1,4 +1,4 @@
-"""Load-duration tables of ``operation.duty``: torque, speed and share of time in each row."""
+"""Load-duration tables of ``operation.duty``: torque, speed and share of time."""
 
 import json
 from collections.abc import Mapping
@@ -36,7 +36,7 @@ class LoadTable(NamedTuple):
 
 
 def duty_blocks(options: Mapping[str, Any], base: Path | None) -> list[dict[str, Any]]:
-    """Return the blocks of a duty that stands in a file, as if they were written in place.
+    """Return the blocks of a duty that stands in a file, as a campaign writes them.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def read_load_table(
 
 
 def _columns_by_unit(table: ReadTable, columns: Texts) -> dict[str, str]:
-    """Return the column of each quantity that no name tells and the unit of one column does."""
+    """Return columns that are found by their unit alone, by quantity."""
     by_unit: dict[str, str] = {}
     units = (*UNITS.items(), *(("share", unit) for unit in UNITS_OF_SHARES))
     for quantity, unit in units:

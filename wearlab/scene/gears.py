@@ -22,7 +22,7 @@ ALL_FLANKS = UNSAID.flanks
 
 
 def kind_of(mapping: Any) -> str:
-    """Return the kind of gear set that a raw scene says, "" where it says none that there is."""
+    """Return the kind of gear set of a raw scene, "" where it names no valid one."""
     gears = mapping.get("gears") if isinstance(mapping, dict) else None
     kind = gears.get("kind") if isinstance(gears, dict) else None
     return kind if isinstance(kind, str) and kind in SETS else UNSAID.kind
@@ -34,12 +34,12 @@ def set_in(context: Any) -> SetDescriptor:
 
 
 def member_of(flank: str) -> str:
-    """Return the member a flank belongs to: both flanks of a planet are the planet's."""
+    """Return the member that a flank belongs to: a planet has two flanks."""
     return flank.split("-")[0]
 
 
 def alone(part: type[options.Part], kind: Any, *keys: str) -> BeforeValidator:
-    """Let a value of a kind stand for the table of a part in which each of some keys has it."""
+    """Let one value stand for a table in which each of some keys has it."""
 
     def read(value: object) -> object:
         return (
@@ -337,7 +337,7 @@ class InternalPair(SetOptions):
 
 
 class CentreDistances(options.Part):
-    """Two operating centre distances, as printed of sets that cannot be assembled so."""
+    """Two operating centre distances, of published sets that cannot be assembled."""
 
     sun_planet: Annotated[options.Length, options.POSITIVE]
     """of sun and planets"""

@@ -1,4 +1,4 @@
-"""What makes two scenes the same: canonical JSON, and the hash of what in it is not default.
+"""Identity of a scene: canonical JSON, and the hash of what is not default.
 
 Canonical JSON has defaults filled in, values in SI with 12 significant digits, 1 and
 1.0 as one number; texts, paths and what a campaign says besides are not there. The hash
@@ -57,7 +57,7 @@ def identity(scene: options.Part, texts: Texts) -> str:
 def essence(
     part: options.Part, looked_at: dict[str, Any] | None = None
 ) -> dict[str, Any]:
-    """Return the options of a part that do not stand at their default, as plain nested values.
+    """Return the options of a part that are not default, as plain nested values.
 
     Which of several models it is stays there, default or not: the options of two models
     may share names. A part all of whose options are default is an empty table where no
@@ -129,7 +129,7 @@ def stored(value: Any) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """Return parts as tables without what is absent, and numbers to the digits that count."""
+    """Return parts as tables without absent values, and numbers with 12 digits."""
     if isinstance(value, options.Part):
         value = value.model_dump()
     if isinstance(value, dict):

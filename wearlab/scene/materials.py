@@ -122,7 +122,7 @@ Grade = Annotated[
 
 
 class Lubricant(options.Part):
-    """Viscosity and its growth with pressure: given, or those of an ISO VG grade or datasheet when warm."""
+    """Viscosity and its growth with pressure: given, or of a grade at a temperature."""
 
     alternatives = (
         (
@@ -190,7 +190,7 @@ class Lubricant(options.Part):
         )  # frozen from here on
 
     def _words(self) -> oil.Oil | None:
-        """Return the oil of a grade or of a datasheet, None where its viscosity is given."""
+        """Return the oil of a grade or datasheet, None where its viscosity is given."""
         if self.grade is not None:
             return oil.of_grade(
                 self.grade,

@@ -1,4 +1,4 @@
-"""One table over another: key by key, where a choice or an alternative replaces what it supersedes."""
+"""Tables that are laid over each other, key by key, and paths within them."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -47,7 +47,7 @@ def _superseded(over: Table, path: Path) -> set[str]:
 
 
 def _over(base: Any, over: Any, path: Path) -> Any:
-    """Return one value over another: merged where both are tables of the same choice."""
+    """Return one value over another: merged where both are tables of one choice."""
     chooser = chooser_at(path)
     if chooser is not None:
         base = _as_table(base, chooser)
@@ -69,7 +69,7 @@ def _over(base: Any, over: Any, path: Path) -> Any:
 
 
 def _is_another_choice(base: Table, over: Table, path: Path) -> bool:
-    """Say whether ``over`` chooses another part than ``base``, which does not keep its table."""
+    """Say whether ``over`` chooses another part than ``base``."""
     chooser = chooser_at(path)
     if chooser not in over or any(part.keeps_table for part in parts_at(path)):
         return False

@@ -28,7 +28,7 @@ Several = Annotated[tuple[options.Depth, ...], MinLen(1)]
 
 
 class Misalignment(options.Part):
-    """How far the flanks of a mesh open from one end of the face to the other, with no load between them."""
+    """How far unloaded flanks of a mesh open from one end of the face to the other."""
 
     alternatives = ((("value",), ("in_plane", "out_of_plane")),)
 
@@ -81,7 +81,7 @@ class Misalignment(options.Part):
                 )
 
     def over_face(self, working_pressure_angle: float, torque: float) -> float:
-        """Return F_βy at a torque, ``f_Σβ cos α_wt + f_Σδ sin α_wt`` of deviations of the axes [m].
+        """Return F_βy = ``f_Σβ cos α_wt + f_Σδ sin α_wt`` at a torque [m].
 
         Parameters
         ----------
@@ -157,7 +157,7 @@ class OneMesh(options.Part):
 
     @property
     def coupling(self) -> face_couplings.FaceCouplingModel:
-        """How the slices of a face hold each other: as said, or as their stiffness can tell.
+        """How the slices of a face hold each other: as stated, or by their stiffness.
 
         As solid teeth with finite elements, apart where the stiffness is prescribed,
         else in shear.
@@ -168,7 +168,7 @@ class OneMesh(options.Part):
 
     @property
     def by_sections(self) -> bool:
-        """Whether slices of a face yield by their sections, neither as solid teeth nor as prescribed."""
+        """Whether slices yield by their sections, not as solid teeth nor as given."""
         return not (self.coupling.of_elements or self.stiffness.prescribed)
 
     @property
@@ -176,7 +176,7 @@ class OneMesh(options.Part):
         return not self.stiffness.of_mesh and self.contact.tip_corners
 
     def identifying(self) -> dict[str, Any]:
-        """Return the options that tell this part from others: not an onset of contact that goes by itself."""
+        """Return the options of the identity; a derived contact onset is none."""
         by_itself = self.extended_contact == self._corners_known
         return super().identifying() | ({"extended_contact": None} if by_itself else {})
 
@@ -185,7 +185,7 @@ OWN_MESHES = PLANETARY.sections
 
 
 class MeshSection(OneMesh):
-    """The meshes of a gear set: what all have in common, and what one kind has of its own."""
+    """The meshes of a gear set: options of all, and tables of one kind of mesh."""
 
     sun_planet: OneMesh | None = None
     """what holds for sun and planets alone [as above]"""
@@ -213,7 +213,7 @@ class MeshSection(OneMesh):
         return {key: getattr(self, key) or general for key in OWN_MESHES}
 
     def identifying(self) -> dict[str, Any]:
-        """Return what holds for each kind of mesh, wherever it was written: once if the same for both."""
+        """Return the options of each kind of mesh, once where both have the same."""
         kinds: dict[str, Any] = self._each()
         if len({identity.canonical(mesh.model_dump()) for mesh in kinds.values()}) == 1:
             return kinds[OWN_MESHES[0]].identifying()
@@ -223,7 +223,7 @@ class MeshSection(OneMesh):
     def _what_holds(
         self, dump: pydantic.SerializerFunctionWrapHandler
     ) -> dict[str, Any]:
-        """Dump what holds for each kind of mesh, wherever it was written: once if it is the same for both."""
+        """Dump the options of each kind of mesh, once where both have the same."""
         if not (
             kinds := {key: mesh.model_dump() for key, mesh in self._each().items()}
         ):
@@ -257,7 +257,7 @@ Tolerances = Annotated[
 
 
 class MemberErrors(options.Part):
-    """Manufacturing and installation errors of one gear, once and z times per revolution."""
+    """Manufacturing and installation errors of a gear, 1 and z times a revolution."""
 
     iso_1328_class: Grade | None = None
     """accuracy class whose allowed F_i′ and f_i′ stand where none are given; seed draws

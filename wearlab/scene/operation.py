@@ -139,7 +139,7 @@ class TorqueFluctuation(options.Part):
             raise ValueError(f'{remedy}, "25 Hz"')
 
     def order_at(self, period: float) -> float:
-        """Return its multiple of the mesh frequency at the duration of a mesh period [s]."""
+        """Return its multiple of the mesh frequency, at a mesh period [s]."""
         return (
             self.order if self.order is not None else (self.frequency or 0.0) * period
         )
@@ -279,7 +279,7 @@ class Operation(options.Part):
     @pydantic.field_validator("input", "output", "fixed", mode="before")
     @classmethod
     def _known_members(cls, member: Any, info: pydantic.ValidationInfo) -> Any:
-        """Refuse members that this kind of gear set has not, or that cannot be central."""
+        """Refuse members that this gear set has not, or that cannot be central."""
         gear_set = set_in(info.context)
         if (
             member is not None
@@ -354,7 +354,7 @@ class Operation(options.Part):
 
 
 def _of_the_set(value: Any, info: pydantic.ValidationInfo) -> Any:
-    """Refuse a model of another kind of gear set before what that model requires is missed."""
+    """Refuse a model of another kind of gear set, before its options are checked."""
     kind = set_in(info.context).kind
     model = value.get("model") if isinstance(value, dict) else value
     variants: dict[str, Any] = {**DynamicModel.slot.variants}

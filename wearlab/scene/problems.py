@@ -1,4 +1,4 @@
-"""What is wrong with a scene, one line a fault: path, value, and what would be right."""
+"""Messages about wrong scenes, one line a fault: path, value, and what is valid."""
 
 import re
 from collections.abc import Iterable
@@ -260,7 +260,7 @@ def _without_choice(value: object, path: Path, parts: Parts) -> str:
 
 
 def _plugin_of(value: object) -> str:
-    """Return the plug-in that a stored table says its variant comes from, "" of none."""
+    """Return the plug-in of the variant of a stored table, "" where it names none."""
     plugin = value.get(slots.PLUGIN) if isinstance(value, dict) else None
     if not isinstance(plugin, dict):
         return ""
@@ -302,7 +302,7 @@ def _models(path: Path) -> list[str]:
 
 
 def _as_a_value(value: object, path: Path) -> str:
-    """Return how a quantity is written that stands for a model with one value, else ""."""
+    """Return how to write a quantity as a model with one value, "" without one."""
     for part in (
         (parts_at(path) or parts_at(path[:-1])) if units.is_quantity(value) else ()
     ):

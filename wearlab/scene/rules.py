@@ -51,7 +51,7 @@ def _harmonics(
 
 
 def _pins(scene: sections.Sections, members: dict[str, Any]) -> Problems:
-    """The planets' pins stand in one member's errors: written twice, they would count twice."""
+    """Errors of the planets' pins stand at one member, so that they count once."""
     if all(
         getattr(members.get(member), "planet_position", ())
         for member in ("planet", "carrier")
@@ -64,7 +64,7 @@ def _pins(scene: sections.Sections, members: dict[str, Any]) -> Problems:
 
 
 def _widths(scene: sections.Sections, gear_set: Any) -> Problems:
-    """A width that no gear of this module has is in another unit than its author thinks."""
+    """A width that no gear of this module has is written in a wrong unit."""
     low = NARROWEST * gear_set.module
     high = WIDEST * gear_set.module
     of_gears = {
@@ -76,8 +76,8 @@ def _widths(scene: sections.Sections, gear_set: Any) -> Problems:
             proportion = f"{width / gear_set.module:.3g} times the module"
             yield (
                 path,
-                f"{1e3 * width:.4g} mm is {proportion}: no gear is so wide or narrow, check "
-                "its unit",
+                f"{1e3 * width:.4g} mm is {proportion}: no gear is so wide or narrow, "
+                "check its unit",
             )
 
 
@@ -95,7 +95,7 @@ def _friction(scene: sections.Sections, friction: Any) -> Problems:
 
 
 def _moving_parts(scene: sections.Sections, dynamics: Any) -> Problems:
-    """Meshes that move are damped, and what turns has an inertia, which no shape of a carrier tells."""
+    """Meshes that move are damped, and a carrier that turns has a stated inertia."""
     for path, mesh in scene.meshes.items():
         if mesh.damping is None and mesh.damping_ratio is None:
             remedy = "give 'damping' such as '1000 N*s/m', or 'damping_ratio'"
@@ -166,7 +166,7 @@ def _fluctuation(scene: sections.Sections, dynamics: Any) -> Problems:
 
 
 def _requested(scene: sections.Sections, requested: tuple[str, ...]) -> Problems:
-    """What is read off a response on request needs one, and its spectra have orders of their own."""
+    """Results of a response on request need one; its spectra have their own orders."""
     if requested and scene.dynamics is None:
         yield (
             "store.variables",
@@ -187,7 +187,7 @@ def _requested(scene: sections.Sections, requested: tuple[str, ...]) -> Problems
 
 
 def _extended(scene: sections.Sections, section: Any) -> Problems:
-    """Beyond A and E only tip corners touch: one search and one stiffness know nothing of them."""
+    """Beyond A and E only tip corners touch, which some models do not know."""
     for path, mesh in scene.meshes.items():
         place = f"{path}.extended_contact"
         model = repr(mesh.contact.chosen)
@@ -221,7 +221,7 @@ def _start(scene: sections.Sections, start: Any) -> Problems:
 
 
 def _conditions(scene: sections.Sections, operation: Any) -> Problems:
-    """Several conditions of operation share their flanks, and stages need wear to carry over."""
+    """Conditions of operation share their flanks; stages need wear to carry over."""
     if not operation.blocks and not operation.stages:
         return
     word = "duty" if operation.blocks else "stage"
@@ -242,7 +242,7 @@ def _conditions(scene: sections.Sections, operation: Any) -> Problems:
 
 
 def _calibrated(scene: sections.Sections, coefficient: Any) -> Problems:
-    """A calibrated coefficient is one for all members, and its flank is one of the set's."""
+    """A calibrated coefficient is one for all members; its flank belongs to the set."""
     wear: Any = scene.wear
     coefficients = coefficient.values() if isinstance(coefficient, dict) else ()
     if any(
@@ -312,7 +312,7 @@ def _initial(scene: sections.Sections, initial: Any) -> Problems:
 
 
 def _needs(scene: sections.Sections, wear: Any) -> Problems:
-    """What law, coefficients and films must know of oil and flanks stands in the scene."""
+    """The scene states what law, coefficients and films need of oil and flanks."""
     coefficients = scene.coefficients.values()
     films = [
         coefficient.film_model
@@ -380,7 +380,7 @@ def _rating(scene: sections.Sections, rating: Any) -> Problems:
 
 
 def _face(scene: sections.Sections, gear_set: Any) -> Problems:
-    """What flanks with a width cannot go together with, each with what to give instead."""
+    """Options that flanks with a width exclude, each with what to give instead."""
     keys = scene.face_keys
     yield from _measured(scene, keys)
     if not keys:
@@ -408,7 +408,7 @@ def _face(scene: sections.Sections, gear_set: Any) -> Problems:
 
 
 def _measured(scene: sections.Sections, keys: tuple[str, ...]) -> Problems:
-    """A flank that was measured over its face needs one, and thins its section nowhere alike."""
+    """A flank that was measured over its face needs points over the face."""
     for flank in scene.gears.descriptor.flanks:
         initial = scene.initial_of(flank)
         if initial is None or not getattr(initial, "over_the_face", False):
@@ -420,7 +420,8 @@ def _measured(scene: sections.Sections, keys: tuple[str, ...]) -> Problems:
             )
             yield (
                 f"{path}.file",
-                f"{problem}: give mesh.face_points, such as 41, or a file of one profile",
+                f"{problem}: give mesh.face_points, such as 41, or a file of one "
+                "profile",
             )
         if initial.sides == "both":
             yield (
@@ -431,7 +432,7 @@ def _measured(scene: sections.Sections, keys: tuple[str, ...]) -> Problems:
 
 
 def _in_motion(scene: sections.Sections, key: str) -> Problems:
-    """Motions of flanks with a width are followed by their force over deflection, without friction."""
+    """Motions of flanks with a width use force over deflection, without friction."""
     if scene.dynamics is None:
         return
     if scene.dynamics.friction is not None:
@@ -470,8 +471,8 @@ def _hands(scene: sections.Sections, members: dict[str, gears.Toothed]) -> Probl
         if (hand == mate_hand) != (second == "ring"):
             fitting = "the same hand" if second == "ring" else "opposite hands"
             problem = (
-                f"{mate_hand!r} does not mesh with {first}'s {hand!r}: these gears have "
-                f"{fitting}"
+                f"{mate_hand!r} does not mesh with {first}'s {hand!r}: these gears "
+                f"have {fitting}"
             )
             yield f"gears.{second}.hand", problem
 

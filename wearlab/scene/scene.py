@@ -1,12 +1,8 @@
-"""A scene: all sections of one run, typed, frozen and in SI.
-
-The run that a calibrated wear coefficient rests on: one life of the same gears, new, in
-one condition.
-"""
+"""A scene: all sections of one run, typed, frozen and in SI."""
 
 import json
 import pickle
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from html import escape
 from pathlib import Path
@@ -14,22 +10,11 @@ from typing import Any, cast
 
 from pydantic import PrivateAttr, ValidationError, ValidationInfo
 
-from wearlab import options, plugins, slots, tables
+from wearlab import options, plugins, tables
 from wearlab.scene import gears, identity, merge, problems, rules, sections
-from wearlab.scene.mesh import OWN_MESHES, ErrorsSection, MeshSection, OneMesh
-from wearlab.scene.wear import (
-    InitialWears,
-    SnapshotOptions,
-    StartWear,
-    Until,
-    WearSection,
-)
-from wearlab.wear.coefficients.calibrated import (
-    UNCALIBRATED,
-    CalibratedCoefficient,
-    CalibrationLife,
-)
-from wearlab.wear.coefficients.constant import ConstantCoefficient
+from wearlab.scene.mesh import OWN_MESHES
+from wearlab.scene.start import StartWear
+from wearlab.wear.coefficients.calibrated import CalibrationLife
 
 RESOLVED = ("operation", "lubricant")
 """Sections that put what follows from their options beside these: they are always read
@@ -37,7 +22,7 @@ anew."""
 
 
 class Scene(sections.Sections):
-    """The sections of a campaign file that one run depends on, checked against each other.
+    """The sections of a campaign file for one run, checked against each other.
 
     Made by `from_mapping`, `from_canonical` or `replace`. Values are SI: angles in rad,
     speeds in rad/s. Two scenes are equal when they have the same canonical form.
@@ -158,11 +143,14 @@ class Scene(sections.Sections):
         --------
         >>> import wearlab as wl
         >>> pair = wl.Scene.from_mapping({
-        ...     "gears": {"kind": "external-pair", "module": "3 mm", "face_width": "20 mm",
-        ...               "pinion": {"teeth": 25}, "gear": {"teeth": 30}},
+        ...     "gears": {
+        ...         "kind": "external-pair", "module": "3 mm", "face_width": "20 mm",
+        ...         "pinion": {"teeth": 25}, "gear": {"teeth": 30},
+        ...     },
         ...     "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
         ... })
-        >>> pair.replace({"operation.torque": "80 N*m", "gears.gear.teeth": 31}).operation.torque
+        >>> changes = {"operation.torque": "80 N*m", "gears.gear.teeth": 31}
+        >>> pair.replace(changes).operation.torque
         80.0
         """
         changed = self._mapping
@@ -191,7 +179,7 @@ class Scene(sections.Sections):
 
     @property
     def start_wear(self) -> StartWear | None:
-        """The wear that the run starts from, once it was read from the run it continues."""
+        """The wear that the run starts from, read from the run that it continues."""
         return self._start_wear
 
     def with_start_wear(self, wear: StartWear) -> "Scene":
@@ -251,7 +239,7 @@ class Scene(sections.Sections):
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        """Return all that its file says, section by section, below the scene in one line."""
+        """Return the scene in one line, above a table of all options of its file."""
         cells = [
             (escape(key), escape(str(value)))
             for key, value in merge.leaves(self._mapping)
@@ -276,7 +264,9 @@ class Scene(sections.Sections):
             When only what they declare is known here.
         """
         origins = dict.fromkeys(
-            part.origin for part in parts_within(self) if part.origin is not None
+            part.origin
+            for part in sections.parts_within(self)
+            if part.origin is not None
         )
         for origin in origins:
             if not origin.runs:
@@ -303,107 +293,10 @@ class Scene(sections.Sections):
 
 
 def _revived(used: tuple[plugins.Plugin, ...], pickled: bytes) -> Scene:
+    """Return a pickled scene after its plug-ins were run in this process."""
     for plugin in used:
         plugins.bring(plugin)
     make, arguments, state = pickle.loads(pickled)[:3]
     scene: Scene = make(*arguments)
     scene.__setstate__(state)
     return scene
-
-
-def parts_within(value: Any) -> Iterator[slots.Variant]:
-    """Yield every variant that stands anywhere in a part."""
-    if isinstance(value, slots.Variant):
-        yield value
-    if isinstance(value, options.Part):
-        yield from (
-            part
-            for name in type(value).model_fields
-            for part in parts_within(getattr(value, name))
-        )
-    elif isinstance(value, dict):
-        yield from (part for inner in value.values() for part in parts_within(inner))
-
-
-def _renew() -> None:
-    """Let the sections choose among the variants that are known now."""
-    parts: list[Any] = [
-        variant
-        for slot in slots.Slot.all.values()
-        for variant in slot.variants.values()
-    ]
-    parts += [
-        OneMesh,
-        MeshSection,
-        ErrorsSection,
-        InitialWears,
-        WearSection,
-        sections.Sections,
-        Scene,
-    ]
-    for part in parts:
-        part.model_rebuild(force=True)
-    sections.forget()
-
-
-slots.WHEN_CHANGED.append(_renew)
-
-
-def calibrated_coefficient(scene: Any) -> CalibratedCoefficient | None:
-    """Return the coefficient of a scene that is to be calibrated, None where it is known.
-
-    Parameters
-    ----------
-    scene : the scene
-    """
-    coefficient = getattr(getattr(scene, "wear", None), "coefficient", None)
-    return coefficient if isinstance(coefficient, CalibratedCoefficient) else None
-
-
-def calibrating(scene: Scene) -> Scene | None:
-    """Return the scene whose life calibrates a coefficient, but for the scale of that.
-
-    New flanks, the one condition, the one limit; None where nothing is calibrated. A
-    realisation of errors is left out: one sample of many does not tell the coefficient.
-    What alters no wear is left out, so that scenes share one calibration.
-    """
-    coefficient = calibrated_coefficient(scene)
-    if coefficient is None:
-        return None
-    wear = scene.wear
-    dynamics = scene.dynamics
-    assert wear is not None
-    constant = ConstantCoefficient(
-        model="constant",
-        value=options.Stored(UNCALIBRATED),
-        film=coefficient.film,
-    )
-    worn = {
-        "coefficient": constant,
-        "until": Until.model_construct(
-            depth=coefficient.depth, flank=coefficient.flank
-        ),
-        "initial": None,
-        "snapshots": SnapshotOptions.model_construct(
-            depth=(coefficient.depth,), flank=coefficient.flank
-        ),
-        "wohler_slope": wear.wohler_slope if wear.load.needs_slope else None,
-    }
-    changed = {
-        "wear": wear.model_copy(update=worn),
-        "dynamics": None
-        if dynamics is None
-        else dynamics.model_copy(update={"response": None}),
-        "errors": None if scene.prescribed.slow.realised else scene.errors,
-        "lubricant": scene.lubricant
-        if coefficient.film or scene.mesh.damping_law.needs_oil
-        else None,
-        "operation": scene.operation.single_condition(
-            coefficient.torque, coefficient.speed
-        ),
-        "start": None,
-        "store": sections.StoreSection(),
-    }
-    return Scene.from_canonical(
-        identity.canonical(scene.model_copy(update=changed).model_dump())
-    )

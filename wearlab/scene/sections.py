@@ -6,6 +6,7 @@ what is kept.
 ``[rating]``: what ISO 6336 says of the pair, beside what is computed.
 """
 
+from collections.abc import Iterator
 from functools import cache
 from itertools import accumulate
 from operator import mul
@@ -20,13 +21,14 @@ from wearlab.scene.gears import ALL_TOOTHED, LEAD_KEYS, Gears
 from wearlab.scene.materials import Lubricant
 from wearlab.scene.mesh import ErrorsSection, MeshSection, OneMesh
 from wearlab.scene.operation import Dynamics, Operation
-from wearlab.scene.wear import Start, WearSection
+from wearlab.scene.start import Start
+from wearlab.scene.wear import WearSection
 
 STIFFNESS, PITTING = "ISO 6336-1", "ISO 6336-2"
 
 
 class Rating(options.Part):
-    """Mesh stiffness and face load factor by methods B and C of ISO 6336-1, S_H by method B of ISO 6336-2.
+    """Rating of the pair: stiffness and K_Hβ by ISO 6336-1, S_H by ISO 6336-2.
 
     Nothing else asks for it.
     """
@@ -172,7 +174,7 @@ class Sections(options.Part):
 
     @property
     def prescribed(self) -> ErrorsSection:
-        """The prescribed errors, of which there are none where the scene leaves them out."""
+        """The prescribed errors; those of a scene without ``[errors]`` are zero."""
         return self.errors or ErrorsSection()
 
     def initial_of(self, flank: str) -> Any:
@@ -197,7 +199,7 @@ class Sections(options.Part):
         return tuple(keys)
 
     def hands(self) -> dict[str, str]:
-        """Return the hand of each helical gear: as said, or opposite outside, the same in a ring.
+        """Return the hand of each helical gear: as stated, or as its mate requires.
 
         Where none is said the driving gear is right-handed, of a planetary set the sun.
         """
@@ -220,7 +222,7 @@ class Sections(options.Part):
         return {name: gears[name].hand or derived[name] for name in chain}
 
     def identifying(self) -> dict[str, Any]:
-        """Return the sections, with the coupling along a face where it goes without saying.
+        """Return the sections of the identity, with the default coupling along a face.
 
         The coupling of solid teeth was another once: a run of then is none of now. Nor
         is one of helical teeth that are not solid, of the time when these did not bend
@@ -254,7 +256,7 @@ MEMBERS = ALL_TOOTHED
 
 
 def parts_in(annotation: Any) -> tuple[type[options.Part], ...]:
-    """Return every kind of part that an annotation allows, however deeply it is nested."""
+    """Return the classes of parts that an annotation allows, also nested ones."""
     if (
         isinstance(annotation, type)
         and issubclass(annotation, slots.Variant)
@@ -266,6 +268,25 @@ def parts_in(annotation: Any) -> tuple[type[options.Part], ...]:
     return tuple(
         part for argument in get_args(annotation) for part in parts_in(argument)
     )
+
+
+def parts_within(value: Any) -> Iterator[slots.Variant]:
+    """Yield every variant that stands anywhere in a part.
+
+    Parameters
+    ----------
+    value : a part, a table of parts, or a plain value
+    """
+    if isinstance(value, slots.Variant):
+        yield value
+    if isinstance(value, options.Part):
+        yield from (
+            part
+            for name in type(value).model_fields
+            for part in parts_within(getattr(value, name))
+        )
+    elif isinstance(value, dict):
+        yield from (part for inner in value.values() for part in parts_within(inner))
 
 
 @cache
@@ -300,7 +321,7 @@ def field_at(path: Path) -> FieldInfo | None:
 
 @cache
 def chooser_at(path: Path) -> str | None:
-    """Return the key that chooses among the parts at a path, None where there is no choice."""
+    """Return the key that chooses among the parts at a path, None without a choice."""
     return next(
         (part.chooser for part in parts_at(path) if part.chooser in part.model_fields),
         None,
@@ -308,7 +329,7 @@ def chooser_at(path: Path) -> str | None:
 
 
 def choice_of(path: Path, table: dict[str, Any]) -> str | None:
-    """Return what a table at a path chooses: as written, as its options imply, or by default.
+    """Return what a table chooses: as written, as its options imply, or by default.
 
     None where a choice must be written, and is not.
     """
@@ -324,7 +345,7 @@ def choice_of(path: Path, table: dict[str, Any]) -> str | None:
 
 @cache
 def nearest_place(key: str) -> Path | None:
-    """Return the path nearest to the root of a scene at which a key stands, None if it stands nowhere."""
+    """Return the path of a key nearest to the root of a scene, None without one."""
     level: list[Path] = [()]
     while level:
         below = [

@@ -107,12 +107,12 @@ def _parts_of_wear(scene: Scene) -> dict[str, str | None]:
 
 
 def _there(part: object) -> str | None:
-    """Return that a part of which nothing is chosen is there, None where it is left out."""
+    """Return "" for a part that is there and has no choice, None for an absent part."""
     return "" if part else None
 
 
 def is_one_state(scene: Scene) -> bool:
-    """Say whether wear of a scene goes on through no cycles: nothing says until when."""
+    """Say whether a scene has one wear state: nothing says until when wear grows."""
     return (
         scene.wear is not None
         and scene.wear.until is None
@@ -121,7 +121,7 @@ def is_one_state(scene: Scene) -> bool:
 
 
 def _face(scene: Scene) -> str | None:
-    """Return how the slices of a face hold each other, None where flanks have no width."""
+    """Return how slices of a face hold each other, None where flanks have no width."""
     if not scene.face_keys:
         return None
     beta = scene.gears.helix_angle

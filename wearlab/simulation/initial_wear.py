@@ -6,7 +6,7 @@ from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.life import coupled, history
 from wearlab.scene import Scene
-from wearlab.scene.wear import is_replaced
+from wearlab.scene.start import is_replaced
 from wearlab.simulation import label
 from wearlab.simulation.work import max_work
 

@@ -11,11 +11,11 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from wearlab.arrays import Array
-from wearlab.scene.wear import StartWear
+from wearlab.scene.start import StartWear
 from wearlab.store.files import StoreError
 
 if TYPE_CHECKING:
-    from wearlab.scene.wear import Start
+    from wearlab.scene.start import Start
 
 On = Literal["cycle", "wear_depth", "life_fraction"]
 STEPS = 65

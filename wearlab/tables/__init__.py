@@ -1,4 +1,4 @@
-"""Tables as people and machines write them: any usual separator, decimal sign, encoding, lines above, units.
+"""Tables as people and machines write them: any usual separator, sign, encoding.
 
 One reader serves measured flanks, duties, stiffnesses, weighings and histories. What
 was understood is kept, for messages and for ``wearlab profile``; what has two meanings

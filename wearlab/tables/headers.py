@@ -1,4 +1,4 @@
-"""Headers of columns: their names, their units, and what quantities are usually called."""
+"""Headers of columns: names, units, and usual names of quantities."""
 
 import re
 from functools import cache
@@ -37,7 +37,7 @@ NAMES = {
 
 
 def name_and_unit(header: str) -> tuple[str, str]:
-    """Return name and unit of a header such as ``Diameter [mm]``, ``d / mm`` or ``depth_um``.
+    """Return name and unit of a header: ``Diameter [mm]``, ``d / mm``, ``depth_um``.
 
     >>> name_and_unit("Diameter [mm]"), name_and_unit("depth_um"), name_and_unit("note")
     (('Diameter', 'mm'), ('depth', 'um'), ('note', ''))

@@ -1,4 +1,4 @@
-"""Flanks as measuring machines write them: how deep, or how far off, over a place on the flank."""
+"""Flanks as measuring machines write them: depth or deviation over a place."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -137,7 +137,7 @@ def measured_flank_of(table: ReadTable, options: Mapping[str, Any]) -> MeasuredF
 
 
 def traces(across: Sequence[float] | None, count: int) -> dict[float, list[int]]:
-    """Return the rows of each trace of a measured flank by its place on the face, rising [m].
+    """Return the rows of each trace of a flank by its place on the face, rising [m].
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def _quantity_meant(
     valid: tuple[str, ...],
     key: str,
 ) -> str:
-    """Return the quantity that is chosen or mapped to a column, or the only one the file has."""
+    """Return the quantity that is chosen, mapped to a column, or alone in the file."""
     if choice is not None and choice not in valid:
         raise TableError(f"{key}: {choice!r} is not one of {', '.join(valid)}")
     present = [name for name in valid if name in columns] or [

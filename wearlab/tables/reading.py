@@ -1,4 +1,4 @@
-"""From the bytes of a file to a table: encoding, separator, decimal sign, line of headers."""
+"""From the bytes of a file to a table: encoding, separator, decimal sign, headers."""
 
 import csv
 from collections.abc import Iterator, Sequence
@@ -111,7 +111,7 @@ def table_of(name: str, raw: bytes) -> ReadTable:
 
 
 def decoded(raw: bytes) -> tuple[str, str]:
-    """Return a file's text and its encoding: by its mark, else UTF-8, else as Windows writes western text.
+    """Return a file's text and encoding: by its mark, else UTF-8, else Windows-1252.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def _lines_of(name: str, text: str) -> list[Line]:
 
 
 def _readings(lines: Sequence[Line], separator: str, decimal: str) -> Iterator[Reading]:
-    """Yield the ways to read lines with these signs, one for each possible line of headers."""
+    """Yield ways to read lines with these signs, one for each possible header line."""
     rows = [_cells(line.text, separator) for line in lines]
     for header in range(len(rows) - 1):
         headers = _without_empty_end(rows[header])
@@ -194,7 +194,7 @@ def _kinds(row: Sequence[str] | None, decimal: str) -> list[str] | None:
 
 
 def _score(rows: Sequence[Sequence[str] | None]) -> int:
-    """Return how many cells are numbers or dates as others of their column, less what is not.
+    """Return how many cells are numbers or dates like their column, less the others.
 
     Rows are the kinds of their cells; one that does not fit its headers counts against.
     """
@@ -253,7 +253,7 @@ def _table(
 def _names_and_units(
     file: str, header_line: int, reading: Reading
 ) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Return the names of the columns, and the unit of each: in its header, or in the cell below."""
+    """Return names and units of the columns: from the header, or the cell below."""
     named = [name_and_unit(header) for header in reading.headers]
     names = tuple(name for name, _ in named)
     for name in names:
@@ -270,7 +270,7 @@ def _names_and_units(
 
 
 def _last_row(cells: Sequence[Sequence[str]], width: int, decimal: str) -> int:
-    """Return the index of the last row, whole or cut short; words may stand below the table."""
+    """Return the index of the last row, also one cut short; text may stand below."""
     for index in reversed(range(len(cells))):
         kinds = {kind_of(cell, decimal) for cell in cells[index]}
         whole = "text" not in kinds or _fitted(cells[index], width) is not None

@@ -72,7 +72,7 @@ class ReadTable:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Columns whose every number may also have a point between its thousands, each with a remedy."""
+        """Columns whose numbers may have a point between thousands, with a remedy."""
         if self.separator != ";" or self.decimal != ".":
             return ()
         return tuple(
@@ -85,7 +85,7 @@ class ReadTable:
         )
 
     def find(self, column: str) -> str | None:
-        """Return the name of a column that is called by its header or its name, None where none is.
+        """Return the name of a column by its header or its name, None without a column.
 
         Small and capital letters count as the same where no name is written so.
 
