@@ -774,7 +774,7 @@ def _scaled(ax: "Axes", plot: Plot) -> None:
 
 
 def _by_logarithm(ax: "Axes", name: str) -> None:
-    """Make the axis "x" or "y" logarithmic, with a label a decade where there are many."""
+    """Make the axis "x" or "y" logarithmic, of many labels one a decade."""
     axis = {"x": ax.xaxis, "y": ax.yaxis}[name]
     ax.set(**{f"{name}scale": "log", f"{name}margin": 0.1})
     low, high = axis.get_view_interval()
