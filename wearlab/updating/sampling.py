@@ -1,10 +1,14 @@
-"""Draws from the posterior, for what a grid cannot hold: paths of the wear, replicated measurements, checks.
+"""Draws from the posterior: paths of the wear, replicated measurements, checks.
+
+A grid cannot hold these.
 
 Checks say whether each inspection is like the others, and the course of all of them
 that of the model.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -20,8 +24,16 @@ from wearlab.updating.grids import (
     even_weights,
 )
 
-PIECE = 400  # draws whose errors are drawn at once
-FINE = 16  # times as fine as its grid an error is drawn
+DRAWS_AT_ONCE = 400  # whose errors are drawn together
+FINER = 16  # times as fine as its grid an error is drawn
+# probability of a false alarm, of all inspections of a block together, and of their
+# course
+ALARM = 0.02
+DOUBTFUL = 0.05  # probability below which an inspection is not as expected
+VALUES_AT_ONCE = 2_000_000  # of all draws, that are looked at together
+MAX_CHECKED = 200  # inspections that are told apart
+CHECK_DRAWS = 24  # that more of them are compared with
+MIN_COURSE = 5  # inspections that have a course
 
 
 @dataclass(frozen=True)
@@ -49,15 +61,13 @@ class Draws:
 
     def __getitem__(self, chosen: slice | Index) -> "Draws":
         """Return some of them."""
-        sd = tuple(x[chosen] for x in self.sd)
-        drift = tuple(x[chosen] for x in self.drift)
         return Draws(
-            self.posterior,
-            self.run[chosen],
-            self.factor[chosen],
-            sd,
-            drift,
-            self.life[chosen],
+            posterior=self.posterior,
+            run=self.run[chosen],
+            factor=self.factor[chosen],
+            sd=tuple(values[chosen] for values in self.sd),
+            drift=tuple(values[chosen] for values in self.drift),
+            life=self.life[chosen],
         )
 
     def by_run(self) -> likelihood.RunsWithLanes:
@@ -68,14 +78,26 @@ class Draws:
         ]
 
     def inspections(self, number: int, max_count: float = np.inf) -> kalman.Inspections:
-        """Return the inspections of a block, of more neighbouring ones together."""
+        """Return the inspections of a block.
+
+        Parameters
+        ----------
+        number : of the block
+        max_count : inspections from which on neighbouring ones are taken as one
+        """
         post = self.posterior
         return likelihood.inspections_of(
             post.blocks[number], post.histories[0], number, max_count
         )
 
     def filtered(self, number: int, steps: kalman.Inspections = ()) -> kalman.Filtered:
-        """Return how probable a block is, and what is known of its drift or gain, of each draw."""
+        """Return how probable a block is, and what is known of its drift or gain, of each draw.
+
+        Parameters
+        ----------
+        number : of the block
+        steps : inspections whose innovations are kept
+        """
         block = self.posterior.blocks[number]
         lanes = likelihood.ParameterBatch(
             self.factor, self.sd[number], self.drift[number]
@@ -83,11 +105,17 @@ class Draws:
         return likelihood.log_likelihood(block, self.by_run(), number, lanes, steps)
 
     def paths(self, number: int, times: kalman.Inspections, rng: Random) -> Array:
-        """Return draws of how far the wear strays at inspections of a block, given those, (times, n)."""
+        """Return draws of how far the wear strays at inspections of a block, (times, n).
+
+        Parameters
+        ----------
+        number : of the block
+        times : the inspections, given whose values they are drawn
+        rng : of the draws
+        """
         rate = self.drift[number] ** 2 / likelihood.PER
-        return kalman.smoothed_paths(
-            self.filtered(number, times).steps, times, rate, rng
-        )
+        steps = self.filtered(number, times).steps
+        return kalman.smoothed_paths(steps, times, rate, rng)
 
 
 def draw(answer: lives.Answer, n: int, rng: Random) -> Draws:
@@ -101,89 +129,129 @@ def draw(answer: lives.Answer, n: int, rng: Random) -> Draws:
     """
     post = answer.posterior
     run = equal_draws(post.weight, n, rng)
-    log_factor = post.centre[run]
-    for i in np.unique(run) if post.prior is not None else ():
-        mine = np.flatnonzero(run == i)
-        u = (rng.permutation(len(mine)) + rng.random(len(mine))) / len(mine)
-        log_factor[mine] = np.interp(u, post.below[i], post.log_factor[i])
-    spreads = [
+    log_factor = _log_factors(post, run, rng)
+    errors = [
         _errors(post, number, run, log_factor, rng)
         for number in range(len(post.blocks))
     ]
-    sd = tuple(errors[0] for errors in spreads)
-    drift = tuple(errors[1] for errors in spreads)
-    draws = Draws(post, run, np.exp(log_factor), sd, drift, np.empty(n))[
-        rng.permutation(n)
-    ]
-    if (number := answer.drifting) is not None:
-        rate = draws.drift[number] ** 2 / likelihood.PER
-        present = draws.filtered(number).drawn(answer.now, rate, rng)
-    for history, mine in draws.by_run():
-        factors = draws.factor[mine]
-        draws.life[mine] = history.life(factors)
-        if number is not None:
-            draws.life[mine] = lives.draw_lives(
-                history, factors, present[mine], answer.now, rate[mine], rng
-            )
+    ordered = Draws(
+        posterior=post,
+        run=run,
+        factor=np.exp(log_factor),
+        sd=tuple(sd for sd, _ in errors),
+        drift=tuple(drift for _, drift in errors),
+        life=np.empty(n),
+    )
+    draws = ordered[rng.permutation(n)]
+
+    drifting = answer.drifting
+    if drifting is None:
+        for history, chosen in draws.by_run():
+            draws.life[chosen] = history.life(draws.factor[chosen])
+        return draws
+    now = answer.now
+    rate = draws.drift[drifting] ** 2 / likelihood.PER
+    present = draws.filtered(drifting).drawn(now, rate, rng)
+    for history, chosen in draws.by_run():
+        factor = draws.factor[chosen]
+        draws.life[chosen] = lives.draw_lives(
+            history, factor, present[chosen], now, rate[chosen], rng
+        )
     return draws
+
+
+def _log_factors(post: Posterior, run: Index, rng: Random) -> Array:
+    """Return a draw of ln factor for each draw of a run, stratified within each run."""
+    log_factor = post.centre[run]
+    if post.prior is None:
+        return log_factor
+    for i in np.unique(run):
+        chosen = np.flatnonzero(run == i)
+        count = len(chosen)
+        u = (rng.permutation(count) + rng.random(count)) / count
+        log_factor[chosen] = np.interp(u, post.below[i], post.log_factor[i])
+    return log_factor
 
 
 def _errors(
     post: Posterior, number: int, run: Index, log_factor: Array, rng: Random
 ) -> tuple[Array, Array]:
-    """Return draws of the unknown errors of a block given the factor.
+    """Return draws of sd and drift of a block given the factor.
 
-    The known ones as they are.
+    Those that are known are as they are.
     """
-    unknown = [
-        side for n, side, *_ in likelihood.unknown_errors(post.blocks) if n == number
-    ]
-    sd, drift = (np.exp(grid[run, 0]) for grid in post.spreads[number])
-    for i in np.unique(run) if unknown else ():
-        sd_grid, drift_grid = (grid[i] for grid in post.spreads[number])
-        table, _ = post.conditional(i, number)
-        table = np.maximum(table, table.max() - 1e4)
-        mine = np.flatnonzero(run == i)
-        draws_along_grid = (
-            CubicSpline(post.nodes[i], table, axis=0)
-            if len(post.nodes[i]) > 1
-            else None
-        )
-        for chosen in np.array_split(mine, max(len(mine) // PIECE, 1)):
-            logs = (
-                np.repeat(table, len(chosen), axis=0)
-                if draws_along_grid is None
-                else draws_along_grid(log_factor[chosen])
-            )
+    errors = likelihood.unknown_errors(post.blocks)
+    unknown = [error.side for error in errors if error.block == number]
+    sd_grids, drift_grids = post.spreads[number]
+    sd = np.exp(sd_grids[run, 0])
+    drift = np.exp(drift_grids[run, 0])
+    if not unknown:
+        return sd, drift
+
+    for i in np.unique(run):
+        log_weights_at = _log_weights_of_errors(post, i, number)
+        of_run = np.flatnonzero(run == i)
+        pieces = max(len(of_run) // DRAWS_AT_ONCE, 1)
+        for chosen in np.array_split(of_run, pieces):
+            logs = log_weights_at(log_factor[chosen])
             weight = np.exp(logs - logs.max(axis=(1, 2), keepdims=True))
             place = np.zeros(len(chosen))
             if 0 in unknown:
-                sd[chosen], place = _draws_of_logs(sd_grid, weight.sum(axis=2), rng)
+                sd_weight = weight.sum(axis=2)
+                sd[chosen], place = _draws_of_logs(sd_grids[i], sd_weight, rng)
             if 1 in unknown:
-                j = np.minimum(place.astype(np.intp), max(weight.shape[1] - 2, 0))
-                share = (place - j)[:, None]
-                numbers = np.arange(len(chosen))
-                next_place = np.minimum(j + 1, weight.shape[1] - 1)
-                between = (1.0 - share) * weight[numbers, j] + share * weight[
-                    numbers, next_place
-                ]
-                drift[chosen], _ = _draws_of_logs(drift_grid, between, rng)
+                drift_weight = _rows_at(weight, place)
+                drift[chosen], _ = _draws_of_logs(drift_grids[i], drift_weight, rng)
     return sd, drift
+
+
+def _log_weights_of_errors(
+    post: Posterior, i: int, number: int
+) -> Callable[[Array], Array]:
+    """Return a function of ln factor: logs of the weights of errors, (n, sds, drifts)."""
+    table, _ = post.conditional(i, number)
+    table = np.maximum(table, table.max() - 1e4)
+    nodes = post.nodes[i]
+    if len(nodes) > 1:
+        spline = CubicSpline(nodes, table, axis=0)
+        return lambda log_factor: np.asarray(spline(log_factor))
+    return lambda log_factor: np.repeat(table, len(log_factor), axis=0)
+
+
+def _rows_at(weight: Array, place: Array) -> Array:
+    """Return weights (n, sds, drifts) at places between the rows of sd, (n, drifts)."""
+    last = weight.shape[1] - 1
+    row = np.minimum(place.astype(np.intp), max(last - 1, 0))
+    next_row = np.minimum(row + 1, last)
+    share = (place - row)[:, None]
+    numbers = np.arange(len(weight))
+    lower = (1.0 - share) * weight[numbers, row]
+    return np.asarray(lower + share * weight[numbers, next_row])
 
 
 def _draws_of_logs(grid: Array, weight: Array, rng: Random) -> tuple[Array, Array]:
     """Return draws from laws known on a grid of logs, one a row, and where on the grid."""
+    numbers = np.arange(len(grid))
     logs = np.log(np.maximum(weight, 1e-290)) - np.log(even_weights(len(grid)))
-    places = np.linspace(0.0, len(grid) - 1.0, FINE * (len(grid) - 1) + 1)
-    fine = np.exp(CubicSpline(np.arange(len(grid)), logs, axis=1)(places))
-    at = draws_along_grid(places, fine, np.arange(len(fine)), rng)
-    return np.exp(np.interp(at, np.arange(len(grid)), grid)), at
+    places = np.linspace(0.0, len(grid) - 1.0, FINER * (len(grid) - 1) + 1)
+    density = np.exp(CubicSpline(numbers, logs, axis=1)(places))
+    place = draws_along_grid(places, density, np.arange(len(density)), rng)
+    return np.exp(np.interp(place, numbers, grid)), place
 
 
 def gains(draws: Draws, number: int, rng: Random, *, conditional: bool = True) -> Array:
-    """Return a draw of a block's gain for every draw, (n,): given its values, or as it was before them."""
+    """Return a draw of a block's gain for every draw, (n,), 1 of a block without one.
+
+    Parameters
+    ----------
+    draws : runs and blocks
+    number : of the block
+    rng : of the gains
+    conditional : whether they are drawn given the block's values
+    """
     block = draws.posterior.blocks[number]
-    if not (sd := block.data.error.gain_sd):
+    sd = block.data.error.gain_sd
+    if not sd:
         return np.ones(len(draws))
     if not conditional or not len(block.rows):
         return 1.0 + sd * rng.standard_normal(len(draws))
@@ -204,35 +272,30 @@ def over_cycles(
     drifting : the block whose drift the quantity follows, None without one
     rng : of the paths of the drift
     """
-    depths = np.empty((len(cycles), len(draws)))
-    for history, mine in draws.by_run():
-        depths[:, mine] = history.beside[name].at(
-            history.equivalent_cycle(cycles[:, None], draws.factor[mine])
-        )
+    wear = np.empty((len(cycles), len(draws)))
+    for history, chosen in draws.by_run():
+        factor = draws.factor[chosen]
+        run_cycle = history.equivalent_cycle(cycles[:, None], factor)
+        wear[:, chosen] = history.beside[name].at(run_cycle)
     if drifting is None:
-        return depths
+        return wear
+
+    # the cycles are inspections without values
     start = draws.posterior.histories[0].begin(drifting)
-    looks = [
-        kalman.Inspection(max(float(cycle), start), np.zeros(0, np.intp))
-        for cycle in cycles
-    ]
-    times = sorted(
-        [*draws.inspections(drifting), *looks], key=lambda inspection: inspection.cycle
-    )
-    return (
-        depths
-        + draws.paths(drifting, times, rng)[
-            [not len(inspection.values) for inspection in times]
-        ]
-    )
+    nothing = np.zeros(0, np.intp)
+    looks = [kalman.Inspection(max(float(cycle), start), nothing) for cycle in cycles]
+    times = [*draws.inspections(drifting), *looks]
+    times.sort(key=lambda inspection: inspection.cycle)
+    is_look = [not len(inspection.values) for inspection in times]
+    return wear + draws.paths(drifting, times, rng)[is_look]
 
 
 def replicated(
     draws: Draws, number: int, rng: Random, *, conditional: bool = True
 ) -> tuple[Array, Array]:
-    """Return measurements as they could have come out, (draws, values) [SI], and how far the wear strays.
+    """Return measurements as they could have come out, and how far the wear strays.
 
-    That is W at the last inspection, (draws,).
+    They are (draws, values) [SI], and W at the last inspection, (draws,).
 
     Parameters
     ----------
@@ -242,57 +305,58 @@ def replicated(
     conditional : whether they are drawn given the block's own values
     """
     block = draws.posterior.blocks[number]
-    run = draws.posterior.histories[0]
-    n = len(draws)
-    model = np.empty((n, len(block.rows)))
-    last_drift = np.zeros(n)
-    for history, mine in draws.by_run():
-        model[mine] = likelihood.modelled(block, history, number, draws.factor[mine])
+    observed = block.observed
+    model = np.empty((len(draws), len(block.rows)))
+    for history, chosen in draws.by_run():
+        factor = draws.factor[chosen]
+        model[chosen] = likelihood.modelled(block, history, number, factor)
     model *= gains(draws, number, rng, conditional=conditional)[:, None]
-    square = draws.sd[number][:, None] ** 2 + block.observed.sd[block.rows] ** 2
-    values = model + np.sqrt(
-        square + (block.relative * model) ** 2
-    ) * rng.standard_normal(model.shape)
-    offset = block.data.error.offset_sd
+
+    # independent errors
+    variance = draws.sd[number][:, None] ** 2 + observed.sd[block.rows] ** 2
+    spread = np.sqrt(variance + (block.relative * model) ** 2)
+    values = model + spread * rng.standard_normal(model.shape)
+
+    # the drift, and errors that the values of an inspection share
+    offset_sd = block.data.error.offset_sd
     drifts = len(block.rows) > 0 and bool(np.any(draws.drift[number] > 0.0))
-    times = draws.inspections(number) if drifts or offset else []
+    times = draws.inspections(number) if drifts or offset_sd else []
+    last_drift = np.zeros(len(draws))
     if drifts:
-        if block.data.since == PREVIOUS:
-            elapsed = np.diff(
-                [time.cycle for time in times], prepend=run.begin(number)
-            )[:, None]
-            rate = draws.drift[number] ** 2 / likelihood.PER
-            paths = np.sqrt(rate * elapsed) * rng.standard_normal((len(times), n))
-        else:
-            observed_times = (
-                times
-                if conditional
-                else [time._replace(values=time.values[:0]) for time in times]
-            )
-            paths = draws.paths(number, observed_times, rng)
+        paths = _drift_paths(draws, number, times, rng, conditional)
         last_drift = paths[-1]
-        for time, w in zip(times, paths, strict=True):
-            values[:, time.values] += w[:, None]
-    for time in times if offset else []:
-        values[:, time.values] += offset * rng.standard_normal((n, 1))
+        for time, path in zip(times, paths, strict=True):
+            values[:, time.values] += path[:, None]
+    if offset_sd:
+        for time in times:
+            values[:, time.values] += offset_sd * rng.standard_normal((len(draws), 1))
     return values, last_drift
 
 
-# probability of a false alarm, of all inspections of a block together, and of their
-# course
-ALARM = 0.02
-DOUBTFUL = 0.05
-AT_ONCE = 2_000_000  # values of all draws that are looked at together
-MOST, FEW = (
-    200,
-    24,
-)  # inspections that are told apart; draws that more of them are compared with
-FEWEST = 5  # inspections that have a course
+def _drift_paths(
+    draws: Draws,
+    number: int,
+    times: kalman.Inspections,
+    rng: Random,
+    conditional: bool,
+) -> Array:
+    """Return draws of how far the wear strays at inspections, (times, draws)."""
+    block = draws.posterior.blocks[number]
+    if block.data.since == PREVIOUS:  # each value has a W of its own
+        begin = draws.posterior.histories[0].begin(number)
+        cycles = [time.cycle for time in times]
+        elapsed = np.diff(cycles, prepend=begin)[:, None]
+        rate = draws.drift[number] ** 2 / likelihood.PER
+        scores = rng.standard_normal((len(times), len(draws)))
+        return np.asarray(np.sqrt(rate * elapsed) * scores)
+    if not conditional:
+        times = [time._replace(values=time.values[:0]) for time in times]
+    return draws.paths(number, times, rng)
 
 
 @dataclass(frozen=True)
 class Check:
-    """How probable values as far off are, at one inspection of one block, or at some neighbouring ones.
+    """How probable values as far off are, at one inspection or some neighbouring ones.
 
     Parameters
     ----------
@@ -313,78 +377,120 @@ class Check:
         """What to think of it."""
         if self.p >= DOUBTFUL:
             return "as expected"
+        much = "much " if self.p < 0.01 else ""
         side = "higher" if self.surprise > 0.0 else "lower"
-        far = self.count > 1 and abs(self.surprise) < 2.0
-        return (
-            f"{'much ' if self.p < 0.01 else ''}{'farther off' if far else side} than "
-            "expected"
-        )
+        scatters = self.count > 1 and abs(self.surprise) < 2.0
+        return f"{much}{'farther off' if scatters else side} than expected"
 
 
 def checks(draws: Draws) -> tuple[list[Check], dict[int, float]]:
-    """Return a check of every inspection, block by block, and of each block the probability of its course.
+    """Return a check of every inspection, and of each block how probable its course is.
 
     Given a draw, the standardised innovations z of the inspections are independent and
     standard normal. Their course is compared with that by the largest sum of z −
     mean(z) (Kolmogorov's law), by the correlation of neighbours, and by the sum of
     squares; the least of the three probabilities counts three times.
+
+    Parameters
+    ----------
+    draws : from what was known before the values that are checked, or after them
     """
     results: list[Check] = []
     courses: dict[int, float] = {}
     for number in likelihood.measured_blocks(draws.posterior.blocks):
-        cycles, counts, z, chi, hidden = _innovations(draws, number)
-        for t, (cycle, count) in enumerate(zip(cycles, counts, strict=True)):
-            if count:
-                p = float(np.mean(gammaincc(0.5 * count, 0.5 * chi[t])))
-                shift = float(np.mean(2.0 * ndtr(-np.abs(z[t]))))
-                p = min(p, shift) if count == 1 else min(1.0, 2.0 * min(p, shift))
-            else:  # nothing but values below their limits
-                p = float(np.mean(hidden[t]))
-            results.append(
-                Check(number, float(cycle), int(count), p, float(np.median(z[t])))
+        innovations = _innovations(draws, number)
+        for t, cycle in enumerate(innovations.cycle):
+            check = Check(
+                block=number,
+                cycle=float(cycle),
+                count=int(innovations.counts[t]),
+                p=_inspection_p(innovations, t),
+                surprise=float(np.median(innovations.surprise[t])),
             )
-        counted = counts > 0
-        if counted.sum() >= FEWEST:
-            courses[number] = _course(z[counted], chi[counted], counts[counted])
+            results.append(check)
+        counted = innovations.counts > 0
+        if counted.sum() >= MIN_COURSE:
+            courses[number] = _course(
+                innovations.surprise[counted],
+                innovations.chi_square[counted],
+                innovations.counts[counted],
+            )
     return results, courses
 
 
+class Innovations(NamedTuple):
+    """Inspections seen from those before them, by draws.
+
+    Parameters
+    ----------
+    cycle, counts : (t,) when, and how many values above a limit of detection
+    surprise : (t, draws) difference of the mean from what was expected, standardised
+    chi_square : (t, draws) sum of all squared standard differences
+    probability : (t, draws) of values below their limits, where there are no others
+    """
+
+    cycle: Array
+    counts: Array
+    surprise: Array
+    chi_square: Array
+    probability: Array
+
+
+def _inspection_p(innovations: Innovations, t: int) -> float:
+    """Return the probability of values at least as far off at an inspection."""
+    count = innovations.counts[t]
+    if not count:  # nothing but values below their limits
+        return float(np.mean(innovations.probability[t]))
+    chi_square = innovations.chi_square[t]
+    p = float(np.mean(gammaincc(0.5 * count, 0.5 * chi_square)))
+    tails = ndtr(-np.abs(innovations.surprise[t]))
+    shift = float(np.mean(2.0 * tails))
+    return min(p, shift) if count == 1 else min(1.0, 2.0 * min(p, shift))
+
+
 def _course(z: Array, chi: Array, counts: Array) -> float:
-    """Return the probability of a course as far off, (inspections, draws) averaged over draws."""
+    """Return the probability of a course as far off, z and chi being (inspections, draws)."""
     root = np.sqrt(len(z))
+    sums = np.cumsum(z - z.mean(axis=0), axis=0) / root
+    p_course = kolmogorov(np.abs(sums).max(axis=0) + 0.12 / root)
+
     later = z[1:]
     earlier = z[:-1]
-    p_course = kolmogorov(
-        np.abs(np.cumsum(z - z.mean(axis=0), axis=0) / root).max(axis=0) + 0.12 / root
-    )
     squares = np.sum(later**2, axis=0) * np.sum(earlier**2, axis=0)
-    neighbours = ndtr(-np.sum(later * earlier, axis=0) / np.sqrt(squares) * root)
+    correlation = -np.sum(later * earlier, axis=0) / np.sqrt(squares)
+    p_neighbours = ndtr(correlation * root)
+
     p_squares = gammaincc(0.5 * counts.sum(), 0.5 * chi.sum(axis=0))
-    return float(
-        min(1.0, 3.0 * min(np.mean(p) for p in (p_course, neighbours, p_squares)))
-    )
+    smallest = min(np.mean(p) for p in (p_course, p_neighbours, p_squares))
+    return float(min(1.0, 3.0 * smallest))
 
 
-def _innovations(draws: Draws, number: int) -> tuple[Array, Array, Array, Array, Array]:
-    """Return cycles, counts, z, chi square and probability of inspections, of many some together."""
+def _innovations(draws: Draws, number: int) -> Innovations:
+    """Return the inspections of a block, of many some together."""
     block = draws.posterior.blocks[number]
-    times = draws.inspections(number, MOST)
-    few = draws if len(times) < MOST else draws[:FEW]
-    pieces = np.array_split(
-        np.arange(len(few)), max(len(few) * len(block.rows) // AT_ONCE, 1)
-    )
-    piece_steps = [few[chosen].filtered(number, times).steps for chosen in pieces]
-    groups = np.array_split(np.arange(len(times)), min(len(times), MOST))
-    count = np.array([sum(piece_steps[0][t].count for t in group) for group in groups])
-    parts = []
-    fields = ("surprise", "chi_square", "log_likelihood")
-    for name in fields:
+    times = draws.inspections(number, MAX_CHECKED)
+    chosen = draws if len(times) < MAX_CHECKED else draws[:CHECK_DRAWS]
+    count = max(len(chosen) * len(block.rows) // VALUES_AT_ONCE, 1)
+    pieces = np.array_split(np.arange(len(chosen)), count)
+    steps = [chosen[piece].filtered(number, times).steps for piece in pieces]
+
+    groups = np.array_split(np.arange(len(times)), min(len(times), MAX_CHECKED))
+    sizes = np.array([len(group) for group in groups])
+
+    def summed(name: str) -> Array:
+        """Return a number of each innovation, summed over each group, of all draws."""
         by_time = [
-            np.concatenate([getattr(steps[t], name) for steps in piece_steps])
+            np.concatenate([getattr(of_piece[t], name) for of_piece in steps])
             for t in range(len(times))
         ]
-        parts.append(np.stack([sum(by_time[t] for t in group) for group in groups]))
-    z, chi, logs = parts
-    middle = np.array([np.mean([times[t].cycle for t in group]) for group in groups])
-    hidden = np.exp(np.minimum(logs, 0.0)) if few is draws else np.ones_like(z)
-    return middle, count, z / np.sqrt([[len(group)] for group in groups]), chi, hidden
+        return np.stack([sum(by_time[t] for t in group) for group in groups])
+
+    logs = summed("log_likelihood")
+    all_drawn = chosen is draws
+    return Innovations(
+        cycle=np.array([np.mean([times[t].cycle for t in group]) for group in groups]),
+        counts=np.array([sum(steps[0][t].count for t in group) for group in groups]),
+        surprise=summed("surprise") / np.sqrt(sizes[:, None]),
+        chi_square=summed("chi_square"),
+        probability=np.exp(np.minimum(logs, 0.0)) if all_drawn else np.ones_like(logs),
+    )
