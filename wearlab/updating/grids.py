@@ -1,4 +1,4 @@
-"""What is known after the measurements: a grid over (ln k, ln sd, ln drift), within each stored run.
+"""What is known after the measurements: grids over (ln k, ln sd, ln drift) by run.
 
 Given k, blocks of observations are independent, so that each integrates its own errors
 out,
@@ -36,21 +36,22 @@ from wearlab.updating.likelihood import (
 )
 from wearlab.updating.run_curves import Runs, invert_rising
 
-COARSE, COARSE_SPREAD, CENTRED = (
-    101,
-    21,
-    41,
-)  # points while ranges are narrowed, and the top is found
+COARSE = 101  # points over ln factor while ranges are narrowed
+COARSE_SPREAD = 21  # points over an error meanwhile
+CENTRED = 41  # points by which the top is found
 AT_ONCE = 2_000_000  # values of all lanes that are worked on at once
-NODES, SPREADS = 97, 33  # of the factor to begin with, of an error
-MOST_NODES = {False: 6145, True: 769}  # by whether errors are unknown besides
-FINER = 8
+NODES = 97  # of the factor to begin with
+SPREADS = 33  # points over an unknown error
+MAX_NODES = {False: 6145, True: 769}  # by whether errors are unknown besides
+FINER = 8  # times as fine as the nodes the density is known
 DEPTH = 28.0  # of the log density below its top that grids reach down to
 SCALE = 0.5  # of what sources that contradict each other may be off by, in ln k
 # of the largest density, by which every other node may be off from what the rest
 # foretell
 FORETOLD = 2e-6
-ROUNDS = 60
+ROUNDS = 60  # of narrowing a range, or finding a top
+SCALES = 25  # of what contradicting sources may be off by, that are integrated over
+WIDE = 6.0  # to which s goes where they are widened
 
 Grids = tuple[Array, Array]
 
@@ -63,24 +64,37 @@ class Range(NamedTuple):
 
     low: Array
     high: Array
-    least: Array
-    most: Array
+    smallest: Array
+    largest: Array
 
 
 def range_of(prior: Distribution, runs: int, scale: float = 1.0) -> Range:
     """Return the range of ln value of a prior, by run.
 
     A normal law allows more than it starts with.
+
+    Parameters
+    ----------
+    prior : of the value, in its own unit
+    runs : number of runs
+    scale : SI value of the prior's unit
     """
+    ends = np.array([prior.at(SMALLEST), prior.at(1.0 - SMALLEST)])
+    bounds = np.array([max(prior.low, 0.0), prior.high])
     with np.errstate(divide="ignore"):
-        low, high = np.log(
-            scale * np.array([prior.at(SMALLEST), prior.at(1.0 - SMALLEST)])
-        ).tolist()
-        ends = np.log(scale * np.array([max(prior.low, 0.0), prior.high])).tolist()
+        low, high = np.log(scale * ends).tolist()
+        smallest, largest = np.log(scale * bounds).tolist()
     if not np.isfinite(low):  # a normal law of what is positive
         low = math.log(scale * prior.at(0.5)) - 40.0
-    allowed = ends if prior.word in ("lognormal", "normal") else (low, high)
-    return Range(*(np.full(runs, end) for end in (low, high, *allowed)))
+    if prior.word not in ("lognormal", "normal"):
+        smallest = low
+        largest = high
+    return Range(
+        low=np.full(runs, low),
+        high=np.full(runs, high),
+        smallest=np.full(runs, smallest),
+        largest=np.full(runs, largest),
+    )
 
 
 class Posterior:
@@ -137,18 +151,28 @@ class Posterior:
             self._norm(*self._resolve(prior))
 
     def with_changes(self, **changed: Any) -> "Posterior":
-        """Return it with other histories or blocks, and all else as it is."""
+        """Return it with other histories or blocks, and all else as it is.
+
+        Parameters
+        ----------
+        changed : attributes by name
+        """
         posterior = copy(self)
         vars(posterior).update(changed)
         return posterior
 
     def updated_with(self, blocks: Blocks) -> "Posterior":
-        """Return what is known after other observations."""
+        """Return what is known after other observations.
+
+        Parameters
+        ----------
+        blocks : the observations
+        """
         return Posterior(self.histories, blocks, self.prior)
 
     @property
     def relative(self) -> Array:
-        """Logs of evidence over how much more often each run was drawn than its prior has it, (runs,)."""
+        """Logs of evidence over how often each run was drawn, against its prior, (runs,)."""
         return self.log_evidence - np.array([run.log_weight for run in self.histories])
 
     @property
@@ -162,44 +186,62 @@ class Posterior:
         return float(1.0 / np.sum(self.weight**2))
 
     def smaller(self, log_factor: Array) -> Array:
-        """Return each run's probability of smaller factors than (runs, q), (runs, q)."""
+        """Return each run's probability of smaller factors, (runs, q).
+
+        Parameters
+        ----------
+        log_factor : ln of the factors, (runs, q)
+        """
         if self.prior is None:
             return (log_factor > self.centre[:, None]).astype(float)
         s = np.arcsinh((log_factor - self.centre[:, None]) / self.width[:, None])
-        step = self.place[:, 1:2] - self.place[:, :1]
+        first = self.place[:, :1]
+        step = self.place[:, 1:2] - first
         n = self.place.shape[1]
-        t = np.clip((s - self.place[:, :1]) / step, 0.0, n - 1.0)
+        t = np.clip((s - first) / step, 0.0, n - 1.0)
         i = np.minimum(t.astype(np.intp), n - 2)
         t = t - i
+
+        # a cubic by values and slopes at both ends of a piece
         runs = self._all[:, None]
-        (y0, d0), (y1, d1) = (
-            (self.below[runs, j], self.density[runs, j] * step) for j in (i, i + 1)
-        )
-        return np.asarray(
-            np.polyval(
-                [d0 + d1 - 2.0 * (y1 - y0), 3.0 * (y1 - y0) - 2.0 * d0 - d1, d0, y0], t
-            )
-        )
+        y0 = self.below[runs, i]
+        y1 = self.below[runs, i + 1]
+        d0 = self.density[runs, i] * step
+        d1 = self.density[runs, i + 1] * step
+        cubic = d0 + d1 - 2.0 * (y1 - y0)
+        square = 3.0 * (y1 - y0) - 2.0 * d0 - d1
+        return np.asarray(np.polyval([cubic, square, d0, y0], t))
 
     def factor(self, p: Array) -> Array:
-        """Return quantiles of the factor."""
+        """Return quantiles of the factor on the wear coefficient [1].
+
+        Parameters
+        ----------
+        p : probabilities of smaller factors, (q,)
+        """
         low = self.log_factor[:, 0].min() - 1e-9
         high = self.log_factor[:, -1].max() + 1e-9
 
-        def smaller(u: Array) -> Array:
-            return self.weight @ self.smaller(
-                np.broadcast_to(u, (len(self.weight), len(u)))
-            )
+        def smaller(log_factor: Array) -> Array:
+            shape = (len(self.weight), len(log_factor))
+            return self.weight @ self.smaller(np.broadcast_to(log_factor, shape))
 
         return np.exp(invert_rising(smaller, np.asarray(p, float), low, high))
 
     def conditional(self, i: int, number: int) -> tuple[Array, Filtered]:
-        """Return log p(y_b, ln sd, ln drift | factor) of a run's block at its nodes, and what is filtered."""
-        sd, drift = (grid[[i]] for grid in self.spreads[number])
+        """Return log p(y_b, ln sd, ln drift | factor) of a block, and what is filtered.
+
+        Both are at the nodes of a run, (factors, sds, drifts).
+
+        Parameters
+        ----------
+        i : number of the run
+        number : of the block
+        """
         runs = self.histories[i : i + 1]
-        nodes = self.nodes[[i]]
+        sd, drift = (grid[[i]] for grid in self.spreads[number])
         logs, filtered = conditional(
-            runs, self.blocks[number], number, nodes, (sd, drift)
+            runs, self.blocks[number], number, self.nodes[[i]], (sd, drift)
         )
         mean = np.broadcast_to(filtered.mean, logs.shape)[0]
         variance = np.broadcast_to(filtered.variance, logs.shape)[0]
@@ -212,52 +254,48 @@ class Posterior:
         """
         n = logs.shape[1]
         top = logs.max(axis=1, keepdims=True)
-        self.place, self.log_factor, density = (
-            place,
-            self._at(place),
-            np.exp(logs - top),
-        )
+        density = np.exp(logs - top)
         below = density
         total = np.ones((len(logs), 1))
         if n > 1:
             step = (place[:, -1:] - place[:, :1]) / (n - 1)
-            below = (
-                CubicSpline(np.arange(n), density, axis=1).antiderivative()(
-                    np.arange(n)
-                )
-                * step
-            )
+            numbers = np.arange(n)
+            spline = CubicSpline(numbers, density, axis=1)
+            below = spline.antiderivative()(numbers) * step
             total = below[:, -1:]
+
+        self.place = place
+        self.log_factor = self._at(place)
         self.density = density / total
         self.below = below / total
         self.log_evidence = (top + np.log(total))[:, 0]
         self.weight = np.exp(self.relative - logsumexp(self.relative))
         mass = self.density * even_weights(n)
-        self.mass = mass / mass.sum(axis=1, keepdims=True) * self.weight[:, None]
+        mass_of_run = mass.sum(axis=1, keepdims=True)
+        self.mass = mass / mass_of_run * self.weight[:, None]
 
     def _even(self, n: int, chosen: Any = slice(None)) -> Array:
         """Return n even values of s over the range of the factor, (some, n)."""
-        low, high = (
-            np.arcsinh((end - self.centre) / self.width) for end in self._factor[:2]
-        )
+        low = np.arcsinh((self._factor.low - self.centre) / self.width)
+        high = np.arcsinh((self._factor.high - self.centre) / self.width)
         return np.linspace(low[chosen], high[chosen], n, axis=1)
 
     def _at(self, s: Array, chosen: Any = slice(None)) -> Array:
         """Return ln factor at s, (some, n)."""
-        return np.asarray(
-            self.centre[chosen, None] + self.width[chosen, None] * np.sinh(s)
-        )
+        centre = self.centre[chosen, None]
+        width = self.width[chosen, None]
+        return np.asarray(centre + width * np.sinh(s))
 
     def _spreads(self, n: int) -> tuple[Grids, ...]:
         """Return grids over the errors: n points of an unknown one."""
 
         def grid(number: int, side: int, spread: Spread | None) -> Array:
-            if (axis := self._axes.get((number, side))) is not None:
+            axis = self._axes.get((number, side))
+            if axis is not None:
                 return np.linspace(axis.low, axis.high, n, axis=1)
+            known = 0.0 if spread is None else spread.known
             with np.errstate(divide="ignore"):  # an error that is 0
-                return np.full(
-                    (len(self._all), 1), np.log(0.0 if spread is None else spread.known)
-                )
+                return np.full((len(self._all), 1), np.log(known))
 
         return tuple(
             (grid(k, 0, block.sd), grid(k, 1, block.drift))
@@ -265,34 +303,34 @@ class Posterior:
         )
 
     def _tables(self, points: Array, chosen: Index) -> dict[int, Array]:
-        """Return the conditional of each block at points (some, n), as many runs at once as memory allows."""
+        """Return the conditional of each block at points of some runs, (some, n).
+
+        As many runs at once are worked on as memory allows.
+        """
         tables = {}
+        count = len(chosen)
         for number in likelihood.measured_blocks(self.blocks):
             block = self.blocks[number]
-            (sd, drift) = (grid[chosen] for grid in self.spreads[number])
-            parts = []
+            sd, drift = (grid[chosen] for grid in self.spreads[number])
             size = points.shape[1] * len(block.rows) * sd.shape[1] * drift.shape[1]
-            for mine in np.array_split(
-                np.arange(len(chosen)),
-                min(len(chosen), 1 + len(chosen) * size // AT_ONCE),
-            ):
-                runs = [self.histories[i] for i in chosen[mine]]
-                parts.append(
-                    conditional(
-                        runs, block, number, points[mine], (sd[mine], drift[mine])
-                    )[0]
-                )
+            pieces = min(count, 1 + count * size // AT_ONCE)
+            parts = []
+            for piece in np.array_split(np.arange(count), pieces):
+                runs = [self.histories[i] for i in chosen[piece]]
+                errors = (sd[piece], drift[piece])
+                table, _ = conditional(runs, block, number, points[piece], errors)
+                parts.append(table)
             tables[number] = np.concatenate(parts)
         return tables
 
     def _log_likelihood(self, points: Array, chosen: Index) -> Array:
+        """Return the log likelihood of all blocks at ln factor (some, n), errors out."""
         total = np.zeros(points.shape)
         for table in self._tables(points, chosen).values():
-            total += (
-                table[:, :, 0, 0]
-                if table[0, 0].size == 1
-                else logsumexp(table, axis=(2, 3))
-            )
+            if table[0, 0].size == 1:
+                total += table[:, :, 0, 0]
+            else:
+                total += logsumexp(table, axis=(2, 3))
         return total
 
     def _narrow(self) -> None:
@@ -312,17 +350,17 @@ class Posterior:
                 _repeat_until_settled(self._errors_moved, len(self._all))
 
     def _log_density(self, points: Array, chosen: Index) -> Array:
+        """Return the log of prior times likelihood at ln factor (some, n)."""
         assert self.prior is not None
         return log_density(self.prior, points) + self._log_likelihood(points, chosen)
 
     def _factor_moved(self, chosen: Index) -> Flags:
         """Fit the range of the factor once; say of which runs it moved."""
-        points = np.linspace(
-            self._factor.low[chosen], self._factor.high[chosen], COARSE, axis=1
-        )
-        return _narrow_range(
-            self._factor, chosen, points, self._log_density(points, chosen)
-        )
+        low = self._factor.low[chosen]
+        high = self._factor.high[chosen]
+        points = np.linspace(low, high, COARSE, axis=1)
+        logs = self._log_density(points, chosen)
+        return _narrow_range(self._factor, chosen, points, logs)
 
     def _errors_moved(self, chosen: Index) -> Flags:
         """Fit the ranges of unknown errors once; say of which runs any moved."""
@@ -332,67 +370,71 @@ class Posterior:
             s = self._even(COARSE, chosen)
             points = self._at(s, chosen)
             prior_logs = log_density(self.prior, points) + np.log(np.cosh(s))
+
         tables = self._tables(points, chosen)
-        block_logs = {
-            number: logsumexp(table, axis=(2, 3)) for number, table in tables.items()
-        }
+        block_logs = {n: logsumexp(table, axis=(2, 3)) for n, table in tables.items()}
         together = prior_logs + sum(block_logs.values(), np.zeros(points.shape))
         moved = np.zeros(len(chosen), bool)
         for (number, side), axis in self._axes.items():
-            if number in tables:
-                grid = self.spreads[number][side]
-                table = (
-                    tables[number] + (together - block_logs[number])[:, :, None, None]
-                )
-                margin = logsumexp(table, axis=(1, 3 - side)) - np.log(
-                    even_weights(grid.shape[1])
-                )
-                moved |= _narrow_range(axis, chosen, grid[chosen], margin)
+            if number not in tables:
+                continue
+            grid = self.spreads[number][side]
+            of_rest = (together - block_logs[number])[:, :, None, None]
+            margin = logsumexp(tables[number] + of_rest, axis=(1, 3 - side))
+            margin = margin - np.log(even_weights(grid.shape[1]))
+            moved |= _narrow_range(axis, chosen, grid[chosen], margin)
         self.spreads = self._spreads(COARSE_SPREAD)
         return moved
 
     def _resolve(self, prior: Distribution) -> tuple[Array, Array]:
-        """Return s on a fine grid, and the log of prior times likelihood per unit of s, (runs, n).
+        """Return s on a fine grid, and the log of prior times likelihood per unit of s.
 
-        Nodes are doubled until every other one is foretold by the rest; where it is,
-        those between are.
+        Both are (runs, n). Nodes are doubled until every other one is foretold by the
+        rest; where it is, those between are.
         """
         self.nodes = self._at(self._even(NODES))
         values = self._log_likelihood(self.nodes, self._all)
         while True:
             n = values.shape[1]
-            logs = values + log_density(prior, self.nodes)
-            top = np.where(np.isfinite(logs), logs, -np.inf).max(axis=1, keepdims=True)
-            largest = np.where(np.isfinite(logs), values, -1e300).max(
-                axis=1, keepdims=True
-            )
-            safe = np.maximum(values, largest - 1e6)
-            foretold = CubicSpline(np.arange(0, n, 2), safe[:, ::2], axis=1)(
-                np.arange(1, n, 2)
-            )
-            off = np.abs(np.expm1(np.minimum(foretold - safe[:, 1::2], 50.0)))
-            rough = np.flatnonzero(
-                ~np.all(off * np.exp(logs[:, 1::2] - top) < FORETOLD, axis=1)
-            )
+            rough = self._rough_runs(prior, values)
             self.resolved = not len(rough)
-            if self.resolved or 2 * n - 1 > MOST_NODES[bool(self._axes)]:
+            if self.resolved or 2 * n - 1 > MAX_NODES[bool(self._axes)]:
                 break
             self.nodes = self._at(self._even(2 * n - 1))
             coarse = values
             values = _interpolated(coarse, 0.5 * np.arange(2 * n - 1))
             values[:, ::2] = coarse
             values[rough, 1::2] = self._log_likelihood(self.nodes[rough, 1::2], rough)
+
         s = self._even(FINER * (n - 1) + 1)
-        logs = _interpolated(
-            values, np.linspace(0.0, n - 1.0, s.shape[1])
-        ) + log_density(prior, self._at(s))
+        logs = _interpolated(values, np.linspace(0.0, n - 1.0, s.shape[1]))
+        logs = logs + log_density(prior, self._at(s))
         return s, logs + np.log(self.width[:, None] * np.cosh(s))
 
-    def widened(self, sources: "Sequence[Posterior]") -> "Posterior":
-        """Return what is known where each source has a scale of its own: it sees ln k + δ, δ ~ N(0, τ²).
+    def _rough_runs(self, prior: Distribution, values: Array) -> Index:
+        """Return the runs in which every other node is not foretold by the rest.
 
-        p(u | y) ∝ p(u) ∫ p(τ) Π_b ∫ L_b(x) N(x; u, τ²) dx dτ, τ half-normal with a
-        standard deviation of `SCALE`: the random effects of a meta-analysis.
+        ``values`` are the log likelihoods at the nodes, (runs, nodes).
+        """
+        n = values.shape[1]
+        logs = values + log_density(prior, self.nodes)
+        allowed = np.isfinite(logs)
+        top = np.where(allowed, logs, -np.inf).max(axis=1, keepdims=True)
+        largest = np.where(allowed, values, -1e300).max(axis=1, keepdims=True)
+        safe = np.maximum(values, largest - 1e6)
+
+        spline = CubicSpline(np.arange(0, n, 2), safe[:, ::2], axis=1)
+        foretold = spline(np.arange(1, n, 2))
+        off = np.abs(np.expm1(np.minimum(foretold - safe[:, 1::2], 50.0)))
+        density = np.exp(logs[:, 1::2] - top)
+        return np.flatnonzero(~np.all(off * density < FORETOLD, axis=1))
+
+    def widened(self, sources: "Sequence[Posterior]") -> "Posterior":
+        """Return what is known where each source has a scale of its own.
+
+        A source sees ln k + δ, δ ~ N(0, τ²): p(u | y) ∝ p(u) ∫ p(τ) Π_b ∫ L_b(x)
+        N(x; u, τ²) dx dτ, τ half-normal with a standard deviation of `SCALE`, the
+        random effects of a meta-analysis.
 
         Parameters
         ----------
@@ -401,54 +443,72 @@ class Posterior:
         assert self.prior is not None
         n = self.place.shape[1]
         runs = len(self._all)
-        tau = np.geomspace(0.01, 4.0, 25) * SCALE
-        log_tau = -0.5 * (tau / SCALE) ** 2 + np.log(tau)
-        s = np.broadcast_to(np.linspace(-6.0, 6.0, n), (runs, n))
-        widened_posterior = self.with_changes(
-            centre=self.centre.copy(), width=np.empty(runs)
-        )
+        s = np.broadcast_to(np.linspace(-WIDE, WIDE, n), (runs, n))
+        wider = self.with_changes(centre=self.centre.copy(), width=np.empty(runs))
+        for i in range(runs):
+            means = [source._mean_of_run(i) for source in sources]
+            wider.centre[i] = np.mean(means)
+            wider.width[i] = max(np.ptp(means), 1e-6) / 4.0
+
         logs = np.empty((runs, n))
         for i in range(runs):
-            means = [
-                float(
-                    np.sum(source.mass[i] * source.log_factor[i]) / source.mass[i].sum()
-                )
-                for source in sources
-            ]
-            widened_posterior.centre[i] = np.mean(means)
-            widened_posterior.width[i] = max(np.ptp(means), 1e-6) / 4.0
-            u = widened_posterior.centre[i] + widened_posterior.width[i] * np.sinh(s[i])
-            together = log_tau + np.zeros((n, 1))
-            for source in sources:
-                x = source.log_factor[i][::4]
-                density = source.density[i][::4] * even_weights(n)[::4]
-                source_logs = (
-                    np.log(np.maximum(density, 1e-290))
-                    - log_density(self.prior, x)
-                    + source.log_evidence[i]
-                )
-                away = (u[:, None] - x) ** 2
-                logs_by_scale = [
-                    logsumexp(source_logs - 0.5 * away / t**2, axis=1) - np.log(t)
-                    for t in tau
-                ]
-                together = together + np.stack(logs_by_scale, axis=1)
-            logs[i] = logsumexp(together, axis=1) + log_density(self.prior, u)
-            logs[i] += np.log(widened_posterior.width[i] * np.cosh(s[i]))
-        widened_posterior.nodes = widened_posterior._at(s[:, ::FINER])
-        widened_posterior._norm(s, logs)
-        return widened_posterior
+            u = wider.centre[i] + wider.width[i] * np.sinh(s[i])
+            logs[i] = _log_of_scaled_sources(sources, i, self.prior, u)
+            logs[i] += np.log(wider.width[i] * np.cosh(s[i]))
+        wider.nodes = wider._at(s[:, ::FINER])
+        wider._norm(s, logs)
+        return wider
+
+    def _mean_of_run(self, i: int) -> float:
+        """Return the mean of ln factor within a run."""
+        mass = self.mass[i]
+        return float(np.sum(mass * self.log_factor[i]) / mass.sum())
+
+
+def _log_of_scaled_sources(
+    sources: Sequence[Posterior], i: int, prior: Distribution, u: Array
+) -> Array:
+    """Return ln p(u) ∫ p(τ) Π_b ∫ L_b(x) N(x; u, τ²) dx dτ of a run, (n,)."""
+    tau = np.geomspace(0.01, 4.0, SCALES) * SCALE
+    log_tau = -0.5 * (tau / SCALE) ** 2 + np.log(tau)
+    together = log_tau + np.zeros((len(u), 1))
+    for source in sources:
+        x = source.log_factor[i][::4]
+        weights = even_weights(source.place.shape[1])[::4]
+        density = source.density[i][::4] * weights
+        log_mass = np.log(np.maximum(density, 1e-290))
+        source_logs = log_mass - log_density(prior, x) + source.log_evidence[i]
+        away = (u[:, None] - x) ** 2
+        logs_by_scale = [
+            logsumexp(source_logs - 0.5 * away / t**2, axis=1) - np.log(t) for t in tau
+        ]
+        together = together + np.stack(logs_by_scale, axis=1)
+    return np.asarray(logsumexp(together, axis=1) + log_density(prior, u))
 
 
 def weighted_quantiles(value: Array, weight: Array, p: Any) -> Array:
-    """Return quantiles of weighted values (n,), each in the middle of its weight."""
+    """Return quantiles of weighted values, each in the middle of its weight.
+
+    Parameters
+    ----------
+    value, weight : (n,)
+    p : probabilities
+    """
     order = np.argsort(value, kind="stable")
-    below = np.cumsum(weight[order])
-    return np.interp(p, (below - 0.5 * weight[order]) / below[-1], value[order])
+    ordered = weight[order]
+    below = np.cumsum(ordered)
+    return np.interp(p, (below - 0.5 * ordered) / below[-1], value[order])
 
 
 def even_weights(n: int) -> Array:
-    """Return weights of evenly spaced values in an integral, for a spacing of 1 (Gregory, fourth order)."""
+    """Return weights of evenly spaced values in an integral, for a spacing of 1.
+
+    By Gregory's rule, of fourth order.
+
+    Parameters
+    ----------
+    n : number of values
+    """
     weights = np.ones(n)
     if n >= 6:
         weights[:3] = weights[:-4:-1] = (3 / 8, 7 / 6, 23 / 24)
@@ -458,27 +518,46 @@ def even_weights(n: int) -> Array:
 
 
 def equal_draws(probability: Array, n: int, rng: Random) -> Index:
-    """Return the places of ``n`` equally probable draws from probabilities, (n,), in their order."""
+    """Return the places of equally probable draws, (n,), in their order.
+
+    Parameters
+    ----------
+    probability : of each place
+    n : number of draws
+    rng : of the first of them
+    """
     below = np.cumsum(probability)
-    return np.minimum(
-        np.searchsorted(below, (np.arange(n) + rng.random()) / n), len(below) - 1
-    )
+    places = np.searchsorted(below, (np.arange(n) + rng.random()) / n)
+    return np.minimum(places, len(below) - 1)
 
 
 def draws_along_grid(u: Array, mass: Array, rows: Index, rng: Random) -> Array:
-    """Return draws from laws on one grid, (n,), each from its row of the masses (p, grid)."""
+    """Return draws from laws on one grid, (n,).
+
+    Parameters
+    ----------
+    u : the grid
+    mass : of each law there, (p, grid)
+    rows : law of each draw, (n,)
+    rng : of the draws
+    """
     below = np.cumsum(0.5 * (mass[:, 1:] + mass[:, :-1]), axis=1)
-    at = rng.random(len(rows)) * below[rows, -1]
-    i = np.minimum((below[rows] < at[:, None]).sum(axis=1), below.shape[1] - 1)
+    below_of_draws = below[rows]
+    at = rng.random(len(rows)) * below_of_draws[:, -1]
+    pieces = (below_of_draws < at[:, None]).sum(axis=1)
+    i = np.minimum(pieces, below.shape[1] - 1)
     mass_before = np.where(i > 0, below[rows, i - 1], 0.0)
-    share = (at - mass_before) / np.maximum(below[rows, i] - mass_before, 1e-300)
+    mass_of_piece = below[rows, i] - mass_before
+    share = (at - mass_before) / np.maximum(mass_of_piece, 1e-300)
     return np.asarray(u[i] + share * (u[i + 1] - u[i]))
 
 
 def conditional(
     runs: Runs, block: Block, number: int, u: Array, grids: Grids
 ) -> tuple[Array, Filtered]:
-    """Return log p(y_b, ln sd, ln drift | factor) weighted by the grids, (runs, factors, sds, drifts).
+    """Return log p(y_b, ln sd, ln drift | factor) weighted by the grids.
+
+    It is (runs, factors, sds, drifts); what is filtered comes beside it.
 
     Parameters
     ----------
@@ -486,20 +565,17 @@ def conditional(
     u : (runs, factors) ln factor
     grids : (runs, n) over ln of the errors
     """
-    sd, drift = map(np.exp, grids)
+    sd_grid, drift_grid = grids
     lanes = ParameterBatch(
-        np.exp(u)[:, :, None, None], sd[:, None, :, None], drift[:, None, None, :]
+        factor=np.exp(u)[:, :, None, None],
+        sd=np.exp(sd_grid)[:, None, :, None],
+        drift=np.exp(drift_grid)[:, None, None, :],
     )
-    filtered = log_likelihood(
-        block, [(run, [i]) for i, run in enumerate(runs)], number, lanes
-    )
-    priors = [
-        _log_prior(s, grid)
-        for s, grid in zip((block.sd, block.drift), grids, strict=True)
-    ]
-    return filtered.log_likelihood + priors[0][:, None, :, None] + priors[1][
-        :, None, None, :
-    ], filtered
+    runs_with_lanes = [(run, [i]) for i, run in enumerate(runs)]
+    filtered = log_likelihood(block, runs_with_lanes, number, lanes)
+    sd_prior = _log_prior(block.sd, sd_grid)[:, None, :, None]
+    drift_prior = _log_prior(block.drift, drift_grid)[:, None, None, :]
+    return filtered.log_likelihood + sd_prior + drift_prior, filtered
 
 
 def _log_prior(spread: Spread | None, grid: Array) -> Array:
@@ -516,16 +592,20 @@ def _log_prior(spread: Spread | None, grid: Array) -> Array:
 def find_peaks(
     logs_at: Callable[[Array, Index], Array], low: Array, high: Array
 ) -> tuple[Array, Array]:
-    """Return where densities are largest within ranges, (rows,), and their standard deviations there.
+    """Return where densities are largest within ranges, and their widths there, (rows,).
 
     Parameters
     ----------
     logs_at : their logs at points (some, n), of some of the rows
     low, high : (rows,)
     """
-    low, high, top = low.copy(), high.copy(), np.empty((2, len(low)))
+    low = low.copy()
+    high = high.copy()
+    top = np.empty(len(low))
+    width = np.empty(len(low))
 
     def moved(chosen: Index) -> Flags:
+        """Narrow some of the ranges about their tops; say which are to go on."""
         points = np.linspace(low[chosen], high[chosen], CENTRED, axis=1)
         rows = np.arange(len(chosen))
         logs = logs_at(points, chosen)
@@ -533,16 +613,14 @@ def find_peaks(
         near = logs > logs[rows, best][:, None] - 0.5
         first = near.argmax(axis=1)
         last = CENTRED - 1 - near[:, ::-1].argmax(axis=1)
-        top[:, chosen] = (
-            points[rows, best],
-            0.5 * (points[rows, last] - points[rows, first]),
-        )
+        top[chosen] = points[rows, best]
+        width[chosen] = 0.5 * (points[rows, last] - points[rows, first])
         low[chosen] = points[rows, np.maximum(best - 2, 0)]
         high[chosen] = points[rows, np.minimum(best + 2, CENTRED - 1)]
         return np.asarray(near.sum(axis=1) <= 4)
 
     _repeat_until_settled(moved, len(low))
-    return top[0], top[1]
+    return top, width
 
 
 def _repeat_until_settled(moved: Callable[[Index], Flags], count: int) -> None:
@@ -565,18 +643,25 @@ def _narrow_range(axis: Range, chosen: Index, points: Array, logs: Array) -> Fla
 
     Say which moved.
     """
+    low = axis.low[chosen]
+    high = axis.high[chosen]
+    smallest = axis.smallest[chosen]
+    largest = axis.largest[chosen]
     rows = np.arange(len(chosen))
     end = logs.shape[1] - 1
-    (low, high, smallest, largest) = (e[chosen] for e in axis)
-    held = logs > logs.max(axis=1, keepdims=True) - DEPTH
+    deep = logs > logs.max(axis=1, keepdims=True) - DEPTH
     top = np.argmax(logs, axis=1)
-    first = held.argmax(axis=1)
-    last = end - held[:, ::-1].argmax(axis=1)
+    first = deep.argmax(axis=1)
+    last = end - deep[:, ::-1].argmax(axis=1)
+
     width = (high - low) * np.where((top == 0) | (top == end), 4.0, 1.0)
     left = points[rows, np.maximum(first - 1, 0)]
     right = points[rows, np.minimum(last + 1, end)]
     down = (first == 0) & (left > smallest + 1e-9)
     up = (last == end) & (right < largest - 1e-9)
-    axis.low[chosen] = np.where(down, np.maximum(smallest, left - width), left)
-    axis.high[chosen] = np.where(up, np.minimum(largest, right + width), right)
-    return (right - left < 0.6 * (high - low)) | down | up
+    new_low = np.where(down, np.maximum(smallest, left - width), left)
+    new_high = np.where(up, np.minimum(largest, right + width), right)
+    axis.low[chosen] = new_low
+    axis.high[chosen] = new_high
+    narrower = right - left < 0.6 * (high - low)
+    return np.asarray(narrower | down | up)

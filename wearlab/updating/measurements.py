@@ -1,8 +1,9 @@
-"""Files of measurements in SI: ``[[update.data]]``, what was seen, and ``[update.record]``, what really ran.
+"""Files of measurements in SI: what was seen, and what really ran.
 
-Under each condition of a record wear goes on as a run of it does from the same wear. So
-a record is a clock: cycles of equal wear over operating time, said in cycles of the
-scene's own speed. From its end on the scene's own conditions go on.
+They are named in ``[[update.data]]`` and ``[update.record]``. Under each condition of a
+record wear goes on as a run of it does from the same wear. So a record is a clock:
+cycles of equal wear over operating time, in cycles of the scene's own speed. From its
+end on the scene's own conditions go on.
 """
 
 import hashlib
@@ -32,9 +33,10 @@ PLACE_UNITS = {"diameter": "m", "roll_angle": "rad", "path_position": "m"}
 CLOCKS = {"cycle": "1", "hours": "s", "mesh_cycles": "1", "date": ""}
 # of the hours by the calendar, by which those of a record may differ without a word
 UNLIKE = 0.05
-# conditions that are run as they are; of more, the means of TORQUES by SPEEDS classes
-MOST = 12
-TORQUES, SPEEDS = 6, 2
+# conditions that are run as they are; of more, the means of classes of both
+MAX_CONDITIONS = 12
+TORQUE_CLASSES = 6
+SPEED_CLASSES = 2
 
 
 class UpdateError(problems.Refusal):
@@ -68,81 +70,90 @@ class MeasuredColumns:
             ) from None
 
     def find(self, columns_by_role: Mapping[str, str | None], unit: str | None) -> None:
-        """Find the column of each role, None where there is none.
+        """Find the column of each role.
 
-        Of one unit where the file has many.
+        Parameters
+        ----------
+        columns_by_role : None where there is none
+        unit : of which rows are kept, where the file has many
 
         Raises
         ------
         UpdateError : a column is not there
         """
-        for role, column in (
-            (role, column)
-            for role, column in columns_by_role.items()
-            if column is not None
-        ):
-            if (column_found := self.table.find(column)) is None:
-                begins = f"{column} [", f"{column} ("
-                strange = next(
-                    (n for n in self.table.names if n.startswith(begins)), ""
-                )
-                unknown = (
-                    f"{strange[len(column) :].strip()} in its header is no unit that "
-                    "is known: "
-                )
-                hint = f" as {strange!r}, and its unit in units" if strange else ""
-                listed = (
-                    f"there are {', '.join(self.table.names)}: "
-                    f"{unknown if strange else ''}"
-                )
-                message = (
-                    f"line {self.table.header_line}: no column {column!r} for {role}; "
-                    f"{listed}"
-                )
-                raise UpdateError(
-                    f"{self.path}: {message}name it in {self.block.place}.columns{hint}"
-                )
-            self.names[role] = column_found
+        for role, column in columns_by_role.items():
+            if column is None:
+                continue
+            name = self.table.find(column)
+            if name is None:
+                raise self._no_column(role, column)
+            self.names[role] = name
         if unit is not None and "unit" in self.names:
             self.table = self.table.where(self.names["unit"], unit)
         self.lines = np.array(self.table.lines, np.int64)
+
+    def _no_column(self, role: str, column: str) -> UpdateError:
+        """Return a refusal of a column that the file does not have."""
+        begins = f"{column} [", f"{column} ("
+        names = self.table.names
+        with_unit = next((name for name in names if name.startswith(begins)), "")
+        listed = f"there are {', '.join(names)}: "
+        hint = ""
+        if with_unit:
+            unit = with_unit[len(column) :].strip()
+            listed += f"{unit} in its header is no unit that is known: "
+            hint = f" as {with_unit!r}, and its unit in units"
+        return UpdateError(
+            f"{self.path}: line {self.table.header_line}: no column {column!r} for "
+            f"{role}; {listed}name it in {self.block.place}.columns{hint}"
+        )
 
     def __len__(self) -> int:
         return len(self.lines)
 
     def numbers(self, role: str, unit: str, *, empty: bool = False) -> Array:
-        """Return the numbers of a role in SI, NaN where a cell may be empty."""
+        """Return the numbers of a role in SI, NaN where a cell is empty.
+
+        Parameters
+        ----------
+        role : of the column
+        unit : SI unit of the numbers
+        empty : whether cells may be empty
+        """
         column = self.names[role]
-        stated_units = {
-            self.table.find(written): column_unit
-            for written, column_unit in self.block.units.items()
-        }
-        column_unit = (
-            stated_units.get(column)
-            or self.table.units[column]
-            or ("h" if unit == "s" else None)
-        )
+        column_unit = self._unit_of(column) or ("h" if unit == "s" else None)
         if column_unit is None and unit not in ("1", ""):
             bare = re.fullmatch(r"[A-Za-z0-9_-]+", column)
-            example = (
-                f"units = {{ "
-                f'{column if bare else json.dumps(column, ensure_ascii=False)} = "…" }}'
-            )
+            key = column if bare else json.dumps(column, ensure_ascii=False)
             raise UpdateError(
-                f"{self.block.place}.units: column {column!r} needs its unit: {example}"
+                f"{self.block.place}.units: column {column!r} needs its unit: "
+                f'units = {{ {key} = "…" }}'
             )
         try:
             numbers = self.table.numbers(column, empty=empty)
-            return (
-                numbers
-                if column_unit is None
-                else in_unit(numbers, column_unit, unit, column)
-            )
+            if column_unit is None:
+                return numbers
+            return in_unit(numbers, column_unit, unit, column)
         except TableError as error:
             raise self._at(error) from None
 
+    def _unit_of(self, column: str) -> str | None:
+        """Return the unit that the block, else the file, gives a column."""
+        stated = {
+            self.table.find(written): unit for written, unit in self.block.units.items()
+        }
+        return stated.get(column) or self.table.units[column]
+
     def censored(self, role: str, unit: str) -> tuple[Array, Array]:
-        """Return the numbers of a role in SI, NaN where a cell is empty or ``<0.1``, and the limits told."""
+        """Return the numbers of a role in SI, and the limits that cells such as ``<0.1`` tell.
+
+        Each is NaN where a cell tells the other, or nothing.
+
+        Parameters
+        ----------
+        role : of the column
+        unit : SI unit of the numbers
+        """
         texts = self.table.cells[self.names[role]]
         less = np.array([text.startswith("<") for text in texts], bool)
         bare = {self.names[role]: tuple(text.lstrip("< ") for text in texts)}
@@ -158,6 +169,7 @@ class MeasuredColumns:
             raise self._at(error) from None
 
     def _at(self, error: TableError) -> UpdateError:
+        """Return a refusal with the place of what a table cannot read."""
         named = str(error).startswith(self.table.file)
         return UpdateError(
             f"{self.path.parent / str(error)}"
@@ -170,19 +182,25 @@ class MeasuredColumns:
     ) -> None:
         """Refuse what cannot be, by line and column.
 
+        Parameters
+        ----------
+        wrong : which rows are
+        role : of the column
+        message : what is wrong
+        values : of the column, where the message begins with the cell
+
         Raises
         ------
         UpdateError : something is wrong
         """
-        if wrong.any():
-            i = int(np.argmax(wrong))
-            shown = (
-                ""
-                if values is None
-                else f"{self.table.cells[self.names[role]][i]} ".lstrip()
-            )
-            place = f"{self.path}: line {self.lines[i]}, column {self.names[role]!r}"
-            raise UpdateError(f"{place}: {shown}{message}")
+        if not wrong.any():
+            return
+        i = int(np.argmax(wrong))
+        column = self.names[role]
+        if values is not None:
+            message = f"{self.table.cells[column][i]} ".lstrip() + message
+        place = f"{self.path}: line {self.lines[i]}, column {column!r}"
+        raise UpdateError(f"{place}: {message}")
 
 
 @dataclass(frozen=True)
@@ -228,6 +246,11 @@ def columns_of(
 ) -> tuple[MeasuredColumns, str, str | None]:
     """Return the columns of a block, its clock, and by what it says where on the flank.
 
+    Parameters
+    ----------
+    data : the block
+    unit : of a fleet, whose rows are meant [all]
+
     Raises
     ------
     UpdateError : the file cannot be read, or a column is not there
@@ -238,21 +261,23 @@ def columns_of(
         name: columns.table.column_of(name, {})
         for name in ("cycle", "hours", "date", data.quantity)
     }
-    when = {
-        name: column for name in WHEN if (column := getattr(named, name)) is not None
-    }
-    when = when or {
-        name: column for name in WHEN if (column := usual.get(name)) is not None
-    }
-    clock = next(iter(when), "cycle")
+    stated = {name: getattr(named, name) for name in WHEN}
+    times = {name: column for name, column in stated.items() if column is not None}
+    if not times:
+        usual_times = {name: usual.get(name) for name in WHEN}
+        times = {n: column for n, column in usual_times.items() if column is not None}
+    clock = next(iter(times), "cycle")
     place = next((name for name in WHERE if getattr(named, name) is not None), None)
     roles = {
-        "time": when.get(clock, clock),
+        "time": times.get(clock, clock),
         "value": named.value or usual[data.quantity] or data.quantity,
+        "sd": named.sd,
+        "below": named.below,
+        "unit": named.unit,
+        "date": times.get("date") if clock == "hours" else None,
+        "place": getattr(named, place) if place else None,
     }
-    roles |= {"sd": named.sd, "below": named.below, "unit": named.unit}
-    roles |= {"date": when.get("date") if clock == "hours" else None}
-    columns.find(roles | {"place": getattr(named, place) if place else None}, unit)
+    columns.find(roles, unit)
     return columns, clock, place
 
 
@@ -277,76 +302,84 @@ def read_observations(
             raise UpdateError(
                 f"{data.place}.units.{column}: the file has no such column"
             )
-    (value, below) = columns.censored("value", data.si)
-    has = columns.names
-    time = (
-        _seconds(columns, calendar)
-        if clock == "date"
-        else columns.numbers("time", CLOCKS[clock])
+
+    value, below = columns.censored("value", data.si)
+    if clock == "date":
+        time = _seconds(columns, calendar)
+    else:
+        time = columns.numbers("time", CLOCKS[clock])
+    sd = np.zeros(len(time))
+    if "sd" in columns.names:
+        sd = np.nan_to_num(columns.numbers("sd", data.si, empty=True))
+    if "below" in columns.names:
+        limits = columns.numbers("below", data.si, empty=True)
+        below = np.where(np.isnan(below), limits, below)
+    place = np.full(len(time), np.nan)
+    if place_kind is not None:
+        place = columns.numbers("place", PLACE_UNITS[place_kind])
+
+    observed = Observed(
+        data=data,
+        clock="hours" if clock == "date" else clock,
+        time=time,
+        value=value,
+        sd=sd,
+        below=below,
+        place_kind=place_kind,
+        place=place,
+        row=columns.lines,
+        fingerprint=columns.fingerprint,
     )
-    sd = (
-        np.nan_to_num(columns.numbers("sd", data.si, empty=True))
-        if "sd" in has
-        else np.zeros(len(time))
-    )
-    if "below" in has:
-        below = np.where(
-            np.isnan(below), columns.numbers("below", data.si, empty=True), below
-        )
-    nowhere = np.full(len(time), np.nan)
-    place = (
-        nowhere
-        if place_kind is None
-        else columns.numbers("place", PLACE_UNITS[place_kind])
-    )
+    _refuse_odd_observations(columns, observed)
+    return observed
+
+
+def _refuse_odd_observations(columns: MeasuredColumns, observed: Observed) -> None:
+    """Refuse observations that cannot be, by line and column."""
+    data = observed.data
+    time = observed.time
+    sd = observed.sd
+    missing = np.isnan(observed.value)
     columns.refuse(time < 0.0, "time", "is before the first cycle", time)
-    message = (
+    no_limit = (
         "is empty, and no limit of detection: write the value, name its limit of "
-        "detection "
+        "detection (columns.below, or <0.1 in the cell), or delete the row"
     )
-    message += "(columns.below, or <0.1 in the cell), or delete the row"
-    columns.refuse(np.isnan(value) & np.isnan(below), "value", message)
+    columns.refuse(missing & np.isnan(observed.below), "value", no_limit)
     columns.refuse(sd < 0.0, "sd", "is no standard error", sd)
     if data.error.sd is None and not data.error.relative:
-        columns.refuse(
-            sd <= 0.0, "sd", "is required: the block's error has no other", sd
-        )
+        no_error = "is required: the block's error has no other"
+        columns.refuse(sd <= 0.0, "sd", no_error, sd)
     if isinstance(data.since, float):
-        columns.refuse(
-            time < data.since, "time", f"is before since = {data.since:g}", time
-        )
+        early = f"is before since = {data.since:g}"
+        columns.refuse(time < data.since, "time", early, time)
     if data.error.gain_sd:
-        message = (
+        censored = (
             "is empty: with error.gain_sd no value may be below a limit of detection"
         )
-        columns.refuse(np.isnan(value), "value", message)
-    held = (place_kind, place, columns.lines, columns.fingerprint)
-    return Observed(
-        data, "hours" if clock == "date" else clock, time, value, sd, below, *held
-    )
+        columns.refuse(missing, "value", censored)
 
 
 def _seconds(columns: MeasuredColumns, calendar: Calendar | None) -> Array:
-    """Return the operating seconds at dates, by a record, or by the hours of a year in operation."""
+    """Return the operating seconds at dates, by a record, or by the hours of a year."""
     dates = columns.dates("time")
     if calendar is None or np.isnan(calendar.time[-1]):
-        message = (
-            "dates need update.calendar = { date, hours, hours_per_year }: a day, the "
-            "operating hours on "
-        )
         raise UpdateError(
-            f"{columns.block.place}.columns.date: {message}it, and how they go on"
+            f"{columns.block.place}.columns.date: dates need update.calendar = "
+            "{ date, hours, hours_per_year }: a day, the operating hours on it, and how "
+            "they go on"
         )
     hours = calendar.hours(dates)
-    message = (
-        f"is before the first operating hour: {calendar.time[-1]:g} h on "
-        f"{day_text(calendar.day[-1])}, "
-    )
-    message += f"{calendar.a_year:g} h a year, by update.calendar"
     if calendar.recorded:
         message = (
             "lies outside update.record: let it begin earlier, or give update.calendar "
             "for what follows"
+        )
+    else:
+        message = (
+            f"is before the first operating hour: {calendar.time[-1]:g} h on "
+            f"{day_text(calendar.day[-1])}, {calendar.a_year:g} h a year, by "
+            "update.calendar"
         )
     columns.refuse(~(hours >= 0.0), "time", message, hours)
     return hours * units.HOUR
@@ -354,6 +387,10 @@ def _seconds(columns: MeasuredColumns, calendar: Calendar | None) -> Array:
 
 def units_of(data: Data) -> list[str]:
     """Return the units of a fleet that a block's file names, in its order.
+
+    Parameters
+    ----------
+    data : the block
 
     Raises
     ------
@@ -366,9 +403,13 @@ def units_of(data: Data) -> list[str]:
 
 
 def calendar_of(data: Data, unit: str | None, days: Days | None) -> Calendar | None:
-    """Return which day it was after how many hours of a unit, by its columns of both, and how they go on.
+    """Return which day it was after how many hours of a unit, by its columns of both.
 
-    They go on as ``days`` says, else as from the unit's first inspection to its last.
+    Parameters
+    ----------
+    data : the block
+    unit : of a fleet, whose rows are meant; None: all
+    days : says how hours go on; None: as from the unit's first inspection to its last
 
     Raises
     ------
@@ -384,26 +425,24 @@ def calendar_of(data: Data, unit: str | None, days: Days | None) -> Calendar | N
     day = day[order]
     hours = hours[order]
     lines = columns.lines[order]
-    if (back := np.diff(day) < 0.0).any():
-        text = (
-            "line {1} has more hours than line {0}, and an earlier date: look at both"
+
+    back = np.diff(day) < 0.0
+    if back.any():
+        first = int(np.argmax(back))
+        raise UpdateError(
+            f"{data.file}: line {lines[first + 1]} has more hours than line "
+            f"{lines[first]}, and an earlier date: look at both"
         )
-        raise UpdateError(f"{data.file}: {text.format(*lines[int(np.argmax(back)) :])}")
     if days is not None:
         return Calendar(day, hours, days.hours_per_year)
-    rate = (
-        float(np.ptp(hours) / np.ptp(day)) * DAYS_A_YEAR if np.ptp(day) > 0.0 else 0.0
-    )
+    span = np.ptp(day)
+    rate = float(np.ptp(hours) / span) * DAYS_A_YEAR if span > 0.0 else 0.0
     if rate > 1.01 * HOURS_A_YEAR:
-        message = (
-            f"line {lines[-1]}: {'it' if unit is None else f'unit {unit!r}'} ran "
-            f"{rate:.0f} hours a year "
+        subject = "it" if unit is None else f"unit {unit!r}"
+        raise UpdateError(
+            f"{data.file}: line {lines[-1]}: {subject} ran {rate:.0f} hours a year since "
+            "its first inspection, more than a year has: look at its dates and hours"
         )
-        message += (
-            "since its first inspection, more than a year has: look at its dates and "
-            "hours"
-        )
-        raise UpdateError(f"{data.file}: {message}")
     return Calendar(day, hours, rate) if rate > 0.0 else None
 
 
@@ -434,68 +473,86 @@ class OperatingRecord:
 
         −1 without wear.
         """
-        numbers = np.full(len(self.torque), -1)
         works = np.flatnonzero((self.torque > 0.0) & (self.speed > 0.0))
         operating = np.stack([self.torque, self.speed], axis=1)[works]
         distinct, index = np.unique(operating, axis=0, return_inverse=True)
-        if len(distinct) > MOST:
-            counts = np.array([TORQUES, SPEEDS])
-            low = operating.min(axis=0)
-            share = (operating - low) / np.maximum(np.ptp(operating, axis=0), 1e-300)
-            classes = np.minimum((counts * share).astype(np.intp), counts - 1)
-            _, index = np.unique(classes @ [SPEEDS, 1], return_inverse=True)
+        if len(distinct) > MAX_CONDITIONS:
             weight = (np.diff(self.time) * self.speed)[works]
-            sums = [
-                np.bincount(index, weight * column) / np.bincount(index, weight)
-                for column in operating.T
-            ]
-            distinct = np.stack(sums, axis=1)
+            distinct, index = _classes_of(operating, weight)
+        numbers = np.full(len(self.torque), -1)
         numbers[works] = index.ravel()
         return distinct, numbers
 
     def scenes(self, scene: Scene) -> dict[str, Scene]:
-        """Return a scene with each of its conditions, under what it is called."""
+        """Return a scene with each of its conditions, under what it is called.
+
+        Parameters
+        ----------
+        scene : of the case
+        """
         assert scene.operation is not None
         operation = scene.operation.model_dump()
-        scenes = {}
         removed = {
             f"operation.{key}": None
             for key in ("duty", "power")
             if operation.get(key) is not None
         }
-        for n, (torque, speed) in enumerate(self.conditions()[0].tolist(), 1):
-            condition = {
+        scenes = {}
+        conditions, _ = self.conditions()
+        for number, (torque, speed) in enumerate(conditions.tolist(), 1):
+            changes = {
+                **removed,
                 "operation.torque": f"{torque!r} N*m",
                 "operation.speed": f"{speed!r} rad/s",
             }
-            scenes[f"update.record: its run {n} at {torque:g} N m"] = scene.replace(
-                {**removed, **condition}
-            )
+            name = f"update.record: its run {number} at {torque:g} N m"
+            scenes[name] = scene.replace(changes)
         return scenes
 
     def calendar(self, a_year: float | None) -> Calendar | None:
-        """Return its calendar, which goes on at so many hours a year, else at its own.
+        """Return its calendar, None without dates.
 
-        None without dates.
+        Parameters
+        ----------
+        a_year : hours in a year with which it goes on [its own]
         """
         if self.dates is None:
             return None
         day = day_number(self.dates)
         hours = self.time / units.HOUR
-        return Calendar(
-            day,
-            hours,
-            a_year or float(hours[-1] / np.ptp(day)) * DAYS_A_YEAR,
-            recorded=True,
-        )
+        rate = a_year or float(hours[-1] / np.ptp(day)) * DAYS_A_YEAR
+        return Calendar(day, hours, rate, recorded=True)
 
     def excess(self, a_year: float | None) -> tuple[float, float] | None:
-        """Return its hours, every one between its dates, and those at so many a year, where they differ."""
+        """Return its hours, every one between its dates, and those by a calendar.
+
+        None where they do not differ.
+
+        Parameters
+        ----------
+        a_year : hours in a year by the calendar
+        """
         if self.dates is None or a_year is None or self.share < 1.0:
             return None
         hours = float(self.time[-1]) / units.HOUR
-        expected = float(np.ptp(day_number(self.dates))) / DAYS_A_YEAR * a_year
+        years = float(np.ptp(day_number(self.dates))) / DAYS_A_YEAR
+        expected = years * a_year
         return None if abs(hours - expected) <= UNLIKE * expected else (hours, expected)
+
+
+def _classes_of(operating: Array, weight: Array) -> tuple[Array, Index]:
+    """Return means of classes of torque and speed, and the class of each condition.
+
+    ``operating`` are the conditions, (n, 2), ``weight`` their cycles.
+    """
+    counts = np.array([TORQUE_CLASSES, SPEED_CLASSES])
+    low = operating.min(axis=0)
+    share = (operating - low) / np.maximum(np.ptp(operating, axis=0), 1e-300)
+    classes = np.minimum((counts * share).astype(np.intp), counts - 1)
+    _, index = np.unique(classes @ [SPEED_CLASSES, 1], return_inverse=True)
+    total = np.bincount(index, weight)
+    means = [np.bincount(index, weight * column) / total for column in operating.T]
+    return np.stack(means, axis=1), index
 
 
 def read_record(
@@ -503,10 +560,15 @@ def read_record(
 ) -> OperatingRecord | None:
     """Return what ran, of one unit where the file has many.
 
-    None where it has no row of it.
+    None where it has no row of it. Between its dates are the hours of a year that it
+    says; else, without a row of a standstill, those that the calendar says; else every
+    hour.
 
-    Between its dates are the hours of a year that it says; else, without a row of a
-    standstill, those that the calendar says; else every hour.
+    Parameters
+    ----------
+    block : that names file, columns and units
+    unit : of a fleet, whose rows are meant; None: all
+    a_year : hours of a year by the calendar
 
     Raises
     ------
@@ -514,68 +576,81 @@ def read_record(
     """
     named = block.columns
     columns = MeasuredColumns(block)
-    (when,) = (
-        name
-        for name in ("hours", "date", "duration")
-        if getattr(named, name) is not None
-    )
-    columns.find(
-        {
-            "time": getattr(named, when),
-            **named.model_dump(include={"torque", "speed", "unit"}),
-        },
-        unit,
-    )
+    clocks = ("hours", "date", "duration")
+    (when,) = (name for name in clocks if getattr(named, name) is not None)
+    others = named.model_dump(include={"torque", "speed", "unit"})
+    columns.find({"time": getattr(named, when), **others}, unit)
     if not len(columns):
         return None
-    torque, speed = (
-        columns.numbers(n, si, empty=True)
-        for n, si in (("torque", "N m"), ("speed", "rad/s"))
-    )
+
+    torque = columns.numbers("torque", "N m", empty=True)
+    speed = columns.numbers("speed", "rad/s", empty=True)
     dates = columns.dates("time") if when == "date" else None
-    time = (
-        columns.numbers("time", "s")
-        if dates is None
-        else (dates - dates[0]) / np.timedelta64(1, "s")
-    )
-    bins = when == "duration"
+    if dates is None:
+        time = columns.numbers("time", "s")
+    else:
+        time = (dates - dates[0]) / np.timedelta64(1, "s")
+
+    is_bins = when == "duration"
+    _refuse_odd_conditions(columns, {"torque": torque, "speed": speed}, is_bins)
     share = 1.0
-    last = np.arange(len(time)) == (-1 if bins else len(time) - 1)
-    for name, values in (("torque", torque), ("speed", speed)):
-        columns.refuse(
-            np.isnan(values) & ~last, name, "is empty; 0 stands for a standstill"
-        )
-        columns.refuse(values < 0.0, name, f"is negative: give the size of the {name}")
-    if bins:
+    if is_bins:
         columns.refuse(time < 0.0, "time", "is no length of time")
         ends = np.append(0.0, np.cumsum(time))
     else:
-        if len(time) < 2:
-            place = f"{columns.path}: line {columns.lines[0]}"
-            raise UpdateError(
-                f"{place}: a row holds until the next: at least two are needed"
-            )
-        columns.refuse(
-            np.append(False, np.diff(time) <= 0.0),
-            "time",
-            "is not after the row before it",
-        )
-        columns.refuse(time < 0.0, "time", "is before the first hour")
-        begins = (
-            f"the record begins after {time[0] / units.HOUR:g} h: begin at 0 with what "
-            "ran until then"
-        )
-        columns.refuse((time > 0.0) & (np.arange(len(time)) == 0), "time", begins)
+        _refuse_odd_times(columns, time)
         torque = torque[:-1]
         speed = speed[:-1]
-        # hours in operation: a standstill has none
-        a_year = block.hours_per_year or (None if (speed == 0.0).any() else a_year)
-        share = 1.0 if dates is None or a_year is None else a_year / HOURS_A_YEAR
-        ends = (
-            time
-            if dates is None
-            else np.append(0.0, np.cumsum(share * np.diff(time) * (speed > 0.0)))
-        )
+        ends = time
+        if dates is not None:
+            # hours in operation: a standstill has none
+            stands = (speed == 0.0).any()
+            a_year = block.hours_per_year or (None if stands else a_year)
+            share = 1.0 if a_year is None else a_year / HOURS_A_YEAR
+            seconds = share * np.diff(time) * (speed > 0.0)
+            ends = np.append(0.0, np.cumsum(seconds))
     if not (np.diff(ends) * speed).any():
         raise UpdateError(f"{columns.path}: nothing ran: speed is 0 in every row")
-    return OperatingRecord(ends, torque, speed, dates, bins, columns.fingerprint, share)
+    return OperatingRecord(
+        time=ends,
+        torque=torque,
+        speed=speed,
+        dates=dates,
+        mixed=is_bins,
+        fingerprint=columns.fingerprint,
+        share=share,
+    )
+
+
+def _refuse_odd_conditions(
+    columns: MeasuredColumns, conditions: Mapping[str, Array], is_bins: bool
+) -> None:
+    """Refuse torques and speeds that are missing or negative.
+
+    Those of the last row may be missing, where a row holds until the next.
+    """
+    count = len(columns)
+    last = np.arange(count) == (-1 if is_bins else count - 1)
+    for name, values in conditions.items():
+        missing = np.isnan(values) & ~last
+        columns.refuse(missing, name, "is empty; 0 stands for a standstill")
+        negative = f"is negative: give the size of the {name}"
+        columns.refuse(values < 0.0, name, negative)
+
+
+def _refuse_odd_times(columns: MeasuredColumns, time: Array) -> None:
+    """Refuse times of rows, each of which holds until the next."""
+    if len(time) < 2:
+        raise UpdateError(
+            f"{columns.path}: line {columns.lines[0]}: a row holds until the next: at "
+            "least two are needed"
+        )
+    falls = np.append(False, np.diff(time) <= 0.0)
+    columns.refuse(falls, "time", "is not after the row before it")
+    columns.refuse(time < 0.0, "time", "is before the first hour")
+    late = (
+        f"the record begins after {time[0] / units.HOUR:g} h: begin at 0 with what ran "
+        "until then"
+    )
+    is_first = np.arange(len(time)) == 0
+    columns.refuse((time > 0.0) & is_first, "time", late)

@@ -25,17 +25,17 @@ from wearlab.updating.measurements import Observed, UpdateError
 
 TINY = 1e-12
 Names = Collection[str]
-BITS, CLOSE = (
-    60,
-    1e-12,
-)  # halvings to round-off; of its range, by which a root may move last
+BITS = 60  # halvings to round-off
+CLOSE = 1e-12  # of its range, by which a root may move last
+OVERSHOOT = 3.0  # times the secants, up to which slopes make no cubic overshoot
+LISTED = 8  # labels that a refusal lists
 WHOLE = ("max_wear_depth", "worn_mass")  # quantities that are one number of a gear
 
 
 def read_runs(
     store: Store, ids: Names, names: Names, once: Names = ()
 ) -> dict[str, xr.Dataset]:
-    """Return the runs among ``ids`` that have data, with those variables of ``names`` that they have.
+    """Return the runs that have data, with those of the variables that they have.
 
     Every file is opened once, and compared with its hash when first read; the catalogue
     has dims and labels.
@@ -98,7 +98,7 @@ def _variables(
 
 @dataclass(frozen=True)
 class RunCurve:
-    """Quantities over the cycles of a stored run, cubic between its states, straight beyond them.
+    """Quantities over the cycles of a stored run: cubic between its states, straight beyond.
 
     Parameters
     ----------
@@ -111,44 +111,56 @@ class RunCurve:
     slope: Array
 
     def at(self, cycle: Array, column: Index | int = 0) -> Array:
-        """Return values at cycles, each of its column; the shapes are broadcast."""
-        inside = np.clip(cycle, self.cycle[0], self.cycle[-1])
-        beyond = np.maximum(cycle - self.cycle[-1], 0.0)
+        """Return values at cycles; the shapes are broadcast.
+
+        Parameters
+        ----------
+        cycle : when
+        column : of each cycle
+        """
+        last = self.cycle[-1]
+        inside = np.clip(cycle, self.cycle[0], last)
+        beyond = np.maximum(cycle - last, 0.0)
         if self.value.shape[1] == 1:
             return np.asarray(self._cubics(inside)[..., 0] + beyond * self.slope[-1, 0])
-        i = np.clip(
-            np.searchsorted(self.cycle, inside, side="right") - 1,
-            0,
-            len(self.cycle) - 2,
-        )
+
+        pieces = np.searchsorted(self.cycle, inside, side="right") - 1
+        i = np.clip(pieces, 0, len(self.cycle) - 2)
         values = np.polyval(self._cubics.c[:, i, column], inside - self.cycle[i])
         return np.asarray(values + beyond * self.slope[-1, column])
 
     @cached_property
     def _cubics(self) -> CubicHermiteSpline:
+        """The cubics between the states."""
         return CubicHermiteSpline(self.cycle, self.value, self.slope)
 
     def first_above(self, level: Array) -> Array:
         """Return the cycles at which column 0 first reaches levels.
 
-        By its end slope beyond the run.
+        Beyond the run it goes on with its last slope.
+
+        Parameters
+        ----------
+        level : values of the quantity [SI]
         """
         level = np.asarray(level, float)
         highest = np.maximum.accumulate(self.value[:, 0])
         i = np.searchsorted(highest, level, side="left")
-        rate = self.slope[-1, 0]
         low = np.clip(i, 1, len(highest) - 1) - 1
         piece = self._cubics.c[:, low, 0]
-        within = invert_rising(
-            lambda x: np.polyval(piece, x), level, 0.0, np.diff(self.cycle)[low]
-        )
-        ahead = (
-            (level - self.value[-1, 0]) / rate
-            if rate > 0.0
-            else np.full(level.shape, np.inf)
-        )
+        length = np.diff(self.cycle)[low]
+
+        def rising(x: Array) -> Array:
+            return np.polyval(piece, x)
+
+        within = invert_rising(rising, level, 0.0, length)
+        rate = self.slope[-1, 0]
+        ahead = np.full(level.shape, np.inf)
+        if rate > 0.0:
+            ahead = (level - self.value[-1, 0]) / rate
         beyond = np.where(i == 0, self.cycle[0], self.cycle[-1] + ahead)
-        return np.where((i > 0) & (i < len(highest)), self.cycle[low] + within, beyond)
+        is_within = (i > 0) & (i < len(highest))
+        return np.where(is_within, self.cycle[low] + within, beyond)
 
 
 def invert_rising(
@@ -160,23 +172,28 @@ def invert_rising(
 ) -> Array:
     """Return where a rising function reaches values, by Ridders' method (1979).
 
-    An end where it does not.
+    An end where it does not. It converges faster than linearly.
 
-    ``close`` is the last move over the range; it converges faster than linearly.
+    Parameters
+    ----------
+    rising : the function, of an array
+    targets : values that it is to reach
+    low, high : between which it is looked for
+    close : the last move over the range
     """
     left = np.broadcast_to(np.asarray(low, float), np.shape(targets))
     right = np.broadcast_to(np.asarray(high, float), np.shape(targets))
     short = rising(left) - targets
     over = rising(right) - targets
     estimate = np.full(left.shape, np.inf)
-    range_ = right - left
+    tolerance = close * (right - left)
     for _ in range(BITS):
         middle = 0.5 * (left + right)
         off = rising(middle) - targets
         root = np.sqrt(np.maximum(off * off - short * over, 1e-300))
         previous = estimate
         estimate = np.clip(middle - (middle - left) * off / root, left, right)
-        if np.all(np.abs(estimate - previous) <= close * range_):
+        if np.all(np.abs(estimate - previous) <= tolerance):
             break
         for at, y in ((middle, off), (estimate, rising(estimate) - targets)):
             under = (y < 0.0) & (at > left)
@@ -189,9 +206,14 @@ def invert_rising(
 
 
 class ObservationPoints(NamedTuple):
-    """What a block of observations asks of a run: a curve, and of each value its column and cycle.
+    """What a block of observations asks of a run.
 
-    A gear that was replaced has a clock of its own, and a cycle at which it was new.
+    Parameters
+    ----------
+    curve : what it is compared with
+    column, cycle : (n,) of the curve and when, of each value
+    clock : of a gear that was replaced, or of what weighs otherwise [that of the run]
+    begin : cycle at which a gear that was replaced was new [the run's start]
     """
 
     curve: RunCurve
@@ -202,21 +224,37 @@ class ObservationPoints(NamedTuple):
 
 
 class Clock(NamedTuple):
-    """Cycles of equal wear at a constant coefficient and load over real cycles, in straight pieces."""
+    """Cycles of equal wear at a constant coefficient and load over real cycles.
+
+    Parameters
+    ----------
+    cycle, equal : (n,) real cycles and those of equal wear, straight between
+    off : of a record, how far ends of the interval of k differ in equal cycles, relative
+    """
 
     cycle: Array
     equal: Array
     off: float = 0.0  # of a record: between the ends of the interval of k
 
     def __call__(self, cycle: Array) -> Array:
-        """Return how many cycles at the run's own coefficient and load wear as much."""
+        """Return how many cycles at the run's own coefficient and load wear as much.
+
+        Parameters
+        ----------
+        cycle : real cycles
+        """
         rate = (self.equal[-1] - self.equal[-2]) / (self.cycle[-1] - self.cycle[-2])
         return calendar.straight(
             np.maximum(cycle, self.cycle[0]), self.cycle, self.equal, rate
         )
 
     def inverse(self, equal: Array) -> Array:
-        """Return the real cycles."""
+        """Return the real cycles.
+
+        Parameters
+        ----------
+        equal : cycles of equal wear
+        """
         return Clock(self.equal, self.cycle)(equal)
 
 
@@ -265,39 +303,67 @@ class RunHistory:
     log_weight: float = 0.0
 
     def numerical_of(self, quantity: str) -> float:
-        """Return the relative numerical error of a quantity: of one number, or of any place of a profile."""
+        """Return the relative numerical error of a quantity.
+
+        Parameters
+        ----------
+        quantity : one number of a gear, or a profile
+        """
         return self.numerical[quantity in WHOLE]
 
     def begin(self, number: int) -> float:
-        """Return the cycle from which a block's wear counts."""
+        """Return the cycle from which a block's wear counts.
+
+        Parameters
+        ----------
+        number : of the block
+        """
         begin = self.points[number].begin
         return self.start if begin is None else begin
 
     def equal(self, cycle: Array, clock: Clock | None = None) -> Array:
-        """Return the cycles from the start that wear as much at a constant coefficient and load."""
+        """Return the cycles from the start that wear as much at a constant coefficient and load.
+
+        Parameters
+        ----------
+        cycle : real cycles
+        clock : of a block whose gear has one of its own [that of the run]
+        """
         clock = self.clock if clock is None else clock
         return (cycle if clock is None else clock(cycle)) - self.start
 
     def equivalent_cycle(
         self, cycle: Array, factor: Array, clock: Clock | None = None
     ) -> Array:
-        """Return the cycle of this run at which wear is as after ``cycle`` with another factor.
+        """Return the cycle of this run at which wear is as with another factor.
 
         Parameters
         ----------
-        cycle, factor : when, and on the wear coefficient
+        cycle : when
+        factor : on the wear coefficient
         clock : of a block whose gear has one of its own [that of the run]
         """
         return self.start + self.equal(cycle, clock) * (factor / self.factor)
 
     def real_cycle(self, run_cycle: Array, factor: Array) -> Array:
-        """Return the cycle after which wear with a factor is as at a cycle of this run."""
+        """Return the cycle after which wear with a factor is as at a cycle of this run.
+
+        Parameters
+        ----------
+        run_cycle : of this run
+        factor : on the wear coefficient
+        """
         with np.errstate(divide="ignore", over="ignore"):
             equal = self.start + (run_cycle - self.start) * (self.factor / factor)
         return np.asarray(equal if self.clock is None else self.clock.inverse(equal))
 
     def life(self, factor: Array) -> Array:
-        """Return the cycles to the limit with a factor on the wear coefficient."""
+        """Return the cycles to the limit.
+
+        Parameters
+        ----------
+        factor : on the wear coefficient
+        """
         return self.real_cycle(np.asarray(self.limit_cycle), factor)
 
 
@@ -305,22 +371,24 @@ Runs = Sequence[RunHistory]
 
 
 def refuse_stages(scene: Scene) -> None:
-    """Refuse a scene in which something happens at a given cycle, so that wear is no function of k·N.
+    """Refuse a scene in which something happens at a given cycle.
+
+    Its wear is no function of k·N.
+
+    Parameters
+    ----------
+    scene : of a run
 
     Raises
     ------
     UpdateError : it has stages of operation
     """
     if scene.operation is not None and scene.operation.stage:
-        message = (
-            "stages begin at given cycles, so that the wear is no function of k·N and "
-            "one run does not "
+        raise UpdateError(
+            "operation.stage: stages begin at given cycles, so that the wear is no "
+            "function of k·N and one run does not serve every k; update a campaign with "
+            "operation.duty, mixed within each cycle"
         )
-        message += (
-            "serve every k; update a campaign with operation.duty, mixed within each "
-            "cycle"
-        )
-        raise UpdateError(f"operation.stage: {message}")
 
 
 def history_of(
@@ -345,41 +413,57 @@ def history_of(
             "the stored run has one wear state: wear.until is required, and k > 0"
         )
     run = distinct(run)
-    ended = curve_of(run, limit.quantity, limit.where, {}, "update.limit")
+    limit_curve = curve_of(run, limit.quantity, limit.where, {}, "update.limit")
+    limit_cycle = float(limit_curve.first_above(np.array(limit.value)))
     factor = float(getattr(scene.wear and scene.wear.coefficient, "factor", 1.0))
-    points = tuple(
-        points_of(run, inspection, limit, ended) for inspection in observations
-    )
-    start, end, limit_cycle = map(
-        float, (*ended.cycle[[0, -1]], ended.first_above(np.array(limit.value)))
-    )
-    identity = str(scene.id), factor, _coefficient(run, limit.where) / factor
-    over = start, end, per_cycle(run, "operating_hours")
-    beside = _predicted_curves(run, limit, ended), _numerical_errors(run, limit_cycle)
     return RunHistory(
-        *identity, *over, points, ended, limit.value, limit_cycle, *beside
+        id=str(scene.id),
+        factor=factor,
+        coefficient=_coefficient(run, limit.where) / factor,
+        start=float(limit_curve.cycle[0]),
+        end=float(limit_curve.cycle[-1]),
+        seconds_per_cycle=per_cycle(run, "operating_hours"),
+        points=tuple(
+            points_of(run, observed, limit, limit_curve) for observed in observations
+        ),
+        limit=limit_curve,
+        level=limit.value,
+        limit_cycle=limit_cycle,
+        beside=_predicted_curves(run, limit, limit_curve),
+        numerical=_numerical_errors(run, limit_cycle),
     )
 
 
 def distinct(run: xr.Dataset) -> xr.Dataset:
-    """Return a run with the states that count: of several at one cycle the first."""
+    """Return a run with the states that count: of several at one cycle the first.
+
+    Parameters
+    ----------
+    run : a stored run
+    """
     cycle = run["cycle"].values
     keep = np.append(True, np.diff(cycle) > TINY * max(cycle[-1], 1.0))
     return run if keep.all() else run.isel(update=keep)
 
 
 def cycles_of(run: xr.Dataset, observed: Observed) -> Array:
-    """Return the cycles of a run at which a block was measured."""
+    """Return the cycles of a run at which a block was measured, (n,).
+
+    Parameters
+    ----------
+    run : a stored run
+    observed : the block
+    """
     cycle = np.asarray(observed.time, float)
     start = float(run["cycle"].values[0])
     if observed.clock != "cycle":
-        cycle = start + cycle / per_cycle(
-            run, "operating_hours" if observed.clock == "hours" else "mesh_cycles"
-        )
+        clock = "operating_hours" if observed.clock == "hours" else "mesh_cycles"
+        cycle = start + cycle / per_cycle(run, clock)
     if len(cycle) and cycle.min() < start:
         row = observed.row[int(np.argmin(cycle))]
         raise UpdateError(
-            f"{observed.data.file}: line {row}: is before the cycle at which the run starts"
+            f"{observed.data.file}: line {row}: is before the cycle at which the run "
+            "starts"
         )
     return cycle
 
@@ -396,20 +480,17 @@ def points_of(
     """
     data = observed.data
     cycle = cycles_of(run, observed)
-    if observed.place_kind is None:
-        is_limit = (data.quantity, data.where) == (
-            limit.quantity,
-            limit.where,
-        ) and not data.select
-        if limit_curve is None or not is_limit:
-            limit_curve = curve_of(
-                run, data.quantity, data.where, data.select, data.place
-            )
-        return ObservationPoints(limit_curve, np.zeros(len(observed), np.intp), cycle)
-    places, column = np.unique(observed.place, return_inverse=True)
-    return ObservationPoints(
-        _profile(run, observed, places), column.astype(np.intp), cycle
-    )
+    if observed.place_kind is not None:
+        places, column = np.unique(observed.place, return_inverse=True)
+        curve = _profile(run, observed, places)
+        return ObservationPoints(curve, column.astype(np.intp), cycle)
+
+    column = np.zeros(len(observed), np.intp)
+    same_place = (data.quantity, data.where) == (limit.quantity, limit.where)
+    if limit_curve is not None and same_place and not data.select:
+        return ObservationPoints(limit_curve, column, cycle)
+    curve = curve_of(run, data.quantity, data.where, data.select, data.place)
+    return ObservationPoints(curve, column, cycle)
 
 
 def curve_of(
@@ -418,51 +499,67 @@ def curve_of(
     """Return a scalar over the cycles.
 
     Every dimension with several labels needs one.
+
+    Parameters
+    ----------
+    run : a stored run
+    name : of a variable
+    where : flank or member
+    select : labels of other dimensions
+    place : of the campaign file, for refusals
     """
     if name not in run:
         raise UpdateError(
             f"{place}: the stored run has no {name}: ask for it in store.variables"
         )
-    values = run[name]
-    labels = dict(select)
-    labelled_dim = next(
-        (dim for dim in ("flank", "member") if dim in values.dims), None
-    )
-    if labelled_dim is not None and where is not None:
-        labels[labelled_dim] = where
-    if (
-        labelled_dim == "flank"
-        and labelled_dim not in labels
-        and name == "max_wear_depth"
-    ):
-        values = values.max("flank")
-    if unknown := [dim for dim in select if dim not in values.dims]:
-        raise UpdateError(f"{place}.select.{unknown[0]}: {name} has no such dimension")
-    for dim in [str(dim) for dim in values.dims if dim != "update"]:
-        choices = values[dim].values.tolist()
-        key = dim if dim in ("flank", "member") else f"select.{dim}"
-        listed = ", ".join(map(str, choices[:8]))
-        if dim not in labels and len(choices) > 1:
-            raise UpdateError(f"{place}.{key}: required for {name}: one of {listed}")
-        if dim in labels and labels[dim] not in choices:
-            raise UpdateError(f"{place}.{key}: {labels[dim]!r} is not one of {listed}")
-        values = values.isel({dim: choices.index(labels[dim]) if dim in labels else 0})
-    cycle, y = (np.asarray(array.values, float) for array in (run["cycle"], values))
+    values = _selected(run[name], where, select, place)
+    cycle = np.asarray(run["cycle"].values, float)
+    y = np.asarray(values.values, float)
     if name == "max_wear_depth" and "wear_rate" in run and "wear_depth" in run:
-        secant = np.diff(y) / np.diff(
-            cycle
-        )  # no cubic piece overshoots below three times the secants
-        smallest = np.minimum(
-            np.append(secant, secant[-1]), np.insert(secant, 0, secant[0])
-        )
-        slope = np.clip(
-            _rate_at_the_deepest(run, where), 0.0, 3.0 * np.maximum(smallest, 0.0)
-        )
+        slope = _slope_without_overshoot(cycle, y, _rate_at_the_deepest(run, where))
     elif len(cycle) == 2:
         slope = np.full(2, (y[1] - y[0]) / (cycle[1] - cycle[0]))
     else:
         slope = np.asarray(PchipInterpolator(cycle, y).derivative()(cycle))
     return RunCurve(cycle, y[:, None], slope[:, None])
+
+
+def _selected(
+    values: xr.DataArray, where: str | None, select: dict[str, Any], place: str
+) -> xr.DataArray:
+    """Return a variable over the cycles alone, at its labels; of all flanks the deepest."""
+    name = str(values.name)
+    labels = dict(select)
+    where_dims = [dim for dim in ("flank", "member") if dim in values.dims]
+    where_dim = where_dims[0] if where_dims else None
+    if where_dim is not None and where is not None:
+        labels[where_dim] = where
+    if where_dim == "flank" and "flank" not in labels and name == "max_wear_depth":
+        values = values.max("flank")
+    for dim in select:
+        if dim not in values.dims:
+            raise UpdateError(f"{place}.select.{dim}: {name} has no such dimension")
+
+    for dim in [str(dim) for dim in values.dims if dim != "update"]:
+        choices = values[dim].values.tolist()
+        key = dim if dim in ("flank", "member") else f"select.{dim}"
+        listed = ", ".join(map(str, choices[:LISTED]))
+        if dim not in labels and len(choices) > 1:
+            raise UpdateError(f"{place}.{key}: required for {name}: one of {listed}")
+        if dim in labels and labels[dim] not in choices:
+            raise UpdateError(f"{place}.{key}: {labels[dim]!r} is not one of {listed}")
+        index = choices.index(labels[dim]) if dim in labels else 0
+        values = values.isel({dim: index})
+    return values
+
+
+def _slope_without_overshoot(cycle: Array, y: Array, rate: Array) -> Array:
+    """Return rates, limited by the secants so that no cubic piece overshoots."""
+    secant = np.diff(y) / np.diff(cycle)
+    after = np.append(secant, secant[-1])
+    before = np.insert(secant, 0, secant[0])
+    smallest = np.maximum(np.minimum(after, before), 0.0)
+    return np.clip(rate, 0.0, OVERSHOOT * smallest)
 
 
 def _rate_at_the_deepest(run: xr.Dataset, where: str | None) -> Array:
@@ -471,12 +568,16 @@ def _rate_at_the_deepest(run: xr.Dataset, where: str | None) -> Array:
     Of unworn flanks, where it is fastest.
     """
     flank_run = run if where is None else run.sel(flank=where)
-    fields = (flank_run["wear_depth"], flank_run["wear_rate"])
-    deep, fast = (
-        np.nan_to_num(field.values.reshape(len(field), -1)) for field in fields
-    )
-    at = np.where(deep.max(axis=1) > 0.0, deep.argmax(axis=1), fast.argmax(axis=1))
-    return np.asarray(fast[np.arange(len(at)), at])
+
+    def by_state(name: str) -> Array:
+        field = flank_run[name]
+        return np.nan_to_num(field.values.reshape(len(field), -1))
+
+    depth = by_state("wear_depth")
+    rate = by_state("wear_rate")
+    is_worn = depth.max(axis=1) > 0.0
+    node = np.where(is_worn, depth.argmax(axis=1), rate.argmax(axis=1))
+    return np.asarray(rate[np.arange(len(node)), node])
 
 
 def _profile(run: xr.Dataset, observed: Observed, places: Array) -> RunCurve:
@@ -485,39 +586,43 @@ def _profile(run: xr.Dataset, observed: Observed, places: Array) -> RunCurve:
     Of a thickness, what the arc has lost.
     """
     data = observed.data
+    kind = str(observed.place_kind)
     flanks = run["flank"].astype(str).values.tolist()
     if data.where not in flanks:
         raise UpdateError(
             f"{data.place}.flank: {data.where!r} is not one of {', '.join(flanks)}"
         )
-    flank = run.isel(flank=flanks.index(data.where)).sortby(str(observed.place_kind))
-    flank = flank.isel(profile=np.isfinite(flank[observed.place_kind].values))
-    x = flank[observed.place_kind].values
+    flank = run.isel(flank=flanks.index(data.where)).sortby(kind)
+    flank = flank.isel(profile=np.isfinite(flank[kind].values))
+    x = flank[kind].values
     outside = (observed.place < x[0] - TINY) | (observed.place > x[-1] + TINY)
     if outside.any():
         i = int(np.argmax(outside))
-        message = (
-            f"outside the active flank, which goes from {x[0]:g} to {x[-1]:g} (SI)"
-        )
         raise UpdateError(
-            f"{data.file}: line {observed.row[i]}, {observed.place_kind} {observed.place[i]:g}: "
-            f"{message}"
+            f"{data.file}: line {observed.row[i]}, {kind} {observed.place[i]:g}: outside "
+            f"the active flank, which goes from {x[0]:g} to {x[-1]:g} (SI)"
         )
-    fields = [flank[name].values for name in ("wear_depth", "wear_rate")]
-    if (
-        data.quantity == THICKNESS
-    ):  # along the arc: 1/cos of the pressure angle there, whose tan is the roll
-        fields = [
-            values * np.hypot(1.0, flank["roll_angle"].values) for values in fields
-        ]
-    value, slope = (
-        np.stack([np.interp(places, x, state) for state in values]) for values in fields
-    )
-    return RunCurve(np.asarray(run["cycle"].values, float), value, slope)
+
+    # along the arc: 1/cos of the pressure angle there, whose tan is the roll
+    is_thickness = data.quantity == THICKNESS
+    stretch = np.hypot(1.0, flank["roll_angle"].values) if is_thickness else None
+
+    def at_places(name: str) -> Array:
+        values = flank[name].values
+        values = values if stretch is None else values * stretch
+        return np.stack([np.interp(places, x, state) for state in values])
+
+    cycle = np.asarray(run["cycle"].values, float)
+    return RunCurve(cycle, at_places("wear_depth"), at_places("wear_rate"))
 
 
 def gear(where: str) -> str:
-    """Return the gear that a flank, or what is called by it, belongs to."""
+    """Return the gear that a flank, or what is called by it, belongs to.
+
+    Parameters
+    ----------
+    where : such as planet-sun
+    """
     return where.split("-")[0]
 
 
@@ -525,6 +630,11 @@ def per_cycle(run: xr.Dataset, clock: str) -> float:
     """Return how much of a clock one cycle takes.
 
     Conditions are constant, so any span tells.
+
+    Parameters
+    ----------
+    run : a stored run
+    clock : one of its variables, such as operating_hours
     """
     if clock not in run:
         return np.nan
@@ -534,18 +644,18 @@ def per_cycle(run: xr.Dataset, clock: str) -> float:
 
 
 def _predicted_curves(
-    run: xr.Dataset, limit: Limit, ended: RunCurve
+    run: xr.Dataset, limit: Limit, limit_curve: RunCurve
 ) -> dict[str, RunCurve]:
     """Return depth and mass of the gear that ends the life, where the run has them."""
-    curves: dict[str, RunCurve] = {}
     member = limit.where and gear(limit.where)
     flank = limit.where if limit.quantity == "max_wear_depth" else member
+    curves: dict[str, RunCurve] = {}
     for name, dim, where in (
         ("max_wear_depth", "flank", flank),
         ("worn_mass", "member", member),
     ):
         if name == limit.quantity and where == limit.where:
-            curves[name] = ended
+            curves[name] = limit_curve
         elif name in run and (where is None or where in run.get(dim, ())):
             with suppress(UpdateError):
                 curves[name] = curve_of(run, name, where, {}, "")
@@ -557,28 +667,35 @@ def _coefficient(run: xr.Dataset, where: str | None) -> float:
     if "effective_wear_coefficient" not in run:
         return np.nan
     values = run["effective_wear_coefficient"].isel(update=0)
-    mine = [
-        gear(str(flank)) == (where and gear(where)) for flank in values["flank"].values
-    ]
-    return float((values.isel(flank=mine) if any(mine) else values).max())
+    member = where and gear(where)
+    of_member = [gear(str(flank)) == member for flank in values["flank"].values]
+    if any(of_member):
+        values = values.isel(flank=of_member)
+    return float(values.max())
 
 
 def _numerical_errors(run: xr.Dataset, limit_cycle: float) -> tuple[float, float]:
-    """Return the relative error of the depth anywhere, and that of the largest depth and of masses.
+    """Return the relative error of the depth anywhere, and that of whole quantities.
 
-    The second is that of the run's life, where it tells one.
+    Whole are the largest depth and masses; their error is that of the run's life, where
+    it tells one.
     """
-    anywhere = 0.0
-    if "error_estimate_wear_depth" in run and "max_wear_depth" in run:
-        depth = run["max_wear_depth"].max("flank").values
-        error = run["error_estimate_wear_depth"].values
-        until_limit = run["cycle"].values <= max(
-            limit_cycle, run["cycle"].values[1]
-        ) * (1.0 + 1e-9)
-        late = until_limit & (depth > 0.05 * depth[until_limit][-1])
-        ratio = error[late] / depth[late]
-        anywhere = float(np.nanmax(ratio)) if np.isfinite(ratio).any() else 0.0
+    anywhere = _depth_error(run, limit_cycle)
     if "life" not in run or "error_estimate_life" not in run:
         return anywhere, anywhere
     whole = float(run["error_estimate_life"]) / float(run["life"])
     return anywhere, whole if np.isfinite(whole) else anywhere
+
+
+def _depth_error(run: xr.Dataset, limit_cycle: float) -> float:
+    """Return the largest relative error of the depth until the limit, 0 where not known."""
+    if "error_estimate_wear_depth" not in run or "max_wear_depth" not in run:
+        return 0.0
+    cycle = run["cycle"].values
+    depth = run["max_wear_depth"].max("flank").values
+    error = run["error_estimate_wear_depth"].values
+    last = max(limit_cycle, cycle[1]) * (1.0 + 1e-9)
+    until_limit = cycle <= last
+    late = until_limit & (depth > 0.05 * depth[until_limit][-1])
+    ratio = error[late] / depth[late]
+    return float(np.nanmax(ratio)) if np.isfinite(ratio).any() else 0.0
