@@ -30,17 +30,15 @@ WITHOUT = "remaining_without_"
 BELIEVED = tuple(
     (Path(__file__).parent / "believed.txt").read_text(encoding="utf-8").splitlines()
 )
-MOST_LISTED = 24  # inspections of a block whose checks are listed
+MAX_LISTED = 24  # inspections of a block whose checks are listed
 FIRST = 2  # units that are named as those to open first
-FAST, MUCH = (
-    1.25,
-    0.6,
-)  # times the others' pace, and share of the limit, that are a reason to open a unit
+# times the others' pace, and share of the limit, that are a reason to open a unit
+FAST = 1.25
+MUCH = 0.6
 PASSED = "passed"
-MAYBE, SURE = (
-    0.05,
-    0.95,
-)  # probabilities from which the limit may have, and has, been passed
+# probabilities from which the limit may have, and has, been passed
+MAYBE = 0.05
+SURE = 0.95
 OVER = 0.5  # probability from which the limit is said to have been passed
 HEADS: tuple[str, ...] = (
     "unit",
@@ -59,48 +57,50 @@ SHARED = ("median", "spread", "straying", "power")
 
 
 def text_of(tree: xr.DataTree) -> list[str]:
-    """Return an update line by line."""
+    """Return an update line by line.
+
+    Parameters
+    ----------
+    tree : as `update` returns it
+    """
     if "unit" in tree["predictions"].dims:
         return rendered("fleet.txt", _fleet(tree))
     lines = [str(tree.attrs.get("title", ""))]
     for label, groups in cases_of(tree).items():
         lines += ["", f"case {label}"] if label else []
-        prefix = (
-            f"  ! case {label}: " if label else "  ! "
-        )  # a warning is read alone, too
-        case_lines = [f"  {line}" for line in rendered("case.txt", _case(groups))]
-        lines += [
-            prefix + line[4:] if line.startswith("  ! ") else line
-            for line in case_lines
-        ]
+        # a warning is read alone, too
+        warning = f"  ! case {label}: " if label else "  ! "
+        for line in rendered("case.txt", _case(groups)):
+            is_warning = line.startswith("! ")
+            lines.append(warning + line[2:] if is_warning else f"  {line}")
     if "comparison" in tree.children:
         lines += ["", *text_of_models(tree["comparison"].to_dataset())]
     return lines
 
 
 def answers(tree: xr.DataTree) -> list[str]:
-    """Return a sentence a case or unit: when the limit is reached, as far as the measurements tell."""
+    """Return a sentence a case or unit: when the limit is reached, as far as is known.
+
+    Parameters
+    ----------
+    tree : as `update` returns it
+    """
     if "unit" in tree["predictions"].dims:
         rows = _rows(tree["predictions"].to_dataset())
-        return [
-            *units_to_open(tree),
-            *rendered("answers.txt", {"rows": rows, "passed": PASSED}),
-        ]
+        sentences = rendered("answers.txt", {"rows": rows, "passed": PASSED})
+        return [*units_to_open(tree), *sentences]
+
     lines = []
-    for label, predictions in (
-        (label, groups["predictions"]) for label, groups in cases_of(tree).items()
-    ):
-        rest = float(predictions["seconds_per_cycle"]) * _last(
-            predictions["remaining_useful_life_quantile"]
-        )
-        days = (
-            _days(predictions)[::2] if "end_of_life_quantile" in predictions else None
-        )
+    for label, groups in cases_of(tree).items():
+        predictions = groups["predictions"]
+        seconds = float(predictions["seconds_per_cycle"])
+        rest = seconds * _last(predictions["remaining_useful_life_quantile"])
+        has_days = "end_of_life_quantile" in predictions
         values = {
             "label": label,
             "wear": _limit(predictions),
             "times": rest[::2],
-            "days": days,
+            "days": _days(predictions)[::2] if has_days else None,
         }
         lines += rendered("answers.txt", values)
     return lines
@@ -126,28 +126,38 @@ def _days(predictions: xr.Dataset) -> list[str]:
 
 
 def text_of_models(comparison: xr.Dataset) -> list[str]:
-    """Return the models beside each other as a table and one sentence."""
-    names = ("model", "log_evidence", "left_out_difference", "left_out_error")
-    model, gain, off, error = (comparison[name].values for name in names)
-    labels = (name.ljust(max(map(len, model))) for name in model)
-    return rendered(
-        "models.txt",
-        {"rows": list(zip(labels, gain - gain[0], off, error, strict=True))},
-    )
+    """Return the models beside each other as a table and one sentence.
+
+    Parameters
+    ----------
+    comparison : group of an update's tree
+    """
+    model = comparison["model"].values
+    evidence = comparison["log_evidence"].values
+    off = comparison["left_out_difference"].values
+    error = comparison["left_out_error"].values
+    width = max(map(len, model))
+    labels = [name.ljust(width) for name in model]
+    rows = list(zip(labels, evidence - evidence[0], off, error, strict=True))
+    return rendered("models.txt", {"rows": rows})
 
 
 def cases_of(tree: xr.DataTree) -> dict[str, dict[str, xr.Dataset]]:
-    """Return the groups of each case under its label, "" where there is one case."""
+    """Return the groups of each case under its label, "" where there is one case.
+
+    Parameters
+    ----------
+    tree : as `update` returns it
+    """
     groups = {name: node.to_dataset() for name, node in tree.children.items()}
+    single = xr.DataArray([""], dims="case")
+    labels = groups["predictions"].coords.get("case", single).values
     by_label = {}
-    for label in (
-        groups["predictions"].coords.get("case", xr.DataArray([""], dims="case")).values
-    ):
-        selected = (
-            (name, dataset.sel(case=label) if "case" in dataset.dims else dataset)
+    for label in labels:
+        by_label[str(label)] = {
+            name: dataset.sel(case=label) if "case" in dataset.dims else dataset
             for name, dataset in groups.items()
-        )
-        by_label[str(label)] = dict(selected)
+        }
     return by_label
 
 
@@ -155,6 +165,10 @@ def latest(values: xr.DataArray) -> xr.DataArray:
     """Return quantiles after the last inspection of a case.
 
     Others may have been inspected later.
+
+    Parameters
+    ----------
+    values : quantiles, with or without a dimension inspection
     """
     if "inspection" not in values.dims:
         return values
@@ -163,6 +177,7 @@ def latest(values: xr.DataArray) -> xr.DataArray:
 
 
 def _last(values: xr.DataArray) -> Array:
+    """Return quantiles after the last inspection as an array."""
     return np.asarray(latest(values).values)
 
 
@@ -180,54 +195,65 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     predictions = groups["predictions"]
     stats = groups["sample_stats"]
     sample = groups["posterior"]
-    ahead = groups.get("virtual_inspection", xr.Dataset())
-    costs = groups.get("decision", xr.Dataset())
     hours = float(predictions["seconds_per_cycle"]) / HOUR
     calendar = calendar_of(predictions)
-    life, rest = (_last(predictions[f"{name}_quantile"]) for name in DERIVED[1:])
+    rest = _last(predictions["remaining_useful_life_quantile"])
     values: dict[str, Any] = {
-        "life": life,
+        "life": _last(predictions["life_quantile"]),
         "rest": rest,
         "now": float(predictions["now"]),
-    }
-    values |= {
         "hours": hours if np.isfinite(hours) else None,
         "alarm": ALARM,
-        "most": MOST_LISTED,
-    }
-    values["at"] = partial(_at, hours=hours, calendar=calendar)
-    values["foreseen"] = partial(_foreseen, calendar=calendar)
-    values |= {"notes": _listed(stats), "checks": list(_checks(stats))}
-    values["sources"] = _sources(stats, rest, hours)
-    values |= {
+        "most": MAX_LISTED,
+        "at": partial(_at, hours=hours, calendar=calendar),
+        "foreseen": partial(_foreseen, calendar=calendar),
+        "notes": _listed(stats),
+        "checks": list(_checks(stats)),
+        "sources": _sources(stats, rest, hours),
         "stats": _numbers(stats),
-        "ahead": _numbers(ahead),
-        "costs": _numbers(costs),
+        "coefficient": np.quantile(sample["wear_coefficient"], P),
+        "unknowns": list(_unknowns(groups["prior"], sample, predictions)),
+        "ahead": _next_inspection(groups.get("virtual_inspection", xr.Dataset())),
     }
-    values["coefficient"] = np.quantile(sample["wear_coefficient"], P)
-    values["unknowns"] = list(_unknowns(groups["prior"], sample, predictions))
+    values |= _costs(groups.get("decision", xr.Dataset()))
     if "end_of_life_quantile" in predictions:
         about = str(predictions["end_of_life_quantile"].attrs["long_name"])
-        values |= {"days": _days(predictions), "days_about": about.rpartition(", ")[2]}
+        values["days"] = _days(predictions)
+        values["days_about"] = about.rpartition(", ")[2]
     if predictions.sizes.get("inspection"):
-        columns = ("inspection", "remaining_useful_life_quantile", "check_p_forward")
-        columns_of = zip(*(predictions[name].values for name in columns), strict=True)
-        values["replay"] = [row for row in columns_of if np.isfinite(row[1]).any()]
-    if np.isfinite(best := values["ahead"].get("recommended", np.nan)):
-        width = (
-            ahead["expected_width"].sel(instrument=1.0).sel(look=best, method="nearest")
-        )
-        values["ahead"]["width"] = float(width)
-    if "best_rate" in costs:
-        values |= {
-            n: _numbers(costs.sel(failure_times=t))
-            for n, t in (("cheaper", 0.5), ("dearer", 2.0))
-        }
-    if "rate_with_look" in costs:
-        values["costs"]["rate_with_look"] = float(costs["rate_with_look"].min())
+        values["replay"] = _replay_rows(predictions)
     if "calibration" in groups:
         values["twins"] = _twins(groups["calibration"])
     return values
+
+
+def _next_inspection(ahead: xr.Dataset) -> dict[str, Any]:
+    """Return the numbers about the next inspection, with the width that it leads to."""
+    values = _numbers(ahead)
+    best = values.get("recommended", np.nan)
+    if np.isfinite(best):
+        widths = ahead["expected_width"].sel(instrument=1.0)
+        values["width"] = float(widths.sel(look=best, method="nearest"))
+    return values
+
+
+def _costs(costs: xr.Dataset) -> dict[str, Any]:
+    """Return the numbers about changes, also for failures that cost half and double."""
+    values: dict[str, Any] = {"costs": _numbers(costs)}
+    if "best_rate" in costs:
+        values["cheaper"] = _numbers(costs.sel(failure_times=0.5))
+        values["dearer"] = _numbers(costs.sel(failure_times=2.0))
+    if "rate_with_look" in costs:
+        values["costs"]["rate_with_look"] = float(costs["rate_with_look"].min())
+    return values
+
+
+def _replay_rows(predictions: xr.Dataset) -> list[tuple[Any, ...]]:
+    """Return cycle, remaining life and check of each inspection that has an answer."""
+    names = ("inspection", "remaining_useful_life_quantile", "check_p_forward")
+    columns = [predictions[name].values for name in names]
+    rows = zip(*columns, strict=True)
+    return [row for row in rows if np.isfinite(row[1]).any()]
 
 
 def _listed(stats: xr.Dataset) -> list[str]:
@@ -236,7 +262,12 @@ def _listed(stats: xr.Dataset) -> list[str]:
 
 
 def calendar_of(predictions: xr.Dataset) -> Calendar | None:
-    """Return the calendar over cycles, None where an update has none."""
+    """Return the calendar over cycles, None where an update has none.
+
+    Parameters
+    ----------
+    predictions : group of an update's tree
+    """
     if "calendar_date" not in predictions:
         return None
     # places are whole seconds, so that midnight may come out a second early
@@ -262,7 +293,10 @@ def _at(cycle: float, hours: float, calendar: Calendar | None) -> str:
 
 
 def _foreseen(cycle: float, rest: Array, calendar: Calendar | None) -> str:
-    """Return what was foreseen after an inspection: the day of the limit, without a calendar the cycles."""
+    """Return what was foreseen after an inspection: the day of the limit.
+
+    Without a calendar the cycles.
+    """
     low, middle, high = rest[::2]
     if calendar is None:
         return f"{digits(middle)} cycles, 90 %: {digits(low)} to {digits(high)}"
@@ -280,73 +314,69 @@ def _unknowns(
         unit = sample[name].attrs.get("units", "1")
         shown = sample[name].attrs.get("display_units", "1")
         scale = convert(1.0, unit, shown) if shown not in ("1", unit) else 1.0
-        after_q = scale * np.quantile(sample[name], P)
-        before_q = scale * np.quantile(prior[name], P)
+        posterior_q = scale * np.quantile(sample[name], P)
+        prior_q = scale * np.quantile(prior[name], P)
         if name == "factor":
-            after_q, before_q = (
-                _last(predictions[f"{p}factor_quantile"]) for p in ("", "prior_")
-            )
-        if not before_q[4] > before_q[0]:
+            posterior_q = _last(predictions["factor_quantile"])
+            prior_q = _last(predictions["prior_factor_quantile"])
+        if not prior_q[4] > prior_q[0]:
             continue
-        wide, narrow = (
-            np.log([before_q, after_q])
-            if before_q[0] > 0.0 < after_q[0]
-            else (before_q, after_q)
-        )
-        described = {
+        yield {
             "name": name.replace("_", " "),
             "unit": "" if shown == "1" else shown_unit(shown),
+            "after": posterior_q,
+            "before": prior_q,
+            "narrowed": _narrowed(prior_q, posterior_q),
         }
-        narrowed = np.ptp(wide) / max(np.ptp(narrow), 1e-300)
-        yield {**described, "after": after_q, "before": before_q, "narrowed": narrowed}
+
+
+def _narrowed(prior_q: Array, posterior_q: Array) -> float:
+    """Return how many times narrower quantiles became, in logs where all are positive."""
+    wide = prior_q
+    narrow = posterior_q
+    if prior_q[0] > 0.0 and posterior_q[0] > 0.0:
+        wide, narrow = np.log([prior_q, posterior_q])
+    return float(np.ptp(wide) / max(np.ptp(narrow), 1e-300))
 
 
 def _checks(stats: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float, str]]]]:
-    """Yield the name of each checked block, and cycle, p and words of its inspections."""
+    """Yield the name of each checked block, and cycle, p and verdict of its inspections."""
     for name in map(str, stats.data_vars):
-        if name.startswith("check_p_") and np.isfinite(stats[name]).any():
-            block = name.removeprefix("check_p_")
-            columns = (
-                stats[key].values for key in (f"cycle_{block}", name, f"check_{block}")
-            )
-            yield (
-                block.replace("_", " "),
-                [r for r in zip(*columns, strict=True) if np.isfinite(r[1])],
-            )
+        if not name.startswith("check_p_") or not np.isfinite(stats[name]).any():
+            continue
+        block = name.removeprefix("check_p_")
+        keys = (f"cycle_{block}", name, f"check_{block}")
+        rows = zip(*(stats[key].values for key in keys), strict=True)
+        yield block.replace("_", " "), [row for row in rows if np.isfinite(row[1])]
 
 
 def _sources(stats: xr.Dataset, rest: Array, hours: float) -> list[tuple[Any, ...]]:
     """Return the answer with all sources and without each."""
     scale = hours if np.isfinite(hours) else 1.0
-    named = [
-        n
-        for n in map(str, stats.data_vars)
-        if n.startswith(WITHOUT) and np.isfinite(stats[n]).any()
-    ]
-    shown = (f"  without {n.removeprefix(WITHOUT).replace('_', ' ')}" for n in named)
-    rows = [
-        (name, *scale * stats[n].values) for n, name in zip(named, shown, strict=True)
-    ]
-    return (
-        [("remaining life with all sources", *scale * rest[::2]), *rows] if rows else []
-    )
+    rows = []
+    for name in map(str, stats.data_vars):
+        if name.startswith(WITHOUT) and np.isfinite(stats[name]).any():
+            source = name.removeprefix(WITHOUT).replace("_", " ")
+            rows.append((f"  without {source}", *scale * stats[name].values))
+    if not rows:
+        return []
+    return [("remaining life with all sources", *scale * rest[::2]), *rows]
 
 
 def _twins(data: xr.Dataset) -> dict[str, Any]:
     """Return how often intervals of twins hold the truth, and whether that is as it should."""
     n = data.sizes["twin"]
     shares = []
-    for name in (
-        quantity for quantity in ("factor", "life") if f"{quantity}_rank" in data
-    ):
-        held = [(w, float(data[f"{name}_coverage_{w}"])) for w in (50, 90)]
-        off = (
-            abs(s - w / 100) > 3.0 * np.sqrt(w / 100 * (1.0 - w / 100) / n)
-            for w, s in held
-        )
-        shares.append(
-            (name, [(*share, wrong) for share, wrong in zip(held, off, strict=True)])
-        )
+    for name in ("factor", "life"):
+        if f"{name}_rank" not in data:
+            continue
+        rows = []
+        for width in (50, 90):
+            share = float(data[f"{name}_coverage_{width}"])
+            stated = width / 100
+            chance = np.sqrt(stated * (1.0 - stated) / n)
+            rows.append((width, share, abs(share - stated) > 3.0 * chance))
+        shares.append((name, rows))
     return {
         "count": n,
         "shares": shares,
@@ -360,85 +390,92 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     predictions = tree["predictions"].to_dataset()
     rows = tree["observed_data"].to_dataset()
     stats = tree["sample_stats"].to_dataset()
-    sample = tree["posterior"].to_dataset()
-    hour = dict(
-        zip(
-            predictions["unit"].values,
-            predictions["seconds_per_cycle"].values / HOUR,
-            strict=True,
-        )
-    )
-    p = predictions["p_like_the_others"].values
-    pace = predictions["pace"].values
-    unlike = np.flatnonzero(p < ALARM / max(np.isfinite(p).sum(), 1))
-    keys = ("unit_name", "cycle", "higher", "first", "check_p", "what", "against")
-    flagged = zip(
-        *(rows[key].values[rows["flagged"].values] for key in keys if rows), strict=True
-    )
     shown, scale = _shown(rows["value"].attrs["units"] if rows else "1")
-    (_, heads, rows_told), *without = fleet_tables(tree)
+    (_, heads, unit_rows), *without = fleet_tables(tree)
     values: dict[str, Any] = {
         "title": str(tree.attrs.get("title", "")),
         "notes": _listed(stats),
-    }
-    flagged_rows = [dict(zip(keys, row, strict=True)) for row in flagged]
-    values["flagged"] = [
-        row | {"hours": hour[row["unit_name"]] * row["cycle"]} for row in flagged_rows
-    ]
-    values["unlike"] = [
-        {"unit": predictions["unit"].values[k], "pace": pace[k], "p": p[k]}
-        for k in unlike
-    ]
-    values |= {
-        "table": _table([heads, *rows_told]),
+        "flagged": _flagged(predictions, rows),
+        "unlike": _unlike_the_others(predictions),
+        "table": _table([heads, *unit_rows]),
         "about": fleet_about(tree),
         "first": _units_to_open(predictions),
-    }
-    values |= {
-        "shared": list(_shared(sample)),
+        "shared": list(_shared(tree["posterior"].to_dataset())),
         "stats": _numbers(stats),
         "shown": shown,
         "scale": scale,
     }
-    for _, heads, rest in without:
-        first_lines = _units_to_open(tree["predictions_without"].to_dataset())
-        values["without"] = [
-            *_table([heads, *(row for row in rest if row not in rows_told)]),
-            *first_lines,
-        ]
+    for _, heads, rows_without in without:
+        changed = [row for row in rows_without if row not in unit_rows]
+        first = _units_to_open(tree["predictions_without"].to_dataset())
+        values["without"] = [*_table([heads, *changed]), *first]
     return values
 
 
-def fleet_tables(
-    tree: xr.DataTree,
-) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
-    """Return when each table of a fleet holds, its headings, a row a unit.
+def _flagged(predictions: xr.Dataset, rows: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the inspections that contradict the others, with their hours."""
+    if not rows:
+        return []
+    hours_per_cycle = predictions["seconds_per_cycle"].values / HOUR
+    hour = dict(zip(predictions["unit"].values, hours_per_cycle, strict=True))
+    keys = ("unit_name", "cycle", "higher", "first", "check_p", "what", "against")
+    columns = [rows[key].values[rows["flagged"].values] for key in keys]
+    flagged = [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)]
+    for row in flagged:
+        row["hours"] = hour[row["unit_name"]] * row["cycle"]
+    return flagged
 
-    Nothing of one gear set.
+
+def _unlike_the_others(predictions: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the units that are not like the others, with their pace."""
+    p = predictions["p_like_the_others"].values
+    pace = predictions["pace"].values
+    unit = predictions["unit"].values
+    unlike = np.flatnonzero(p < ALARM / max(np.isfinite(p).sum(), 1))
+    return [{"unit": unit[k], "pace": pace[k], "p": p[k]} for k in unlike]
+
+
+FleetTable = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
+"""When a table of a fleet holds, its headings, a row a unit."""
+
+
+def fleet_tables(tree: xr.DataTree) -> list[FleetTable]:
+    """Return the tables of a fleet, nothing of one gear set.
+
+    Parameters
+    ----------
+    tree : as `update` returns it
     """
     tables = []
-    for name, condition in (
-        ("predictions", ""),
-        ("predictions_without", f"{IF_WRONG}:"),
-    ):
-        if name in tree.children and "unit" in tree[name].dims:
-            predictions = tree[name].to_dataset()
-            heads = (
-                (*HEADS, "change at least cost")
-                if "best_change" in predictions
-                else HEADS
-            )
-            tables.append((condition, heads, _rows(predictions)))
+    conditions = {"predictions": "", "predictions_without": f"{IF_WRONG}:"}
+    for name, condition in conditions.items():
+        if name not in tree.children or "unit" not in tree[name].dims:
+            continue
+        predictions = tree[name].to_dataset()
+        heads = HEADS
+        if "best_change" in predictions:
+            heads = (*HEADS, "change at least cost")
+        tables.append((condition, heads, _rows(predictions)))
     return tables
 
 
 def fleet_about(tree: xr.DataTree) -> str:
-    """Return what the headings of that table mean."""
+    """Return what the headings of that table mean.
+
+    Parameters
+    ----------
+    tree : as `update` returns it
+    """
     return f"limit: {_limit(tree['predictions'].to_dataset())}; {ABOUT}"
 
 
 def alerts(text: Sequence[str]) -> list[str]:
-    """Return those lines of an answer's text that speak against its own numbers."""
+    """Return those lines of an answer's text that speak against its own numbers.
+
+    Parameters
+    ----------
+    text : lines, as `text_of` returns them
+    """
     return [line.strip()[2:] for line in text if line.strip().startswith("! ")]
 
 
@@ -446,6 +483,10 @@ def units_to_open(tree: xr.DataTree) -> list[str]:
     """Return which units of a fleet to open first.
 
     Also where what contradicts the others is wrong.
+
+    Parameters
+    ----------
+    tree : as `update` returns it
     """
     without = tree.get("predictions_without")
     wrong = [] if without is None else _units_to_open(without.to_dataset())
@@ -465,10 +506,14 @@ def _table(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def ends_of(predictions: xr.Dataset) -> tuple[np.ndarray, Array, bool]:
-    """Return when each unit reaches the limit, (units, quantiles): as texts and numbers, and whether by date.
+    """Return when each unit reaches the limit: texts, numbers, and whether by date.
 
-    The numbers are days since 1970 where all units have a calendar, else hours from the
-    last inspection.
+    Both are (units, quantiles). The numbers are days since 1970 where all units have a
+    calendar, else hours from the last inspection.
+
+    Parameters
+    ----------
+    predictions : group of a fleet's tree
     """
     hour = predictions["seconds_per_cycle"].values[:, None] / HOUR
     rest = hour * predictions["remaining_useful_life_quantile"].values
@@ -483,7 +528,8 @@ def ends_of(predictions: xr.Dataset) -> tuple[np.ndarray, Array, bool]:
     dated = (days != "").all(axis=1)
     texts[dated] = days[dated]
     texts[over] = PASSED
-    texts[(texts == NEVER) & (predictions["worn"].values[:, None] >= 1.0)] = "not known"
+    is_worn = predictions["worn"].values[:, None] >= 1.0
+    texts[(texts == NEVER) & is_worn] = "not known"
     if not dated.all():
         return texts, rest, False
     on = np.where(days == NEVER, "NaT", days).astype("datetime64[D]")
@@ -491,48 +537,44 @@ def ends_of(predictions: xr.Dataset) -> tuple[np.ndarray, Array, bool]:
 
 
 def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
-    (texts, *_) = ends_of(predictions)
-    rows = list[tuple[str, ...]]()
-    for k in np.argsort(predictions["end_passed"].values <= MAYBE, kind="stable"):
-        unit_values = {
-            str(name): variable.values[()]
-            for name, variable in predictions.isel(unit=k).variables.items()
-        }
-        hours = unit_values["now"] * unit_values["seconds_per_cycle"] / HOUR
-        (low, _, middle, _, high) = texts[k]
-        end = PASSED if unit_values["end_passed"] > OVER else middle
-        measured = (
-            f"{100.0 * unit_values['worn']:.0f} %" if hours > 0.0 else "not measured"
-        )
-        between = low if low == high else f"{low} and {high}"
-        rows.append(
-            (
-                str(unit_values["unit"]),
-                f"{hours:,.0f}",
-                measured,
-                end,
-                between,
-                f"{unit_values['pace']:.2f}",
-            )
-        )
-        if "best_change" in unit_values:
-            left = (
-                unit_values["best_change"] * unit_values["seconds_per_cycle"] / HOUR
-                - hours
-            )
-            fallback = "now" if end == PASSED else "not known"
-            remaining = f"{left:,.0f} h more" if np.isfinite(left) else fallback
-            rows[-1] += (str(unit_values.get("best_change_day", "")) or remaining,)
-    return rows
+    """Return a row a unit, those whose limit may have been passed first."""
+    texts, *_ = ends_of(predictions)
+    is_sound = predictions["end_passed"].values <= MAYBE
+    order = np.argsort(is_sound, kind="stable")
+    return [_row(predictions.isel(unit=k), texts[k]) for k in order]
+
+
+def _row(unit: xr.Dataset, ends: np.ndarray) -> tuple[str, ...]:
+    """Return the row of a unit, ``ends`` being when it reaches the limit, by quantile."""
+    values = {
+        str(name): variable.values[()] for name, variable in unit.variables.items()
+    }
+    hours = values["now"] * values["seconds_per_cycle"] / HOUR
+    low, _, middle, _, high = ends
+    end = PASSED if values["end_passed"] > OVER else middle
+    worn = f"{100.0 * values['worn']:.0f} %" if hours > 0.0 else "not measured"
+    between = low if low == high else f"{low} and {high}"
+    pace = f"{values['pace']:.2f}"
+    row = (str(values["unit"]), f"{hours:,.0f}", worn, end, between, pace)
+    if "best_change" not in values:
+        return row
+
+    change_hours = values["best_change"] * values["seconds_per_cycle"] / HOUR
+    left = change_hours - hours
+    fallback = "now" if end == PASSED else "not known"
+    remaining = f"{left:,.0f} h more" if np.isfinite(left) else fallback
+    return (*row, str(values.get("best_change_day", "")) or remaining)
 
 
 def _units_to_open(predictions: xr.Dataset) -> list[str]:
-    """Return which units to open first, and why: those of which 1 in 20 has reached the limit soonest."""
+    """Return which units to open first, and why.
+
+    They are those of which 1 in 20 has reached the limit soonest.
+    """
     texts, ends, _ = ends_of(predictions)
     sure = predictions["end_passed"].values <= MAYBE
-    order = np.lexsort((ends[:, 0], np.where(sure, 0.0, -predictions["worn"].values)))[
-        :FIRST
-    ]
+    worn_first = np.where(sure, 0.0, -predictions["worn"].values)
+    order = np.lexsort((ends[:, 0], worn_first))[:FIRST]
     keys = ("unit", "worn", "pace", "p_like_the_others", "end_passed", "now")
     units = [
         {name: predictions[name].values[k] for name in keys} | {"lasts": texts[k, 0]}
