@@ -121,7 +121,7 @@ def test_the_answer_is_the_same(monkeypatch):
 )
 def test_too_many_values_that_cannot_be_condensed_are_refused(monkeypatch, error, own):
     """A hundred thousand of them took minutes, a million had no end."""
-    monkeypatch.setattr(answers, "MOST_ONE_BY_ONE", N - 1)
+    monkeypatch.setattr(answers, "MAX_ONE_BY_ONE", N - 1)
     run, seen = run_and(error, own)
     accumulates = "none" if error.drift is None else "accumulating"
     asked = study({"lognormal": {"median": 1.0, "cov": 3.0}}, (seen,), accumulates)

@@ -1,4 +1,4 @@
-"""One case updated: posterior, answer, draws, checks, and what a reader must know besides."""
+"""One case updated: posterior, answer, draws, checks, and notes for its reader."""
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import norm
 
-from wearlab.arrays import Random
+from wearlab.arrays import Index, Random
 from wearlab.updating import grids, layout, likelihood, sampling
 from wearlab.updating.cases import Subject, UpdateError
 from wearlab.updating.likelihood import Block, Blocks
@@ -17,24 +17,20 @@ from wearlab.updating.lives import Answer
 from wearlab.updating.run_curves import RunHistory, Runs
 
 ACCUMULATING = "accumulating"
-MOST_WIDENED = 60  # runs that contradicting sources are widened in
-TENSION = (
-    3.0  # standard deviations of ln k between two files that contradict each other
-)
-MOST_ONE_BY_ONE = 200_000  # values whose errors cannot be condensed
-FEWEST, CARRIED = (
-    100.0,
-    0.5,
-)  # effective runs, and their share of all, below which the answer leans on few
+MAX_WIDENED = 60  # runs that contradicting sources are widened in
+# standard deviations of ln k between two files that contradict each other
+TENSION = 3.0
+MAX_ONE_BY_ONE = 200_000  # values whose errors cannot be condensed
+# effective runs, and their share of all, below which the answer leans on few
+MIN_EFFECTIVE_RUNS = 100.0
+MIN_EFFECTIVE_SHARE = 0.5
 HARDLY = 0.01  # prior predictive probability below which the prior excludes the data
 FALSE_ALARM = 0.001  # probability of a note on sound values, of a file
 ENDS = (0.05, 0.5, 0.95)
-WITHIN = (
-    30  # cycles that a point of the grid is spread over when their interval is told
-)
-LargerError = tuple[
-    str, float
-]  # an error, and how many times its prior's median it came out at
+# cycles that a point of the grid is spread over when their interval is told
+CYCLES_WITHIN = 30
+LargerError = tuple[str, float]
+"""An error, and how many times its prior's median it came out at."""
 WORN = ("worn_mass", "max_wear_depth", "wear_depth", "tooth_thickness")
 
 
@@ -75,69 +71,76 @@ class UpdateOutcome:
 def blocks_of(study: Subject, runs: Runs) -> tuple[Block, ...]:
     """Return the observations of a study with their errors.
 
-    The runs' own error where it counts.
+    The runs' own error is among them where it counts.
+
+    Parameters
+    ----------
+    study : with observations
+    runs : its stored runs
 
     Raises
     ------
     UpdateError : there are too many whose errors cannot be condensed
     """
+    run = runs[0]
+    accumulating = study.spec.discrepancy == ACCUMULATING
     blocks = []
     for n, observed in enumerate(study.observations):
-        block = likelihood.block_of(
-            observed, accumulating=study.spec.discrepancy == ACCUMULATING
-        )
-        counts = likelihood.numerical_share(block, runs[0]) > likelihood.MATTERS
-        block = replace(
-            block,
-            numerical=runs[0].numerical_of(observed.data.quantity) if counts else 0.0,
-        )
+        block = likelihood.block_of(observed, accumulating=accumulating)
+        numerical = 0.0
+        if likelihood.numerical_share(block, run) > likelihood.MATTERS:
+            numerical = run.numerical_of(observed.data.quantity)
+        block = replace(block, numerical=numerical)
         blocks.append(block)
-        if len(observed) > MOST_ONE_BY_ONE and (
-            study.spec.fleet or likelihood.one_by_one(block, runs[0], n)
+        if len(observed) > MAX_ONE_BY_ONE and (
+            study.spec.fleet or likelihood.one_by_one(block, run, n)
         ):
-            message = (
-                f"{len(observed):,} values that share an error, or have each its own "
-                "besides another, are "
+            raise UpdateError(
+                f"{observed.data.place}: {len(observed):,} values that share an error, "
+                "or have each its own besides another, are compared one by one, at most "
+                f"{MAX_ONE_BY_ONE:,}: take the mean of each inspection, or thin them out"
             )
-            message += (
-                f"compared one by one, at most {MOST_ONE_BY_ONE:,}: take the mean of "
-                "each inspection, "
-            )
-            raise UpdateError(f"{observed.data.place}: {message}or thin them out")
     return tuple(blocks)
 
 
 def answer_of(study: Subject, runs: Runs, blocks: Blocks) -> Answer:
-    """Return what is known after the observations that count in these blocks."""
-    last_cycle = float(
-        max(likelihood.cycles_of(blocks, runs[0]), default=runs[0].start)
-    )
-    drifting = (
-        n
-        for n, b in enumerate(blocks)
-        if b.drift is not None and b.measures(study.limit)
-    )
+    """Return what is known after the observations that count.
+
+    Parameters
+    ----------
+    study : what was asked
+    runs : its stored runs
+    blocks : the observations
+    """
+    cycles = likelihood.cycles_of(blocks, runs[0])
+    now = float(max(cycles, default=runs[0].start))
+    drifting = None
+    for n, block in enumerate(blocks):
+        if block.drift is not None and block.measures(study.limit):
+            drifting = n
+            break
     post = grids.Posterior(runs, blocks, study.prior)
-    answer = Answer(post, last_cycle, next(drifting, None))
+    answer = Answer(post, now, drifting)
+
     measured = likelihood.measured_blocks(blocks)
     if len(measured) < 2 or study.prior is None:
         return answer
     separate = [post.updated_with(without_values(blocks, keep=[n])) for n in measured]
     distance, *pair = contradiction(separate)
-    answer = replace(
-        answer, contradiction=distance, at_odds=tuple(measured[n] for n in pair)
-    )
-    return (
-        replace(answer, posterior=post.widened(separate))
-        if distance > TENSION and _widens(answer)
-        else answer
-    )
+    at_odds = tuple(measured[n] for n in pair)
+    answer = replace(answer, contradiction=distance, at_odds=at_odds)
+    if distance > TENSION and _widens(answer):
+        return replace(answer, posterior=post.widened(separate))
+    return answer
 
 
 def without_values(blocks: Blocks, keep: Collection[int] = ()) -> tuple[Block, ...]:
-    """Return blocks of which nothing counts, but of those with such numbers.
+    """Return blocks of which nothing counts, but of some. Of none: the prior.
 
-    Of none: the prior.
+    Parameters
+    ----------
+    blocks : observations
+    keep : numbers of the blocks that go on to count
     """
     return tuple(
         b if n in keep else replace(b, rows=b.rows[:0]) for n, b in enumerate(blocks)
@@ -147,7 +150,7 @@ def without_values(blocks: Blocks, keep: Collection[int] = ()) -> tuple[Block, .
 def outcome_of(
     study: Subject, runs: Runs, answer: Answer | None = None
 ) -> UpdateOutcome:
-    """Update one case.
+    """Return what one case comes to.
 
     Parameters
     ----------
@@ -161,127 +164,148 @@ def outcome_of(
     prior = answer_of(study, runs, without_values(blocks))
     prior_draws = sampling.draw(prior, study.spec.draws, rng)
     checks, courses = sampling.checks(draws)
-    measured = likelihood.measured_blocks(blocks)
-    sources = {}
-    for n in measured if len(measured) > 1 else ():
-        sources[n] = replace(
-            answer_of(study, runs, without_values(blocks, keep={*measured} - {n})),
-            now=answer.now,
-        )
-    stats = _stats(study, answer) | {
-        "prior_predictive_p": _prior_predictive_p(prior, prior_draws, blocks, rng)
-    }
-    notes = tuple(
-        _notes(study, answer, stats, tuple(_larger_errors(blocks, draws, prior_draws)))
-    )
+
+    stats = _stats(study, answer)
+    stats["prior_predictive_p"] = _prior_predictive_p(prior, prior_draws, blocks, rng)
+    larger = tuple(_larger_errors(blocks, draws, prior_draws))
     return UpdateOutcome(
-        study, answer, draws, prior, prior_draws, checks, courses, sources, notes, stats
+        study=study,
+        answer=answer,
+        draws=draws,
+        prior=prior,
+        prior_draws=prior_draws,
+        checks=checks,
+        courses=courses,
+        sources=_without_each_source(study, runs, answer),
+        notes=tuple(_notes(study, answer, stats, larger)),
+        stats=stats,
     )
+
+
+def _without_each_source(
+    study: Subject, runs: Runs, answer: Answer
+) -> dict[int, Answer]:
+    """Return the answer without each block that was measured, where there are several."""
+    blocks = answer.posterior.blocks
+    measured = likelihood.measured_blocks(blocks)
+    if len(measured) < 2:
+        return {}
+    sources = {}
+    for n in measured:
+        others = without_values(blocks, keep={*measured} - {n})
+        sources[n] = replace(answer_of(study, runs, others), now=answer.now)
+    return sources
 
 
 def _stats(study: Subject, answer: Answer) -> dict[str, float]:
+    """Return numbers about the update itself."""
     post = answer.posterior
-    blocks = answer.posterior.blocks
-    run = answer.posterior.histories[0]
-    off = [
-        run.numerical_of(block.data.quantity) for block in blocks if len(block.observed)
-    ]
-    share = [likelihood.numerical_share(block, run) for block in blocks]
-    stats = {"log_evidence": post.evidence, "effective_runs": post.effective_runs}
-    stats |= {
+    blocks = post.blocks
+    run = post.histories[0]
+    measured = [block for block in blocks if len(block.observed)]
+    numerical = [run.numerical_of(block.data.quantity) for block in measured]
+    shares = [likelihood.numerical_share(block, run) for block in blocks]
+    stats = {
+        "log_evidence": post.evidence,
+        "effective_runs": post.effective_runs,
         "runs": float(len({run.id for run in post.histories})),
         "beyond_the_runs": answer.beyond,
-    }
-    stats |= {"end_passed": answer.passed, "numerical_error": max(off, default=0.0)}
-    stats |= {
-        "numerical_share": max(share, default=0.0),
+        "end_passed": answer.passed,
+        "numerical_error": max(numerical, default=0.0),
+        "numerical_share": max(shares, default=0.0),
         "contradiction": answer.contradiction,
     }
     stats |= facts_of(post)
     if any(block.data.error.drift is not None for block in blocks):
-        gain = (
-            post.evidence
-            - post.updated_with(
-                [block.drifting(block.drift is None) for block in blocks]
-            ).evidence
-        )
-        stats["log_evidence_of_drift"] = (
-            gain if study.spec.discrepancy == ACCUMULATING else -gain
-        )
+        otherwise = [block.drifting(block.drift is None) for block in blocks]
+        gain = post.evidence - post.updated_with(otherwise).evidence
+        accumulates = study.spec.discrepancy == ACCUMULATING
+        stats["log_evidence_of_drift"] = gain if accumulates else -gain
     return stats
 
 
 def facts_of(post: grids.Posterior) -> dict[str, float]:
-    """Return how much the data prefer a change, and its ratio and cycle, with 90 %, given one."""
-    changed = np.array([run.change is not None for run in post.histories])
-    if not changed.any():
+    """Return how much the data prefer a change, and its ratio and cycle.
+
+    Ratio and cycle are those given a change, with their 90 % intervals.
+
+    Parameters
+    ----------
+    post : of runs with changes of k, or without
+    """
+    changes = [run.change for run in post.histories if run.change is not None]
+    if not changes:
         return {}
-    relative = post.relative
-    at, ratio, width = np.array(
-        [run.change for run in post.histories if run.change is not None]
-    ).T
-    facts = {
-        "log_evidence_of_change": float(
-            logsumexp(relative[changed]) - logsumexp(relative[~changed])
-        )
-    }
-    inside = at + np.outer((np.arange(WITHIN) + 0.5) / WITHIN - 0.5, width)
-    for name, values in (("change_cycle", inside), ("change_ratio", ratio)):
+    changed = np.array([run.change is not None for run in post.histories])
+    with_change = logsumexp(post.relative[changed])
+    without = logsumexp(post.relative[~changed])
+    facts = {"log_evidence_of_change": float(with_change - without)}
+
+    at, ratio, width = np.array(changes).T
+    places = (np.arange(CYCLES_WITHIN) + 0.5) / CYCLES_WITHIN - 0.5
+    cycles = at + np.outer(places, width)
+    for name, values in (("change_cycle", cycles), ("change_ratio", ratio)):
         weight = np.broadcast_to(post.weight[changed], values.shape).ravel()
         ends = grids.weighted_quantiles(values.ravel(), weight, ENDS).tolist()
-        facts |= {
-            f"{name}_{p}": value for p, value in zip((5, 50, 95), ends, strict=True)
-        }
+        for percent, value in zip((5, 50, 95), ends, strict=True):
+            facts[f"{name}_{percent}"] = value
     return facts
 
 
 def _prior_predictive_p(
     prior_answer: Answer, draws: sampling.Draws, blocks: Blocks, rng: Random
 ) -> float:
-    """Return how probable values as far out as each block's last were before: the least, two-sided."""
+    """Return how probable values as far out as each block's last were before.
+
+    The least of them, two-sided.
+    """
+    prior = prior_answer.posterior
     smallest = 1.0
-    run = prior_answer.posterior.histories[0]
-    for number in (
-        n
-        for n in likelihood.measured_blocks(blocks)
-        if not blocks[n].observed.censored.any()
-    ):
+    for number in likelihood.measured_blocks(blocks):
         block = blocks[number]
-        cycle = run.points[number].cycle[blocks[number].rows]
+        if block.observed.censored.any():
+            continue
+        cycle = prior.histories[0].points[number].cycle[block.rows]
         latest = block.rows[np.flatnonzero(cycle == cycle.max())[-1:]]
-        single = [
-            replace(b, rows=latest if n == number else b.rows[:0])
-            for n, b in enumerate(blocks)
-        ]
-        block_draws = replace(
-            draws, posterior=prior_answer.posterior.with_changes(blocks=single)
-        )
-        replicas = sampling.replicated(block_draws, number, rng, conditional=False)[0]
-        below = (np.sum(replicas <= block.observed.value[latest]) + 0.5) / (
-            len(draws) + 1.0
-        )
+        single = [replace(b, rows=b.rows[:0]) for b in blocks]
+        single[number] = replace(block, rows=latest)
+        block_draws = replace(draws, posterior=prior.with_changes(blocks=single))
+        replicas, _ = sampling.replicated(block_draws, number, rng, conditional=False)
+        smaller = np.sum(replicas <= block.observed.value[latest])
+        below = (smaller + 0.5) / (len(draws) + 1.0)
         smallest = min(smallest, 2.0 * min(below, 1.0 - below))
     return float(smallest)
 
 
 def contradiction(posts: Sequence[grids.Posterior]) -> tuple[float, int, int]:
-    """Return by how many standard deviations of ln k the two sources most at odds differ, and which."""
-    means = [float(np.sum(post.mass * post.log_factor)) for post in posts]
-    posts_with_means = zip(posts, means, strict=True)
-    sds = [
-        float(np.sqrt(np.sum(post.mass * (post.log_factor - mean) ** 2)))
-        for post, mean in posts_with_means
-    ]
-    pairs = combinations(range(len(posts)), 2)
-    return max(
-        (abs(means[i] - means[j]) / max(np.hypot(sds[i], sds[j]), 1e-12), i, j)
-        for i, j in pairs
-    )
+    """Return by how many standard deviations of ln k two sources differ, and which.
+
+    They are the two that are most at odds.
+
+    Parameters
+    ----------
+    posts : of each source alone
+    """
+    means = []
+    sds = []
+    for post in posts:
+        mean = float(np.sum(post.mass * post.log_factor))
+        variance = np.sum(post.mass * (post.log_factor - mean) ** 2)
+        means.append(mean)
+        sds.append(float(np.sqrt(variance)))
+    distances = []
+    for i, j in combinations(range(len(posts)), 2):
+        sd = max(np.hypot(sds[i], sds[j]), 1e-12)
+        distances.append((abs(means[i] - means[j]) / sd, i, j))
+    return max(distances)
 
 
 def _widens(answer: Answer) -> bool:
-    """Whether sources that contradict each other widen the interval: without drift, and in few runs."""
-    return answer.drifting is None and len(answer.posterior.histories) <= MOST_WIDENED
+    """Whether sources that contradict each other widen the interval.
+
+    They do without a drift, and in few runs.
+    """
+    return answer.drifting is None and len(answer.posterior.histories) <= MAX_WIDENED
 
 
 def _notes(
@@ -291,104 +315,99 @@ def _notes(
     larger: Sequence[LargerError],
 ) -> list[str]:
     """Return what a reader must know, most important first."""
-    blocks = answer.posterior.blocks
-    runs = answer.posterior.histories
-    silent = study.spec.discrepancy == ACCUMULATING and answer.drifting is None
-    few = stats["effective_runs"] < min(FEWEST, max(CARRIED * len(runs), 20.0))
-    values = {
-        "study": study,
-        "posterior": answer.posterior,
-        "stats": stats,
-        "larger": larger,
-    }
-    values |= {"hardly": HARDLY, "tension": TENSION, "matters": likelihood.MATTERS}
-    values |= {
-        "nothing": not likelihood.measured_blocks(blocks),
-        "few": stats["runs"] > 1.0 and few,
-    }
-    values |= {
-        "at_odds": [blocks[n].data for n in answer.at_odds],
-        "widened": _widens(answer),
-    }
-    values["oddities"] = [
+    post = answer.posterior
+    blocks = post.blocks
+    no_drift = study.spec.discrepancy == ACCUMULATING and answer.drifting is None
+    needed = max(MIN_EFFECTIVE_SHARE * len(post.histories), 20.0)
+    few = stats["effective_runs"] < min(MIN_EFFECTIVE_RUNS, needed)
+    a_year = study.calendar and study.calendar.a_year
+    odd = [
         oddity
         for n, block in enumerate(blocks)
-        for oddity in oddities(n, block, runs[0])
+        for oddity in oddities(n, block, post.histories[0])
     ]
-    values["hours"] = study.record and study.record.excess(
-        study.calendar and study.calendar.a_year
-    )
-    values["no_drift"] = study.limit.quantity if silent else ""
+    values = {
+        "study": study,
+        "posterior": post,
+        "stats": stats,
+        "larger": larger,
+        "hardly": HARDLY,
+        "tension": TENSION,
+        "matters": likelihood.MATTERS,
+        "nothing": not likelihood.measured_blocks(blocks),
+        "few": stats["runs"] > 1.0 and few,
+        "at_odds": [blocks[n].data for n in answer.at_odds],
+        "widened": _widens(answer),
+        "oddities": odd,
+        "hours": study.record and study.record.excess(a_year),
+        "no_drift": study.limit.quantity if no_drift else "",
+    }
     return layout.rendered("notes.txt", values)
 
 
 def _larger_errors(
     blocks: Blocks, draws: sampling.Draws, prior_draws: sampling.Draws
 ) -> Iterator[LargerError]:
-    """Yield which unknown errors came out far from what was thought, and how many times that."""
-    for n, side, spread, _ in likelihood.unknown_errors(blocks):
-        prior_values = (prior_draws.sd, prior_draws.drift)[side][n]
-        posterior_values = (draws.sd, draws.drift)[side][n]
-        middle = float(np.median(posterior_values))
-        if (
-            not np.quantile(prior_values, HARDLY)
-            <= middle
-            <= np.quantile(prior_values, 1.0 - HARDLY)
-        ):
-            yield spread.name.replace("_", " "), middle / float(np.median(prior_values))
+    """Yield which unknown errors came out far from what was thought, and how far."""
+    for error in likelihood.unknown_errors(blocks):
+        of_prior = (prior_draws.sd, prior_draws.drift)[error.side][error.block]
+        of_posterior = (draws.sd, draws.drift)[error.side][error.block]
+        middle = float(np.median(of_posterior))
+        low = np.quantile(of_prior, HARDLY)
+        high = np.quantile(of_prior, 1.0 - HARDLY)
+        if not low <= middle <= high:
+            name = error.spread.name.replace("_", " ")
+            yield name, middle / float(np.median(of_prior))
 
 
 def oddities(number: int, block: Block, run: RunHistory) -> Iterator[dict[str, Any]]:
-    """Yield what is odd about the values of a block: none, copies, below nothing, falling."""
+    """Yield what is odd about values of a block: none, copies, negative, falling.
+
+    Parameters
+    ----------
+    number : of the block
+    block : observations
+    run : a stored run that knows their cycles
+    """
     observed = block.observed
     data = block.data
-    error = block.data.error
     if not len(observed):
         yield {"what": "empty", "data": data}
         return
-    value = np.where(observed.censored, 0.0, observed.value)
-    points = run.points[number]
-    whole = np.column_stack(
-        [
-            points.cycle,
-            points.column,
-            np.where(observed.censored, -observed.below, value),
-        ]
-    )
-    order = np.lexsort(whole.T)
-    repeated = np.sort(order[1:][np.all(whole[order[1:]] == whole[order[:-1]], axis=1)])
-    if len(repeated):
-        yield {
-            "what": "copied",
-            "data": data,
-            "line": observed.row[repeated[0]],
-            "count": len(repeated),
-        }
-    parts = np.broadcast_arrays(
-        block.sd.known, observed.sd, error.offset_sd, error.relative * value
-    )
-    errors = np.linalg.norm(parts, axis=0)
-    far = norm.isf(
-        FALSE_ALARM / len(observed)
-    )  # standard errors beyond which one of so many values is odd
-    negative = np.flatnonzero(value < -far * errors)
+    copies = _copied_rows(number, block, run)
+    if len(copies):
+        line = observed.row[copies[0]]
+        yield {"what": "copied", "data": data, "line": line, "count": len(copies)}
     if data.quantity not in WORN:
         return
+
+    value = np.where(observed.censored, 0.0, observed.value)
+    error = data.error
+    relative = error.relative * value
+    parts = (block.sd.known, observed.sd, error.offset_sd, relative)
+    errors = np.linalg.norm(np.broadcast_arrays(*parts), axis=0)
+    # standard errors beyond which one of so many values is odd
+    far = norm.isf(FALSE_ALARM / len(observed))
+    negative = np.flatnonzero(value < -far * errors)
     if len(negative):
         yield {"what": "negative", "data": data, "line": observed.row[negative[0]]}
-    if (
-        observed.place_kind is None
-        and data.since is None
-        and not observed.censored.any()
-    ):
-        order = np.argsort(points.cycle, kind="stable")
-        falls = np.flatnonzero(
-            np.diff(value[order])
-            < -far * np.hypot(errors[order][1:], errors[order][:-1])
-        )
+    is_total = observed.place_kind is None and data.since is None
+    if is_total and not observed.censored.any():
+        order = np.argsort(run.points[number].cycle, kind="stable")
+        ordered = errors[order]
+        expected = np.hypot(ordered[1:], ordered[:-1])
+        falls = np.flatnonzero(np.diff(value[order]) < -far * expected)
         if len(falls):
-            yield {
-                "what": "falls",
-                "data": data,
-                "line": observed.row[order[falls[0] + 1]],
-            }
+            line = observed.row[order[falls[0] + 1]]
+            yield {"what": "falls", "data": data, "line": line}
+
+
+def _copied_rows(number: int, block: Block, run: RunHistory) -> Index:
+    """Return the rows that repeat another one in all that counts, rising."""
+    observed = block.observed
+    points = run.points[number]
+    value = np.where(observed.censored, -observed.below, observed.value)
+    whole = np.column_stack([points.cycle, points.column, value])
+    order = np.lexsort(whole.T)
+    repeats = np.all(whole[order[1:]] == whole[order[:-1]], axis=1)
+    return np.sort(order[1:][repeats])

@@ -1,4 +1,7 @@
-"""Dates and operating hours: straight between days that are known, at so many hours a year beyond them."""
+"""Dates and operating hours: straight between days that are known.
+
+Beyond them so many hours a year pass.
+"""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -23,7 +26,10 @@ ROUNDING = 5e-5
 
 
 def straight(x: Any, knots: Array, values: Array, rate: float) -> Array:
-    """Return values at x, straight between knots that do not fall, at a rate beyond both ends."""
+    """Return values at x, straight between knots, at a rate beyond both ends.
+
+    The knots do not fall.
+    """
     beyond = x - np.clip(x, knots[0], knots[-1])
     return np.asarray(
         np.interp(x, knots, values) + np.where(beyond != 0.0, rate * beyond, 0.0)
@@ -89,7 +95,10 @@ class Calendar(NamedTuple):
     def in_cycles(
         self, start: float, last_cycle: float, seconds_per_cycle: float
     ) -> "Calendar":
-        """Return the calendar over cycles of a run from its start, with a last inspection at one of them."""
+        """Return the calendar over cycles of a run from its start.
+
+        The last inspection was at one of them.
+        """
         cycles_per_hour = HOUR / seconds_per_cycle
         cycles = np.where(
             np.isnan(self.time), last_cycle, start + self.time * cycles_per_hour

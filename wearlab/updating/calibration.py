@@ -67,7 +67,7 @@ class TwinScores:
         return values
 
     def _skills(self) -> dict[str, Any]:
-        """Return by how much the scores of the posterior are better than the prior's."""
+        """Return by how much the posterior's scores are better than the prior's."""
         if not self.scored:
             return {}
         of_posterior, of_prior = np.sum(self.scored, axis=0)
@@ -181,7 +181,7 @@ def _other_runs(study: Subject, post: grids.Posterior, number: int) -> list[RunH
 
 
 def _life_rank(answer: Answer, life: float, rng: Random) -> float:
-    """Return the probability that a posterior gives to shorter lives than the true one."""
+    """Return the probability that a posterior gives to shorter lives than the truth."""
     ended = life <= answer.now and answer.drifting is not None
     if ended:
         return float(rng.random() * answer.passed)

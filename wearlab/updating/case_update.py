@@ -48,7 +48,7 @@ def update_case(study: cases.Subject, runner: Runner) -> answers.UpdateOutcome:
 def _with_runs_long_enough(
     study: cases.Subject, runs: Runs, runner: Runner
 ) -> tuple[cases.Subject, Runs, Answer]:
-    """Return a study whose runs hold the wear at the last inspection, where they can."""
+    """Return a study whose runs hold the wear at the last inspection, if they can."""
     while True:
         answer = answers.answer_of(study, runs, answers.blocks_of(study, runs))
         enough = answer.beyond <= NEGLIGIBLE_BEYOND

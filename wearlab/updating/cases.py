@@ -1,4 +1,4 @@
-"""What of a campaign is updated: for every case its runs, its observations, its unknowns."""
+"""What of a campaign is updated: runs, observations and unknowns of every case."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -178,7 +178,9 @@ def studies(campaign: Campaign) -> tuple[Subject, ...]:
 def refuse_too_deep(
     scene: Scene, observations: Sequence[Observed], limit: Limit
 ) -> None:
-    """Refuse wear, measured or a limit, that is deeper than the teeth are thick: it is in another unit.
+    """Refuse wear, measured or a limit, that is deeper than the teeth are thick.
+
+    Its unit is another.
 
     Raises
     ------
@@ -214,7 +216,10 @@ def refuse_too_deep(
 
 
 def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
-    """Return what is asked of a fleet, unit by unit: those that the files name, and those named besides."""
+    """Return what is asked of a fleet, unit by unit.
+
+    Units are those that the files name, and those named besides.
+    """
     if FACTOR not in spec.unknown:
         raise UpdateError(
             f"update.unknown.{FACTOR}: required of a fleet: what is known of its "
@@ -236,7 +241,7 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
 
 
 def _measured(spec: UpdateSpec, unit: str | None, days: Days | None) -> Measurements:
-    """Return the observations, the record and the calendar of an [update], or of one unit."""
+    """Return the observations, the record and the calendar of a case or a unit."""
     stated, a_year = (
         (None, None) if days is None else (Calendar.of(days), days.hours_per_year)
     )

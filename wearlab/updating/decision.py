@@ -66,9 +66,9 @@ def virtual_inspection(
 ) -> xr.Dataset | None:
     """Return the expected width of the remaining life after one more inspection.
 
-    It is that of the 90 % interval, over the time of the inspection, which is one of the
-    first block that has no places on the flank. None where there is no such block, or
-    where no life is left to look at.
+    It is that of the 90 % interval, over the time of the inspection. The inspection is
+    one of the first block that has no places on the flank. None where there is no such
+    block, or where no life is left to look at.
 
     Parameters
     ----------
@@ -184,7 +184,9 @@ def states_at_looks(
 
 
 def expected_width(value: Array, rest: Array, sd: Array, rng: Random) -> float:
-    """Return the mean width of the 90 % interval of the remaining life after a measurement.
+    """Return the mean width of the 90 % interval after a measurement.
+
+    The interval is that of the remaining life.
 
     Parameters
     ----------
@@ -229,7 +231,7 @@ def virtual_weights(value: Array, sd: Array, rng: Random) -> NDArray[np.float32]
 def decision_of(
     outcome: answers.UpdateOutcome, costs: Decision, rng: Random
 ) -> xr.Dataset | None:
-    """Return the cost per hour of changes and looks, None where no end is to be expected.
+    """Return the cost per hour of changes and looks, None where no end is expected.
 
     Parameters
     ----------
@@ -327,7 +329,7 @@ def _horizon_values(
 def over_horizon(
     below: Array, new: Array, costs: Decision, *, planned: bool = True
 ) -> tuple[int, float]:
-    """Return the step of the planned change with the least expected cost, and that cost.
+    """Return the step of the planned change that costs least, and its expected cost.
 
     The cost is that until the horizon.
 
@@ -347,7 +349,10 @@ def over_horizon(
 
 
 def _costs_of_ages(below: Array, value: Array, costs: Decision) -> Array:
-    """Return the cost to go of a change planned after 0, 1, … steps, of none in the last place."""
+    """Return the cost to go of a change planned after 0, 1, … steps.
+
+    That of none stands in the last place.
+    """
     left = len(below) - 1
     failing = np.diff(below)  # in each step; half of them lie before its middle
     to_go = value[left::-1]

@@ -1,4 +1,4 @@
-"""A fleet's answer, unit by unit by what all units tell, as groups in ArviZ's layout."""
+"""A fleet's answer, unit by unit by what all tell, as groups in ArviZ's layout."""
 
 from dataclasses import replace
 from itertools import chain
@@ -68,7 +68,7 @@ def fleet_groups(
 
 
 def _statistics(studies: Subjects, fleet: Population, rows: xr.Dataset) -> xr.Dataset:
-    """Return what is known about the update itself, with scores of replayed inspections."""
+    """Return what is known about the update itself, with scores of inspections."""
     stats: dict[str, Any] = {
         "log_evidence": fleet.evidence,
         "points": float(len(fleet.theta)),
@@ -117,7 +117,7 @@ def _without(fleet: Population, flagged: xr.Dataset) -> list[FleetMember]:
 def _posterior(
     fleet: Population, theta: Array, log_factors: Array, rng: Random
 ) -> xr.Dataset:
-    """Return equally probable draws of what the units share, and of each unit's factor."""
+    """Return equally probable draws of what units share, and of each factor."""
     count = len(theta)
     shown: dict[str, Any] = {}
     for parameter, value in zip(fleet.law.parameters, np.exp(theta.T), strict=True):

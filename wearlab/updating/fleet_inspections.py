@@ -1,4 +1,4 @@
-"""Every inspection of a fleet as it was foreseen, and how good that was beside simple rules."""
+"""Every inspection of a fleet as it was foreseen, beside simple rules."""
 
 from dataclasses import replace
 from typing import Any
@@ -92,7 +92,7 @@ def _rows_of_block(
 
 
 def _compared_label(state: UnitState, unit: FleetMember, block: int) -> str:
-    """Return what other block an inspection is compared with, nothing where it is none."""
+    """Return with what other block an inspection is compared, "" where with none."""
     if not len(state.unit.cycles) or state.block in (None, block):
         return ""
     return _block_label(unit, state.block)

@@ -172,7 +172,7 @@ class Posterior:
 
     @property
     def relative(self) -> Array:
-        """Logs of evidence over how often each run was drawn, against its prior, (runs,)."""
+        """Logs of evidence, less those of how often each run was drawn, (runs,)."""
         return self.log_evidence - np.array([run.log_weight for run in self.histories])
 
     @property
@@ -324,7 +324,10 @@ class Posterior:
         return tables
 
     def _log_likelihood(self, points: Array, chosen: Index) -> Array:
-        """Return the log likelihood of all blocks at ln factor (some, n), errors out."""
+        """Return the log likelihood of all blocks at ln factor (some, n).
+
+        Errors are integrated out.
+        """
         total = np.zeros(points.shape)
         for table in self._tables(points, chosen).values():
             if table[0, 0].size == 1:
@@ -334,7 +337,9 @@ class Posterior:
         return total
 
     def _narrow(self) -> None:
-        """Narrow all ranges to where the posterior is, or widen them where a prior goes on.
+        """Narrow all ranges to where the posterior is, or widen them.
+
+        They are widened where a prior goes on.
 
         How small an error may be is seen only where the factor is right: its range
         comes first.
@@ -592,7 +597,7 @@ def _log_prior(spread: Spread | None, grid: Array) -> Array:
 def find_peaks(
     logs_at: Callable[[Array, Index], Array], low: Array, high: Array
 ) -> tuple[Array, Array]:
-    """Return where densities are largest within ranges, and their widths there, (rows,).
+    """Return where densities are largest within ranges, and their widths, (rows,).
 
     Parameters
     ----------

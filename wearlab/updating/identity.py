@@ -1,4 +1,4 @@
-"""What an update is of, as hashes: its runs, its files' contents, its settings, the code."""
+"""What an update is of, as hashes: runs, contents of files, settings, the code."""
 
 import hashlib
 import json
@@ -52,7 +52,7 @@ def subject_hash(studies: cases.Subjects) -> str:
 
 
 def subject_of(campaign: Campaign) -> str:
-    """Return the identity of what a campaign's update would be of, as its files stand now.
+    """Return the identity of a campaign's update, as its files stand now.
 
     Parameters
     ----------

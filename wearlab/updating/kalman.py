@@ -1,4 +1,4 @@
-"""How probable measurements are when their errors are shared or accumulate: a scalar Kalman filter.
+"""A scalar Kalman filter: measurements whose errors are shared or accumulate.
 
 The wear strays from the model's by a Wiener process W whose variance grows by ``rate``
 a cycle; an inspection sees it with one offset of its own and one independent error a
@@ -252,7 +252,7 @@ def _surprise_of_limits(
     shared_variance: Any,
     lanes: tuple[int, ...],
 ) -> Array:
-    """Return by how much values below their limits move what they share, standardised."""
+    """Return by how much values below limits move what they share, standardised."""
     variance = residuals.variance
     first = variance[..., 0 if variance.shape[-1] == 1 else under[0]]
     whole = np.broadcast_to(shared_variance, lanes) + first
@@ -335,7 +335,7 @@ def update_state(mean: Any, variance: Any, sums: WeightedSums) -> StateUpdate:
 def with_gain(
     value: Array, model: Array, variance: Array, times: Inspections, error: ErrorModel
 ) -> Filtered:
-    """Return the likelihood of values whose model has an unknown gain, and the gain's law.
+    """Return the likelihood of values whose model has an unknown gain, and its law.
 
     The gain is N(1, s²) before: a state that does not move, by which the model counts
     in each value. Of errors in parts of what is measured the variance grows with the
@@ -397,7 +397,9 @@ class GainLaw(NamedTuple):
 def _integrated_over_gain(
     value: Array, model: Array, variance: Array, error: ErrorModel
 ) -> GainLaw:
-    """Return ln ∫ Π N(y; γ m, v) N(γ; 1, s²) dγ with v = variance + (r γ m)², and γ's law.
+    """Return ln ∫ Π N(y; γ m, v) N(γ; 1, s²) dγ, and mean and variance of γ.
+
+    Here v = variance + (r γ m)².
 
     By Gauss and Hermite's rule about the top, which Fisher's scoring finds.
     """
@@ -444,7 +446,7 @@ def _top_of_gain(
 def below_limits(
     room: Array, variance: Array, values: Index, mean: Array, spread: Array
 ) -> tuple[Array, Array, Array]:
-    """Return log probability that values are below, and mean and variance of u given that.
+    """Return log probability that values are below, and mean and variance of u then.
 
     Parameters
     ----------
@@ -486,7 +488,7 @@ def _below_one_limit(
 
 @cache
 def _normal_rule(panels: int) -> tuple[Array, Array]:
-    """Return points of a standard normal variable and the logs of their probabilities."""
+    """Return points of a standard normal variable, and logs of their probabilities."""
     nodes, weights = legendre.leggauss(POINTS)
     edges = np.linspace(-REACH, REACH, panels + 1)
     half = 0.5 * np.diff(edges)[:, None]

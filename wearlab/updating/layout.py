@@ -1,4 +1,7 @@
-"""How an update is laid out: labelled variables by `variables.toml`, texts by the templates beside it."""
+"""How an update is laid out: labelled variables, and texts by templates.
+
+Variables are declared in `variables.toml`.
+"""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -55,7 +58,10 @@ def variable(
 def dataset(
     group: str, values: Mapping[str, Any], of: str = "", over: str = "", **coords: Any
 ) -> xr.Dataset:
-    """Return the variables of a group, those that are labelled already as they are, with coordinates."""
+    """Return the variables of a group, with coordinates.
+
+    Those that are labelled already stay as they are.
+    """
     variables = {
         n: v if isinstance(v, xr.Variable) else variable(group, n, v, of, over)
         for n, v in values.items()
@@ -95,7 +101,7 @@ def stacked(rows: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:
 def lives(
     answer: Lives, factor: arrays.Array, run: RunHistory, calendar: Calendar | None
 ) -> dict[str, Any]:
-    """Return quantiles of life, remaining life and factor, and the day by cycles, of one unit."""
+    """Return quantiles of lives and factor, and the day by cycles, of one unit."""
     life = answer.life(P)
     rest = np.maximum(life - answer.now, 0.0)
     values: dict[str, Any] = {
@@ -122,7 +128,10 @@ def calendar_of(study: Subject, run: RunHistory, last_cycle: float) -> Calendar 
 
 
 def places_of(calendar: Calendar, start: float) -> dict[str, Any]:
-    """Return cycles of which a calendar knows the date, from the start of the run to a year on."""
+    """Return cycles of which a calendar knows the date, from a run's start on.
+
+    They go on for a year after the last known day.
+    """
     cycle = np.union1d(calendar.time, start)
     cycle = np.append(cycle, cycle[-1] + calendar.a_year)
     second = np.round(86_400.0 * calendar.days(cycle)).astype("datetime64[s]")

@@ -73,7 +73,7 @@ def log_density(prior: Distribution, log_value: Array, scale: float = 1.0) -> Ar
 
 
 RunsWithLanes = Sequence[tuple[RunHistory, Any]]
-"""Each run with its lanes: the places of its factors and errors along the first axis."""
+"""Each run with its lanes: places of factors and errors along the first axis."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class Block:
         return self.observed.data
 
     def measures(self, limit: Limit) -> bool:
-        """Whether these are totals of what ends a life, at its place where one is named.
+        """Whether these are totals of what ends a life, at its place if one is named.
 
         Parameters
         ----------
@@ -124,7 +124,7 @@ class Block:
 
     @property
     def relative(self) -> float:
-        """The error of a value in parts of the model, measuring and numerical error together."""
+        """The error of a value in parts of the model, numerical error included."""
         return math.hypot(self.data.error.relative, self.numerical)
 
     def drifting(self, drifts: bool) -> "Block":
@@ -230,7 +230,7 @@ def cycles_of(blocks: Blocks, run: RunHistory) -> Array:
 def select_by_cycle(
     blocks: Blocks, run: RunHistory, holds: Callable[..., Any], cycle: float
 ) -> tuple[Block, ...]:
-    """Return blocks of which fewer values count: those whose cycles compare so with one.
+    """Return blocks of those values whose cycles compare so with one.
 
     Parameters
     ----------
@@ -510,7 +510,7 @@ def _cycles_of_lanes(
 
 
 def _by_lane(items: Sequence[Any], pairs: RunsWithLanes, shape: tuple[int, ...]) -> Any:
-    """Return what each run has, in its lanes; the first as it is where all are equal."""
+    """Return what each run has, in its lanes; as it is where all are equal."""
     if all(np.array_equal(item, items[0]) for item in items[1:]):
         return items[0]
     inner = np.ones(len(shape) - 1, int)
@@ -620,7 +620,7 @@ def one_by_one(block: Block, run: RunHistory, number: int) -> bool:
 
 
 def _bin_size(count: int) -> int:
-    """Return how many values a bin has: as many as there are bins, where they are many."""
+    """Return how many values a bin has: as many as there are bins, if they are many."""
     return max(MIN_BIN_SIZE, math.isqrt(count))
 
 
@@ -812,7 +812,7 @@ def _piece_sums(
 
 
 def _sums_of_bins(bins: Condensed, model: Array, has_gain: bool) -> list[Array]:
-    """Return Σ w (y − m)² of bins at their nodes; with a gain Σ w y², m Σ w y, m² Σ w."""
+    """Return Σ w (y − m)² of bins; with a gain Σ w y², m Σ w y, m² Σ w."""
     zeroth, once, twice = bins.moment
     centre = bins.centre
     if not has_gain:
@@ -826,7 +826,7 @@ def _sums_of_bins(bins: Condensed, model: Array, has_gain: bool) -> list[Array]:
 def _smooth_bins(
     bins: Condensed, run: RunHistory, points: ObservationPoints, factor: Array
 ) -> Flags:
-    """Return of which bins the model is one cubic: no state of the run falls in them."""
+    """Return in which bins the model is one cubic, without a state of the run."""
     ends = bins.cycle[:, [0, -1]]
     run_cycle = run.equivalent_cycle(ends, factor[:, None, None], points.clock)
     state = np.searchsorted(points.curve.cycle[1:], run_cycle, side="right")

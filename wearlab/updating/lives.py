@@ -135,7 +135,7 @@ class Answer:
 
     @property
     def beyond(self) -> float:
-        """The probability that the wear at the last inspection, or the limit, lies beyond the runs."""
+        """The probability that the present wear, or the limit, lies beyond the runs."""
         post = self.posterior
         now = np.array(self.now)
         risk = 0.0
@@ -295,7 +295,7 @@ Lives = Answer | Passage
 
 
 def first_passage(ahead: Array | float, mean: Array, shape: Array) -> Array:
-    """Return the probability that a Wiener process with a mean course has reached a limit.
+    """Return the probability that a Wiener process with drift has reached a limit.
 
     Φ((t/μ − 1) √(λ/t)) + exp(2 λ/μ) Φ(−(t/μ + 1) √(λ/t)), the inverse Gaussian law.
 

@@ -145,7 +145,7 @@ class MeasuredColumns:
         return stated.get(column) or self.table.units[column]
 
     def censored(self, role: str, unit: str) -> tuple[Array, Array]:
-        """Return the numbers of a role in SI, and the limits that cells such as ``<0.1`` tell.
+        """Return the numbers of a role in SI, and limits of cells such as ``<0.1``.
 
         Each is NaN where a cell tells the other, or nothing.
 
@@ -366,8 +366,8 @@ def _seconds(columns: MeasuredColumns, calendar: Calendar | None) -> Array:
     if calendar is None or np.isnan(calendar.time[-1]):
         raise UpdateError(
             f"{columns.block.place}.columns.date: dates need update.calendar = "
-            "{ date, hours, hours_per_year }: a day, the operating hours on it, and how "
-            "they go on"
+            "{ date, hours, hours_per_year }: a day, the operating hours on it, and "
+            "how they go on"
         )
     hours = calendar.hours(dates)
     if calendar.recorded:
@@ -440,8 +440,9 @@ def calendar_of(data: Data, unit: str | None, days: Days | None) -> Calendar | N
     if rate > 1.01 * HOURS_A_YEAR:
         subject = "it" if unit is None else f"unit {unit!r}"
         raise UpdateError(
-            f"{data.file}: line {lines[-1]}: {subject} ran {rate:.0f} hours a year since "
-            "its first inspection, more than a year has: look at its dates and hours"
+            f"{data.file}: line {lines[-1]}: {subject} ran {rate:.0f} hours a year "
+            "since its first inspection, more than a year has: look at its dates and "
+            "hours"
         )
     return Calendar(day, hours, rate) if rate > 0.0 else None
 

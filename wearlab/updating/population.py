@@ -173,7 +173,9 @@ class Shared(NamedTuple):
     reference: float
 
     def equal(self, cycle: float | Array) -> Array:
-        """Return the equal wear time Λ = T (N/T)^b of cycles, (p, 1) of one, (p, 1, n) of n.
+        """Return the equal wear time Λ = T (N/T)^b of cycles.
+
+        It is (p, 1) of one cycle, (p, 1, n) of n.
 
         Parameters
         ----------
@@ -353,7 +355,7 @@ def law_of(fleet: Fleet, prior: Distribution, units: Sequence[FleetMember]) -> L
 
 
 def _reference_of(fleet: Fleet, units: Sequence[FleetMember]) -> float:
-    """Return T: as the campaign says, else in the middle of all inspections [cycles]."""
+    """Return T as the campaign says, else in the middle of inspections [cycles]."""
     run = units[0].run
     if fleet.reference is not None:
         return fleet.reference * HOUR / run.seconds_per_cycle
@@ -365,7 +367,7 @@ def _reference_of(fleet: Fleet, units: Sequence[FleetMember]) -> float:
 def _likelihood_on_grid(
     unit: FleetMember, shared: Shared, ends: Array, cycles: Array | None
 ) -> tuple[Array, Array]:
-    """Return ln f on a fine grid, (n,), and the log of the likelihood times the spacing.
+    """Return ln f on a fine grid, and the log of the likelihood times the spacing.
 
     That is (p, n); with cycles it is of what had been measured by each of them,
     (cycles, p, n).
@@ -515,7 +517,9 @@ class Population:
 
     @cached_property
     def _between(self) -> tuple[Array, Array]:
-        """Scores of points between the lattice's, (q, parameters), and their probabilities.
+        """Scores of points between the lattice's, and their probabilities.
+
+        They are (q, parameters) and (q,).
 
         The posterior over the normal law that it was fitted with is smooth: its log is
         a cubic spline.
@@ -658,7 +662,7 @@ def _largest_share(temper: float, log_before: Array, log_seen: Array) -> float:
 
 
 def _on_lattice(units: Sequence[FleetMember], law: Law, fit: NormalLaw) -> Population:
-    """Return what is known on a lattice, laid anew where the posterior lies otherwise."""
+    """Return what is known on a lattice, laid anew where the posterior is elsewhere."""
     d = len(fit.mean)
     z = lattice(d)
     at_edge = np.linalg.norm(z, axis=1) > RADIUS - 0.5 * SPACING[d]

@@ -79,7 +79,7 @@ def clock_of(
 
 
 def _pieces_of(record: OperatingRecord, count: int) -> ConditionPieces:
-    """Return the pieces of a record; of bins, all of them many times one after another."""
+    """Return the pieces of a record; of bins, all of them many times in turn."""
     condition = record.conditions()[1]
     seconds = np.diff(record.time)
     if record.mixed:

@@ -59,7 +59,7 @@ class Replacement(NamedTuple):
 def with_replacements(
     study: Subject, compute: Callable[[Scene], xr.Dataset]
 ) -> tuple[Subject, RunHistory]:
-    """Return a study whose measurements are parted by the gears they are of, and its history.
+    """Return a study parted by the gears that were measured, and its history.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def with_replacements(
 def _factor_until(
     study: Subject, scene: Scene, service: GearService, at: float
 ) -> tuple[float, float]:
-    """Return the median factor by what was measured until a cycle, and that of the run."""
+    """Return the median factor by what was measured until then, and the run's."""
     parted, history = _history(study, scene, service)
     blocks = likelihood.select_by_cycle(
         answers.blocks_of(parted, (history,)), history, np.less_equal, at

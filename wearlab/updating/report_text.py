@@ -283,7 +283,7 @@ def calendar_of(predictions: xr.Dataset) -> Calendar | None:
 
 
 def _at(cycle: float, hours: float, calendar: Calendar | None) -> str:
-    """Return when that was: its day where there is a calendar, its hours, its cycles."""
+    """Return when that was: its day if there is a calendar, its hours, its cycles."""
     if not np.isfinite(hours):
         return f"{cycle:>12.6g} cycles"
     day = None if calendar is None else float(calendar.days(cycle))
@@ -331,7 +331,7 @@ def _unknowns(
 
 
 def _narrowed(prior_q: Array, posterior_q: Array) -> float:
-    """Return how many times narrower quantiles became, in logs where all are positive."""
+    """Return how many times narrower quantiles became, in logs if all are positive."""
     wide = prior_q
     narrow = posterior_q
     if prior_q[0] > 0.0 and posterior_q[0] > 0.0:
@@ -340,7 +340,7 @@ def _narrowed(prior_q: Array, posterior_q: Array) -> float:
 
 
 def _checks(stats: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float, str]]]]:
-    """Yield the name of each checked block, and cycle, p and verdict of its inspections."""
+    """Yield each checked block with cycle, p and verdict of its inspections."""
     for name in map(str, stats.data_vars):
         if not name.startswith("check_p_") or not np.isfinite(stats[name]).any():
             continue
@@ -364,7 +364,7 @@ def _sources(stats: xr.Dataset, rest: Array, hours: float) -> list[tuple[Any, ..
 
 
 def _twins(data: xr.Dataset) -> dict[str, Any]:
-    """Return how often intervals of twins hold the truth, and whether that is as it should."""
+    """Return how often intervals of twins hold the truth, and whether it is too far off."""
     n = data.sizes["twin"]
     shares = []
     for name in ("factor", "life"):
@@ -545,7 +545,7 @@ def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
 
 
 def _row(unit: xr.Dataset, ends: np.ndarray) -> tuple[str, ...]:
-    """Return the row of a unit, ``ends`` being when it reaches the limit, by quantile."""
+    """Return the row of a unit; ``ends`` is when it reaches the limit, by quantile."""
     values = {
         str(name): variable.values[()] for name, variable in unit.variables.items()
     }
@@ -593,7 +593,10 @@ def _shown(unit: str) -> tuple[str, float]:
 
 
 def _shared(sample: xr.Dataset) -> Iterator[tuple[str, str, Array]]:
-    """Yield name, unit and quantiles of what the units share, and of a unit that was not measured."""
+    """Yield name, unit and quantiles of what the units share.
+
+    And of a unit that was not measured.
+    """
     errors = (str(n) for n in sample.data_vars if str(n).startswith("sd_"))
     for name in (*SHARED, *errors, "factor_of_another"):
         if name in sample:

@@ -91,14 +91,15 @@ def _variables(
     for name, values in arrays.items():
         if values.ndim != len(dims[name]):
             raise StoreError(
-                f"{path}: {name} is not as the catalogue says; 'wearlab reindex' mends it"
+                f"{path}: {name} is not as the catalogue says; 'wearlab reindex' mends "
+                "it"
             )
     return {name: (dims[name], values) for name, values in arrays.items()}
 
 
 @dataclass(frozen=True)
 class RunCurve:
-    """Quantities over the cycles of a stored run: cubic between its states, straight beyond.
+    """Quantities over the cycles of a run: cubic between states, straight beyond.
 
     Parameters
     ----------
@@ -229,7 +230,7 @@ class Clock(NamedTuple):
     Parameters
     ----------
     cycle, equal : (n,) real cycles and those of equal wear, straight between
-    off : of a record, how far ends of the interval of k differ in equal cycles, relative
+    off : of a record, by what the ends of the interval of k differ in equal cycles
     """
 
     cycle: Array
@@ -322,7 +323,7 @@ class RunHistory:
         return self.start if begin is None else begin
 
     def equal(self, cycle: Array, clock: Clock | None = None) -> Array:
-        """Return the cycles from the start that wear as much at a constant coefficient and load.
+        """Return the cycles from the start that wear as much at constant k and load.
 
         Parameters
         ----------
@@ -386,8 +387,8 @@ def refuse_stages(scene: Scene) -> None:
     if scene.operation is not None and scene.operation.stage:
         raise UpdateError(
             "operation.stage: stages begin at given cycles, so that the wear is no "
-            "function of k·N and one run does not serve every k; update a campaign with "
-            "operation.duty, mixed within each cycle"
+            "function of k·N and one run does not serve every k; update a campaign "
+            "with operation.duty, mixed within each cycle"
         )
 
 
@@ -527,7 +528,10 @@ def curve_of(
 def _selected(
     values: xr.DataArray, where: str | None, select: dict[str, Any], place: str
 ) -> xr.DataArray:
-    """Return a variable over the cycles alone, at its labels; of all flanks the deepest."""
+    """Return a variable over the cycles alone, at its labels.
+
+    Of all flanks it is the deepest.
+    """
     name = str(values.name)
     labels = dict(select)
     where_dims = [dim for dim in ("flank", "member") if dim in values.dims]
@@ -599,8 +603,8 @@ def _profile(run: xr.Dataset, observed: Observed, places: Array) -> RunCurve:
     if outside.any():
         i = int(np.argmax(outside))
         raise UpdateError(
-            f"{data.file}: line {observed.row[i]}, {kind} {observed.place[i]:g}: outside "
-            f"the active flank, which goes from {x[0]:g} to {x[-1]:g} (SI)"
+            f"{data.file}: line {observed.row[i]}, {kind} {observed.place[i]:g}: "
+            f"outside the active flank, which goes from {x[0]:g} to {x[-1]:g} (SI)"
         )
 
     # along the arc: 1/cos of the pressure angle there, whose tan is the roll
@@ -688,7 +692,7 @@ def _numerical_errors(run: xr.Dataset, limit_cycle: float) -> tuple[float, float
 
 
 def _depth_error(run: xr.Dataset, limit_cycle: float) -> float:
-    """Return the largest relative error of the depth until the limit, 0 where not known."""
+    """Return the largest relative error of the depth until the limit, else 0."""
     if "error_estimate_wear_depth" not in run or "max_wear_depth" not in run:
         return 0.0
     cycle = run["cycle"].values

@@ -91,7 +91,7 @@ class Draws:
         )
 
     def filtered(self, number: int, steps: kalman.Inspections = ()) -> kalman.Filtered:
-        """Return how probable a block is, and what is known of its drift or gain, of each draw.
+        """Return how probable a block is, and what is known of its drift, of each draw.
 
         Parameters
         ----------
@@ -105,7 +105,7 @@ class Draws:
         return likelihood.log_likelihood(block, self.by_run(), number, lanes, steps)
 
     def paths(self, number: int, times: kalman.Inspections, rng: Random) -> Array:
-        """Return draws of how far the wear strays at inspections of a block, (times, n).
+        """Return draws of how far the wear strays at inspections, (times, n).
 
         Parameters
         ----------
@@ -208,7 +208,7 @@ def _errors(
 def _log_weights_of_errors(
     post: Posterior, i: int, number: int
 ) -> Callable[[Array], Array]:
-    """Return a function of ln factor: logs of the weights of errors, (n, sds, drifts)."""
+    """Return a function of ln factor: logs of weights of errors, (n, sds, drifts)."""
     table, _ = post.conditional(i, number)
     table = np.maximum(table, table.max() - 1e4)
     nodes = post.nodes[i]
@@ -230,7 +230,7 @@ def _rows_at(weight: Array, place: Array) -> Array:
 
 
 def _draws_of_logs(grid: Array, weight: Array, rng: Random) -> tuple[Array, Array]:
-    """Return draws from laws known on a grid of logs, one a row, and where on the grid."""
+    """Return draws from laws on a grid of logs, one a row, and where on the grid."""
     numbers = np.arange(len(grid))
     logs = np.log(np.maximum(weight, 1e-290)) - np.log(even_weights(len(grid)))
     places = np.linspace(0.0, len(grid) - 1.0, FINER * (len(grid) - 1) + 1)
@@ -449,7 +449,10 @@ def _inspection_p(innovations: Innovations, t: int) -> float:
 
 
 def _course(z: Array, chi: Array, counts: Array) -> float:
-    """Return the probability of a course as far off, z and chi being (inspections, draws)."""
+    """Return the probability of a course as far off.
+
+    z and chi are (inspections, draws).
+    """
     root = np.sqrt(len(z))
     sums = np.cumsum(z - z.mean(axis=0), axis=0) / root
     p_course = kolmogorov(np.abs(sums).max(axis=0) + 0.12 / root)

@@ -26,7 +26,9 @@ RULES = ("by_the_ratio", "by_the_last_three", "by_the_prior")
 
 
 def crps(quantile: Array, truth: float) -> float:
-    """Return the continuous ranked probability score, 2 ∫ (1{y < q(p)} − p) (q(p) − y) dp.
+    """Return the continuous ranked probability score.
+
+    2 ∫ (1{y < q(p)} − p) (q(p) − y) dp.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Synthetic twins: measurements made up from a known truth.
 
-``python -m wearlab.updating.synthetic_data FILE KEY=VALUE… [--seed N]`` writes the data files of
-one twin: the campaign is run with the values given as the truth, and in every data file
-the values are replaced by what would have been measured there. Cycles and places stay
-as the files have them, which so may hold zeros.
+``python -m wearlab.updating.synthetic_data FILE KEY=VALUE… [--seed N]`` writes the data
+files of one twin: the campaign is run with the values given as the truth, and in every
+data file the values are replaced by what would have been measured there. Cycles and
+places stay as the files have them, which so may hold zeros.
 """
 
 import argparse

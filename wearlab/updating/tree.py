@@ -184,7 +184,10 @@ def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Da
 
 
 def block_name(outcome: UpdateOutcome, number: int) -> str:
-    """Return what the values of a block are called: quantity and place, and its number where two share it."""
+    """Return what the values of a block are called: quantity and place.
+
+    And its number where two share them.
+    """
     names = [block.data.label.replace("-", "_") for block in outcome.posterior.blocks]
     return (
         names[number]
@@ -205,7 +208,7 @@ def _units(block: likelihood.Block) -> dict[str, str]:
 
 
 def _sample(outcome: UpdateOutcome, *, of_prior: bool = False) -> xr.Dataset:
-    """Return equally probable draws of all unknowns and of the life, after or before."""
+    """Return equally probable draws of all unknowns and lives, after or before."""
     draws = outcome.prior_draws if of_prior else outcome.draws
     values = _unknowns(outcome, draws)
 
@@ -326,7 +329,7 @@ def _pointwise(outcome: UpdateOutcome, number: int) -> xr.Dataset:
 
 
 def _predictions(outcome: UpdateOutcome, rng: Random) -> xr.Dataset:
-    """Return quantiles of the life, exact, and of depth and mass over the cycles, drawn."""
+    """Return quantiles of the life, exact, and of wear over the cycles, drawn."""
     run = outcome.posterior.histories[0]
     life = outcome.answer.life(layout.P)
     cycles = _predicted_cycles(outcome, life)
@@ -442,7 +445,10 @@ def _observed_data(outcome: UpdateOutcome) -> xr.Dataset:
 
 
 def _observed_life(outcome: UpdateOutcome) -> float:
-    """Return the cycle at which measurements of the limit's own quantity reach it, NaN where they do not."""
+    """Return the cycle at which measurements of the limit's own quantity reach it.
+
+    NaN where they do not.
+    """
     limit = outcome.study.limit
     run = outcome.posterior.histories[0]
     for points, block in zip(run.points, outcome.posterior.blocks, strict=True):
@@ -457,7 +463,7 @@ def _observed_life(outcome: UpdateOutcome) -> float:
 
 
 def _statistics(outcome: UpdateOutcome) -> xr.Dataset:
-    """Return what is known about the update itself: evidence, checks of the inspections, notes."""
+    """Return what is known about the update itself: evidence, checks, notes."""
     values: dict[str, Any] = {**outcome.stats, "notes": " | ".join(outcome.notes)}
     values |= {"replaced": outcome.study.renewals} if outcome.study.renewals else {}
     if outcome.study.costly:

@@ -1,4 +1,4 @@
-"""Equally probable states of a fleet's unit: wear, values and lives that follow from them."""
+"""Equally probable states of a fleet's unit: wear, values and lives from them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -222,7 +222,7 @@ def states_of(
 
 
 def _last_block(unit: FleetMember, count: int) -> int | None:
-    """Return the block without places that was measured last, else the first of them."""
+    """Return the block without places that was measured last, else the first."""
     whole = unit.whole
     numbers = (number for number, _ in reversed(unit.inspections[:count]))
     measured = (number for number in numbers if number in whole)
