@@ -137,50 +137,60 @@ def tree_of_groups(
 
 
 def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Dataset]:
-    spec = outcome.study.spec
+    """Return the groups of one case."""
     post = outcome.posterior
+    spec = outcome.study.spec
     rng = np.random.default_rng([spec.seed, 1])
-    groups = {"posterior": _sample(outcome), "prior": _sample(outcome, of_prior=True)}
-    groups |= {
+    groups = {
+        "posterior": _sample(outcome),
+        "prior": _sample(outcome, of_prior=True),
         "predictions": _predictions(outcome, rng),
         "observed_data": _observed_data(outcome),
+        "sample_stats": _statistics(outcome),
     }
-    groups["sample_stats"] = _statistics(outcome)
-    if measured := likelihood.measured_blocks(post.blocks):
-        groups["posterior_predictive"] = xr.merge(
-            [_replicas(outcome, n, rng) for n in measured], **layout.MERGED
-        )
-        groups["log_likelihood"] = xr.merge(
-            [_pointwise(outcome, n) for n in measured], **layout.MERGED
-        )
-    days = layout.calendar_of(outcome.study, post.histories[0], outcome.answer.now)
+    measured = likelihood.measured_blocks(post.blocks)
+    if measured:
+        replicas = [_replicas(outcome, n, rng) for n in measured]
+        groups["posterior_predictive"] = xr.merge(replicas, **layout.MERGED)
+        logs = [_pointwise(outcome, n) for n in measured]
+        groups["log_likelihood"] = xr.merge(logs, **layout.MERGED)
+    groups |= _advice(outcome, rng)
+    if replay:
+        groups |= _replay_groups(outcome, groups)
+    if check:
+        groups["calibration"] = calibration.calibrated(outcome.study, post, check)
+    return groups
+
+
+def _advice(outcome: UpdateOutcome, rng: Random) -> dict[str, xr.Dataset]:
+    """Return when to look again, and when to change, where there is advice."""
+    spec = outcome.study.spec
+    run = outcome.posterior.histories[0]
+    days = layout.calendar_of(outcome.study, run, outcome.answer.now)
     look = decision.virtual_inspection(outcome, rng)
-    change = (
-        None
-        if spec.decision is None
-        else decision.decision_of(outcome, spec.decision, rng)
-    )
+    change = None
+    if spec.decision is not None:
+        change = decision.decision_of(outcome, spec.decision, rng)
     if look is not None and change is not None:
         look = decision.before_change(look, float(change["best_change"]))
     advice = {"virtual_inspection": look, "decision": change}
-    groups |= {
+    return {
         name: layout.dated(advised, days)
         for name, advised in advice.items()
         if advised is not None
     }
-    if replay:
-        end = float(groups["observed_data"]["observed_life"])
-        replay_rows = scores.replayed(outcome.study, post, end)
-        predictions = groups["predictions"].drop_vars(
-            list(replay_rows.data_vars), errors="ignore"
-        )
-        groups["predictions"] = predictions.merge(replay_rows)
-        groups["sample_stats"] = groups["sample_stats"].merge(
-            scores.scored(replay_rows, end)
-        )
-    if check:
-        groups["calibration"] = calibration.calibrated(outcome.study, post, check)
-    return groups
+
+
+def _replay_groups(outcome: UpdateOutcome, groups: Groups) -> dict[str, xr.Dataset]:
+    """Return predictions and statistics with the answers as after every inspection."""
+    end = float(groups["observed_data"]["observed_life"])
+    rows = scores.replayed(outcome.study, outcome.posterior, end)
+    replaced = list(rows.data_vars)
+    predictions = groups["predictions"].drop_vars(replaced, errors="ignore")
+    return {
+        "predictions": predictions.merge(rows),
+        "sample_stats": groups["sample_stats"].merge(scores.scored(rows, end)),
+    }
 
 
 def block_name(outcome: UpdateOutcome, number: int) -> str:
