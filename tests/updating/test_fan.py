@@ -10,9 +10,6 @@ from matplotlib.dates import ConciseDateFormatter
 
 from wearlab.figures.kind import FigureRequest
 from wearlab.figures.kinds.update import (
-    DATE,
-    REST,
-    Updated,
     measured_profiles,
     posterior_fan,
     rank_histogram,
@@ -20,6 +17,7 @@ from wearlab.figures.kinds.update import (
 )
 from wearlab.figures.layout import compose
 from wearlab.figures.render import draw
+from wearlab.figures.updated import DATE, REST, Updated
 from wearlab.updating import report_text
 from wearlab.updating.calendar import day_text
 

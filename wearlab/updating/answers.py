@@ -97,8 +97,9 @@ def blocks_of(study: Subject, runs: Runs) -> tuple[Block, ...]:
         ):
             raise UpdateError(
                 f"{observed.data.place}: {len(observed):,} values that share an error, "
-                "or have each its own besides another, are compared one by one, at most "
-                f"{MAX_ONE_BY_ONE:,}: take the mean of each inspection, or thin them out"
+                "or have each its own besides another, are compared one by one, at "
+                f"most {MAX_ONE_BY_ONE:,}: take the mean of each inspection, or thin "
+                "them out"
             )
     return tuple(blocks)
 
@@ -185,7 +186,7 @@ def outcome_of(
 def _without_each_source(
     study: Subject, runs: Runs, answer: Answer
 ) -> dict[int, Answer]:
-    """Return the answer without each block that was measured, where there are several."""
+    """Return the answer without each measured block, where there are several."""
     blocks = answer.posterior.blocks
     measured = likelihood.measured_blocks(blocks)
     if len(measured) < 2:
