@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from wearlab.rexs.quantities import Read
 
 
-class Entry(NamedTuple):
+class KeyEntry(NamedTuple):
     """One key of a campaign file.
 
     Parameters
@@ -35,7 +35,7 @@ class Draft:
     """
 
     title: str
-    entries: dict[str, dict[str, Entry]] = field(default_factory=dict)
+    entries: dict[str, dict[str, KeyEntry]] = field(default_factory=dict)
     derived: list[str] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
@@ -50,7 +50,7 @@ class Draft:
         value : as a campaign file writes it
         comment : where it comes from
         """
-        self.entries.setdefault(section, {})[key] = Entry(value, comment)
+        self.entries.setdefault(section, {})[key] = KeyEntry(value, comment)
 
     def take(self, section: str, key: str, read: Read | None, unit: str = "") -> bool:
         """Set a key to a value that was read; return whether there was one.

@@ -5,8 +5,16 @@ from typing import Any, NamedTuple
 from wearlab.rexs.document import Component, Document, LoadCase
 from wearlab.rexs.draft import Draft, with_unit
 from wearlab.rexs.pairs import Roles
-from wearlab.rexs.planetary import train_of
-from wearlab.rexs.power import CASING, Flow, Groups, Link, flow, gears_of, pair_link
+from wearlab.rexs.planetary import planetary_gears
+from wearlab.rexs.power import (
+    CASING,
+    Flow,
+    Link,
+    ShaftGroups,
+    flow,
+    gears_of,
+    pair_link,
+)
 from wearlab.rexs.quantities import Read, number
 from wearlab.rexs.wheel import Wheel
 
@@ -14,7 +22,7 @@ WHOLE = 1e-2
 """How far shares of time may be from 1 in sum before they are called wrong."""
 
 
-class Condition(NamedTuple):
+class StageLoad(NamedTuple):
     """One load case at a stage.
 
     Parameters
@@ -33,7 +41,7 @@ class Condition(NamedTuple):
     share: float | None
 
 
-def links_of(document: Document, groups: Groups) -> list[Link]:
+def links_of(document: Document, groups: ShaftGroups) -> list[Link]:
     """Return the stages of a gear unit as links between groups of shafts.
 
     Parameters
@@ -60,7 +68,7 @@ def links_of(document: Document, groups: Groups) -> list[Link]:
 
 
 def _planetary_link(
-    document: Document, groups: Groups, stage: Component
+    document: Document, groups: ShaftGroups, stage: Component
 ) -> Link | None:
     """Return a planetary stage of which one member is fixed as a link.
 
@@ -71,7 +79,7 @@ def _planetary_link(
         return None
 
     sun, ring, carrier = (members[name] for name in ("sun", "ring", "carrier"))
-    train = train_of(document, stage)
+    train = planetary_gears(document, stage)
     sun_teeth = Wheel(document, train.sun, None).teeth or 0.0
     ring_teeth = Wheel(document, train.ring, None).teeth or 0.0
     if not sun_teeth or not ring_teeth:
@@ -86,10 +94,10 @@ def _planetary_link(
 
 
 def _members(
-    document: Document, groups: Groups, stage: Component
+    document: Document, groups: ShaftGroups, stage: Component
 ) -> dict[str, str] | None:
     """Return the groups of sun, ring and carrier, None where one has no shaft."""
-    train = train_of(document, stage)
+    train = planetary_gears(document, stage)
     sun = Wheel(document, train.sun, None).shaft
     ring = Wheel(document, train.ring, None).shaft
     if sun is None or ring is None or train.carrier is None:
@@ -118,7 +126,7 @@ def put_operation(
     roles : which gear is which member
     cases : the load cases to take; none takes the file's own values
     """
-    groups = Groups(document)
+    groups = ShaftGroups(document)
     link = next(
         (one for one in links_of(document, groups) if one.stage == stage.id), None
     )
@@ -126,7 +134,7 @@ def put_operation(
         condition
         for case in (cases or (None,))
         if link is not None
-        and (condition := _condition(document, groups, link, case)) is not None
+        and (condition := _stage_load(document, groups, link, case)) is not None
     ]
     if link is None or not conditions:
         draft.missing.append(
@@ -144,9 +152,9 @@ def put_operation(
     _put_conditions(draft, conditions, forwards=forwards)
 
 
-def _condition(
-    document: Document, groups: Groups, link: Link, case: LoadCase | None
-) -> Condition | None:
+def _stage_load(
+    document: Document, groups: ShaftGroups, link: Link, case: LoadCase | None
+) -> StageLoad | None:
     """Return one load case at a stage, None where it leaves torque or speed open."""
     loaded = document.in_case(case)
     state: Flow = flow(loaded, groups, links_of(loaded, groups))
@@ -157,7 +165,7 @@ def _condition(
 
     sense = 1.0 if speed >= 0.0 else -1.0
     other_sense = 1.0 if speed * link.ratio >= 0.0 else -1.0
-    return Condition(
+    return StageLoad(
         torque=torque * sense,
         speed=abs(speed),
         other_torque=-torque / link.ratio * other_sense,
@@ -183,7 +191,7 @@ def _share(document: Document) -> float | None:
 
 
 def _ends(
-    document: Document, groups: Groups, stage: Component, roles: Roles, link: Link
+    document: Document, groups: ShaftGroups, stage: Component, roles: Roles, link: Link
 ) -> tuple[str, str]:
     """Return the members at the two ends of a stage's link."""
     if stage.type == "planetary_stage":
@@ -198,7 +206,7 @@ def _ends(
 
 
 def _put_conditions(
-    draft: Draft, conditions: list[Condition], *, forwards: bool
+    draft: Draft, conditions: list[StageLoad], *, forwards: bool
 ) -> None:
     """Write torque and speed of the driving member, or a table of load cases."""
     rows = [_row(condition, forwards=forwards) for condition in conditions]
@@ -230,7 +238,7 @@ def _put_conditions(
     draft.put("operation", "duty", rows, "")
 
 
-def _row(condition: Condition, *, forwards: bool) -> dict[str, Any]:
+def _row(condition: StageLoad, *, forwards: bool) -> dict[str, Any]:
     """Return torque and speed of the member that drives."""
     torque = condition.torque if forwards else condition.other_torque
     speed = condition.speed if forwards else condition.other_speed

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from wearlab.gears.helix import overlap_ratio
 from wearlab.gears.shifts import involute
 from wearlab.rexs.document import Component, Document, RexsError
-from wearlab.rexs.draft import Draft, Entry
+from wearlab.rexs.draft import Draft, KeyEntry
 from wearlab.rexs.power import gears_of
 from wearlab.rexs.quantities import Read, number
 from wearlab.rexs.wheel import Wheel, put_gear, wheel_of
@@ -273,7 +273,7 @@ def _turn_ring_shift(draft: Draft, members: tuple[str, str], total: float) -> No
     pinion_shift = float(pinion.value) if pinion is not None else 0.0
     for sign in (1.0, -1.0):
         if abs(sign * entry.value - pinion_shift - total) < SHIFT_FITS:
-            turned = Entry(sign * entry.value, entry.comment)
+            turned = KeyEntry(sign * entry.value, entry.comment)
             draft.entries[section]["profile_shift_coefficient"] = turned
             return
 

@@ -16,7 +16,7 @@ EQUAL_ANGLES = 1e-6
 """How far planets may be from equal angles [rad] to be called equal."""
 
 
-class Train(NamedTuple):
+class PlanetaryGears(NamedTuple):
     """The gears of a planetary stage.
 
     Parameters
@@ -35,7 +35,7 @@ class Train(NamedTuple):
     carrier: Component | None
 
 
-def train_of(document: Document, stage: Component) -> Train:
+def planetary_gears(document: Document, stage: Component) -> PlanetaryGears:
     """Return the gears of a planetary stage.
 
     The pairs within it tell: a planet meshes with both central gears, and the ring is
@@ -102,7 +102,7 @@ def train_of(document: Document, stage: Component) -> Train:
             f'"{stage.name or stage.id}": its first planet meshes with no sun: export '
             "the gear unit whole"
         )
-    return Train(
+    return PlanetaryGears(
         sun=next(iter(suns.values())),
         ring=next(iter(rings.values())),
         planets=tuple(planets.values()),
@@ -128,9 +128,9 @@ def summary(document: Document, stage: Component) -> Summary:
 
     Raises
     ------
-    RexsError : as of `train_of`
+    RexsError : as of `planetary_gears`
     """
-    train = train_of(document, stage)
+    train = planetary_gears(document, stage)
     teeth = tuple(
         int(abs(read.value)) if (read := number(gear, "number_of_teeth")) else 0
         for gear in (train.sun, train.planets[0], train.ring)
@@ -156,9 +156,9 @@ def put_stage(draft: Draft, document: Document, stage: Component) -> Roles:
 
     Raises
     ------
-    RexsError : as of `train_of`
+    RexsError : as of `planetary_gears`
     """
-    train = train_of(document, stage)
+    train = planetary_gears(document, stage)
     wheels = {
         "sun": wheel_of(document, train.sun, draft),
         "planet": wheel_of(document, train.planets[0], draft),
@@ -192,7 +192,7 @@ def put_stage(draft: Draft, document: Document, stage: Component) -> Roles:
     )
 
 
-def _put_distances(draft: Draft, train: Train) -> tuple[float, float] | None:
+def _put_distances(draft: Draft, train: PlanetaryGears) -> tuple[float, float] | None:
     """Write the centre distance, of both meshes where they differ; return both [mm]."""
     with_sun = number(train.sun_mesh, "center_distance", "mm")
     with_ring = number(train.ring_mesh, "center_distance", "mm")
@@ -225,7 +225,7 @@ def _derive_shifts(
         pairs.derive_shifts(draft, members, pair, module, distance)
 
 
-def _put_angles(draft: Draft, train: Train) -> None:
+def _put_angles(draft: Draft, train: PlanetaryGears) -> None:
     """Write the angles of the planets where they are not equal."""
     angles = _angles(train)
     if len(angles) != len(train.planets):
@@ -245,7 +245,7 @@ def _put_angles(draft: Draft, train: Train) -> None:
         draft.put("gears", "planet_angles", values, "support_vector of the planets")
 
 
-def _angles(train: Train) -> list[float]:
+def _angles(train: PlanetaryGears) -> list[float]:
     """Return the angles of the planets about the sun, from the first one [rad]."""
     centre = position(train.sun, "support_vector")
     places = [position(planet, "support_vector") for planet in train.planets]
@@ -263,7 +263,7 @@ def _angles(train: Train) -> list[float]:
     )
 
 
-def _say_what_differs(draft: Draft, train: Train) -> None:
+def _say_what_differs(draft: Draft, train: PlanetaryGears) -> None:
     """Say where planets differ from the first one, which stands for all."""
     first, *others = train.planets
     for planet in others:

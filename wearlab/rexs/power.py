@@ -42,7 +42,7 @@ class Flow(NamedTuple):
     torques: dict[str, float]
 
 
-class Groups:
+class ShaftGroups:
     """Shafts that turn as one, joined by couplings that are engaged.
 
     Parameters
@@ -95,7 +95,7 @@ def _is_engaged(joint: Component) -> bool:
     return joint.type == "switchable_coupling" and truth(joint, "is_engaged") is True
 
 
-def flow(document: Document, groups: Groups, links: Iterable[Link]) -> Flow:
+def flow(document: Document, groups: ShaftGroups, links: Iterable[Link]) -> Flow:
     """Return speeds and torques of one load case.
 
     Parameters
@@ -110,7 +110,7 @@ def flow(document: Document, groups: Groups, links: Iterable[Link]) -> Flow:
 
 
 def _speeds(
-    document: Document, groups: Groups, links: tuple[Link, ...]
+    document: Document, groups: ShaftGroups, links: tuple[Link, ...]
 ) -> dict[str, float]:
     """Return the speeds of all groups that the given ones reach [rpm]."""
     speeds = {
@@ -130,7 +130,7 @@ def _speeds(
 
 def _torques(
     document: Document,
-    groups: Groups,
+    groups: ShaftGroups,
     links: tuple[Link, ...],
     speeds: dict[str, float],
 ) -> dict[str, float]:
@@ -182,7 +182,7 @@ def _is_end(group: str, links: tuple[Link, ...]) -> bool:
 
 
 def _loads(
-    document: Document, groups: Groups, speeds: dict[str, float]
+    document: Document, groups: ShaftGroups, speeds: dict[str, float]
 ) -> dict[str, float | None]:
     """Return the outer torque of groups [N m], None where it follows from the others."""
     loads: dict[str, float | None] = {}
@@ -216,7 +216,10 @@ def _torque_of(load: Component, speed: float | None) -> float | None:
 
 
 def pair_link(
-    document: Document, groups: Groups, stage: Component, wheels: tuple[Wheel, Wheel]
+    document: Document,
+    groups: ShaftGroups,
+    stage: Component,
+    wheels: tuple[Wheel, Wheel],
 ) -> Link | None:
     """Return a pair as a link between two groups, None where a shaft is missing.
 

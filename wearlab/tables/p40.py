@@ -1,0 +1,465 @@
+"""Measurement files of gear measuring machines, ``.mka`` (curves) and ``.mew`` (values).
+
+The labels of these files are in the machine's language; what stands in them is told by
+codes. Curves are turned to the sign that machines print: material beyond the nominal
+flank is positive, so that wear and tip relief are negative.
+"""
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from wearlab.arrays import Array
+from wearlab.files import read_regular
+from wearlab.tables.cells import TableError
+
+CURVES = "KS.MK.FILE"
+VALUES = "KS.MW.FILE"
+MAX_BYTES = 50_000_000
+MAX_POINTS = 1_000_000
+"""Points of one trace."""
+ENCODINGS = ("utf-8-sig", "gbk", "latin-1")
+SIDES = ("left", "right")
+
+MODULE, TEETH, HELIX, PRESSURE_ANGLE, SHIFT, FACE_WIDTH, TIP_DIAMETER = range(21, 28)
+PROFILE_BEGIN, PROFILE_END = 41, 44
+LEAD_BEGIN, LEAD_END = 61, 64
+NAME = 7
+CONVENTIONS = {
+    165: ("R_FHB", "1"),
+    178: ("LVORZ", "1"),
+    179: ("BZGFL", "1"),
+    180: ("BZGPR", "0"),
+}
+"""Code → (setting, value) of signs and references that this reader knows."""
+SIGN_OF_CURVES = 178
+SIGNS = {
+    ("profile", "left"): -1.0,
+    ("profile", "right"): 1.0,
+    ("lead", "left"): -1.0,
+    ("lead", "right"): -1.0,
+}
+"""Raw curve → printed sign."""
+NO_VALUE = (-9999.0, 8999.0)
+"""Of ``.mew``: not measured, not available."""
+
+CODE = re.compile(r"\s*(\d{1,5})\s+:(.*)")
+TITLE = re.compile(r"\s*(profile?|flankenlinie|lead|helix|tooth trace)\s*:\s*$", re.I)
+TRACE = re.compile(
+    r"\s*(?P<elsewhere>[^:/]*:)?[^:]*:\s*(?P<tooth>\d+)\s*(?P<tag>[a-z]?)\s*"
+    r"(?P<plane>/[^/]*?)?\s*(?P<side>links|rechts|left|right)\s*/\s*"
+    r"(?P<count>\d+)\s+[^\d=]*?(?P<axis>[zxd])\s*=\s*(?P<at>\S+)\s*$",
+    re.I,
+)
+PITCH_SIDE = re.compile(r"\s*(linke|left|rechte|right)\b", re.I)
+PITCH_HEAD = re.compile(r"\bfp\b.*\bFp\b")
+
+
+class Trace(NamedTuple):
+    """One measured curve.
+
+    Parameters
+    ----------
+    kind : profile or lead
+    tooth : number of the tooth
+    side : left or right
+    face_position : of a profile, from mid-face; None of a lead [m]
+    is_main : whether it is the tooth's curve, no trace beside it for twist or topography
+    deviation : of each point, printed sign, NaN where undefined [m]
+    """
+
+    kind: str
+    tooth: int
+    side: str
+    face_position: float | None
+    is_main: bool
+    deviation: Array
+
+
+class Pitch(NamedTuple):
+    """The pitch table of one side.
+
+    Parameters
+    ----------
+    single : f_p of each tooth [m]
+    cumulative : F_p of each tooth [m]
+    """
+
+    single: Array
+    cumulative: Array
+
+
+class Measurement(NamedTuple):
+    """A measured gear.
+
+    Parameters
+    ----------
+    file : its path
+    name : of the gear
+    codes : code → numbers that stand behind it
+    labels : code → its label in the machine's language
+    traces : the curves, in the order of the file
+    pitch : side → its table
+    """
+
+    file: str
+    name: str
+    codes: dict[int, tuple[float, ...]]
+    labels: dict[int, str]
+    traces: tuple[Trace, ...]
+    pitch: dict[str, Pitch]
+
+    def number(self, code: int, side: str = "left") -> float:
+        """Return a number behind a code: one for both sides, or left and right.
+
+        Parameters
+        ----------
+        code : such as 21, the normal module
+        side : left or right
+
+        Raises
+        ------
+        TableError : the file has no such number
+        """
+        numbers = self.codes.get(code, ())
+        if not numbers:
+            raise TableError(
+                f"{self.file}: code {code} is missing, so that the curves have no "
+                "place: export the measurement whole"
+            )
+        return numbers[min(SIDES.index(side), len(numbers) - 1)]
+
+    @property
+    def base_radius(self) -> float:
+        """Radius of the base circle, ``m_n z cos α_t / (2 cos β)`` [m]."""
+        helix = math.radians(self.number(HELIX))
+        normal = math.radians(self.number(PRESSURE_ANGLE))
+        transverse = math.atan(math.tan(normal) / math.cos(helix))
+        module = 1e-3 * self.number(MODULE) / math.cos(helix)
+        return 0.5 * module * abs(self.number(TEETH)) * math.cos(transverse)
+
+    def teeth(self, kind: str, side: str) -> tuple[int, ...]:
+        """Return the teeth of which there is a curve.
+
+        Parameters
+        ----------
+        kind : profile or lead
+        side : left or right
+        """
+        return tuple(trace.tooth for trace in self._main(kind, side))
+
+    def roll_length(self, side: str, count: int) -> Array:
+        """Return the length of roll of the points of a profile, (count,) [m].
+
+        Points stand evenly in the length of roll ``√(r² − r_b²)`` between the diameters
+        at which the machine began and ended.
+
+        Parameters
+        ----------
+        side : left or right
+        count : points of the profile
+        """
+        ends = [
+            self._roll(1e-3 * self.number(code, side))
+            for code in (PROFILE_BEGIN, PROFILE_END)
+        ]
+        return np.linspace(ends[0], ends[1], count)
+
+    def _roll(self, diameter: float) -> float:
+        """Return the length of roll at a diameter [m]."""
+        squared = (0.5 * diameter) ** 2 - self.base_radius**2
+        if squared < 0.0:
+            raise TableError(
+                f"{self.file}: the profile begins at {1e3 * diameter:g} mm, below the "
+                f"base circle of {2e3 * self.base_radius:.6g} mm: codes 21 to 24 and "
+                "41 contradict each other"
+            )
+        return math.sqrt(squared)
+
+    def face_positions(self, side: str, count: int) -> Array:
+        """Return where the points of a lead lie on the face, from mid-face, (count,) [m].
+
+        Parameters
+        ----------
+        side : left or right
+        count : points of the lead
+        """
+        middle = 0.5 * self.number(FACE_WIDTH)
+        begin, end = (self.number(code, side) for code in (LEAD_BEGIN, LEAD_END))
+        return 1e-3 * (np.linspace(begin, end, count) - middle)
+
+    def curve(self, kind: str, side: str, teeth: str | int) -> tuple[Array, Array]:
+        """Return a profile or lead of one tooth, or the mean of all.
+
+        Parameters
+        ----------
+        kind : profile or lead
+        side : left or right
+        teeth : "mean", or the number of a tooth
+
+        Returns
+        -------
+        abscissa (length of roll, or place on the face) and deviation [m], both (n,), of
+        the points that are defined on every tooth that is asked for
+
+        Raises
+        ------
+        TableError : there is no such curve, or curves have different counts of points
+        """
+        traces = self._main(kind, side)
+        if teeth != "mean":
+            traces = [trace for trace in traces if trace.tooth == teeth]
+        if not traces:
+            present = ", ".join(map(str, self.teeth(kind, side))) or "none"
+            raise TableError(
+                f"{self.file}: there is no {kind} of {_asked(teeth)}, {side} side; "
+                f"teeth with one: {present}"
+            )
+
+        counts = {len(trace.deviation) for trace in traces}
+        if len(counts) > 1:
+            raise TableError(
+                f"{self.file}: {kind}s of the {side} side have "
+                f"{' and '.join(map(str, sorted(counts)))} points, so that they have no "
+                "mean: name one tooth with teeth"
+            )
+        count = counts.pop()
+        places = (
+            self.roll_length(side, count)
+            if kind == "profile"
+            else self.face_positions(side, count)
+        )
+        stacked = np.stack([trace.deviation for trace in traces])
+        defined = np.all(np.isfinite(stacked), axis=0)
+        return places[defined], stacked.mean(axis=0)[defined]
+
+    def _main(self, kind: str, side: str) -> list[Trace]:
+        """Return the curves of a kind and side that are the teeth's own."""
+        return [
+            trace
+            for trace in self.traces
+            if trace.is_main and trace.kind == kind and trace.side == side
+        ]
+
+
+def _asked(teeth: str | int) -> str:
+    """Return what was asked for, in words."""
+    return "any tooth" if teeth == "mean" else f"tooth {teeth}"
+
+
+def is_measurement(content: bytes) -> bool:
+    """Tell whether the bytes of a file are those of such a measurement.
+
+    Parameters
+    ----------
+    content : at least the beginning of the file
+    """
+    head = content[:200].lstrip(b"\xef\xbb\xbf \t\r\n")
+    return head.startswith(b"HEADER") and b"KS.M" in head
+
+
+def read_measurement(path: str | Path) -> Measurement:
+    """Return what a measuring machine wrote.
+
+    Parameters
+    ----------
+    path : ``.mka`` or ``.mew``
+
+    Raises
+    ------
+    TableError : it cannot be read, is another kind of file, holds signs or references
+        that are not known, or curves with another count of points than it states
+    """
+    try:
+        content = read_regular(path, MAX_BYTES)
+    except OSError as error:
+        raise TableError(f"{path}: {error.strerror or error}") from None
+    return measurement_of(content, str(path))
+
+
+def measurement_of(content: bytes, file: str) -> Measurement:
+    """Return the measurement in the bytes of a file.
+
+    Parameters
+    ----------
+    content : the bytes
+    file : its path, for messages
+
+    Raises
+    ------
+    TableError : as of `read_measurement`
+    """
+    if not is_measurement(content):
+        raise TableError(
+            f"{file}: it does not begin with HEADER KS.MK.FILE or KS.MW.FILE: export "
+            "the curves (.mka) or values (.mew) of the measurement"
+        )
+    lines = _decoded(content).splitlines()
+    has_values_alone = VALUES in lines[0]
+    codes, labels, words = _codes(lines, has_values_alone=has_values_alone)
+    if not has_values_alone:
+        _check_conventions(words, file)
+
+    undefined = _undefined(lines)
+    middle = 0.5 * codes[FACE_WIDTH][0] if codes.get(FACE_WIDTH) else 0.0
+    return Measurement(
+        file,
+        " ".join(words.get(NAME, ())),
+        codes,
+        labels,
+        tuple(_traces(lines, undefined, middle, file)),
+        dict(_pitch_tables(lines, file)),
+    )
+
+
+def _decoded(content: bytes) -> str:
+    """Return the text; labels may be garbled, codes and numbers are ASCII."""
+    for encoding in ENCODINGS:
+        try:
+            return content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+    return content.decode("latin-1")
+
+
+def _codes(
+    lines: Sequence[str], *, has_values_alone: bool
+) -> tuple[dict[int, tuple[float, ...]], dict[int, str], dict[int, tuple[str, ...]]]:
+    """Return numbers, label and words behind each code."""
+    codes: dict[int, tuple[float, ...]] = {}
+    labels: dict[int, str] = {}
+    words: dict[int, tuple[str, ...]] = {}
+    for line in lines:
+        match = CODE.match(line)
+        if match is None:
+            continue
+        code = int(match[1])
+        label, *fields = match[2].split(":")
+        texts = " ".join(fields).split()
+        numbers = [number for text in texts if (number := _number(text)) is not None]
+        if has_values_alone:
+            numbers = [number for number in numbers if number not in NO_VALUE]
+        codes[code] = tuple(numbers)
+        labels[code] = label.rstrip(". ")
+        words[code] = tuple(texts)
+    return codes, labels, words
+
+
+def _number(text: str) -> float | None:
+    """Return a number such as ``.25`` or ``1d5``, None where a text is none."""
+    try:
+        number = float(text.replace("d", "e").replace("D", "E"))
+    except ValueError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _check_conventions(words: dict[int, tuple[str, ...]], file: str) -> None:
+    """Refuse signs and references that this reader does not know."""
+    for code, (setting, value) in CONVENTIONS.items():
+        found = words.get(code)
+        if found is None and code != SIGN_OF_CURVES:
+            continue
+        if found is None or len(found) < 2 or (found[0], found[1]) != (setting, value):
+            raise TableError(
+                f"{file}: code {code} says {' '.join(found or ('nothing',))}, and only "
+                f"{setting} {value} is known: export the measurement with that setting"
+            )
+
+
+def _undefined(lines: Sequence[str]) -> float:
+    """Return the number at or below which a value is undefined."""
+    for line in lines:
+        texts = line.split()
+        if len(texts) > 1 and texts[0] == "UNDEFINED":
+            number = _number(texts[1])
+            return -math.inf if number is None else number + 1.0
+    return -math.inf
+
+
+def _traces(
+    lines: Sequence[str], undefined: float, middle: float, file: str
+) -> Iterator[Trace]:
+    """Yield the curves, each under the last title before it."""
+    kind = ""
+    for place, line in enumerate(lines):
+        title = TITLE.match(line)
+        if title is not None:
+            kind = "profile" if title[1].lower().startswith("profil") else "lead"
+            continue
+
+        match = TRACE.match(line)
+        if match is None or not kind:
+            continue
+        side = "left" if match["side"].lower() in ("links", "left") else "right"
+        values = _values(lines, place, int(match["count"]), undefined, file)
+        at = _number(match["at"])
+        yield Trace(
+            kind,
+            int(match["tooth"]),
+            side,
+            1e-3 * (at - middle) if kind == "profile" and at is not None else None,
+            not (match["elsewhere"] or match["tag"] or match["plane"]),
+            1e-6 * SIGNS[kind, side] * values,
+        )
+
+
+def _values(
+    lines: Sequence[str], place: int, count: int, undefined: float, file: str
+) -> Array:
+    """Return the values below the head of a curve, NaN where undefined [µm]."""
+    if count > MAX_POINTS:
+        raise TableError(
+            f"{file}, line {place + 1}: {count} points of one curve: export the "
+            "measurement anew"
+        )
+    values: list[float] = []
+    for line in lines[place + 1 :]:
+        numbers = [_number(text) for text in line.split()]
+        if not numbers or None in numbers or len(values) >= count:
+            break
+        values += [number for number in numbers if number is not None]
+    if len(values) != count:
+        raise TableError(
+            f"{file}, line {place + 1}: {count} values are announced and {len(values)} "
+            "follow: export the measurement anew"
+        )
+    read = np.array(values)
+    return np.where(read <= undefined, np.nan, read)
+
+
+def _pitch_tables(lines: Sequence[str], file: str) -> Iterator[tuple[str, Pitch]]:
+    """Yield side and pitch table: rows of tooth, f_p, F_p, F_r."""
+    side = ""
+    for place, line in enumerate(lines):
+        match = PITCH_SIDE.match(line)
+        if match is not None:
+            side = "left" if match[1].lower() in ("linke", "left") else "right"
+        elif PITCH_HEAD.search(line) and side:
+            yield side, _pitch(lines, place, file)
+
+
+def _pitch(lines: Sequence[str], place: int, file: str) -> Pitch:
+    """Return the rows below the head of a pitch table; teeth count from 1."""
+    rows: list[list[float]] = []
+    for line in lines[place + 1 :]:
+        numbers = [_number(text) for text in line.split()]
+        if not numbers:
+            if rows:
+                break
+            continue
+        if None in numbers or len(numbers) < 3:
+            break
+        rows.append([number for number in numbers if number is not None])
+
+    if [int(row[0]) for row in rows] != list(range(1, len(rows) + 1)):
+        raise TableError(
+            f"{file}, line {place + 1}: the teeth of the pitch table are not 1, 2, 3 …: "
+            "export the measurement anew"
+        )
+    table = 1e-6 * np.array([row[1:3] for row in rows]).reshape(-1, 2)
+    return Pitch(table[:, 0], table[:, 1])
