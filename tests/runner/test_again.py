@@ -5,7 +5,7 @@ from fake_campaign import SIMULATE, sweep
 
 import wearlab as wl
 from wearlab import sources
-from wearlab.runner import Interrupted, RunnerError, running
+from wearlab.runner import Interrupted, RunnerError, execution
 from wearlab.runner.preparation import chosen
 from wearlab.store import Store
 from wearlab.store.catalogue import Entry
@@ -65,7 +65,7 @@ def test_an_interruption_leaves_the_old_run(tmp_path, monkeypatch):
         assert store.archive.entries()[task.id].state == "running"
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(running, "execute", interrupted)
+    monkeypatch.setattr(execution, "execute", interrupted)
     with pytest.raises(Interrupted):
         run(campaign, store, recompute="all")
     assert store.verify() == []

@@ -10,7 +10,7 @@ from fake_campaign import SIMULATE, Campaign, Case, Scene, alter, sweep
 from rich.console import Console
 
 import wearlab
-from wearlab.runner import Interrupted, RunnerError, cluster, running
+from wearlab.runner import Interrupted, RunnerError, cluster, execution, running
 from wearlab.runner.progress import ProgressBar
 from wearlab.sources import source_hash
 from wearlab.store import Store, StoreError
@@ -164,7 +164,7 @@ def test_a_file_that_was_lost_is_made_again(store, log, damage):
 
 
 def test_ctrl_c_releases_what_was_running(store, monkeypatch):
-    monkeypatch.setattr(running, "execute", interrupting(running.execute, after=1))
+    monkeypatch.setattr(execution, "execute", interrupting(execution.execute, after=1))
     with pytest.raises(
         KeyboardInterrupt, match=r"1 done, 2 to go; run again to continue"
     ):
