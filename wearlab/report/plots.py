@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from wearlab.comparison.states import phases_of
 from wearlab.figures.plot import NAMES, Curve, LegendEntry, LineStyle, Panel, Pen, Plot
 from wearlab.figures.render import rendered
 from wearlab.figures.wording import converted, cycles, first_of, scaled
+from wearlab.tables.p40 import SIDES, Measurement
 
 PENS = {"A": Pen(NAMES[0], "-", "o", 1.5), "B": Pen(NAMES[1], "--", "s", 1.0)}
 """Pens of the two runs."""
@@ -19,6 +21,9 @@ WAVES = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
 COMPARED = ("max_wear_depth", *WAVES, "mesh_force_orders")
 """Quantities of campaigns that are drawn, as many as can be told apart."""
 GREY = "#7a7a7a"
+TOOTH_PEN = Pen(GREY, "-", "", 0.6)
+MEAN_PEN = Pen("#0072B2", "-", "", 2.0)
+"""Pens of the curves of a measured gear."""
 MAX_PAIRS = 40  # of runs in a figure
 MAX_KEYS = 6  # of a scene in a note
 MAX_MARKED_POINTS = 60  # of a curve
@@ -43,6 +48,9 @@ QUANTITIES = {
     "diameter": PlottedQuantity("diameter", "m", "mm"),
     "roll_angle": PlottedQuantity("roll angle", "rad", "deg"),
     "roll_length": PlottedQuantity("length of roll", "m", "mm"),
+    "face_position": PlottedQuantity(
+        "position on the face, from its middle", "m", "mm"
+    ),
     "path_position": PlottedQuantity("position on the path of contact", "m", "mm"),
     "depth": PlottedQuantity("wear depth", "m", "um"),
     "deviation": PlottedQuantity("deviation, material missing downwards", "m", "um"),
@@ -219,6 +227,51 @@ def profile_figure(
         f"{name} as it was understood", (panel,), 1, 1, notes=(f"Read as {note}.",)
     )
     return rendered(plot, {"Title": plot.title}, ending)
+
+
+def measurement_figure(measurement: Measurement, ending: str) -> bytes:
+    """Return the figure of a measured gear: every tooth thin, the mean thick.
+
+    Parameters
+    ----------
+    measurement : what a measuring machine wrote
+    ending : png, svg or pdf
+    """
+    kinds = [
+        kind
+        for kind in ("profile", "lead")
+        if any(measurement.teeth(kind, side) for side in SIDES)
+    ]
+    panels = [
+        _measured_panel(measurement, kind, side, (row, column))
+        for row, kind in enumerate(kinds)
+        for column, side in enumerate(SIDES)
+    ]
+    plot = Plot(
+        f"{measurement.name or Path(measurement.file).name}: measured flanks",
+        tuple(panels),
+        len(kinds),
+        len(SIDES),
+        notes=("Every tooth thin, their mean thick; material is positive.",),
+    )
+    return rendered(plot, {"Title": plot.title}, ending)
+
+
+def _measured_panel(
+    measurement: Measurement, kind: str, side: str, place: tuple[int, int]
+) -> Panel:
+    """Return the panel of the profiles or leads of one side."""
+    abscissa = "roll_length" if kind == "profile" else "face_position"
+    curves: list[Curve] = []
+    labels: tuple[str, str] = ("", "")
+    teeth: list[str | int] = [*measurement.teeth(kind, side)]
+    for tooth in [*teeth, "mean"] if teeth else []:
+        places, deviation = measurement.curve(kind, side, tooth)
+        (x,), x_label = _axis((abscissa, tuple(places)))
+        (y,), y_label = _axis(("deviation", tuple(deviation)))
+        labels = (x_label, y_label)
+        curves.append(Curve(x, y, MEAN_PEN if tooth == "mean" else TOOTH_PEN, "line"))
+    return Panel(*place, f"{kind}, {side}", *labels, tuple(curves))
 
 
 def _axis(column: Column) -> tuple[list[Array], str]:

@@ -5,6 +5,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from wearlab.tables import p40
 from wearlab.tables.cells import TableError
 from wearlab.tables.reading import read_table
 from wearlab.tables.table import ReadTable
@@ -26,6 +27,8 @@ ORDINATES = ("depth", "deviation")
 FACE = "face_position"
 """Where on the face points of a flank lie, from mid-face: beside one of the abscissae,
 or alone in a lead."""
+MACHINE_KEYS = ("side", "teeth")
+"""Options that choose a curve of a measuring machine's file."""
 CONTENTS = ("x", "y", "abscissa", "ordinate", "across")
 
 
@@ -77,7 +80,7 @@ def read_measured_flank(
     Parameters
     ----------
     options : ``file``, and ``x``, ``y``, ``units``, ``columns`` where the file does not
-        tell them
+        tell them; of a measuring machine's file ``side`` and ``teeth``
     base : folder that a relative path starts from
 
     Raises
@@ -85,8 +88,73 @@ def read_measured_flank(
     TableError
         When the file cannot be read, lacks a column or a unit, or is not in order.
     """
-    table = read_table((base or Path()) / file_named(options))
-    return measured_flank_of(table, options)
+    path = (base or Path()) / file_named(options)
+    if p40.is_measurement_file(path):
+        return machine_flank_of(p40.read_measurement(path), options)
+
+    stated = [key for key in MACHINE_KEYS if options.get(key) not in (None, "mean")]
+    if stated:
+        raise TableError(
+            f"{path}: {' and '.join(stated)} belong to a measuring machine's file "
+            "(.mka); leave them out, or name that file"
+        )
+    return measured_flank_of(read_table(path), options)
+
+
+def machine_flank_of(
+    measurement: p40.Measurement, options: Mapping[str, Any]
+) -> MeasuredFlank:
+    """Return the points of a flank from a measuring machine's file.
+
+    Parameters
+    ----------
+    measurement : what the machine wrote
+    options : ``side``; ``teeth``, "mean" or the number of a tooth; ``x =
+        "face_position"`` takes the lead, else the profile
+
+    Raises
+    ------
+    TableError : no side, another abscissa or ordinate than the file has, or no such
+        curve
+    """
+    side = options.get("side")
+    if side not in p40.SIDES:
+        raise TableError(
+            f"{measurement.file}: say which side: side = 'left' or side = 'right'"
+        )
+    _refuse_other_contents(measurement, options)
+
+    is_lead = options.get("x") == FACE
+    kind = "lead" if is_lead else "profile"
+    places, deviation = measurement.curve(kind, side, options.get("teeth") or "mean")
+    return MeasuredFlank(
+        x=FACE if is_lead else "roll_length",
+        y="deviation",
+        abscissa=tuple(places.tolist()),
+        ordinate=tuple(deviation.tolist()),
+        across=None,
+    )
+
+
+def _refuse_other_contents(
+    measurement: p40.Measurement, options: Mapping[str, Any]
+) -> None:
+    """Refuse columns, units and quantities that a machine's file does not have."""
+    if options.get("columns") or options.get("units"):
+        raise TableError(
+            f"{measurement.file}: it tells its quantities and units by codes: leave "
+            "out columns and units"
+        )
+    if options.get("x") not in (None, "roll_length", FACE):
+        raise TableError(
+            f"{measurement.file}: its profiles stand over roll_length and its leads "
+            f"over face_position, not over {options['x']!r}"
+        )
+    if options.get("y") not in (None, "deviation"):
+        raise TableError(
+            f"{measurement.file}: it holds deviations: leave out y, or write y = "
+            "'deviation'"
+        )
 
 
 def measured_flank_of(table: ReadTable, options: Mapping[str, Any]) -> MeasuredFlank:

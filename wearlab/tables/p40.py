@@ -20,6 +20,8 @@ from wearlab.tables.cells import TableError
 CURVES = "KS.MK.FILE"
 VALUES = "KS.MW.FILE"
 MAX_BYTES = 50_000_000
+HEAD_BYTES = 2000
+"""Of a file's beginning, in which its format shows."""
 MAX_POINTS = 1_000_000
 """Points of one trace."""
 ENCODINGS = ("utf-8-sig", "gbk", "latin-1")
@@ -260,6 +262,30 @@ def is_measurement(content: bytes) -> bool:
     """
     head = content[:200].lstrip(b"\xef\xbb\xbf \t\r\n")
     return head.startswith(b"HEADER") and b"KS.M" in head
+
+
+def is_measurement_file(path: str | Path) -> bool:
+    """Tell whether a file is such a measurement; refuse one of another format by name.
+
+    Parameters
+    ----------
+    path : the file; False where it cannot be read, which its reader will say
+
+    Raises
+    ------
+    TableError : it is a GDE file, which wearlab does not read
+    """
+    try:
+        head = read_regular(path, MAX_BYTES)[:HEAD_BYTES]
+    except OSError:
+        return False
+
+    if head.lstrip(b"\xef\xbb\xbf").startswith(b"<") and b"gde" in head.lower():
+        raise TableError(
+            f"{path}: a GDE file (VDI/VDE 2610), which is not read: export the curves "
+            "as .mka or as CSV with columns diameter and deviation"
+        )
+    return is_measurement(head)
 
 
 def read_measurement(path: str | Path) -> Measurement:

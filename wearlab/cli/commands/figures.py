@@ -10,6 +10,7 @@ from wearlab.store import Store, files, open_store
 
 if TYPE_CHECKING:
     from wearlab.figures import drawing
+    from wearlab.tables.p40 import Measurement
 
 
 @app.command(
@@ -135,6 +136,7 @@ def profile(
     from wearlab.figures import drawing
     from wearlab.report import plots
     from wearlab.tables.measured_flank import read_measured_flank
+    from wearlab.tables.p40 import is_measurement_file
 
     figure = out or Path(f"{file.stem}.png")
     headers_by_name = _pairs(columns or [], "--columns")
@@ -145,6 +147,13 @@ def profile(
     }
     ending = figure.suffix.lower().removeprefix(".")
     drawing.check_format(ending)
+    if is_measurement_file(file):
+        if columns or units:
+            raise output.Stop(
+                f"{file}: its codes tell quantities and units: leave out "
+                "--columns and --units"
+            )
+        return _measured_gear(file, figure)
 
     table = tables.read_table(file)
     x, y, abscissa, ordinate, across = read_measured_flank(settings)
@@ -167,6 +176,62 @@ def profile(
     }
     text = [f"{name:<20}{value}" for name, value in facts.items() if value]
     return output.Findings(facts, text)
+
+
+def _measured_gear(file: Path, figure: Path) -> output.Findings:
+    """Draw all curves of a measuring machine's file, and list what is there."""
+    from wearlab.report import plots
+    from wearlab.tables.p40 import SIDES, read_measurement
+
+    measurement = read_measurement(file)
+    facts = {"file": str(file), "gear": measurement.name}
+    facts |= _values_by_code(measurement) if not measurement.traces else {}
+    for kind in ("profile", "lead"):
+        for side in SIDES:
+            if teeth := measurement.teeth(kind, side):
+                facts[f"{kind}, {side}"] = _extent(measurement, kind, side, teeth)
+    for side, pitch in measurement.pitch.items():
+        span = 1e6 * (pitch.cumulative.max() - pitch.cumulative.min())
+        facts[f"pitch, {side}"] = f"{len(pitch.single)} teeth, F_p {span:.3f} um"
+    elsewhere = sum(not trace.is_main for trace in measurement.traces)
+    if elsewhere:
+        facts["not used"] = f"{elsewhere} traces beside the teeth's own"
+
+    if measurement.traces:
+        ending = figure.suffix.lower().removeprefix(".")
+        files.write_whole(figure, plots.measurement_figure(measurement, ending))
+        facts["figure"] = str(figure)
+    text = [f"{name:<20}{value}" for name, value in facts.items() if value]
+    return output.Findings(facts, text)
+
+
+def _extent(
+    measurement: "Measurement", kind: str, side: str, teeth: Sequence[int]
+) -> str:
+    """Return teeth, points and range of the curves of one side, in words."""
+    places, deviation = measurement.curve(kind, side, "mean")
+    ends = 1e3 * places[[0, -1]]
+    where = f"face position {ends[0]:g} to {ends[1]:g} mm"
+    if kind == "profile":
+        radius = 1e3 * measurement.base_radius
+        diameters = 2.0 * (ends**2 + radius**2) ** 0.5
+        where = f"diameter {diameters[0]:.4f} to {diameters[1]:.4f} mm"
+    lowest, highest = 1e6 * deviation.min(), 1e6 * deviation.max()
+    return (
+        f"teeth {', '.join(map(str, teeth))}; {len(places)} points, {where}; mean "
+        f"{lowest:.3f} to {highest:.3f} um"
+    )
+
+
+def _values_by_code(measurement: "Measurement") -> dict[str, str]:
+    """Return what a file of values holds, by its labels."""
+    return {
+        f"{code} {measurement.labels[code]}": " ".join(
+            f"{number:g}" for number in numbers
+        )
+        for code, numbers in measurement.codes.items()
+        if numbers
+    }
 
 
 def _pairs(words: Sequence[str], option: str) -> dict[str, str]:

@@ -9,7 +9,7 @@ from pydantic import ConfigDict, ValidationInfo
 from pydantic.json_schema import SkipJsonSchema
 
 from wearlab.arrays import Array
-from wearlab.options import POSITIVE, Length, Part, option
+from wearlab.options import POSITIVE, Count, Length, Part, option
 from wearlab.tables import measured_flank
 from wearlab.wear.initials import InitialModel
 
@@ -52,8 +52,9 @@ class MeasuredWear(InitialModel):
     file: str | None = option(None, identity=False)
     """table with columns diameter, roll_angle, roll_length or path_position, and depth
     or deviation, as machines write it: any separator, decimal sign, encoding and
-    preamble (see `wearlab profile`); with face_position, from mid-face, a topography,
-    profile after profile, and with that alone a lead [required in a campaign file]"""
+    preamble (see `wearlab profile`), or a measuring machine's .mka; with face_position,
+    from mid-face, a topography, profile after profile, and with that alone a lead
+    [required in a campaign file]"""
     x: Literal[
         "diameter", "roll_angle", "roll_length", "path_position", "face_position"
     ] = option(None)
@@ -69,6 +70,11 @@ class MeasuredWear(InitialModel):
     columns: dict[str, str] | None = option(None, identity=False)
     """headers of the file where they are others, such as { deviation = 'Abweichung' }
     [by their names]"""
+    side: Literal["left", "right"] | None = option(None, identity=False)
+    """of a measuring machine's file (.mka): which side of the teeth [required there];
+    operation.drive_flank says which side carries the load"""
+    teeth: Literal["mean"] | Count = option("mean", identity=False)
+    """of a measuring machine's file: the mean of all teeth, or the number of one"""
     continuation: Literal["refuse", "hold", "slope", "zero"] = "refuse"
     """beyond what was measured, where that is less than the active flank: refused, the
     last value, the last slope, or unworn. Source: wearlab"""
