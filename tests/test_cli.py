@@ -151,7 +151,7 @@ def test_show(command, campaign):
 
 
 def test_show_names_what_each_of_several_numbers_is_of(command, tmp_path):
-    """Neither safety of a pair, nor the transmission error unworn and worn, was told."""
+    """Safeties of a pair, and the transmission error unworn and worn, are told."""
     store = Store(tmp_path / "wearlab-store")
     store.archive.create()
     data = made_up.run(1.0)

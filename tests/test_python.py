@@ -219,7 +219,7 @@ FORMULAS = {
 
 
 def test_columns_are_written_as_in_claims(report):
-    """One number of several was shown under the name of all: the larger of two safeties."""
+    """The larger of two safeties is not shown under the name of both."""
     columns = list(FORMULAS)
     table = report.store.query("status = done", columns=columns)
     assert [column.name for column in table.columns] == ["id", "status", *columns]

@@ -1,4 +1,4 @@
-"""What a run says where deflection takes contact beyond the nodes that were computed."""
+"""What a run says where deflection takes contact beyond the computed nodes."""
 
 import numpy as np
 import pytest

@@ -219,7 +219,7 @@ def tooth_thickness(pair: gear.GearPair, number: int, position: Array) -> Array:
 
 
 def thickest(gears: gear_set.GearSet, where: str | None) -> float:
-    """Return the largest thickness of teeth where a member's, or all, flanks touch [m]."""
+    """Return the largest tooth thickness at the flanks of a member, or of all [m]."""
     flanks = [name for name in gears.flanks if where in (name, name.split("-")[0])]
     places = [
         (gears.kinds[kind].pair, number)

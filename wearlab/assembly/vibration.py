@@ -224,7 +224,7 @@ def _check_stability(
 
 
 def _largest_unresolved(clock: OnClock, grid: stages.StageGrid) -> float:
-    """Return the largest share of a mesh's stiffness or error that a grid misses [1]."""
+    """Return the largest share of a mesh stiffness or error that a grid misses [1]."""
     return max(
         (unresolved(clock.analyses[mesh.kind], mesh, grid) for mesh in clock.meshes),
         default=0.0,

@@ -1,4 +1,7 @@
-"""Where the mate of a member touches and how far it has turned: Y23's relations α1–α1′ and φ1–φ2."""
+"""Where the mate of a member touches, and how far it has turned.
+
+Y23's relations α1–α1′ and φ1–φ2.
+"""
 
 from typing import TYPE_CHECKING
 
@@ -11,10 +14,13 @@ _TURNING = ("update", "member", "mesh", "pair", "phase")
 
 
 def of_the_mate(angle: "xr.DataArray") -> "xr.DataArray":
-    """Return for each member of a mesh the angle of the other one, NaN where it has none [rad].
+    """Return for each member of a mesh the angle of its mate [rad].
+
+    It is NaN where there is none.
 
     >>> import xarray as xr
-    >>> angle = xr.DataArray([[0.2, float("nan")], [0.5, float("nan")]], dims=("member", "pair"))
+    >>> angles = [[0.2, float("nan")], [0.5, float("nan")]]
+    >>> angle = xr.DataArray(angles, dims=("member", "pair"))
     >>> of_the_mate(angle).round(6).values.tolist()
     [[0.5, nan], [0.2, nan]]
     """

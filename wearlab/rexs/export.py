@@ -188,7 +188,7 @@ def _stated_keys(part: Part) -> set[str]:
 
 
 def _no_place(scene: Scene) -> Iterator[str]:
-    """Yield the dotted keys that differ from their default and have no place in REXS."""
+    """Yield the dotted keys that are not at their default and have no place in REXS."""
     from wearlab.scene.identity import essence
 
     parts: list[tuple[str, Part | None, set[str]]] = [

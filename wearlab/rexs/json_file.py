@@ -95,7 +95,7 @@ def _attributes(component: Mapping[str, Any]) -> dict[str, Attribute]:
 
 
 def _value(entry: Mapping[str, Any], place: str) -> Any:
-    """Return the value of an attribute, None where its type is not the one it is under."""
+    """Return the value of an attribute, None where it has another type than stated."""
     for key, value in entry.items():
         if key in ("id", "unit"):
             continue

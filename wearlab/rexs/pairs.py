@@ -194,7 +194,7 @@ def put_face(draft: Draft, stage: Component, wheels: dict[str, Wheel]) -> None:
 
 
 def _overlap(wheels: list[Wheel], widths: list[Read]) -> Read:
-    """Return the overlap of two faces where both places are known, else the narrower."""
+    """Return the overlap of two faces, the narrower one where a place is unknown."""
     narrow = min(widths, key=lambda width: width.value)
     middles = [wheel.middle for wheel in wheels]
     if len(widths) != len(wheels) or None in middles:

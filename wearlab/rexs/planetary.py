@@ -1,4 +1,4 @@
-"""Planetary stages of a file: who is sun, planet, ring and carrier, and what is fixed."""
+"""Planetary stages of a file: sun, planets, ring and carrier, and what is fixed."""
 
 import math
 from collections.abc import Iterator

@@ -184,7 +184,7 @@ def _is_end(group: str, links: tuple[Link, ...]) -> bool:
 def _loads(
     document: Document, groups: ShaftGroups, speeds: dict[str, float]
 ) -> dict[str, float | None]:
-    """Return the outer torque of groups [N m], None where it follows from the others."""
+    """Return the outer torque of groups [N m], None where the others decide it."""
     loads: dict[str, float | None] = {}
     for load in document.of_type("external_load"):
         shaft = next(document.partners("assembly", "part", load.id, "assembly"), None)

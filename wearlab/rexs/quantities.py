@@ -1,4 +1,4 @@
-"""Values of attributes in units that wearlab knows, under every name that REXS gave them."""
+"""Values of attributes in known units, under every name that REXS gave them."""
 
 import math
 from typing import Any, NamedTuple

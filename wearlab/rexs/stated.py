@@ -1,4 +1,4 @@
-"""Which keys a study stated before it was written as REXS: the others are left to defaults.
+"""Which keys a study stated before it was written as REXS; others are left to defaults.
 
 A file of another program says nothing of the kind, and then every key stays.
 """

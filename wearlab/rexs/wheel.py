@@ -349,7 +349,7 @@ def _material_of(document: Document, origin: Component | None) -> Component | No
 def _material_table(
     draft: Draft, section: str, material: Component
 ) -> dict[str, object] | None:
-    """Return a material as a campaign file writes it, None where no modulus is given."""
+    """Return a material as a campaign file writes it, None without a modulus."""
     modulus = number(material, "elastic_modulus", "GPa")
     ratio = number(material, "poisson_ratio")
     if modulus is None or ratio is None:

@@ -96,7 +96,7 @@ def _attributes(component: ElementTree.Element) -> dict[str, Attribute]:
 
 
 def _value(entry: ElementTree.Element, place: str) -> Any:
-    """Return the value of an attribute: a text as number or truth value, or an array."""
+    """Return the value of an attribute: number, truth value, text or array."""
     if len(entry) == 0:
         return plain(entry.text or "")
 
@@ -125,7 +125,8 @@ def _size(stated: Mapping[str, str], place: str) -> tuple[int, int]:
         return int(stated["rows"]), int(stated["columns"])
     except (KeyError, ValueError):
         raise RexsError(
-            f"{place}: a coded matrix needs whole rows and columns: export the file anew"
+            f"{place}: a coded matrix needs whole rows and columns: export the file "
+            "anew"
         ) from None
 
 

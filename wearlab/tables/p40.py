@@ -1,4 +1,4 @@
-"""Measurement files of gear measuring machines, ``.mka`` (curves) and ``.mew`` (values).
+"""Files of gear measuring machines: ``.mka`` (curves) and ``.mew`` (values).
 
 The labels of these files are in the machine's language; what stands in them is told by
 codes. Curves are turned to the sign that machines print: material beyond the nominal
@@ -70,7 +70,8 @@ class Trace(NamedTuple):
     tooth : number of the tooth
     side : left or right
     face_position : of a profile, from mid-face; None of a lead [m]
-    is_main : whether it is the tooth's curve, no trace beside it for twist or topography
+    is_main : whether it is the tooth's curve; not a trace beside it for twist or
+        topography
     deviation : of each point, printed sign, NaN where undefined [m]
     """
 
@@ -183,7 +184,7 @@ class Measurement(NamedTuple):
         return math.sqrt(squared)
 
     def face_positions(self, side: str, count: int) -> Array:
-        """Return where the points of a lead lie on the face, from mid-face, (count,) [m].
+        """Return where the points of a lead lie, from mid-face, (count,) [m].
 
         Parameters
         ----------
@@ -226,8 +227,8 @@ class Measurement(NamedTuple):
         if len(counts) > 1:
             raise TableError(
                 f"{self.file}: {kind}s of the {side} side have "
-                f"{' and '.join(map(str, sorted(counts)))} points, so that they have no "
-                "mean: name one tooth with teeth"
+                f"{' and '.join(map(str, sorted(counts)))} points, so that they have "
+                "no mean: name one tooth with teeth"
             )
         count = counts.pop()
         places = (
@@ -484,8 +485,8 @@ def _pitch(lines: Sequence[str], place: int, file: str) -> Pitch:
 
     if [int(row[0]) for row in rows] != list(range(1, len(rows) + 1)):
         raise TableError(
-            f"{file}, line {place + 1}: the teeth of the pitch table are not 1, 2, 3 …: "
-            "export the measurement anew"
+            f"{file}, line {place + 1}: the teeth of the pitch table are not 1, 2, "
+            "3 …: export the measurement anew"
         )
     table = 1e-6 * np.array([row[1:3] for row in rows]).reshape(-1, 2)
     return Pitch(table[:, 0], table[:, 1])

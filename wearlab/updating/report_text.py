@@ -364,7 +364,7 @@ def _sources(stats: xr.Dataset, rest: Array, hours: float) -> list[tuple[Any, ..
 
 
 def _twins(data: xr.Dataset) -> dict[str, Any]:
-    """Return how often intervals of twins hold the truth, and if that is too far off."""
+    """Return how often intervals of twins hold the truth, and if that is far off."""
     n = data.sizes["twin"]
     shares = []
     for name in ("factor", "life"):

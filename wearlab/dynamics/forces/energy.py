@@ -146,7 +146,7 @@ def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
     )
 
 
-class Instants(NamedTuple):
+class GaussNodes(NamedTuple):
     """The nodes of Gauss's rule in all steps of a response.
 
     Parameters
@@ -171,11 +171,11 @@ class Instants(NamedTuple):
         return float(np.einsum("n,kn->", self.weight, power)) / self.duration
 
 
-def _instants(response: Response) -> Instants:
+def _instants(response: Response) -> GaussNodes:
     """Return the nodes of Gauss's rule in all steps of a response."""
     steps = len(response.tables.width)
     width = response.tables.width * response.mesh_period
-    return Instants(
+    return GaussNodes(
         step=np.tile(np.arange(steps), len(NODES)),
         fraction=np.repeat(0.5 * (1.0 + NODES), steps),
         weight=np.outer(0.5 * WEIGHTS, width).ravel(),
@@ -183,7 +183,7 @@ def _instants(response: Response) -> Instants:
     )
 
 
-def _load_powers(response: Response, instants: Instants, speed: Array) -> Array:
+def _load_powers(response: Response, instants: GaussNodes, speed: Array) -> Array:
     """Return the power of the load on every coordinate, (n_periods, n, n_q) [W]."""
     system = response.system
     fluctuation = response.tables.fluctuation
@@ -196,7 +196,7 @@ def _load_powers(response: Response, instants: Instants, speed: Array) -> Array:
 
 def _friction_power(
     response: Response,
-    instants: Instants,
+    instants: GaussNodes,
     speed: Array,
     forces: NormalForces,
 ) -> float:
@@ -228,7 +228,7 @@ class Rates(NamedTuple):
     error: Array
 
 
-def _rates(response: Response, instants: Instants) -> Rates:
+def _rates(response: Response, instants: GaussNodes) -> Rates:
     """Return how stiffness, gap and errors change, by differences within a step."""
     between = response.within
     step = instants.step

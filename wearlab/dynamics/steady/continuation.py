@@ -37,7 +37,7 @@ FOLLOWED = (1, 2, 3, 4)
 """Periods tried on a motion that comes to rest too slowly to show its period."""
 
 
-class Point(NamedTuple):
+class ResponseAtSpeed(NamedTuple):
     """The response at one speed.
 
     Parameters
@@ -94,7 +94,7 @@ class Continuation:
 
     def follow(
         self, mesh_at: MeshAt, speeds: Sequence[float], start: Array
-    ) -> list[Point]:
+    ) -> list[ResponseAtSpeed]:
         """Return the responses at speeds in their order, each from that of the last.
 
         Parameters
@@ -103,7 +103,7 @@ class Continuation:
         speeds : [rad/s]
         start : (2n,) state from which the first response is looked for
         """
-        points: list[Point] = []
+        points: list[ResponseAtSpeed] = []
         state = start
         for speed in speeds:
             point = self.at(mesh_at, speed, state)
@@ -111,7 +111,7 @@ class Continuation:
             state = point.response.end
         return points
 
-    def at(self, mesh_at: MeshAt, speed: float, start: Array) -> Point:
+    def at(self, mesh_at: MeshAt, speed: float, start: Array) -> ResponseAtSpeed:
         """Return the response that a motion settles on.
 
         Parameters
@@ -130,14 +130,18 @@ class Continuation:
             if orbit is not None:
                 turns = -(-self.strobe // orbit.period)
                 strobe = np.tile(orbit.state[:, 0], (turns, 1))[: self.strobe]
-                return Point(speed, shooting.counted(orbit), strobe)
+                return ResponseAtSpeed(speed, shooting.counted(orbit), strobe)
 
         strobe, path = shooting.integrate(
             state, max(self.strobe, method.averaged), method.averaged
         )
-        return Point(speed, shooting.aperiodic(path, 0.0), strobe[-self.strobe :])
+        return ResponseAtSpeed(
+            speed, shooting.aperiodic(path, 0.0), strobe[-self.strobe :]
+        )
 
-    def jumps(self, mesh_at: MeshAt, points: Sequence[Point]) -> list[JumpOfResponse]:
+    def jumps(
+        self, mesh_at: MeshAt, points: Sequence[ResponseAtSpeed]
+    ) -> list[JumpOfResponse]:
         """Return where the responses of successive speeds lie on different branches.
 
         Parameters
@@ -154,7 +158,7 @@ class Continuation:
         return [jump for jump in jumps if jump is not None]
 
     def _located(
-        self, mesh_at: MeshAt, first: Point, second: Point
+        self, mesh_at: MeshAt, first: ResponseAtSpeed, second: ResponseAtSpeed
     ) -> JumpOfResponse | None:
         """Bisect between two speeds.
 

@@ -34,7 +34,7 @@ class _Branches(NamedTuple):
     jumps : speeds and extents of the jumps in each direction, with their brackets
     """
 
-    points: list[list[continuation.Point]]
+    points: list[list[continuation.ResponseAtSpeed]]
     jumps: list[Any]
 
 
@@ -135,7 +135,9 @@ def at_speed(
 
 
 def _read_off(
-    model: assembly.GearModel, state: coupled.WearState, point: continuation.Point
+    model: assembly.GearModel,
+    state: coupled.WearState,
+    point: continuation.ResponseAtSpeed,
 ) -> label.Values:
     """Return the variables of the response at one speed, of its only mesh."""
     vibration = at_speed(model, state, point.speed)
@@ -172,7 +174,7 @@ def _elastic_force(
     model: assembly.GearModel,
     state: coupled.WearState,
     vibration: coupled.Vibration,
-    point: continuation.Point,
+    point: continuation.ResponseAtSpeed,
     phases: Array,
 ) -> Array:
     """Return the elastic force of the mesh at phases, (n_periods, n_phases) [N]."""
@@ -186,7 +188,7 @@ def _elastic_force(
 
 
 def _strobe(
-    vibration: coupled.Vibration, point: continuation.Point
+    vibration: coupled.Vibration, point: continuation.ResponseAtSpeed
 ) -> tuple[Array, Array]:
     """Return deflection [m] and its rate [m/s] at phase 0 of the sampled periods."""
     direction = vibration.system.direction[0]
