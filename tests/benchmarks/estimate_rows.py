@@ -144,7 +144,7 @@ def one_state(scene: Scene) -> Scene:
         for name in ("until", "snapshots")
         if getattr(scene.wear, name) is not None
     }
-    return scene.model_copy(update={"wear": scene.wear.model_copy(update=left)})
+    return scene.with_sections(wear=scene.wear.model_copy(update=left))
 
 
 class Worker:

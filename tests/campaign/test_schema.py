@@ -5,8 +5,7 @@ import pytest
 from scenes import CAMPAIGNS
 
 from wearlab.campaign import schema_json
-from wearlab.scene import Scene
-from wearlab.scene.sections import MEMBERS, parts_at
+from wearlab.scene.sections import MEMBERS, Sections, parts_at
 from wearlab.units import KINDS, quantity
 
 SCHEMA = json.loads(schema_json())
@@ -299,6 +298,6 @@ def test_top_level_keys():
     }
     demands = [["gears", "operation"], ["extends"]]
     assert SCHEMA["anyOf"] == [{"required": keys} for keys in demands]
-    assert set(SCHEMA["properties"]) == own | set(Scene.model_fields)
+    assert set(SCHEMA["properties"]) == own | set(Sections.model_fields)
     for file in CAMPAIGNS.rglob("*.toml"):
         assert set(tomllib.loads(file.read_text())) <= set(SCHEMA["properties"])

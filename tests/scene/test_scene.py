@@ -15,6 +15,7 @@ from wearlab.mesh.stiffnesses.constant import ConstantStiffness
 from wearlab.mesh.stiffnesses.finite_element import FiniteElementStiffness
 from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
 from wearlab.scene.merge import merge, nested, without
+from wearlab.scene.sections import Sections
 from wearlab.wear.coefficients.constant import ConstantCoefficient
 from wearlab.wear.coefficients.hardness import HardnessCoefficient
 
@@ -194,6 +195,19 @@ def test_a_scene_is_frozen(table):
     scene = Scene.from_mapping(table)
     with pytest.raises(ValueError, match="frozen"):
         scene.operation.torque = 3.0
+    with pytest.raises(AttributeError):
+        scene.wear = None
+
+
+def test_a_scene_shows_what_users_may_call(table):
+    shown = {name for name in dir(Scene.from_mapping(table)) if name[0] != "_"}
+    assert shown == {
+        *Sections.model_fields,
+        *("sections", "with_sections", "replace", "id", "canonical"),
+        *("from_mapping", "from_canonical", "plugins_used", "duty_table"),
+        *("meshes", "coefficients", "prescribed", "initial_of", "face_keys", "hands"),
+        *("start_wear", "with_start_wear", "calibration", "with_calibration"),
+    }
 
 
 def test_a_scene_travels_to_workers(full):

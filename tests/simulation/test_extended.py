@@ -20,7 +20,7 @@ def unworn(label):
         update={"until": None, "snapshots": None, "contact_patch": NoPatch()}
     )
     numerics = scene.numerics.model_copy(update=COARSE)
-    return simulate(scene.model_copy(update={"wear": wear, "numerics": numerics}))
+    return simulate(scene.with_sections(wear=wear, numerics=numerics))
 
 
 def at(run, letter, name):

@@ -17,7 +17,7 @@ from scenes import external_pair, planetary_set
 from wearlab.options import Part
 from wearlab.scene import MODEL_VERSION, Scene
 from wearlab.scene.identity import canonical
-from wearlab.scene.sections import parts_in
+from wearlab.scene.sections import Sections, parts_in
 from wearlab.simulation import simulate
 
 FILE = Path(__file__).parents[1] / "golden" / "results.json"
@@ -96,7 +96,7 @@ def moved(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
     )
 
 
-def defaults(part: type[Part] = Scene, above: str = "") -> dict[str, Any]:
+def defaults(part: type[Part] = Sections, above: str = "") -> dict[str, Any]:
     """Return the default of every option of a scene, by dotted key
     with the models chosen.
     """

@@ -156,13 +156,10 @@ def largest_load(scene: Scene, kind: gear_set.PairOfSet) -> float:
         return kind.load
     if torque > 0.0:
         return kind.load * largest_torque / torque
-    heaviest = scene.model_copy(
-        update={
-            "operation": scene.operation.single_condition(
-                largest_torque, scene.operation.speed
-            )
-        }
+    heaviest_condition = scene.operation.single_condition(
+        largest_torque, scene.operation.speed
     )
+    heaviest = scene.with_sections(operation=heaviest_condition)
     return next(
         kinds.load
         for kinds in sets.build_set(heaviest).kinds

@@ -17,6 +17,7 @@ from wearlab.options import OptionTable
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.scene import Scene, SceneError, merge
 from wearlab.scene.problems import shown, unknown_key
+from wearlab.scene.sections import Sections
 
 EXPECT = "expect"
 MAX_CHAIN = 20  # campaigns that continue each other
@@ -191,7 +192,7 @@ def read_differences(blocks: Any, axes: Axes) -> Differences:
 
 def _refuse_unknown_section(block: CaseBlock, where: str) -> None:
     """Refuse a key of a case that begins with no section of a scene."""
-    sections = (*Scene.model_fields, EXPECT)
+    sections = (*Sections.model_fields, EXPECT)
     for key in block.model_extra or ():
         section = key.partition(".")[0]
         if section not in sections:

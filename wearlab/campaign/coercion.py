@@ -62,7 +62,7 @@ def _campaign_of_scenes(source: Sequence[Any]) -> Campaign:
 
 def _differences(scenes: Sequence[Scene]) -> dict[str, Coordinate]:
     """Return in what scenes differ, by the shortest free name of each key."""
-    tables = [dict(flat(scene.model_dump())) for scene in scenes]
+    tables = [dict(flat(scene.sections.model_dump())) for scene in scenes]
     differences: dict[str, Coordinate] = {}
     for key in tables[0]:
         values = tuple(table.get(key) for table in tables)

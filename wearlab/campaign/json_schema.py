@@ -23,7 +23,7 @@ from wearlab.campaign import (
 )
 from wearlab.options import ClosedTable, OptionTable
 from wearlab.plugins import Plugin, brought
-from wearlab.scene import Scene
+from wearlab.scene.sections import Sections
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 LIMITS = {
@@ -151,7 +151,7 @@ class Expect(OptionTable):
     """with what the reason of the end begins [any]"""
 
 
-class CampaignFile(Scene):
+class CampaignFile(Sections):
     """A campaign of wearlab: the file together with those it extends."""
 
     title: str = ""

@@ -26,8 +26,9 @@ from wearlab.campaign.toml_file import plain
 from wearlab.campaign.update_options import SECTION, UpdateSpec
 from wearlab.plugins import Plugin, PluginError, use, values_of
 from wearlab.query.keys import flat
-from wearlab.scene import Scene, merge, oversights
+from wearlab.scene import merge, oversights
 from wearlab.scene.problems import shown
+from wearlab.scene.sections import Sections
 
 IN_MEMORY = Path("campaign")
 """What errors call a campaign that is no file."""
@@ -238,7 +239,7 @@ def _wrong_notes(
 
 def _scene_sections(table: merge.Table, plugins: Sequence[Plugin]) -> merge.Table:
     """Return the sections that scenes have, and ``expect``, with plug-ins' results."""
-    valid = (*Scene.model_fields, cases.EXPECT)
+    valid = (*Sections.model_fields, cases.EXPECT)
     sections = {key: value for key, value in table.items() if key in valid}
     store = sections.get("store", {})
     results = values_of("results", plugins)

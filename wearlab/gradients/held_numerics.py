@@ -54,7 +54,7 @@ class HeldNumerics(NamedTuple):
                 "steps_per_period": self.steps_per_period,
             }
         )
-        scene = scene.model_copy(update={"numerics": numerics})
+        scene = scene.with_sections(numerics=numerics)
         try:
             parts = assembly.build(scene, self.reach)
         except GearError as error:

@@ -85,10 +85,10 @@ def number(scene: Scene, key: str) -> Number:
     GradientError
         When there is no number at the key.
     """
-    value: Any = scene
+    value: Any = scene.sections
     for word in key.split("."):
         part = value
-        if not isinstance(part, Part | Scene) or word not in type(part).model_fields:
+        if not isinstance(part, Part) or word not in type(part).model_fields:
             hint = "(`wearlab schema` lists keys; items of lists have none)"
             raise GradientError(f"{key}: this scene has no such number {hint}")
         field = type(part).model_fields[word]

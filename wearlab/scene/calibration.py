@@ -72,5 +72,5 @@ def calibrating(scene: Scene) -> Scene | None:
         "start": None,
         "store": sections.StoreSection(),
     }
-    calibration = scene.model_copy(update=changed)
-    return Scene.from_canonical(identity.canonical(calibration.model_dump()))
+    calibration = scene.with_sections(**changed)
+    return Scene.from_canonical(identity.canonical(calibration.sections.model_dump()))

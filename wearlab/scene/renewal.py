@@ -4,9 +4,9 @@ from typing import Any
 
 from wearlab import slots
 from wearlab.scene import sections
+from wearlab.scene.completion import CompleteSections
 from wearlab.scene.initial_wear import InitialWears
 from wearlab.scene.mesh import ErrorsSection, MeshSection, OneMesh
-from wearlab.scene.scene import Scene
 from wearlab.scene.wear import WearSection
 
 SECTIONS: tuple[Any, ...] = (
@@ -16,7 +16,7 @@ SECTIONS: tuple[Any, ...] = (
     InitialWears,
     WearSection,
     sections.Sections,
-    Scene,
+    CompleteSections,
 )
 """Parts that hold a slot, inner ones first."""
 

@@ -1,19 +1,33 @@
 """A scene: all sections of one run, typed, frozen and in SI."""
 
+import dataclasses
 import json
 import pickle
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, ClassVar
 
-from pydantic import PrivateAttr, ValidationError, ValidationInfo
+from pydantic import ValidationError
 
 from wearlab import options, plugins, tables
-from wearlab.scene import gears, identity, merge, problems, rules, sections
-from wearlab.scene.mesh import OWN_MESHES
-from wearlab.scene.start import StartWear
+from wearlab.scene import identity, merge, problems, rules
+from wearlab.scene.completion import CompleteSections
+from wearlab.scene.gears import Gears, kind_of
+from wearlab.scene.materials import Lubricant
+from wearlab.scene.mesh import ErrorsSection, MeshSection, OneMesh
+from wearlab.scene.operation import Dynamics, Operation
+from wearlab.scene.sections import (
+    Numerics,
+    Rating,
+    Sections,
+    StoreSection,
+    parts_within,
+)
+from wearlab.scene.start import Start, StartWear
+from wearlab.scene.wear import WearSection
 from wearlab.wear.coefficients.calibrated import CalibrationLife
 
 RESOLVED = ("operation", "lubricant")
@@ -21,40 +35,27 @@ RESOLVED = ("operation", "lubricant")
 anew."""
 
 
-class Scene(sections.Sections):
+@dataclass(frozen=True, eq=False, repr=False)
+class Scene:
     """The sections of a campaign file for one run, checked against each other.
 
     Made by `from_mapping`, `from_canonical` or `replace`. Values are SI: angles in rad,
     speeds in rad/s. Two scenes are equal when they have the same canonical form.
+
+    Parameters
+    ----------
+    sections : all sections, read and checked
     """
 
-    _mapping: dict[str, Any] = PrivateAttr(default_factory=dict)
-    _base: Path | None = PrivateAttr(default=None)
-    _parts: dict[str, options.Part] = PrivateAttr(default_factory=dict)
-    _texts: identity.Texts = PrivateAttr(default_factory=dict)
-    _start_wear: StartWear | None = PrivateAttr(default=None)
-    _calibration: CalibrationLife | None = PrivateAttr(default=None)
+    _model: ClassVar[type[Sections]] = CompleteSections
 
-    @classmethod
-    def _complete(cls, table: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        """Say which load wears, and complete each kind of mesh by what all have."""
-        whole = dict(table)
-        wear = table.get("wear")
-        meshes = table.get("mesh")
-        if isinstance(wear, dict):
-            load = "static" if table.get("dynamics") is None else "instant"
-            whole["wear"] = {"load": load, **wear}
-        if isinstance(meshes, dict):
-            general = {
-                key: value for key, value in meshes.items() if key not in OWN_MESHES
-            }
-            of_kinds = {
-                kind: merge.merge(general, meshes[kind], ("mesh", kind))
-                for kind in OWN_MESHES
-                if isinstance(meshes.get(kind), dict)
-            }
-            whole["mesh"] = {**meshes, **of_kinds}
-        return whole
+    sections: Sections
+    _mapping: dict[str, Any] = field(default_factory=dict)
+    _base: Path | None = None
+    _parts: dict[str, options.Part] = field(default_factory=dict)
+    _texts: identity.Texts = field(default_factory=dict)
+    _start_wear: StartWear | None = None
+    _calibration: CalibrationLife | None = None
 
     @classmethod
     def from_mapping(
@@ -81,21 +82,108 @@ class Scene(sections.Sections):
         cls, raw: dict[str, Any], base: Path | None, sections_read: Mapping[str, Any]
     ) -> "Scene":
         """Return the scene of a table of which some sections have been read before."""
+        context = {"base_directory": base, "kind": kind_of(raw)}
         try:
-            context = {"base_directory": base, "kind": gears.kind_of(raw)}
-            scene = cls.model_validate({**raw, **sections_read}, context=context)
+            whole = cls._model.model_validate({**raw, **sections_read}, context=context)
         except ValidationError as error:
             raise problems.SceneError(problems.problems_of(error)) from None
-        if broken := rules.broken_rules(scene):
+        if broken := rules.broken_rules(whole):
             raise problems.SceneError(broken)
-        scene._mapping, scene._base = raw, base
-        stated = (
-            (name, part) for name, part in scene if name in raw and name not in RESOLVED
-        )
-        scene._parts = {
-            name: part for name, part in stated if isinstance(part, options.Part)
+
+        parts = {
+            name: part
+            for name, part in whole
+            if name in raw and name not in RESOLVED and isinstance(part, options.Part)
         }
-        return scene
+        return cls(whole, raw, base, parts)
+
+    @property
+    def gears(self) -> Gears:
+        """Shape of the gears."""
+        return self.sections.gears
+
+    @property
+    def operation(self) -> Operation:
+        """How they are driven."""
+        return self.sections.operation
+
+    @property
+    def mesh(self) -> MeshSection:
+        """Contact, stiffness, excitation and damping."""
+        return self.sections.mesh
+
+    @property
+    def errors(self) -> ErrorsSection | None:
+        """Prescribed errors, None where there are none."""
+        return self.sections.errors
+
+    @property
+    def dynamics(self) -> Dynamics | None:
+        """Moving coordinates, None of quasi-static gears."""
+        return self.sections.dynamics
+
+    @property
+    def lubricant(self) -> Lubricant | None:
+        """The oil, None of dry flanks."""
+        return self.sections.lubricant
+
+    @property
+    def wear(self) -> WearSection | None:
+        """The wear law and the life, None of one unworn state."""
+        return self.sections.wear
+
+    @property
+    def numerics(self) -> Numerics:
+        """Accuracy."""
+        return self.sections.numerics
+
+    @property
+    def start(self) -> Start | None:
+        """The run whose wear this one goes on from, None without one."""
+        return self.sections.start
+
+    @property
+    def rating(self) -> Rating | None:
+        """What ISO 6336 is asked of the pair, None where nothing is rated."""
+        return self.sections.rating
+
+    @property
+    def store(self) -> StoreSection:
+        """What is kept of the run."""
+        return self.sections.store
+
+    @property
+    def meshes(self) -> dict[str, OneMesh]:
+        """What holds for each kind of mesh, by the path of its table."""
+        return self.sections.meshes
+
+    @property
+    def coefficients(self) -> dict[str, Any]:
+        """The wear coefficient of each member with teeth, {} where nothing wears."""
+        return self.sections.coefficients
+
+    @property
+    def prescribed(self) -> ErrorsSection:
+        """The prescribed errors; those of a scene without ``[errors]`` are zero."""
+        return self.sections.prescribed
+
+    @property
+    def face_keys(self) -> tuple[str, ...]:
+        """The keys by which the flanks have a width, () where they have none."""
+        return self.sections.face_keys
+
+    def initial_of(self, flank: str) -> Any:
+        """Return the wear that a flank starts with, None of a new one.
+
+        Parameters
+        ----------
+        flank : its name, such as ``"pinion"``
+        """
+        return self.sections.initial_of(flank)
+
+    def hands(self) -> dict[str, str]:
+        """Return the hand of each helical gear: as stated, or as its mate requires."""
+        return self.sections.hands()
 
     @property
     def duty_table(self) -> tables.ReadTable | None:
@@ -174,8 +262,20 @@ class Scene(sections.Sections):
             if same_kinds and changed.get(name) is self._mapping[name]
         }
         scene = type(self)._read(changed, self._base, sections_kept)
-        scene._texts = dict(self._texts)
-        return scene
+        return dataclasses.replace(scene, _texts=dict(self._texts))
+
+    def with_sections(self, **changed: options.Part | None) -> "Scene":
+        """Return a scene in which whole sections are others, as they are.
+
+        Nothing is read or checked: `replace` is for what a campaign file writes.
+
+        Parameters
+        ----------
+        changed : sections by name
+        """
+        return dataclasses.replace(
+            self, sections=self.sections.model_copy(update=changed)
+        )
 
     @property
     def start_wear(self) -> StartWear | None:
@@ -189,9 +289,7 @@ class Scene(sections.Sections):
         ----------
         wear : of that run, at the cycle where this one begins
         """
-        scene = self.model_copy()
-        scene._start_wear = wear
-        return scene
+        return dataclasses.replace(self, _start_wear=wear)
 
     @property
     def calibration(self) -> CalibrationLife | None:
@@ -205,9 +303,7 @@ class Scene(sections.Sections):
         ----------
         life : as a run of the scene of `calibrating` had it
         """
-        scene = self.model_copy()
-        scene._calibration = life
-        return scene
+        return dataclasses.replace(self, _calibration=life)
 
     def canonical(self) -> str:
         """Return the canonical JSON: defaults filled in, SI, 12 significant digits."""
@@ -216,11 +312,11 @@ class Scene(sections.Sections):
     @cached_property
     def id(self) -> str:
         """The identity of the run: a hash of model version and what is not default."""
-        return identity.identity(self, self._texts)
+        return identity.identity(self.sections, self._texts)
 
     @cached_property
     def _canonical(self) -> str:
-        return identity.canonical(self.model_dump())
+        return identity.canonical(self.sections.model_dump())
 
     def __repr__(self) -> str:
         """Return gears and teeth, torque and speed as written, motion and wear."""
@@ -253,7 +349,7 @@ class Scene(sections.Sections):
         return isinstance(other, Scene) and self._canonical == other._canonical
 
     def __hash__(self) -> int:
-        return hash(cast(str, self._canonical))
+        return hash(self._canonical)
 
     def plugins_used(self) -> tuple[plugins.Plugin, ...]:
         """Return the plug-ins whose variants this scene has chosen.
@@ -265,7 +361,7 @@ class Scene(sections.Sections):
         """
         origins = dict.fromkeys(
             part.origin
-            for part in sections.parts_within(self)
+            for part in parts_within(self.sections)
             if part.origin is not None
         )
         for origin in origins:
@@ -298,5 +394,5 @@ def _revived(used: tuple[plugins.Plugin, ...], pickled: bytes) -> Scene:
         plugins.bring(plugin)
     make, arguments, state = pickle.loads(pickled)[:3]
     scene: Scene = make(*arguments)
-    scene.__setstate__(state)
+    vars(scene).update(state)
     return scene

@@ -79,7 +79,7 @@ def calibrated(scene: Scene) -> tuple[Scene, Calibration | None]:
         message += ", without the errors of this realisation"
     error = value * life.error / life.cycles
     calibration = Calibration(life, value, error, message)
-    return scene.model_copy(update={"wear": with_constant}), calibration
+    return scene.with_sections(wear=with_constant), calibration
 
 
 def _calibration_life(scene: Scene) -> CalibrationLife:

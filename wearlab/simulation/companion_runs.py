@@ -92,7 +92,7 @@ def rough_parts(
         )
     numerics = parts.scene.numerics.model_copy(update=changed)
     try:
-        return assembly.build(parts.scene.model_copy(update={"numerics": numerics}))
+        return assembly.build(parts.scene.with_sections(numerics=numerics))
     except GearError:
         return None
 

@@ -47,7 +47,7 @@ def rougher_over_face(parts: assembly.GearModel) -> assembly.GearModel:
     numerics = scene.numerics.model_copy(
         update={"profile_points": assembly.mesh.profile_points(scene) // 2}
     )
-    return assembly.build(scene.model_copy(update={"mesh": mesh, "numerics": numerics}))
+    return assembly.build(scene.with_sections(mesh=mesh, numerics=numerics))
 
 
 def estimated_over_face(

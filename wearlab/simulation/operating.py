@@ -54,7 +54,7 @@ def operating_conditions(scene: Scene) -> tuple[OperatingCondition, ...]:
         condition = operation.single_condition(
             part.torque, part.speed, operation.largest_torque
         )
-        return scene.model_copy(update={"operation": condition})
+        return scene.with_sections(operation=condition)
 
     if operation.stages:
         return tuple(
