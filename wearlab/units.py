@@ -168,7 +168,10 @@ SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 ALIASES = {
     **{"Nm": "(N*m)", "kNm": "(kN*m)", "MNm": "(MN*m)", "Nmm": "(N*mm)"},
     **{"rev": "turn", "r": "turn", "°": "degree", "°C": "degC", "%": "percent"},
+    "mil": "thou",
 }
+PER_INCH = frozenset(("1/in", "1/inch", "in^-1", "in-1", "DP"))
+"""Units of a diametral pitch, which is no length."""
 DIGITS = 12
 """In which numbers are told apart: a scene keeps no more of them, and a condition asks
 for no more."""
@@ -201,6 +204,11 @@ def quantity(text: object, kind: str) -> float:
     """
     measure = KINDS[kind]
     number, unit = split(text, measure)
+    if kind == "length" and unit in PER_INCH:
+        raise UnitError(
+            f"{text!r} is a diametral pitch: write diametral_pitch = {number} instead "
+            "of module"
+        )
     try:
         if kind == "hardness" and (scale := HARDNESS.fullmatch(unit)):
             return pressure_of(float(number), scale[1])

@@ -16,6 +16,8 @@ VERSION = "1.4"
 PLACES_OF_SET = {
     "kind",
     "module",
+    "diametral_pitch",
+    "transverse_diametral_pitch",
     "pressure_angle",
     "helix_angle",
     "face_width",

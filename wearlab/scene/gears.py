@@ -3,6 +3,7 @@
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
+import pydantic
 from annotated_types import Ge, Gt, Le
 from pydantic import BeforeValidator, Field, ValidationInfo
 
@@ -15,6 +16,7 @@ from wearlab.gears.sets import (
     UNSAID,
     SetDescriptor,
 )
+from wearlab.scene import pitch
 from wearlab.scene.materials import STEEL, NamedMaterial
 
 ALL_TOOTHED = UNSAID.toothed
@@ -260,14 +262,35 @@ class CarrierOptions(options.Part):
     """distance of the pin circle's axis from the carrier's"""
 
 
+def _module_or_pitch(schema: dict[str, Any]) -> None:
+    """Require no module in a schema, as a pitch may stand for it."""
+    schema["required"] = [key for key in schema["required"] if key != "module"]
+
+
 class SetOptions(options.Part):
     """What every kind of gear set has; ``toothed`` are the members with teeth."""
 
+    model_config = pydantic.ConfigDict(json_schema_extra=_module_or_pitch)
     chooser: ClassVar[str] = "kind"
     descriptor: ClassVar[SetDescriptor]
 
+    alternatives: ClassVar[options.Alternatives] = (
+        tuple((key,) for key in pitch.SIZES),
+    )
+
     module: Annotated[options.Length, options.POSITIVE]
-    """module m; of helical gears that of the normal section"""
+    """module m; of helical gears that of the normal section [25.4 mm over the diametral
+    pitch]"""
+    diametral_pitch: Annotated[options.Number, options.POSITIVE] | None = (
+        options.option(None, identity=False)
+    )
+    """diametral pitch P, a plain number per inch, instead of the module; of helical
+    gears that of the normal section. Source: ISO 21771"""
+    transverse_diametral_pitch: Annotated[options.Number, options.POSITIVE] | None = (
+        options.option(None, identity=False)
+    )
+    """diametral pitch of the transverse section, a plain number per inch, instead of
+    the module. Source: ISO 21771"""
     pressure_angle: Annotated[options.Angle, options.POSITIVE] = math.radians(20.0)
     """pressure angle α of the rack; of helical gears that of the normal section"""
     helix_angle: Annotated[options.Angle, options.NOT_NEGATIVE] | None = None
@@ -280,7 +303,8 @@ class SetOptions(options.Part):
 
     @classmethod
     def _complete(cls, table: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        """Fill in shift 0 where no centre distance asks for another."""
+        """Fill in the module of a pitch, and shift 0 without a centre distance."""
+        table = pitch.with_module(table)
         if table.get("centre_distance") is not None:
             return table
         members = {
@@ -295,6 +319,9 @@ class SetOptions(options.Part):
                 for member, value in members.items()
             },
         }
+
+    def _one_alternative(self) -> None:
+        """Leave module and pitches, of which one was refused beside the other."""
 
     @property
     def toothed(self) -> tuple[str, ...]:
