@@ -30,7 +30,7 @@ RESOLVED = 3.0
 SINGLE_TIMING = 2.0
 """An action that takes longer is timed once [s]."""
 MIN_REPETITIONS = 7
-"""Wall times that a median is taken of, at least."""
+"""Processor times that a median is taken of, at least."""
 
 
 class Rung(NamedTuple):
@@ -40,10 +40,10 @@ class Rung(NamedTuple):
     ----------
     setting : value of the knob
     error : relative error against the reference [1]
-    seconds : wall time, the median of several where it is short [s]
+    seconds : processor time, the median of several where it is short [s]
     work : right-hand sides of a steady state, contact analyses of a life [1]
-    warm_seconds : wall time from the answer of a neighbouring wear state; NaN: not
-        measured [s]
+    warm_seconds : processor time from the answer of a neighbouring wear state; NaN:
+        not measured [s]
     """
 
     setting: float
@@ -155,7 +155,7 @@ class WorkPrecision(NamedTuple):
         return min(accurate, key=lambda rung: rung.seconds, default=None)
 
     def cost_to(self, error: float, cost: Cost = "seconds") -> float:
-        """Return the wall time [s] or the work [1] to a relative error.
+        """Return the processor time [s] or the work [1] to a relative error.
 
         Parameters
         ----------
@@ -205,8 +205,9 @@ def interpolated(
 def timing(
     action: Callable[[], object], *, max_repetitions: int = 51, budget: float = 0.15
 ) -> float:
-    """Return the median of at least seven wall times [s].
+    """Return the median of at least seven processor times [s].
 
+    Whatever else the machine does meanwhile does not count.
     The first call is not counted, unless it is long.
 
     Parameters
@@ -215,7 +216,7 @@ def timing(
     max_repetitions : of the action
     budget : no further repetition after this time [s]
     """
-    first = _wall_time(action)
+    first = _processor_time(action)
     if first > SINGLE_TIMING:
         return first
 
@@ -223,12 +224,12 @@ def timing(
     while len(times) < MIN_REPETITIONS or (
         len(times) < max_repetitions and sum(times) < budget
     ):
-        times.append(_wall_time(action))
+        times.append(_processor_time(action))
     return float(np.median(times))
 
 
-def _wall_time(action: Callable[[], object]) -> float:
-    """Return the wall time of one call [s]."""
-    begin = time.perf_counter()
+def _processor_time(action: Callable[[], object]) -> float:
+    """Return the processor time of one call [s]."""
+    begin = time.process_time()
     action()
-    return time.perf_counter() - begin
+    return time.process_time() - begin

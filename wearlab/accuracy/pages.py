@@ -187,7 +187,7 @@ def _plot(title: str, note: str, sides: Sequence[Axes]) -> Plot:
 
 
 def _work_precision(studies: xr.Dataset) -> Plot:
-    """Return the error of the steady mesh force against wall time."""
+    """Return the error of the steady mesh force against processor time."""
     is_knob = (studies.role == "wearlab") & (studies.name != "periodic")
     is_drawn = (studies.quantity == "mesh_force") & ~is_knob
     methods = _method_pens(studies.isel(curve=is_drawn.values))
@@ -198,14 +198,14 @@ def _work_precision(studies: xr.Dataset) -> Plot:
             for curve, method, pen in methods
         }
         disagreement = _disagreement(case, "mesh_force")
-        sides += _axes(name, "wall time in ms", strokes, disagreement)
+        sides += _axes(name, "processor time in ms", strokes, disagreement)
     note = (
         "Numbers: observed order over the knob. Wearlab: cold, tables included. "
         "Peers: compiled, landing on "
         "every jump of the stiffness, told for free how long to integrate from the "
         "static equilibrium."
     )
-    return _plot("Error of the steady mesh force against wall time", note, sides)
+    return _plot("Error of the steady mesh force against processor time", note, sides)
 
 
 def _knobs(studies: xr.Dataset) -> Plot:
@@ -249,7 +249,7 @@ def _lives_in_time(studies: xr.Dataset) -> Plot:
         "Of an unworn set the remaining useful life is the life. The rungs are those "
         "over analyses."
     )
-    sides = _life_sides(studies, "run_time", "wall time in s")
+    sides = _life_sides(studies, "run_time", "processor time in s")
     return _plot("Error of a life against its run time", f"{note} {RING_NOTE}", sides)
 
 

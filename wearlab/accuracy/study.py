@@ -19,16 +19,16 @@ from wearlab.scene import Scene
 from wearlab.simulation.label import CONVENTIONS, provenance
 
 TARGETS = (1e-3, 1e-6)
-"""Relative errors at which wall times are compared."""
+"""Relative errors at which processor times are compared."""
 
 
 SECONDS = {"units": "s", "display_units": "ms"}
 ATTRIBUTES: dict[str, dict[str, str]] = {
     "setting": {"long_name": "value of the knob"},
     "error": {"long_name": "relative error against the reference"},
-    "run_time": {"long_name": "wall time, a median where it is short", **SECONDS},
+    "run_time": {"long_name": "processor time, a median where it is short", **SECONDS},
     "run_time_warm": {
-        "long_name": "wall time from the answer of a neighbouring wear state",
+        "long_name": "processor time from the answer of a neighbouring wear state",
         **SECONDS,
     },
     "work": {
@@ -39,7 +39,7 @@ ATTRIBUTES: dict[str, dict[str, str]] = {
         "logarithmic"
     },
     "time_to_error": {
-        "long_name": "wall time to a relative error, between rungs interpolated",
+        "long_name": "processor time to a relative error, between rungs interpolated",
         **SECONDS,
     },
     "warm_time_to_error": {
@@ -168,7 +168,7 @@ class AgainstPeer(NamedTuple):
 
     Parameters
     ----------
-    ours, peer : wall times [s]
+    ours, peer : processor times [s]
     name : of the peer
     """
 
@@ -187,7 +187,7 @@ def comparison(study: Study, error: float) -> AgainstPeer | None:
 
     Returns
     -------
-    wall times; None without peers, or where the error is out of reach
+    processor times; None without peers, or where the error is out of reach
     """
     our_curves = [
         curve
