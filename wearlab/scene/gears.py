@@ -62,7 +62,7 @@ class ReliefOptions(options.Part):
 
     alternatives = ((("length",), ("start_diameter",), ("start_roll_angle",)),)
 
-    amount: Annotated[options.Depth, options.POSITIVE]
+    amount: Annotated[options.Depth, options.NOT_NEGATIVE]
     """removed at the end of the active profile, along the normal"""
     length: Annotated[options.Length, options.POSITIVE] | None = None
     """length of the relief along the path of contact, from the end of the active
@@ -108,7 +108,7 @@ class ThicknessAllowance(options.Part):
 class EndRelief(options.Part):
     """Material removed at both ends of the face."""
 
-    amount: Annotated[options.Depth, options.POSITIVE]
+    amount: Annotated[options.Depth, options.NOT_NEGATIVE]
     """removed at the very ends of the face, along the normal"""
     length: Annotated[options.Length, options.POSITIVE]
     """length along the face over which it fades, from either end"""
