@@ -185,45 +185,58 @@ class AdaptiveStepper(Stepper):
             self.hurried = self.hurried or late
             return self._held(node, largest, still), None
         self._prepare(node, largest, memory)
-        floor = 0.0
-        stiffness = self.known
-        if not stiffness.foreseeable:
-            floor = min(
-                FOLLOWED / stiffness.radius, cycles_of_rough_step(node, self.scale)
-            )
-        suited = self._suited(max(self.next_size, floor), self.last_order)
-        size = float(min(self._even(suited, largest), largest, stiffness.reach))
+        floor = self._floor(node)
+        size = self._first_size(floor, largest)
         rejected = False
         while True:
             self.trying = size
             step, ratio = self._try(node, size)
             if still is not None and self.rate.noise > self.heard:
-                self.rejected += 1
-                self.rate.recall(memory)
+                self._reject(memory)
                 return self._held(node, largest, still), None
             if ratio <= 1.0 or (size <= floor and follows(step)):
                 self._went_on(size, ratio, order_of(step), rejected=rejected)
-                return (
-                    across(step, size)
-                    if self._crosses_jump(step, size, memory)
-                    else (step, None)
-                )
-            if UNCHANGED * change_over(step) > self.ahead[1]:
-                self.ahead = size, change_over(step)
+                if self._crosses_jump(step, size, memory):
+                    return across(step, size)
+                return step, None
+
+            self._note_rejected_change(step, size)
+            self._reject(memory)
             rejected = True
-            self.rejected += 1
-            self.rate.recall(memory)
-            if stiffness.age > 0 and size * stiffness.radius > LOOKED_AT:
-                stiffness.look(self.rate, node, memory)
+            if self.known.age > 0 and size * self.known.radius > LOOKED_AT:
+                self.known.look(self.rate, node, memory)
             shorter = size * fitting(ratio, order_of(step))
-            floor = floor if floor < size else shorter
-            size = float(
-                min(
-                    self._suited(max(shorter, floor), order_of(step)),
-                    0.95 * size,
-                    stiffness.reach,
-                )
-            )
+            if floor >= size:
+                floor = shorter
+            size = self._retried_size(size, max(shorter, floor), order_of(step))
+
+    def _floor(self, node: Node) -> float:
+        """Return ΔN below which a step is not cut where waves of wear grow fast [1]."""
+        if self.known.foreseeable:
+            return 0.0
+        followed = FOLLOWED / self.known.radius
+        return min(followed, cycles_of_rough_step(node, self.scale))
+
+    def _first_size(self, floor: float, largest: float) -> float:
+        """Return ΔN of the first trial of a step, ``largest`` at most [1]."""
+        suited = self._suited(max(self.next_size, floor), self.last_order)
+        return float(min(self._even(suited, largest), largest, self.known.reach))
+
+    def _retried_size(self, size: float, wanted: float, order: int) -> float:
+        """Return ΔN of the next trial after one of ``size`` was rejected [1]."""
+        suited = self._suited(wanted, order)
+        return float(min(suited, 0.95 * size, self.known.reach))
+
+    def _reject(self, memory: Any) -> None:
+        """Count a rejected trial, and put back the rate's memory of the start."""
+        self.rejected += 1
+        self.rate.recall(memory)
+
+    def _note_rejected_change(self, step: Step, size: float) -> None:
+        """Note how much the rate changes over a rejected trial, if that is most."""
+        change = change_over(step)
+        if UNCHANGED * change > self.ahead[1]:
+            self.ahead = size, change
 
     def _crosses_jump(self, step: Step, size: float, memory: Any) -> bool:
         """Whether the rate jumps inside an accepted step.

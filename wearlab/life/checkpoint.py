@@ -66,71 +66,86 @@ def encoded(value: Any, shared: Sequence[Any] = ()) -> bytes:
     ------
     CheckpointError : it holds anything else
     """
-    ours = {id(each): number for number, each in enumerate(shared)}
-    values = list[list[Any]]()
-    arrays = bytearray()
-    numbers = dict[
-        int, tuple[int, Any]
-    ]()  # with the object: an id names it only as long as it lives
+    encoder = _Encoder(shared)
+    root = encoder.reference(value)
 
-    def reference(value: Any) -> Any:
+    document = {"values": encoder.values, "root": root}
+    head = json.dumps(document, separators=(",", ":")).encode()
+    return head + b"\n" + encoder.arrays
+
+
+class _Encoder:
+    """The objects of a checkpoint, listed each once, after all that it holds.
+
+    Parameters
+    ----------
+    shared : objects of this process of which only the number is written
+    """
+
+    def __init__(self, shared: Sequence[Any]) -> None:
+        self.values = list[list[Any]]()
+        self.arrays = bytearray()
+        self._shared = {id(value): number for number, value in enumerate(shared)}
+        # with the object: an id names it only as long as it lives
+        self._numbers = dict[int, tuple[int, Any]]()
+
+    def reference(self, value: Any) -> Any:
         """Return a plain value itself, of any other object its number in the list."""
         if type(value) in PLAIN:
             return value
-        if id(value) not in numbers:
-            stored = written(value)
-            numbers[id(value)] = len(values), value
-            values.append(stored)
-        return [numbers[id(value)][0]]
+        if id(value) not in self._numbers:
+            stored = self._stored(value)
+            self._numbers[id(value)] = len(self.values), value
+            self.values.append(stored)
+        return [self._numbers[id(value)][0]]
 
-    def written(value: Any) -> list[Any]:
-        if id(value) in ours:
-            return ["shared", ours[id(value)]]
+    def _stored(self, value: Any) -> list[Any]:
+        """Return an object as its kind and what it holds."""
+        if id(value) in self._shared:
+            return ["shared", self._shared[id(value)]]
         match value:
             case np.ndarray() | np.generic():
-                if not NUMBER.fullmatch(value.dtype.str):
-                    raise CheckpointError(
-                        f"arrays of {value.dtype} do not belong in a checkpoint"
-                    )
-                order: Any = (
-                    "F"
-                    if value.flags.f_contiguous and not value.flags.c_contiguous
-                    else "C"
-                )
-                kind = "array" if isinstance(value, np.ndarray) else "number"
-                begin = len(arrays)
-                arrays.extend(value.tobytes(order))
-                return [kind, value.dtype.str, list(value.shape), order, begin]
+                return self._stored_array(value)
             case slice():
                 return ["slice", value.start, value.stop, value.step]
             case dict():
-                return [
-                    "table",
-                    [
-                        [reference(_key(key)), reference(own)]
-                        for key, own in value.items()
-                    ],
-                ]
-        record = type(value)
-        if record in (tuple, list):
-            return [record.__name__, [reference(each) for each in value]]
-        named = f"{record.__module__}:{record.__qualname__}"
-        if _record(named) is not record:
-            raise CheckpointError(f"{named} does not belong in a checkpoint")
-        names = _fields(record)
-        names = list(vars(value)) if names is None else names
+                return ["table", self._stored_items(value)]
+        if type(value) in (tuple, list):
+            return [type(value).__name__, [self.reference(item) for item in value]]
+        return self._stored_record(value)
+
+    def _stored_array(self, value: Any) -> list[Any]:
+        """Append the bytes of an array, or of one number of numpy; return its kind."""
+        if not NUMBER.fullmatch(value.dtype.str):
+            raise CheckpointError(
+                f"arrays of {value.dtype} do not belong in a checkpoint"
+            )
+        only_fortran = value.flags.f_contiguous and not value.flags.c_contiguous
+        order: Any = "F" if only_fortran else "C"
+        kind = "array" if isinstance(value, np.ndarray) else "number"
+        offset = len(self.arrays)
+        self.arrays.extend(value.tobytes(order))
+        return [kind, value.dtype.str, list(value.shape), order, offset]
+
+    def _stored_items(self, table: dict[Any, Any]) -> list[list[Any]]:
+        """Return the keys and values of a table as references."""
         return [
-            "record",
-            named,
-            {name: reference(getattr(value, name)) for name in names},
+            [self.reference(_key(key)), self.reference(value)]
+            for key, value in table.items()
         ]
 
-    root = reference(value)
-    return (
-        json.dumps({"values": values, "root": root}, separators=(",", ":")).encode()
-        + b"\n"
-        + arrays
-    )
+    def _stored_record(self, value: Any) -> list[Any]:
+        """Return a record of wearlab as its name and its fields."""
+        record = type(value)
+        qualified = f"{record.__module__}:{record.__qualname__}"
+        if _record(qualified) is not record:
+            raise CheckpointError(f"{qualified} does not belong in a checkpoint")
+
+        names = _fields(record)
+        if names is None:
+            names = list(vars(value))
+        values = {name: self.reference(getattr(value, name)) for name in names}
+        return ["record", qualified, values]
 
 
 def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:
@@ -148,48 +163,12 @@ def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:
     CheckpointError : no wearlab wrote it
     """
     head, _, arrays = image.partition(b"\n")
-    known: list[Any] = []
-
-    def value(reference: Any) -> Any:
-        """Return what a reference stands for."""
-        return reference if type(reference) in PLAIN else known[_index(*reference)]
-
-    def made(stored: Any) -> Any:
-        match stored:
-            case ["shared", number]:
-                return shared[_index(number)]
-            case [("array" | "number") as kind, str(dtype), list(shape), order, offset]:
-                if not NUMBER.fullmatch(dtype) or order not in ("C", "F"):
-                    raise CheckpointError(
-                        f"arrays of {dtype[:20]!r} do not belong in a checkpoint"
-                    )
-                count = int(np.prod([_index(length) for length in shape], dtype=object))
-                flat = (
-                    np.frombuffer(arrays, dtype, count, _index(offset))
-                    if count
-                    else np.empty(0, dtype)
-                )
-                values = flat.reshape(shape, order=order).copy(
-                    order
-                )  # of its own: it may be written to
-                return values if kind == "array" else values[()]
-            case ["slice", start, stop, step]:
-                return slice(start, stop, step)
-            case ["table", list(items)]:
-                return {_key(value(key)): value(own) for key, own in items}
-            case [("tuple" | "list") as kind, list(items)]:
-                return (tuple if kind == "tuple" else list)(map(value, items))
-            case ["record", str(named), dict(own)]:
-                return _filled(
-                    _record(named), {name: value(each) for name, each in own.items()}
-                )
-        raise CheckpointError(f"{str(stored)[:60]!r} does not belong in a checkpoint")
-
+    decoder = _Decoder(arrays, shared)
     try:
         document = json.loads(head)
         for stored in document["values"]:
-            known.append(made(stored))
-        return value(document["root"])
+            decoder.restore(stored)
+        return decoder.value(document["root"])
     except (
         ValueError,
         TypeError,
@@ -199,6 +178,72 @@ def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:
         OverflowError,
     ) as error:
         raise CheckpointError(f"no checkpoint of wearlab ({error})") from error
+
+
+class _Decoder:
+    """The objects that a checkpoint lists, made in the order of the list.
+
+    Parameters
+    ----------
+    arrays : the bytes of all arrays
+    shared : objects of this process, in the order in which they were written
+    """
+
+    def __init__(self, arrays: bytes, shared: Sequence[Any]) -> None:
+        self._arrays = arrays
+        self._shared = shared
+        self._values = list[Any]()
+
+    def restore(self, stored: Any) -> None:
+        """Make the next object of the list."""
+        self._values.append(self._restored(stored))
+
+    def value(self, reference: Any) -> Any:
+        """Return what a reference stands for: a plain value or an earlier object."""
+        if type(reference) in PLAIN:
+            return reference
+        return self._values[_index(*reference)]
+
+    def _restored(self, stored: Any) -> Any:
+        """Return the object that a kind and what it holds describe."""
+        match stored:
+            case ["shared", number]:
+                return self._shared[_index(number)]
+            case ["array", str(dtype), list(shape), order, offset]:
+                return self._restored_array(dtype, shape, order, offset)
+            case ["number", str(dtype), list(shape), order, offset]:
+                return self._restored_array(dtype, shape, order, offset)[()]
+            case ["slice", start, stop, step]:
+                return slice(start, stop, step)
+            case ["table", list(items)]:
+                return {_key(self.value(key)): self.value(item) for key, item in items}
+            case ["tuple", list(items)]:
+                return tuple(map(self.value, items))
+            case ["list", list(items)]:
+                return list(map(self.value, items))
+            case ["record", str(name), dict(values)]:
+                return _filled(
+                    _record(name),
+                    {field: self.value(value) for field, value in values.items()},
+                )
+        raise CheckpointError(f"{str(stored)[:60]!r} does not belong in a checkpoint")
+
+    def _restored_array(
+        self, dtype: str, shape: list[Any], order: Any, offset: Any
+    ) -> Any:
+        """Return a copy of the array at an offset in the bytes of all arrays."""
+        if not NUMBER.fullmatch(dtype) or order not in ("C", "F"):
+            raise CheckpointError(
+                f"arrays of {dtype[:20]!r} do not belong in a checkpoint"
+            )
+        count = int(np.prod([_index(length) for length in shape], dtype=object))
+        if count:
+            flat = np.frombuffer(self._arrays, dtype, count, _index(offset))
+        else:
+            flat = np.empty(0, dtype)
+
+        # the life may write to it, which it may not to bytes
+        return flat.reshape(shape, order=order).copy(order)
 
 
 def _key(key: Any) -> Any:

@@ -195,10 +195,10 @@ def history(
     """
     rate = SetRate(coupling)
     rate.responses = coupling.evaluate(wear).responses
-    anchors: list[tuple[float, coupled.Responses]] = [(-np.inf, rate.responses)]
+    states = _KeptStates(coupling, rate.responses)
 
     def accepted(node: step.Node) -> None:
-        anchors.append((node.cycle, rate.responses))
+        states.add_orbits(node.cycle, rate.responses)
 
     life = integration(
         rate, coupling.flat(wear), snapshots=snapshots, progress=accepted
@@ -207,30 +207,62 @@ def history(
     if max_kept is not None and not snapshots.asked:
         requested = [requested[k] for k in spread_over(len(requested), max_kept)]
     chosen = [(life.cycle[k], life.depth[k]) for k in spread_over(len(life.cycle))]
-    states: dict[float, coupled.WearState | None] = {}
 
-    def keep(places: Iterable[tuple[float, Array]], work_limit: float) -> None:
+    states.evaluate(requested if snapshots.asked else (requested[0], requested[-1]))
+    states.evaluate(chosen)
+    spread = [requested[k] for k in halving(len(requested))]
+    states.evaluate(spread, work_limit=coupling.work + kept_work)
+    return states.at(requested)._replace(life=life, sampled=states.at(chosen))
+
+
+class _KeptStates:
+    """States of a life, each evaluated from the orbits accepted last before it.
+
+    Parameters
+    ----------
+    coupling : contact, dynamics and wear of the gear set
+    first_orbits : of the first state
+    """
+
+    def __init__(
+        self, coupling: coupled.Coupled, first_orbits: coupled.Responses
+    ) -> None:
+        self._coupling = coupling
+        self._orbits: list[tuple[float, coupled.Responses]] = [(-np.inf, first_orbits)]
+        self._states: dict[float, coupled.WearState | None] = {}
+
+    def add_orbits(self, cycle: float, orbits: coupled.Responses) -> None:
+        """Keep the orbits of a state that was accepted at a cycle."""
+        self._orbits.append((cycle, orbits))
+
+    def evaluate(
+        self, places: Iterable[tuple[float, Array]], work_limit: float = np.inf
+    ) -> None:
+        """Evaluate the states at cycles and flat depths until the work is done.
+
+        Parameters
+        ----------
+        places : cycle [1] and depth (n_entries,) [m] of each state
+        work_limit : work after which no further state is evaluated
+        """
         for cycle, depth in places:
-            if cycle not in states and coupling.work < work_limit:
-                nearest = [orbits for reached, orbits in anchors if reached < cycle][-1]
-                states[cycle] = None
-                with suppress(
-                    limits.StopWear
-                ):  # the gears cannot run in the state that ended the life
-                    states[cycle] = coupling.evaluate(coupling.split(depth), nearest)
+            if cycle in self._states or self._coupling.work >= work_limit:
+                continue
+            orbits = [orbits for reached, orbits in self._orbits if reached < cycle][-1]
+            self._states[cycle] = None
+            # the gears cannot run in the state that ended the life
+            with suppress(limits.StopWear):
+                wear = self._coupling.split(depth)
+                self._states[cycle] = self._coupling.evaluate(wear, orbits)
 
-    def evaluated(places: Iterable[tuple[float, Array]]) -> History:
-        can_run = {
+    def at(self, places: Iterable[tuple[float, Array]]) -> History:
+        """Return the evaluated states at these places in which the gears can run."""
+        states = {
             cycle: state
             for cycle, _ in places
-            if (state := states.get(cycle)) is not None
+            if (state := self._states.get(cycle)) is not None
         }
-        return History(np.array(list(can_run)), tuple(can_run.values()))
-
-    keep(requested if snapshots.asked else (requested[0], requested[-1]), np.inf)
-    keep(chosen, np.inf)
-    keep((requested[k] for k in halving(len(requested))), coupling.work + kept_work)
-    return evaluated(requested)._replace(life=life, sampled=evaluated(chosen))
+        return History(np.array(list(states)), tuple(states.values()))
 
 
 def worn(
