@@ -11,9 +11,10 @@ from wearlab.campaign.update import read_update
 from wearlab.campaign.update_options import Days
 from wearlab.updating.calendar import Calendar, day_number
 from wearlab.updating.layout import places_of
-from wearlab.updating.measurements import UpdateError, calendar_of, read_observations
+from wearlab.updating.measurements import UpdateError, read_observations
 from wearlab.updating.report_text import _at, answers
 from wearlab.updating.report_text import calendar_of as told_of
+from wearlab.updating.unit_clock import calendar_of
 
 UNKNOWN = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}}
 CYCLES = np.array([0.0, 36_525.0, np.inf, 1e12])

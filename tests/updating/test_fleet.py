@@ -20,8 +20,8 @@ from wearlab.store.updates import kept_updates, verify_updates
 from wearlab.updating import UpdateError, update
 from wearlab.updating.calendar import day_text
 from wearlab.updating.cases import studies
-from wearlab.updating.measurements import calendar_of
 from wearlab.updating.report_text import answers, fleet_tables, text_of
+from wearlab.updating.unit_clock import calendar_of
 
 HEAD, _, BLOCK = STATIC.partition("[[update.data]]")
 FLEET = f"""{HEAD}

@@ -5,7 +5,8 @@ import pytest
 from wearlab.campaign import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.updating.calendar import Calendar
-from wearlab.updating.measurements import UpdateError, calendar_of, read_observations
+from wearlab.updating.measurements import UpdateError, read_observations
+from wearlab.updating.unit_clock import calendar_of
 
 UNKNOWN = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}}
 GOOD = "# weighed on Mondays\ncycles,loss\n100,1.5\n200,3.0\n"

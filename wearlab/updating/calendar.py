@@ -80,7 +80,9 @@ class Calendar(NamedTuple):
         day = np.concatenate([calendar.day for calendar in (self, *calendars)])
         time = np.concatenate([calendar.time for calendar in (self, *calendars)])
         order = np.lexsort((day, time))
-        return Calendar(day[order], time[order], self.a_year)
+        # two sources may date the same hours a day apart
+        rising = np.maximum.accumulate(day[order])
+        return Calendar(rising, time[order], self.a_year)
 
     def days(self, time: Any) -> Array:
         """Return days since 1970 after hours."""

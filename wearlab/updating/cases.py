@@ -25,7 +25,7 @@ from wearlab.scene import Scene
 from wearlab.store import Store
 from wearlab.store.outcome import last_line, place
 from wearlab.units import is_quantity, split
-from wearlab.updating import measurements, run_curves
+from wearlab.updating import measurements, run_curves, unit_clock
 from wearlab.updating.calendar import Calendar
 from wearlab.updating.measurements import Observed, OperatingRecord, UpdateError
 
@@ -234,42 +234,25 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
         unit = named.get(name, UnitBlock(name=name))
         changed = scene.replace(dict(unit.scene)) if unit.scene else scene
         limit = _limit(changed, spec, f"unit {name!r}: ")
-        measured = _measured(spec, name, unit.calendar or spec.calendar)
+        days = unit.calendar or spec.calendar
+        measured = _measured(spec, name, days, common=unit.calendar is None)
         refuse_too_deep(changed, measured[0], limit)
         subjects.append(Subject(name, changed, spec, limit, *measured))
     return tuple(subjects)
 
 
-def _measured(spec: UpdateSpec, unit: str | None, days: Days | None) -> Measurements:
-    """Return the observations, the record and the calendar of a case or a unit."""
-    stated, a_year = (
-        (None, None) if days is None else (Calendar.of(days), days.hours_per_year)
+def _measured(
+    spec: UpdateSpec, unit: str | None, days: Days | None, *, common: bool = False
+) -> Measurements:
+    """Return the observations, the record and the calendar of a case or a unit.
+
+    ``common`` says whether the calendar is that of a whole fleet.
+    """
+    clock = unit_clock.clock_of(spec, unit, days, common=common)
+    observations = tuple(
+        measurements.read_observations(data, clock.of_dates, unit) for data in spec.data
     )
-    record = (
-        None
-        if spec.record is None
-        else measurements.read_record(spec.record, unit, a_year)
-    )
-    if calendar := record and record.calendar(a_year):
-        # of what follows it nothing is told without hours of a year
-        counted: Calendar | None = calendar._replace(
-            a_year=np.nan if a_year is None else a_year
-        )
-    else:
-        tables = [
-            *filter(
-                None, (measurements.calendar_of(data, unit, days) for data in spec.data)
-            )
-        ]
-        calendar = tables[0].joined(tables[1:]) if tables else stated
-        counted = calendar if days is None or days.hours is None else stated
-    return (
-        tuple(
-            measurements.read_observations(data, counted, unit) for data in spec.data
-        ),
-        record,
-        calendar,
-    )
+    return observations, clock.record, clock.calendar
 
 
 def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:

@@ -17,7 +17,7 @@ import numpy as np
 
 from wearlab import files, units
 from wearlab.arrays import Array, Flags, Index
-from wearlab.campaign.update_options import WHEN, WHERE, Data, Days, RecordBlock
+from wearlab.campaign.update_options import WHEN, WHERE, Data, RecordBlock
 from wearlab.scene import Scene, problems
 from wearlab.tables import LARGEST_FILE, ReadTable, TableError, in_unit, read_table
 from wearlab.updating.calendar import (
@@ -402,51 +402,6 @@ def units_of(data: Data) -> list[str]:
     return list(dict.fromkeys(texts))
 
 
-def calendar_of(data: Data, unit: str | None, days: Days | None) -> Calendar | None:
-    """Return which day it was after how many hours of a unit, by its columns of both.
-
-    Parameters
-    ----------
-    data : the block
-    unit : of a fleet, whose rows are meant; None: all
-    days : says how hours go on; None: as from the unit's first inspection to its last
-
-    Raises
-    ------
-    UpdateError : a date cannot be read, or there are more hours than the days between
-        have
-    """
-    columns, *_ = columns_of(data, unit)
-    if "date" not in columns.names or not len(columns):
-        return None
-    day = day_number(columns.dates("date"))
-    hours = columns.numbers("time", "s") / units.HOUR
-    order = np.lexsort((day, hours))
-    day = day[order]
-    hours = hours[order]
-    lines = columns.lines[order]
-
-    back = np.diff(day) < 0.0
-    if back.any():
-        first = int(np.argmax(back))
-        raise UpdateError(
-            f"{data.file}: line {lines[first + 1]} has more hours than line "
-            f"{lines[first]}, and an earlier date: look at both"
-        )
-    if days is not None:
-        return Calendar(day, hours, days.hours_per_year)
-    span = np.ptp(day)
-    rate = float(np.ptp(hours) / span) * DAYS_A_YEAR if span > 0.0 else 0.0
-    if rate > 1.01 * HOURS_A_YEAR:
-        subject = "it" if unit is None else f"unit {unit!r}"
-        raise UpdateError(
-            f"{data.file}: line {lines[-1]}: {subject} ran {rate:.0f} hours a year "
-            "since its first inspection, more than a year has: look at its dates and "
-            "hours"
-        )
-    return Calendar(day, hours, rate) if rate > 0.0 else None
-
-
 @dataclass(frozen=True)
 class OperatingRecord:
     """What ran, one condition after another.
@@ -459,6 +414,7 @@ class OperatingRecord:
     mixed : whether their order is not known: bins
     fingerprint : hash of the file's bytes
     share : of the time between dates that is in operation
+    counted : whether the hours are those that tables or calendar know
     """
 
     time: Array
@@ -468,6 +424,7 @@ class OperatingRecord:
     mixed: bool
     fingerprint: str
     share: float = 1.0
+    counted: bool = False
 
     def conditions(self) -> tuple[Array, Index]:
         """Return the conditions that are run, (c, 2), and which of them each piece is.
@@ -533,7 +490,7 @@ class OperatingRecord:
         ----------
         a_year : hours in a year by the calendar
         """
-        if self.dates is None or a_year is None or self.share < 1.0:
+        if self.counted or self.dates is None or a_year is None or self.share < 1.0:
             return None
         hours = float(self.time[-1]) / units.HOUR
         years = float(np.ptp(day_number(self.dates))) / DAYS_A_YEAR
