@@ -56,3 +56,10 @@ def test_a_store_shows_what_users_may_call():
         address close features names note open path query reindex remarks run tag verify
     """
     assert shown == set(public.split())
+
+
+@pytest.mark.parametrize("name", ["run", "figure", "update"])
+def test_help_begins_with_an_example(name):
+    """`test_examples.py` runs it."""
+    text = inspect.getdoc(getattr(wearlab, name))
+    assert text.split("\n\n")[1].startswith(">>> ")

@@ -1,5 +1,6 @@
 """One figure of a grid, a run or a report, for programs and notebooks."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
@@ -13,8 +14,10 @@ from wearlab.figures.plotting import of_update, plotted
 from wearlab.nearest import choices
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from wearlab.runner.report import Report
     from wearlab.store import Store
 
 NAME = "figure"
@@ -24,26 +27,43 @@ Size = float | tuple[float, float] | None
 
 
 def figure(
-    of: Any, kind: str, *, ax: Any = None, size: Size = None, **options: Any
+    of: "xr.Dataset | Report",
+    kind: str,
+    *,
+    ax: "Axes | Sequence[Axes] | None" = None,
+    size: Size = None,
+    **options: Any,
 ) -> "Figure":
     """Return a figure of stored or simulated runs.
 
+    >>> import wearlab as wl
+    >>> pair = wl.Scene.from_mapping({
+    ...     "gears": {
+    ...         "kind": "external-pair", "module": "3 mm", "face_width": "20 mm",
+    ...         "pinion": {"teeth": 25}, "gear": {"teeth": 30},
+    ...     },
+    ...     "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
+    ... })
+    >>> drawing = wl.figure(wl.simulate(pair), "ste", size=3.5)
+    >>> [axes.get_ylabel() for axes in drawing.axes]
+    ['Static transmission error (µm)']
+
     Parameters
     ----------
-    of : a grid (`Store.open`), one run (`Store.run`, `simulate`), or what `run`
-        returned
+    of : datasets of several runs (`Store.open`), of one (`Store.run`, `simulate`), or
+        the report of `run`
     kind : listed by ``wearlab schema --figures``
     ax : axes of matplotlib to draw in, one for each panel; title and legend stand in
         them, notes are left out
-    size : width, or width and height [inches]; text and lines grow with the width [the
-        house's]
+    size : width, or width and height [inches]; text and lines grow with the width
+        [as the panels need]
     options : as in ``[[figure]]``: select, x, y, hue, rows, cols, units, title, note,
         published
 
     Returns
     -------
-    A figure of matplotlib; notebooks show it, ``savefig`` writes it. What the reader's
-    rcParams set (fonts, ``text.usetex``, ``font.size``) holds before the house style;
+    A figure of matplotlib; notebooks show it, ``savefig`` writes it. What you set in
+    rcParams (fonts, ``text.usetex``, ``font.size``) holds before wearlab's style;
     ``title=""`` leaves the title out.
 
     Raises

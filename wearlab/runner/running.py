@@ -1,11 +1,11 @@
 """``run``: what of a campaign is missing in a store is computed, and nothing else."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
 from functools import partial
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from wearlab.runner import cluster, preparation, recording, report
 from wearlab.runner.execution import Execution, IsDue, StartWorkers, Workers
@@ -17,14 +17,16 @@ from wearlab.store import Store, StoreError
 if TYPE_CHECKING:
     from dask.distributed import Client
 
-    from wearlab.campaign import coercion
+    from wearlab.campaign import Campaign
+    from wearlab.runner.report import Report
+    from wearlab.scene import Scene
 
 CALIBRATING = "lives that calibrate the wear coefficient of the other cases"
 
 
 def run(
-    campaign: "coercion.CampaignLike",
-    store: Store | str | PathLike[str] | None = None,
+    campaign: "Campaign | Scene | Sequence[Scene] | Mapping[str, Any] | str | PathLike",
+    store: "Store | str | PathLike | None" = None,
     *,
     workers: int | None = None,
     scheduler: "str | Client | None" = None,
@@ -33,8 +35,26 @@ def run(
     progress: bool = True,
     dashboard: bool = False,
     simulate: str = SIMULATE,
-) -> report.Report:
+) -> "Report":
     """Compute the missing runs of a campaign.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> import wearlab as wl
+    >>> campaign = {
+    ...     "gears": {
+    ...         "kind": "external-pair", "module": "3 mm", "face_width": "20 mm",
+    ...         "pinion": {"teeth": 25}, "gear": {"teeth": 30},
+    ...     },
+    ...     "operation": {"speed": "1100 rpm"},
+    ...     "sweep": [{"operation.torque": ["80 N*m", "100 N*m"]}],
+    ... }
+    >>> with TemporaryDirectory() as folder:
+    ...     report = wl.run(campaign, folder, workers=0, progress=False)
+    ...     grid = report.to_xarray().load()
+    >>> report.done
+    2
+    >>> (1e6 * grid.ste_peak_to_peak).squeeze().round(1).values.tolist()
+    [2.8, 3.4]
 
     Equal scenes are one run. What another process computes at the same moment is waited
     for. One missing case runs in this process, more on worker processes.
@@ -59,7 +79,8 @@ def run(
 
     Returns
     -------
-    Report on all runs of the campaign.
+    A report on all runs: what was computed and why the rest was not; ``to_xarray()``
+    gives them as one ``xarray.Dataset``.
 
     Raises
     ------
