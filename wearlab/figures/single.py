@@ -1,7 +1,7 @@
 """One figure of a grid, a run or a report, for programs and notebooks."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import xarray as xr
 from pydantic import ValidationError
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from wearlab.runner.report import Report
     from wearlab.store import Store
 
 NAME = "figure"
@@ -26,8 +25,15 @@ Size = float | tuple[float, float] | None
 """Width, or width and height [inches]."""
 
 
+class ReportOfRuns(Protocol):
+    """What `wearlab.run` returns."""
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return the runs as one dataset."""
+
+
 def figure(
-    of: "xr.Dataset | Report",
+    of: "xr.Dataset | ReportOfRuns",
     kind: str,
     *,
     ax: "Axes | Sequence[Axes] | None" = None,
