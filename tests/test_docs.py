@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from wearlab.campaign import load
 from wearlab.campaign.claims import check_record, stale
 from wearlab.scene.identity import MODEL_VERSION
 
@@ -190,7 +191,9 @@ def test_reference_pages_name_everything():
         "correlation",
     ):
         assert f"`{name}`" in options
-    assert "| test" not in pages.checks()
+    checks = pages.checks()
+    assert "| test" not in checks
+    assert "`test_every_extreme_case_ends_as_its_file_expects`" in checks
 
 
 def test_reference_pages_are_those_of_this_code(tmp_path):
@@ -285,6 +288,45 @@ def test_the_page_of_errors_over_run_time_is_that_of_its_figures(monkeypatch):
         assert {"work-precision", "life-time"} & set(made.images(name)), name
     shown = {f"{name}-{kind}.png" for name in made.kept() for kind in made.images(name)}
     assert shown == {file.name for file in made.IMAGES.iterdir()}
+
+
+def test_the_page_of_extremes_is_that_of_what_was_run():
+    """Of every case of every campaign: ``python docs/extremes_pages.py all``."""
+    made = reference_pages("extremes_pages")
+    assert made.PAGE.read_text() == made.page()
+    kept = made.kept()
+    assert set(kept) <= set(made.campaigns())
+    for name, measured in kept.items():
+        cases = load(made.CAMPAIGNS / f"{name}.toml").cases
+        labels = [case["label"] for case in measured["cases"]]
+        assert labels == [case.label for case in cases], name
+        assert all(case["met"] for case in measured["cases"]), name
+    words = tomllib.loads(made.TEXTS.read_text())
+    assert set(words) == set(made.campaigns())
+    for name, one in words.items():
+        labels = {case.label for case in load(made.CAMPAIGNS / f"{name}.toml").cases}
+        assert set(one.get("cases", {})) <= labels, name
+
+
+def test_the_page_of_savings_is_that_of_what_was_measured():
+    """``python tests/benchmarks/leaving_out.py docs/evidence/leaving_out.json``."""
+    made = reference_pages("leaving_out_pages")
+    assert made.PAGE.read_text() == made.page()
+    for name, measured in made.kept().items():
+        names = [part["name"] for part in measured["parts"]]
+        assert names == [part.name for part in made.leaving_out.SETS[name]], name
+        for part in measured["parts"]:
+            assert part["difference"] <= part["tolerance"], (name, part["name"])
+
+
+def test_readme_leads_to_the_evidence_in_one_click():
+    table = (TOP / "README.md").read_text()
+    for page in (
+        "docs/accuracy.md",
+        "docs/evidence/extremes.md",
+        "docs/evidence/leaving_out.md",
+    ):
+        assert f"]({page})" in table, page
 
 
 def test_every_link_leads_to_a_file():

@@ -25,6 +25,9 @@ LONG = ("lives",)
     ids=lambda file: file.stem,
 )
 def test_every_extreme_case_ends_as_its_file_expects(file, tmp_path):
+    """129 stiff and extreme scenes keep verdict, end and values: each is a row of
+    docs/evidence/extremes.md, with its tolerance.
+    """
     campaign = load(file)
     assert all(case.expect is not None for case in campaign.cases)
     assert all(case.expect.verdict is not None for case in campaign.cases)

@@ -1,24 +1,34 @@
 """What each absent part of a scene saves, and that leaving it out changes nothing: a
 table to print.
 
-``python tests/benchmarks/leaving_out.py`` runs one wearing state of a spur pair in
-pairs of scenes. In the first of each pair a part is present but without effect, in the
-second it is absent. The results agree; time and bytes of the stored run do not. Linear
-contact is not an option but a proof: where no gap can open, the period map is affine
-and one pass finds the orbit that a march finds in hundreds of periods.
+``python tests/benchmarks/leaving_out.py`` runs one wearing state of a spur pair, of a
+planetary set and of a helical pair in pairs of scenes; with a file, such as
+``docs/evidence/leaving_out.json``, it keeps the numbers there, of the sets that are
+named after it alone. In the first of each pair a part is present but without effect, in
+the second it is absent. The results agree; time and bytes of the stored run do not.
+Linear contact is not an option but a proof: where no gap can open, the period map is
+affine and one pass finds the orbit that a march finds in hundreds of periods.
 
 Times are those of the processor, with compiled kernels: both scenes take turns, and the
 shortest of many turns counts, because whatever else a machine does only adds. Quarters
 of the turns tell how well a saving is known; one that is smaller is called nil.
 """
 
+import json
+import sys
 import time
 from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from wearlab.campaign import load
 from wearlab.scene import Scene
+from wearlab.scene.identity import MODEL_VERSION
+
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 TURNS = 80
 QUARTERS = 4
@@ -52,12 +62,14 @@ class Part(NamedTuple):
     name : what is left out
     present, absent : dotted key → value as a campaign file writes it, None: no such key
     tolerance : largest relative difference of results that counts as none; 0: not a bit
+    base : campaign file of the scene that is changed; empty: `BASE`
     """
 
     name: str
     present: Change
     absent: Change
     tolerance: float
+    base: str = ""
 
 
 EVEN = {"mesh.stiffness": {"model": "constant", "value": "300 N/um", "of": "mesh"}}
@@ -98,6 +110,67 @@ PARTS = (
     Part("wear over cycles", {"wear.until": {"cycles": 1e6}}, {}, 1e-12),
     Part("the wear law", {}, {"wear": None}, 0.0),
 )
+WEAR = {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}, "load": "instant"}
+"""Of the scenes of campaign files: one wear state."""
+PLANETARY = "base/planetary_ngw11_vibration.toml"
+HELICAL = "helical_coupled.toml"
+NO_TORQUE = {"order": 1, "amplitude": "0 N*m", "phase": "0 deg"}
+
+
+def _part(
+    base: str, name: str, present: Change, absent: Change, tolerance: float = 0.0
+) -> Part:
+    """Return a part of a set that wears."""
+    return Part(name, present, absent, tolerance, base)
+
+
+SETS: dict[str, tuple[Part, ...]] = {
+    "spur pair": PARTS,
+    "planetary set": (
+        _part(
+            PLANETARY, "friction", {"dynamics.friction": {"coefficient": 0.0}}, {}, 1e-3
+        ),
+        _part(
+            PLANETARY,
+            "back contact",
+            {"mesh.normal_backlash": "1 mm"},
+            {"mesh.normal_backlash": None},
+        ),
+        _part(
+            PLANETARY,
+            "torque fluctuation",
+            {"operation.torque_fluctuation": NO_TORQUE},
+            {},
+        ),
+        _part(PLANETARY, "wear over cycles", {"wear.until": {"cycles": 1e6}}, {}, 1e-9),
+        _part(PLANETARY, "the wear law", {}, {"wear": None}),
+    ),
+    "helical pair": (
+        _part(
+            HELICAL,
+            "crowning",
+            {"gears.pinion.lead_crowning": "0 um"},
+            {"gears.pinion.lead_crowning": None},
+        ),
+        _part(
+            HELICAL,
+            "misalignment",
+            {"mesh.misalignment": "0 um"},
+            {"mesh.misalignment": None},
+        ),
+        _part(HELICAL, "back contact", {"mesh.normal_backlash": "1 mm"}, {}),
+        _part(
+            HELICAL,
+            "torque fluctuation",
+            {"operation.torque_fluctuation": NO_TORQUE},
+            {},
+        ),
+        _part(HELICAL, "wear over cycles", {"wear.until": {"cycles": 1e6}}, {}, 1e-9),
+        _part(HELICAL, "the wear law", {}, {"wear": None}),
+    ),
+}
+LONG_TURNS = 12
+"""Turns of the sets that take longer than the spur pair."""
 COMPARED = ("dynamic_mesh_force", "tooth_force", "wear_rate", "wear_depth")
 
 
@@ -136,9 +209,11 @@ class Saving(NamedTuple):
         return f"{100 * self.saved:.0f} % ± {100 * least:.0f}"
 
 
-def scene(change: Change) -> Scene:
-    """Return the base scene with a change."""
+def scene(change: Change, base: str = "") -> Scene:
+    """Return the base scene, or that of a campaign file, with a change."""
     changed = Scene.from_mapping(BASE)
+    if base:
+        changed = load(CAMPAIGNS / base).cases[0].scene.replace("wear", WEAR)
     for key, value in change.items():
         if value is not None:
             changed = changed.replace(key, value)
@@ -153,7 +228,7 @@ def saving(part: Part, turns: int = TURNS) -> Saving:
     from wearlab.simulation import simulate
     from wearlab.store.netcdf import to_image
 
-    scenes = scene(part.present), scene(part.absent)
+    scenes = scene(part.present, part.base), scene(part.absent, part.base)
     datasets = [simulate(one) for one in scenes]
     for one in scenes:
         _run(one)
@@ -262,10 +337,28 @@ def print_table(rows: Sequence[Sequence[str]]) -> None:
         )
 
 
-def main() -> None:
-    """Print the table."""
-    print_table([HEADS, *(row(saving(part)) for part in PARTS)])
+def main(arguments: Sequence[str]) -> None:
+    """Print the tables, and keep the numbers in a file where one is given."""
+    file = Path(arguments[0]) if arguments else None
+    for name in arguments[1:] or SETS:
+        turns = TURNS if name == "spur pair" else LONG_TURNS
+        savings = [saving(part, turns) for part in SETS[name]]
+        print(name)
+        print_table([HEADS, *(row(found) for found in savings)])
+        if file is not None:
+            keep(file, name, savings)
+
+
+def keep(file: Path, name: str, savings: Sequence[Saving]) -> None:
+    """Keep what was measured of one set beside what the file has of others."""
+    everything = json.loads(file.read_text()) if file.exists() else {}
+    everything[name] = {
+        "date": datetime.now(UTC).date().isoformat(),
+        "model_version": MODEL_VERSION,
+        "parts": [found._asdict() for found in savings],
+    }
+    file.write_text(json.dumps(everything, indent=1, ensure_ascii=False) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -67,6 +67,28 @@ def life_curves(
     answer : the reference
     report : called with the name of the curve that comes next
     """
+    yield from method_curves(problem, answer, report)
+
+    finest = _finest_settings(problem)
+    finest_problem = wear_problem(scene.replace(finest))
+    truth = integrated_life(finest_problem, adaptive.Adaptive(), FINE_TOLERANCE)
+    for key, values in KNOBS.items():
+        if scene.dynamics is not None or key != "numerics.steps_per_period":
+            report(f"life, {key.rpartition('.')[2]}")
+            yield from _knob_of_life(scene, key, values, finest, truth)
+
+
+def method_curves(
+    problem: WearProblem, answer: TimedLife, report: Callable[[str], None]
+) -> Iterator[WorkPrecision]:
+    """Yield the curves of adaptive steps and of Euler's, for the life and the depth.
+
+    Parameters
+    ----------
+    problem : the life
+    answer : the reference
+    report : called with the name of the curve that comes next
+    """
     report("life, cycle_tolerance")
     adaptive_lives = [
         (tolerance, integrated_life(problem, adaptive.Adaptive(), tolerance))
@@ -82,14 +104,6 @@ def life_curves(
     yield from _curves_of(
         "Euler", "threshold", "as published", euler_lives, answer, fixed
     )
-
-    finest = _finest_settings(problem)
-    finest_problem = wear_problem(scene.replace(finest))
-    truth = integrated_life(finest_problem, adaptive.Adaptive(), FINE_TOLERANCE)
-    for key, values in KNOBS.items():
-        if scene.dynamics is not None or key != "numerics.steps_per_period":
-            report(f"life, {key.rpartition('.')[2]}")
-            yield from _knob_of_life(scene, key, values, finest, truth)
 
 
 def _euler_lives(

@@ -201,7 +201,7 @@ def accuracy(
     with output.bar(total) as advance:
         studies = [
             study.study(name, case.scene, partial(_report_step, advance, name))
-            for name, case in zip(_labels(campaign), campaign.cases, strict=True)
+            for name, case in zip(case_labels(campaign), campaign.cases, strict=True)
         ]
 
     dataset = study.dataset(campaign.title, studies, begun)
@@ -227,7 +227,7 @@ def _report_step(advance: Callable[[str], None], case: str, step: str) -> None:
     advance(f"{case}: {step}")
 
 
-def _labels(campaign: Any) -> list[str]:
+def case_labels(campaign: Any) -> list[str]:
     """Return short names: the place on the axes where there is one, else the label."""
     full = [output.case_name(campaign, case) for case in campaign.cases]
     short = [name.partition("(")[2].rstrip(")") or name for name in full]
