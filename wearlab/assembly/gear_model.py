@@ -14,7 +14,8 @@ from wearlab.assembly.wear import MeshKindModel, build_kind, build_load, joined_
 from wearlab.dynamics.modes import Modes, critical_speeds, mode_kinds, modes
 from wearlab.dynamics.steady.response import dashpot_of
 from wearlab.life.coupled import MeshKind, Vibration
-from wearlab.life.coupling import Coupling, FaceCoupling, FaceKind
+from wearlab.life.coupling import Coupling
+from wearlab.life.face_coupling import FaceCoupling, FaceKind
 from wearlab.mesh import clock, force, gear_set, profile, stages
 from wearlab.scene import Scene, summary
 

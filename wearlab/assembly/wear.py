@@ -13,7 +13,7 @@ from wearlab.arrays import Array
 from wearlab.assembly import mesh, sets, vibration
 from wearlab.gears.gear import GearPair
 from wearlab.life import coupled, limits, loads
-from wearlab.life.coupling import FaceKind
+from wearlab.life.face_coupling import FaceKind
 from wearlab.life.loads.instant import InstantLoad
 from wearlab.life.loads.static import StaticLoad
 from wearlab.mesh import clock, contact, gear_set

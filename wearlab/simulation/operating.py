@@ -7,7 +7,7 @@ import numpy as np
 
 from wearlab import assembly
 from wearlab.arrays import Array
-from wearlab.life import coupled, coupling
+from wearlab.life import coupled, duty_coupling
 from wearlab.scene import Scene
 from wearlab.scene.operation import DutyBlock, OperationStage
 
@@ -85,7 +85,7 @@ def operating_condition(
     weight = np.ones(1)
     if len(models) > 1:
         weight = time * speed / (time @ speed)
-    mean_speed = float(coupling.mixture(time, list(speed)))
+    mean_speed = float(duty_coupling.mixture(time, list(speed)))
     return OperatingCondition(
         models, weight, mean_speed, taking_turns(models, weight), cycles
     )
@@ -104,4 +104,4 @@ def taking_turns(
     first, *later = (model.coupling for model in models)
     if not later:
         return first
-    return coupling.DutyCoupling(first.kinds, (first, *later), weight)
+    return duty_coupling.DutyCoupling(first.kinds, (first, *later), weight)

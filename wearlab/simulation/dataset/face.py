@@ -9,7 +9,7 @@ import numpy as np
 from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.gears.helix import overlap_ratio
-from wearlab.life import coupled, coupling
+from wearlab.life import coupled, face_coupling
 from wearlab.mesh.face.contact import FaceContact
 from wearlab.simulation import label
 from wearlab.simulation.dataset.coordinates import States
@@ -18,7 +18,7 @@ from wearlab.simulation.dataset.mesh_period import over_period
 
 def face_states(
     states: Sequence[coupled.WearState], kind: int
-) -> list[coupling.FaceState]:
+) -> list[face_coupling.FaceState]:
     """Return the states of one kind of mesh whose flanks have a width.
 
     Parameters
@@ -26,11 +26,11 @@ def face_states(
     states : the wear states
     kind : number of the kind of mesh
     """
-    return [cast("coupling.FaceState", state.kind[kind]) for state in states]
+    return [cast("face_coupling.FaceState", state.kind[kind]) for state in states]
 
 
 def line_values(
-    model: assembly.GearModel, face: coupling.FaceCoupling, states: States
+    model: assembly.GearModel, face: face_coupling.FaceCoupling, states: States
 ) -> label.Values:
     """Return how the lines of contact lie, and how well their loads add up.
 
