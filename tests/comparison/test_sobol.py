@@ -86,13 +86,27 @@ def test_lost_runs_cost_their_base_points_only_and_other_dimensions_are_kept():
         flank=["pinion", "gear"]
     )
     both[0, 7] = np.nan
-    with pytest.warns(SobolWarning):
+    with pytest.warns(SobolWarning) as caught:
         found = wl.sobol_indices(both)
+    assert "1 of 512 base points (0.2 %) are left out" in str(caught[0].message)
+    np.testing.assert_allclose(found.missing, [1 / 512, 0.0])
     assert found.points.values.tolist() == [511, 512] and found.first_order.dims == (
         "input",
         "flank",
     )
     assert found.first_order.sel(flank="pinion").values == pytest.approx(FIRST, abs=0.1)
+
+
+def test_missing_lives_are_told_with_their_share():
+    """Were left out in silence: a third of the base points, the longest lives."""
+    lives = drawn(512)
+    limited = lives.where(lives < np.quantile(lives, 0.9))
+    with pytest.warns(SobolWarning) as caught:
+        found = wl.sobol_indices(limited)
+    first = str(caught[0].message)
+    assert "10 % of the values are missing" in first and "wear.until" in first
+    assert float(found.missing) == pytest.approx(1.0 - found.points / 512)
+    assert 0.1 < float(found.missing) < 0.5
 
 
 def test_what_was_not_drawn_for_it():

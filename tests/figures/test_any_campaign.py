@@ -15,7 +15,8 @@ from wearlab.figures import KINDS, FigureError
 from wearlab.figures.drawing import draw
 from wearlab.figures.kind import read
 from wearlab.figures.kinds.cycles import joined
-from wearlab.figures.kinds.results import QUANTILE_BANDS, listed, ranked
+from wearlab.figures.kinds.distributions import QUANTILE_BANDS
+from wearlab.figures.kinds.results import listed, ranked
 from wearlab.figures.layout import MOST_PANELS
 from wearlab.figures.plot import MOST_NAMES, Scale, Series
 from wearlab.figures.plotting import plotted

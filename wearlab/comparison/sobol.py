@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Flags
 from wearlab.comparison.quantities import CompareError
 
 DESIGN = "sobol-indices"
@@ -48,9 +48,10 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
     Returns
     -------
     Dataset along ``input``: ``first_order``, ``total_order``, each with ``_low`` and
-    ``_high``, the ends of the bootstrap's 95 % interval, and ``points``, the number of
-    base points all of whose runs have a value. Too few of these are warned of:
-    intervals wider than `WIDE`, or a first order beyond its total order.
+    ``_high``, the ends of the bootstrap's 95 % interval, ``points``, the number of base
+    points all of whose runs have a value, and ``missing``, the share of the others.
+    Warned of are missing points, since lives that did not reach their limit are the
+    longest ones, intervals wider than `WIDE`, and a first order beyond its total order.
 
     Raises
     ------
@@ -71,6 +72,8 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
     intervals = np.stack(
         [_with_interval(table[:, :, place], rng) for place in places], axis=-1
     )
+    is_complete = np.isfinite(table).all(axis=1)
+    _warn_of_missing(is_complete, result)
     _warn(intervals, design.inputs, table.shape[0])
 
     shape = [result.sizes[dim] for dim in other_dims]
@@ -78,8 +81,10 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
         name: (("input", *other_dims), index.reshape(width, *shape), {"units": "1"})
         for name, index in zip(NAMES, intervals, strict=True)
     }
-    points = np.isfinite(table).all(axis=1).sum(axis=0).reshape(shape)
+    points = is_complete.sum(axis=0).reshape(shape)
+    missing = 1.0 - points / len(table)
     variables["points"] = (tuple(other_dims), points, {"units": "1"})
+    variables["missing"] = (tuple(other_dims), missing, {"units": "1"})
     coordinates: dict[str, Any] = {
         "input": design.inputs,
         "key": ("input", design.keys),
@@ -134,6 +139,30 @@ def _design_of(result: xr.DataArray) -> _Design:
         )
     keys = [str(result[name].attrs.get("key", name)) for name in inputs]
     return _Design(axis, inputs, keys)
+
+
+def _warn_of_missing(is_complete: Flags, result: xr.DataArray) -> None:
+    """Warn of the share of base points that lack a value of some run.
+
+    Parameters
+    ----------
+    is_complete : (points, places), whether all runs of a base point have a value
+    result : whose values these are
+    """
+    if is_complete.all():
+        return
+    points = len(is_complete)
+    lost = points - int(is_complete.sum(axis=0).min())
+    numbers = np.isfinite(result.values.astype(float))
+    runs = 100.0 * (1.0 - numbers.mean())
+    message = (
+        f"sobol_indices: {lost} of {points} base points ({100.0 * lost / points:.2g} %) "
+        f"are left out, because {runs:.2g} % of the values are missing. Lives are "
+        "missing where they are longest, so that the shares hold for the short ones "
+        "alone: raise the cycles of wear.until until every run reaches its depth, or "
+        "lower the depth"
+    )
+    warnings.warn(message, SobolWarning, stacklevel=3)
 
 
 def _warn(intervals: Array, inputs: list[str], points: int) -> None:

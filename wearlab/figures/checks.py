@@ -3,16 +3,26 @@
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import xarray as xr
 
 from wearlab.campaign import claims
-from wearlab.figures import layout
+from wearlab.figures import censoring, layout
 from wearlab.figures.kind import FigureRequest, Kind, Run
-from wearlab.figures.runs import Point, along_axes, axis_named, read_runs, require
+from wearlab.figures.runs import (
+    OF_WORN_OUT,
+    Point,
+    along_axes,
+    axis_named,
+    read_runs,
+    require,
+)
 from wearlab.nearest import choices
 from wearlab.schema import VARIABLES, origin_of
+
+LIVES = ("life", "service_life")
+"""Results of which a run that ended before its limit tells a lower bound."""
 
 
 def with_defaults(
@@ -76,10 +86,20 @@ def _longest_axis(request: FigureRequest, grid: xr.Dataset) -> str | None:
     return max(sweeps or free, key=lambda dim: grid.sizes[dim], default=None)
 
 
+class AbleRuns(NamedTuple):
+    """The runs that have what a figure needs, and notes on lives that have it not."""
+
+    runs: list[Run]
+    notes: list[str]
+
+
 def able_runs(
     grid: xr.Dataset, request: FigureRequest, kind: Kind, points: Sequence[Point]
-) -> list[Run]:
+) -> AbleRuns:
     """Return the picked runs that have what a figure needs.
+
+    Of a kind that takes censored runs, those too whose lives ended before their limit;
+    of others a note counts these.
 
     Parameters
     ----------
@@ -106,7 +126,28 @@ def able_runs(
         coordinates = [name for name in kind.needs if name in grid.coords]
         needed = [*coordinates, *request.y[:1]]
     runs = read_runs(grid, points, names, request)
-    return require(runs, needed, request, _end_reasons(grid, points))
+    able = require(runs, needed, request, _end_reasons(grid, points))
+
+    y = request.y[:1] or (kind.y,)
+    if kind.takes_censored and y[0] in LIVES:
+        complete = {run.id for run in able}
+        return AbleRuns([run for run in runs if run.end or run.id in complete], [])
+    return AbleRuns(able, _lives_left_out(runs, able, needed))
+
+
+def _lives_left_out(
+    runs: Sequence[Run], able: Sequence[Run], needed: Sequence[str]
+) -> list[str]:
+    """Return how many lives are left out because they ended before their limit."""
+    drawn = {run.id for run in able}
+    ends = [run.end for run in runs if run.end and run.id not in drawn]
+    if not ends or not OF_WORN_OUT.intersection(needed):
+        return []
+    reasons = censoring.listed_reasons(end.reason for end in ends)
+    return [
+        f"Not drawn: {len(ends)} of {len(runs)} runs that ended before their limit "
+        f"({reasons}); the others alone look shorter-lived than all."
+    ]
 
 
 def _fixed_variables(kind: Kind) -> list[str]:

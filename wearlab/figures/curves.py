@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
+from wearlab.figures import censoring
 from wearlab.figures.kind import FigureRequest
 from wearlab.figures.plot import BESIDE, Scale, Series, band, grouped, without
 from wearlab.figures.wording import Label, joined, within
@@ -120,6 +121,8 @@ def sample_bands(
         shares = "5–95 %" if count == 1 else "25–75 % and 5–95 %"
         end = f"; {ENDED_NOTES[ended]}" if _ends_differ(groups.values()) else ""
         notes.append(f"Median and {shares} of up to {largest} runs{end}.")
+        if note := censored_note(samples, ended):
+            notes.append(note)
     if overlaid:
         notes.append(f"All {largest} runs laid over each other.")
     return NotedSeries(curves, notes)
@@ -156,9 +159,10 @@ def banded(
 ) -> list[Series]:
     """Return bands and median of curves, the widest band first.
 
-    Between its points a curve is taken as straight. An ended run counts as `ended`
-    says; a line ends where it would have to tell the value of a run that has ended, and
-    where less than half of the runs tell theirs. Quantiles are median-unbiased.
+    Between its points a curve is taken as straight. A run at its limit counts as
+    `ended` says; one that ended before it is censored: its weight goes to the runs that
+    go on. A line ends where it would have to tell the value of a run that has ended,
+    and where less than half of the runs tell theirs. Quantiles are median-unbiased.
 
     Parameters
     ----------
@@ -168,10 +172,11 @@ def banded(
     """
     bare = replace(group[0], x_error=None, y_error=None, doubtful=None, runs=None)
     x, values = _on_common_places(group, ended)
+    weights = _weights(group, x, ended)
+    values = np.where(weights > 0.0, values, np.nan)
     top = max(float(np.nanmax(curve.y, initial=-np.inf)) for curve in group)
     shares = [0.5, *chain.from_iterable(BANDS[:bands])]
-    quantiles = np.nanquantile(values, shares, axis=0, method="median_unbiased")
-    median, *edges = quantiles
+    median, *edges = _weighted_quantiles(values, weights, shares)
     enough = (~np.isnan(values)).sum(axis=0) >= SHARE * len(values)
 
     areas = []
@@ -179,7 +184,7 @@ def banded(
         inside = enough & (low <= top)
         if ended == "above" and inside.any() and not inside.all():
             # the point where the lower edge meets the limit
-            inside[np.flatnonzero(inside)[-1] + 1] = True
+            inside[min(np.flatnonzero(inside)[-1] + 1, len(inside) - 1)] = True
         lower = np.minimum(low[inside], top)
         upper = np.minimum(high[inside], top)
         outline_x, outline_y = band(x[inside], lower, upper)
@@ -213,6 +218,86 @@ def _on_common_places(group: Sequence[Series], ended: Ended) -> tuple[Array, Arr
         np.interp(x, curve.x, curve.y, left=np.nan, right=beyond) for curve in group
     ]
     return x, np.stack(values)
+
+
+def _weights(group: Sequence[Series], x: Array, ended: Ended) -> Array:
+    """Return the weights of curves at common abscissae, (curves, n), each 1 at first.
+
+    A run that ends before its limit hands its weight on to those that go on, in the
+    measure of theirs: of the share that has reached the limit, this is Kaplan and
+    Meier's estimate. Where none goes on, the weight of all is 0 from there on.
+
+    Parameters
+    ----------
+    group : curves over rising x
+    x : abscissae
+    ended : what a run counts as beyond its end
+    """
+    ends = np.array([float(curve.x[-1]) for curve in group])
+    weight = np.ones(len(group))
+    weights = np.ones((len(group), len(x)))
+    if ended != "above":
+        return weights
+
+    is_censored = np.array([bool(curve.ended_by) for curve in group])
+    for end in np.unique(ends[is_censored]):
+        leaving = is_censored & (ends == end)
+        going_on = ends > end
+        staying = weight[going_on].sum()
+        factor = 1.0 + weight[leaving].sum() / staying if staying > 0.0 else 0.0
+        weight[going_on] *= factor
+        weight[leaving] = 0.0
+        weights[:, x > end] = weight[:, None] if factor else 0.0
+    return weights
+
+
+def _weighted_quantiles(
+    values: Array, weights: Array, shares: Sequence[float]
+) -> Array:
+    """Return the median-unbiased quantiles of every column, (shares, n).
+
+    A value has the rank of the weights up to it, scaled to the number of values: with
+    equal weights 1, 2, … NaN where a column has no value.
+
+    Parameters
+    ----------
+    values : (runs, n), NaN where a run tells nothing
+    weights : (runs, n)
+    shares : of the runs below the quantiles
+    """
+    quantiles = np.full((len(shares), values.shape[1]), np.nan)
+    for place, (column, weight) in enumerate(zip(values.T, weights.T, strict=True)):
+        known = np.flatnonzero(~np.isnan(column))
+        if not known.size:
+            continue
+        order = known[np.argsort(column[known], kind="stable")]
+        below = np.cumsum(weight[order])
+        rank = below * (len(order) / below[-1])
+        sought = np.array(shares) * (len(order) + 1 / 3) + 1 / 3
+        quantiles[:, place] = np.interp(sought, rank, column[order])
+    return quantiles
+
+
+def censored_note(series: Sequence[Series], ended: Ended) -> str:
+    """Return how many runs ended before their limit, "" where that hides nothing.
+
+    Parameters
+    ----------
+    series : of all runs
+    ended : what a run counts as beyond its end
+    """
+    reasons: dict[object, str] = {}
+    for number, curve in enumerate(series):
+        ids = [] if curve.runs is None else curve.runs.tolist()
+        run = ids[0] if ids else number
+        reasons[run] = curve.ended_by
+    early = [reason for reason in reasons.values() if reason]
+    if not early or ended != "above" or not _ends_differ([series]):
+        return ""
+    return (
+        f"{len(early)} of {len(reasons)} runs ended before their limit "
+        f"({censoring.listed_reasons(early)}): censored there, counted no longer."
+    )
 
 
 def states_of_most(series: Sequence[Series], dims: Iterable[str]) -> NotedSeries:

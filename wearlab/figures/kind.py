@@ -141,6 +141,7 @@ class Kind(NamedTuple):
     titled : its title for another variable, with {} for its words; none: the same
     along_x : whether y runs along the abscissa, as in a histogram
     over_sweeps : whether x may be a sweep
+    takes_censored : whether a run that ended before its limit counts among the lives
     of : what it is drawn from: runs, or the kept update of the campaign
     joined : the series of all runs → the curves to be seen, None: as they are
     """
@@ -163,6 +164,7 @@ class Kind(NamedTuple):
     joined: Callable[[list[Series]], list[Series]] | None = None
     of: Literal["runs", "update"] = "runs"
     over_sweeps: bool = False
+    takes_censored: bool = False
 
     def curves(self, run: Any, request: FigureRequest) -> Iterable[Series]:
         """Return the curves of a run, or of a case of an update.
@@ -317,6 +319,21 @@ def kind(
     return kind_of
 
 
+class LifeEnd(NamedTuple):
+    """How far a life came that ended before its limit.
+
+    Parameters
+    ----------
+    reason : why it ended
+    cycle : cycles that it lasted [1]
+    seconds : operating time that it lasted [s], NaN where there is none
+    """
+
+    reason: str
+    cycle: float
+    seconds: float
+
+
 @dataclass(frozen=True)
 class Run:
     """One run of a figure.
@@ -332,6 +349,7 @@ class Run:
     scales : what each of these shows
     case_values : of a case that is not swept, its own value of each key that is
     doubts : what it says against itself
+    end : how far its life came, None where it reached its limit or has none
     """
 
     id: str
@@ -342,6 +360,7 @@ class Run:
     scales: Mapping[str, Scale] = field(default_factory=dict)
     case_values: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
+    end: LifeEnd | None = None
 
     def abscissa(self, name: str) -> tuple[float, float | None]:
         """Return the run's place along an axis, and a value of its own.
@@ -428,6 +447,23 @@ class Slice(NamedTuple):
             y_error=self.error,
             **fields,
         )
+
+
+def labels_of_roles(
+    key: Mapping[str, wording.Label], request: FigureRequest
+) -> dict[str, wording.Label]:
+    """Return the labels along the dimensions that the figure names.
+
+    Parameters
+    ----------
+    key : labels by the names of their dimensions
+    request : its hue, rows and columns
+    """
+    return {
+        name: key[name]
+        for name in (request.hue, request.rows, request.cols)
+        if name is not None and name in key
+    }
 
 
 def lone(

@@ -663,6 +663,7 @@ def _extra_entries(series: Sequence[Series]) -> list[plot.LegendEntry]:
         "area": Pen(WITHOUT_HUE),
         "line": Pen(WITHOUT_HUE),
         "line-points": Pen(WITHOUT_HUE, "-", "o"),
+        "hairline": Pen(WITHOUT_HUE),
     }
     first_of_text = {s.text: s for s in reversed(series) if s.text}
     by_style = sorted(reversed(first_of_text.items()), key=lambda item: item[1].style)

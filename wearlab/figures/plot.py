@@ -80,6 +80,7 @@ class Series(BesidePoints):
     names : of the ordinates 1, 2, … where they are ranks
     case_x : abscissa of a run that is drawn as a horizontal line, None for none
     colours : what the levels of a map show
+    ended_by : what ended the life of its run before its limit, "" where nothing did
     """
 
     key: Mapping[str, Label]
@@ -95,6 +96,7 @@ class Series(BesidePoints):
     names: tuple[str, ...] = ()
     case_x: float | None = None
     colours: Scale | None = None
+    ended_by: str = ""
 
     @property
     def place(self) -> tuple[tuple[str, Label], ...]:

@@ -71,7 +71,7 @@ def plotted(grid: xr.Dataset, request: FigureRequest) -> PlottedFigure:
 
     request, of_defaults = checks.with_defaults(request, kind, grid)
     points, missing = pick(grid, request, all_cases=kind.all_cases)
-    runs = checks.able_runs(grid, request, kind, points)
+    runs, of_runs = checks.able_runs(grid, request, kind, points)
 
     curves = series_of_runs.curves_of(runs, request, kind)
     omitted = notes.omissions(grid, request, kind, runs, curves)
@@ -79,7 +79,7 @@ def plotted(grid: xr.Dataset, request: FigureRequest) -> PlottedFigure:
     doubts = notes.uncertainty(runs, request, kind, series)
 
     absent = f"Not drawn: {'; '.join(missing)}." if missing else ""
-    lines = [request.note, absent, *of_defaults, *omitted, *of_series, doubts]
+    lines = [request.note, absent, *of_defaults, *of_runs, *omitted, *of_series, doubts]
     dims = _keys_of_dimensions(grid)
     series = series_of_runs.with_published(series, request, kind, dims)
 

@@ -11,8 +11,9 @@ import xarray as xr
 
 from wearlab import nearest, schema
 from wearlab.figures import doubt, plot
-from wearlab.figures.kind import FigureError, FigureRequest, Run
+from wearlab.figures.kind import FigureError, FigureRequest, LifeEnd, Run
 from wearlab.figures.wording import Label, converted, cycles, place
+from wearlab.life.limits import WORN_OUT
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.store.grid import key_text, own_values
 from wearlab.units import is_number
@@ -20,6 +21,7 @@ from wearlab.units import is_number
 STATE_COORDINATES = ("cycle", "mesh_cycles")
 BASE = "base"
 COUNT = "n_updates"
+END_REASON = "end_reason"
 COORDINATES = (
     "cycle",
     "mesh_cycles",
@@ -346,14 +348,26 @@ def read_runs(
                 scales=scales,
                 case_values=_numbers_in(values_of_case or {}),
                 doubts=doubt.doubts(present),
+                end=_early_end(present),
             )
         )
     return _with_states(runs)
 
 
+def _early_end(data: xr.Dataset) -> LifeEnd | None:
+    """Return how far a life came, None where it reached its limit or has none."""
+    reason = str(data[END_REASON].values) if END_REASON in data else ""
+    if reason in ("", WORN_OUT) or "cycle" not in data:
+        return None
+    seconds = np.nan
+    if "operating_hours" in data:
+        seconds = float(np.max(data["operating_hours"].values))
+    return LifeEnd(reason, float(np.max(data["cycle"].values)), seconds)
+
+
 def _load_common(grid: xr.Dataset) -> None:
     """Read what any figure needs into the grid itself."""
-    names = (*COORDINATES, *doubt.WITNESSES)
+    names = (*COORDINATES, *doubt.WITNESSES, END_REASON)
     common = [name for name in names if name in grid.variables]
     grid[common].load(scheduler="synchronous")
 
@@ -363,7 +377,8 @@ def _read_picked(
 ) -> xr.Dataset:
     """Return the needed variables of all picked runs, along a dimension ``picked``."""
     witnesses = doubt.variables_for(names)
-    needed = dict.fromkeys((*names, *COORDINATES, *witnesses, *axes, COUNT))
+    common = (*COORDINATES, END_REASON, COUNT)
+    needed = dict.fromkeys((*names, *common, *witnesses, *axes))
     places = {
         str(dim): xr.Variable("picked", [point.place[str(dim)] for point in points])
         for dim in grid.run_id.dims

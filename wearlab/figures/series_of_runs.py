@@ -54,11 +54,13 @@ def curves_of(runs: Sequence[Run], request: FigureRequest, kind: Kind) -> list[S
 
 
 def _with_run(curve: Series, run: Run) -> Series:
-    """Return a curve with the id of its run, and whether that run is in doubt."""
+    """Return a curve with what is known of its run: id, doubt, and early end."""
     if curve.style in (*BESIDE, "area"):
         return curve
     doubtful = np.ones(len(curve.x), bool) if run.doubts else None
-    return replace(curve, runs=np.full(len(curve.x), run.id), doubtful=doubtful)
+    ids = np.full(len(curve.x), run.id)
+    ended_by = run.end.reason if run.end else ""
+    return replace(curve, runs=ids, doubtful=doubtful, ended_by=ended_by)
 
 
 def arranged(
@@ -78,7 +80,7 @@ def arranged(
     FigureError : the kind cannot join the curves
     """
     series, notes = curves.without_repeats(series, request)
-    notes = [*notes, *dict.fromkeys(curve.caveat for curve in series if curve.caveat)]
+    notes = [*notes, *_caveats(series)]
 
     is_sweep = request.x in along_axes(grid)
     if kind.over_sweeps and kind.joined is None and is_sweep:
@@ -88,9 +90,10 @@ def arranged(
 
     if kind.joined is not None:
         try:
-            return ArrangedSeries(kind.joined(series), notes)
+            joined = kind.joined(series)
         except FigureError as error:
             raise request.error(error) from error
+        return ArrangedSeries(joined, list(dict.fromkeys([*notes, *_caveats(joined)])))
 
     sampled = _sampled(grid, request, series)
     variable = (*request.y, kind.y)[0]
@@ -98,6 +101,11 @@ def arranged(
         sampled.series, sampled.axes, curves.ended_of(variable)
     )
     return ArrangedSeries(bands, [*notes, *sampled.notes, *of_bands])
+
+
+def _caveats(series: Sequence[Series]) -> list[str]:
+    """Return what a reader must know of some curves, each text once."""
+    return list(dict.fromkeys(curve.caveat for curve in series if curve.caveat))
 
 
 def _sampled(

@@ -1,27 +1,19 @@
 """Numbers of runs: beside their names, over inputs, ranked by influence.
 
-And how they scatter.
-
 Cases named ``what: value`` differ in this ``what`` alone from the case without a colon
 in its name; other cases stand each for themselves. A sweep is an influence: the mean
 result at each of its places over all others. So is a sampled input: the mean result in
 bins of equally many runs.
-
-What scatters is a sample: all runs that differ in nothing that ``hue``, ``rows`` or
-``cols`` names. Quantiles come with the confidence that order statistics give, whatever
-the distribution.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from math import ceil
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures import curves as curves_of_runs
 from wearlab.figures import plot, runs, wording
 from wearlab.figures.kind import (
     FigureError,
@@ -30,11 +22,11 @@ from wearlab.figures.kind import (
     Slice,
     companion,
     kind,
+    labels_of_roles,
     lone,
     shown,
     slices,
 )
-from wearlab.figures.kinds.cycles import at_states, hours_a_cycle
 from wearlab.figures.plot import Mark, Scale, Series, flat, grouped
 from wearlab.nearest import choices
 
@@ -48,11 +40,6 @@ MAX_PLACES = 20
 COUNTERS = ("seed", "sample", "run")
 """Axes that only count runs."""
 RANK = Scale("order of influence", "1")
-CONFIDENCE = 0.95
-TAIL = 0.5 * (1.0 - CONFIDENCE)
-COUNT = Scale("runs", "1")
-FEWEST = 3
-"""Runs of a distribution, at least."""
 
 
 def _numbers(run: Run, request: FigureRequest) -> Iterator[Series]:
@@ -139,7 +126,7 @@ def _points(run: Run, request: FigureRequest) -> Iterator[Series]:
     for piece in slices(run.at_states([-1]), request.y[0], request):
         abscissa = _abscissa(run, request, piece)
         key = plot.without(piece.key, *run.place, "update")
-        key |= _labels_of_roles(run.along, request)
+        key |= labels_of_roles(run.along, request)
         point = piece._replace(key=key)
         yield point.over(
             abscissa.values, abscissa.scale, "points", case_x=abscissa.case_value
@@ -414,272 +401,3 @@ SENSITIVITY = kind(
     "over sampled inputs "
     "(means over all else), one line for each, widest first",
 )(_case)
-
-
-class Quantile(NamedTuple):
-    """A quantile of a sample, and its interval of `CONFIDENCE`."""
-
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
-class OfRun(Series):
-    """What one run adds to a sample; ``x`` and ``y`` hold its values.
-
-    Parameters
-    ----------
-    ended : what it counts as beyond its end
-    """
-
-    ended: curves_of_runs.Ended = "gone"
-
-
-def quantile(values: Array, probability: float) -> Quantile:
-    """Return a quantile of a sample with its distribution-free confidence interval.
-
-    The number of values below the true quantile is binomial, so that two order
-    statistics enclose it with a known probability; the innermost pair with at least
-    `CONFIDENCE`, or the ends of the sample.
-
-    Parameters
-    ----------
-    values : (n,) any unit
-    probability : of staying below it
-    """
-    from scipy.stats import binom
-
-    ordered = np.sort(values)
-    n = len(values)
-    low = int(binom.ppf(TAIL, n, probability)) - 1
-    high = int(binom.ppf(1.0 - TAIL, n, probability))
-    value = float(np.quantile(ordered, probability, method="median_unbiased"))
-    return Quantile(
-        value, float(ordered[max(low, 0)]), float(ordered[min(high, n - 1)])
-    )
-
-
-def histogram(values: Array) -> tuple[Array, Array]:
-    """Return edges of bins and the numbers of values in them.
-
-    The bins are as wide as Freedman and Diaconis have them, at most 60.
-
-    Parameters
-    ----------
-    values : (n,) any unit
-    """
-    quartiles = np.quantile(values, [0.75, 0.25])
-    width = 2.0 * float(np.subtract(*quartiles)) / np.cbrt(len(values))
-    bins = 1
-    if width > 0.0:
-        bins = min(60, max(1, ceil(float(np.ptp(values)) / width)))
-    counts, edges = np.histogram(values, bins)
-    return edges, counts.astype(float)
-
-
-def _one_number(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """Yield the one number of a run."""
-    name = request.y[0]
-    values, scale = shown(run.data[name], name, request)
-    value, scale = lone(values, scale, name, request)
-    key = _labels_of_roles(run.place, request)
-    yield OfRun(key, value, np.zeros(1), scale, COUNT)
-
-
-def _labels_of_roles(
-    key: Mapping[str, wording.Label], request: FigureRequest
-) -> dict[str, wording.Label]:
-    """Return the labels along the dimensions that the figure names."""
-    return {
-        name: key[name]
-        for name in (request.hue, request.rows, request.cols)
-        if name is not None and name in key
-    }
-
-
-def _values(group: Sequence[Series]) -> Array:
-    """Return the finite numbers of a sample, refuse too few."""
-    values = np.concatenate([curve.x for curve in group])
-    finite = values[np.isfinite(values)]
-    if len(finite) < FEWEST:
-        raise FigureError(
-            f"a distribution needs at least {FEWEST} runs; there are {len(finite)}"
-        )
-    return finite
-
-
-def _histograms(series: list[Series]) -> list[Series]:
-    """Return the outline of every sample, its quantiles as marks, their confidence."""
-    groups = grouped(series).values()
-    curves: list[Series] = []
-    for group in groups:
-        values = _values(group)
-        edges, counts = histogram(values)
-        x, y = plot.bars(edges, counts)
-        outline = Series(group[0].key, x, y, group[0].x_scale, COUNT, "area")
-        curves.append(outline)
-        for probability in (0.05, 0.5, 0.95):
-            curves += _quantile_curves(
-                outline, values, probability, is_single=len(groups) == 1
-            )
-    return curves
-
-
-def _quantile_curves(
-    outline: Series, values: Array, probability: float, is_single: bool
-) -> list[Series]:
-    """Return a quantile of a histogram as a line, its confidence as a strip above.
-
-    A single sample has the quantile's name at the line, and its numbers in the legend.
-    """
-    number = quantile(values, probability)
-    name = f"{100 * probability:g} %"
-    top = float(outline.y.max())
-    low = 1.03 * top
-    high = 1.08 * top
-    x, y = plot.band(
-        np.array([number.low, number.high]), np.full(2, low), np.full(2, high)
-    )
-    line_y, line_x = flat((0.0, high), number.value)
-
-    text = ""
-    marks: tuple[Mark, ...] = ()
-    if is_single:
-        text = f"{name}: {_quantile_text(number, outline.x_scale.units)}"
-        marks = (Mark(number.value, name),)
-    return [
-        replace(outline, x=x, y=y, text=text),
-        replace(outline, x=line_x, y=line_y, style="hairline", marks=marks),
-    ]
-
-
-def _quantile_text(number: Quantile, units: str) -> str:
-    """Return a quantile and its interval in words, large counts in thousands."""
-    divisor = 1.0
-    words = wording.joined(units)
-    if units == "1" and number.value >= 1e6:
-        divisor = 1e6
-        words = " million"
-    elif units == "1" and number.value >= 1e4:
-        divisor = 1e3
-        words = " thousand"
-    value, low, high = (f"{part / divisor:.3g}" for part in number)
-    return f"{value} ({low}–{high}){words}".rstrip()
-
-
-def _probabilities(series: list[Series]) -> list[Series]:
-    """Return every sample over the scores of its ranks, and its log-normal law.
-
-    Hazen's places ``(i − ½)/n``. The law has the mean and standard deviation of the
-    logarithms; the limits hold each order statistic of such a sample with `CONFIDENCE`
-    (a beta distribution of its rank).
-    """
-    curves: list[Series] = []
-    for group in grouped(series).values():
-        curves += _probability_curves(group[0], np.log10(np.sort(_values(group))))
-    return curves
-
-
-def _probability_curves(first: Series, logs: Array) -> list[Series]:
-    """Return a sample's logarithms over their scores, the limits, and the law."""
-    from scipy.stats import beta, norm
-
-    count = len(logs)
-    rank = np.arange(1, count + 1)
-    scores = norm.ppf((rank - 0.5) / count)
-    mean = float(logs.mean())
-    spread = float(logs.std(ddof=1))
-    limits = [
-        mean + spread * norm.ppf(beta.ppf(share, rank, count + 1 - rank))
-        for share in (TAIL, 1.0 - TAIL)
-    ]
-
-    label, unit = first.x_scale
-    in_units = f" in {unit}" if unit != "1" else ""
-    sample = Series(
-        key=first.key,
-        x=logs,
-        y=scores,
-        x_scale=Scale(f"log₁₀ of {label}{in_units}", "1"),
-        y_scale=Scale("standard score of the share of runs", "1"),
-        style="dots",
-    )
-    limit_scores, limit_logs = plot.band(scores, *limits)
-    ends = scores[[0, -1]]
-    return [
-        sample,
-        replace(sample, x=limit_logs, y=limit_scores, style="area"),
-        replace(sample, x=mean + spread * ends, y=ends, style="line"),
-    ]
-
-
-def _over_life(run: Run, request: FigureRequest) -> Iterator[Series]:
-    """Yield a variable over the life of a run."""
-    name = request.y[0]
-    for piece in slices(run, name, request, "update"):
-        x, x_scale = at_states(run, request, piece)
-        yield OfRun(
-            key=_labels_of_roles(piece.key, request),
-            x=x,
-            y=piece.values,
-            x_scale=x_scale,
-            y_scale=piece.scale,
-            hours=hours_a_cycle(run, request),
-            ended=curves_of_runs.ended_of(name),
-        ).known
-
-
-def _bands(series: list[Series]) -> list[Series]:
-    """Return median and bands of every sample.
-
-    A run at its limit counts as deeper, not as flat.
-
-    Between its wear states a run is taken as straight. A line ends where it would tell
-    the value of a run that has ended; a remaining life ends at zero.
-    """
-    curves: list[Series] = []
-    for group in grouped(series).values():
-        if len(group) < FEWEST:
-            raise FigureError(
-                f"a distribution needs at least {FEWEST} runs; there are {len(group)}"
-            )
-        curves += curves_of_runs.banded(group, getattr(group[0], "ended", "gone"))
-    return curves
-
-
-HISTOGRAM = kind(
-    "histogram",
-    "Distribution of the life",
-    ("life",),
-    joined=_histograms,
-    titled="Distribution of the {}",
-    along_x=True,
-    shows="how one number of each run is distributed, with its 5, 50 and 95 % "
-    "quantiles and their "
-    "95 % confidence",
-)(_one_number)
-PROBABILITY = kind(
-    "probability",
-    "Log-normal probability plot",
-    ("life",),
-    joined=_probabilities,
-    titled="Log-normal probability plot: {}",
-    along_x=True,
-    shows="one number of each run in order against the score of its rank, beside the "
-    "log-normal law with the "
-    "same mean and spread of the logarithms; 95 % of each rank of such a sample lies "
-    "in the band",
-)(_one_number)
-QUANTILE_BANDS = kind(
-    "quantile-bands",
-    "Largest wear depth of all runs",
-    ("max_wear_depth", "cycle"),
-    ("update",),
-    one_flank=True,
-    joined=_bands,
-    titled="{} of all runs",
-    shows="median, 25–75 % and 5–95 % bands of a variable over the cycles, of all "
-    "runs; a run "
-    "at its limit counts as deeper",
-)(_over_life)
