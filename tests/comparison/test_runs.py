@@ -31,8 +31,10 @@ def run(
     wave = stiffness + 1e7 * np.cos(2 * np.pi * phases) * (
         1.0 + cycle[:, None, None] / 1e7
     )
+    rates = rate * np.ones((len(cycle), 1, 1)) * np.stack([shape, 0.5 * shape])
     data = {
         "wear_depth": (("update", "flank", "profile"), depth),
+        "wear_rate": (("update", "flank", "profile"), rates),
         "max_wear_depth": (("update", "flank"), depth.max(axis=2)),
         "mesh_stiffness": (("update", "mesh", "phase"), wave),
     }
@@ -93,8 +95,11 @@ def test_on_wear_depth_the_same_wear_comes_at_other_cycles():
     )
     assert summary(found, "wear_depth") == pytest.approx(0.0, abs=1e-12)
     # the stiffness follows the cycle, not the wear: 1e7·cos·Δn/1e7, over the largest
-    # stiffness
-    assert summary(found, "mesh_stiffness") == pytest.approx(
+    # stiffness; 2 and 4 µm are states of both no more than of one
+    assert found["has_state"].values.tolist() == [[1, 1, 0, 1], [1, 0, 1, 0]]
+    assert summary(found, "mesh_stiffness") == 0.0
+    same = compare(run(), run(cycle=(0.0, 5e5, 2e6), rate=2e-12), on="wear_depth")
+    assert summary(same, "mesh_stiffness") == pytest.approx(
         1e7 * 2e6 / 1e7 / (3e8 + 1.4e7), rel=1e-9
     )
 

@@ -274,11 +274,15 @@ def compare(
     -------
     Of two runs: every quantity ``q(run, state, …)``, ``q_difference`` = B − A, and the
     summary ``relative_difference(quantity, state)`` [1],
-    ``largest_relative_difference(quantity)`` [1], ``first_difference(quantity)``
-    [cycles, or m of wear depth; NaN: never]. Of campaigns: the summary for every
-    ``pair`` of runs with equal label and place, and ``largest_value(pair, run,
-    quantity)``, ``life(pair, run)``. ``attrs``: ids, titles, ``scene_differences`` as
-    JSON.
+    ``relative_estimate(quantity, state)``, the error of both runs by their own
+    estimates [1], ``largest_relative_difference(quantity)`` [1], ``differs(quantity)``,
+    whether a difference is larger than the estimates, ``first_difference(quantity)``
+    [cycles, or m of wear depth; NaN: never], ``has_state(run, state)``, whether a
+    stored wear state is near. Wear depths are those of the rates between states; other
+    quantities are compared where both runs have a state near, and NaN elsewhere. Of
+    campaigns: the summary for every ``pair`` of runs with equal label and place, and
+    ``largest_value(pair, run, quantity)``, ``life(pair, run)``. ``attrs``: ids, titles,
+    ``scene_differences`` as JSON.
 
     Raises
     ------
@@ -346,7 +350,13 @@ def _summary(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:
     """Return what is kept of one pair: memory does not grow with the waves."""
     full = compare_runs(a.read(), b.read(), on, tolerance)
     scalars = [name for name in SCALARS if name in full]
-    kept_variables = ["largest_relative_difference", "first_difference", *scalars]
+    kept_variables = [
+        "largest_relative_difference",
+        "differs",
+        "first_difference",
+        *scalars,
+        *(f"{name}_estimate" for name in scalars),
+    ]
     summary = full[kept_variables].reset_coords(drop=True)
 
     largest = []

@@ -14,6 +14,12 @@ WAVE = ("mesh_period", "phase")
 SCALARS = ("life", "service_life")
 STE = "static_transmission_error"
 FORCE = "dynamic_mesh_force"
+DEPTH = "wear_depth"
+MAX_DEPTH = "max_wear_depth"
+OF_DEPTH = "error_estimate_wear_depth"
+OF_FORCE = "error_estimate_mesh_force"
+ROUND_OFF = 1e-12
+"""Relative difference that is none."""
 
 
 class CompareError(ValueError):
@@ -32,12 +38,16 @@ class Quantity(NamedTuple):
     source : the variable of the run that it comes from, whose unit it has
     long_name : in words
     of : variable of the run → values at its wear states [as they are]
+    estimate : variable of the run that estimates its numerical error, "" for none
+    weight : how often the estimate goes into the error
     """
 
     name: str
     source: str
     long_name: str
     of: Callable[[xr.DataArray], xr.DataArray] = lambda values: values
+    estimate: str = ""
+    weight: float = 1.0
 
     @property
     def attributes(self) -> dict[str, str]:
@@ -116,8 +126,8 @@ def _spectrum(waves: Array) -> Array:
 
 
 QUANTITIES = (
-    Quantity("wear_depth", "wear_depth", "wear depth"),
-    Quantity("max_wear_depth", "max_wear_depth", "largest wear depth"),
+    Quantity(DEPTH, DEPTH, "wear depth", estimate=OF_DEPTH),
+    Quantity(MAX_DEPTH, MAX_DEPTH, "largest wear depth", estimate=OF_DEPTH),
     Quantity("mesh_stiffness", "mesh_stiffness", "mesh stiffness (TVMS)"),
     Quantity(
         "stiffness_peak_to_peak",
@@ -138,19 +148,36 @@ QUANTITIES = (
         FORCE,
         "dynamic mesh force, mean over mesh periods",
         _mean_over_periods,
-    ),
-    Quantity("mesh_force_peak", FORCE, "largest dynamic mesh force", _peak),
-    Quantity(
-        "mesh_force_peak_to_peak", FORCE, "range of the dynamic mesh force", _range
+        OF_FORCE,
     ),
     Quantity(
-        "mesh_force_orders", FORCE, "mesh orders of the dynamic mesh force", _orders
+        "mesh_force_peak",
+        FORCE,
+        "largest dynamic mesh force",
+        _peak,
+        "error_estimate_mesh_force_max",
+    ),
+    Quantity(
+        "mesh_force_peak_to_peak",
+        FORCE,
+        "range of the dynamic mesh force",
+        _range,
+        OF_FORCE,
+        weight=2.0,
+    ),
+    Quantity(
+        "mesh_force_orders",
+        FORCE,
+        "mesh orders of the dynamic mesh force",
+        _orders,
+        OF_FORCE,
     ),
     Quantity(
         "mesh_force_between_orders",
         FORCE,
         "RMS of the dynamic mesh force between mesh orders",
         _between_orders,
+        OF_FORCE,
     ),
 )
 

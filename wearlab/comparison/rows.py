@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab.comparison.quantities import SCALARS
+from wearlab.comparison.quantities import ROUND_OFF, SCALARS
 from wearlab.comparison.states import CYCLE, WEAR_DEPTH
 from wearlab.units import convert
 
@@ -18,6 +18,7 @@ QUANTITY_HEADS = (
     "B",
     "unit",
     "largest difference",
+    "estimated error",
     "there",
     "first above tolerance",
 )
@@ -31,6 +32,7 @@ PAIR_HEADS = (
     "of ",
 )
 ABSENT = "—"
+WITHIN = "(within the estimates)"
 
 
 def scene_rows(comparison: xr.Dataset) -> list[Row]:
@@ -52,7 +54,8 @@ def scene_rows(comparison: xr.Dataset) -> list[Row]:
 def quantity_rows(comparison: xr.Dataset) -> list[Row]:
     """Return a row for each quantity of two runs.
 
-    It has both values where they differ most, and where they first differ.
+    It has both values where they differ most, how far the runs may be off there by
+    their own estimates, and where they first differ.
 
     Parameters
     ----------
@@ -62,6 +65,7 @@ def quantity_rows(comparison: xr.Dataset) -> list[Row]:
     is_on_cycle = comparison.attrs["aligned_on"] == CYCLE
     aligned = comparison["cycle" if is_on_cycle else "aligned_depth"].values
     largest = comparison["largest_relative_difference"].values
+    differs = comparison["differs"].values
     first = comparison["first_difference"].values
     for index, name in enumerate(comparison["quantity"].values):
         distance = abs(comparison[f"{name}_difference"])
@@ -69,26 +73,60 @@ def quantity_rows(comparison: xr.Dataset) -> list[Row]:
         where_largest = distance.argmax(...)
         is_known = distance.isel(where_largest) >= 0.0
         values = comparison[name].isel(where_largest).where(is_known).values
+        state = int(where_largest["state"])
+        estimate = float(comparison["relative_estimate"].values[index, state])
+
         place = ""
-        if largest[index] != 0.0:
-            state = int(where_largest["state"])
+        if largest[index] > 0.0:
             place = _place(comparison, float(aligned[state]))
         shown_values = _shown_values(comparison[name], values)
+        share = _difference(largest[index], bool(differs[index]))
         first_place = _place(comparison, first[index])
-        rows.append((*shown_values, _percent(largest[index]), place, first_place))
+        rows.append((*shown_values, share, _percent(estimate), place, first_place))
 
     scalars = [name for name in SCALARS if name in comparison]
-    return rows + [_scalar_row(name, comparison[name]) for name in scalars]
+    return rows + [_scalar_row(name, comparison) for name in scalars]
 
 
-def _scalar_row(name: str, values: xr.DataArray) -> Row:
+def _difference(share: float, differs: bool) -> str:
+    """Return a relative difference, and whether the estimates explain it."""
+    within = "" if differs or not share > 0.0 else f" {WITHIN}"
+    return f"{_percent(share)}{within}"
+
+
+def _scalar_row(name: str, comparison: xr.Dataset) -> Row:
     """Return the row of a number that each run has once, such as its life."""
+    values = comparison[name]
     title, a, b, unit = _shown_values(values, values.values)
-    distance = np.ptp(values.values)
-    largest = np.abs(values.values).max()
-    is_comparable = np.isfinite(largest) and largest
-    share = _percent(distance / largest) if is_comparable else ""
-    return (title, a, b, "cycles" if name == "life" else unit, share, "", "")
+    distance = float(np.ptp(values.values))
+    largest = float(np.abs(values.values).max())
+    estimate = float(comparison[f"{name}_estimate"])
+    share = ""
+    of_estimate = ""
+    if np.isfinite(largest) and largest:
+        bound = np.fmax(estimate, ROUND_OFF * largest)
+        share = _difference(distance / largest, distance > bound)
+        of_estimate = _percent(estimate / largest)
+    unit = "cycles" if name == "life" else unit
+    return (title, a, b, unit, share, of_estimate, "", "")
+
+
+def states_text(comparison: xr.Dataset) -> str:
+    """Return at how many positions waves are compared, "" where at all.
+
+    Parameters
+    ----------
+    comparison : of two runs
+    """
+    count = comparison.sizes["state"]
+    common = int(np.sum(comparison["has_state"].values.min(axis=0)))
+    if common == count:
+        return ""
+    return (
+        f"Waves, forces and harmonics are compared at {common} of {count} places, "
+        "where both runs have a wear state; wear depths at "
+        "all of them. wear.snapshots gives both the same states."
+    )
 
 
 def _shown_values(quantity: xr.DataArray, values: Any) -> tuple[str, str, str, str]:
@@ -114,8 +152,10 @@ def pair_rows(comparison: xr.Dataset) -> list[Row]:
     for index, pair in enumerate(comparison["pair"].values):
         compared = comparison.isel(pair=index)
         shares = compared["largest_relative_difference"].values
+        differs = np.nan_to_num(compared["differs"].values) > 0
         first = compared["first_difference"].values
-        largest = int(np.argmax(np.nan_to_num(shares, nan=-1.0)))
+        counted = np.where(differs, shares, -1.0) if differs.any() else shares
+        largest = int(np.argmax(np.nan_to_num(counted, nan=-1.0)))
         lives = ("", "")
         if "life" in compared:
             life_a, life_b = compared["life"].values
@@ -124,7 +164,8 @@ def pair_rows(comparison: xr.Dataset) -> list[Row]:
         if np.isfinite(first).any():
             earliest = int(np.nanargmin(first))
             where = (_place(compared, first[earliest]), names[earliest])
-        row = (str(pair), *lives, _percent(shares[largest]), names[largest], *where)
+        share = _difference(shares[largest], bool(differs[largest]))
+        row = (str(pair), *lives, share, names[largest], *where)
         rows.append(row)
     return rows
 
@@ -145,7 +186,7 @@ def _number(value: Any) -> str:
 
 def _percent(share: float) -> str:
     """Return a share in per cent, to three digits."""
-    return f"{100 * share:.3g} %"
+    return f"{100 * share:.3g} %" if np.isfinite(share) else ABSENT
 
 
 def _value(value: Any) -> str:

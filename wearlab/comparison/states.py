@@ -4,16 +4,21 @@ Positions along their lives, and the nodes and phases that they share.
 """
 
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Flags
 from wearlab.comparison.quantities import CompareError
+from wearlab.store.align import hermite
 
 CYCLE, WEAR_DEPTH = "cycle", "wear_depth"
 SAME = 1e-9  # two positions that differ by less, relative to the longest, are one
+NEAR = 1e-3
+"""Distance over the longest position at which a stored wave speaks for a position."""
 LABELLED_DIMS = ("flank", "mesh", "member", "harmonic", "order")
 
 Stands = tuple[Array, NDArray[np.intp]]
@@ -83,19 +88,32 @@ def common(a: Array, b: Array, on: str) -> Array:
     return np.asarray(inside[is_distinct])
 
 
-def at_positions(values: xr.DataArray, stands: Stands, targets: Array) -> xr.DataArray:
-    """Return values at positions, linear between stored states; ``state`` comes first.
+class Brackets(NamedTuple):
+    """The wear states of a run around positions.
 
     Parameters
     ----------
-    values : with the dim ``update``, or without it: the same at every state
+    below, above : (m,) states before and after each position
+    share : (m,) of the way from one to the other [1]
+    is_near : (m,) whether a state stands at the position, or so near that it speaks for
+        it
+    """
+
+    below: NDArray[np.intp]
+    above: NDArray[np.intp]
+    share: Array
+    is_near: Flags
+
+
+def brackets(stands: Stands, targets: Array) -> Brackets:
+    """Return the wear states of a run around positions.
+
+    Parameters
+    ----------
     stands : (n,) positions of the run's states, and their indices
     targets : (m,) positions, within those given
     """
-    if "update" not in values.dims:
-        return values.expand_dims(state=len(targets))
     positions, states = stands
-    stored = values.transpose("update", ...).isel(update=states)
     last = len(positions) - 1
     above = np.clip(np.searchsorted(positions, targets), min(1, last), last)
     below = np.maximum(above - 1, 0)
@@ -105,17 +123,130 @@ def at_positions(values: xr.DataArray, stands: Stands, targets: Array) -> xr.Dat
     share = np.where(width > 0, (targets - positions[below]) / divisor, 0.0)
     whole = np.round(share)
     share = np.where(np.abs(share - whole) < SAME, whole, share)
-    share = share.reshape(-1, *(1,) * (stored.ndim - 1))
-    low = stored.values[below]
-    high = stored.values[above]
+
+    distance = np.minimum(share, 1.0 - share) * width
+    reach = NEAR * float(np.max(np.abs(targets), initial=0.0))
+    return Brackets(states[below], states[above], share, distance <= reach)
+
+
+def at_near_states(values: xr.DataArray, around: Brackets) -> xr.DataArray:
+    """Return values at positions with a state near, NaN elsewhere; ``state`` is first.
+
+    Between a position and the state next to it the way is taken as straight: it is at
+    most `NEAR` of the life.
+
+    Parameters
+    ----------
+    values : with the dim ``update``, or without it: the same at every state
+    around : the states around the positions
+    """
+    if "update" not in values.dims:
+        return values.expand_dims(state=len(around.share))
+    stored = values.transpose("update", ...)
+    share = around.share.reshape(-1, *(1,) * (stored.ndim - 1))
+    low = stored.values[around.below]
+    high = stored.values[around.above]
     between = low + share * (high - low)
     mixed = np.where(share == 0.0, low, np.where(share == 1.0, high, between))
+    return _over_states(stored, np.where(_along(around.is_near, mixed), mixed, np.nan))
+
+
+def _along(flags: Flags, values: Array) -> Flags:
+    """Return flags of states with the dimensions of values."""
+    return flags.reshape(-1, *(1,) * (values.ndim - 1))
+
+
+def _over_states(stored: xr.DataArray, values: Array) -> xr.DataArray:
+    """Return values (state, …) with the coordinates of those over ``update``."""
     coordinates = {
         name: coordinate
         for name, coordinate in stored.coords.items()
         if "update" not in coordinate.dims
     }
-    return xr.DataArray(mixed, dims=("state", *stored.dims[1:]), coords=coordinates)
+    return xr.DataArray(values, coordinates, ("state", *stored.dims[1:]))
+
+
+class Wear(NamedTuple):
+    """The wear of a run at positions.
+
+    Parameters
+    ----------
+    depth : (state, flank, …) wear depth, NaN where it is not known [m]
+    error : (state,) how far it may be off between stored states [m]
+    cycle : (state,) cycle of each position
+    """
+
+    depth: xr.DataArray
+    error: Array
+    cycle: Array
+
+
+def wear_at(
+    run: xr.Dataset, on: str, targets: Array, around: Brackets, depth: xr.DataArray
+) -> Wear:
+    """Return the wear depth of a run at positions.
+
+    Between two states it is the cubic through both depths with both wear rates
+    (Hermite). Without stored rates it is known near states alone.
+
+    Parameters
+    ----------
+    run : one run, with ``cycle``
+    on : what the positions are of: "cycle" or "wear_depth"
+    targets : (m,) positions
+    around : the states around them
+    depth : ``wear_depth`` of the run with its coordinates
+    """
+    near = at_near_states(depth, around)
+    cycles = np.asarray(run["cycle"].values, float)
+    begin = cycles[around.below]
+    width = cycles[around.above] - begin
+    share = around.share.copy()
+    error = np.zeros(len(targets))
+    values = near.values.copy()
+    if "wear_rate" not in run or run["wear_rate"].sizes != depth.sizes:
+        return Wear(near, error, begin + share * width)
+
+    stored = depth.transpose("update", ...)
+    rate = run["wear_rate"].transpose(*stored.dims).values
+    for i, target in enumerate(targets):
+        if share[i] in (0.0, 1.0):
+            continue
+        ends = [around.below[i], around.above[i]]
+        step = Step(*stored.values[ends], *(width[i] * rate[ends]))
+        if on == WEAR_DEPTH:
+            share[i] = step.share_at_depth(float(target))
+        values[i], error[i] = step.at(float(share[i]))
+    return Wear(near.copy(data=values), error, begin + share * width)
+
+
+class Step(NamedTuple):
+    """A step between two stored wear states.
+
+    Parameters
+    ----------
+    depth_before, depth_after : at its ends [m]
+    slope_before, slope_after : wear rates there times its cycles [m]
+    """
+
+    depth_before: Array
+    depth_after: Array
+    slope_before: Array
+    slope_after: Array
+
+    def at(self, share: float) -> tuple[Array, float]:
+        """Return the depth at a share of the step, and how far it may be off [m]."""
+        return hermite(share, *self)
+
+    def share_at_depth(self, depth: float) -> float:
+        """Return the share of the step at which the largest depth is this one."""
+
+        def beyond(share: float) -> float:
+            return float(np.nanmax(self.at(share)[0])) - depth
+
+        if beyond(0.0) >= 0.0:
+            return 0.0
+        return 1.0 if beyond(1.0) <= 0.0 else float(brentq(beyond, 0.0, 1.0))
 
 
 def same_nodes(a: xr.DataArray, b: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:

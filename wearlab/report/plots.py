@@ -149,8 +149,14 @@ def _over_life(comparison: xr.Dataset) -> Iterator[Panel]:
 
 
 def _waves(comparison: xr.Dataset) -> Iterator[Panel]:
-    """Yield the waves of the first mesh over its phase, at the last common state."""
-    last = comparison.isel(state=-1)
+    """Yield the waves of the first mesh over its phase, at the last common state.
+
+    Where none is common there is no wave to compare.
+    """
+    common = np.flatnonzero(comparison["has_state"].values.all(axis=0))
+    if not common.size:
+        return
+    last = comparison.isel(state=common[-1])
     if comparison.attrs["aligned_on"] == "cycle":
         state = cycles(float(last["cycle"])).text
     else:

@@ -20,10 +20,14 @@ if TYPE_CHECKING:
 
 NUMBERS: tuple[str, ...] = (
     "largest_relative_difference",
+    "differs",
     "first_difference",
     "life",
+    "life_estimate",
     "service_life",
     "relative_difference",
+    "relative_estimate",
+    "has_state",
     "largest_value",
 )
 """Variables of a comparison that JSON has, as far as there are any."""
@@ -132,6 +136,7 @@ def _comparison_text(comparison: "xr.Dataset") -> output.Text:
         rows = tables.quantity_rows(comparison)
         yield output.ShownTable(tables.QUANTITY_HEADS, rows, title)
         yield _first_difference(comparison, rows)
+        yield from filter(None, [tables.states_text(comparison)])
 
 
 def _first_difference(comparison: "xr.Dataset", rows: Sequence[Sequence[str]]) -> str:
@@ -140,7 +145,7 @@ def _first_difference(comparison: "xr.Dataset", rows: Sequence[Sequence[str]]) -
 
     first = comparison["first_difference"].values
     if not np.isfinite(first).any():
-        return "\nNowhere do they differ by more than the tolerance."
+        return "\nNowhere do they differ by more than tolerance and estimated error."
     row = rows[int(np.nanargmin(first))]
     return f"\nThey first differ by more than the tolerance at {row[-1]}: {row[0]}."
 
