@@ -114,3 +114,62 @@ def test_a_grid_stays_lazy_and_a_run_has_no_axes(fill):
         run.wear_depth.dims == ("cycle", "flank", "profile")
         and run.wear_depth[0, 0, 0] == 930.0
     )
+
+
+@pytest.fixture
+def running_in():
+    """Two lives that run in: h = h_end (1 − e^(−4n/N)) / (1 − e⁻⁴), few states."""
+    life = np.array([1e7, 2e7])
+    cycle = life[:, None] * np.array([0.0, 0.25, 1.0])
+    shape = np.array([0.5, 1.0])[None, :, None] * np.linspace(0.2, 1.0, 3)
+    scale = 4e-6 / (1.0 - np.exp(-4.0)) * shape[None]
+    decay = np.exp(-4.0 * cycle / life[:, None])
+    depth = scale * (1.0 - decay)[:, :, None, None]
+    rate = scale * (4.0 / life)[:, None, None, None] * decay[:, :, None, None]
+    dims = ("speed", "update", "flank", "profile")
+    return xr.Dataset(
+        {
+            "wear_depth": (dims, depth, {"units": "m"}),
+            "wear_rate": (dims, rate),
+            "max_wear_depth": (dims[:3], depth.max(axis=3), {"units": "m"}),
+            "life": (("speed",), life),
+        },
+        {"cycle": (("speed", "update"), cycle), "speed": [800.0, 900.0]},
+    )
+
+
+def exact(share):
+    return 4e-6 * (1.0 - np.exp(-4.0 * share)) / (1.0 - np.exp(-4.0))
+
+
+@pytest.mark.parametrize("chunks", [None, 1])
+def test_depths_between_states_follow_the_stored_rates(running_in, chunks):
+    """Was 30 % of the depth at 0.05 of the life: a straight line."""
+    grid = running_in if chunks is None else running_in.chunk(speed=chunks)
+    share = np.array([0.0, 0.05, 0.25, 0.6, 1.0])
+    found = align(grid, "life_fraction", share)
+    assert found.wear_depth.dims == ("speed", "life_fraction", "flank", "profile")
+    largest = found.max_wear_depth.isel(flank=1)
+    np.testing.assert_allclose(largest, [exact(share)] * 2, rtol=0.03)
+    np.testing.assert_allclose(found.wear_depth.max("profile"), found.max_wear_depth)
+    straight = align(grid.drop_vars("wear_rate"), "life_fraction", share)
+    largest = straight.max_wear_depth.isel(flank=1)[:, 1:]
+    off = np.abs(largest / exact(share[1:]) - 1.0)
+    assert float(off.max()) > 0.15
+
+
+def test_on_wear_depth_cycles_follow_the_stored_rates(running_in):
+    share = np.array([0.05, 0.1, 0.4])
+    found = align(running_in, "wear_depth", exact(share))
+    assert "wear_depth" in found.dims
+    np.testing.assert_allclose(found.cycle / found.life, [share] * 2, rtol=0.05)
+    largest = found.max_wear_depth.isel(flank=1)
+    np.testing.assert_allclose(largest, [exact(share)] * 2, rtol=1e-9)
+
+
+def test_an_unknown_variable_is_refused(running_in):
+    """Was left out without a word."""
+    with pytest.raises(
+        StoreError, match=r"no variable 'max_wear_rate'.*max_wear_depth"
+    ):
+        align(running_in, variables=["max_wear_depth", "max_wear_rate"])

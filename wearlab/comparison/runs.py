@@ -23,7 +23,7 @@ from wearlab.comparison.states import (
     CYCLE,
     Brackets,
     Stands,
-    Wear,
+    WearAtPositions,
     at_near_states,
     brackets,
     common,
@@ -123,7 +123,7 @@ class _RunAtPositions:
 
     run: xr.Dataset
     around: Brackets
-    wear: Wear | None
+    wear: WearAtPositions | None
     cycle: Array
 
     @classmethod

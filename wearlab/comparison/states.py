@@ -9,11 +9,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from wearlab.arrays import Array, Flags
 from wearlab.comparison.quantities import CompareError
-from wearlab.store.align import hermite
+from wearlab.store.align import DepthStep
 
 CYCLE, WEAR_DEPTH = "cycle", "wear_depth"
 SAME = 1e-9  # two positions that differ by less, relative to the longest, are one
@@ -166,7 +165,7 @@ def _over_states(stored: xr.DataArray, values: Array) -> xr.DataArray:
     return xr.DataArray(values, coordinates, ("state", *stored.dims[1:]))
 
 
-class Wear(NamedTuple):
+class WearAtPositions(NamedTuple):
     """The wear of a run at positions.
 
     Parameters
@@ -183,7 +182,7 @@ class Wear(NamedTuple):
 
 def wear_at(
     run: xr.Dataset, on: str, targets: Array, around: Brackets, depth: xr.DataArray
-) -> Wear:
+) -> WearAtPositions:
     """Return the wear depth of a run at positions.
 
     Between two states it is the cubic through both depths with both wear rates
@@ -205,7 +204,7 @@ def wear_at(
     error = np.zeros(len(targets))
     values = near.values.copy()
     if "wear_rate" not in run or run["wear_rate"].sizes != depth.sizes:
-        return Wear(near, error, begin + share * width)
+        return WearAtPositions(near, error, begin + share * width)
 
     stored = depth.transpose("update", ...)
     rate = run["wear_rate"].transpose(*stored.dims).values
@@ -213,40 +212,11 @@ def wear_at(
         if share[i] in (0.0, 1.0):
             continue
         ends = [around.below[i], around.above[i]]
-        step = Step(*stored.values[ends], *(width[i] * rate[ends]))
+        step = DepthStep(*stored.values[ends], *(width[i] * rate[ends]))
         if on == WEAR_DEPTH:
             share[i] = step.share_at_depth(float(target))
         values[i], error[i] = step.at(float(share[i]))
-    return Wear(near.copy(data=values), error, begin + share * width)
-
-
-class Step(NamedTuple):
-    """A step between two stored wear states.
-
-    Parameters
-    ----------
-    depth_before, depth_after : at its ends [m]
-    slope_before, slope_after : wear rates there times its cycles [m]
-    """
-
-    depth_before: Array
-    depth_after: Array
-    slope_before: Array
-    slope_after: Array
-
-    def at(self, share: float) -> tuple[Array, float]:
-        """Return the depth at a share of the step, and how far it may be off [m]."""
-        return hermite(share, *self)
-
-    def share_at_depth(self, depth: float) -> float:
-        """Return the share of the step at which the largest depth is this one."""
-
-        def beyond(share: float) -> float:
-            return float(np.nanmax(self.at(share)[0])) - depth
-
-        if beyond(0.0) >= 0.0:
-            return 0.0
-        return 1.0 if beyond(1.0) <= 0.0 else float(brentq(beyond, 0.0, 1.0))
+    return WearAtPositions(near.copy(data=values), error, begin + share * width)
 
 
 def same_nodes(a: xr.DataArray, b: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:

@@ -3,14 +3,16 @@
 At a common cycle, depth or share of lives, and where another run goes on.
 """
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Hashable, Sequence
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
 
 from wearlab.arrays import Array
+from wearlab.nearest import choices
 from wearlab.scene.start import StartWear
 from wearlab.store.files import StoreError
 
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
 On = Literal["cycle", "wear_depth", "life_fraction"]
 STEPS = 65
 UPDATE = "update"
+DEPTH = "wear_depth"
+LARGEST = "max_wear_depth"
+RATE = "wear_rate"
 PROGRESS = {"cycle": "cycle", "wear_depth": "max_wear_depth", "life_fraction": "life"}
 
 
@@ -32,8 +37,9 @@ def align(
 ) -> xr.Dataset:
     """Return a grid at common values along every run's life, instead of wear states.
 
-    Between two states a value is taken as a straight line over ``on``; before the first
-    and after the last state of a run it is NaN.
+    Between two states a wear depth is the cubic through both depths with both wear
+    rates (Hermite), where a run has stored them; any other value is taken as a straight
+    line over ``on``. Before the first and after the last state of a run it is NaN.
 
     Parameters
     ----------
@@ -50,13 +56,19 @@ def align(
 
     Raises
     ------
-    StoreError : the runs lack what ``on`` needs, or ``at`` is not increasing
+    StoreError : the runs lack what ``on`` needs, or a variable; ``at`` is not
+        increasing
     """
     progress = _progress(grid, on)
     values = _values(progress, on) if at is None else np.asarray(at, float)
     if values.ndim != 1 or not values.size or (np.diff(values) <= 0.0).any():
         raise StoreError(f"align: {on} must be given as increasing numbers")
     along = [str(n) for n, v in grid.variables.items() if UPDATE in v.dims]
+    unknown = [name for name in variables or () if name not in grid.variables]
+    if unknown:
+        raise StoreError(
+            f"align: no variable {unknown[0]!r}; {choices(unknown[0], sorted(along))}"
+        )
     chosen = [
         n
         for n in along
@@ -64,6 +76,7 @@ def align(
     ]
     numbers = [name for name in chosen if grid[name].dtype.kind in "fiu"]
     aligned = {name: _aligned(grid[name], progress, values, on) for name in numbers}
+    aligned |= _aligned_by_rate(grid, progress, values, on, chosen)
     unaligned = grid.drop_vars(along)
     return unaligned.assign(aligned).assign_coords(
         {on: xr.Variable((on,), values, progress.attrs)}
@@ -108,10 +121,7 @@ def _values(progress: xr.DataArray, on: str) -> Array:
 def _aligned(
     variable: xr.DataArray, progress: xr.DataArray, values: Array, on: str
 ) -> xr.DataArray:
-    # a dim in several pieces is one of the grid, whether progress differs along it or
-    # not
-    whole = [dim for dim in variable.dims if len(variable.chunksizes.get(dim, ())) < 2]
-    core_dims = [dim for dim in whole if dim not in progress.dims]
+    core_dims = [dim for dim in _whole(variable) if dim not in progress.dims]
     options: dict[str, Any] = {
         "vectorize": True,
         "dask": "parallelized",
@@ -129,9 +139,127 @@ def _aligned(
     aligned: xr.DataArray = xr.apply_ufunc(
         _interpolated, progress, numbers, kwargs={"at": values}, **options
     )
+    return _like(aligned, variable, on)
+
+
+def _whole(variable: xr.DataArray) -> list[Hashable]:
+    """Return the dimensions of a variable that lie in one piece.
+
+    One in several pieces is of the grid, whether progress differs along it or not.
+    """
+    return [dim for dim in variable.dims if len(variable.chunksizes.get(dim, ())) < 2]
+
+
+def _like(aligned: xr.DataArray, variable: xr.DataArray, on: str) -> xr.DataArray:
+    """Return aligned values with the dimensions of a variable in their order."""
     extra = [dim for dim in aligned.dims if dim not in variable.dims and dim != on]
     order = [*extra, *(on if dim == UPDATE else dim for dim in variable.dims)]
     return aligned.transpose(*order).assign_attrs(variable.attrs)
+
+
+def _aligned_by_rate(
+    grid: xr.Dataset,
+    progress: xr.DataArray,
+    values: Array,
+    on: On,
+    names: Sequence[str],
+) -> dict[str, xr.DataArray]:
+    """Return those of some variables that follow from wear depth and wear rate.
+
+    Parameters
+    ----------
+    grid, on : as of `align`
+    progress : what runs are aligned on, over ``update``
+    values : at which they are aligned
+    names : of the variables that are kept
+    """
+    has_rates = {DEPTH, RATE, "cycle"} <= set(grid.variables)
+    if not has_rates or not {DEPTH, LARGEST, "cycle"}.intersection(names):
+        return {}
+    depth = grid[DEPTH].astype(float)
+    rate = grid[RATE].astype(float)
+    cycle = grid["cycle"].astype(float)
+    grid_dims = {*progress.dims, *cycle.dims}
+    core_dims = [dim for dim in _whole(depth) if dim not in grid_dims]
+
+    def over(output_dims: list[Hashable], wanted: str) -> xr.DataArray:
+        of_run: xr.DataArray = xr.apply_ufunc(
+            _of_steps,
+            progress,
+            cycle,
+            depth,
+            rate,
+            kwargs={"at": values, "on": on, "wanted": wanted},
+            vectorize=True,
+            dask="parallelized",
+            keep_attrs="drop",
+            input_core_dims=[[UPDATE], [UPDATE], *2 * [[*core_dims, UPDATE]]],
+            output_core_dims=[[*output_dims, on]],
+            output_dtypes=[float],
+            dask_gufunc_kwargs={"output_sizes": {on: len(values)}},
+        )
+        return of_run
+
+    aligned = {}
+    by_rate = over(core_dims, DEPTH)
+    if DEPTH in names:
+        aligned[DEPTH] = _like(by_rate, grid[DEPTH], on)
+    if LARGEST in names:
+        places = [dim for dim in core_dims if dim not in grid[LARGEST].dims]
+        besides = grid[LARGEST] - depth.max(places)
+        rest = _aligned(besides, progress, values, on)
+        aligned[LARGEST] = _like(by_rate.max(places) + rest, grid[LARGEST], on)
+    if on == DEPTH and "cycle" in names:
+        aligned["cycle"] = _like(over([], "cycle"), grid["cycle"], on)
+    return aligned
+
+
+def _of_steps(
+    x: Array, cycle: Array, depth: Array, rate: Array, at: Array, on: On, wanted: str
+) -> Array:
+    """Return the depths (dims…, m) or the cycles (m,) of one run at common values.
+
+    Parameters
+    ----------
+    x : (update,) what it is aligned on
+    cycle : (update,)
+    depth : (dims…, update) [m]
+    rate : (dims…, update) [m per cycle]
+    at : (m,) the common values
+    on : what x is
+    wanted : "wear_depth" or "cycle"
+    """
+    rising = _rising(x)
+    shape = depth.shape[:-1] if wanted == DEPTH else ()
+    values = np.full((*shape, len(at)), np.nan)
+    for i, target in enumerate(at):
+        if not rising.size or not x[rising[0]] <= target <= x[rising[-1]]:
+            continue
+        place = max(1, int(np.searchsorted(x[rising], target)))
+        high = rising[min(place, len(rising) - 1)]
+        low = rising[max(0, place - 1)]
+        cycles = cycle[high] - cycle[low]
+        step = DepthStep(
+            depth[..., low],
+            depth[..., high],
+            cycles * rate[..., low],
+            cycles * rate[..., high],
+        )
+        share = (target - x[low]) / (x[high] - x[low]) if high > low else 0.0
+        if on == DEPTH and 0.0 < share < 1.0:
+            share = step.share_at_depth(float(target))
+        if wanted == DEPTH:
+            values[..., i] = step.at(float(share))[0]
+        else:
+            values[i] = cycle[low] + share * cycles
+    return values
+
+
+def _rising(x: NDArray[Any]) -> NDArray[np.intp]:
+    """Return the states where what a run is aligned on goes on rising."""
+    known = np.flatnonzero(np.isfinite(x))
+    highest = np.maximum.accumulate(x[known])
+    return known[np.diff(highest, prepend=-np.inf) > 0.0]
 
 
 def _interpolated(x: NDArray[Any], y: NDArray[Any], at: Array) -> Array:
@@ -139,8 +267,7 @@ def _interpolated(x: NDArray[Any], y: NDArray[Any], at: Array) -> Array:
 
     y is (dims…, update), x is (update) and counts where it goes on rising.
     """
-    rising = np.flatnonzero(np.isfinite(x))
-    rising = rising[np.diff(np.maximum.accumulate(x[rising]), prepend=-np.inf) > 0.0]
+    rising = _rising(x)
     if not rising.size:
         return np.full(y.shape[:-1] + at.shape, np.nan)
     lines = y.reshape(-1, len(x))[:, rising]
@@ -274,3 +401,32 @@ def hermite(t: float, h0: Any, h1: Any, r0: Any, r1: Any) -> tuple[Array, float]
     parabolas = linear + bend * (r0 - (h1 - h0)), linear - bend * (r1 - (h1 - h0))
     error = max(float(np.nanmax(np.abs(cubic - parabola))) for parabola in parabolas)
     return np.clip(cubic, np.minimum(h0, h1), np.maximum(h0, h1)), error
+
+
+class DepthStep(NamedTuple):
+    """A step between two stored wear states.
+
+    Parameters
+    ----------
+    depth_before, depth_after : at its ends [m]
+    slope_before, slope_after : wear rates there times its cycles [m]
+    """
+
+    depth_before: Array
+    depth_after: Array
+    slope_before: Array
+    slope_after: Array
+
+    def at(self, share: float) -> tuple[Array, float]:
+        """Return the depth at a share of the step, and how far it may be off [m]."""
+        return hermite(share, *self)
+
+    def share_at_depth(self, depth: float) -> float:
+        """Return the share of the step at which the largest depth is this one."""
+
+        def beyond(share: float) -> float:
+            return float(np.nanmax(self.at(share)[0])) - depth
+
+        if beyond(0.0) >= 0.0:
+            return 0.0
+        return 1.0 if beyond(1.0) <= 0.0 else float(brentq(beyond, 0.0, 1.0))
