@@ -13,7 +13,6 @@ from wearlab import nearest, schema
 from wearlab.figures import doubt, plot
 from wearlab.figures.kind import FigureError, FigureRequest, LifeEnd, Run
 from wearlab.figures.wording import Label, converted, cycles, place
-from wearlab.life.limits import WORN_OUT
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.store.grid import key_text, own_values
 from wearlab.units import is_number
@@ -22,6 +21,8 @@ STATE_COORDINATES = ("cycle", "mesh_cycles")
 BASE = "base"
 COUNT = "n_updates"
 END_REASON = "end_reason"
+WORN_OUT = "depth"
+"""End reason of a life that reached its depth limit, as runs store it."""
 COORDINATES = (
     "cycle",
     "mesh_cycles",
