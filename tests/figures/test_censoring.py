@@ -182,7 +182,7 @@ def test_bands_under_random_censoring_are_those_of_all_runs():
 
 
 def ended(index):
-    """Return a run to 62 million cycles, or to its limit where that is reached before."""
+    """Return a run to 62 million cycles, or to its limit before."""
     life = float(lives()[index])
     data = run(1000.0 + index)
     end = min(life, LIMIT)

@@ -155,8 +155,9 @@ def _warn_of_missing(is_complete: Flags, result: xr.DataArray) -> None:
     lost = points - int(is_complete.sum(axis=0).min())
     numbers = np.isfinite(result.values.astype(float))
     runs = 100.0 * (1.0 - numbers.mean())
+    share = 100.0 * lost / points
     message = (
-        f"sobol_indices: {lost} of {points} base points ({100.0 * lost / points:.2g} %) "
+        f"sobol_indices: {lost} of {points} base points ({share:.2g} %) "
         f"are left out, because {runs:.2g} % of the values are missing. Lives are "
         "missing where they are longest, so that the shares hold for the short ones "
         "alone: raise the cycles of wear.until until every run reaches its depth, or "
