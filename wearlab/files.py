@@ -1,12 +1,20 @@
 """Bounded reading of files that users name, and the folder of compiled code."""
 
 import atexit
+import json
 import logging
+import math
 import os
 import shutil
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from io import BufferedReader
 from pathlib import Path
 from tempfile import TemporaryFile, mkdtemp
+from typing import Any
+
+OTHERS = stat.S_IRWXG | stat.S_IRWXO
 
 
 def cache_folder() -> Path:
@@ -26,6 +34,9 @@ def writable(folder: Path) -> Path:
     ----------
     folder : an existing folder
     """
+    _close_to_others(folder)
+    if not os.environ.get("WEARLAB_CACHE"):
+        _close_to_others(cache_folder())
     try:
         with TemporaryFile(dir=folder):
             return folder
@@ -42,13 +53,80 @@ def writable(folder: Path) -> Path:
         return temporary
 
 
+def _close_to_others(folder: Path) -> None:
+    """Let nobody else read or write a folder of this user: its code would be run."""
+    with suppress(OSError, AttributeError):  # some systems have no such modes
+        status = folder.stat()
+        if status.st_uid == os.getuid() and status.st_mode & OTHERS:
+            folder.chmod(stat.S_IMODE(status.st_mode) & ~OTHERS)
+
+
 def _remove(folder: Path, owner: int) -> None:
     """Remove a folder when the process that made it ends, not when a child ends."""
     if os.getpid() == owner:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def read_regular(path: str | Path, largest: int) -> bytes:
+@contextmanager
+def regular(path: str | Path) -> Iterator[BufferedReader]:
+    """Open a file to read its bytes; a pipe or a device is refused without waiting.
+
+    Parameters
+    ----------
+    path : the file
+
+    Raises
+    ------
+    OSError : it cannot be read, or is no regular file
+    """
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    descriptor = os.open(path, flags)
+    with open(descriptor, "rb") as file:
+        if not is_regular(descriptor):
+            raise OSError(0, "not a file", str(path))
+        yield file
+
+
+def is_regular(path: str | Path | int) -> bool:
+    """Say whether a path or a descriptor is of a regular file.
+
+    Parameters
+    ----------
+    path : that exists
+    """
+    return stat.S_ISREG(os.stat(path).st_mode)
+
+
+def finite_json(text: str) -> Any:
+    """Return what a text of JSON holds, of a depth and of numbers that can be read.
+
+    Parameters
+    ----------
+    text : that anybody may have written
+
+    Raises
+    ------
+    ValueError : it is no JSON, nested too deep, or a number in it is too large
+
+    >>> finite_json('{"width": 1e999}')
+    Traceback (most recent call last):
+    ...
+    ValueError: 1e999 is too large a number
+    """
+    try:
+        return json.loads(text, parse_float=_finite)
+    except RecursionError:
+        raise ValueError("tables within tables, too deep to be read") from None
+
+
+def _finite(digits: str) -> float:
+    number = float(digits)
+    if math.isinf(number):
+        raise ValueError(f"{digits[:20]} is too large a number")
+    return number
+
+
+def read_regular(path: str | Path, largest: float = math.inf) -> bytes:
     """Return a file's bytes.
 
     What only looks like a file (``/proc/kmsg``) neither hangs nor fills the memory.
@@ -56,21 +134,15 @@ def read_regular(path: str | Path, largest: int) -> bytes:
     Parameters
     ----------
     path : the file
-    largest : bytes that it may have
+    largest : bytes that it may have [any]
 
     Raises
     ------
     OSError : it cannot be read, is no regular file, is larger, or has more in it than
         its size says
     """
-    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-    descriptor = os.open(path, flags)
-    with open(descriptor, "rb", buffering=0) as file:
-        status = os.fstat(descriptor)
-        if not stat.S_ISREG(status.st_mode):
-            raise OSError(0, "not a file", str(path))
-
-        size = status.st_size
+    with regular(path) as file:
+        size = os.fstat(file.fileno()).st_size
         if size > largest:
             message = f"{size} bytes are more than the {largest} of such a file"
             raise OSError(0, message, str(path))

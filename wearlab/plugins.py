@@ -7,7 +7,6 @@ plans, figures and reports of them need no code of it.
 """
 
 import hashlib
-import json
 import linecache
 import sys
 from collections.abc import Iterable, Mapping
@@ -22,6 +21,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 from pydantic import create_model
 
 from wearlab import options
+from wearlab.files import finite_json, read_regular
 from wearlab.options import option
 from wearlab.slots import ORIGIN, Origin, Slot, SlotError, Variant, changed, within
 
@@ -31,6 +31,17 @@ FOLDER = "plugins"
 source."""
 FORMAT = 1
 CONSENT = "--plugins"
+LARGEST = 10_000_000  # bytes of a source or a declaration
+DECLARATION_ERRORS = (
+    KeyError,
+    TypeError,
+    ValueError,
+    AttributeError,
+    AssertionError,
+    OverflowError,
+    RecursionError,
+)
+"""What reading a declaration raises that no wearlab wrote."""
 
 
 class PluginError(ValueError):
@@ -270,7 +281,7 @@ def _file_of(module: str) -> Path:
 def _text(file: Path, path: str) -> str:
     """Return the text of a plug-in's file; errors call it by the path of the user."""
     try:
-        return file.read_bytes().decode("utf-8-sig")
+        return read_regular(file, LARGEST).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise PluginError(f"{path}: cannot read it: {reason}") from None
@@ -295,7 +306,7 @@ def use(paths: Iterable[str]) -> tuple[Plugin, ...]:
         if trust.runs:
             bring(plugin)
         elif declaration_file is not None and declaration_file.is_file():
-            stand_in(declaration_file.read_text())
+            stand_in(_text(declaration_file, str(declaration_file)))
         else:
             raise PluginError(
                 f"{plugin.name} is Python code that would be run: look at it, then "
@@ -480,7 +491,7 @@ def stand_in(text: str) -> None:
         When the declaration cannot be read.
     """
     try:
-        record: Mapping[str, Any] = json.loads(text)
+        record: Mapping[str, Any] = finite_json(text)
         origin = Origin(str(record["name"]), str(record["sha256"]), runs=False)
         with within(ORIGIN, origin):
             for variant in record["variants"]:
@@ -488,7 +499,7 @@ def stand_in(text: str) -> None:
         for word, registry in Registry.all.items():
             for value in record.get(word, ()):
                 _stand_in_value(registry, value, origin)
-    except (KeyError, TypeError, ValueError) as error:
+    except DECLARATION_ERRORS as error:
         raise PluginError(
             f"a plug-in's declaration cannot be read ({error!r})"
         ) from None

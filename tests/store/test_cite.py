@@ -1,9 +1,12 @@
 """How a run is cited."""
 
+import json
+
 from fake_campaign import sweep
 
 from wearlab.store.export import _citation
 from wearlab.store.provenance import bibtex, citation, facts_of
+from wearlab.store.used_plugins import plugins_of_scene
 
 
 def test_a_citation_names_the_run_the_code_and_both_hashes(fill, tmp_path):
@@ -66,3 +69,24 @@ def test_the_campaign_that_names_its_authors_speaks_for_its_runs(fill, tmp_path)
         facts
     ) and "@software{wearlab," in bibtex(facts)
     assert facts["also_in"].startswith("2 scenes; Later")
+
+
+def test_a_citation_names_the_plugins_of_a_run_with_their_hashes(tmp_path):
+    law, result, other = "a1" * 32, "b2" * 32, "c3" * 32
+    (tmp_path / "plugins").mkdir()
+    for sha256, name in ((law, "law.py"), (other, "result.py")):
+        text = json.dumps({"name": name, "source": ""})
+        (tmp_path / "plugins" / f"{sha256}.json").write_text(text)
+    scene = {
+        "wear": {"law": {"name": "mine", "plugin": law}},
+        "mesh": {"plugin": {"file": "mesh.py", "sha256": result}},
+        "store": {"results": {"a": other}},
+    }
+    used = plugins_of_scene(json.dumps(scene), tmp_path)
+    assert used == [("law.py", law), ("mesh.py", result), ("result.py", other)]
+    facts = {"id": "1" * 20, "plugins": "; ".join(map(str, used))}
+    for text in (citation(facts), bibtex(facts)):
+        assert f"law.py (SHA-256 {law})" in text
+        assert f"result.py (SHA-256 {other})" in text
+    assert plugins_of_scene("[" * 100_000, tmp_path) == []
+    assert plugins_of_scene('{"plugin": "a word"}', tmp_path) == []

@@ -1,7 +1,10 @@
+import errno
 import os
 import signal
 import subprocess
 import sys
+
+import pytest
 
 from wearlab.store.locks import Presence, alive
 
@@ -40,3 +43,20 @@ def test_a_killed_process_is_not_present(tmp_path):
         child.wait()
     assert not alive(tmp_path, token)
     assert not any(tmp_path.iterdir())  # what it left is cleared away
+
+
+def test_a_file_system_without_locks_is_told_of(tmp_path, monkeypatch, caplog):
+    with Presence(tmp_path):
+        assert caplog.text == ""
+    fcntl = pytest.importorskip("fcntl")
+    monkeypatch.setattr(fcntl, "fcntl", lambda *arguments: 0)  # as some mounts answer
+    with Presence(tmp_path):
+        assert "keeps no locks: let one process at a time write here" in caplog.text
+    caplog.clear()
+
+    def refuse(*arguments):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(fcntl, "fcntl", refuse)
+    with Presence(tmp_path):
+        assert "keeps no locks" in caplog.text

@@ -311,7 +311,7 @@ def say(text: str = "") -> None:
     ----------
     text : of one or more lines
     """
-    print(text)
+    print(outcome.printable(text))
 
 
 def complain(text: str) -> None:
@@ -322,7 +322,7 @@ def complain(text: str) -> None:
     text : of the message, of one or more lines
     """
     try:
-        print(text, file=sys.stderr, flush=True)
+        print(outcome.printable(text), file=sys.stderr, flush=True)
     except OSError:
         discard(sys.stderr)
 
@@ -375,7 +375,8 @@ def show_json(content: Any) -> None:
     ----------
     content : what JSON can hold; numbers are finite
     """
-    print(json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+    print(outcome.printable(text))
 
 
 def write(findings: Findings) -> Status:
@@ -415,7 +416,7 @@ def show_table(
         return complain(empty)
 
     used = [i for i, _ in enumerate(heads) if any(row[i] for row in rows)]
-    lines = [[row[i] for i in used] for row in (heads, *rows)]
+    lines = [[outcome.printable(row[i]) for i in used] for row in (heads, *rows)]
     if not sys.stdout.isatty() or len(rows) > LONG_TABLE:
         _show_plain(lines, title)
         return
@@ -424,7 +425,11 @@ def show_table(
     from rich.text import Text
 
     table = Table(
-        title=title, title_justify="left", box=None, pad_edge=False, header_style="bold"
+        title=Text(outcome.printable(title)) if title else None,
+        title_justify="left",
+        box=None,
+        pad_edge=False,
+        header_style="bold",
     )
     for i, head in zip(used, lines[0], strict=True):
         table.add_column(head, overflow="fold", no_wrap=i == 0)

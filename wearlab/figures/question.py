@@ -13,6 +13,7 @@ from wearlab import nearest, schema
 from wearlab.campaign import Campaign, claims, inheritance
 from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
 from wearlab.figures import kind, kinds, published
+from wearlab.files import finite_json
 from wearlab.store.catalogue import Entry
 
 QUESTION = "question"
@@ -29,6 +30,15 @@ KEYS = (
     "title",
     "note",
 )
+READING = (
+    ValueError,
+    KeyError,
+    TypeError,
+    AttributeError,
+    OverflowError,
+    RecursionError,
+)
+"""What reading a question raises that no wearlab wrote."""
 LARGEST = 50_000_000  # bytes, and pixels
 STARTS = (PNG := b"\x89PNG", PDF := b"%PDF", b"<?xml", b"<svg")
 
@@ -268,8 +278,8 @@ def question_in(keywords: Mapping[str, str], file: Path) -> Question:
             "figures'"
         )
     try:
-        return _question_of(json.loads(keywords[QUESTION]), keywords)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        return _question_of(finite_json(keywords[QUESTION]), keywords)
+    except READING as error:
         raise kind.FigureError(
             f"{file}: its question cannot be read ({error})"
         ) from None
@@ -348,11 +358,11 @@ def _texts(file: Path, data: bytes) -> dict[str, str]:
     if data.lstrip().startswith(PNG):
         keywords = _texts_of_png(file)
     elif data.lstrip().startswith(PDF):
-        keywords = json.loads(_subject_of_pdf(data) or "{}")
+        keywords = finite_json(_subject_of_pdf(data) or "{}")
     else:
         description = ".//{http://purl.org/dc/elements/1.1/}description"
         text = ElementTree.fromstring(data).findtext(description)
-        keywords = json.loads(text or "{}")
+        keywords = finite_json(text or "{}")
     if not isinstance(keywords, dict):
         return {}
     return {str(key): str(value) for key, value in keywords.items()}

@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager
 from html import escape
 from typing import Any
 
-from wearlab.store.outcome import Outcome
+from wearlab.store.outcome import Outcome, printable
 
 CASES = "cases"
 
@@ -60,7 +60,7 @@ class Progress(ExitStack):
 
     def step(self, text: str) -> None:
         """Say what is being done before cases run."""
-        self.text = text
+        self.text = printable(text)
         self.show()
 
     def note(self, text: str) -> None:
@@ -147,7 +147,7 @@ class ProgressBar(Progress):
 
     def note(self, text: str) -> None:
         """Write a line above the bar."""
-        self._console.print(text, markup=False, highlight=False)
+        self._console.print(printable(text), markup=False, highlight=False)
 
     def start(self, total: int, what: str = CASES) -> None:
         """Show the bar of the cases."""
@@ -189,7 +189,7 @@ class NotebookBar(Progress):
 
     def note(self, text: str) -> None:
         """Write a line that stays."""
-        print(text)
+        print(printable(text))
 
     def start(self, total: int, what: str = CASES) -> None:
         """Show the bar of the cases."""

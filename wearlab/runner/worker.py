@@ -5,10 +5,11 @@ And what it tells meanwhile.
 Workers say how far a life is and what it needs to go on; the parent keeps it.
 """
 
+import json
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from datetime import UTC, datetime
 from importlib import import_module
@@ -173,6 +174,8 @@ def execute(
             # attributes that let a catalogue be made from the files alone, where they
             # are not there
             identity = {"id": task.id, "scene": scene, "date_created": started}
+            if caught:
+                identity[description.WARNINGS] = json.dumps(_distinct(caught))
             dataset = dataset.assign_attrs(identity | dataset.attrs)
             result = description.recorded(dataset, netcdf.to_image(dataset)[0])
         except Exception as error:
@@ -184,17 +187,20 @@ def execute(
             result = {
                 "reason": str(error) if state == "refused" else traceback.format_exc()
             }
-    distinct = dict.fromkeys(
-        f"{warning.category.__name__}: {warning.message}" for warning in caught
-    )
     result = {
         "wearlab_version": version.__version__,
-        "warnings": tuple(distinct),
+        "warnings": _distinct(caught),
         **result,
     }
     return outcome.Outcome(
         task.id, state, started, time.perf_counter() - clock, scene, **result
     )
+
+
+def _distinct(caught: Iterable[warnings.WarningMessage]) -> tuple[str, ...]:
+    """Return what was warned of, each text once."""
+    texts = (f"{warning.category.__name__}: {warning.message}" for warning in caught)
+    return tuple(dict.fromkeys(texts))
 
 
 def warm_up(

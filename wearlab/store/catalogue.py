@@ -9,7 +9,8 @@ import json
 import logging
 import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
@@ -18,7 +19,7 @@ from pydantic_core import ArgsKwargs
 
 from wearlab.query.keys import flat
 from wearlab.store import database as rows
-from wearlab.store import description, files
+from wearlab.store import description, files, seals
 from wearlab.store.database import VERSION, marks, understood
 from wearlab.store.locks import machine
 from wearlab.store.outcome import CALIBRATION, Comparison, Outcome, State
@@ -178,6 +179,7 @@ class Catalogue(rows.Database):
                 "dictionaries",
             ):
                 connection.execute(f"DROP TABLE IF EXISTS {table}")
+            connection.execute("DELETE FROM seals")
             rows.run_all(connection, rows.TABLES)
             for outcome in description.outcomes_of(
                 files.RunFiles(self.path.parent / "runs"), []
@@ -318,6 +320,7 @@ class Catalogue(rows.Database):
         )
         facts = description.facts_of(outcome.scene, outcome.summary, outcome.histories)
         description.write_facts(connection, number, facts)
+        seals.write(connection, "run", outcome.id)
 
     def release(self, owner: str) -> list[str]:
         """Forget the runs that ``owner`` had begun and not finished.
@@ -357,6 +360,8 @@ class Catalogue(rows.Database):
             connection.executemany(
                 f"DELETE FROM {table}", [(number,) for number, _ in runs]
             )
+        for _, run_id in runs:
+            seals.forget(connection, "run", str(run_id))
         return [run_id for _, run_id in runs]
 
     def make_anew(
@@ -395,7 +400,7 @@ class Catalogue(rows.Database):
                         "DELETE FROM layouts WHERE key = ?",
                         (key_of(outcome.layout or ""),),
                     )
-                    self._record(connection, outcome)
+                    self._record(connection, self._with_warnings(connection, outcome))
         with self._transaction() as connection:
             for row in connection.execute(question).fetchall():
                 if row[0] not in adopted and is_left(row):
@@ -406,6 +411,24 @@ class Catalogue(rows.Database):
             connection.execute(
                 "DELETE FROM layouts WHERE key NOT IN (SELECT layout FROM runs)"
             )
+
+    def _with_warnings(
+        self, connection: sqlite3.Connection, outcome: Outcome
+    ) -> Outcome:
+        """Return the outcome of a file with the warnings that are recorded of its run.
+
+        Files of older versions carry none. What was altered since is not taken.
+        """
+        if outcome.warnings or not seals.holds(connection, "run", outcome.id):
+            return outcome
+        question = (
+            "SELECT warnings FROM runs JOIN documents USING (number) WHERE id = ?"
+        )
+        row = connection.execute(question, (outcome.id,)).fetchone()
+        warnings: tuple[str, ...] = ()
+        with suppress(ValueError):
+            warnings = rows.texts(row[0] if row else None)
+        return replace(outcome, warnings=warnings)
 
     def record_campaign(
         self,
@@ -455,6 +478,7 @@ class Catalogue(rows.Database):
             connection.execute(
                 "INSERT OR REPLACE INTO campaigns VALUES (?, ?, ?, ?, ?, ?)", row
             )
+            connection.execute("DELETE FROM members WHERE campaign = ?", (key,))
             numbered = [(key, number, *case) for number, case in enumerate(cases)]
             connection.executemany(
                 "INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)", numbered
@@ -468,6 +492,7 @@ class Catalogue(rows.Database):
                     "INSERT OR REPLACE INTO records VALUES (?, ?)",
                     (key, json.dumps(record)),
                 )
+            seals.write(connection, "campaign", key)
         return key
 
     def origins(self) -> dict[str, tuple[str, str]]:
@@ -534,6 +559,8 @@ class Catalogue(rows.Database):
                     connection.execute(
                         f"INSERT OR IGNORE INTO {table} VALUES ({marks(len(row))})", row
                     )
+            for key in keys:
+                seals.write(connection, "campaign", key)
         return len(new)
 
     def record_comparisons(
@@ -560,6 +587,7 @@ class Catalogue(rows.Database):
             connection.executemany(
                 "INSERT INTO expectations VALUES (?, ?, ?, ?, ?, ?)", compared_rows
             )
+            seals.write(connection, "campaign", campaign)
 
     def members(self, runs: Sequence[str] | None = None) -> list[Member]:
         """Return the cases of campaigns with these runs (all when None).

@@ -10,6 +10,7 @@ of one key side by side.
 """
 
 import os
+import re
 import secrets
 import sqlite3
 import weakref
@@ -29,6 +30,7 @@ from pydantic import (
 )
 from typing_extensions import TypedDict
 
+from wearlab.files import is_regular, regular
 from wearlab.store.files import StoreError, written
 
 VERSION = 6
@@ -129,11 +131,18 @@ CREATE TABLE IF NOT EXISTS updates (
     recorded TEXT,
     runs TEXT,
     summary TEXT
+) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS seals (
+    kind TEXT NOT NULL,
+    subject TEXT NOT NULL,
+    sha256 TEXT,
+    PRIMARY KEY (kind, subject)
 ) WITHOUT ROWID
 """
 """Tables beside the runs; every transaction makes those that an older store lacks."""
 LACKING = {
-    f"no such table: {name}" for name in ("records", "origins", "remarks", "updates")
+    f"no such table: {name}"
+    for name in ("records", "origins", "remarks", "updates", "seals")
 }
 
 Read = TypeVar("Read")
@@ -142,10 +151,22 @@ BROKEN = (
     sqlite3.Error,
     UnicodeDecodeError,
 )  # a damaged file may make its own complaint unreadable
+UNLOCKED = ("SQLITE_IOERR_LOCK", "SQLITE_IOERR_RDLOCK", "SQLITE_IOERR_UNLOCK")
 PATIENCE = 60.0  # s to wait for another process's transaction
 ANEW = "'wearlab reindex' makes it anew from the run files"
 CHUNK = 500  # ids per question, below SQLite's limit of variables
 JOURNAL_MARK = 8  # bytes at the head of a journal, 0 where it holds nothing
+LONGEST_VALUE = 2**28  # bytes of one value
+OWN_CHECK = re.compile(r"CHECK\s*\(state IN \([^()]*\)\)")
+FORMULA = re.compile(r"\b(?:CREATE\s+VIRTUAL|CHECK|DEFAULT)\b", re.IGNORECASE)
+GENERATED = """
+SELECT 1 FROM sqlite_master AS t, pragma_table_xinfo(t.name) AS c
+WHERE t.type = 'table' AND c.hidden LIMIT 1
+"""
+INDEXED_FORMULAS = """
+SELECT 1 FROM sqlite_master AS i, pragma_index_xinfo(i.name) AS c
+WHERE i.type = 'index' AND c.cid = -2 LIMIT 1
+"""
 PAGES = -32_000  # kB of pages kept in memory
 
 
@@ -212,7 +233,7 @@ class Database:
         """
         journal = self.path.with_name(f"{self.path.name}-journal")
         with suppress(OSError):
-            with journal.open("rb") as file:
+            with regular(journal) as file:
                 is_hot = any(file.read(JOURNAL_MARK))
             if is_hot:
                 with suppress(*BROKEN), closing(sqlite3.connect(self.path)) as undo:
@@ -322,10 +343,12 @@ class Database:
                 "isolation_level": None,
                 "check_same_thread": False,
             }
+            self._refuse_pipes()
             try:
                 self._connection = sqlite3.connect(
                     uri, uri=True, timeout=PATIENCE, **shared
                 )
+                self._connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LONGEST_VALUE)
                 self._finalizer = weakref.finalize(self, self._connection.close)
                 self._prepare(self._connection, create)
             except BaseException as error:
@@ -335,28 +358,29 @@ class Database:
                 raise
         return self._connection
 
+    def _refuse_pipes(self) -> None:
+        """Refuse a catalogue beside which SQLite would wait for a pipe or a device."""
+        for path in (self.path, *self.path.parent.glob(f"{self.path.name}-*")):
+            with written(path, "cannot be looked at"):
+                if path.exists() and not is_regular(path):
+                    raise StoreError(f"{path}: is not a file; remove it")
+
     def _prepare(self, connection: sqlite3.Connection, create: bool) -> int:
         """Return the version of the tables, 0 of none."""
         connection.execute("PRAGMA trusted_schema = OFF")
         version = connection.execute("PRAGMA user_version").fetchone()[0]
-        kinds = [
-            kind for (kind,) in connection.execute("SELECT type FROM sqlite_master")
-        ]
-        additions = kinds.count("view") + kinds.count(
-            "trigger"
-        )  # wearlab makes tables only
-        connection.execute(
-            "PRAGMA journal_mode = PERSIST"
-        )  # the cheapest of the rollback journals
+        schema = connection.execute("SELECT type, sql FROM sqlite_master").fetchall()
+        if reason := _strange(connection, schema):
+            raise Damaged(f"{self.path}: {reason}, which no wearlab makes; {ANEW}")
+        # the cheapest of the rollback journals
+        connection.execute("PRAGMA journal_mode = PERSIST")
         connection.execute(f"PRAGMA cache_size = {PAGES}")
-        if additions:
-            reason = f"holds {additions} views or triggers, which no wearlab makes"
-            raise Damaged(f"{self.path}: {reason}; {ANEW}")
         if version > VERSION:
             raise StoreError(
                 f"{self.path}: written by a newer wearlab (catalogue version {version})"
             )
-        if version == 0 and (not create or "table" in kinds):
+        has_tables = any(kind == "table" for kind, _ in schema)
+        if version == 0 and (not create or has_tables):
             remedy = "'wearlab reindex' sets it aside and makes one from the run files"
             raise Damaged(f"{self.path}: not a catalogue of wearlab; {remedy}")
         return int(version)
@@ -388,12 +412,39 @@ class Database:
             error, UnicodeDecodeError
         ):
             return Damaged(f"{message}; {ANEW}")
+        if name in UNLOCKED:
+            message += "; this file system keeps no locks: put the store elsewhere"
         busy = name.startswith("SQLITE_BUSY")
         return StoreError(
             f"{message}: another process holds it; try again when it has ended"
             if busy
             else message
         )
+
+
+def _strange(connection: sqlite3.Connection, schema: list[tuple[str, str]]) -> str:
+    """Return what a file has whose reading or writing would run a stranger's formula.
+
+    "" where there is nothing of the kind.
+
+    Parameters
+    ----------
+    connection : to the file
+    schema : kind and SQL of all that it holds
+    """
+    kinds = [kind for kind, _ in schema]
+    additions = kinds.count("view") + kinds.count("trigger")
+    if additions:
+        return f"holds {additions} views or triggers"
+    definitions = " ".join(str(sql or "") for _, sql in schema)
+    formulas = OWN_CHECK.sub("", definitions)
+    if match := FORMULA.search(formulas):
+        return f"has a table made with {match[0].upper().strip(' (')}"
+    if connection.execute(GENERATED).fetchone() is not None:
+        return "has generated columns"
+    if connection.execute(INDEXED_FORMULAS).fetchone() is not None:
+        return "has an index of a formula"
+    return ""
 
 
 def run_all(connection: sqlite3.Connection, statements: str) -> None:
@@ -462,6 +513,7 @@ class RunLayout(TypedDict):
 
 
 table = TypeAdapter(Table[Any]).validate_python
+texts = TypeAdapter[tuple[str, ...]](Texts).validate_python
 place = TypeAdapter(Place).validate_python
 layout = TypeAdapter[Any](RunLayout).validate_json
 

@@ -15,6 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from wearlab.files import read_regular
 from wearlab.query import evaluate, keys
 from wearlab.store import files, outcome
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 LIFE = "update"
 ALONG_PHASE = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
+WARNINGS = "warnings"  # attribute of a run that was computed with some
 CODE = ("commit", "model_version")
 LONGEST = 200  # characters of a text that can be asked for
 Fact = tuple[str, str, Any]  # source, name, value
@@ -285,9 +287,21 @@ def outcome_of(path: Path) -> outcome.Outcome:
         seconds = float(dataset.get("run_time_total", 0.0))
         contents = {
             "scene": str(dataset.attrs.get("scene", "{}")),
-            **recorded(dataset, path.read_bytes()),
+            "warnings": warnings_of(dataset),
+            **recorded(dataset, read_regular(path)),
         }
         return outcome.Outcome(path.stem, "done", begun, seconds, **contents)
+
+
+def warnings_of(dataset: "xr.Dataset") -> tuple[str, ...]:
+    """Return the warnings of a run, as its file carries them.
+
+    Parameters
+    ----------
+    dataset : a run; those of older versions carry none
+    """
+    texts = json.loads(dataset.attrs.get(WARNINGS, "[]"))
+    return tuple(str(text) for text in texts)
 
 
 def outcomes_of(

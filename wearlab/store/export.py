@@ -8,6 +8,7 @@ Memory holds one run at a time. Grid points without a run are NaN (texts: empty)
 the grid itself.
 """
 
+import hashlib
 import json
 import mimetypes
 import shutil
@@ -26,6 +27,7 @@ import xarray as xr
 from wearlab import __version__
 from wearlab.store import files, provenance, remarks
 from wearlab.store.files import StoreError
+from wearlab.store.netcdf import SEAL, content_hash, is_intact
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
@@ -79,10 +81,44 @@ def export(
     with files.replaced(out) as part:
         if out.suffix == ".zarr":
             _zarr(grid, part)
+            _seal(part, is_zarr=True)
             shutil.rmtree(out, ignore_errors=True)
         else:
             _netcdf(grid, entries, part, tell)
+            _seal(part)
     return out
+
+
+def _seal(part: Path, is_zarr: bool = False) -> None:
+    """Write the hash of an export's content into it, as the files of runs have it."""
+    engine = "zarr" if is_zarr else "netcdf4"
+    with xr.open_dataset(part, engine=engine, cache=False) as dataset:
+        sealed = xr.Dataset(attrs=dataset.attrs | {SEAL: content_hash(dataset)})
+    if is_zarr:
+        sealed.to_zarr(part, mode="a", zarr_format=2, consolidated=True)
+    else:
+        sealed.to_netcdf(part, mode="a", engine="netcdf4")
+
+
+def verify_export(path: Path) -> files.Problem | None:
+    """Return what is wrong with an exported netCDF file, by the hash that it carries.
+
+    Parameters
+    ----------
+    path : the file
+
+    Raises
+    ------
+    StoreError : it cannot be read
+    """
+    from wearlab.store import reading
+
+    is_sound = is_intact(reading.read_run(path))
+    if is_sound:
+        return None
+    if is_sound is None:
+        return files.Problem(path, "unknown", f"carries no {SEAL}: export it again")
+    return files.Problem(path, "altered", "its content is not what was exported")
 
 
 def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
@@ -307,9 +343,9 @@ def export_crate(
                 figure,
                 f"figure {figure.stem.replace('_', ' ')}",
             )
-        metadata = _metadata(
-            attributes, {name: description for name, (_, description) in parts.items()}
-        )
+        hashes = {name: _sha256_of(content) for name, (content, _) in parts.items()}
+        descriptions = {name: description for name, (_, description) in parts.items()}
+        metadata = _metadata(attributes, descriptions, hashes)
         written = {DESCRIPTOR: metadata.encode()} | {
             name: content for name, (content, _) in parts.items()
         }
@@ -325,6 +361,12 @@ def export_crate(
     return out
 
 
+def _sha256_of(content: bytes | Path) -> str:
+    if isinstance(content, Path):
+        return files.hash_of(content)
+    return hashlib.sha256(content).hexdigest()
+
+
 def _citation(attributes: Mapping[str, str]) -> str:
     """Return a sentence that cites the data, and where they come from."""
     who = attributes.get("creator_name") or attributes.get("institution", "")
@@ -337,13 +379,18 @@ def _citation(attributes: Mapping[str, str]) -> str:
     return f"{head}, computed by {attributes.get('source', 'wearlab')}.{reference}\n"
 
 
-def _metadata(attributes: Mapping[str, str], parts: Mapping[str, str]) -> str:
+def _metadata(
+    attributes: Mapping[str, str],
+    parts: Mapping[str, str],
+    hashes: Mapping[str, str],
+) -> str:
     """Return the crate's JSON-LD.
 
     Parameters
     ----------
     attributes : of the data
     parts : what each file of the crate is
+    hashes : SHA-256 of each file
     """
     authors = [
         _person(name, attributes)
@@ -359,7 +406,7 @@ def _metadata(attributes: Mapping[str, str], parts: Mapping[str, str]) -> str:
     }
     graph = [descriptor, _root(attributes, parts, authors)]
     graph += [
-        _entity(name, "File", text, encodingFormat=_format(name))
+        _entity(name, "File", text, encodingFormat=_format(name), sha256=hashes[name])
         for name, text in parts.items()
     ]
     graph += authors

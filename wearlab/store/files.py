@@ -14,6 +14,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from wearlab.files import regular
+
 HARMLESS = 64_000_000  # bytes that any file may claim
 # bytes of values in one byte of a file: no more than a thousand can be deflated into it
 DENSEST = 2_000
@@ -318,7 +320,7 @@ class RunFiles:
 
 def hash_of(path: Path) -> str:
     """Return the SHA-256 of a file's bytes."""
-    with path.open("rb") as file:
+    with regular(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 

@@ -7,20 +7,29 @@ on every platform, is not inherited by children, and cannot be confused by a pro
 that was given out again.
 """
 
+import errno
 import hashlib
+import logging
 import os
 import re
 import secrets
 import socket
 import sqlite3
+import struct
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from wearlab.files import is_regular, read_regular, regular
 from wearlab.store.files import NAME, WRITER, StoreError, replaced, sync
 
 LONGEST_HOST = 100
+UNLOCKABLE = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS)
+NO_LOCKS = (
+    "%s: this file system keeps no locks: let one process at a time write here, or put "
+    "the store elsewhere"
+)
 LONGEST_HEAD = 200  # bytes
 MOST_TIDIED = 100  # locks looked at when a process begins
 
@@ -52,6 +61,8 @@ class Presence:
             os.chmod(
                 self._file, 0o644
             )  # whatever the umask: who cannot look at it never knows that we died
+            if not _excludes(self._file):
+                logging.getLogger("wearlab").warning(NO_LOCKS, folder)
             self._connection = sqlite3.connect(
                 self._file, isolation_level=None, check_same_thread=False
             )
@@ -66,6 +77,35 @@ class Presence:
         self._connection.close()
         with suppress(OSError):
             self._file.unlink()
+
+
+def _excludes(file: Path) -> bool:
+    """Say whether a file that is locked here cannot be locked a second time.
+
+    True where a system has no locks of open files, by which this could be tried.
+
+    Parameters
+    ----------
+    file : that nobody else has opened
+    """
+    try:
+        import fcntl
+
+        command = fcntl.F_OFD_SETLK
+    except (ImportError, AttributeError):
+        return True
+    # type, origin, start, length and process of a lock, as fcntl wants them
+    lock = struct.pack("hhqqi0q", fcntl.F_WRLCK, os.SEEK_SET, 0, 1, 0)
+    with file.open("r+b") as first, file.open("r+b") as second:
+        try:
+            fcntl.fcntl(first, command, lock)
+        except OSError as error:
+            return error.errno not in UNLOCKABLE
+        try:
+            fcntl.fcntl(second, command, lock)
+        except OSError:
+            return True
+    return False
 
 
 def alive(folder: Path, token: str) -> bool:
@@ -84,6 +124,8 @@ def alive(folder: Path, token: str) -> bool:
     file = folder / f"{token}.lock"
     if not WRITER.fullmatch(token) or file.is_symlink():
         return False  # a name that no process of ours took
+    if not _is_lockable(file):
+        return False
     try:
         connection = sqlite3.connect(
             f"{file.absolute().as_uri()}?mode=rw", uri=True, timeout=0
@@ -107,6 +149,15 @@ def alive(folder: Path, token: str) -> bool:
     with suppress(OSError):
         file.unlink()
     return False
+
+
+def _is_lockable(file: Path) -> bool:
+    """Say whether SQLite can open a lock without waiting for a pipe or a device."""
+    beside = [Path(f"{file}{ending}") for ending in ("", "-journal", "-wal")]
+    try:
+        return all(is_regular(path) for path in beside if path.exists())
+    except OSError:
+        return True  # another user's: SQLite tells
 
 
 class ReachedCycle(NamedTuple):
@@ -169,7 +220,7 @@ class Checkpoints:
         code : hash of the sources that must have made it
         """
         try:
-            head, _, image = self._path(run_id).read_bytes().partition(b"\n")
+            head, _, image = read_regular(self._path(run_id)).partition(b"\n")
         except OSError:
             return None
         expected = [hashlib.sha256(image).hexdigest().encode(), code.encode()]
@@ -186,7 +237,7 @@ class Checkpoints:
         """
         with (
             suppress(OSError, ValueError, IndexError),
-            self._path(run_id).open("rb") as file,
+            regular(self._path(run_id)) as file,
         ):
             words = file.readline(LONGEST_HEAD).split()
             return ReachedCycle(float(words[2]), float(words[3]))

@@ -4,7 +4,8 @@ import hashlib
 import json
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 from wearlab.files import read_regular
 from wearlab.plugins import FOLDER
@@ -136,12 +137,21 @@ def _judged(
     if problem := files.damage(path, entry.size, entry.sha256):
         raise files.StoreError(problem.message)
     if ours is None or ours.state != "done" or store.archive.is_lost(ours):
-        return "copied", description.outcome_of(path)
+        return "copied", _outcome_of(path, entry)
     if files.damage(store.archive.file_of(entry.id), ours.size, ours.sha256):
-        return "repaired", description.outcome_of(path)
+        return "repaired", _outcome_of(path, entry)
     our_results = netcdf.results_hash(store.run(entry.id))
     their_results = netcdf.results_hash(other.run(entry.id))
     return "same" if our_results == their_results else "conflicting", None
+
+
+def _outcome_of(path: Path, entry: Entry) -> Outcome:
+    """Return the outcome of a file with the warnings of the run.
+
+    Files of older versions carry none: the other catalogue has them.
+    """
+    outcome = description.outcome_of(path)
+    return replace(outcome, warnings=outcome.warnings or entry.warnings)
 
 
 def _merge_updates(store: StoredRuns, other: StoredRuns, merged: Merged) -> None:

@@ -14,6 +14,7 @@ import hashlib
 import io
 import json
 import math
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from types import SimpleNamespace
@@ -38,6 +39,7 @@ TINY = 4_096
 # saves
 SMALL = 65_536
 ONE_CHUNK = 4_194_304  # bytes up to which a variable is one chunk
+HASHED_AT_ONCE = 262_144  # bytes of a variable
 SEAL = "content_sha256"
 PASSING = (
     "run_time_",
@@ -52,6 +54,7 @@ CIRCUMSTANCES = (
     "source_hash",
     "wearlab_version",
     "source",
+    "warnings",
 )
 
 
@@ -169,17 +172,16 @@ def content_hash(dataset: "xr.Dataset", ignored: tuple[str, ...] = ()) -> str:
         name for name in map(str, dataset.variables) if not name.startswith(PASSING)
     ):
         variable = dataset.variables[name]
-        values = np.asarray(dataset.variables[name].values)
         digest.update(
             _json([name, list(variable.dims), list(variable.shape), variable.attrs])
         )
-        if values.dtype.kind in "OUS":
-            digest.update(_json(values.tolist()))
-        else:
+        if variable.dtype.kind in "OUS":
+            digest.update(_json(np.asarray(variable.values).tolist()))
+            continue
+        digest.update(variable.dtype.kind.encode())
+        for values in _parts(variable):
             stored = values.astype(values.dtype.newbyteorder("<"), copy=False)
-            digest.update(
-                values.dtype.kind.encode() + bytes(np.ascontiguousarray(stored).data)
-            )
+            digest.update(bytes(np.ascontiguousarray(stored).data))
     left_out = (SEAL, *PASSING, *ignored)
     attributes = {
         str(name): value
@@ -188,6 +190,16 @@ def content_hash(dataset: "xr.Dataset", ignored: tuple[str, ...] = ()) -> str:
     }
     digest.update(_json(attributes))
     return digest.hexdigest()
+
+
+def _parts(variable: "xr.Variable") -> "Iterator[NDArray[Any]]":
+    """Yield the values of a variable in their order, some at a time."""
+    if variable.nbytes <= HASHED_AT_ONCE or not variable.ndim:
+        yield np.asarray(variable.values)
+        return
+    count = max(1, HASHED_AT_ONCE * variable.shape[0] // variable.nbytes)
+    for first in range(0, variable.shape[0], count):
+        yield np.asarray(variable[first : first + count].values)
 
 
 def results_hash(dataset: "xr.Dataset") -> str:
@@ -327,6 +339,8 @@ class _Walk:
             if usual or details.data_size % self.reference:
                 continue
             attribute = h5a.open(entry, name)
+            if attribute.shape is None:  # an empty text
+                continue
             kind = attribute.get_type()
             count = math.prod(attribute.shape)
             is_long = kind.get_class() == h5t.VLEN or _is_text(

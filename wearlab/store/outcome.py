@@ -14,6 +14,26 @@ State = Literal["running", "done", "failed", "refused", "interrupted"]
 process is."""
 
 
+HIDDEN = [*range(32), *range(127, 160), *range(0x202A, 0x202F), *range(0x2066, 0x206A)]
+"""Control characters, and those that turn the direction of what follows."""
+ESCAPES = {code: f"\\u{code:04x}" for code in HIDDEN if chr(code) not in ("\n", "\t")}
+
+
+def printable(text: str) -> str:
+    r"""Return a text that cannot steer a terminal: its control characters as escapes.
+
+    Titles and labels may come from a stranger's store.
+
+    Parameters
+    ----------
+    text : of one or more lines
+
+    >>> print(printable("a title" + chr(27) + "[2J"))
+    a title\u001b[2J
+    """
+    return text.translate(ESCAPES)
+
+
 def last_line(reason: str | None) -> str:
     """Return what went wrong from a reason that may be a traceback: its last line.
 

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.store import netcdf
+from wearlab.store.used_plugins import plugins_of_scene
 
 if TYPE_CHECKING:
     from wearlab.store import catalogue, updates
@@ -149,6 +150,7 @@ SUBJECT = "experiments and datasets of coupled gear wear and dynamics"
 SENTENCES = {"lineage": " It goes on from {}."}
 SENTENCES |= {
     "calibration": " Its wear coefficient was calibrated by run {}.",
+    "plugins": " With plug-ins: {}.",
     "reference": " After {}.",
 }
 SENTENCES["licence"] = " Licence: {}."
@@ -156,6 +158,7 @@ NOTED = dict(
     reference="after",
     lineage="goes on from",
     calibration="calibrated by run",
+    plugins="with plug-ins",
     licence="licence",
 )
 FILE = (netcdf.SEAL, "wearlab_version", "source_hash")
@@ -215,6 +218,7 @@ def _of_run(store: "StoredRuns", prefix: str) -> dict[str, str]:
     facts |= {
         "lineage": "; ".join(map(str, lineage(store, entry))),
         "calibration": entry.calibration,
+        "plugins": "; ".join(map(str, plugins_of_scene(entry.scene, store.path))),
     }
     return facts | _among(attributes, CODE) | _among(member.metadata, WHO)
 

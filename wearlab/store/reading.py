@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from xarray.backends import NetCDF4DataStore
 from xarray.backends.locks import HDF5_LOCK, NETCDFC_LOCK
 
+from wearlab.files import regular
 from wearlab.store import netcdf, remote
 from wearlab.store.files import StoreError, readable, refuse_links, refuse_oversized
 
@@ -75,7 +76,7 @@ def _read(path: str | Path) -> tuple[os.stat_result, bytes]:
     try:
         if not os.path.exists(path):
             remote.fetch(Path(path))
-        with open(path, "rb") as file:
+        with regular(path) as file:
             return os.fstat(file.fileno()), file.read()
     except OSError as error:
         reason = error.strerror or error

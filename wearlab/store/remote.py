@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from wearlab.files import cache_folder
+from wearlab.files import cache_folder, read_regular
 from wearlab.store.database import Database
 from wearlab.store.files import StoreError, replaced, write_whole
 
@@ -107,7 +107,9 @@ def fetch(path: Path) -> bool:
         "SELECT size FROM runs WHERE id = ? AND size > 0", (path.stem,)
     )
     catalogue.close()
-    address = f"{(folder / ORIGIN).read_text()}/runs/{path.parent.name}/{path.name}"
+    address = (
+        f"{read_regular(folder / ORIGIN).decode()}/runs/{path.parent.name}/{path.name}"
+    )
     with replaced(path) as part:
         _copy(address, part, int(sizes[0][0]) if sizes else UNKNOWN)
     return True

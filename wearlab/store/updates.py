@@ -11,7 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from wearlab.store import catalogue, files
+from wearlab.files import read_regular
+from wearlab.store import catalogue, files, seals
 from wearlab.store.database import marks, understood
 from wearlab.store.files import Problem, RunFiles, StoreError
 from wearlab.store.netcdf import SEAL, content_hash, datasets_of, encoded
@@ -121,6 +122,7 @@ def _record(store: "StoredRuns", update: KeptUpdate) -> None:
         connection.execute(
             f"INSERT OR REPLACE INTO updates ({COLUMNS}) VALUES ({marks(8)})", row
         )
+        seals.write(connection, "update", update.id)
 
 
 def kept_updates(store: "StoredRuns") -> dict[str, KeptUpdate]:
@@ -256,7 +258,7 @@ def adopt_update(store: "StoredRuns", source: "StoredRuns", update: KeptUpdate) 
     if problem := files.damage(path, update.size, update.sha256):
         raise StoreError(f"{path}: {problem.message}")
     _sealed(path, update.id)
-    _keep(store, update, path.read_bytes())
+    _keep(store, update, read_regular(path))
 
 
 def verify_updates(store: "StoredRuns") -> Iterator[Problem]:
@@ -284,7 +286,7 @@ def _unlike_file(path: Path, update: KeptUpdate) -> Problem | None:
     """Return how an update's file differs from what the catalogue says of it."""
     try:
         tree = _sealed(path, update.id)
-        of_file = _update_of(tree, path.read_bytes(), update.recorded)
+        of_file = _update_of(tree, read_regular(path), update.recorded)
     except (StoreError, OSError, ValueError) as error:
         return Problem(path, "altered", str(error).removeprefix(f"{path}: "))
     if not update.subject:  # of stores before it was recorded
@@ -311,7 +313,7 @@ def reindex_updates(store: "StoredRuns") -> list[Problem]:
             tree = _sealed(path, path.stem)
             update = _update_of(
                 tree,
-                path.read_bytes(),
+                read_regular(path),
                 str(tree.attrs.get("date_created", catalogue.now())),
             )
         except (StoreError, ValueError) as error:

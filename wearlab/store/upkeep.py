@@ -6,8 +6,16 @@ from pathlib import Path
 from typing import Any
 
 from wearlab.query import evaluate, keys
-from wearlab.store import catalogue, database, description, files, remarks, updates
-from wearlab.store.outcome import CALIBRATION_LIFE
+from wearlab.store import (
+    catalogue,
+    database,
+    description,
+    files,
+    remarks,
+    seals,
+    updates,
+)
+from wearlab.store.outcome import CALIBRATION_LIFE, Outcome
 from wearlab.store.stored_runs import StoredRuns
 
 OF_FILE = ("scene", "sizes", "digests", "summary", "source_hash", "wearlab_version")
@@ -56,6 +64,7 @@ def verify(store: StoredRuns) -> Iterator[files.Problem]:
     yield from _unknown_files(store, finished, begun)
     yield from updates.verify_updates(store)
     yield from remarks.verify(archive.catalogue)
+    yield from seals.verify(archive.catalogue)
 
 
 def _unknown_files(
@@ -123,6 +132,7 @@ def check_entry(store: StoredRuns, path: Path, entry: Entry) -> files.Problem | 
         for name in OF_FILE
         if getattr(outcome, name) not in ("", getattr(entry, name))
     ]
+    wrong += _untold(outcome, entry)
     layouts = store.archive.catalogue.read(
         "SELECT layout FROM layouts WHERE key = ?", [entry.layout]
     )
@@ -141,6 +151,16 @@ def check_entry(store: StoredRuns, path: Path, entry: Entry) -> files.Problem | 
         "mends it"
     )
     return files.Problem(path, "altered", message)
+
+
+def _untold(outcome: Outcome, entry: Entry) -> list[str]:
+    """Return what else the catalogue tells of a run and its file does not."""
+    wrong = [] if entry.reason is None else ["reason"]
+    if outcome.started not in ("", entry.started):
+        wrong.append("started")
+    if not set(outcome.warnings) <= set(entry.warnings):
+        wrong.append("warnings")
+    return wrong
 
 
 def _wrong_facts(

@@ -247,8 +247,15 @@ def cite(
 
 
 @app.command()
-def verify(store: options.StoreFolder = options.DEFAULT_STORE) -> output.Findings:
-    """Compare every run file with the hash of what was written."""
+def verify(
+    export: Annotated[
+        Path | None, options.argument("EXPORT", "An exported netCDF file.")
+    ] = None,
+    store: options.StoreFolder = options.DEFAULT_STORE,
+) -> output.Findings:
+    """Compare every run file, or an EXPORT, with the hash of what was written."""
+    if export is not None:
+        return _verify_export(export)
     problems = store.verify()
     done = sum(entry.state == "done" for entry in store.archive.entries().values())
     text = [
@@ -256,3 +263,14 @@ def verify(store: options.StoreFolder = options.DEFAULT_STORE) -> output.Finding
     ]
     text.append(f"{done} runs compared, {len(problems)} problems")
     return output.Findings(_problems_content(problems), text, not problems)
+
+
+def _verify_export(file: Path) -> output.Findings:
+    """Compare an exported file with the hash that it carries."""
+    from wearlab.store.export import verify_export
+
+    problem = verify_export(file)
+    if problem is None:
+        return output.Findings([], [f"{file}: is what was exported"])
+    text = f"{problem.kind:<11}{problem.path}: {problem.message}"
+    return output.Findings(_problems_content([problem]), [text], False)
