@@ -277,9 +277,7 @@ def test_quick_campaigns_are_those_whose_runs_take_seconds(papers):
 
 
 def test_the_page_of_errors_over_run_time_is_that_of_its_figures(monkeypatch):
-    """``python docs/accuracy_pages.py all`` measures, on a machine
-    that does nothing else.
-    """
+    """``python docs/accuracy_pages.py all`` measures, by the time of the processor."""
     monkeypatch.syspath_prepend(str(DOCS))
     made = reference_pages("accuracy_pages")
     assert (DOCS / "accuracy.md").read_text() == made.page()
