@@ -22,6 +22,7 @@ import numpy as np
 
 import wearlab as wl
 from wearlab.campaign import claims as claiming
+from wearlab.campaign import statements
 from wearlab.figures import FigureError, drawing
 from wearlab.figures.question import question
 from wearlab.scene.identity import MODEL_VERSION
@@ -258,7 +259,7 @@ def compute(store_folder: str, chosen: Sequence[str] = ()) -> int:
         campaign = wl.load(TOP / "campaigns" / f"{name}.toml")
         wl.run(campaign, store)
         grid = store.open(campaign)
-        record = claiming.measured(campaign, grid)
+        record = claiming.measure(campaign, grid)
         checked, lacking = claiming.check_record(
             campaign, record, claiming.stale(campaign, record)
         )
@@ -268,6 +269,7 @@ def compute(store_folder: str, chosen: Sequence[str] = ()) -> int:
             if not one.holds
         ]
         problems += lacking
+        problems += statements.problems(campaign, record)
         for number, spec in enumerate(campaign.figures, 1):
             asked = question(campaign, spec, number)
             try:

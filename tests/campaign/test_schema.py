@@ -291,6 +291,7 @@ def test_top_level_keys():
         "case",
         "figure",
         "claim",
+        "readings",
         "expect",
         "exclude",
         "update",

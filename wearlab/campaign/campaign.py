@@ -175,6 +175,7 @@ class Campaign:
     report : what its page tells
     warnings : what the file does that it hardly means
     claims : what it says of its runs
+    readings : two tables of what its sources print
     written : quantities of its scenes as its file wrote them, by key
     """
 
@@ -191,6 +192,7 @@ class Campaign:
     report: ReportSpec = field(default=ReportSpec(), repr=False)
     warnings: tuple[str, ...] = field(default=(), repr=False)
     claims: tuple[ClaimSpec, ...] = field(default=(), repr=False)
+    readings: tuple[Path, ...] = field(default=(), repr=False)
     written: Mapping[str, tuple[str, ...]] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from wearlab import nearest, options, units
 from wearlab.campaign.blocks import CampaignError, blocks_of
+from wearlab.campaign.marks import without_marks
 from wearlab.query.formula import AmountError, amount, parse_formula, spelled_out
 from wearlab.query.keys import QueryError
 
@@ -43,6 +44,8 @@ class ClaimSpec(options.ClosedTable):
     """paper and figure, such as `W23 Fig. 7`"""
     why: str | None = None
     """why runs differ from the source"""
+    loose: str | None = None
+    """why a tolerance is over a quarter of the value, after it: `5 %: rough lives`"""
 
     @property
     def formula(self) -> str:
@@ -66,6 +69,22 @@ class ClaimSpec(options.ClosedTable):
         is_relative = tolerance_unit == "%" and unit != "%"
         width = abs(value) * tolerance / 100.0 if is_relative else tolerance
         return value - width, value + width
+
+    def is_loose(self, share: float) -> bool:
+        """Whether the tolerance is over a share of the value.
+
+        Parameters
+        ----------
+        share : largest tolerance over the value
+        """
+        low, high = self.bounds
+        width = (high - low) / 2.0
+        middle = abs(low + high) / 2.0
+        tolerance, tolerance_unit = _measured(self.tolerance)
+        is_relative = tolerance_unit == "%" and self.unit != "%"
+        if is_relative:
+            return tolerance > 100.0 * share
+        return width > share * middle * (1.0 + 1e-9)
 
     @property
     def source_number(self) -> float:
@@ -144,6 +163,8 @@ def _problems(claim: ClaimSpec) -> Iterator[str]:
 def spelled_note(note: str, claims: Sequence[ClaimSpec]) -> str:
     """Return a note whose placeholders name no claims, and each has its format.
 
+    Its quotations and words of direction stand in it as readers see them.
+
     Parameters
     ----------
     note : with placeholders ``{formula:.2f unit}`` or ``{claim:.2f}``; the unit of a
@@ -155,7 +176,9 @@ def spelled_note(note: str, claims: Sequence[ClaimSpec]) -> str:
     ValueError : a formula or a format cannot be read, or no claim is called so
     """
     by_name = {claim.name: claim for claim in claims}
-    return PLACEHOLDER.sub(lambda match: _spelled_placeholder(match, by_name), note)
+    return PLACEHOLDER.sub(
+        lambda match: _spelled_placeholder(match, by_name), without_marks(note)
+    )
 
 
 def _spelled_placeholder(match: re.Match[str], claims: Mapping[str, ClaimSpec]) -> str:

@@ -12,7 +12,7 @@ from wearlab.campaign.toml_file import MAX_KEY_LENGTH, check_table, read_toml
 from wearlab.scene.merge import DropError, Table, merge, without
 
 MAX_FILES = 60  # that a campaign extends, each counted as often as it is reached
-PATH_KEYS = ("file", "published", "campaign")
+PATH_KEYS = ("file", "published", "campaign", "readings")
 PLUGINS = "plugins"
 
 

@@ -178,6 +178,9 @@ class CampaignFile(Sections):
     """figures drawn from the datasets"""
     claim: tuple[claims.ClaimSpec, ...] = ()
     """what the file says of its runs, for `wearlab check --claims`"""
+    readings: tuple[str, ...] = ()
+    """two CSV tables of what sources print, each entered by itself: with them `wearlab
+    check --claims` holds every number and word of direction of titles and notes"""
     expect: Expect | None = None
     """expected outcome, of every case or of its own; no part of any run's identity"""
     report: campaign.ReportSpec = campaign.ReportSpec()

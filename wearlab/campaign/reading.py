@@ -132,6 +132,7 @@ class _Blocks(NamedTuple):
     differences: cases.Differences | None
     figures: tuple[campaign.FigureSpec, ...] | None
     claims: tuple[claims.ClaimSpec, ...] | None
+    readings: tuple[Path, ...] | None
     metadata: dict[str, str] | None
     update: UpdateSpec | None
     report: campaign.ReportSpec | None
@@ -179,6 +180,7 @@ def _read(inherited: Inherited, file: Path | None) -> campaign.Campaign:
         report=blocks.report or campaign.ReportSpec(),
         warnings=(*values_set_back(inherited.layers), *scene_warnings),
         claims=blocks.claims or (),
+        readings=blocks.readings or (),
         written=written_quantities(_tables_of_scenes(sections, blocks)),
     )
 
@@ -217,6 +219,7 @@ def _read_blocks(table: merge.Table, faults: list[str]) -> _Blocks:
         differences=differences,
         figures=figures,
         claims=claimed,
+        readings=read(_two_tables, table.get("readings", [])),
         metadata=metadata,
         update=measured,
         report=report,
@@ -224,6 +227,22 @@ def _read_blocks(table: merge.Table, faults: list[str]) -> _Blocks:
         reference=read(_text, table, "reference"),
         conditions=read(case.read_conditions, table.get("exclude", [])),
     )
+
+
+def _two_tables(value: Any) -> tuple[Path, ...]:
+    """Return the paths of the two tables of readings, none where the file names none.
+
+    Raises
+    ------
+    CampaignError : there are not two
+    """
+    is_list = isinstance(value, list) and all(isinstance(path, str) for path in value)
+    if not is_list or len(value) not in (0, 2):
+        raise CampaignError(
+            f"readings: {value!r} is no list of two files: what sources print is "
+            "entered twice, each time by itself"
+        )
+    return tuple(Path(path) for path in value)
 
 
 def _wrong_notes(

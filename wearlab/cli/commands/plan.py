@@ -278,7 +278,7 @@ def _check_claims(campaign: "Campaign", source: "Store | Path") -> output.Findin
     The numbers come from the runs of a store, or from a file that ``check --claims
     --json`` wrote.
     """
-    from wearlab.campaign import claims
+    from wearlab.campaign import claims, statements
 
     if isinstance(source, Store):
         record = claims.measure(campaign, source.open(campaign))
@@ -289,6 +289,8 @@ def _check_claims(campaign: "Campaign", source: "Store | Path") -> output.Findin
         stale = claims.stale(campaign, record)
 
     checked, unfilled = claims.check_record(campaign, record, stale)
+    with output.refusing(OSError, ValueError):
+        unheld = statements.problems(campaign, record)
     recorded = {claim.name: claim.model_dump() for claim in record.claims}
     rows = [
         recorded.get(result.claim.name, {})
@@ -305,13 +307,15 @@ def _check_claims(campaign: "Campaign", source: "Store | Path") -> output.Findin
         **record.model_dump(),
         "claims": rows,
         "unfilled": unfilled,
+        "unheld": unheld,
     }
-    ok = all(result.holds for result in checked) and not unfilled
-    return output.Findings(content, _claims_text(campaign.title, checked, unfilled), ok)
+    failures = [*unfilled, *unheld]
+    ok = all(result.holds for result in checked) and not failures
+    return output.Findings(content, _claims_text(campaign.title, checked, failures), ok)
 
 
 def _claims_text(
-    title: str, checked: "list[Checked]", unfilled: list[str]
+    title: str, checked: "list[Checked]", failures: list[str]
 ) -> output.Text:
     """Yield the claims that hold; those that fail go to standard error."""
     for result in checked:
@@ -325,7 +329,7 @@ def _claims_text(
             yield f"holds  {line}"
         else:
             output.complain(f"fails  {line}")
-    for problem in unfilled:
+    for problem in failures:
         output.complain(f"fails  {problem}")
     count = sum(result.holds for result in checked)
     yield f"{count} of {len(checked)} claims hold: {title}"
