@@ -173,7 +173,7 @@ def test_what_is_no_date_is_told_by_its_line(table, days, said):
         ("1,2\n3,4\n", "t.csv: no table was found: no line of headers"),
         (
             b"PK\x03\x04 and so on",
-            "t.csv: is a workbook, no text: save its sheet as CSV",
+            r"t.csv: cannot be read as a workbook .*: save it again in a spread",
         ),
         (b"\xff\xfe\x00\xd8", "t.csv: "),
     ],
@@ -318,3 +318,125 @@ def test_all_that_a_spectrum_lacks_is_told_at_once(tmp_path, text, said):
     (tmp_path / "k.csv").write_text(text)
     with pytest.raises(TableError, match=said):
         read_load_table("k.csv", {}, {}, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "separator"),
+    [
+        ("cycles\tloss (mg)\n10 000\t200\n20 000\t410\n", "\t"),
+        ("cycles\tloss (mg)\n10\u202f000\t200\n20\u202f000\t410\n", "\t"),
+        ("cycles;loss (mg)\n10\u2009000;200\n20'000;410\n", ";"),
+        ("cycles, loss (mg)\n10 000, 200\n20 000, 410\n", ","),
+        ("cycles loss (mg)\n10\u00a0000 200\n20\u202f000 410\n", ""),
+        ("cycles\tloss (mg)\n10,000.0\t200\n20,000\t410\n", "\t"),
+    ],
+)
+def test_a_blank_in_a_header_or_between_thousands_separates_nothing(
+    table, text, separator
+):
+    read = table(text)
+    assert read.separator == separator and read.doubts == ()
+    assert read.names == ("cycles", "loss") and read.units["loss"] == "mg"
+    np.testing.assert_array_equal(read.numbers("cycles"), [1e4, 2e4])
+    np.testing.assert_array_equal(read.numbers("loss"), [200.0, 410.0])
+
+
+def test_thousands_are_known_by_their_column(table):
+    read = table("cycles\tloss\n900,000\t200\n1,100,000\t410\n")
+    np.testing.assert_array_equal(read.numbers("cycles"), [9e5, 1.1e6])
+    read = table("cycles;loss\n900.000;0,2\n1.100.000;0,4\n")
+    np.testing.assert_array_equal(read.numbers("cycles"), [9e5, 1.1e6])
+    assert read.doubts == ()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "cycles\tloss\n100,000\t200\n200,000\t410\n",
+        "cycles\tloss\n100\t1.200\n200\t2.410\n",
+        "cycles;loss\n100,000;200\n200,000;410\n",
+        "cycles loss\n100,000 200\n200,000 410\n",
+        "cycles|loss\n-100,000|200\n200,000|410\n",
+    ],
+)
+def test_a_number_of_two_meanings_asks_and_the_answer_is_taken(table, tmp_path, text):
+    read = table(text)
+    (doubt,) = read.doubts
+    name = "loss" if "1.200" in text else "cycles"
+    with pytest.raises(TableError, match=r"parts thousands.*decimal = \"") as refused:
+        read.numbers(name)
+    assert str(refused.value) == doubt
+    path = tmp_path / "t.csv"
+    decided = read_table(path, decimal=read.decimal)
+    assert decided.doubts == ()
+    assert abs(decided.numbers(name)[0]) == (1.2 if "1.200" in text else 100.0)
+    sign = read.decimal
+    path.write_text(text.replace(sign, ""))
+    assert read_table(path).numbers(name)[1] == (2410.0 if name == "loss" else 2e5)
+
+
+@pytest.mark.parametrize("error", ["#DIV/0!", "#N/A", "#NV", "#WERT!", "####", "#REF!"])
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_an_error_of_a_spreadsheet_is_refused_by_its_row(table, error, separator):
+    rows = ["cycles,loss", "100,200", f"{error},410", "300,600", "400,?"]
+    text = "\n".join(rows).replace("?", error).replace(",", separator) + "\n"
+    read = table("# a comment, with a comma\n" + text)
+    assert read.lines == (3, 4, 5, 6)
+    for name, line in (("cycles", 4), ("loss", 6)):
+        with pytest.raises(TableError, match=f"line {line}, column '{name}': .*mend"):
+            read.numbers(name)
+    first = table(f"cycles;loss\n{error};{error}\n100;200\n")
+    assert first.names == ("cycles", "loss") and len(first) == 2
+
+
+def test_an_error_among_dates_is_told(table):
+    with pytest.raises(TableError, match="line 3, column 'day': '#NV' is an error"):
+        table("day;loss\n2026-02-03;1\n#NV;2\n").dates("day")
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [
+        ("2026/02/28", "2026/12/31"),
+        ("2026.2.28", "2026.12.31"),
+        ("20260228", "20261231"),
+        ("46081", "46387"),
+        ("46081.5", "46387.25"),
+        ("46081,5", "46387,25"),
+        ("2026/2/28 12:00", "2026/12/31 6:00 AM"),
+    ],
+)
+def test_dates_of_programs_and_serial_numbers_of_spreadsheets(table, cells):
+    read = table(f"day;loss\n{cells[0]};1\n{cells[1]};2\n")
+    days = read.dates("day").astype("datetime64[D]")
+    np.testing.assert_array_equal(days, np.array(["2026-02-28", "2026-12-31"], "M8[D]"))
+
+
+def test_rows_of_sums_are_left_out_and_told(table):
+    read = table("Nr;T [Nm];t [h]\n1;50;10\nZwischensumme;50;10\n2;60;20\nSumme;;30\n")
+    np.testing.assert_array_equal(read.numbers("t"), [10.0, 20.0])
+    assert read.lines == (2, 4)
+    assert "'Zwischensumme' in line 3 and 'Summe' in line 5 left out" in read.understood
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "% made by MATLAB\n% t F\n0.5 1.5\n1.5 -2e3\n",
+        "# numpy\n# t,F\n5.0e-01,1.5e+00\n1.5e+00,-2e3\n",
+        "%t\tF\n0.5\t1.5\n1.5\t-2000\n",
+    ],
+)
+def test_headers_in_a_comment_above_the_numbers(table, text):
+    read = table(text)
+    assert read.names == ("t", "F")
+    np.testing.assert_array_equal(read.numbers("F"), [1.5, -2000.0])
+
+
+def test_percent_in_a_row_of_units_is_no_comment(table):
+    read = table("share;torque\n%;Nm\n25;100\n75;200\n")
+    assert read.units == {"share": "%", "torque": "Nm"} and len(read) == 2
+
+
+def test_a_header_may_be_a_number_sign(table):
+    assert table("#;T\n1;50\n2;60\n").names == ("#", "T")

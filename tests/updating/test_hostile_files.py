@@ -37,8 +37,16 @@ HOSTILE = {
         "'1,5' is no number",
     ),
     "thousands": (
-        "hours;loss_mg;below_mg\n2.000;1,5;\n4.000,5;2;\n",
+        "hours;loss_mg;below_mg\n2.000;1,5;\n4000,5;2;\n",
         "'2.000' is no number (decimal comma)",
+    ),
+    "thousands or decimals": (
+        "hours\tloss_mg\tbelow_mg\n2,000\t200\t\n4,000\t410\t\n",
+        "column 'hours' is like 2,000, read as 2, in a file of tabs",
+    ),
+    "error of a spreadsheet": (
+        "hours,loss_mg,below_mg\n2000,200,\n#DIV/0!,410,\n",
+        "line 3, column 'hours': '#DIV/0!' is an error of the spreadsheet",
     ),
     "a point among commas": (
         "hours;loss_mg;below_mg\n2000;1,5;\n4000;2,5;\n5000;3.5;\n",

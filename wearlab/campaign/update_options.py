@@ -157,11 +157,28 @@ def _number(written: Any, unit: str, where: str) -> float:
     return value
 
 
-class DataBlock(ClosedTable):
-    """Measurements of one quantity."""
+class TableFile(ClosedTable):
+    """A file with a table, and how it is read where it does not tell."""
 
     file: Path
-    """CSV file; comments begin with #"""
+    """table: text, in which comments begin with #, or a workbook"""
+    sheet: str | None = None
+    """sheet of a workbook [the only one that holds a table]"""
+    decimal: Literal[".", ","] | None = None
+    """decimal sign of the file [found out; refused where it has two meanings]"""
+
+    def __repr_args__(self) -> Any:
+        """Return what the identity of an update is made of: what is said."""
+        return [
+            (name, value)
+            for name, value in super().__repr_args__()
+            if name not in ("sheet", "decimal") or value is not None
+        ]
+
+
+class DataBlock(TableFile):
+    """Measurements of one quantity."""
+
     quantity: str
     """worn_mass, max_wear_depth, wear_depth, tooth_thickness, or a stored variable
     along update"""
@@ -410,14 +427,14 @@ class RecordColumns(ClosedTable):
         return self
 
 
-class RecordBlock(ClosedTable):
+class RecordBlock(TableFile):
     """What really ran until now.
 
     From its end on the conditions of ``[operation]`` go on.
     """
 
     file: Path
-    """CSV file: a row holds until the next one, or is a bin"""
+    """table: a row holds until the next one, or is a bin"""
     columns: RecordColumns
     """names of the columns"""
     units: dict[str, str] = option({})

@@ -5,11 +5,11 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from wearlab.tables import TableError, read_table
+from wearlab.tables import ReadTable, TableError
 from wearlab.tables.written import (
-    file_named,
     is_stored,
     refuse_contents,
+    table_named,
     texts_by_column,
 )
 
@@ -44,34 +44,30 @@ def with_stiffness_table(options: dict[str, Any], base: Path | None) -> dict[str
     Raises
     ------
     ValueError : contents are written, or there is no file
-    TableError : as of `read_stiffness_table`
+    TableError : as of `stiffness_table_of`
     """
     in_si = is_stored(options.get("abscissa"), options.get("stiffness"))
     if "along" in options and in_si:
         return options
     refuse_contents(options, CONTENTS, "{file, of, units}")
     units = texts_by_column(options, "units", '{ stiffness = "N/um" }')
-    table = read_stiffness_table(file_named(options), units, base)
+    table = stiffness_table_of(table_named(options, base), units)
     return options | table._asdict()
 
 
-def read_stiffness_table(
-    file: str, units: Mapping[str, str], base: Path | None = None
-) -> StiffnessTable:
-    """Return the stiffness that a file holds.
+def stiffness_table_of(table: ReadTable, units: Mapping[str, str]) -> StiffnessTable:
+    """Return the stiffness that a table holds.
 
     Parameters
     ----------
-    file : its name
+    table : the table
     units : of its columns, where its headers tell none
-    base : folder that a relative path starts from
 
     Raises
     ------
-    TableError
-        When the file cannot be read, lacks a column or a unit, or descends.
+    TableError : it lacks a column or a unit, or descends
     """
-    table = read_table((base or Path()) / file)
+    file = table.file
     along = next((name for name in ABSCISSAE if table.find(name)), None)
     if along is None or table.find("stiffness") is None:
         raise TableError(

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from wearlab.options import Stored
 from wearlab.tables import ReadTable, TableError, read_table
-from wearlab.tables.written import file_named, texts_by_column
+from wearlab.tables.written import table_named, texts_by_column
 from wearlab.units import comparable
 
 UNITS = {"torque": "N*m", "speed": "rad/s"}
@@ -40,20 +40,20 @@ def duty_blocks(options: Mapping[str, Any], base: Path | None) -> list[dict[str,
 
     Parameters
     ----------
-    options : ``file``, ``columns`` and ``units`` as a campaign file writes them
+    options : ``file``, ``sheet``, ``decimal``, ``columns`` and ``units`` as a campaign
+        file writes them
     base : folder that a relative path starts from
 
     Raises
     ------
     TableError : as of `read_load_table`
     """
-    table = read_load_table(
-        file_named(options),
+    table = load_table_of(
+        table_named(options, base),
         texts_by_column(options, "columns", '{ share = "duration" }'),
         texts_by_column(
             options, "units", '{ torque = "N*m", speed = "rpm", share = "h" }'
         ),
-        base,
     )
     total = sum(table.share)
     return [
@@ -85,12 +85,28 @@ def read_load_table(
         When the file cannot be read, lacks a column or a unit, or a value is
         impossible.
     """
+    return load_table_of(read_table((base or Path()) / file), columns, units)
+
+
+def load_table_of(table: ReadTable, columns: Texts, units: Texts) -> LoadTable:
+    """Return the conditions of a load table that was read.
+
+    Parameters
+    ----------
+    table : the table
+    columns, units : as of `read_load_table`
+
+    Raises
+    ------
+    TableError : as of `read_load_table`
+    """
     unknown = {*columns, *units} - set(QUANTITIES)
     if unknown:
         raise TableError(
             f"{', '.join(sorted(unknown))}: expected torque, speed and share"
         )
-    table = read_table((base or Path()) / file)
+    if table.decimal == ".":  # told by `wearlab check`, with the means that follow
+        table = table.as_read()
     columns = {**columns, **_columns_by_unit(table, columns)}
     _refuse_lacking(table, columns, units)
 
@@ -101,7 +117,8 @@ def read_load_table(
     share = _shares(table, columns, units)
     if min(torque) < 0.0 or min(speed) <= 0.0 or min(share) < 0.0 or sum(share) <= 0.0:
         raise TableError(
-            f"{file}: torques and shares must not be negative, speeds must be positive"
+            f"{table.file}: torques and shares must not be negative, speeds must be "
+            "positive"
         )
     return LoadTable(torque, speed, share)
 

@@ -33,7 +33,11 @@ class DutyFile(options.Part):
     """A load-duration table; its contents, not its path, are part of the scene."""
 
     file: str
-    """CSV file with a row for each condition"""
+    """table with a row for each condition: text, or a workbook"""
+    sheet: str | None = None
+    """sheet of a workbook [the only one that holds a table]"""
+    decimal: Literal[".", ","] | None = None
+    """decimal sign of the file [found out; refused where it has two meanings]"""
     columns: dict[str, str] | None = None
     """header of torque, speed and share in the file [their own names]"""
     units: dict[str, str] = options.option({})
@@ -62,7 +66,8 @@ def _blocks(value: Any, info: pydantic.ValidationInfo) -> Any:
         return value
     if unknown := set(value) - set(DutyFile.model_fields):
         raise ValueError(
-            f"unknown {', '.join(sorted(unknown))}: give file, columns and units"
+            f"unknown {', '.join(sorted(unknown))}: give file, sheet, decimal, "
+            "columns and units"
         )
     if "file" not in value:
         raise ValueError("'file' is required: {file, columns, units}")

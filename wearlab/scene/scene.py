@@ -28,6 +28,7 @@ from wearlab.scene.sections import (
 )
 from wearlab.scene.start import Start, StartWear
 from wearlab.scene.wear import WearSection
+from wearlab.tables.written import table_named
 from wearlab.wear.coefficients.calibrated import CalibrationLife
 
 RESOLVED = ("operation", "lubricant")
@@ -193,9 +194,7 @@ class Scene:
         if not isinstance(duty, Mapping):
             return None
         try:
-            return tables.read_table(
-                Path(duty["file"]) if self._base is None else self._base / duty["file"]
-            )
+            return table_named(duty, self._base)
         except tables.TableError:  # moved or changed since
             return None
 

@@ -11,5 +11,6 @@ from wearlab.tables.reading import LARGEST_FILE as LARGEST_FILE
 from wearlab.tables.reading import decoded as decoded
 from wearlab.tables.reading import read_table as read_table
 from wearlab.tables.reading import table_of as table_of
+from wearlab.tables.reading import text_of as text_of
 from wearlab.tables.table import ReadTable as ReadTable
 from wearlab.tables.table import in_unit as in_unit

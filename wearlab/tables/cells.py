@@ -2,6 +2,7 @@
 
 import re
 import sys
+from collections.abc import Sequence
 
 DECIMALS = {".": "point", ",": "comma"}
 NUMBER = re.compile(
@@ -16,14 +17,32 @@ THOUSANDS = {
     ),
 }
 """Numbers with signs between their thousands, by the decimal sign."""
-LIKE_THOUSANDS = re.compile(r"[1-9]\d{0,2}\.\d{3}")
-"""Numbers whose point may also be one between thousands."""
+LIKE_THOUSANDS = {
+    sign: re.compile(rf"[-+]?[1-9]\d{{0,2}}{re.escape(sign)}\d{{3}}")
+    for sign in DECIMALS
+}
+"""Numbers whose decimal sign may also be one between thousands."""
+GROUPED = {
+    ".": re.compile(r"[-+]?\d{1,3}(?:,\d{3})+"),
+    ",": re.compile(r"[-+]?\d{1,3}(?:\.\d{3})+"),
+}
+"""Integers with signs between their thousands that another decimal sign would split."""
+BLANKS = str.maketrans(dict.fromkeys("\u00a0\u2007\u2009\u202f", " "))
+"""Blanks that do not break a line: one between thousands is no separator."""
+SPREADSHEET_ERROR = re.compile(
+    r"#(?:DIV/0!|N/A|NV|VALUE!|WERT!|REF!|BEZUG!|NAME\?|NUM!|ZAHL!|NULL!|SPILL!|"
+    r"ÜBERLAUF!|CALC!|KALK!|FIELD!|FELD!|GETTING_DATA|CONNECT!|BLOCKED!|UNKNOWN!|FORMULA!|#+)"
+    r"|(?:Err|Fehler):\d{3}",
+    re.IGNORECASE,
+)
+"""What a spreadsheet writes where a formula fails or a column is too narrow."""
 CLOCK = (
     r"(?:[T ]+\d{1,2}:\d{2}(?::\d{2}(?:\.\d+)?)?(?: ?[AaPp][Mm]| "
     r"?Z|[+-]\d{2}:?\d{2})?)?"
 )
 DATES = {
     "iso": re.compile(rf"\d{{4}}-\d{{2}}-\d{{2}}{CLOCK}"),
+    "year first": re.compile(rf"\d{{4}}([./-])\d{{1,2}}\1\d{{1,2}}{CLOCK}"),
     "days": re.compile(
         rf"(\d{{1,2}})([./-])(\d{{1,2}})\2(\d{{4}}|\d{{2}}){CLOCK}",
     ),
@@ -34,6 +53,8 @@ DATES = {
 """How dates are written: year first, day and month in numbers, month by name."""
 TYPED = ("number", "date")
 """Kinds of cells by which a column of values is known."""
+NOT_COMPUTED = "#FORMULA!"
+"""Stands for a formula of a workbook without a value."""
 LARGEST_NUMBER = 1e30
 """Beyond anything that is measured, in any unit; sums and products of such numbers are
 still finite."""
@@ -44,9 +65,11 @@ class TableError(ValueError):
 
 
 def kind_of(cell: str, decimal: str) -> str:
-    """Return what a cell holds: ``number``, ``date``, ``text`` or ``nothing``."""
+    """Return what a cell holds: number, date, text, error or nothing."""
     if not cell:
         return "nothing"
+    if SPREADSHEET_ERROR.fullmatch(cell):
+        return "error"
     bare = cell.removeprefix("<").lstrip()  # below a limit of detection
     if number_in(bare, decimal) is not None:
         return "number"
@@ -66,12 +89,40 @@ def number_in(cell: str, decimal: str) -> float | None:
     >>> number_in("1.234,5", ","), number_in("1.234,5", ".")
     (1234.5, None)
     """
-    plain = cell.replace("\u2212", "-").replace("\u00a0", " ").replace("\u202f", " ")
+    plain = cell.replace("\u2212", "-").translate(BLANKS)
     if THOUSANDS[decimal].fullmatch(plain):
         plain = re.sub(r"[ '’.]" if decimal == "," else r"[ '’,]", "", plain)
     if decimal == ",":
         plain = "" if "." in plain else plain.replace(",", ".")
     return float(plain) if NUMBER.fullmatch(plain) else None
+
+
+def ungrouped(column: Sequence[str], decimal: str) -> tuple[str, ...]:
+    """Return a column's cells without signs between the thousands of integers.
+
+    A single sign, as in ``900,000``, is one between thousands where another cell of the
+    column has several, or one beside a decimal sign.
+
+    Parameters
+    ----------
+    column : texts of the cells
+    decimal : decimal sign of the file
+
+    Examples
+    --------
+    >>> ungrouped(["900,000", "1,100,000"], "."), ungrouped(["900,000", "1.5"], ".")
+    (('900000', '1,100,000'), ('900,000', '1.5'))
+    """
+    sign = "," if decimal == "." else "."
+    if not any(sign in cell and THOUSANDS[decimal].fullmatch(cell) for cell in column):
+        return tuple(column)
+    single = GROUPED[decimal]
+    return tuple(
+        cell.replace(sign, "")
+        if single.fullmatch(cell) and not THOUSANDS[decimal].fullmatch(cell)
+        else cell
+        for cell in column
+    )
 
 
 def why_no_number(text: str, decimal: str) -> str:
@@ -85,6 +136,21 @@ def why_no_number(text: str, decimal: str) -> str:
     number = number_in(text, decimal)
     if not text:
         return "is empty"
+    if text == NOT_COMPUTED:
+        return (
+            "holds a formula that nobody computed: open the file in a spreadsheet and "
+            "save it once"
+        )
+    if text.startswith("'"):
+        return (
+            f"{text[1:]!r} is text, and may have decimals or thousands: write it as "
+            "a number in the spreadsheet"
+        )
+    if SPREADSHEET_ERROR.fullmatch(text):
+        return (
+            f"{text!r} is an error of the spreadsheet: mend its formula, or delete the "
+            "row"
+        )
     if number is None:
         mixed = (
             ": file mixes ',' and '.': remove the thousands separators"

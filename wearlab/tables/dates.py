@@ -1,13 +1,26 @@
 """Dates of a column: ISO 8601, and what spreadsheets write."""
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from wearlab.tables.cells import DATES, TableError, date_kind
+from wearlab.tables.cells import (
+    DATES,
+    SPREADSHEET_ERROR,
+    TableError,
+    date_kind,
+    why_no_number,
+)
 
 CLOCKS = ("", " %H:%M", " %H:%M:%S", " %I:%M %p", " %I:%M:%S %p")
+COMPACT = re.compile(r"(?:19|20)\d{2}(?:0[1-9]|1[0-2])(?:0[1-9]|[12]\d|3[01])")
+"""Year, month and day without signs; 28022026 has no such month."""
+SERIAL = re.compile(r"[2-7]\d{4}(?:[.,]\d+)?")
+"""Days as spreadsheets count them, from 1954 to 2119."""
+SECONDS_A_DAY = 86_400.0
+FIRST_SERIAL_DAY = "1899-12-30"
 Dates = np.ndarray[Any, np.dtype[np.datetime64]]
 Place = Callable[[int], str]
 """Where the cell of a row stands, for messages."""
@@ -28,6 +41,13 @@ def dates_of(cells: Sequence[str], place: Place, date_format: str | None) -> Dat
     """
     import pandas
 
+    if date_format is None and all(map(SERIAL.fullmatch, cells)):
+        days = np.array([float(cell.replace(",", ".")) for cell in cells])
+        seconds = np.rint(days * SECONDS_A_DAY).astype("timedelta64[s]")
+        return np.datetime64(FIRST_SERIAL_DAY, "s") + seconds
+
+    if date_format is None and all(map(COMPACT.fullmatch, cells)):
+        date_format = "%Y%m%d"
     texts = pandas.Series([" ".join(cell.split()) for cell in cells], dtype=object)
     _refuse_other_texts(list(texts), place, date_format)
     layouts = [date_format] if date_format else _layouts(list(texts), place)
@@ -57,8 +77,12 @@ def _refuse_other_texts(
 ) -> None:
     """Refuse empty cells and, where no format is given, texts that are no dates."""
     for row, text in enumerate(texts):
-        if text and (date_format is not None or date_kind(text) is not None):
+        if date_format is not None and text and not SPREADSHEET_ERROR.fullmatch(text):
             continue
+        if date_format is None and date_kind(text) is not None:
+            continue
+        if SPREADSHEET_ERROR.fullmatch(text):
+            raise TableError(f"{place(row)}: {why_no_number(text, '.')}")
         fault = f"{text!r} is no date" if text else "is empty"
         remedy = 'write 2026-12-31, or say how it is written: date_format = "%d.%m.%Y"'
         raise TableError(f"{place(row)}: {fault}; {remedy}")
@@ -74,13 +98,16 @@ def _layouts(texts: Sequence[str], place: Place) -> list[str]:
     if "named" in kinds:
         orders += ["%d-%b-", "%d %b "]
 
+    if "year first" in kinds:
+        orders += [f"%Y{sign}%m{sign}%d" for sign in "./-"]
+
     layouts = ["ISO8601"] if "iso" in kinds else []
-    layouts += [
-        f"{order}%{year}{clock}"
+    days = [
+        day
         for order in orders
-        for year in "Yy"
-        for clock in CLOCKS
+        for day in ([order] if order.startswith("%Y") else [f"{order}%Y", f"{order}%y"])
     ]
+    layouts += [f"{day}{clock}" for day in days for clock in CLOCKS]
     return layouts
 
 

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 from wearlab.tables import p40
 from wearlab.tables.cells import TableError
-from wearlab.tables.reading import read_table
 from wearlab.tables.table import ReadTable
 from wearlab.tables.written import (
     file_named,
     is_stored,
     refuse_contents,
+    table_named,
     texts_by_column,
 )
 
@@ -79,8 +79,9 @@ def read_measured_flank(
 
     Parameters
     ----------
-    options : ``file``, and ``x``, ``y``, ``units``, ``columns`` where the file does not
-        tell them; of a measuring machine's file ``side`` and ``teeth``
+    options : ``file``, and ``sheet``, ``decimal``, ``x``, ``y``, ``units``, ``columns``
+        where the file does not tell them; of a measuring machine's file ``side`` and
+        ``teeth``
     base : folder that a relative path starts from
 
     Raises
@@ -98,7 +99,7 @@ def read_measured_flank(
             f"{path}: {' and '.join(stated)} belong to a measuring machine's file "
             "(.mka); leave them out, or name that file"
         )
-    return measured_flank_of(read_table(path), options)
+    return measured_flank_of(table_named(options, base), options)
 
 
 def machine_flank_of(

@@ -1,24 +1,54 @@
 """From the bytes of a file to a table: encoding, separator, decimal sign, headers."""
 
 import csv
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 from wearlab.files import read_regular
-from wearlab.tables.cells import DECIMALS, TYPED, TableError, kind_of
+from wearlab.tables.cells import (
+    DECIMALS,
+    SPREADSHEET_ERROR,
+    TYPED,
+    TableError,
+    kind_of,
+    ungrouped,
+)
 from wearlab.tables.headers import BRACKETS, is_bare_unit, name_and_unit
-from wearlab.tables.table import SEPARATORS, ReadTable
+from wearlab.tables.table import ReadTable
+from wearlab.tables.workbook import SIGNATURES, sheets_of
 
 MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
-WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 LARGEST_FILE = 200_000_000  # bytes
 LONGEST_LINE = 100_000  # characters
 LOOKED_AT = 300
 """Lines from which separator, decimal sign and headers are found."""
 KEPT_TABLES = 32
+PRECEDENCE = (("\t",), (";", ",", "|"), ("",))
+"""Separators, the most certain first: a blank may also part a name from its unit, or
+thousands; a comma may be a decimal sign."""
+COMMENT_MARKS = ("#", "%")
+VALUES = (*TYPED, "error")
+"""Kinds of cells that a row of values has."""
+ERROR_FIRST = re.compile(
+    rf"\s*(?:{SPREADSHEET_ERROR.pattern})\s*(?:[;,\t|]|$)", re.IGNORECASE
+)
+"""A row whose first cell is an error, no comment."""
+NUMBER_SIGN = re.compile(r"#\s*[;,|]")
+"""Beginning of headers whose first names the rows' numbers."""
+UNDERLINE = re.compile(r"\s*#+\s*")
+BLANKS_BETWEEN = re.compile(r"[ \t]+")
+SIGNS = re.compile(r"[;,\t| ]+")
+TOTALS = re.compile(
+    r"(?:gesamt|zwischen|teil)?summe|gesamt|gesamtergebnis|insgesamt|"
+    r"(?:grand |sub-?)?totals?|sum|[Σ∑]",
+    re.IGNORECASE,
+)
+"""What the first cell of a row of sums says."""
 
 
 class Line(NamedTuple):
@@ -51,12 +81,16 @@ class Reading(NamedTuple):
     score: int
 
 
-def read_table(path: Path) -> ReadTable:
+def read_table(
+    path: Path, *, sheet: str | None = None, decimal: str | None = None
+) -> ReadTable:
     """Return a file's table.
 
     Parameters
     ----------
     path : of the file
+    sheet : of a workbook [the only one that holds a table]
+    decimal : its decimal sign, a point or a comma [found out]
 
     Raises
     ------
@@ -64,7 +98,7 @@ def read_table(path: Path) -> ReadTable:
     """
     try:
         stamp = path.stat()
-        return _read(path, stamp.st_mtime_ns, stamp.st_size)
+        return _read(path, stamp.st_mtime_ns, stamp.st_size, sheet, decimal)
     except OSError as error:
         raise TableError(
             f"cannot read {path.name}: {error.strerror or error}"
@@ -72,42 +106,112 @@ def read_table(path: Path) -> ReadTable:
 
 
 @lru_cache(maxsize=KEPT_TABLES)
-def _read(path: Path, modified: int, size: int) -> ReadTable:
+def _read(
+    path: Path, modified: int, size: int, sheet: str | None, decimal: str | None
+) -> ReadTable:
     """Return a file's table, once for each of its versions."""
-    return table_of(path.name, read_regular(path, LARGEST_FILE))
+    raw = read_regular(path, LARGEST_FILE)
+    return table_of(path.name, raw, sheet=sheet, decimal=decimal)
 
 
-def table_of(name: str, raw: bytes) -> ReadTable:
+def table_of(
+    name: str, raw: bytes, *, sheet: str | None = None, decimal: str | None = None
+) -> ReadTable:
     """Return the table that a file of this name and contents holds.
 
     Parameters
     ----------
     name : what messages call the file
     raw : its contents
+    sheet : of a workbook [the only one that holds a table]
+    decimal : its decimal sign, a point or a comma [found out]
 
     Raises
     ------
     TableError : as of `read_table`
     """
-    if raw.startswith(WORKBOOKS):
-        raise TableError(f"{name}: is a workbook, no text: save its sheet as CSV")
+    if raw.startswith(SIGNATURES):
+        return _table_of_workbook(name, raw, sheet)
+    if sheet is not None:
+        raise TableError(f"{name}: is no workbook: leave sheet = {sheet!r} out")
     text, encoding = decoded(raw)
-    lines = _lines_of(name, text)
-    readings = [
-        reading
-        for separator in SEPARATORS
-        for decimal in DECIMALS
-        if separator != decimal
-        for reading in _readings(lines[:LOOKED_AT], separator, decimal)
-    ]
-    if not readings:
-        raise TableError(
-            f"{name}: no table was found: no line of headers over rows of as many "
-            "cells that hold numbers or dates, with semicolon, tab, comma, bar or "
-            "blanks between, and decimal point or comma"
-        )
-    best = max(readings, key=lambda reading: reading.score)
-    return _table(name, lines, encoding, best)
+    return _table_of_text(name, text, encoding, decimal)
+
+
+def _table_of_workbook(name: str, raw: bytes, sheet: str | None) -> ReadTable:
+    """Return the table of a workbook's sheet, the only one where none is named."""
+    tables = {}
+    errors = []
+    for content in sheets_of(name, raw, sheet):
+        place = f"{name}: sheet {content.name!r}"
+        try:
+            table = _table_of_text(place, content.text, "workbook", ".")
+            tables[content.name] = replace(table, sheet=content.name)
+        except TableError as error:
+            errors.append(error)
+    if len(tables) > 1:
+        names = ", ".join(map(repr, tables))
+        raise TableError(f'{name}: sheets {names} hold tables: say which: sheet = "…"')
+    if not tables:
+        raise errors[0] if errors else TableError(f"{name}: holds no table")
+    return next(iter(tables.values()))
+
+
+def text_of(name: str, raw: bytes, sheet: str | None = None) -> str:
+    """Return the text of a file with a table, of a workbook that of its sheet.
+
+    Parameters
+    ----------
+    name : what messages call the file
+    raw : its contents
+    sheet : of a workbook [the only one that holds a table]
+
+    Raises
+    ------
+    TableError : as of `read_table`
+    """
+    if not raw.startswith(SIGNATURES):
+        return decoded(raw)[0]
+    chosen = _table_of_workbook(name, raw, sheet).sheet
+    return sheets_of(name, raw, chosen)[0].text
+
+
+def _table_of_text(
+    name: str, text: str, encoding: str, decimal: str | None
+) -> ReadTable:
+    """Return the table that a text holds."""
+    decimals = [decimal] if decimal else list(DECIMALS)
+    for has_marked_headers in (False, True):
+        lines = _lines_of(name, text, has_marked_headers)
+        best = _best(lines[:LOOKED_AT], decimals)
+        if best is not None:
+            return _table(name, lines, encoding, best, decimal is not None)
+    raise TableError(
+        f"{name}: no table was found: no line of headers over rows of as many cells "
+        "that hold numbers or dates, with semicolon, tab, comma, bar or blanks "
+        "between, and decimal point or comma"
+    )
+
+
+def _best(lines: Sequence[Line], decimals: Sequence[str]) -> Reading | None:
+    """Return the best way to read lines, None where there is none.
+
+    A separator that is less certain is tried where no other makes a table of them.
+    """
+    rest: list[Reading] = []
+    for separators in PRECEDENCE:
+        readings = [
+            reading
+            for separator in separators
+            for decimal in decimals
+            if separator != decimal
+            for reading in _readings(lines, separator, decimal)
+        ]
+        best = max(readings, key=lambda reading: reading.score, default=None)
+        if best is not None and best.score > 0:
+            return best
+        rest += readings
+    return max(rest, key=lambda reading: reading.score, default=None)
 
 
 def decoded(raw: bytes) -> tuple[str, str]:
@@ -124,19 +228,34 @@ def decoded(raw: bytes) -> tuple[str, str]:
     return raw.decode("cp1252", errors="replace"), "cp1252"
 
 
-def _lines_of(name: str, text: str) -> list[Line]:
-    """Return the lines of a text that hold something and are no comments."""
+def _lines_of(name: str, text: str, has_marked_headers: bool) -> list[Line]:
+    """Return the lines of a text that hold something and are no comments.
+
+    The last comment above the first row is kept, without its mark, where it may hold
+    the headers, as programs of numerics write them.
+    """
     if "\0" in text:
         number = text.count("\n", 0, text.index("\0")) + 1
         raise TableError(
             f"{name}: line {number}: holds a NUL byte: no table of texts; write it as "
             "CSV again"
         )
-    lines = [
+    numbered = [
         Line(number, line)
         for number, line in enumerate(text.splitlines(), 1)
-        if line.strip() and not line.lstrip().startswith("#")
+        if line.strip()
     ]
+    lines = [line for line in numbered if not _is_comment(line.text)]
+    comments_above = [
+        line
+        for line in numbered
+        if _is_comment(line.text) and lines and line.number < lines[0].number
+    ]
+    if has_marked_headers and comments_above:
+        number, marked = comments_above[-1]
+        headers = marked.lstrip().lstrip("".join(COMMENT_MARKS))
+        lines.insert(0, Line(number, headers.strip(" ")))
+
     for number, line in lines:
         if len(line) > LONGEST_LINE:
             raise TableError(
@@ -148,13 +267,31 @@ def _lines_of(name: str, text: str) -> list[Line]:
     return lines
 
 
+def _is_comment(text: str) -> bool:
+    """Say whether a line is a comment.
+
+    A row may begin with an error of a spreadsheet, a row of units with percent.
+    """
+    bare = text.lstrip()
+    if not bare.startswith(COMMENT_MARKS):
+        return False
+    if bare.startswith("#"):
+        is_error = ERROR_FIRST.match(bare) and not UNDERLINE.fullmatch(bare)
+        return not is_error and not NUMBER_SIGN.match(bare)
+    cells = [cell for cell in SIGNS.split(bare) if cell]
+    return len(cells) < 2 or not all(map(is_bare_unit, cells))
+
+
 def _readings(lines: Sequence[Line], separator: str, decimal: str) -> Iterator[Reading]:
     """Yield ways to read lines with these signs, one for each possible header line."""
     rows = [_cells(line.text, separator) for line in lines]
     for header in range(len(rows) - 1):
         headers = _without_empty_end(rows[header])
+        if not separator:
+            headers = _with_bracketed_units(headers)
         width = len(headers)
-        if width < 2 or any(kind_of(cell, decimal) != "text" for cell in headers):
+        kinds = {kind_of(cell, sign) for cell in headers for sign in DECIMALS}
+        if width < 2 or kinds != {"text"}:
             continue
         below = [_fitted(row, width) for row in rows[header + 1 :]]
         units = below[0]
@@ -173,7 +310,7 @@ def _readings(lines: Sequence[Line], separator: str, decimal: str) -> Iterator[R
             first,
             tuple(headers),
             tuple(units or [""] * width),
-            _score([_kinds(row, decimal) for row in below]),
+            _score(below, decimal),
         )
 
 
@@ -184,23 +321,32 @@ def _without_empty_end(row: Sequence[str]) -> list[str]:
 
 
 def _has_values(row: Sequence[str] | None, decimal: str) -> bool:
-    """Say whether a row fits its headers and holds a number or a date."""
-    return row is not None and any(kind_of(cell, decimal) in TYPED for cell in row)
+    """Say whether a row fits its headers and holds a number, a date or an error."""
+    kinds = () if row is None else (kind_of(cell, decimal) for cell in row)
+    return any(kind in VALUES for kind in kinds)
 
 
-def _kinds(row: Sequence[str] | None, decimal: str) -> list[str] | None:
-    """Return what the cells of a row hold, None of a row that does not fit."""
-    return None if row is None else [kind_of(cell, decimal) for cell in row]
+def _with_bracketed_units(headers: Sequence[str]) -> list[str]:
+    """Return headers that blanks part, a unit in brackets with its name."""
+    joined: list[str] = []
+    for header in headers:
+        is_unit_of_name = header[:1] in ("[", "(") and is_bare_unit(header)
+        if joined and is_unit_of_name:
+            joined[-1] += f" {header}"
+        else:
+            joined.append(header)
+    return joined
 
 
-def _score(rows: Sequence[Sequence[str] | None]) -> int:
+def _score(rows: Sequence[Sequence[str] | None], decimal: str) -> int:
     """Return how many cells are numbers or dates like their column, less the others.
 
-    Rows are the kinds of their cells; one that does not fit its headers counts against.
+    A row that does not fit its headers, None, counts against.
     """
     score = -sum(row is None for row in rows)
     for column in zip(*(row for row in rows if row), strict=True):
-        counts = {kind: column.count(kind) for kind in ("text", *TYPED)}
+        kinds = [kind_of(cell, decimal) for cell in ungrouped(column, decimal)]
+        counts = {kind: kinds.count(kind) for kind in ("text", *TYPED)}
         prevailing = max(counts, key=lambda kind: counts[kind])
         if prevailing in TYPED:
             score += counts[prevailing]
@@ -209,7 +355,11 @@ def _score(rows: Sequence[Sequence[str] | None]) -> int:
 
 
 def _table(
-    file: str, lines: Sequence[Line], encoding: str, reading: Reading
+    file: str,
+    lines: Sequence[Line],
+    encoding: str,
+    reading: Reading,
+    is_decided: bool,
 ) -> ReadTable:
     """Return the table of all lines, read in one way."""
     header_line = lines[reading.header].number
@@ -219,7 +369,13 @@ def _table(
     count = 1 + _last_row(cells, len(names), reading.decimal)
 
     rows = []
+    numbers = []
+    totals = []
     for line, row in zip(body[:count], cells[:count], strict=True):
+        label = next(filter(None, row), "").rstrip(" :.")
+        if TOTALS.fullmatch(label):
+            totals.append(f"{label!r} in line {line.number}")
+            continue
         fitted = _fitted(row, len(names))
         if fitted is None:
             raise TableError(
@@ -233,20 +389,26 @@ def _table(
                 "delete the line"
             )
         rows.append(fitted)
+        numbers.append(line.number)
+    if not rows:
+        raise TableError(f"{file}: no rows under a header but {', '.join(totals)}")
 
+    columns = [ungrouped(column, reading.decimal) for column in zip(*rows, strict=True)]
     return ReadTable(
         file=file,
         headers=reading.headers,
         names=names,
         units=units,
-        cells=dict(zip(names, zip(*rows, strict=True), strict=True)),
-        lines=tuple(line.number for line in body[:count]),
+        cells=dict(zip(names, columns, strict=True)),
+        lines=tuple(numbers),
         encoding=encoding,
         separator=reading.separator,
         decimal=reading.decimal,
         header_line=header_line,
         preamble=tuple(line.text for line in lines[: reading.header]),
         left_out=len(body) - count,
+        totals=tuple(totals),
+        is_decided=is_decided,
     )
 
 
@@ -274,7 +436,7 @@ def _last_row(cells: Sequence[Sequence[str]], width: int, decimal: str) -> int:
     for index in reversed(range(len(cells))):
         kinds = {kind_of(cell, decimal) for cell in cells[index]}
         whole = "text" not in kinds or _fitted(cells[index], width) is not None
-        if kinds & set(TYPED) and whole:
+        if kinds & set(VALUES) and whole:
             return index
     raise AssertionError("a reading has a row of values")
 
@@ -282,7 +444,7 @@ def _last_row(cells: Sequence[Sequence[str]], width: int, decimal: str) -> int:
 def _cells(line: str, separator: str) -> list[str]:
     """Return the cells of a line."""
     if not separator:
-        return line.split()
+        return BLANKS_BETWEEN.split(line.strip(" \t"))
     return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
 
 

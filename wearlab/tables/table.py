@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import compress
 
 import numpy as np
@@ -21,6 +21,12 @@ from wearlab.tables.headers import NAMES
 from wearlab.units import UnitError, convert, of_speed
 
 SEPARATORS = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", "": "blanks"}
+SEPARATED = {
+    ";": "in a file of semicolons",
+    "\t": "in a file of tabs",
+    "|": "in a file of bars",
+    "": "in a file of blanks",
+}
 Texts = Mapping[str, str]
 
 
@@ -40,6 +46,9 @@ class ReadTable:
     header_line : line of the headers, from 1
     preamble : lines above them
     left_out : rows below the last row of the table, such as a sum or an end mark
+    totals : rows of sums that are left out, and their lines
+    sheet : of a workbook, None of a text
+    is_decided : whether the decimal sign is told, not found out
     """
 
     file: str
@@ -54,6 +63,9 @@ class ReadTable:
     header_line: int
     preamble: tuple[str, ...]
     left_out: int
+    totals: tuple[str, ...] = ()
+    is_decided: bool = False
+    sheet: str | None = None
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -64,25 +76,55 @@ class ReadTable:
         unread = (
             f", {self.left_out} rows without numbers left out" if self.left_out else ""
         )
+        sums = f", {' and '.join(self.totals)} left out" if self.totals else ""
+        if self.sheet is not None:
+            return (
+                f"workbook, sheet {self.sheet!r}, headers in row {self.header_line}, "
+                f"{len(self)} rows{unread}{sums}"
+            )
         return (
             f"{self.encoding}, separated by {SEPARATORS[self.separator]}, decimal "
             f"{DECIMALS[self.decimal]}, "
-            f"headers in line {self.header_line}, {len(self)} rows{unread}"
+            f"headers in line {self.header_line}, {len(self)} rows{unread}{sums}"
         )
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Columns whose numbers may have a point between thousands, with a remedy."""
-        if self.separator != ";" or self.decimal != ".":
-            return ()
+        """Columns whose numbers may have a sign between thousands, with a remedy."""
         return tuple(
-            f"{self.file}: every number of column {name!r} is like {cells[0]}, read "
-            f"as {float(cells[0]):g}, in a file of semicolons; where the point parts "
-            "thousands, delete it; where it is the decimal sign, write more or fewer "
-            "decimals"
-            for name, cells in self.cells.items()
-            if all(LIKE_THOUSANDS.fullmatch(cell) for cell in cells)
+            f"{self.file}: every number of column {name!r} is like {example}, read as "
+            f"{number_in(example, self.decimal):g}, {SEPARATED[self.separator]}; where "
+            f"the {DECIMALS[self.decimal]} parts thousands, delete it; where it is the "
+            f'decimal sign, say so: decimal = "{self.decimal}"'
+            for name, example in self._doubtful.items()
         )
+
+    @cached_property
+    def _doubtful(self) -> dict[str, str]:
+        """Columns whose numbers have two meanings, and such a number of each.
+
+        All numbers of the file then are integers or have three decimals.
+        """
+        is_usual = self.decimal == "." and self.separator in ("", ",")
+        if self.is_decided or is_usual:
+            return {}
+        like_thousands = LIKE_THOUSANDS[self.decimal]
+        doubtful = {}
+        for name, cells in self.cells.items():
+            with_sign = [
+                cell
+                for cell in cells
+                if self.decimal in cell and number_in(cell, self.decimal) is not None
+            ]
+            if not all(map(like_thousands.fullmatch, with_sign)):
+                return {}
+            if with_sign:
+                doubtful[name] = with_sign[0]
+        return doubtful
+
+    def as_read(self) -> "ReadTable":
+        """Return the table with its doubts taken as they are read."""
+        return replace(self, is_decided=True)
 
     def find(self, column: str) -> str | None:
         """Return the name of a column by its header or its name, None without a column.
@@ -154,8 +196,10 @@ class ReadTable:
         Raises
         ------
         TableError : with line and column of what is no number, or beyond
-            `LARGEST_NUMBER`
+            `LARGEST_NUMBER`; the numbers have two meanings
         """
+        if name in self._doubtful:
+            raise TableError(next(d for d in self.doubts if f"column {name!r}" in d))
         values = np.full(len(self), np.nan)
         for row, text in enumerate(self.cells[name]):
             number = number_in(text, self.decimal)
@@ -235,7 +279,8 @@ class ReadTable:
         row : counted from 0
         name : of the column
         """
-        return f"{self.file}: line {self.lines[row]}, column {name!r}"
+        line = "line" if self.sheet is None else "row"
+        return f"{self.file}: {line} {self.lines[row]}, column {name!r}"
 
 
 def in_unit(values: Array, unit: str | None, to_unit: str, column: str) -> Array:

@@ -1,10 +1,13 @@
 """What a campaign file writes of a table: its file, and texts by column."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from wearlab.options import Stored
-from wearlab.tables.cells import TableError
+from wearlab.tables.cells import DECIMALS, TableError
+from wearlab.tables.reading import read_table
+from wearlab.tables.table import ReadTable
 
 
 def is_stored(*columns: Any) -> bool:
@@ -52,8 +55,30 @@ def file_named(options: Mapping[str, Any]) -> str:
     """
     file = options["file"]
     if not isinstance(file, str):
-        raise TableError(f"file: {file!r} is no text: the name of a CSV file")
+        raise TableError(f"file: {file!r} is no text: the name of a table's file")
     return file
+
+
+def table_named(options: Mapping[str, Any], base: Path | None) -> ReadTable:
+    """Return the table that options name by ``file``, ``sheet`` and ``decimal``.
+
+    Parameters
+    ----------
+    options : as a campaign file writes them
+    base : folder that a relative path starts from
+
+    Raises
+    ------
+    TableError : one of them is no text, or the file cannot be read
+    """
+    path = (base or Path()) / file_named(options)
+    sheet = options.get("sheet")
+    if not isinstance(sheet, str | None):
+        raise TableError(f"sheet: {sheet!r} is no text: the name of a workbook's sheet")
+    decimal = options.get("decimal")
+    if decimal is not None and decimal not in DECIMALS:
+        raise TableError(f"decimal: {decimal!r} is not one of '.' and ','")
+    return read_table(path, sheet=sheet, decimal=decimal)
 
 
 def texts_by_column(

@@ -60,7 +60,9 @@ class MeasuredColumns:
         self.path = Path(block.file)
         self.names: dict[str, str] = {}
         try:
-            self.table: ReadTable = read_table(self.path)
+            self.table: ReadTable = read_table(
+                self.path, sheet=block.sheet, decimal=block.decimal
+            )
             self.fingerprint = hashlib.sha256(
                 files.read_regular(self.path, LARGEST_FILE)
             ).hexdigest()

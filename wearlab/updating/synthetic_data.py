@@ -144,7 +144,7 @@ def _with_values(text: str, observed: Observed) -> str:
     column = data.columns.value or data.quantity
     unit = data.units.get(column)
     scale = 1.0 if unit is None else units.convert(1.0, unit, data.si)
-    table = tables.read_table(Path(data.file))
+    table = tables.read_table(Path(data.file), sheet=data.sheet, decimal=data.decimal)
     place = table.names.index(str(table.find(column)))
 
     lines = text.splitlines()

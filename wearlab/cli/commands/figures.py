@@ -124,6 +124,24 @@ def profile(
             "NAME=UNIT",
         ),
     ] = None,
+    sheet: Annotated[
+        str | None,
+        options.option(
+            "--sheet",
+            "Which sheet of a workbook.",
+            "NAME",
+            show_default="the only one that holds a table",
+        ),
+    ] = None,
+    decimal: Annotated[
+        str | None,
+        options.option(
+            "--decimal",
+            "The decimal sign, a point or a comma.",
+            "SIGN",
+            show_default="found out",
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         options.option(
@@ -132,11 +150,11 @@ def profile(
     ] = None,
 ) -> output.Findings:
     """Draw a measured flank as it was understood, and say how the file was read."""
-    from wearlab import tables
     from wearlab.figures import drawing
     from wearlab.report import plots
-    from wearlab.tables.measured_flank import read_measured_flank
+    from wearlab.tables.measured_flank import measured_flank_of
     from wearlab.tables.p40 import is_measurement_file
+    from wearlab.tables.written import table_named
 
     figure = out or Path(f"{file.stem}.png")
     headers_by_name = _pairs(columns or [], "--columns")
@@ -144,6 +162,8 @@ def profile(
         "file": str(file),
         "columns": headers_by_name,
         "units": _pairs(units or [], "--units"),
+        "sheet": sheet,
+        "decimal": decimal,
     }
     ending = figure.suffix.lower().removeprefix(".")
     drawing.check_format(ending)
@@ -155,8 +175,8 @@ def profile(
             )
         return _measured_gear(file, figure)
 
-    table = tables.read_table(file)
-    x, y, abscissa, ordinate, across = read_measured_flank(settings)
+    table = table_named(settings, None)
+    x, y, abscissa, ordinate, across = measured_flank_of(table, settings)
     image = plots.profile_figure(
         file.name, (x, abscissa), (y, ordinate), table.understood, ending
     )

@@ -38,8 +38,12 @@ class TabulatedStiffness(PrescribedStiffness):
     model: Literal["tabulated"] = "tabulated"
     """stiffness from a file. Source: wearlab"""
     file: str | None = option(None, identity=False)
-    """CSV file with columns phase or path_position, and stiffness [required in a
-    campaign file]"""
+    """table with columns phase or path_position, and stiffness [required in a campaign
+    file]"""
+    sheet: str | None = option(None, identity=False)
+    """sheet of a workbook [the only one that holds a table]"""
+    decimal: Literal[".", ","] | None = option(None, identity=False)
+    """decimal sign of the file [found out; refused where it has two meanings]"""
     units: StiffnessUnits | None = option(None, identity=False)
     """units of the columns [those in the headers]"""
     along: SkipJsonSchema[Literal["phase", "path_position"]]

@@ -95,6 +95,8 @@ class InitialModel(Variant):
 
 OF_FILES = (
     "file",
+    "sheet",
+    "decimal",
     "x",
     "y",
     "direction",

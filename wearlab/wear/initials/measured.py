@@ -55,6 +55,10 @@ class MeasuredWear(InitialModel):
     preamble (see `wearlab profile`), or a measuring machine's .mka; with face_position,
     from mid-face, a topography, profile after profile, and with that alone a lead
     [required in a campaign file]"""
+    sheet: str | None = option(None, identity=False)
+    """sheet of a workbook [the only one that holds a table]"""
+    decimal: Literal[".", ","] | None = option(None, identity=False)
+    """decimal sign of the file [found out; refused where it has two meanings]"""
     x: Literal[
         "diameter", "roll_angle", "roll_length", "path_position", "face_position"
     ] = option(None)
