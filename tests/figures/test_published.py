@@ -29,6 +29,42 @@ def test_points_in_their_units_and_the_colour_of_their_hue(plot, table):
     assert [c.pen for c in points] == [pens["800 rpm"], pens["1100 rpm"]]
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x [million cycles];y [mm]\n3,0;0,002\n100;0,01\n",
+        "x [million cycles]\ty (um)\n3\t2\n100\t10\n",
+        "x,y [mm]\n3.0e+06,2.0e-03\n1.0e+08,1.0e-02\n",
+        "% made by MATLAB\n3.0000000e+06   2.0e+00\n1.0000000e+08   1.0e+01\n",
+        "3000000,2\n100000000,10\n",
+    ],
+    ids=["German", "tabs", "MATLAB", "MATLAB without names", "numbers alone"],
+)
+def test_points_as_spreadsheets_and_programs_write_them(plot, table, text):
+    panel = plot(kind="max-wear", published=table(text)).panels[0]
+    points = [c for c in panel.curves if c.style == "published"]
+    found = [point for c in points for point in zip(c.x, c.y, strict=True)]
+    np.testing.assert_allclose(found, [(3.0, 2.0), (100.0, 10.0)])
+
+
+def test_points_of_a_workbook(plot, tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    pytest.importorskip("python_calamine")
+    book = openpyxl.Workbook()
+    for row in (["x [million cycles]", "y [mm]"], [3, "0,002"], [100, 0.01]):
+        book.active.append(row)
+    other = book.create_sheet("other")
+    other.append(["x", "y"])
+    other.append([1, 2])
+    path = tmp_path / "points.xlsx"
+    book.save(path)
+    panel = plot(kind="max-wear", published=path, sheet="Sheet").panels[0]
+    points = next(c for c in panel.curves if c.style == "published")
+    np.testing.assert_allclose([points.x, points.y], [(3.0, 100.0), (2.0, 10.0)])
+    with pytest.raises(FigureError, match="sheets 'Sheet', 'other' hold tables"):
+        plot(kind="max-wear", published=path)
+
+
 def test_one_curve_beside_points_has_its_name_too(plot, table):
     alone = {
         "kind": "max-wear",
@@ -82,7 +118,8 @@ def test_orders_are_drawn_as_frequencies(plot, store, campaign):
 @pytest.mark.parametrize(
     "text, message",
     [
-        ("x,y\n", "holds no points"),
+        ("x,y\n", "points.csv: no rows under a header"),
+        ("x\ty\n1,200\t2\n", "parts thousands"),
         ("a,b\n1,2\n", "a column x is required, found a, b"),
         ("x,y [rpm]\n1,2\n", "column 2"),
         ("x,y\n1,b\n", "column 2"),

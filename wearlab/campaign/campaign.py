@@ -96,9 +96,13 @@ class FigureSpec(ClosedTable):
     """one line under the figure: departures from a paper, and why; {formula:.2f unit}
     or {claim} in it is a number of the stored runs"""
     published: Path | None = None
-    """CSV of points from a paper: columns x, y, hue and their units; without y places
+    """table of points from a paper: columns x, y, hue and their units; without y places
     along x are marked; of a wear-map a measured flank: columns as of wear.initial,
     face_position and depth among them"""
+    sheet: str | None = None
+    """sheet of published, where that is a workbook [the only one that holds a table]"""
+    decimal: Literal[".", ","] | None = None
+    """decimal sign of published [found out; refused where it has two meanings]"""
 
 
 Part = Literal[

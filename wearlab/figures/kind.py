@@ -55,6 +55,8 @@ class FigureRequest:
     y_as : "logarithm": on such an axis; "difference": less the first curve of its panel
     title, note : texts; a title of "" is none
     published : CSV of points from a paper: where it is, or what it says
+    sheet : of a workbook of points [the only one that holds a table]
+    decimal : decimal sign of the points [found out]
     """
 
     name: str
@@ -70,6 +72,8 @@ class FigureRequest:
     title: str | None = None
     note: str | None = None
     published: Path | Points | None = None
+    sheet: str | None = None
+    decimal: str | None = None
 
     def error(self, message: object) -> FigureError:
         """Return the error of this figure that says why it cannot be drawn."""
@@ -82,7 +86,7 @@ def read(spec: Any, number: int, folder: Path | None) -> FigureRequest:
     Parameters
     ----------
     spec : the campaign's figure (kind, select, x, y, hue, rows, cols, units, y_as,
-        title, note, published)
+        title, note, published, sheet, decimal)
     number : its place in the file, from 1
     folder : directory of the campaign file, where a relative ``published`` is looked up
 

@@ -1,16 +1,16 @@
 """Points read from a paper, drawn over our curves.
 
-The CSV has a line of names, then points: ``x [million cycles], y [um], hue``. A name's
-unit stands in square brackets; ``hue`` holds the text of a legend entry (or its
+The table has a line of names, then points: ``x [million cycles], y [um], hue``. A
+name's unit stands in brackets; ``hue`` holds the text of a legend entry (or its
 number); further columns bear the name of a dimension and say which panel a point
 belongs to. Without ``y`` a place along x is marked, such as a peak whose height is not
-printed; ``text`` names it. Lines that begin with ``#`` tell the source.
+printed; ``text`` names it. Lines that begin with ``#`` tell the source. Two columns
+without names, as programs of numerics write them, are x and y.
 
 Beside maps over the flank stands one that was measured: columns as of ``wear.initial``,
 trace after trace.
 """
 
-import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -25,11 +25,19 @@ from wearlab.figures.kind import FigureError, FigureRequest, Points
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.wording import Label, converted
 from wearlab.tables.measured_flank import ABSCISSAE, measured_flank_of, traces
+from wearlab.tables.table import ReadTable
 from wearlab.units import UnitError
 
 SLACK = 1e-3
 """Share of a flank by which traces may miss its ends."""
+NO_TABLE = "no table was found"
 COUNTS = {"million cycles": 1e6, "millions": 1e6, "thousand cycles": 1e3, "cycles": 1.0}
+
+
+COUNT_IN_HEADER = re.compile(
+    rf"\s*([^\[(]+?)\s*[\[(]\s*({'|'.join(COUNTS)})\s*[\])]\s*"
+)
+"""A name, and a count for its unit."""
 
 
 class MeasuredMap(NamedTuple):
@@ -66,7 +74,9 @@ def points_of(source: Path | Points, request: FigureRequest) -> Points:
         return source
     try:
         content = files.read_regular(source, 10_000_000)
-        return Points(source.name, tables.decoded(content)[0])
+        return Points(source.name, tables.text_of(source.name, content, request.sheet))
+    except tables.TableError as error:
+        raise request.error(f"published: {error}") from None
     except OSError as error:
         raise request.error(
             f"published: {source}: {getattr(error, 'strerror', None) or error}"
@@ -98,14 +108,14 @@ def published(
         )
     points = points_of(source, request)
     table = _table(points, request)
-    if "x" not in table.places:
+    if "x" not in table.names:
         raise request.error(
-            f"{points.name}: a column x is required, found {', '.join(table.places)}"
+            f"{points.name}: a column x is required, found {', '.join(table.names)}"
         )
     curve = series[0]
     x = _column(table, "x", curve.x_scale, request)
-    y = _column(table, "y", curve.y_scale, request) if "y" in table.places else None
-    texts = table.texts("text") if "text" in table.places else [""] * len(table.rows)
+    y = _column(table, "y", curve.y_scale, request) if "y" in table.names else None
+    texts = table.cells["text"] if "text" in table.names else [""] * len(table)
 
     keys = _keys_of_points(table, hue)
     for key in dict.fromkeys(keys):
@@ -134,17 +144,17 @@ def published(
             )
 
 
-def _keys_of_points(table: "_Table", hue: str | None) -> list[tuple[Any, ...]]:
+def _keys_of_points(table: ReadTable, hue: str | None) -> list[tuple[Any, ...]]:
     """Return dimension and text of the labels of every point."""
     dims = {
         hue if name == "hue" else name: name
-        for name in table.places
+        for name in table.names
         if name not in ("x", "y", "text")
     }
     columns = [
-        [(dim, text) for text in table.texts(name)] for dim, name in dims.items() if dim
+        [(dim, text) for text in table.cells[name]] for dim, name in dims.items() if dim
     ]
-    return list(zip(*columns, strict=True)) or [()] * len(table.rows)
+    return list(zip(*columns, strict=True)) or [()] * len(table)
 
 
 def beside_map(curve: Series, flank: MeasuredMap) -> Series:
@@ -233,7 +243,8 @@ def measured_flank(request: FigureRequest) -> MeasuredMap:
     assert request.published is not None
     points = points_of(request.published, request)
     try:
-        table = tables.table_of(points.name, points.text.encode())
+        content = points.text.encode()
+        table = tables.table_of(points.name, content, decimal=request.decimal)
         x, y, abscissa, depth, across = measured_flank_of(table, {})
     except tables.TableError as error:
         raise request.error(
@@ -262,58 +273,51 @@ def measured_flank(request: FigureRequest) -> MeasuredMap:
     )
 
 
-class _Table(NamedTuple):
-    """A CSV of points: its columns by name, and its rows.
+def _table(points: Points, request: FigureRequest) -> ReadTable:
+    """Return the table of points, whose comments begin with ``#``."""
+    try:
+        table = _named_table(points, request)
+    except tables.TableError as error:
+        raise request.error(f"published: {error}") from None
 
-    Parameters
-    ----------
-    places : index of each column
-    units : unit of each column, "" where it has none
-    rows : cells as texts
-    """
-
-    places: dict[str, int]
-    units: dict[str, str]
-    rows: list[list[str]]
-
-    def texts(self, name: str) -> list[str]:
-        """Return the cells of a column.
-
-        Parameters
-        ----------
-        name : of the column
-        """
-        return [row[self.places[name]].strip() for row in self.rows]
-
-
-def _table(points: Points, request: FigureRequest) -> _Table:
-    """Return the table of a CSV, whose comments begin with ``#``."""
-    lines = [line for line in points.text.splitlines() if line.strip()]
-    rows = list(csv.reader(line for line in lines if not line.lstrip().startswith("#")))
-    if len(rows) < 2:
-        raise request.error(f"published: {points.name} holds no points")
-
-    places = {}
+    names = []
     units = {}
-    for index, cell in enumerate(rows[0]):
-        head = re.fullmatch(r"\s*([^\[\]]+?)\s*(?:\[([^\]]*)\])?\s*", cell)
-        name = head[1] if head else cell
-        places[name] = index
-        units[name] = (head[2] or "").strip() if head else ""
-    return _Table(places, units, rows[1:])
+    for header, name in zip(table.headers, table.names, strict=True):
+        head = COUNT_IN_HEADER.fullmatch(header)
+        counted = head[1].strip() if head else name
+        names.append(counted)
+        units[counted] = head[2] if head else table.units[name]
+    cells = dict(zip(names, table.cells.values(), strict=True))
+    return replace(table, names=tuple(names), units=units, cells=cells)
 
 
-def _column(table: _Table, name: str, scale: Scale, request: FigureRequest) -> Array:
+def _named_table(points: Points, request: FigureRequest) -> ReadTable:
+    """Return the table of points, its two columns x and y where they have no names."""
+    texts = [points.text]
+    texts += [f"x{sign}y\n{points.text}" for sign in (";", "\t", ",", " ")]
+    first_error = None
+    for text in texts:
+        try:
+            return tables.table_of(points.name, text.encode(), decimal=request.decimal)
+        except tables.TableError as error:
+            first_error = first_error or error
+            if NO_TABLE not in str(error):
+                break
+    assert first_error is not None
+    raise first_error
+
+
+def _column(table: ReadTable, name: str, scale: Scale, request: FigureRequest) -> Array:
     """Return the numbers of a column in the units of an axis."""
-    index = table.places[name]
     units = table.units[name]
     try:
-        values = np.array([float(row[index]) for row in table.rows])
+        values = table.numbers(name)
         if units in COUNTS:
             return values * COUNTS[units]
         return converted(values, units or scale.units, scale.units)
-    except (ValueError, IndexError, UnitError) as error:
-        raise request.error(f"published: column {index + 1}: {error}") from error
+    except (tables.TableError, UnitError) as error:
+        column = table.names.index(name) + 1
+        raise request.error(f"published: column {column}: {error}") from error
 
 
 def _label_of(series: Sequence[Series], dim: str, text: str) -> Label:

@@ -29,6 +29,7 @@ KEYS = (
     "y_as",
     "title",
     "note",
+    "decimal",
 )
 READING = (
     ValueError,
