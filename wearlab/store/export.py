@@ -12,6 +12,7 @@ import hashlib
 import json
 import mimetypes
 import shutil
+import warnings
 import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.util import find_spec
@@ -240,6 +241,8 @@ def _netcdf(
             grid.variables.items()
         ):  # one graph for all would be large
             encoding = {name: _encoding(grid, name)}
+            if variable.dtype.kind in "OU":
+                variable = variable.compute().astype(object)
             xr.Dataset({name: variable}).to_netcdf(
                 part, mode="a", engine="netcdf4", encoding=encoding
             )
@@ -258,7 +261,10 @@ def _encoding(grid: xr.Dataset, name: Any) -> dict[str, Any]:
     variable = grid.variables[name]
     lacks = variable.dtype.kind == "f" and name not in grid.coords
     encoding: dict[str, Any] = {"_FillValue": np.nan if lacks else None}
-    if variable.dtype.kind in "OUS" or not variable.ndim:
+    if variable.dtype.kind in "OUS":
+        # a width that is read back with the text would cut longer ones that join it
+        return encoding | {"dtype": "S1", "char_dim_name": f"{name}_letter"}
+    if not variable.ndim:
         return encoding
     along = grid["run_id"].dims
     chunks = tuple(
@@ -285,10 +291,13 @@ def _zarr(grid: xr.Dataset, part: Path) -> None:
             "Zarr needs the package zarr: pip install 'wearlab[zarr]'; or name the "
             "file .nc"
         )
-    for name in [n for n, v in grid.variables.items() if v.dtype.kind == "O"]:
-        grid[name] = grid[name].compute(scheduler="synchronous").astype(str)
-    with dask.config.set(scheduler="synchronous"):
-        grid.to_zarr(part, mode="w", zarr_format=2, consolidated=True)
+    with dask.config.set(scheduler="synchronous"), warnings.catch_warnings():
+        # xarray looks for consolidated metadata, which format 3 has by custom only
+        warnings.filterwarnings("ignore", "Consolidated metadata")
+        texts = [n for n, v in grid.variables.items() if v.dtype.kind in "OU"]
+        for name in texts:
+            grid[name] = grid[name].compute().astype(object)
+        grid.to_zarr(part, mode="w", zarr_format=3, consolidated=True)
 
 
 CONTEXT = "https://w3id.org/ro/crate/1.1/context"
