@@ -1,4 +1,4 @@
-"""What stands in the catalogue alone is sealed there, and warnings go with their run."""
+"""Seals: what a store holds of a campaign, update or remark is seen to change."""
 
 import hashlib
 import json

@@ -126,8 +126,8 @@ WRONG = {
     ),
     "another last inspection": (
         {"more": "[update.calendar]\ndate = 2026-06-30\nhours_per_year = 4000\n"},
-        "update.calendar.date: 2026-06-30 is said to be the day of the last inspection, "
-        "but .*line 5 has 9,000 h on 2026-06-25: give that day",
+        "update.calendar.date: 2026-06-30 is said to be the day of the last "
+        "inspection, but .*line 5 has 9,000 h on 2026-06-25: give that day",
         {"more": "[update.calendar]\ndate = 2026-06-25\nhours_per_year = 4000\n"},
     ),
     "more hours than days": (
