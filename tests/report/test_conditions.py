@@ -7,7 +7,7 @@ from made_up import put, run
 from scenes import CAMPAIGNS, external_pair
 
 import wearlab as wl
-from wearlab.assembly.gear_model import build
+from wearlab.assembly import build
 from wearlab.assembly.sheet import sheet
 from wearlab.campaign.coercion import campaign_of
 from wearlab.report.answer import answer

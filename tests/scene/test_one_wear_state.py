@@ -8,8 +8,8 @@ import pytest
 from scenes import external_pair
 
 import wearlab as wl
-from wearlab.assembly.contact import check_initial_wear, check_limits
 from wearlab.assembly.sets import build_set
+from wearlab.assembly.wear_checks import check_initial_wear, check_limits
 from wearlab.cli import app
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene, parts_left_out, parts_present

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from wearlab.assembly.mesh import class_flags
+from wearlab.assembly.errors import class_flags
 from wearlab.assembly.sets import build_pair, build_set
 from wearlab.materials import oil
 from wearlab.scene import Scene

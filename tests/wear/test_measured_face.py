@@ -7,7 +7,7 @@ import pytest
 from scenes import external_pair
 
 from wearlab.assembly import build
-from wearlab.assembly.contact import check_initial_wear
+from wearlab.assembly.wear_checks import check_initial_wear
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene, SceneError
 from wearlab.simulation.initial_wear import initial_wear

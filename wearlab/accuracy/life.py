@@ -65,7 +65,7 @@ def wear_problem(scene: Scene) -> WearProblem:
     """
     parts = assembly.build(scene)
     wear = parts.coupling.flat(initial_wear.initial_wear(scene, parts))
-    limits = assembly.wear.build_limits(scene, parts.gears, parts.coupling)
+    limits = assembly.life.build_limits(scene, parts.gears, parts.coupling)
     return WearProblem(parts, wear, limits)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from wearlab.accuracy.equation import Motion, motion
 from wearlab.arrays import Array
 from wearlab.assembly import GearModel, build
-from wearlab.assembly.vibration import build_friction
+from wearlab.assembly.on_clock import build_friction
 from wearlab.dynamics.steady.response import Response
 from wearlab.dynamics.system import System
 from wearlab.life.coupled import Vibration

@@ -3,19 +3,19 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.assembly import contact, mesh, sets
-from wearlab.assembly.vibration import OnClock, build_vibration, fluctuation
-from wearlab.assembly.wear import MeshKindModel, build_kind, build_load, joined_kinds
-from wearlab.dynamics.modes import Modes, critical_speeds, mode_kinds, modes
+from wearlab.assembly import contact, errors, mesh
+from wearlab.assembly.kinds import MeshKindModel
+from wearlab.assembly.long_periods import fluctuation
+from wearlab.assembly.on_clock import OnClock
 from wearlab.dynamics.steady.response import dashpot_of
-from wearlab.life.coupled import MeshKind, Vibration
+from wearlab.life.coupled import Vibration
 from wearlab.life.coupling import Coupling
-from wearlab.life.face_coupling import FaceCoupling, FaceKind
+from wearlab.life.face_coupling import FaceCoupling
 from wearlab.mesh import clock, force, gear_set, profile, stages
 from wearlab.scene import Scene, summary
 
@@ -168,7 +168,7 @@ class GearModel:
             *self.gears.assumed,
             *self._flags_of_meshes(),
             *self._flags_of_wear(),
-            *mesh.class_flags(scene, self.gears),
+            *errors.class_flags(scene, self.gears),
             *self._flags_of_materials(),
         ]
         return (
@@ -205,92 +205,3 @@ class GearModel:
         yield from scene.gears.material.sources
         for gear in scene.gears.gears().values():
             yield from () if gear.material is None else gear.material.sources
-
-
-def build(
-    scene: Scene, reach: Sequence[profile.ExtensionInPitches] | None = None
-) -> GearModel:
-    """Turn a scene into physics.
-
-    Parameters
-    ----------
-    scene : the scene
-    reach : see `build_analyses`
-
-    Raises
-    ------
-    GearError
-        When no such gears can exist or run.
-    """
-    gears = sets.build_set(scene)
-    analyses = mesh.build_analyses(scene, gears.kinds, reach)
-    meshes = mesh.build_meshes(scene, gears)
-    edges = clock.breaks_on_clock([contact.grid for contact in analyses], meshes)
-    kinds = tuple(
-        build_kind(scene, gears, kind, analysis)
-        for kind, analysis in zip(gears.kinds, analyses, strict=True)
-    )
-    on_clock = OnClock(analyses, meshes, edges)
-    joined = tuple(joined_kinds(scene, gears, kinds, on_clock))
-    join: Any = FaceCoupling if scene.face_keys else Coupling
-    vibration = None
-    if scene.dynamics is not None:
-        stiffness = np.array([unworn_stiffness(kind) for kind in joined])
-        vibration = build_vibration(scene, gears, on_clock, stiffness)
-    return GearModel(
-        scene, gears, kinds, meshes, edges, join(joined, vibration, build_load(scene))
-    )
-
-
-def unworn_stiffness(kind: MeshKind | FaceKind) -> tuple[float, float]:
-    """Return mean and largest stiffness of an unworn mesh over a period [N/m].
-
-    Parameters
-    ----------
-    kind : contact and wear of the mesh
-    """
-    if isinstance(kind, FaceKind):
-        return kind.contact.mean_stiffness, kind.contact.unworn.tangent.max()
-    tangent = kind.analysis.unworn[1].tangent
-    (_, weight) = kind.analysis.grid.phase_nodes
-    return float(weight @ tangent), tangent.max()
-
-
-class SceneModes(NamedTuple):
-    """The modes of a scene.
-
-    Parameters
-    ----------
-    modes : natural frequencies, shapes and participations
-    critical_speed : (orders, n_modes) speeds of the input member at which harmonic 1, 2
-        … of the mesh meets a mode [rad/s]
-    coordinates : names of the coordinates
-    kinds : what moves in each mode of a planetary set with translations, None for other
-        models
-    """
-
-    modes: Modes
-    critical_speed: Array
-    coordinates: tuple[str, ...]
-    kinds: tuple[str, ...] | None
-
-
-def build_modes(parts: GearModel, orders: int = 3) -> SceneModes:
-    """Return the modes of a scene with dynamics, at mean stiffness of unworn meshes.
-
-    Parameters
-    ----------
-    parts : the physics of the scene
-    orders : harmonics of the mesh whose critical speeds are told
-    """
-    system = parts.moving.system
-    mean = [unworn_stiffness(kind)[0] for kind in parts.coupling.kinds]
-    system_modes = modes(system, np.array([mean[mesh.kind] for mesh in parts.meshes]))
-    return SceneModes(
-        system_modes,
-        critical_speeds(system_modes.frequency, parts.gears.input_teeth, orders),
-        system.coordinates,
-        mode_kinds(system, system_modes)
-        if (~system.central & ~system.turns).any()
-        else None,
-    )

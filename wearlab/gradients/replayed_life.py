@@ -242,7 +242,7 @@ class ReplayedLife:
         """
         step = self.ends.steps[-1]
         parts = self.ends.parts
-        limit = assembly.wear.build_limits(self.scene, parts.gears, parts.coupling)
+        limit = assembly.life.build_limits(self.scene, parts.gears, parts.coupling)
 
         def counted_depth(of_step: Step, cycle: float) -> Array:
             return depth_at(of_step, cycle)[limit.flank]

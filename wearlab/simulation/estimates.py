@@ -332,7 +332,7 @@ def _life(compared: CompanionErrors) -> float | None:
     life = compared.life_history.life
     if life is None or not life.worn_out:
         return None
-    counts = assembly.wear.build_limits(
+    counts = assembly.life.build_limits(
         stage.first.scene, stage.first.gears, stage.coupling
     ).flank
     repeats = companion_runs.is_periodic(life_history.samples.state[-1])

@@ -39,7 +39,7 @@ def rougher_over_face(parts: assembly.GearModel) -> assembly.GearModel:
     scene = parts.scene
     mesh = parts.scene.mesh
     for kind in parts.gears.kinds:
-        fewer = {"face_points": max(3, assembly.mesh.slices_of(scene, kind) // 2)}
+        fewer = {"face_points": max(3, assembly.face.slices_of(scene, kind) // 2)}
         of_section = scene.mesh.of(kind.section).model_copy(update=fewer)
         mesh = mesh.model_copy(
             update={kind.section: of_section} if kind.section else fewer

@@ -44,7 +44,7 @@ def initial_wear(
             wear[kind][gear] = flank.at_nodes(pair, gear, position)
         else:
             slices = parts.face.kinds[kind].contact.grid.position
-            sliced = assembly.mesh.sliced_flank(
+            sliced = assembly.face.sliced_flank(
                 scene, parts.gears, (kind, gear), slices
             )
             wear[kind][gear] = flank.over_face(pair, gear, position, sliced)

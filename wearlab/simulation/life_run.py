@@ -66,7 +66,7 @@ def life_at_rate(
     """
     if scene.wear is None or scene.wear.until is None:
         return None
-    until = assembly.wear.build_limits(scene, parts.gears, parts.coupling)
+    until = assembly.life.build_limits(scene, parts.gears, parts.coupling)
     return integration(scene, parts, until)(rate, parts.coupling.flat(wear))
 
 
@@ -126,7 +126,7 @@ def _stage_limits(
 
     Cycles and seconds [s] are those that have passed before.
     """
-    until = assembly.wear.build_limits(
+    until = assembly.life.build_limits(
         scene, stage.first.gears, stage.coupling, stage.speed, (cycles, seconds)
     )
     goes_on = stage.cycles is not None and (
@@ -149,7 +149,7 @@ def _integrated(
     """
     parts = stage.first
     scene = parts.scene
-    snapshots = assembly.wear.build_snapshots(scene, parts.gears, stage.coupling)
+    snapshots = assembly.life.build_snapshots(scene, parts.gears, stage.coupling)
     to_come = tuple(
         cycle - cycles_before for cycle in snapshots.cycles if cycle > cycles_before
     )

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab.assembly import contact, sets
+from wearlab.assembly import sets, wear_checks
 from wearlab.campaign import Axis, Campaign, Case
 from wearlab.campaign.distributions import Distribution, SampleTable, draw
 from wearlab.campaign.update import FACTOR
@@ -210,7 +210,7 @@ def refuse_too_deep(
             (text, block.value[i], data.where, f"look at its unit, {data.place}.units")
         )
     for text, value, where, remedy in deep[limit.quantity != "max_wear_depth" :]:
-        if value >= (thickest := contact.thickest(gears, where)):
+        if value >= (thickest := wear_checks.thickest(gears, where)):
             thick = f"is deeper than a tooth is thick, {1e3 * thickest:.4g} mm"
             raise UpdateError(f"{text.format(f'{1e3 * value:.4g}')} {thick}: {remedy}")
 

@@ -63,13 +63,13 @@ def refuse_the_impossible(campaign: "Campaign") -> list[dict[str, Any]]:
 
 def _refusal_of(scene: Any) -> str | None:
     """Return why the gears or supports of a scene cannot be, None if they can."""
-    from wearlab.assembly import contact, sets, vibration
+    from wearlab.assembly import sets, vibration, wear_checks
     from wearlab.gears.specification import GearError
 
     try:
         gears = sets.build_set(scene)
-        contact.check_initial_wear(scene, gears)
-        contact.check_limits(scene, gears)
+        wear_checks.check_initial_wear(scene, gears)
+        wear_checks.check_limits(scene, gears)
         vibration.check_held(scene, gears)
     except GearError as error:
         return str(error)

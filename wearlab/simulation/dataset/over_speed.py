@@ -128,7 +128,7 @@ def at_speed(
     stiffest = np.array(
         [state.kind[mesh.kind].static.tangent.max() for mesh in model.meshes]
     )
-    grid = assembly.vibration.steps_grid(
+    grid = assembly.steps.steps_grid(
         model.scene, model.on_clock, model.moving.system, stiffest, period
     )
     return model.with_steps(grid, 1, period)

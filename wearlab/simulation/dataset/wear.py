@@ -4,7 +4,7 @@ import numpy as np
 
 from wearlab import assembly
 from wearlab.arrays import Array
-from wearlab.assembly.wear import build_limits, build_snapshots
+from wearlab.assembly.life import build_limits, build_snapshots
 from wearlab.life import history
 from wearlab.mesh.exact.flank import wear_slope
 from wearlab.scene import Scene

@@ -1,0 +1,68 @@
+"""A scene becomes physics, stage by stage."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from wearlab.assembly import errors, mesh, sets
+from wearlab.assembly.coupling import joined_kinds
+from wearlab.assembly.gear_model import GearModel
+from wearlab.assembly.kinds import build_kind
+from wearlab.assembly.life import build_load
+from wearlab.assembly.on_clock import OnClock
+from wearlab.assembly.vibration import build_vibration
+from wearlab.life.coupled import MeshKind
+from wearlab.life.coupling import Coupling
+from wearlab.life.face_coupling import FaceCoupling, FaceKind
+from wearlab.mesh import clock, profile
+from wearlab.scene import Scene
+
+
+def build(
+    scene: Scene, reach: Sequence[profile.ExtensionInPitches] | None = None
+) -> GearModel:
+    """Turn a scene into physics.
+
+    Parameters
+    ----------
+    scene : the scene
+    reach : see `build_analyses`
+
+    Raises
+    ------
+    GearError
+        When no such gears can exist or run.
+    """
+    gears = sets.build_set(scene)
+    analyses = mesh.build_analyses(scene, gears.kinds, reach)
+    meshes = errors.build_meshes(scene, gears)
+    edges = clock.breaks_on_clock([contact.grid for contact in analyses], meshes)
+    kinds = tuple(
+        build_kind(scene, gears, kind, analysis)
+        for kind, analysis in zip(gears.kinds, analyses, strict=True)
+    )
+    on_clock = OnClock(analyses, meshes, edges)
+    joined = tuple(joined_kinds(scene, gears, kinds, on_clock))
+    join: Any = FaceCoupling if scene.face_keys else Coupling
+    vibration = None
+    if scene.dynamics is not None:
+        stiffness = np.array([unworn_stiffness(kind) for kind in joined])
+        vibration = build_vibration(scene, gears, on_clock, stiffness)
+    return GearModel(
+        scene, gears, kinds, meshes, edges, join(joined, vibration, build_load(scene))
+    )
+
+
+def unworn_stiffness(kind: MeshKind | FaceKind) -> tuple[float, float]:
+    """Return mean and largest stiffness of an unworn mesh over a period [N/m].
+
+    Parameters
+    ----------
+    kind : contact and wear of the mesh
+    """
+    if isinstance(kind, FaceKind):
+        return kind.contact.mean_stiffness, kind.contact.unworn.tangent.max()
+    tangent = kind.analysis.unworn[1].tangent
+    (_, weight) = kind.analysis.grid.phase_nodes
+    return float(weight @ tangent), tangent.max()

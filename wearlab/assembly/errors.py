@@ -1,0 +1,172 @@
+"""``[errors]`` → meshes on their clock, each with its errors."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from wearlab.gears import iso
+from wearlab.mesh import (
+    clock,
+    gear_set,
+    harmonics,
+)
+from wearlab.scene import Scene
+
+
+def build_meshes(scene: Scene, gears: gear_set.GearSet) -> tuple[clock.Mesh, ...]:
+    """Return the meshes on their clock, each with one realisation of its errors.
+
+    They are drawn member after member from the seed.
+    """
+    if gears.angles:
+        errors = _of_planetary(scene, gears)
+    else:
+        members = tuple(_member(scene, gears, name) for name in gears.members)
+        errors = [
+            harmonics.mesh_error(
+                members, _harmonics(scene, gears.mesh_names[0]), scene.prescribed.seed
+            )
+        ]
+    on_clock = zip(gears.mesh_kinds, gears.mesh_lags, errors, strict=True)
+    return tuple(clock.Mesh(kind, float(lag), error) for kind, lag, error in on_clock)
+
+
+def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> harmonics.MemberError:
+    """Return the errors that the file states of a gear, or that its class allows."""
+    toothing = gears.gears[name]
+    options: Any = scene.prescribed.members.get(name)
+    eccentricity = getattr(getattr(scene.gears, name), "eccentricity", None) or 0.0
+    grade = iso_1328_class(scene, name)
+    total = 0.0
+    tooth = 0.0
+    if grade is not None:
+        pairs = [
+            kind.pair
+            for kind in gears.kinds
+            if toothing.name in {gear.name for gear in kind.pair.gears}
+        ]
+        ratio = min(pair.contact_ratio for pair in pairs)
+        *_, tooth, total = iso.allowed(
+            grade, toothing.module, 2.0 * toothing.reference_radius, ratio
+        )
+    stated = (
+        {}
+        if options is None
+        else {key: getattr(options, key) for key in options.model_fields_set}
+    )
+    total = stated.get("total_composite", total)
+    tooth = stated.get("tooth_composite", tooth)
+    return harmonics.MemberError(
+        toothing.teeth, total, tooth, getattr(options, "installation", ()), eccentricity
+    )
+
+
+def iso_1328_class(scene: Scene, name: str) -> int | None:
+    """Return the accuracy class of a toothed member, None without one.
+
+    Parameters
+    ----------
+    scene : the scene
+    name : of the member
+    """
+    of_member = getattr(scene.prescribed.members.get(name), "iso_1328_class", None)
+    return scene.prescribed.iso_1328_class if of_member is None else of_member
+
+
+def class_flags(scene: Scene, gears: gear_set.GearSet) -> tuple[str, ...]:
+    """Return what each member's ISO 1328 class allows it, in words.
+
+    Parameters
+    ----------
+    scene, gears : the scene and its gear set
+    """
+    grades = {
+        name: grade
+        for name in gears.gears
+        if (grade := iso_1328_class(scene, name)) is not None
+    }
+    allowed = {name: _member(scene, gears, name) for name in grades}
+    return tuple(
+        f"{name}: ISO 1328-1:1995 class {grades[name]}: F_i′ = "
+        f"{1e6 * error.total_composite:.3g} µm, "
+        f"f_i′ = {1e6 * error.tooth_composite:.3g} µm, all that is allowed, at angles "
+        "drawn by errors.seed"
+        for name, error in allowed.items()
+    )
+
+
+def _harmonics(scene: Scene, mesh: str) -> tuple[tuple[int, float, float], ...]:
+    """Return the prescribed harmonics of a mesh, under its name or that of its kind."""
+    harmonics = [
+        harmonic
+        for harmonic in scene.prescribed.harmonic
+        if harmonic.mesh in (mesh, mesh.rpartition("-")[0])
+    ]
+    return tuple(
+        (harmonic.order, harmonic.amplitude, harmonic.phase) for harmonic in harmonics
+    )
+
+
+def _of_planetary(scene: Scene, gears: gear_set.GearSet) -> list[harmonics.MeshError]:
+    """Return the errors of all meshes of a planetary set.
+
+    Seen from the carrier the sun brings its once-per-revolution error to planet n later
+    by ψ_n, the ring, which turns the other way, earlier; a planet shows the ring the
+    side away from the sun.
+    """
+    random = np.random.default_rng(scene.prescribed.seed)
+    angles = gears.sense * np.asarray(gears.angles)
+    sun, *planets, ring = (
+        harmonics.realised(_member(scene, gears, name), random)
+        for name in ("sun", *("planet",) * len(angles), "ring")
+    )
+    pins = _pins(scene, angles, random)
+    rows = []
+    for name, kind, n in zip(
+        gears.mesh_names, gears.mesh_kinds, [*range(len(angles))] * 2, strict=True
+    ):
+        alpha = gears.kinds[kind].pair.working_pressure_angle
+        if kind == 0:
+            parts = [
+                sun.turned(-angles[n]),
+                planets[n],
+                *(pin.turned(-alpha) for pin in pins[n]),
+            ]
+        else:
+            held = (pin.turned(alpha) for pin in pins[n])
+            parts = [planets[n].turned(math.pi), ring.turned(angles[n]), *held]
+        rows.append(
+            harmonics.mesh_error((), _harmonics(scene, name), parts=tuple(parts))
+        )
+    return rows
+
+
+def _pins(scene: Scene, angles: Any, random: Any) -> list[list[harmonics.Realisation]]:
+    """Return where the pins are off, at rest in the carrier.
+
+    A pin moved by p in the direction β sees ``−n·p`` in a mesh whose normal is turned
+    by ψ ∓ α.
+    """
+    members: Any = scene.prescribed.members
+    gears: Any = scene.gears
+    carrier = members.get("carrier")
+    planet = members.get("planet")
+    shared = [
+        *(carrier.installation if carrier else ()),
+        gears.carrier.eccentricity or 0.0,
+    ]
+    tolerances = [
+        amount for held in (carrier, planet) if held for amount in held.planet_position
+    ]
+    directions = random.uniform(0.0, 2 * math.pi, len(shared))
+    pins = []
+    for angle in angles:
+        moved = [*zip(shared, angle - directions, strict=True)]
+        moved += [(amount, random.uniform(0.0, 2 * math.pi)) for amount in tolerances]
+        axes = [
+            harmonics.AT_REST.of(amount, float(direction))
+            for amount, direction in moved
+        ]
+        pins.append([axis for axis in axes if axis.slow])
+    return pins

@@ -1,0 +1,56 @@
+"""The physics of one kind of mesh: contact, path, wear law and film."""
+
+from typing import NamedTuple
+
+from wearlab.arrays import Array
+from wearlab.assembly import sets
+from wearlab.assembly.wear_law import build_film, build_law
+from wearlab.gears.gear import GearPair
+from wearlab.mesh import contact, gear_set
+from wearlab.scene import Scene
+from wearlab.wear import films
+from wearlab.wear.law import PreparedLaw
+from wearlab.wear.path import WearPath, wear_path
+
+
+class MeshKindModel(NamedTuple):
+    """The physics of one kind of mesh; what the scene leaves out is ``None``.
+
+    Parameters
+    ----------
+    pair : the gears in their operating position
+    analysis : contact of the worn flanks
+    modification : (2, n) material removed on purpose, (driving, driven) [m]
+    path : velocities and radii along the path
+    law, film : present parts of the wear law
+    """
+
+    pair: GearPair
+    analysis: contact.ContactAnalysis
+    modification: Array
+    path: WearPath
+    law: PreparedLaw | None
+    film: films.Film | None
+
+
+def build_kind(
+    scene: Scene,
+    gears: gear_set.GearSet,
+    kind: gear_set.PairOfSet,
+    analysis: contact.ContactAnalysis,
+) -> MeshKindModel:
+    """Return the physics of one kind of mesh; a helix flattens flanks.
+
+    The face load factor K_Hβ puts the load on as much less of the face: wear is that of
+    its busiest part.
+    """
+    pair = kind.pair
+    position = analysis.grid.position
+    width = pair.face_width / scene.mesh.of(kind.section).face_load_factor
+    path = wear_path(pair, position, kind.speed, kind.passes, width)
+    path = path._replace(equivalent_radius=path.equivalent_radius / gears.helix.cosine)
+    law = build_law(scene, pair, path)
+    film = build_film(scene, pair)
+    return MeshKindModel(
+        pair, analysis, sets.modifications(pair, position), path, law, film
+    )
