@@ -143,11 +143,12 @@ def test_what_plugins_declare_comes_along(two):
     assert [file.name for file in (ours.path / "plugins").iterdir()] == [name]
 
 
-def test_other_results_under_one_id_are_flagged_and_ours_stay(two):
-    ours, others, campaign = two
+def replaced(ours, others, campaign, factor):
+    """Multiply the depths of their first run, and merge; return its id and result."""
     run_id = campaign.cases[0].id
     forged = others.run(run_id).drop_attrs()
-    forged = forged.assign(wear_depth=2 * forged.wear_depth).assign_attrs(id=run_id)
+    forged = forged.assign(wear_depth=factor * forged.wear_depth)
+    forged = forged.assign_attrs(id=run_id)
     image, sha256 = to_image(forged)
     outcome = execute(Task(run_id, campaign.cases[0].scene), SIMULATE)
     before = ours.archive.files.path(run_id).read_bytes()
@@ -156,8 +157,20 @@ def test_other_results_under_one_id_are_flagged_and_ours_stay(two):
             [replace(outcome, image=image, sha256=sha256)], presence.token
         )
     made = merge(ours, others)
-    assert made.conflicting == [run_id]
     assert ours.archive.files.path(run_id).read_bytes() == before
+    return run_id, made
+
+
+def test_other_results_under_one_id_are_flagged_and_ours_stay(two):
+    run_id, made = replaced(*two, 2.0)
+    assert made.conflicting == [run_id]
+    assert made.differences == {run_id: "by up to 50 % (wear_depth)"}
+
+
+def test_round_off_is_no_conflict(two):
+    """Was one, as where another machine had computed the run."""
+    run_id, made = replaced(*two, 1.0 + 5e-15)
+    assert run_id in made.same and not made.conflicting and not made.differences
 
 
 def test_a_name_never_leaves_the_store(two, tmp_path):

@@ -6,10 +6,12 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from wearlab.files import read_regular
 from wearlab.plugins import FOLDER
 from wearlab.store import description, files, netcdf, remarks, updates
+from wearlab.store.agreement import agreement
 from wearlab.store.catalogue import Entry
 from wearlab.store.outcome import Outcome
 from wearlab.store.stored_runs import StoredRuns
@@ -24,9 +26,11 @@ class Merged:
     Parameters
     ----------
     copied : are ours now
-    same : were ours already, with the same results
+    same : were ours already, with the same results within round-off and estimates
     repaired : are ours again: our files were damaged
     conflicting : are ours with other results; ours stay
+    differences : id → by how much results differ, of the conflicting and of those that
+        differ within their estimates
     damaged : id → why it was left there
     campaigns, updates, remarks : how many campaigns, updates, and lines of tags and
         notes came along
@@ -36,6 +40,7 @@ class Merged:
     same: list[str] = field(default_factory=list)
     repaired: list[str] = field(default_factory=list)
     conflicting: list[str] = field(default_factory=list)
+    differences: dict[str, str] = field(default_factory=dict)
     damaged: dict[str, str] = field(default_factory=dict)
     campaigns: int = 0
     updates: int = 0
@@ -98,7 +103,7 @@ def _merge_run(
     merged : where it is noted
     """
     try:
-        verdict, outcome = _judged(store, other, entry)
+        verdict, outcome, difference = _judged(store, other, entry)
     except files.StoreError as error:
         merged.damaged[entry.id[:64]] = str(error)
         return
@@ -113,14 +118,27 @@ def _merge_run(
         store.archive.save([outcome], owner)
     if verdict:
         getattr(merged, verdict).append(entry.id)
+    if difference:
+        merged.differences[entry.id] = difference
 
 
-def _judged(
-    store: StoredRuns, other: StoredRuns, entry: Entry
-) -> tuple[str, Outcome | None]:
+class _Judged(NamedTuple):
+    """What becomes of a run of the other store.
+
+    Parameters
+    ----------
+    verdict : a list of `Merged`, or "" of a run that stays there
+    outcome : what is to be saved, None where nothing is
+    difference : by how much its results differ from ours, "" where they do not
+    """
+
+    verdict: str
+    outcome: Outcome | None = None
+    difference: str = ""
+
+
+def _judged(store: StoredRuns, other: StoredRuns, entry: Entry) -> _Judged:
     """Return what becomes of a run of the other store, and what is to be saved.
-
-    A list of `Merged`, or "" of a run that stays there.
 
     Raises
     ------
@@ -131,18 +149,21 @@ def _judged(
     ours = store.archive.entries([entry.id]).get(entry.id)
     if entry.state != "done":
         stays = entry.state == "running" or ours is not None
-        return ("", None) if stays else ("copied", entry.without_data())
+        return _Judged("") if stays else _Judged("copied", entry.without_data())
 
     path = other.archive.file_of(entry.id)
     if problem := files.damage(path, entry.size, entry.sha256):
         raise files.StoreError(problem.message)
     if ours is None or ours.state != "done" or store.archive.is_lost(ours):
-        return "copied", _outcome_of(path, entry)
+        return _Judged("copied", _outcome_of(path, entry))
     if files.damage(store.archive.file_of(entry.id), ours.size, ours.sha256):
-        return "repaired", _outcome_of(path, entry)
-    our_results = netcdf.results_hash(store.run(entry.id))
-    their_results = netcdf.results_hash(other.run(entry.id))
-    return "same" if our_results == their_results else "conflicting", None
+        return _Judged("repaired", _outcome_of(path, entry))
+    our_run = store.run(entry.id)
+    their_run = other.run(entry.id)
+    if netcdf.results_hash(our_run) == netcdf.results_hash(their_run):
+        return _Judged("same")
+    found = agreement(our_run, their_run)
+    return _Judged("same" if found.is_same else "conflicting", None, found.text)
 
 
 def _outcome_of(path: Path, entry: Entry) -> Outcome:

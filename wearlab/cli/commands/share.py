@@ -114,8 +114,14 @@ def _merge(source: Store, target: Store) -> output.Findings:
         f"repaired: run {run_id}: its file here was damaged"
         for run_id in merged.repaired
     ]
+    text += [
+        f"the same within the estimated error: run {run_id}, {difference}"
+        for run_id, difference in merged.differences.items()
+        if run_id in merged.same
+    ]
     problems = [
-        f"conflict: run {run_id} has other results here; ours stay"
+        f"conflict: run {run_id} has other results here: {merged.differences[run_id]}; "
+        "ours stay"
         for run_id in merged.conflicting
     ]
     problems += [
