@@ -4,7 +4,7 @@ Runs the campaigns of ``campaigns/extremes`` that are named, all with ``all``, o
 after another in this process; keeps what each case came to and its processor time in
 ``docs/evidence/extremes.json``, and writes ``docs/evidence/extremes.md`` of all that is
 kept, also without a name. What is extreme and how a case is judged stands in
-``docs/evidence/extremes.toml``.
+``docs/evidence/extremes.toml``. ``--cases NAME LABEL ...`` runs some cases of a campaign.
 """
 
 import json
@@ -12,7 +12,7 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -80,17 +80,28 @@ def compile_time() -> Iterator[CompileTime]:
         yield listener
 
 
-def measure(name: str) -> None:
-    """Run one campaign, case by case, and keep what became of its cases."""
-    campaign = load(CAMPAIGNS / f"{name}.toml")
+def measure(name: str, labels: Sequence[str] = ()) -> None:
+    """Run one campaign, case by case, and keep what became of its cases.
 
-    cases = []
+    Parameters
+    ----------
+    name : of the campaign
+    labels : of the cases that are run, the others stay as they are; none: all
+    """
+    campaign = load(CAMPAIGNS / f"{name}.toml")
+    before = kept().get(name, {}).get("cases", []) if labels else []
+
+    cases = [case for case in before if case["label"] not in labels]
     for case in campaign.cases:
+        if labels and case.label not in labels:
+            continue
         alone = replace(campaign, cases=(case,))
         first = run_case(alone)
         again = first if first["seconds"] > LONG else run_case(alone)
         cases.append(min(first, again, key=lambda measured: measured["seconds"]))
 
+    order = [case.label for case in campaign.cases]
+    cases.sort(key=lambda case: order.index(case["label"]))
     measured = {
         "date": datetime.now(UTC).date().isoformat(),
         "model_version": MODEL_VERSION,
@@ -241,6 +252,9 @@ def campaigns() -> list[str]:
 
 
 if __name__ == "__main__":
+    if sys.argv[1:2] == ["--cases"]:
+        measure(sys.argv[2], sys.argv[3:])
+        sys.argv[1:] = []
     for chosen in campaigns() if sys.argv[1:] == ["all"] else sys.argv[1:]:
         measure(chosen)
     PAGE.write_text(page())

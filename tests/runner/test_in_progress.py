@@ -11,7 +11,8 @@ import pytest
 from fake_campaign import sweep
 
 import wearlab
-from wearlab.runner import Interrupted
+from wearlab.cli import output
+from wearlab.runner import Interrupted, progress
 from wearlab.runner.progress import Lines
 from wearlab.store import Store
 from wearlab.store.locks import Checkpoints
@@ -98,3 +99,37 @@ def test_lines_tell_where_a_life_is():
     told = stream.getvalue().splitlines()
     assert told[0] == "compiling"
     assert told[-1] == "0 of 3 cases done; ab12: 134 µm at 6.2e+06 cycles"
+
+
+def test_what_is_compiled_and_how_much_is_left_is_shown():
+    """Of all workers together, until cases run."""
+    stream = io.StringIO()
+    with Lines(1e3, stream) as lines:
+        lines.compiling(0, 1, 2, "contact and wear, external-pair")
+        lines.compiling(1, 0, 3, "changes of contact, planetary")
+        assert (
+            lines.description
+            == "compiling changes of contact, planetary (1 of 5 parts done)"
+        )
+        lines.start(4)
+        lines.compiling(1, 1, 3, "late")
+        assert lines.description == "cases"
+
+
+def test_work_of_many_steps_tells_how_far_it_is_where_nobody_watches(
+    monkeypatch, capsys
+):
+    """Lines on standard error: ``accuracy`` and ``browse --static`` take minutes."""
+    shown = []
+    monkeypatch.setattr(
+        progress, "watched", lambda wanted: shown.append(Lines(1e3)) or shown[-1]
+    )
+    with output.counted("pages") as report:
+        report(0, 12)
+        report(5, 12)
+        shown[0]._tell()
+    assert capsys.readouterr().err == "5 of 12 pages done\n"
+    with output.bar(3) as advance:
+        advance("800 rpm: reference")
+        shown[1]._tell()
+    assert capsys.readouterr().err == "800 rpm: reference; 1 of 3 done\n"

@@ -47,6 +47,11 @@ def test_workers_share_the_jobs(monkeypatch):
     warm.warm_up([], turn=0, workers=2)
     assert done == ["b", "c", "a"]
 
+    told = []
+    monkeypatch.setattr(warm, "name_of", lambda job: job[1])
+    warm.warm_up([], turn=0, workers=2, report=lambda *words: told.append(words))
+    assert told == [(0, 2, "c"), (1, 2, "a"), (2, 2, "")]
+
     def breaks(scene):
         assert not gc.isenabled()
         raise ZeroDivisionError

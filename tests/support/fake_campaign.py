@@ -163,7 +163,7 @@ def simulate(scene: Scene) -> xr.Dataset:
     return dataset(scene)
 
 
-def warm_up(scenes: list[Scene], turn: int, workers: int) -> None:
+def warm_up(scenes: list[Scene], turn: int, workers: int, report) -> None:
     """Leave a trace beside the log, once.
 
     The first to do so dies of it where the scene says so.

@@ -322,7 +322,16 @@ class Folder:
         return ()
 
 
-def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
+def _report_to_nobody(done: int, total: int) -> None:
+    """Report no progress."""
+
+
+def write_copy(
+    store: Store,
+    folder: Path,
+    title: str | None = None,
+    report: Callable[[int, int], None] = _report_to_nobody,
+) -> Path:
     """Write a copy of a campaign: its page, one for each run, and scripts.
 
     Parameters
@@ -330,6 +339,7 @@ def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
     store : where it is
     folder : made where it is not; one that holds other files is refused
     title : of the campaign, or the name of its file [the only one]
+    report : called with the pages that are written, and how many there will be
 
     Returns
     -------
@@ -354,6 +364,8 @@ def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
             run for run, _ in contents.cases(store, chosen.key, "", 0, MOST)[1]
         ),
     )
+    total = 1 + len(place.runs)
+    report(0, total)
     with files.replaced(folder.absolute()) as part:
         part.mkdir()
         for library in place.libraries:
@@ -363,11 +375,13 @@ def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
         pages["index.html"] = frame.rendered("campaign.html", place, campaign)
         for name, text in pages.items():
             (part / name).write_text(text, encoding="utf-8")
-        for run in place.runs:
+        for done, run in enumerate(place.runs, start=1):
+            report(done, total)
             page = frame.rendered(
                 "run.html", place, contents.run(store, place, {"id": [run]})
             )
             (part / f"run-{run}.html").write_text(page, encoding="utf-8")
+        report(total, total)
         if folder.exists():
             folder.rmdir()
     return folder / "index.html"

@@ -450,18 +450,41 @@ def _show_plain(lines: Rows, title: str | None) -> None:
 
 
 @contextmanager
+def counted(what: str) -> Iterator[Callable[[int, int], None]]:
+    """Show how many of something are done, as `bar` does.
+
+    Parameters
+    ----------
+    what : plural of what is counted; what is yielded is called with how many are done,
+        and how many there are
+    """
+    from wearlab.runner.progress import watched
+
+    with watched(not AS_JSON.get()) as progress:
+
+        def report(done: int, total: int) -> None:
+            if total != progress.total:
+                progress.start(total, what)
+            progress.done = done
+            progress.show()
+
+        yield report
+
+
+@contextmanager
 def bar(total: int, what: str = "") -> Iterator[Callable[[str], None]]:
-    """Show progress of long work on standard error, if that is a terminal.
+    """Show progress of long work on standard error.
+
+    As a bar on a terminal, else as a line now and then; not beside JSON.
 
     Parameters
     ----------
     total : how many steps it has; what is yielded is called after each, with its name
     what : what the steps are, shown in place of their names
     """
-    from wearlab.runner.progress import Progress, ProgressBar
+    from wearlab.runner.progress import watched
 
-    is_silent = AS_JSON.get() or not sys.stderr.isatty()
-    with Progress() if is_silent else ProgressBar() as progress:
+    with watched(not AS_JSON.get()) as progress:
         progress.start(total, what)
 
         def advance(step: str) -> None:

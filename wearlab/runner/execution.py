@@ -94,7 +94,7 @@ class Execution:
         self.bar.step("compiling")
         scenes = [task.scene for task in tasks]
         if self.cluster is None:
-            warm_up(scenes, self.simulate)
+            warm_up(scenes, self.simulate, send=self.receive)
         else:
             self.cluster.warm_up(scenes)
 
@@ -146,8 +146,13 @@ class Execution:
 
         Parameters
         ----------
-        message : as `wearlab.runner.worker.Send` has it
+        message : as `wearlab.runner.worker.Send` has it, or as `warm_up` there has it
         """
+        if "compiling" in message:
+            self.bar.compiling(
+                message["turn"], message["done"], message["total"], message["compiling"]
+            )
+            return
         run_id = message["id"]
         if run_id in self.finished:
             return

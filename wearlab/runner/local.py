@@ -400,7 +400,7 @@ def compile_ahead(
     """
     from dask.distributed import as_completed
 
-    from wearlab.simulation.warm import do, jobs_of, kinds_of
+    from wearlab.simulation.warm import do, jobs_of, kinds_of, name_of
 
     clock = time.perf_counter()
     cases = [case for campaign in campaigns for case in campaign.cases]
@@ -411,7 +411,7 @@ def compile_ahead(
         local_client(workers, dashboard=False) as client,
         bars.watched(progress) as bar,
     ):
-        bar.start(len(jobs), "compiled")
+        bar.start(len(jobs), "parts")
         sent = {
             client.submit(quietly, do, job, pure=False, priority=-number): job
             for number, job in enumerate(jobs)
@@ -420,5 +420,5 @@ def compile_ahead(
             future.result()
             bar.done += 1
             _, scene = sent[future]
-            bar.step(label_of_scene[id(scene)])
+            bar.step(f"{label_of_scene[id(scene)]}: {name_of(sent[future])}")
     return len(kinds), time.perf_counter() - clock

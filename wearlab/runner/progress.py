@@ -57,11 +57,30 @@ class Progress(ExitStack):
         self.text, self.what, self.total, self.done = "starting", CASES, 0, 0
         self.counts: Counter[str] = Counter()
         self.at: dict[str, str] = {}
+        self.compiled: dict[int, tuple[int, int]] = {}
 
     def step(self, text: str) -> None:
         """Say what is being done before cases run."""
         self.text = printable(text)
         self.show()
+
+    def compiling(self, worker: int, done: int, total: int, text: str) -> None:
+        """Say what is being compiled, and how much of it all is done.
+
+        Parameters
+        ----------
+        worker : which of those that share the work
+        done, total : its parts
+        text : what it compiles next, empty: it is at the end
+        """
+        if self.total:
+            return  # heard late: cases run by now
+        self.compiled[worker] = (done, total)
+        counts = self.compiled.values()
+        all_done = sum(one_done for one_done, _ in counts)
+        all_parts = sum(one_total for _, one_total in counts)
+        now = f" {text}" if text else ""
+        self.step(f"compiling{now} ({all_done} of {all_parts} parts done)")
 
     def note(self, text: str) -> None:
         """Say something that stays to be read."""
@@ -114,9 +133,12 @@ class Lines(Progress):
         self.enter_context(repeated(self._tell, every, "wearlab-progress"))
 
     def _tell(self) -> None:
-        summary = f"{self.done} of {self.total} {self.what} done"
+        summary = f"{self.done} of {self.total} {self.what} done".replace("  ", " ")
+        texts = [self.text] if self.text else []
+        if self.total or not texts:
+            texts.append(summary)
         print(
-            "; ".join([self.text or summary, *list(self.at.values())[-4:]]),
+            "; ".join([*texts, *list(self.at.values())[-4:]]),
             file=self._stream,
             flush=True,
         )

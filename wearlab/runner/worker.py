@@ -204,7 +204,11 @@ def _distinct(caught: Iterable[warnings.WarningMessage]) -> tuple[str, ...]:
 
 
 def warm_up(
-    scenes: Sequence[Any], simulate: str = SIMULATE, turn: int = 0, workers: int = 1
+    scenes: Sequence[Any],
+    simulate: str = SIMULATE,
+    turn: int = 0,
+    workers: int = 1,
+    send: Send | None = None,
 ) -> None:
     """Compile what these scenes need, where the simulation offers it.
 
@@ -215,9 +219,18 @@ def warm_up(
     scenes : of the cases to come
     simulate : ``module:function``, scene to dataset
     turn, workers : this worker's place among those that compile, and their number
+    send : is told what is compiled, and how much is left, with ``turn``, ``done``,
+        ``total`` and ``compiling`` [as a worker of dask tells its parent]
     """
+    if send is None and workers > 1:
+        send = from_worker()
+
+    def report(done: int, total: int, text: str) -> None:
+        if send is not None:
+            send({"compiling": text, "turn": turn, "done": done, "total": total})
+
     if hook := getattr(import_module(simulate.partition(":")[0]), "warm_up", None):
-        quietly(hook, scenes, turn, workers)
+        quietly(hook, scenes, turn, workers, report)
 
 
 def quietly(compile_some: Callable[..., object], *given: Any) -> None:

@@ -21,7 +21,16 @@ Job = tuple[Callable[[Scene], None], Scene]
 """What to do with a scene that calls some of its kernels."""
 
 
-def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
+Report = Callable[[int, int, str], None]
+"""Called with how many parts are compiled, how many there are, and what comes next."""
+
+
+def warm_up(
+    scenes: Iterable[Scene],
+    turn: int = 0,
+    workers: int = 1,
+    report: Report | None = None,
+) -> None:
     """Compile the kernels of every kind of scene and cache them on disk.
 
     Of several workers each does its share of the jobs, the longest last: on disk is
@@ -32,13 +41,19 @@ def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
     scenes : scenes to come; those that need the same kernels are evaluated once
     turn, workers : this worker's place among those that share the work, and their
         number
+    report : is told before each job, and at the end; None: nobody
     """
     kinds = kinds_of(scenes)
     jobs: list[Job] = (
         [(_evaluate, scene) for scene in kinds] if workers == 1 else jobs_of(kinds)
     )
-    for job in reversed(jobs[turn::workers]):
+    share = jobs[turn::workers][::-1]
+    for done, job in enumerate(share):
+        if report is not None:
+            report(done, len(share), name_of(job))
         do(job)
+    if report is not None:
+        report(len(share), len(share), "")
 
 
 def jobs_of(kinds: Iterable[Scene]) -> list[Job]:
@@ -53,6 +68,16 @@ def jobs_of(kinds: Iterable[Scene]) -> list[Job]:
         (job, scene) for scene in moving for job in (_evaluate, _change_contact)
     ]
     return jobs + [(_evaluate, scene) for scene in ordered if not scene.dynamics]
+
+
+def name_of(job: Job) -> str:
+    """Return what a job of `jobs_of` compiles, in words."""
+    evaluate, scene = job
+    gears = scene.gears.kind
+    if evaluate is _change_contact:
+        return f"changes of contact, {gears}"
+    what = "contact, motion and wear" if scene.dynamics else "contact and wear"
+    return f"{what}, {gears}"
 
 
 def do(job: Job) -> None:

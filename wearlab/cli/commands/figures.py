@@ -308,8 +308,8 @@ def browse(
     if static is not None:
         from wearlab.browsing import pages
 
-        with output.refusing(OSError):
-            path = str(pages.write_copy(opened, static, campaign))
+        with output.refusing(OSError), output.counted("pages") as report:
+            path = str(pages.write_copy(opened, static, campaign, report))
         return output.Findings({"file": path}, [path])
     if campaign is not None:
         raise output.Stop("browse: --campaign goes with --static DIR")
