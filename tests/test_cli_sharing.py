@@ -4,6 +4,7 @@ and their status.
 
 import json
 import shutil
+import sys
 
 import pytest
 import xarray as xr
@@ -11,6 +12,7 @@ from made_up import put, run
 from scenes import SPUR_50_50
 
 import wearlab as wl
+import wearlab.browsing
 from wearlab.cli.app import status_of
 from wearlab.store import Store
 
@@ -101,3 +103,14 @@ def test_cite(study, capsys):
         and "provenance: wearlab 9.9, sources feed" in out
     )
     assert asked(capsys, "cite", "nothing", "--store", store.path)[0] == 2
+
+
+def test_a_static_copy_without_bokeh_is_refused_in_a_sentence(
+    study, capsys, monkeypatch, tmp_path
+):
+    _, store, _ = study
+    monkeypatch.delattr(wearlab.browsing, "pages", raising=False)
+    monkeypatch.setitem(sys.modules, "wearlab.browsing.pages", None)
+    status, _, err = asked(capsys, "browse", store.path, "--static", tmp_path / "copy")
+    assert status == 2 and "pip install 'wearlab[browse]'" in err
+    assert not (tmp_path / "copy").exists()

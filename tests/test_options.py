@@ -2,8 +2,10 @@
 and messages tell it.
 """
 
+import pydantic
 import pytest
 
+from wearlab import options
 from wearlab.options import Number, Part, option
 
 
@@ -51,3 +53,12 @@ def test_the_schema_tells_the_text_under_an_option(
         source,
     )
     assert part.texts()[key]["description"] == description
+
+
+@pytest.mark.parametrize("value", [1e9, "1e9 h"])
+def test_hours_beyond_any_time_are_refused_with_and_without_a_unit(value):
+    hours = pydantic.TypeAdapter(options.Hours)
+    with pytest.raises(pydantic.ValidationError, match="outside the plausible range"):
+        hours.validate_python(value)
+    assert hours.validate_python(20_000) == hours.validate_python("20000 h") == 20_000
+    assert hours.validate_python(options.Stored(1e9)) == 1e9  # of a run on disk

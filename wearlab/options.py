@@ -268,7 +268,10 @@ def _hours(value: object) -> float:
     """Read hours: a plain number, or a time with its unit."""
     if isinstance(value, str):
         return _reader("time")(value) / HOUR
-    return _number(value)
+    hours = _number(value)
+    if hours > 0 and not isinstance(value, Stored):
+        quantity(f"{hours!r} h", "time")  # refuses what no time is
+    return hours
 
 
 def measured(kind: str) -> Any:

@@ -217,7 +217,28 @@ def test_a_scene_that_asks_for_too_much_is_told_without_any_record(
 
 def test_only_the_model_has_changed(store):
     entry = store.archive.find(sweep(1).cases[0].id)
-    assert differing(entry, entry.scene) == ("the version of the model",)
+    assert differing(entry, entry.scene) == ("version of the model",)
+
+
+def test_another_version_of_the_model_is_named_instead_of_moved_defaults(store):
+    entry = store.archive.find(sweep(1).cases[0].id)
+    older = replace(entry, summary={**entry.summary, "model_version": "4"})
+    scene = json.loads(entry.scene) | {"mesh": {"damping_law": "viscous"}}
+    assert differing(older, json.dumps(scene)) == ("version of the model, 4 then",)
+    scene["speed"] = 17.0
+    told = differing(older, json.dumps(scene))
+    assert told == ("version of the model, 4 then", "speed")
+
+
+def test_a_plan_says_that_the_file_itself_is_not_run(tmp_path):
+    file = tmp_path / "two.toml"
+    case = '[[case]]\nlabel = "{}"\noperation.torque = "{} N*m"\n'
+    head = f'extends = "{Path("campaigns/base/spur_50_50.toml").absolute()}"\n'
+    file.write_text(head + case.format("a", 100) + case.format("b", 200))
+    (warning,) = plan(file, Store(tmp_path / "none")).warnings
+    assert "the file without its [[case]] blocks is not run" in warning
+    file.write_text(file.read_text() + '[[case]]\nlabel = "as written"\n')
+    assert len(plan(file, Store(tmp_path / "none")).runs) == 3
 
 
 def test_the_time_of_a_coupled_life_is_not_foretold_from_other_runs(store):

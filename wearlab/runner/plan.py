@@ -31,6 +31,7 @@ LATEST_RUNS = 1000  # of a store, from which costs are estimated
 SPREAD = 0.1  # share of the recorded runs left out at both ends of a range
 COUPLED_LIFE = {"dynamics", "wear", ("wear.load", "instant")}
 """Parts of scenes that wear under the loads of their motion."""
+BASE = "base"  # label of the file itself among the cases of a campaign
 WORDS = {
     "new": "new",
     "cached": "cached",
@@ -247,10 +248,21 @@ def plan(
         basis=estimate.basis,
         workers=max(1, min(workers or local.available_cores(), len(due))),
         free=free,
-        warnings=tuple(
-            _warnings(len(due), estimate.bytes, sum(map(least_bytes, due)), free)
+        warnings=(
+            *_left_out(campaign),
+            *_warnings(len(due), estimate.bytes, sum(map(least_bytes, due)), free),
         ),
     )
+
+
+def _left_out(campaign: "Campaign") -> Iterable[str]:
+    """Yield that the file itself is no case, where its [[case]] blocks stand for it."""
+    labels = {case.label for case in campaign.cases}
+    if campaign.path is not None and not campaign.axes and BASE not in labels:
+        yield (
+            "the file without its [[case]] blocks is not run: add a [[case]] with a "
+            "label alone to run it, too"
+        )
 
 
 def _runs_of_cases(
@@ -317,15 +329,28 @@ def _case(label: str, position: Mapping[str, Any]) -> str:
 def differing(entry: catalogue.Entry, scene: str) -> tuple[str, ...]:
     """Return the keys by which a scene differs from a recorded run's.
 
-    Only the model where none does.
+    Where the model has another version, that stands first, and the keys that only one
+    of the two names are left out: scenes leave out defaults, and these may have moved.
 
     Parameters
     ----------
     entry : the recorded run
     scene : canonical JSON
     """
-    keys = tuple(difference.key for difference in differences(entry.scene or "", scene))
-    return keys or ("the version of the model",)
+    from wearlab.scene import MODEL_VERSION
+
+    changed = differences(entry.scene or "", scene)
+    version = str(entry.summary.get("model_version", MODEL_VERSION))
+    if version == str(MODEL_VERSION):
+        keys = tuple(difference.key for difference in changed)
+        return keys or ("version of the model",)
+
+    named_by_both = [
+        difference.key
+        for difference in changed
+        if difference.a is not None and difference.b is not None
+    ]
+    return (f"version of the model, {version} then", *named_by_both)
 
 
 def _state(store: Store, head: catalogue.Entry | None) -> str:

@@ -306,7 +306,12 @@ def browse(
 
     opened = open_store(folder or store.path)
     if static is not None:
-        from wearlab.browsing import pages
+        try:
+            from wearlab.browsing import pages
+        except ImportError as error:
+            raise output.Stop(
+                f"browse --static needs Bokeh ({error}): pip install 'wearlab[browse]'"
+            ) from error
 
         with output.refusing(OSError), output.counted("pages") as report:
             path = str(pages.write_copy(opened, static, campaign, report))
