@@ -62,3 +62,15 @@ def test_hours_beyond_any_time_are_refused_with_and_without_a_unit(value):
         hours.validate_python(value)
     assert hours.validate_python(20_000) == hours.validate_python("20000 h") == 20_000
     assert hours.validate_python(options.Stored(1e9)) == 1e9  # of a run on disk
+
+
+def test_options_have_kinds_for_velocities_and_temperature_differences():
+    velocity = pydantic.TypeAdapter(options.Velocity).validate_python
+    assert velocity("2 m/s") == 2.0 == velocity("2000 mm/s")
+    difference = pydantic.TypeAdapter(options.TemperatureDifference).validate_python
+    assert difference("20 K") == 20.0 and difference("-5 K") == -5.0
+    message = r"'degC' counts from a zero; expected a temperature difference such as"
+    with pytest.raises(pydantic.ValidationError, match=message):
+        difference("20 degC")
+    with pytest.raises(pydantic.ValidationError, match="expected a velocity"):
+        velocity("20 rpm")

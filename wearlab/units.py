@@ -74,6 +74,7 @@ MEASURES = (
         1e-6,
         1e5,
     ),
+    Measure("velocity", "m/s", "2 m/s", ("m/s", "mm/s", "km/h"), 1e-12, 1e5),
     Measure("frequency", "Hz", "25 Hz", ("Hz", "kHz"), 1e-6, 1e7),
     Measure(
         "torque", "N*m", "340 N*m", ("N*m", "kN*m", "N*mm", "Nm", "kNm"), 1e-9, 1e9
@@ -142,6 +143,7 @@ MEASURES = (
     Measure("hardness", "Pa", "60 HRC", (*SCALES, "GPa", "MPa"), 1e6, 3e10),
     Measure("time", "s", "10 h", ("s", "min", "h"), 1e-12, 1e12),
     Measure("temperature", "K", "60 degC", ("degC", "K"), 1e2, 2e3),
+    Measure("temperature difference", "K", "20 K", ("K",), 1e-6, 2e3),
 )
 KINDS = {measure.name: measure for measure in MEASURES}
 
@@ -359,6 +361,8 @@ def _to_si(number: str, unit: str, measure: Measure) -> float:
     if measure.name == "torque" and _is_energy(unit):
         raise UnitError(f"{unit!r} is a unit of energy; {_advice(unit, measure)}")
 
+    if offset and measure.name == "temperature difference":
+        raise UnitError(f"{unit!r} counts from a zero; {_advice(unit, measure)}")
     if offset:
         return float(number) * scale + offset
     factor = repr(scale)
