@@ -3,7 +3,15 @@ import pytest
 from made_path import path_of
 from scipy.integrate import quad
 
-from wearlab.wear.patch import cell_edges, spreading
+from wearlab.gears.specification import GearError
+from wearlab.wear.patch import (
+    FLOAT_BYTES,
+    MATRICES_AT_ONCE,
+    MOST_BYTES,
+    MOST_POINTS,
+    cell_edges,
+    spreading,
+)
 
 
 @pytest.fixture
@@ -90,3 +98,12 @@ def test_edges_of_descending_arcs_ascend(make_path):
         assert edges[-1] - edges[0] == pytest.approx(
             abs(arc[-1] - arc[0]), rel=1e-6, abs=0.0
         )
+
+
+def test_nodes_that_would_fill_the_memory_are_refused_before_they_do():
+    """74.5 GiB were asked for with 100,000 points."""
+    arc = np.linspace(0.0, 6e-3, 100_007)
+    with pytest.raises(GearError, match=r"need 560 GB .* at most 16000 profile_points"):
+        spreading(np.full(arc.size, 1e-4), arc)
+    needed = MATRICES_AT_ONCE * FLOAT_BYTES * (MOST_POINTS + 16) ** 2
+    assert needed < MOST_BYTES  # the remedy

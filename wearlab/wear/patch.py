@@ -41,6 +41,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import block_diag, csr_array, diags_array
 
 from wearlab.arrays import Array
+from wearlab.gears.specification import GearError
 from wearlab.wear.path import WearPath, contact_half_width
 
 if TYPE_CHECKING:
@@ -52,6 +53,10 @@ Made = TypeVar("Made")
 KEPT, MAX_NODES = 8, 400
 """Matrices of patches that a process remembers, and the nodes beyond which it does not:
 some 30 MB in all."""
+FLOAT_BYTES = 8
+MATRICES_AT_ONCE = 7  # of n by n nodes, while the shares of a patch are computed
+MOST_BYTES = 16e9  # that these may take
+MOST_POINTS = 16_000  # of a profile, by `MOST_BYTES`, with a few nodes more at its ends
 
 MIN_SHARE = 0.2
 """Share of the mesh force below which the width of a patch does not shrink further."""
@@ -239,7 +244,19 @@ def spreading(half_width: Array, arc: Array) -> Array:
     ----------
     half_width : (n,) Hertz half width a with the contact at each node [m]
     arc : (n,) flank arc of the nodes, in either order [m]
+
+    Raises
+    ------
+    GearError : so many nodes would fill the memory
     """
+    needed = MATRICES_AT_ONCE * FLOAT_BYTES * len(arc) ** 2
+    if needed > MOST_BYTES:
+        raise GearError(
+            f"numerics.profile_points: {len(arc)} nodes along the profile need "
+            f"{needed / 1e9:.3g} GB for the contact patch, more than "
+            f"{MOST_BYTES / 1e9:g} GB: give at most {MOST_POINTS} profile_points, or a "
+            "larger numerics.tolerance"
+        )
     edges = cell_edges(arc)
     a = np.maximum(half_width, 1e-300)
     low = edges[:-1]
