@@ -56,6 +56,7 @@ SHORT = re.compile(r"[A-Z]\d\d")
 PAPER = "§paper"
 OF_PAPER = re.compile(rf"{PAPER}(?:'s)?\b[^.;¤]{{0,24}}?(?:: |\bat )$")
 """What stands before a number that is a paper's: ``L16: 3720 rpm``, ``L16's at``."""
+MILLIONS = re.compile(r"_(\d+)_million")
 MULTIPLES = {"": 1.0, "thousand": 1e3, "million": 1e6}
 
 Holds = Callable[[float], bool]
@@ -108,6 +109,7 @@ def problems(campaign: "Campaign", record: ClaimRecord) -> list[str]:
     lines = list(differences)
     for claim in campaign.claims:
         lines += _claim_problems(claim, readings)
+        lines += _state_problems(claim, file_numbers)
     for note in _notes(campaign):
         lines += _quotation_problems(note, quoted)
         lines += _word_problems(note, campaign.claims, measured)
@@ -164,6 +166,24 @@ def _claim_problems(
             f"claim {claim.name}: `loose` is the reason of another tolerance than "
             f'{claim.tolerance}: begin it with "{claim.tolerance}: "'
         )
+
+
+def _state_problems(claim: ClaimSpec, file_numbers: "_FileNumbers") -> Iterator[str]:
+    """Yield that a claim reads another wear state than its name says."""
+    formula = claim.formula.replace(" ", "")
+    if "unworn" in claim.name.split("_") and "update=0" not in formula:
+        yield f"claim {claim.name}: its formula does not read update=0 (unworn)"
+
+    if (named := MILLIONS.search(claim.name)) is None:
+        return
+    cycles = 1e6 * float(named[1])
+    states = [f"cycle={named[1]}e6"]
+    if cycles == max(
+        (n for key, n in file_numbers.plain if key == "cycles"), default=0
+    ):
+        states.append("update=-1")
+    if not any(state in formula for state in states):
+        yield f"claim {claim.name}: its formula does not read {' or '.join(states)}"
 
 
 def _quotation_problems(note: Statement, quoted: set[tuple[str, str]]) -> Iterator[str]:
