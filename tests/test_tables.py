@@ -440,3 +440,27 @@ def test_percent_in_a_row_of_units_is_no_comment(table):
 
 def test_a_header_may_be_a_number_sign(table):
     assert table("#;T\n1;50\n2;60\n").names == ("#", "T")
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("-210;1180;300", "line 3, column 'T': -210 is negative: .* delete the row"),
+        ("210;0;300", "line 3, column 'n': 0 is not positive: .* delete its row"),
+        ("210;-5,5;300", "line 3, column 'n': -5,5 is not positive"),
+        ("210;1180;-300", "line 3, column 't': -300 is negative: .* delete the row"),
+    ],
+)
+def test_a_row_of_a_spectrum_is_refused_by_row_column_and_value(tmp_path, row, message):
+    text = f"T [Nm];n [1/min];t [h]\n345;1200;9000\n{row}\n567;1150,5;800\n"
+    (tmp_path / "k.csv").write_text(text)
+    with pytest.raises(TableError, match=f"k.csv: {message}"):
+        read_load_table("k.csv", {}, {}, tmp_path)
+    (tmp_path / "k.csv").write_text(text.replace(f"{row}\n", ""))  # the remedy
+    assert len(read_load_table("k.csv", {}, {}, tmp_path).torque) == 2
+
+
+def test_a_spectrum_without_time_is_refused(tmp_path):
+    (tmp_path / "k.csv").write_text("T [Nm];n [1/min];t [h]\n345;1200;0\n")
+    with pytest.raises(TableError, match="column 't': every row is 0: give each"):
+        read_load_table("k.csv", {}, {}, tmp_path)

@@ -115,12 +115,40 @@ def load_table_of(table: ReadTable, columns: Texts, units: Texts) -> LoadTable:
         for name, unit in UNITS.items()
     )
     share = _shares(table, columns, units)
-    if min(torque) < 0.0 or min(speed) <= 0.0 or min(share) < 0.0 or sum(share) <= 0.0:
-        raise TableError(
-            f"{table.file}: torques and shares must not be negative, speeds must be "
-            "positive"
-        )
+    _refuse_rows(table, columns, LoadTable(torque, speed, share))
     return LoadTable(torque, speed, share)
+
+
+def _refuse_rows(table: ReadTable, columns: Texts, loads: LoadTable) -> None:
+    """Refuse rows that no condition of a duty can be, by row, column and value."""
+    faults = {
+        "torque": (
+            [torque < 0.0 for torque in loads.torque],
+            "is negative: give its size where it loads the same flanks, else delete "
+            "the row",
+        ),
+        "speed": (
+            [speed <= 0.0 for speed in loads.speed],
+            "is not positive: a standstill wears nothing, delete its row; of a "
+            "reversed speed give the size",
+        ),
+        "share": (
+            [share < 0.0 for share in loads.share],
+            "is negative: no time is; mend it or delete the row",
+        ),
+    }
+    for quantity, (is_wrong, fault) in faults.items():
+        if any(is_wrong):
+            row = is_wrong.index(True)
+            name = str(table.column_of(quantity, columns))
+            place = table.place(row, name)
+            raise TableError(f"{place}: {table.cells[name][row]} {fault}")
+    if sum(loads.share) <= 0.0:
+        name = str(table.column_of("share", columns))
+        raise TableError(
+            f"{table.file}: column {name!r}: every row is 0: give each condition its "
+            "time"
+        )
 
 
 def _columns_by_unit(table: ReadTable, columns: Texts) -> dict[str, str]:
