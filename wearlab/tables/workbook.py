@@ -58,7 +58,7 @@ Place = tuple[int, int]
 """Row and column of a cell, from 0."""
 
 
-class Sheet(NamedTuple):
+class SheetText(NamedTuple):
     """A sheet of a workbook as text.
 
     Parameters
@@ -71,7 +71,7 @@ class Sheet(NamedTuple):
     text: str
 
 
-def sheets_of(file: str, raw: bytes, sheet: str | None) -> list[Sheet]:
+def sheets_of(file: str, raw: bytes, sheet: str | None) -> list[SheetText]:
     """Return the sheet that is named, else all visible sheets that hold something.
 
     Parameters
@@ -113,7 +113,9 @@ def _unreadable(file: str, error: BaseException) -> TableError:
     )
 
 
-def _read_sheets(file: str, raw: bytes, book: Any, sheet: str | None) -> list[Sheet]:
+def _read_sheets(
+    file: str, raw: bytes, book: Any, sheet: str | None
+) -> list[SheetText]:
     """Return the texts of the sheets that are asked for."""
     if sheet is not None and sheet not in book.sheet_names:
         names = ", ".join(map(repr, book.sheet_names))
@@ -136,7 +138,7 @@ def _read_sheets(file: str, raw: bytes, book: Any, sheet: str | None) -> list[Sh
         _set_marks(cells, marks.get(name, {}))
         _join_headers(cells, data.merged_cell_ranges or [])
         if any(map(any, cells)):
-            sheets.append(Sheet(name, _as_csv(cells)))
+            sheets.append(SheetText(name, _as_csv(cells)))
     return sheets
 
 
