@@ -47,6 +47,8 @@ COMPUTED = {
     "comment": COMMENT,
 }
 Tell = Callable[[str], None]
+CONSOLIDATED = "Consolidated metadata"
+"""What xarray warns of: Zarr's format 3 has them by custom only."""
 KEYWORDS = "gears, gear dynamics, tooth wear, mesh stiffness, transmission error"
 
 
@@ -95,10 +97,12 @@ def _seal(part: Path, is_zarr: bool = False) -> None:
     engine = "zarr" if is_zarr else "netcdf4"
     with xr.open_dataset(part, engine=engine, cache=False) as dataset:
         sealed = xr.Dataset(attrs=dataset.attrs | {SEAL: content_hash(dataset)})
-    if is_zarr:
-        sealed.to_zarr(part, mode="a", zarr_format=2, consolidated=True)
-    else:
+    if not is_zarr:
         sealed.to_netcdf(part, mode="a", engine="netcdf4")
+        return
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", CONSOLIDATED)
+        sealed.to_zarr(part, mode="a", zarr_format=3, consolidated=True)
 
 
 def verify_export(path: Path) -> files.Problem | None:
@@ -292,8 +296,7 @@ def _zarr(grid: xr.Dataset, part: Path) -> None:
             "file .nc"
         )
     with dask.config.set(scheduler="synchronous"), warnings.catch_warnings():
-        # xarray looks for consolidated metadata, which format 3 has by custom only
-        warnings.filterwarnings("ignore", "Consolidated metadata")
+        warnings.filterwarnings("ignore", CONSOLIDATED)
         texts = [n for n, v in grid.variables.items() if v.dtype.kind in "OU"]
         for name in texts:
             grid[name] = grid[name].compute().astype(object)

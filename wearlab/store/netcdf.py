@@ -40,6 +40,7 @@ TINY = 4_096
 SMALL = 65_536
 ONE_CHUNK = 4_194_304  # bytes up to which a variable is one chunk
 HASHED_AT_ONCE = 262_144  # bytes of a variable
+TEXT_KINDS = "OUST"  # of numpy: T is text of any width, as Zarr gives it
 SEAL = "content_sha256"
 PASSING = (
     "run_time_",
@@ -175,7 +176,7 @@ def content_hash(dataset: "xr.Dataset", ignored: tuple[str, ...] = ()) -> str:
         digest.update(
             _json([name, list(variable.dims), list(variable.shape), variable.attrs])
         )
-        if variable.dtype.kind in "OUS":
+        if variable.dtype.kind in TEXT_KINDS:
             digest.update(_json(np.asarray(variable.values).tolist()))
             continue
         digest.update(variable.dtype.kind.encode())
