@@ -6,6 +6,7 @@ import os
 import sqlite3
 import sys
 
+import fake_campaign
 import netCDF4
 import numpy as np
 import pytest
@@ -257,3 +258,13 @@ def test_the_cache_is_closed_to_others(tmp_path, monkeypatch):
         place.chmod(0o777)
     assert writable(folder) == folder
     assert all(p.stat().st_mode & 0o777 == 0o700 for p in (folder, folder.parent))
+
+
+def test_a_run_whose_simulation_dates_it_itself_is_as_it_was_written(fill, monkeypatch):
+    dated = fake_campaign.dataset(fake_campaign.Scene()).assign_attrs(
+        date_created="2026-01-01T00:00:00.000+00:00"
+    )
+    monkeypatch.setattr(fake_campaign, "dataset", lambda scene: dated)
+    store = fill(sweep(1))
+    assert store.verify() == []
+    assert store.reindex() == [] == store.verify()

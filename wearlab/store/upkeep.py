@@ -156,8 +156,6 @@ def check_entry(store: StoredRuns, path: Path, entry: Entry) -> files.Problem | 
 def _untold(outcome: Outcome, entry: Entry) -> list[str]:
     """Return what else the catalogue tells of a run and its file does not."""
     wrong = [] if entry.reason is None else ["reason"]
-    if outcome.started not in ("", entry.started):
-        wrong.append("started")
     if not set(outcome.warnings) <= set(entry.warnings):
         wrong.append("warnings")
     return wrong
