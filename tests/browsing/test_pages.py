@@ -142,6 +142,18 @@ def test_a_figure_is_told_in_words_and_as_a_table(drawn):
     assert {row["run"] for row in rows} - {""} == {runs(drawn)[0]}
 
 
+def test_ranks_of_units_have_their_names():
+    """A second answer, a little below its rank, had the name of another unit."""
+    from types import SimpleNamespace
+
+    from wearlab.browsing import interactive
+
+    panel = SimpleNamespace(names=("G1", "G2"))
+    names = [interactive._name_of_rank(panel, rank) for rank in (1, 0.7, 1.7, 2, 3)]
+    assert names == ["G1", "G1", "G2", "G2", ""]
+    assert interactive._name_of_rank(SimpleNamespace(names=()), 1.0) == ""
+
+
 def test_labels_that_a_typesetter_would_take_for_formulas_are_plain():
     assert words.plain("Depth ($10^{-3}$ µm)") == "Depth (10⁻³ µm)"
     for planted in ("$$x$$", "\\(x\\)", "\\[x\\]"):

@@ -74,10 +74,12 @@ def test_the_page_says_which_two_to_open_first_and_why_and_what_contradicts_what
     _, heads, rows = fleet_tables(tree)[0]
     predictions = tree["predictions"].to_dataset()
     names = predictions["unit"].values
-    sure = predictions["end_passed"].values <= 0.05
-    assert [row[0] for row in rows] == [*names[~sure], *names[sure]] and len(
-        heads
-    ) == len(rows[0])
+    lower = predictions["end_of_life_quantile"].values[:, 0]
+    overdue = predictions["passed_today"].values > 0.5
+    assert overdue.any() and not overdue.all() and str(predictions["today"].values)
+    order = np.lexsort((lower, ~overdue))
+    assert [row[0] for row in rows] == names[order].tolist()
+    assert len(heads) == len(rows[0])
     assert "! G06 at " in text and "look at the reading, its unit and its hours" in text
     assert (
         "if the readings above that are marked ! are wrong, leaving out those:" in text

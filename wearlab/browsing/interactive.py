@@ -514,11 +514,9 @@ def _curve_in_words(curve: Curve, name: str, panel: Panel) -> str:
     abscissa = _day if panel.dates else _number
     doubt = ", in doubt" if curve.doubtful is not None and curve.doubtful.any() else ""
     if panel.names:
-        count = len(panel.names)
-        ranks = [int(rank) for rank in y[:MAX_CURVES] if 1 <= rank <= count]
         values = [
-            f"{panel.names[rank - 1]}: {abscissa(value)}"
-            for rank, value in zip(ranks, x, strict=False)
+            f"{_name_of_rank(panel, rank)}: {abscissa(value)}"
+            for rank, value in zip(y[:MAX_CURVES].tolist(), x, strict=False)
         ]
         return f"{'; '.join(values)}{doubt}."
     if len(y) == 1:
@@ -530,6 +528,16 @@ def _curve_in_words(curve: Curve, name: str, panel: Panel) -> str:
     largest = f"largest {_number(y[high])} at {abscissa(x[high])}"
     ends = f"from {_number(y[0])} to {_number(y[-1])}"
     return f"{name}: {ends}; {smallest}, {largest}{doubt}."
+
+
+def _name_of_rank(panel: Panel, rank: float) -> str:
+    """Return the name of an ordinate, "" where ordinates are no ranks.
+
+    A second answer is drawn a little below its rank.
+    """
+    number = round(rank)
+    is_named = bool(panel.names) and 1 <= number <= len(panel.names)
+    return panel.names[number - 1] if is_named else ""
 
 
 def _day(value: float) -> str:
@@ -549,9 +557,8 @@ def table(plot: Plot) -> str:
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(
-        ("panel", "curve", "run", "x", "y", "x error", "y error", "x is", "y is")
-    )
+    heads = ["panel", "curve", "run", "x", "y", "x error", "y error", "x is", "y is"]
+    writer.writerow([*heads, "name"])
     for panel, curve, name in named(plot):
         title = guarded(panel.title)
         curve_name = guarded(name)
@@ -561,8 +568,10 @@ def table(plot: Plot) -> str:
             run = _cell(curve.runs, number)
             abscissa = _day(x) if panel.dates else x
             errors = (_cell(curve.x_error, number), _cell(curve.y_error, number))
-            point = (abscissa, float(curve.y[number]), *errors)
-            writer.writerow((title, curve_name, guarded(run), *point, x_label, y_label))
+            y = float(curve.y[number])
+            unit = guarded(_name_of_rank(panel, y)) if np.isfinite(y) else ""
+            point = (abscissa, y, *errors, x_label, y_label, unit)
+            writer.writerow((title, curve_name, guarded(run), *point))
     return text.getvalue()
 
 

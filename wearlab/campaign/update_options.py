@@ -515,6 +515,9 @@ class UpdateBlock(ClosedTable):
     """seed of all draws"""
     calendar: Days | None = None
     """so that the life ends on a day [cycles and hours only]"""
+    today: date_ | None = None
+    """the day from which what is overdue is judged, where there is a calendar [the day
+    on which `wearlab update` runs]"""
     check: CheckBlock | None = None
     """what is true of the twins of --check [what the study believes]"""
     unknown: dict[str, Any]

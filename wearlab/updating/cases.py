@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import date
 from functools import cached_property
 from typing import Any
 
@@ -28,6 +29,7 @@ from wearlab.units import is_quantity, split
 from wearlab.updating import measurements, run_curves, unit_clock
 from wearlab.updating.calendar import Calendar
 from wearlab.updating.measurements import Observed, OperatingRecord, UpdateError
+from wearlab.updating.today import with_today
 
 DRAW = "draw"
 DEPTHS = ("max_wear_depth", "wear_depth", THICKNESS)
@@ -131,8 +133,14 @@ Subjects = Sequence[Subject]
 Measurements = tuple[tuple[Observed, ...], OperatingRecord | None, Calendar | None]
 
 
-def studies(campaign: Campaign) -> tuple[Subject, ...]:
+def studies(campaign: Campaign, today: date | None = None) -> tuple[Subject, ...]:
     """Return what a campaign's [update] asks for, case by case.
+
+    Parameters
+    ----------
+    campaign : with an [update]
+    today : the day from which what is overdue is judged [update.today, else that of
+        this machine]
 
     Raises
     ------
@@ -144,7 +152,8 @@ def studies(campaign: Campaign) -> tuple[Subject, ...]:
             "update: the campaign has no [update] section: nothing was measured"
         )
     if spec.fleet is not None:
-        return _units(campaign.cases[0].scene, spec, spec.fleet)
+        units = _units(campaign.cases[0].scene, spec, spec.fleet)
+        return with_today(units, today or spec.today)
     (observations, record, calendar) = _measured(spec, None, spec.calendar)
     subjects = []
     for case in campaign.cases:
@@ -172,7 +181,7 @@ def studies(campaign: Campaign) -> tuple[Subject, ...]:
             table = SampleTable(method="sobol", n=spec.draws, seed=spec.seed)
             study = replace(study, drawn=draw(table, study.costly, "update.unknown"))
         subjects.append(study)
-    return tuple(subjects)
+    return with_today(subjects, today or spec.today)
 
 
 def refuse_too_deep(

@@ -165,11 +165,14 @@ def _predictions(
 
     # of a unit whose limit has been passed nothing is advised
     together = layout.joined(rows, "unit")
-    texts = {
-        name: value.fillna("")
+    texts: dict[str, Any] = {
+        str(name): value.fillna("")
         for name, value in together.data_vars.items()
         if value.dtype == object
     }
+    if calendars:
+        day = str(studies[0].spec.today)
+        texts["today"] = layout.variable("predictions", "today", day)
     limit = layout.limit_of(studies[0].limit)
     unit = layout.variable("coordinates", "unit", _names(fleet))
     return together.assign({**texts, "limit": limit}).assign_coords(unit=unit)
@@ -181,7 +184,7 @@ def _unit_values(study: Subject, state: UnitState) -> dict[str, Any]:
     run = state.unit.run
     days = layout.calendar_of(study, run, now)
     factor = np.quantile(state.factor, layout.P)
-    values = layout.lives(state.lives, factor, run, days)
+    values = layout.lives(state.lives, factor, run, days, study.spec.today)
     values["end_passed"] = state.lives.below(now)
     return values
 

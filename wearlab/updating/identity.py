@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from datetime import date
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,9 @@ from wearlab.updating import cases
 FORMAT = 2  # of what is kept
 
 
-def identity(subject: str, *, replay: bool, check: int) -> str:
+def identity(
+    subject: str, *, replay: bool, check: int, today: date | None = None
+) -> str:
     """Return the identity of an update: its subject, how it was asked for, the code.
 
     Parameters
@@ -25,8 +28,10 @@ def identity(subject: str, *, replay: bool, check: int) -> str:
     subject : as `subject_hash` returns it
     replay : whether it also answers as after every inspection
     check : number of synthetic twins
+    today : the day from which what is overdue is judged, None without a calendar
     """
-    return _hash([FORMAT, code_hash(), replay, check, subject])
+    parts = [FORMAT, code_hash(), replay, check, subject]
+    return _hash(parts if today is None else [*parts, today.isoformat()])
 
 
 def subject_hash(studies: cases.Subjects) -> str:
@@ -41,7 +46,7 @@ def subject_hash(studies: cases.Subjects) -> str:
     """
     parts: list[Any] = []
     for study in studies:
-        spec = study.spec.model_copy(update={"limit": None, "data": ()})
+        spec = study.spec.model_copy(update={"limit": None, "data": (), "today": None})
         parts += [study.label, [study.first.id], repr(study.limit), repr(spec)]
         parts += [repr(study.record and study.record.fingerprint)]
         parts += [np.asarray(part).tolist() for part in study.calendar or ()]
@@ -90,5 +95,7 @@ def stored_update(
     replay : whether it also answers as after every inspection
     check : number of synthetic twins
     """
-    name = identity(subject_hash(studies), replay=replay, check=check)
+    today = studies[0].spec.today
+    subject = subject_hash(studies)
+    name = identity(subject, replay=replay, check=check, today=today)
     return updates.read_update(store, name)

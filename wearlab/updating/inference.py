@@ -6,6 +6,7 @@ evidence, with k and the errors integrated out.
 
 import json
 from collections.abc import Iterable
+from datetime import date
 from typing import Any
 
 import numpy as np
@@ -24,8 +25,11 @@ REMAINING_LIFE = "remaining_useful_life_quantile"
 ENDS = np.array([0.05, 0.5, 0.95])
 SUMMARY_KEYS = ("now", "remaining_5", "remaining_50", "remaining_95")
 
-Summary = dict[str, dict[str, float]]
-"""Last inspection and remaining life [cycles] of each case or unit, by its label."""
+Summary = dict[str, dict[str, Any]]
+"""Last inspection and remaining life [cycles] of each case or unit, by its label.
+
+With the days on which the limit is reached, where there is a calendar.
+"""
 
 
 def update(
@@ -34,6 +38,7 @@ def update(
     *,
     replay: bool = False,
     check: int = 0,
+    today: date | None = None,
     progress: bool = True,
     workers: int | None = None,
 ) -> xr.DataTree:
@@ -57,6 +62,8 @@ def update(
     store : the `Store` where runs and updates are kept
     replay : also answer as after every inspection
     check : number of synthetic twins of this study that are put through the same code
+    today : the day from which what is overdue is judged, where there is a calendar
+        [update.today, else that of this machine]
     progress : show a bar, on a terminal
     workers : number of worker processes for the runs [the cores of this machine]
 
@@ -71,7 +78,7 @@ def update(
     UpdateError : nothing was measured, a file cannot be read, or no run has data
     StoreError : the store cannot be read or written
     """
-    studies = cases.studies(campaign)
+    studies = cases.studies(campaign, today)
     stored = stored_update(studies, store, replay=replay, check=check)
     if stored is not None:
         return stored
@@ -82,7 +89,8 @@ def update(
         groups, runs, summary = _fleet_tree(campaign, studies, runner, replay, check)
     else:
         groups, runs, summary = _cases_tree(campaign, studies, runner, replay, check)
-    groups.attrs["id"] = identity(subject, replay=replay, check=check)
+    day = studies[0].spec.today
+    groups.attrs["id"] = identity(subject, replay=replay, check=check, today=day)
     groups.attrs["subject"] = subject
     groups.attrs["runs"] = " ".join(dict.fromkeys(run.id for run in runs))
     groups.attrs["summary"] = json.dumps(summary)
@@ -108,6 +116,12 @@ def _cases_tree(
         for outcome in outcomes
     }
     groups = tree.tree_of(campaign, outcomes, replay=replay, check=check)
+    predictions = groups["predictions"].to_dataset()
+    for label, entry in summary.items():
+        of_case = predictions
+        if "case" in predictions.dims:
+            of_case = predictions.sel(case=label)
+        entry |= _summary_of_days(of_case)
     return groups, runs, summary
 
 
@@ -134,10 +148,20 @@ def _fleet_tree(
         predictions["unit"].values, predictions["now"].values, remaining, strict=True
     )
     summary = {str(unit): _summary_of(now, rest) for unit, now, rest in columns}
+    for unit, entry in summary.items():
+        entry |= _summary_of_days(predictions.sel(unit=unit))
     return groups, runs, summary
 
 
-def _summary_of(now: float, remaining: Iterable[Any]) -> dict[str, float]:
+def _summary_of(now: float, remaining: Iterable[Any]) -> dict[str, Any]:
     """Return the last inspection and the remaining life by name [cycles]."""
     values = map(float, (now, *remaining))
     return dict(zip(SUMMARY_KEYS, values, strict=True))
+
+
+def _summary_of_days(predictions: xr.Dataset) -> dict[str, Any]:
+    """Return the days of the limit, 5, 50 and 95 %; nothing without a calendar."""
+    if "end_of_life_quantile" not in predictions:
+        return {}
+    days = predictions["end_of_life_quantile"].values[::2].tolist()
+    return {"days": days} if all(days) else {}

@@ -5,6 +5,7 @@ Variables are declared in `variables.toml`.
 
 import tomllib
 from collections.abc import Mapping, Sequence
+from datetime import date
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from wearlab.updating.calendar import NEVER, Calendar
 from wearlab.updating.cases import Limit, Subject
 from wearlab.updating.lives import Lives
 from wearlab.updating.run_curves import RunHistory
+from wearlab.updating.today import passed_today
 
 MERGED: Any = {"compat": "override", "combine_attrs": "override"}
 P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
@@ -99,9 +101,13 @@ def stacked(rows: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:
 
 
 def lives(
-    answer: Lives, factor: arrays.Array, run: RunHistory, calendar: Calendar | None
+    answer: Lives,
+    factor: arrays.Array,
+    run: RunHistory,
+    calendar: Calendar | None,
+    today: date | None,
 ) -> dict[str, Any]:
-    """Return quantiles of lives and factor, and the day by cycles, of one unit."""
+    """Return quantiles of lives and factor, days, and what holds today, of one unit."""
     life = answer.life(P)
     rest = np.maximum(life - answer.now, 0.0)
     values: dict[str, Any] = {
@@ -113,11 +119,10 @@ def lives(
         "now": answer.now,
         "seconds_per_cycle": run.seconds_per_cycle,
     }
-    return (
-        values
-        if calendar is None
-        else values | {"end_of_life_quantile": calendar.texts(answer.now + rest)}
-    )
+    if calendar is None:
+        return values
+    values["end_of_life_quantile"] = calendar.texts(answer.now + rest)
+    return values | passed_today(answer, calendar, today)
 
 
 def calendar_of(study: Subject, run: RunHistory, last_cycle: float) -> Calendar | None:

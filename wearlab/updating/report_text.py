@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Index
 from wearlab.schema import VARIABLES
 from wearlab.units import HOUR, convert, shown_unit
 from wearlab.updating.calendar import (
@@ -30,12 +30,15 @@ WITHOUT = "remaining_without_"
 BELIEVED = tuple(
     (Path(__file__).parent / "believed.txt").read_text(encoding="utf-8").splitlines()
 )
+TODAY = ("today", "today_cycle", "passed_today")
 MAX_LISTED = 24  # inspections of a block whose checks are listed
 FIRST = 2  # units that are named as those to open first
+MAX_OPENED = 6  # units that are named where more may have passed the limit today
 # times the others' pace, and share of the limit, that are a reason to open a unit
 FAST = 1.25
 MUCH = 0.6
 PASSED = "passed"
+OVERDUE = "overdue"
 # probabilities from which the limit may have, and has, been passed
 MAYBE = 0.05
 SURE = 0.95
@@ -87,7 +90,9 @@ def answers(tree: xr.DataTree) -> list[str]:
     """
     if "unit" in tree["predictions"].dims:
         rows = _rows(tree["predictions"].to_dataset())
-        sentences = rendered("answers.txt", {"rows": rows, "passed": PASSED})
+        sentences = rendered(
+            "answers.txt", {"rows": rows, "passed": PASSED, "overdue": OVERDUE}
+        )
         return [*units_to_open(tree), *sentences]
 
     lines = []
@@ -220,6 +225,8 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
         about = str(predictions["end_of_life_quantile"].attrs["long_name"])
         values["days"] = _days(predictions)
         values["days_about"] = about.rpartition(", ")[2]
+    if "passed_today" in predictions and np.isfinite(predictions["passed_today"]):
+        values |= {name: predictions[name].item() for name in TODAY}
     if predictions.sizes.get("inspection"):
         values["replay"] = _replay_rows(predictions)
     if "calibration" in groups:
@@ -466,7 +473,10 @@ def fleet_about(tree: xr.DataTree) -> str:
     ----------
     tree : as `update` returns it
     """
-    return f"limit: {_limit(tree['predictions'].to_dataset())}; {ABOUT}"
+    predictions = tree["predictions"].to_dataset()
+    today = predictions.get("today")
+    hours = "" if today is None else f"hours: on {today.item()}; "
+    return f"limit: {_limit(predictions)}; {hours}{ABOUT}"
 
 
 def alerts(text: Sequence[str]) -> list[str]:
@@ -536,11 +546,55 @@ def ends_of(predictions: xr.Dataset) -> tuple[np.ndarray, Array, bool]:
     return texts, np.where(np.isnat(on), np.inf, on.astype(float)), True
 
 
+def passed_by_today(predictions: xr.Dataset) -> Array:
+    """Return how probably each unit has passed the limit by today.
+
+    By its last inspection where it has no calendar.
+
+    Parameters
+    ----------
+    predictions : group of an update's tree
+    """
+    left = latest(predictions["remaining_useful_life_quantile"])
+    is_over = (left.sel(quantile=0.5) <= 0.0).astype(float)
+    by_inspection = predictions.get("end_passed", is_over)
+    if "passed_today" not in predictions:
+        return np.asarray(by_inspection.values, float)
+    today = predictions["passed_today"].fillna(by_inspection)
+    return np.asarray(today.values, float)
+
+
+def hours_of(predictions: xr.Dataset) -> Array:
+    """Return the operating hours of each unit today.
+
+    Those at its last inspection where it has no calendar.
+
+    Parameters
+    ----------
+    predictions : group of an update's tree
+    """
+    cycle = predictions["now"]
+    if "today_cycle" in predictions:
+        cycle = predictions["today_cycle"].fillna(cycle)
+    return np.asarray((cycle * predictions["seconds_per_cycle"]).values) / HOUR
+
+
+def urgency(predictions: xr.Dataset) -> Index:
+    """Return the order of units: what is overdue first, then by the lower end.
+
+    Parameters
+    ----------
+    predictions : group of a fleet's tree
+    """
+    _, ends, _ = ends_of(predictions)
+    in_time = passed_by_today(predictions) <= OVER
+    return np.lexsort((ends[:, 0], in_time))
+
+
 def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
-    """Return a row a unit, those whose limit may have been passed first."""
+    """Return a row a unit, what is overdue first."""
     texts, *_ = ends_of(predictions)
-    is_sound = predictions["end_passed"].values <= MAYBE
-    order = np.argsort(is_sound, kind="stable")
+    order = urgency(predictions)
     return [_row(predictions.isel(unit=k), texts[k]) for k in order]
 
 
@@ -549,10 +603,17 @@ def _row(unit: xr.Dataset, ends: np.ndarray) -> tuple[str, ...]:
     values = {
         str(name): variable.values[()] for name, variable in unit.variables.items()
     }
-    hours = values["now"] * values["seconds_per_cycle"] / HOUR
+    seconds = values["seconds_per_cycle"]
+    inspected = values["now"] * seconds / HOUR
+    today = values.get("today_cycle", np.nan) * seconds / HOUR
+    hours = today if np.isfinite(today) else inspected
     low, _, middle, _, high = ends
-    end = PASSED if values["end_passed"] > OVER else middle
-    worn = f"{100.0 * values['worn']:.0f} %" if hours > 0.0 else "not measured"
+    end = middle
+    if values["end_passed"] > OVER:
+        end = PASSED
+    elif values.get("passed_today", 0.0) > OVER:
+        end = f"{middle}, {OVERDUE}"
+    worn = f"{100.0 * values['worn']:.0f} %" if inspected > 0.0 else "not measured"
     between = low if low == high else f"{low} and {high}"
     pace = f"{values['pace']:.2f}"
     row = (str(values["unit"]), f"{hours:,.0f}", worn, end, between, pace)
@@ -560,7 +621,7 @@ def _row(unit: xr.Dataset, ends: np.ndarray) -> tuple[str, ...]:
         return row
 
     change_hours = values["best_change"] * values["seconds_per_cycle"] / HOUR
-    left = change_hours - hours
+    left = change_hours - inspected
     fallback = "now" if end == PASSED else "not known"
     remaining = f"{left:,.0f} h more" if np.isfinite(left) else fallback
     return (*row, str(values.get("best_change_day", "")) or remaining)
@@ -569,19 +630,24 @@ def _row(unit: xr.Dataset, ends: np.ndarray) -> tuple[str, ...]:
 def _units_to_open(predictions: xr.Dataset) -> list[str]:
     """Return which units to open first, and why.
 
-    They are those of which 1 in 20 has reached the limit soonest.
+    They are those of which 1 in 20 has reached the limit soonest; all that may have
+    passed it today are named or counted.
     """
-    texts, ends, _ = ends_of(predictions)
-    sure = predictions["end_passed"].values <= MAYBE
-    worn_first = np.where(sure, 0.0, -predictions["worn"].values)
-    order = np.lexsort((ends[:, 0], worn_first))[:FIRST]
-    keys = ("unit", "worn", "pace", "p_like_the_others", "end_passed", "now")
+    texts, *_ = ends_of(predictions)
+    order = urgency(predictions)
+    passed = passed_by_today(predictions)
+    due = int(np.sum(passed > MAYBE))
+    count = min(max(due, FIRST), MAX_OPENED)
+    keys = ("unit", "worn", "pace", "p_like_the_others", "now")
     units = [
-        {name: predictions[name].values[k] for name in keys} | {"lasts": texts[k, 0]}
-        for k in order
+        {name: predictions[name].values[k] for name in keys}
+        | {"lasts": texts[k, 0], "passed": passed[k]}
+        for k in order[:count]
     ]
+    today = predictions.get("today")
+    about = {"today": None if today is None else today.item(), "more": due - count}
     bounds = {"maybe": MAYBE, "sure": SURE, "much": MUCH, "fast": FAST, "alarm": ALARM}
-    return rendered("open.txt", {"units": units, **bounds})
+    return rendered("open.txt", {"units": units, **about, **bounds})
 
 
 def _shown(unit: str) -> tuple[str, float]:

@@ -368,7 +368,8 @@ def _life_quantiles(outcome: UpdateOutcome) -> dict[str, Any]:
     answer = outcome.answer
     days = layout.calendar_of(outcome.study, run, answer.now)
 
-    values = layout.lives(answer, answer.factor(layout.P), run, days)
+    today = outcome.study.spec.today
+    values = layout.lives(answer, answer.factor(layout.P), run, days, today)
     values["limit"] = layout.limit_of(outcome.study.limit)
     values["prior_life_quantile"] = outcome.prior.life(layout.P)
     values["prior_factor_quantile"] = outcome.prior.factor(layout.P)
@@ -376,6 +377,8 @@ def _life_quantiles(outcome: UpdateOutcome) -> dict[str, Any]:
         return values
 
     values |= layout.places_of(days, run.start)
+    if today is not None:
+        values["today"] = today.isoformat()
     hours_a_year = days.a_year * run.seconds_per_cycle / units.HOUR
     about = (
         "day on which the limit is reached, that of the last inspection where it was "

@@ -1,11 +1,13 @@
 """``run`` and ``update``: simulate what is missing, and infer from measurements."""
 
 from collections.abc import Iterator
+from datetime import date
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from wearlab.cli import app, options, output
 from wearlab.cli.commands import plan
-from wearlab.store import Store
+from wearlab.store import Store, files
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -129,6 +131,8 @@ def list_updates(store: Store) -> output.Findings:
         for case, summary in update.summary.items():
             inspected = f"{summary['now']:.4g}"
             low, middle, high = (f"{summary[key]:.4g}" for key in REMAINING)
+            first, day, last = summary.get("days", ("", "", ""))
+            between = f"{first} to {last}" if day else ""
             rows.append(
                 (
                     update.id[:10],
@@ -137,6 +141,8 @@ def list_updates(store: Store) -> output.Findings:
                     inspected,
                     middle,
                     f"{low} to {high}",
+                    day,
+                    between,
                     str(len(update.runs)),
                     update.recorded[:19],
                 )
@@ -148,6 +154,8 @@ def list_updates(store: Store) -> output.Findings:
         "last inspection",
         "remaining life",
         "90 %",
+        "limit reached",
+        "90 % between",
         "runs",
         "recorded",
     )
@@ -214,6 +222,18 @@ def update_content(tree: "xr.DataTree") -> dict[str, Any]:
     return content
 
 
+def _day(written: str | None) -> date | None:
+    """Return a day that a command gives as ISO 8601."""
+    if written is None:
+        return None
+    try:
+        return date.fromisoformat(written)
+    except ValueError:
+        raise output.Stop(
+            f"--today: {written!r} is no day: write it as 2026-06-30"
+        ) from None
+
+
 @app.command(
     help="Infer wear coefficient and remaining life from FILE's measurements, with "
     "intervals."
@@ -234,20 +254,48 @@ def update(
             "--check", "Put N synthetic twins through the same code.", "N", min=0
         ),
     ] = 0,
+    today: Annotated[
+        str | None,
+        options.option(
+            "--today",
+            "The day from which what is overdue is judged.",
+            "DATE",
+            show_default="update.today, else that of this machine",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        options.option(
+            "--out",
+            "Write the days of each unit: a table (.xlsx, .csv) or a calendar (.ics).",
+            "FILE",
+        ),
+    ] = None,
     workers: options.Workers = None,
 ) -> output.Findings:
     """Infer wear coefficient and remaining life from measurements."""
-    from wearlab.updating import report_text
+    from wearlab.report import dates_file
+    from wearlab.updating import cases, report_text
     from wearlab.updating import update as infer
 
+    if out is not None:
+        dates_file.refuse_format(out)
     campaign = output.read_campaign(file)
+    if out is not None:
+        is_dated = cases.studies(campaign)[0].spec.today is not None
+        dates_file.refuse_format(out, has_days=is_dated)
     tree = infer(
         campaign,
         store,
         replay=replay,
         check=check,
+        today=_day(today),
         progress=not output.AS_JSON.get(),
         workers=workers,
     )
     stored = f"\nkept as update {str(tree.attrs['id'])[:10]}"
+    if out is not None:
+        with files.written(out):
+            files.write_whole(out, dates_file.content_of(tree, out))
+        stored += f"\n{out}"
     return output.Findings(update_content(tree), [*report_text.text_of(tree), stored])
