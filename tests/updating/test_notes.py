@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from made import RATE, ErrorModel, history, observed, study
 
+from wearlab.campaign.distributions import read_distribution
 from wearlab.updating.answers import outcome_of
 
 SD = 1e-4
@@ -56,3 +57,24 @@ def test_the_extreme_is_said(values, options, said):
 
 def test_nothing_is_said_of_sound_data():
     assert notes(RATE * CYCLES) == ()
+
+
+def test_a_high_outlier_is_named_and_not_the_sound_value_after_it():
+    values = RATE * np.array([1e5, 9e5, 3e5, 4e5])
+    told = notes(values, cycles=np.array([1e5, 2e5, 3e5, 4e5]))
+    assert any("line 3: worn_mass is more than afterwards" in note for note in told)
+    assert not any("line 4" in note for note in told)
+
+
+def test_values_are_judged_by_the_error_that_they_show():
+    """Falls were said of sound values whose error is larger than was thought."""
+    prior = read_distribution({"lognormal": {"median": SD, "cov": 1.0}}, "sd")
+    rng = np.random.default_rng(5)
+    cycles = np.linspace(1e5, 2e5, 12)
+    said = 0
+    for _ in range(20):
+        values = RATE * cycles + 4.0 * SD * rng.standard_normal(12)
+        seen = (observed(cycles, values, ErrorModel(prior)),)
+        told = outcome_of(study(WIDE, seen, draws=200), (history(seen),)).notes
+        said += any("does not come back" in note or "negative" in note for note in told)
+    assert said == 0

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import norm
 
-from wearlab.arrays import Index, Random
+from wearlab.arrays import Array, Flags, Index, Random
 from wearlab.updating import grids, layout, likelihood, sampling
 from wearlab.updating.cases import Subject, UpdateError
 from wearlab.updating.likelihood import Block, Blocks
@@ -25,6 +25,10 @@ MAX_ONE_BY_ONE = 200_000  # values whose errors cannot be condensed
 MIN_EFFECTIVE_RUNS = 100.0
 MIN_EFFECTIVE_SHARE = 0.5
 HARDLY = 0.01  # prior predictive probability below which the prior excludes the data
+# equally probable standard errors by which values are judged, of more values fewer
+MANY_SDS = 400
+FEW_SDS = 20
+MANY_VALUES = 2_000
 FALSE_ALARM = 0.001  # probability of a note on sound values, of a file
 ENDS = (0.05, 0.5, 0.95)
 # cycles that a point of the grid is spread over when their interval is told
@@ -178,7 +182,7 @@ def outcome_of(
         checks=checks,
         courses=courses,
         sources=_without_each_source(study, runs, answer),
-        notes=tuple(_notes(study, answer, stats, larger)),
+        notes=tuple(_notes(study, answer, draws, stats, larger)),
         stats=stats,
     )
 
@@ -312,6 +316,7 @@ def _widens(answer: Answer) -> bool:
 def _notes(
     study: Subject,
     answer: Answer,
+    draws: sampling.Draws,
     stats: dict[str, float],
     larger: Sequence[LargerError],
 ) -> list[str]:
@@ -325,7 +330,7 @@ def _notes(
     odd = [
         oddity
         for n, block in enumerate(blocks)
-        for oddity in oddities(n, block, post.histories[0])
+        for oddity in oddities(n, block, post.histories[0], draws.sd[n])
     ]
     values = {
         "study": study,
@@ -361,7 +366,9 @@ def _larger_errors(
             yield name, middle / float(np.median(of_prior))
 
 
-def oddities(number: int, block: Block, run: RunHistory) -> Iterator[dict[str, Any]]:
+def oddities(
+    number: int, block: Block, run: RunHistory, sd: Array | None = None
+) -> Iterator[dict[str, Any]]:
     """Yield what is odd about values of a block: none, copies, negative, falling.
 
     Parameters
@@ -369,6 +376,8 @@ def oddities(number: int, block: Block, run: RunHistory) -> Iterator[dict[str, A
     number : of the block
     block : observations
     run : a stored run that knows their cycles
+    sd : draws of the standard error of a value from the posterior [SI] [what is known
+        of it before, in the median]
     """
     observed = block.observed
     data = block.data
@@ -385,22 +394,62 @@ def oddities(number: int, block: Block, run: RunHistory) -> Iterator[dict[str, A
     value = np.where(observed.censored, 0.0, observed.value)
     error = data.error
     relative = error.relative * value
-    parts = (block.sd.known, observed.sd, error.offset_sd, relative)
+    count = MANY_SDS if len(observed) <= MANY_VALUES else FEW_SDS
+    sds = np.atleast_1d(block.sd.known if sd is None else _evenly(sd, count))
+    parts = (sds[:, None], observed.sd, error.offset_sd, relative)
     errors = np.linalg.norm(np.broadcast_arrays(*parts), axis=0)
-    # standard errors beyond which one of so many values is odd
-    far = norm.isf(FALSE_ALARM / len(observed))
-    negative = np.flatnonzero(value < -far * errors)
+    negative = np.flatnonzero(_improbable(-value, errors))
     if len(negative):
         yield {"what": "negative", "data": data, "line": observed.row[negative[0]]}
     is_total = observed.place_kind is None and data.since is None
     if is_total and not observed.censored.any():
         order = np.argsort(run.points[number].cycle, kind="stable")
-        ordered = errors[order]
-        expected = np.hypot(ordered[1:], ordered[:-1])
-        falls = np.flatnonzero(np.diff(value[order]) < -far * expected)
+        ordered = errors[:, order]
+        expected = np.hypot(ordered[:, 1:], ordered[:, :-1])
+        falls = np.flatnonzero(_improbable(-np.diff(value[order]), expected))
         if len(falls):
-            line = observed.row[order[falls[0] + 1]]
-            yield {"what": "falls", "data": data, "line": line}
+            is_high, place = _odd_one(value[order], int(falls[0]))
+            line = observed.row[order[place]]
+            what = "too high" if is_high else "falls"
+            yield {"what": what, "data": data, "line": line}
+
+
+def _evenly(sd: Array, count: int) -> Array:
+    """Return draws of a standard error as so many equally probable values."""
+    if sd.size == 1:
+        return sd
+    return np.asarray(np.quantile(sd, (np.arange(count) + 0.5) / count))
+
+
+def _improbable(amount: Array, errors: Array) -> Flags:
+    """Return which amounts, (n,), chance alone hardly makes, one of all of them.
+
+    Parameters
+    ----------
+    amount : above 0 by so much
+    errors : standard errors, (sds, n), each row equally probable
+    """
+    p = norm.sf(amount / np.maximum(errors, 1e-300)).mean(axis=0)
+    return np.asarray(p < FALSE_ALARM / max(len(amount), 1))
+
+
+def _odd_one(value: Array, before: int) -> tuple[bool, int]:
+    """Return whether a value before a fall is too high, and which of the two is odd.
+
+    It is the one that the values about both leave out. ``value`` is in order of time,
+    ``before`` the place of the one before the fall.
+    """
+    high = value[before]
+    low = value[before + 1]
+    off_if_high = 0.0
+    off_if_low = 0.0
+    if before > 0:
+        # without the high value the others rise; without the low one they rise
+        off_if_high += max(value[before - 1] - low, 0.0)
+    if before + 2 < len(value):
+        off_if_low += max(high - value[before + 2], 0.0)
+    is_high = off_if_high < off_if_low
+    return is_high, before if is_high else before + 1
 
 
 def _copied_rows(number: int, block: Block, run: RunHistory) -> Index:

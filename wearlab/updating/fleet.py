@@ -57,7 +57,9 @@ def fleet_groups(
         "posterior": _posterior(fleet, theta, log_factors, rng),
         "predictions": predictions,
         "observed_data": rows,
-        "sample_stats": _statistics(studies, fleet, rows if replay else xr.Dataset()),
+        "sample_stats": _statistics(
+            studies, fleet, theta, rows if replay else xr.Dataset()
+        ),
     }
     if rows and rows["flagged"].values.any():
         flagged = rows.isel(observation=rows["flagged"].values)
@@ -67,12 +69,14 @@ def fleet_groups(
     return groups
 
 
-def _statistics(studies: Subjects, fleet: Population, rows: xr.Dataset) -> xr.Dataset:
+def _statistics(
+    studies: Subjects, fleet: Population, theta: Array, rows: xr.Dataset
+) -> xr.Dataset:
     """Return what is known about the update itself, with scores of inspections."""
     stats: dict[str, Any] = {
         "log_evidence": fleet.evidence,
         "points": float(len(fleet.theta)),
-        "notes": " | ".join(_notes(studies, fleet)),
+        "notes": " | ".join(_notes(studies, fleet, theta)),
     }
     return layout.dataset("statistics", stats | inspection_scores(rows))
 
@@ -221,13 +225,17 @@ def _like_the_others(fleet: Population, number: int, blank: UnitState) -> float:
     return blank.two_sided_p(cycle, value, count) if np.isfinite(value) else np.nan
 
 
-def _notes(studies: Subjects, fleet: Population) -> list[str]:
-    """Return what a reader must know of the whole fleet, most important first."""
+def _notes(studies: Subjects, fleet: Population, theta: Array) -> list[str]:
+    """Return what a reader must know of the whole fleet, most important first.
+
+    ``theta`` are draws of what units share.
+    """
+    sds = [sd[:, 0] for sd in fleet.law.shared(theta).sd]
     units = []
     for study, unit in zip(studies, fleet.units, strict=True):
         a_year = study.calendar and study.calendar.a_year
         odd = [
-            answers.oddities(n, block, unit.run)
+            answers.oddities(n, block, unit.run, sds[n])
             for n, block in enumerate(unit.blocks)
             if len(block.rows)
         ]
