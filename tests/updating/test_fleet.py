@@ -4,6 +4,7 @@ what contradicts what.
 
 import json
 from dataclasses import replace
+from datetime import date
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from wearlab.updating.cases import studies
 from wearlab.updating.report_text import answers, fleet_tables, text_of
 from wearlab.updating.unit_clock import calendar_of
 
+TODAY = date(2026, 1, 1)
 HEAD, _, BLOCK = STATIC.partition("[[update.data]]")
 FLEET = f"""{HEAD}
 [[update.data]]
@@ -63,7 +65,7 @@ def store(tmp_path_factory):
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory, store):
     campaign = fleet(tmp_path_factory.mktemp("fleet"))
-    return campaign, update(campaign, store, replay=True, progress=False)
+    return campaign, update(campaign, store, replay=True, today=TODAY, progress=False)
 
 
 def test_every_unit_gets_a_day_and_an_interval(kept, store):
@@ -81,11 +83,12 @@ def test_every_unit_gets_a_day_and_an_interval(kept, store):
     text = "\n".join(text_of(tree))
     assert "open B first" in text and "!" not in text and "not measured" in text
     assert "inspections foreseen from those before" in text
-    assert len(answers(tree)) == 7 and answers(tree)[2].startswith(
-        "A: the limit is reached on 20"
+    assert len(answers(tree)) == 7
+    assert any(
+        line.startswith("A: the limit is reached on 20") for line in answers(tree)
     )
     assert (
-        update(campaign, store, replay=True, progress=False).attrs["id"]
+        update(campaign, store, replay=True, today=TODAY, progress=False).attrs["id"]
         == tree.attrs["id"]
     )
     assert set(kept_updates(store)[tree.attrs["id"]].summary) == set(
@@ -276,6 +279,7 @@ def test_units_that_are_measured_differently_are_told_by_their_own_measurements(
     tree = update(
         fleet(tmp_path, rows, FLEET.replace("[[update.data]]", DEPTHS, 1)),
         store,
+        today=TODAY,
         progress=False,
     )
     text = text_of(tree)
