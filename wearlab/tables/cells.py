@@ -31,7 +31,8 @@ BLANKS = str.maketrans(dict.fromkeys("\u00a0\u2007\u2009\u202f", " "))
 """Blanks that do not break a line: one between thousands is no separator."""
 SPREADSHEET_ERROR = re.compile(
     r"#(?:DIV/0!|N/A|NV|VALUE!|WERT!|REF!|BEZUG!|NAME\?|NUM!|ZAHL!|NULL!|SPILL!|"
-    r"ÜBERLAUF!|CALC!|KALK!|FIELD!|FELD!|GETTING_DATA|CONNECT!|BLOCKED!|UNKNOWN!|FORMULA!|#+)"
+    r"ÜBERLAUF!|CALC!|KALK!|FIELD!|FELD!|GETTING_DATA|CONNECT!|BLOCKED!|UNKNOWN!|"
+    r"FORMULA!|#+)"
     r"|(?:Err|Fehler):\d{3}",
     re.IGNORECASE,
 )
