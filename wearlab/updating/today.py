@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import date
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,14 +11,8 @@ from wearlab.units import HOUR
 from wearlab.updating.calendar import Calendar, day_text
 from wearlab.updating.measurements import UpdateError
 
-if TYPE_CHECKING:
-    from wearlab.updating.cases import Subject
-    from wearlab.updating.lives import Lives
 
-
-def with_today(
-    subjects: "Sequence[Subject]", stated: date | None
-) -> "tuple[Subject, ...]":
+def with_today(subjects: Sequence[Any], stated: date | None) -> tuple[Any, ...]:
     """Return cases or units that know which day it is, where one has a calendar.
 
     Parameters
@@ -44,7 +38,7 @@ def with_today(
     return tuple(replace(subject, spec=spec) for subject in subjects)
 
 
-def _refuse_later_inspection(subject: "Subject", today: date) -> None:
+def _refuse_later_inspection(subject: Any, today: date) -> None:
     """Refuse a day before the last inspection of a unit."""
     calendar = subject.calendar
     assert calendar is not None
@@ -68,7 +62,7 @@ def _refuse_later_inspection(subject: "Subject", today: date) -> None:
 
 
 def passed_today(
-    answer: "Lives", calendar: Calendar | None, today: date | None
+    answer: Any, calendar: Calendar | None, today: date | None
 ) -> dict[str, Any]:
     """Return the cycle of today, and how probably the limit has been passed by then.
 
