@@ -21,7 +21,9 @@ def two(body: Body) -> dict[str, Body]:
 
 def test_l16_primary_resonance_of_one_degree_of_freedom() -> None:
     system = torsional(
-        Paired(two(Body(0.0, 7.3e-3, BASE_RADIUS)), {}, Meshing(1e3), 340.0)
+        Paired(
+            two(Body(0.0, 7.3e-3, BASE_RADIUS)), {}, Meshing(1e3), 340.0 / BASE_RADIUS
+        )
     )
     found = modes(system, 2.788e8)
     assert critical_speeds(found.frequency, 50)[0, 0] * RPM == pytest.approx(

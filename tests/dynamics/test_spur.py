@@ -28,7 +28,9 @@ def test_spur_3dof_is_l16_with_x_in_place_of_u() -> None:
     pinion = MemberSupport(1.0e9, radial_damping=5000.0, preload=10.0)
     gear = MemberSupport(1.2e9, radial_damping=4000.0, preload=20.0)
     s = spur_3dof(
-        Paired(GEARS, {"pinion": pinion, "gear": gear}, Meshing(900.0), 340.0)
+        Paired(
+            GEARS, {"pinion": pinion, "gear": gear}, Meshing(900.0), 340.0 / RADIUS[0]
+        )
     )
     m_c = (
         INERTIA[0]
@@ -45,7 +47,7 @@ def test_spur_3dof_is_l16_with_x_in_place_of_u() -> None:
 
 
 def test_torsional_supports_keep_both_rotations_and_the_mesh_acceleration() -> None:
-    pair = Paired(GEARS, {}, Meshing(1.0), 100.0, fluctuation=7.0)
+    pair = Paired(GEARS, {}, Meshing(1.0), 100.0 / RADIUS[0], fluctuation=7.0)
     tied = {"pinion": MemberSupport(tangential_stiffness=0.0)}
     free = torsional(pair)
     held = torsional(pair._replace(held=tied))
@@ -77,7 +79,10 @@ def test_helical_gears_on_axial_bearings_move_along_their_axes() -> None:
     gear = support_of(given, GEARS["gear"])
     s = spur_3dof(
         Paired(
-            GEARS, {"pinion": pinion, "gear": gear}, Meshing(900.0, slope=-0.2), 340.0
+            GEARS,
+            {"pinion": pinion, "gear": gear},
+            Meshing(900.0, slope=-0.2),
+            340.0 / RADIUS[0],
         )
     )
     assert s.coordinates == ("pinion.y", "gear.y", "pinion.z", "gear.z", "mesh.x")
@@ -88,7 +93,9 @@ def test_helical_gears_on_axial_bearings_move_along_their_axes() -> None:
         np.diag(s.damping)[2:], [300.0, 0.08 * np.sqrt(5e7 * 1.9), 0.0]
     )
     np.testing.assert_allclose(s.load, [0.0, 0.0, 0.0, 0.0, 340.0 / RADIUS[0]])
-    alone = torsional(Paired(GEARS, {"gear": gear}, Meshing(slope=-0.2), 340.0))
+    alone = torsional(
+        Paired(GEARS, {"gear": gear}, Meshing(slope=-0.2), 340.0 / RADIUS[0])
+    )
     assert alone.coordinates == ("gear.z", "mesh.x")
 
 
@@ -108,7 +115,7 @@ def test_damping_ratios() -> None:
 
 
 def test_rotating_frames_add_gyroscopic_and_centripetal_terms() -> None:
-    s = torsional(Paired(GEARS, {}, Meshing(1.0), 1.0))
+    s = torsional(Paired(GEARS, {}, Meshing(1.0), 1.0 / RADIUS[0]))
     turning: System = s._replace(
         stiffness=np.array([[5.0]]),
         gyroscopic=np.array([[2.0]]),

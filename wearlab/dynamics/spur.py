@@ -87,7 +87,8 @@ class Paired(NamedTuple):
     gears : driving and driven by name, each counted at its base radius
     held : what holds them; missing: nothing
     mesh : damping and backlash
-    torque : on the driving gear [N m]; the driven gear's balances it
+    load : static normal force of the mesh [N], by the torque on the driving gear, which
+        that on the driven gear balances
     fluctuation : amplitude of the fluctuating input torque [N m] (L16 Eq. 9), None:
         none
     friction : lever arms of tooth friction, None: none
@@ -96,7 +97,7 @@ class Paired(NamedTuple):
     gears: Mapping[str, Body]
     held: Mapping[str, supports.MemberSupport]
     mesh: Meshing
-    torque: float
+    load: float
     fluctuation: float | None = None
     friction: PairFriction | None = None
 
@@ -203,8 +204,7 @@ def _loads(pair: Paired, held: supports.Held) -> dict[Coordinate, float]:
     ``x = u1 − u2: ẍ = (T1/r1 − W)/m1 + (T2/r2 − W)/m2``, and both loads equal T/r1.
     """
     first, second = pair.gears
-    force = mesh_load(pair.torque, pair.gears[first].radius)
-    loads = {MESH: force, (first, "u"): force, (second, "u"): -force}
+    loads = {MESH: pair.load, (first, "u"): pair.load, (second, "u"): -pair.load}
     for gear, sense in zip(pair.gears, SENSES, strict=True):
         loads[gear, "y"] = -sense * held[gear].preload
     return loads
@@ -287,7 +287,7 @@ def paired(model: Any, motion: InMotion) -> Paired:
         gears=bodies,
         held=held,
         mesh=meshing_of(motion.meshes[0], stiffness, mass, motion.slope),
-        torque=motion.operation.torque,
+        load=motion.gears.kinds[0].load,
         fluctuation=waves[0].amplitude if waves else None,
         friction=friction,
     )
