@@ -12,7 +12,7 @@ from wearlab.runner.plan import plan
 from wearlab.runner.preparation import calibrations
 from wearlab.runner.worker import Task
 from wearlab.scene import Scene, calibrating
-from wearlab.simulation import run as simulating
+from wearlab.simulation import calibration as simulating
 from wearlab.store import Store
 from wearlab.store.export import export_attributes
 from wearlab.store.merging import merge

@@ -387,4 +387,6 @@ def test_oblique_lines_on_a_layer_yield_about_as_on_solid_teeth(helix, modules, 
         build(each).face.kinds[0].contact.mean_stiffness for each in (layer, solid)
     ]
     assert stiff[0] == pytest.approx(stiff[1], rel=within)
-    assert set(layer.identifying()) - set(solid.identifying()) == {"oblique"}
+    assert set(layer.sections.identifying()) - set(solid.sections.identifying()) == {
+        "oblique"
+    }

@@ -48,13 +48,10 @@ def duty_blocks(options: Mapping[str, Any], base: Path | None) -> list[dict[str,
     ------
     TableError : as of `read_load_table`
     """
-    table = load_table_of(
-        table_named(options, base),
-        texts_by_column(options, "columns", '{ share = "duration" }'),
-        texts_by_column(
-            options, "units", '{ torque = "N*m", speed = "rpm", share = "h" }'
-        ),
-    )
+    columns = texts_by_column(options, "columns", '{ share = "duration" }')
+    example = '{ torque = "N*m", speed = "rpm", share = "h" }'
+    units = texts_by_column(options, "units", example)
+    table = load_table_of(table_named(options, base), columns, units)
     total = sum(table.share)
     return [
         {
