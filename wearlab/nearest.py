@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 PARTS = re.compile(r"[-_ ]+")
-MOST_LISTED = 40
+MAX_LISTED = 40
 """Choices up to which a message lists all of them beside the nearest."""
 
 
@@ -78,6 +78,6 @@ def choices(value: object, valid: Iterable[object]) -> str:
     near = alike(str(value), names)
 
     question = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
-    if near and len(names) > MOST_LISTED:
+    if near and len(names) > MAX_LISTED:
         return question.rstrip()
     return f"{question}valid: {', '.join(names) or 'none'}"

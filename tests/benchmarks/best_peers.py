@@ -35,7 +35,7 @@ DIFFERENCE = 0.01
 """Difference, in sizes of the states, by which the derivative of a period is taken:
 affine while flanks touch, so that a large one is exact and drowns the noise of the
 integrator [1]."""
-MOST_CLOSINGS = 12
+MAX_CLOSINGS = 12
 NOISE = 5.0
 """Relative tolerances to within which a mesh period comes back, for it repeats no
 better than that [1]."""
@@ -208,7 +208,7 @@ def compiled_close() -> Any:
         state = start.copy()
         matrix = np.zeros((rows, rows))
         last = np.inf
-        for turn in range(MOST_CLOSINGS):
+        for turn in range(MAX_CLOSINGS):
             end = march(address, state, periods, pieces, widths, method, rtols, atols)
             marched += periods
             missing = (end - state) / scale

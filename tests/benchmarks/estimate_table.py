@@ -15,10 +15,10 @@ from estimate_score import QUANTITIES, Score, summary
 
 from wearlab.simulation.label import CONVENTIONS
 
-LEAST_COVERED = 0.95
-MOST_RATIO = 8.0
-MOST_COST = 0.5
-MOST_REFUSED = 0.05
+MIN_COVERED = 0.95
+MAX_RATIO = 8.0
+MAX_COST = 0.5
+MAX_REFUSED = 0.05
 LONGEST_RUN = 60.0
 SCORE_HEADS = (
     "gears",
@@ -134,26 +134,26 @@ def missed(rows: Sequence[Row]) -> list[str]:
     """Return what is promised of the estimates and not kept by these scenes."""
     told = []
     for name, (_, share, ratio) in summary_of(rows, ALL).items():
-        if share < LEAST_COVERED:
+        if share < MIN_COVERED:
             told.append(
                 f"{name}: the error is below its estimate in {share:.1%} of the "
                 "scenes, "
-                f"not {LEAST_COVERED:.0%}"
+                f"not {MIN_COVERED:.0%}"
             )
-        if not ratio <= MOST_RATIO:
+        if not ratio <= MAX_RATIO:
             told.append(
                 f"{name}: the median of estimate over error is {ratio:.1f}, more than "
-                f"{MOST_RATIO:.0f}"
+                f"{MAX_RATIO:.0f}"
             )
-    if costs(rows)[1] > MOST_COST:
+    if costs(rows)[1] > MAX_COST:
         told.append(
             f"the estimates add up to {costs(rows)[1]:.0%} to the time of a run, not "
             "at most half"
         )
     refused = reasons(rows).get("refused", 0)
-    if refused > MOST_REFUSED * len(rows):
+    if refused > MAX_REFUSED * len(rows):
         told.append(
-            f"{refused} of {len(rows)} scenes are refused, more than {MOST_REFUSED:.0%}"
+            f"{refused} of {len(rows)} scenes are refused, more than {MAX_REFUSED:.0%}"
         )
     slow = [
         row["scene"]

@@ -33,7 +33,7 @@ Harmonics = NDArray[np.complex128]
 OVERSAMPLING = 8
 """Samples of a period for each harmonic, so that what is truncated hardly folds
 back."""
-MOST_TURNS = 40
+MAX_TURNS = 40
 SETTLED = 1e-9
 """What is missing of the balance, over the deflection, at which Newton's method ends
 [1]."""
@@ -116,7 +116,7 @@ class HarmonicBalance:
         delta = free.T if start is None else start
         factors = None
         known = np.empty(0)
-        for _ in range(MOST_TURNS):
+        for _ in range(MAX_TURNS):
             force, tangent = self._remainder(delta)
             missing = (
                 free.T

@@ -11,7 +11,7 @@ from wearlab.dynamics.steady.periodic import Periodic
 
 Array = NDArray[np.float64]
 
-MOST_PERIODS = 2000
+MAX_PERIODS = 2000
 SMALLEST = 1e-11
 STEPS_SHARE = 4
 
@@ -32,7 +32,7 @@ def transient(problem: Steady, reference: Reference, start: Array) -> Array:
     orbit = problem.solve(vibration)
     decay = min(reference.multiplier, 1.0 - 1e-9) or 0.5
     settled = int(
-        min(MOST_PERIODS, np.ceil(np.log(SMALLEST) / np.log(decay)) + 30 * orbit.period)
+        min(MAX_PERIODS, np.ceil(np.log(SMALLEST) / np.log(decay)) + 30 * orbit.period)
     )
     count = -(-settled // orbit.period) * orbit.period
     marcher = OnTables(kernel_of(vibration.system, orbit.tables, orbit.mesh_period))

@@ -166,7 +166,7 @@ def test_a_campaign_without_figures_is_shown_by_a_result_over_its_axis(drawn):
     (told,) = recorded.campaigns(drawn.store)[0]
     source = recorded.campaign_of(drawn.store, told.key)
     asked = figures.Source(drawn.store, source).asked()
-    assert asked[0].table["kind"] == "line" and len(asked) == figures.MOST_AT_ONCE
+    assert asked[0].table["kind"] == "line" and len(asked) == figures.MAX_AT_ONCE
     assert (asked[0].table["y"], asked[0].table["x"]) == ("life", "speed")
     assert "Which lives longest" in drawn.page(
         "compare", run=list(drawn.store.archive.entries())

@@ -12,7 +12,7 @@ from growth import Runs
 
 from wearlab.store import Store, files
 
-MOST_BYTES = 8_500  # of a run with 97 facts: scene, results, histories
+MAX_BYTES = 8_500  # of a run with 97 facts: scene, results, histories
 
 
 def test_one_more_run_takes_few_bytes(tmp_path, monkeypatch):
@@ -29,4 +29,4 @@ def test_one_more_run_takes_few_bytes(tmp_path, monkeypatch):
                 sizes.append(store.archive.catalogue.path.stat().st_size)
         facts = store.archive.catalogue.read("SELECT count(*) FROM facts")[0][0] / 800
     assert facts > 90
-    assert (sizes[1] - sizes[0]) / 400 < MOST_BYTES
+    assert (sizes[1] - sizes[0]) / 400 < MAX_BYTES

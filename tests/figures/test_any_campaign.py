@@ -17,8 +17,8 @@ from wearlab.figures.kind import read
 from wearlab.figures.kinds.cycles import joined
 from wearlab.figures.kinds.distributions import QUANTILE_BANDS
 from wearlab.figures.kinds.results import listed, ranked
-from wearlab.figures.layout import MOST_PANELS
-from wearlab.figures.plot import MOST_NAMES, Scale, Series
+from wearlab.figures.layout import MAX_PANELS
+from wearlab.figures.plot import MAX_NAMES, Scale, Series
 from wearlab.figures.plotting import plotted
 from wearlab.figures.render import rendered
 from wearlab.figures.wording import Label
@@ -95,8 +95,8 @@ def test_every_kind_draws_any_number_of_places(many, kind):
 
 @pytest.mark.parametrize("kind", ORDINARY)
 def test_every_kind_draws_samples(many, kind):
-    plot = seen(many, sampled(MOST_NAMES + 1), kind=kind)
-    assert len(plot.panels) <= MOST_PANELS
+    plot = seen(many, sampled(MAX_NAMES + 1), kind=kind)
+    assert len(plot.panels) <= MAX_PANELS
     assert len(plot.legend) <= 16
 
 
@@ -166,8 +166,8 @@ def test_what_has_many_places_takes_the_hue_from_what_has_few(many):
 
 def test_too_many_panels_are_thinned_and_it_is_said(many):
     plot = plot_of(many, swept(COUNT), kind="mesh-force", hue="update", cols="torque")
-    assert len(plot.panels) == MOST_PANELS
-    assert any(f"{MOST_PANELS} of {COUNT} places shown" in note for note in plot.notes)
+    assert len(plot.panels) == MAX_PANELS
+    assert any(f"{MAX_PANELS} of {COUNT} places shown" in note for note in plot.notes)
 
 
 def test_wear_states_of_runs_that_wear_differently_are_told_by_their_cycles(many):

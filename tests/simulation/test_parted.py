@@ -16,7 +16,7 @@ from wearlab.dynamics.steady.shooting import Shooting
 
 BASE = CAMPAIGNS / "base" / "planetary_ngw11_vibration.toml"
 DEPTH = 40e-6
-MOST_MAPS = 60 * 5
+MAX_MAPS = 60 * 5
 """Mesh periods that the hardest steady state may take."""
 
 
@@ -55,17 +55,17 @@ def test_the_orbit_is_that_of_located_changes(torque: str, speed: str) -> None:
     np.testing.assert_allclose(
         located.state[0, :, :q], found.state[0, :, :q], atol=1e-6 * size
     )
-    assert found.counts.period_maps <= MOST_MAPS
+    assert found.counts.period_maps <= MAX_MAPS
 
 
 def test_meshes_that_part_without_an_orbit_end_in_a_bounded_average() -> None:
     parts, wear, state = worn("30 N*m", "4000 rpm")
     found = state.response
     assert found is not None and isinstance(parts.vibration.method, Periodic)
-    assert found.counts.period_maps <= MOST_MAPS
+    assert found.counts.period_maps <= MAX_MAPS
     again = parts.coupling.evaluate(
         tuple(1.01 * one for one in wear), state.responses
     ).response
-    assert again is not None and again.counts.period_maps <= MOST_MAPS // 2
+    assert again is not None and again.counts.period_maps <= MAX_MAPS // 2
     if again.period == 0:
         assert np.isfinite(again.state).all() and len(again.state) >= AVERAGED_LARGE

@@ -19,7 +19,7 @@ from wearlab.mesh.stages import parabola
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 X = 0.5 + 0.5 * NODES
 WEIGHTS = 0.5 * WEIGHTS
-MOST_PERIODS = 24
+MAX_PERIODS = 24
 """Periods looked at of an aperiodic motion, the first of those that are kept."""
 CLOSE = 1e-10
 """Impulse of a step over that of the load in a period, above which the motion that is
@@ -38,7 +38,7 @@ def unbalanced(response: Response) -> np.ndarray:
     """
     response = replace(response, between=None)  # the parabolas that the steps know
     system = response.system
-    kept = min(MOST_PERIODS, len(response.state))
+    kept = min(MAX_PERIODS, len(response.state))
     largest = np.abs(system.load).max()
     left = np.zeros(len(system.load))
     for period in range(kept):

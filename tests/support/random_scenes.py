@@ -30,8 +30,8 @@ MAY_BE_ABSENT = (
     *("rival_multiplier", "rival_period", "rival_force_min", "rival_force_max"),
 )
 WORST_RESIDUAL = 0.01
-MOST_MAPS = 2_000_000
-MOST_OF_PAIR, MOST_OF_SET = 3e7, 1e6
+MAX_MAPS = 2_000_000
+MAX_OF_PAIR, MAX_OF_SET = 3e7, 1e6
 """Right-hand sides after which a life ends here: seconds, where a researcher may wait
 for minutes."""
 
@@ -200,7 +200,7 @@ def _loaded(
             )
     if draw(st.sampled_from([True, False, False])):
         mapping["operation"] = {"duty": draw(duty(torque, speed))}
-    most = MOST_OF_SET if gears["kind"] == "planetary" else MOST_OF_PAIR
+    most = MAX_OF_SET if gears["kind"] == "planetary" else MAX_OF_PAIR
     mapping["numerics"] = {"most_right_hand_sides": most}
     return mapping
 
@@ -317,7 +317,7 @@ def broken(dataset: Any) -> list[str]:
         depth = dataset.wear_depth.values
         if depth.min() < 0.0 or np.diff(depth, axis=0).min(initial=0.0) < 0.0:
             rules.append("wear is negative or shrinks")
-    if "count_period_maps" in dataset and int(dataset.count_period_maps) > MOST_MAPS:
+    if "count_period_maps" in dataset and int(dataset.count_period_maps) > MAX_MAPS:
         rules.append(f"{int(dataset.count_period_maps)} period maps")
     return rules
 

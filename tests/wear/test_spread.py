@@ -7,8 +7,8 @@ from wearlab.gears.specification import GearError
 from wearlab.wear.patch import (
     FLOAT_BYTES,
     MATRICES_AT_ONCE,
-    MOST_BYTES,
-    MOST_POINTS,
+    MAX_BYTES,
+    MAX_POINTS,
     cell_edges,
     spreading,
 )
@@ -105,5 +105,5 @@ def test_nodes_that_would_fill_the_memory_are_refused_before_they_do():
     arc = np.linspace(0.0, 6e-3, 100_007)
     with pytest.raises(GearError, match=r"need 560 GB .* at most 16000 profile_points"):
         spreading(np.full(arc.size, 1e-4), arc)
-    needed = MATRICES_AT_ONCE * FLOAT_BYTES * (MOST_POINTS + 16) ** 2
-    assert needed < MOST_BYTES  # the remedy
+    needed = MATRICES_AT_ONCE * FLOAT_BYTES * (MAX_POINTS + 16) ** 2
+    assert needed < MAX_BYTES  # the remedy

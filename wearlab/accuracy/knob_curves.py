@@ -21,7 +21,7 @@ FINEST_POINTS = 3201
 PHASE_POINTS = (8, 16, 32, 64, 128, 256, 512)
 FINEST_PHASES = 8192
 HARMONICS = (1, 2, 3, 5, 8, 12, 20, 40)
-MOST_HARMONICS = 160
+MAX_HARMONICS = 160
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 STEPS_ERROR = 2.5e-8
 """Relative error of the steps while other knobs are turned."""
@@ -72,7 +72,7 @@ def knob_curves(
 
 def _harmonics_curve(scene: Scene) -> WorkPrecision:
     """Return the curve over the harmonics of stiffness and errors."""
-    truth = _solved(with_harmonics(scene, MOST_HARMONICS)).force
+    truth = _solved(with_harmonics(scene, MAX_HARMONICS)).force
 
     def rung_of(count: int) -> Rung:
         return _knob_rung(with_harmonics(scene, count), count, truth)

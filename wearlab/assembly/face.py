@@ -16,8 +16,8 @@ from wearlab.mesh.face import grid as slicing
 from wearlab.scene import Scene
 
 SLICES_AT_DEFAULT = 41
-FEWEST_SLICES = 11
-MOST_SLICES = 161
+MIN_SLICES = 11
+MAX_SLICES = 161
 
 
 def slices_of(scene: Scene, kind: gear_set.PairOfSet) -> int:
@@ -32,7 +32,7 @@ def slices_of(scene: Scene, kind: gear_set.PairOfSet) -> int:
     if points is not None:
         return points
     slices = SLICES_AT_DEFAULT * (DEFAULT_TOLERANCE / scene.numerics.tolerance) ** 0.5
-    return int(np.clip(slices, FEWEST_SLICES, MOST_SLICES))
+    return int(np.clip(slices, MIN_SLICES, MAX_SLICES))
 
 
 def build_face_contact(

@@ -35,7 +35,7 @@ NODES_OF_A_FACE = 101
 NODES_IN_MOTION = 121
 """The same of helical gears that vibrate, whose lines enter little by little."""
 DEFAULT_TOLERANCE = 1e-3
-MOST_MORE_POINTS = 60
+MAX_ADDED_POINTS = 60
 KEPT_ANALYSES = 8
 """Contact analyses that a process remembers: of the scene it is at, and of one that
 differs a little."""
@@ -100,7 +100,7 @@ def matched_points(
     if len(pairs) == 1:
         return [points]
     points_for: list[dict[int, int]] = [{} for _ in pairs]
-    for requested in range(points, points + MOST_MORE_POINTS):
+    for requested in range(points, points + MAX_ADDED_POINTS):
         for pair, extension, requested_for in zip(
             pairs, reach, points_for, strict=True
         ):

@@ -16,9 +16,9 @@ from wearlab.scene import Scene
 RESOLVED = 0.3
 """Share of the tolerance that the stages may miss of mesh stiffness and error."""
 RISE = 1.5
-MOST_STEPS = 30_000
+MAX_STEPS = 30_000
 """Steps of a mesh period beyond which a motion is refused: it is quasi-static."""
-MOST_FOR_MESH = 2000
+MAX_FOR_MESH = 2000
 """Steps beyond which a finer mesh table is no reason for more."""
 
 
@@ -44,18 +44,18 @@ def steps_grid(
         if not exact:
             _check_stability(method, steps_stated, turned)
         return stages.stage_grid(breaks, steps_stated)
-    if turned > MOST_STEPS * (count.EXACT_LARGEST if exact else count.STABLE):
+    if turned > MAX_STEPS * (count.EXACT_LARGEST if exact else count.STABLE):
         raise specification.GearError(
             f"a mesh period lasts {period:.3g} s, in which the fastest mode turns by "
-            f"{turned:.3g} rad: that takes more than {MOST_STEPS} steps; so slow a "
+            f"{turned:.3g} rad: that takes more than {MAX_STEPS} steps; so slow a "
             "motion is quasi-static: drop [dynamics], raise the speed, or give "
             "numerics.steps_per_period"
         )
     rule = count.exact_steps_per_period if exact else count.steps_per_period
-    steps = min(rule(system, stiffness, period, tolerance, len(breaks)), MOST_STEPS)
+    steps = min(rule(system, stiffness, period, tolerance, len(breaks)), MAX_STEPS)
     grid = stages.stage_grid(breaks, steps)
     while (
-        len(grid.width) < MOST_FOR_MESH
+        len(grid.width) < MAX_FOR_MESH
         and _largest_unresolved(clock, grid) > RESOLVED * tolerance
     ):
         steps = int(np.ceil(RISE * steps))

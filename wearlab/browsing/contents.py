@@ -137,7 +137,7 @@ def _figures_of(
     drawn = []
     further = []
     for number, question in enumerate(questions, 1):
-        if place.live and not begin <= number < begin + figures.MOST_AT_ONCE:
+        if place.live and not begin <= number < begin + figures.MAX_AT_ONCE:
             further.append((number, figures.name_of(question)))
         else:
             files = place.files("campaign", f"key={key}&figure={number}")

@@ -39,11 +39,11 @@ from wearlab.store import Store, StoreError
 
 ROLES = ("x", "hue", "rows", "cols", "y")
 ASKED = ("run", "campaign", "kind", "select", "state", "y_as", *ROLES)
-MOST_RUNS = 200
+MAX_RUNS = 200
 Files = tuple[tuple[str, str], ...]
 """Name and address of the files of a figure for print."""
 WHOLE = re.compile(r"[+-]?\d+")
-MOST_AT_ONCE = 2  # figures of a campaign that are drawn at once
+MAX_AT_ONCE = 2  # figures of a campaign that are drawn at once
 FOR_MACHINES = ("count_", "run_time_", "residual_", "error_estimate_")
 AT = {"first": {"update": 0}, "last": {"update": -1}, "all": {}}
 OF_RUN = ("wear-profile", "tvms", "ste", "mesh-force", "orders")
@@ -104,9 +104,9 @@ def wanted(arguments: Mapping[str, Sequence[str]]) -> WantedFigure:
     FigureError : too many runs
     """
     runs = tuple(dict.fromkeys(run for run in arguments.get("run", ()) if run))
-    if len(runs) > MOST_RUNS:
+    if len(runs) > MAX_RUNS:
         raise FigureError(
-            f"{len(runs)} runs are more than the {MOST_RUNS} that one figure shows"
+            f"{len(runs)} runs are more than the {MAX_RUNS} that one figure shows"
         )
     values = {name: value for name, value in first(arguments).items() if value}
     chosen = (pair.partition("=") for pair in arguments.get("select", ()))
@@ -210,7 +210,7 @@ class Source:
         kinds = [
             kind for kind in self.possible() if not swept or kind != "wear-profile"
         ]
-        return [*swept, *map(self.question, kinds[: MOST_AT_ONCE - len(swept)])]
+        return [*swept, *map(self.question, kinds[: MAX_AT_ONCE - len(swept)])]
 
     def possible(self) -> list[str]:
         """Return the kinds of figures that the runs have the variables for."""

@@ -16,7 +16,7 @@ from wearlab.figures.plot import BESIDE, Scale, Series, band, grouped, without
 from wearlab.figures.wording import Label, joined, within
 
 BANDS = ((0.05, 0.95), (0.25, 0.75))
-FEWEST_SAMPLES = 12
+MIN_SAMPLES = 12
 """Runs that differ at random: fewer are drawn one by one."""
 SHARE = 0.5
 """Of the runs that must go on for a band of what says nothing of ended runs."""
@@ -70,7 +70,7 @@ def sampled_axes(grid: xr.Dataset) -> list[str]:
             for coordinate in grid.coords.values()
             if coordinate.dims == (dim,) and coordinate.dtype.kind in "fiu"
         ]
-        is_long = grid.sizes[dim] >= FEWEST_SAMPLES
+        is_long = grid.sizes[dim] >= MIN_SAMPLES
         if is_long and any(map(_is_random, coordinates)):
             axes.append(str(dim))
     return axes
@@ -102,7 +102,7 @@ def sample_bands(
     samples = [replace(curve, key=without(curve.key, *dims)) for curve in series]
     groups = grouped(samples, _kind_of_curve)
     largest = max(map(len, groups.values()), default=0)
-    if not dims or largest < FEWEST_SAMPLES:
+    if not dims or largest < MIN_SAMPLES:
         return NotedSeries(list(series), [])
 
     places = {place for place, style, *_ in groups if style in LINES}

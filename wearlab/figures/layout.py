@@ -18,10 +18,10 @@ from wearlab.figures.wording import Label, axis_label, power_of_ten, within
 from wearlab.store.grid import key_text
 
 ROLES: tuple[str, ...] = ("cols", "rows", "hue")
-MOST_PANELS = 24
+MAX_PANELS = 24
 MANY_PLACES = 12
 """A dimension of more places takes panels only when no other dimension is free."""
-MOST_COLUMNS = 3
+MAX_COLUMNS = 3
 COLOURED = ("line", "line-points", "dots", "area", "horizontal", "stem")
 WITHOUT_HUE = "#0072B2"
 """Colour of a curve that has no hue."""
@@ -314,8 +314,8 @@ def _thinned(layout: Layout) -> Layout:
     while True:
         counts = {role: len(layout.labels(role)) for role in ("rows", "cols")}
         longer, shorter = sorted(counts, key=lambda role: -counts[role])
-        room = max(MOST_PANELS // counts[shorter], 2)
-        if counts["rows"] * counts["cols"] <= MOST_PANELS or room >= counts[longer]:
+        room = max(MAX_PANELS // counts[shorter], 2)
+        if counts["rows"] * counts["cols"] <= MAX_PANELS or room >= counts[longer]:
             return layout
 
         name = layout.roles[longer]
@@ -504,14 +504,14 @@ def _cells(layout: Layout, request: FigureRequest) -> dict[Cell, tuple[int, int]
 
     may_turn = not (request.rows or request.cols)
     may_turn = may_turn and layout.roles.get("rows") != "variable"
-    if may_turn and len(columns) > MOST_COLUMNS >= len(rows) > 1:
+    if may_turn and len(columns) > MAX_COLUMNS >= len(rows) > 1:
         return {
             (row, column): (c, r)
             for c, column in enumerate(columns)
             for r, row in enumerate(rows)
         }
 
-    width = min(len(columns), MOST_COLUMNS)
+    width = min(len(columns), MAX_COLUMNS)
     if len(columns) == 4:
         width = 2
     lines = -(-len(columns) // width)

@@ -400,7 +400,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 DASHES = ("-", "--", "-.", ":")
 
 
-MOST_NAMES = 16
+MAX_NAMES = 16
 BY_NAME = ("quantity", "harmonic", "pair", "mode", "influence", "variable")
 
 
@@ -453,7 +453,7 @@ def bar_of(labels: Sequence[Label], facet: str | None, head: str = "") -> Bar | 
     numbers, names = numbers_and_names(labels)
     if facet is None:
         return None
-    if not numbers and len(names) > MOST_NAMES:
+    if not numbers and len(names) > MAX_NAMES:
         words = (
             f"{facet.replace('_', ' ')}, in order: {names[0].text} … {names[-1].text}"
         )

@@ -23,7 +23,7 @@ from wearlab.store.table import table_html
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign, coercion
 
-FEWEST_POINTS = 64  # along the phase, that a run has at least
+MIN_POINTS = 64  # along the phase, that a run has at least
 VARIABLES_ALONG_PHASE = 8  # that a run has at least
 FLOAT_BYTES = 8
 MANY_RUNS = 10_000  # above which a plan warns
@@ -373,7 +373,7 @@ def least_bytes(scene: Any) -> int:
     numerics = table.get("numerics") or {}
     counts = map(numerics.get, ("phase_points", "profile_points"))
     points = max(
-        (count for count in counts if isinstance(count, int)), default=FEWEST_POINTS
+        (count for count in counts if isinstance(count, int)), default=MIN_POINTS
     )
     snapshots = (table.get("wear") or {}).get("snapshots") or {}
     lengths = (len(values) for values in snapshots.values() if isinstance(values, list))

@@ -144,7 +144,7 @@ class CaseReport:
         return outcome.last_line(self.reason)
 
 
-MOST_TOLD = 5
+MAX_LISTED_RUNS = 5
 """Cases without data whose reasons are printed."""
 
 
@@ -186,9 +186,11 @@ class Report:
             if c.state != "done"
         ]
         omitted = (
-            [f"and {len(reasons) - MOST_TOLD} more"] if len(reasons) > MOST_TOLD else []
+            [f"and {len(reasons) - MAX_LISTED_RUNS} more"]
+            if len(reasons) > MAX_LISTED_RUNS
+            else []
         )
-        return "\n  ".join([self.headline, *reasons[:MOST_TOLD], *omitted])
+        return "\n  ".join([self.headline, *reasons[:MAX_LISTED_RUNS], *omitted])
 
     @property
     def headline(self) -> str:

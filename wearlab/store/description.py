@@ -249,7 +249,7 @@ def facts_of(
     )
 
 
-MOST_LABELS = 1_000_000  # of one dimension: the catalogue keeps them as text
+MAX_LABELS = 1_000_000  # of one dimension: the catalogue keeps them as text
 
 
 class ForeignRun(files.StoreError):
@@ -273,7 +273,7 @@ def outcome_of(path: Path) -> outcome.Outcome:
     dataset = reading.read_run(path)
     with files.readable(f"{path}:", "is no run of wearlab"):
         for dim, size in dataset.sizes.items():
-            if dim in dataset.coords and size > MOST_LABELS:
+            if dim in dataset.coords and size > MAX_LABELS:
                 message = (
                     f"the dimension {str(dim)[:40]} has {size} labels, more than any "
                     "run"

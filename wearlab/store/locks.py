@@ -31,7 +31,7 @@ NO_LOCKS = (
     "the store elsewhere"
 )
 LONGEST_HEAD = 200  # bytes
-MOST_TIDIED = 100  # locks looked at when a process begins
+MAX_TIDIED = 100  # locks looked at when a process begins
 
 
 def machine() -> str:
@@ -55,7 +55,7 @@ class Presence:
             with suppress(
                 OSError
             ):  # clear away the locks of processes that are no more
-                for file in list(folder.glob("*.lock"))[:MOST_TIDIED]:
+                for file in list(folder.glob("*.lock"))[:MAX_TIDIED]:
                     alive(folder, file.stem)
             os.close(os.open(self._file, os.O_CREAT | os.O_RDWR, 0o644))
             os.chmod(

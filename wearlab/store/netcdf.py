@@ -228,8 +228,8 @@ def _json(value: Any) -> bytes:
 
 
 MOST = 5_000  # variables and groups of one file
-MOST_ATTRIBUTES = 500  # of one variable or group
-MOST_DIMS = 32  # of a variable, as HDF5 has it
+MAX_ATTRIBUTES = 500  # of one variable or group
+MAX_DIMS = 32  # of a variable, as HDF5 has it
 DIMENSIONS = b"DIMENSION_LIST"  # lists a variable's dimensions
 DEEPEST = 8  # groups within groups
 FILTERS = (
@@ -329,13 +329,13 @@ class _Walk:
 
     def attributes(self, entry: Any, where: str) -> None:
         """Read the texts of attributes: of all others HDF5 tells the size."""
-        if (count := h5a.get_num_attrs(entry)) > MOST_ATTRIBUTES:
+        if (count := h5a.get_num_attrs(entry)) > MAX_ATTRIBUTES:
             self.refuse(where, f"has {count} attributes")
         information: dict[bytes, Any] = {}
         h5a.iterate(entry, information.__setitem__, info=True)
         for name, details in information.items():
             usual = (
-                name == DIMENSIONS and details.data_size <= MOST_DIMS * self.reference
+                name == DIMENSIONS and details.data_size <= MAX_DIMS * self.reference
             )
             if usual or details.data_size % self.reference:
                 continue

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-MOST_ROWS = 60
+MAX_ROWS = 60
 
 
 def table_html(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
@@ -30,10 +30,10 @@ def table_html(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     head = "".join(f"<th>{escape(heading)}</th>" for heading in heads)
     cells = (
         "".join(f"<td>{escape(_text(cell))}</td>" for cell in row)
-        for row in rows[:MOST_ROWS]
+        for row in rows[:MAX_ROWS]
     )
     body = "".join(f"<tr>{row}</tr>" for row in cells)
-    omitted = f"<p>{MOST_ROWS} of {len(rows)} rows</p>" if len(rows) > MOST_ROWS else ""
+    omitted = f"<p>{MAX_ROWS} of {len(rows)} rows</p>" if len(rows) > MAX_ROWS else ""
     return (
         f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{omitted}"
     )

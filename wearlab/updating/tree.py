@@ -23,8 +23,8 @@ from wearlab.updating import (
 from wearlab.updating.answers import UpdateOutcome
 
 Groups = Mapping[str, xr.Dataset]
-MOST_VALUES = 2_000_000  # of a variable with a value for each draw and observation
-MOST_STEPS = 500  # inspections whose log likelihoods are told apart
+MAX_VALUES = 2_000_000  # of a variable with a value for each draw and observation
+MAX_STEPS = 500  # inspections whose log likelihoods are told apart
 PLACES = 121  # cycles at which the wear is predicted
 AHEAD = 1.25  # times the 95 % quantile of the life up to which it is
 
@@ -298,7 +298,7 @@ def _replicas(outcome: UpdateOutcome, number: int, rng: Random) -> xr.Dataset:
     name = block_name(outcome, number)
     largest = max(len(block.rows) for block in blocks)
     draws = outcome.draws[
-        : max(min(len(outcome.draws), MOST_VALUES // max(largest, 1)), 1)
+        : max(min(len(outcome.draws), MAX_VALUES // max(largest, 1)), 1)
     ]
     values, _ = sampling.replicated(draws, number, rng)
     replica = layout.variable(
@@ -317,9 +317,9 @@ def _pointwise(outcome: UpdateOutcome, number: int) -> xr.Dataset:
     block = outcome.posterior.blocks[number]
     points = outcome.posterior.histories[0].points[number]
     cycles = np.unique(points.cycle[block.rows])
-    if len(cycles) > MOST_STEPS:
+    if len(cycles) > MAX_STEPS:
         condensed = likelihood.condenses(block, points, draws.sd[number])
-        pieces = 1 if condensed else max(len(draws) * len(block.rows) // MOST_VALUES, 1)
+        pieces = 1 if condensed else max(len(draws) * len(block.rows) // MAX_VALUES, 1)
         parts = [
             draws[chosen] for chosen in np.array_split(np.arange(len(draws)), pieces)
         ]

@@ -55,8 +55,8 @@ KEPT, MAX_NODES = 8, 400
 some 30 MB in all."""
 FLOAT_BYTES = 8
 MATRICES_AT_ONCE = 7  # of n by n nodes, while the shares of a patch are computed
-MOST_BYTES = 16e9  # that these may take
-MOST_POINTS = 16_000  # of a profile, by `MOST_BYTES`, with a few nodes more at its ends
+MAX_BYTES = 16e9  # that these may take
+MAX_POINTS = 16_000  # of a profile, by `MAX_BYTES`, with a few nodes more at its ends
 
 MIN_SHARE = 0.2
 """Share of the mesh force below which the width of a patch does not shrink further."""
@@ -250,11 +250,11 @@ def spreading(half_width: Array, arc: Array) -> Array:
     GearError : so many nodes would fill the memory
     """
     needed = MATRICES_AT_ONCE * FLOAT_BYTES * len(arc) ** 2
-    if needed > MOST_BYTES:
+    if needed > MAX_BYTES:
         raise GearError(
             f"numerics.profile_points: {len(arc)} nodes along the profile need "
             f"{needed / 1e9:.3g} GB for the contact patch, more than "
-            f"{MOST_BYTES / 1e9:g} GB: give at most {MOST_POINTS} profile_points, or a "
+            f"{MAX_BYTES / 1e9:g} GB: give at most {MAX_POINTS} profile_points, or a "
             "larger numerics.tolerance"
         )
     edges = cell_edges(arc)
