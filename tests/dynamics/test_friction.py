@@ -51,7 +51,9 @@ def spur(
         "gear": Body(3.1, INERTIA[1], RADIUS[1]),
     }
     held = {"pinion": BEARING, "gear": second}
-    return spur_3dof(Paired(gears, held, Meshing(1000.0), TORQUE, friction=friction))
+    return spur_3dof(
+        Paired(gears, held, Meshing(1000.0), TORQUE / RADIUS[0], friction=friction)
+    )
 
 
 def pair_values(phase: Any, middle: Any, j: int) -> tuple[Any, Any, Any]:

@@ -57,7 +57,9 @@ class BenchmarkPair(NamedTuple):
         )
         mesh = Meshing(self.mesh_damping, self.damping_always, self.backlash)
         return spur_3dof(
-            Paired(gears, dict.fromkeys(gears, bearing), mesh, self.torque)
+            Paired(
+                gears, dict.fromkeys(gears, bearing), mesh, self.torque / BASE_RADIUS
+            )
         )
 
     @property
