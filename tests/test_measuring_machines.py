@@ -6,6 +6,7 @@ import random
 import measured_gear as gear
 import numpy as np
 import pytest
+from scenes import external_pair
 
 from wearlab.cli.app import status_of
 from wearlab.scene import Scene
@@ -15,13 +16,7 @@ from wearlab.tables.measured_flank import read_measured_flank
 from wearlab.tables.p40 import read_measurement
 
 SCENE = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "30 mm",
-        "pinion": {"teeth": 24},
-        "gear": {"teeth": 36},
-    },
+    "gears": external_pair(24, 36, face_width="30 mm"),
     "operation": {"torque": "150 N*m", "speed": "900 rpm"},
     "mesh": {},
 }

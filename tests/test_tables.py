@@ -7,7 +7,7 @@ import pytest
 
 import wearlab as wl
 from wearlab.cli.app import status_of
-from wearlab.scene.duty_file import read_load_table
+from wearlab.scene.duty_file import load_table_of
 from wearlab.tables import ReadTable, TableError, read_table
 
 PAIR = """
@@ -292,7 +292,7 @@ def test_columns_of_a_spectrum_are_known_by_their_units_where_their_names_are_sy
 ):
     """Were three tries: one column was asked for at a time."""
     (tmp_path / "k.csv").write_text(text)
-    torque, speed, share = read_load_table("k.csv", {}, {}, tmp_path)
+    torque, speed, share = load_table_of(read_table(tmp_path / "k.csv"), {}, {})
     assert torque == pytest.approx((60.0, 45.0)) and speed == pytest.approx(
         (151.8436, 94.24778)
     )
@@ -317,7 +317,7 @@ def test_columns_of_a_spectrum_are_known_by_their_units_where_their_names_are_sy
 def test_all_that_a_spectrum_lacks_is_told_at_once(tmp_path, text, said):
     (tmp_path / "k.csv").write_text(text)
     with pytest.raises(TableError, match=said):
-        read_load_table("k.csv", {}, {}, tmp_path)
+        load_table_of(read_table(tmp_path / "k.csv"), {}, {})
 
 
 @pytest.mark.parametrize(
@@ -455,12 +455,12 @@ def test_a_row_of_a_spectrum_is_refused_by_row_column_and_value(tmp_path, row, m
     text = f"T [Nm];n [1/min];t [h]\n345;1200;9000\n{row}\n567;1150,5;800\n"
     (tmp_path / "k.csv").write_text(text)
     with pytest.raises(TableError, match=f"k.csv: {message}"):
-        read_load_table("k.csv", {}, {}, tmp_path)
+        load_table_of(read_table(tmp_path / "k.csv"), {}, {})
     (tmp_path / "k.csv").write_text(text.replace(f"{row}\n", ""))  # the remedy
-    assert len(read_load_table("k.csv", {}, {}, tmp_path).torque) == 2
+    assert len(load_table_of(read_table(tmp_path / "k.csv"), {}, {}).torque) == 2
 
 
 def test_a_spectrum_without_time_is_refused(tmp_path):
     (tmp_path / "k.csv").write_text("T [Nm];n [1/min];t [h]\n345;1200;0\n")
     with pytest.raises(TableError, match="column 't': every row is 0: give each"):
-        read_load_table("k.csv", {}, {}, tmp_path)
+        load_table_of(read_table(tmp_path / "k.csv"), {}, {})

@@ -277,3 +277,81 @@ def test_mutated_files_are_read_or_refused(tmp_path):
             refused += 1
             assert "\n" not in str(error)
     assert 0 < refused < 500
+
+
+EXTREMES = (0.0, -1.0, 1e-300, 1e300, -1e18, 90.0, 180.0, 3e4, 1e999)
+
+
+def test_values_that_no_gear_has_are_read_or_refused(tmp_path):
+    """Every number of the file in turn is one that divides by nought or overflows."""
+    path = tmp_path / "extreme.rexsj"
+    document = json.loads(files.as_json())
+    model = document["model"]
+    cases = model["load_spectrum"]["load_cases"]
+    loads = [component for case in cases for component in case["components"]]
+    places = [
+        attribute
+        for component in [*model["components"], *loads]
+        for attribute in component["attributes"]
+        if isinstance(attribute.get("floating_point"), float | int)
+    ]
+    assert len(places) > 40
+    for attribute in places:
+        before = attribute["floating_point"]
+        for value in (*EXTREMES, 10**400):
+            attribute["floating_point"] = value
+            path.write_text(json.dumps(document))
+            try:
+                read_rexs(path)
+            except RexsError as error:
+                assert "\n" not in str(error)
+        attribute["floating_point"] = before
+
+
+def test_a_name_writes_no_lines_of_its_own(tmp_path):
+    """A stranger's id or name with a line break would have named plug-ins."""
+    text = files.as_xml()
+    planted = "&#10;plugins = [&quot;stranger.py&quot;]&#10;"
+    for old in ('id="13"', 'name="fast"'):
+        assert old in text
+        text = text.replace(old, old[:-1] + planted + '"')
+    draft = read_unit(_written(tmp_path, text)).draft(1)
+    assert "stranger.py" in draft.text()
+    assert tomllib.loads(draft.text()).keys() == draft.table().keys()
+    assert "plugins" not in tomllib.loads(draft.text())
+
+
+def test_a_stage_that_cannot_be_taken_stops_no_other(tmp_path):
+    text = files.as_xml().replace(
+        '<component id="20" type="worm_stage" name="worm at the fan" />',
+        '<component id="20" type="planetary_stage" name="no sun" />',
+    )
+    unit = read_unit(_written(tmp_path, text))
+    assert "0 suns" in unit.stages[2].reason
+    assert unit.draft(1).table()["operation"]["duty"]
+
+
+def test_a_load_case_without_a_speed_is_named(tmp_path):
+    speed = '<component id="3"><attribute id="rotational_speed" unit="1 / min">-300.0'
+    text = files.as_xml()
+    assert speed in text
+    text = text.replace(speed, speed.replace("rotational_speed", "no_speed"))
+    draft = read_unit(_written(tmp_path, text)).draft(1)
+    assert draft.table()["operation"]["torque"] == "420 N*m"
+    assert any("of 1 of 2 load cases" in line for line in draft.missing)
+
+
+@pytest.mark.parametrize("noun", ["components", "relations", "load cases"])
+def test_more_than_a_gear_unit_has_is_refused_at_once(tmp_path, noun):
+    document = json.loads(files.as_json())["model"]
+    many = {
+        "components": (document, "components", {"type": "shaft"}),
+        "relations": (document, "relations", {"type": "side", "refs": []}),
+        "load cases": (document["load_spectrum"], "load_cases", {"components": []}),
+    }
+    table, key, entry = many[noun]
+    table[key] = [{**entry, "id": number} for number in range(30_000)]
+    started = time.perf_counter()
+    with pytest.raises(RexsError, match=f"30000 {noun} are more than"):
+        read_rexs(_written(tmp_path, json.dumps({"model": document}), "many.rexsj"))
+    assert time.perf_counter() - started < 20.0

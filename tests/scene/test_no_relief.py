@@ -2,18 +2,13 @@
 
 import numpy as np
 import pytest
+from scenes import external_pair
 
 import wearlab as wl
 from wearlab.scene import Scene
 
 STUDY = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "3 mm",
-        "face_width": "20 mm",
-        "pinion": {"teeth": 24},
-        "gear": {"teeth": 36},
-    },
+    "gears": external_pair(24, 36),
     "operation": {"torque": "150 N*m", "speed": "900 rpm"},
     "mesh": {},
     "wear": {

@@ -1,17 +1,18 @@
 """Gears of drawings in inches: a diametral pitch instead of the module."""
 
 import pytest
+from scenes import external_pair
 
 from wearlab.scene import Scene, SceneError
 from wearlab.units import UnitError, quantity
 
-PAIR = {"kind": "external-pair", "face_width": "1 in"}
-TEETH = {"pinion": {"teeth": 24}, "gear": {"teeth": 36}}
+PAIR = external_pair(24, 36, face_width="1 in")
 LOAD = {"torque": "20 lbf*ft", "speed": "900 rpm"}
 
 
 def _scene(**gears):
-    return Scene.from_mapping({"gears": {**PAIR, **TEETH, **gears}, "operation": LOAD})
+    pair = {key: value for key, value in PAIR.items() if key != "module"}
+    return Scene.from_mapping({"gears": {**pair, **gears}, "operation": LOAD})
 
 
 def test_a_pitch_of_20_is_a_module_of_1_27_mm():

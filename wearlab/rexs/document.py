@@ -3,8 +3,19 @@
 The exchange format is described in its schemas and change logs, versions 1.0 to 2.0.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
+
+MAX_ENTRIES = 20_000
+"""Components, and relations, of a file; the largest public ones have hundreds."""
+MAX_STAGES = 200
+MAX_CASES = 1_000
+"""Load cases of a file."""
+TYPES = {
+    "flank_geometry": "cylindrical_gear_flank",
+    "stage_gear_data": "cylindrical_stage_gear_data",
+}
+"""Types of components that version 1.3 renamed: old → new."""
 
 
 class RexsError(ValueError):
@@ -78,6 +89,7 @@ class Document(NamedTuple):
     components : by number, in the order of the file
     relations : in the order of the file
     load_cases : of its first load spectrum
+    by_member : (type, role, number of a component) → the relations
     """
 
     version: str
@@ -85,6 +97,7 @@ class Document(NamedTuple):
     components: Mapping[str, Component]
     relations: tuple[Relation, ...]
     load_cases: tuple[LoadCase, ...]
+    by_member: Mapping[tuple[str, str, str], tuple[Relation, ...]]
 
     def of_type(self, *types: str) -> Iterator[Component]:
         """Yield the components of some types.
@@ -106,9 +119,7 @@ class Document(NamedTuple):
         role : role of the component
         component : its number
         """
-        for stated in self.relations:
-            if stated.type == relation and stated.members.get(role) == component:
-                yield stated
+        yield from self.by_member.get((relation, role, component), ())
 
     def partners(
         self, relation: str, role: str, component: str, partner: str
@@ -145,3 +156,58 @@ class Document(NamedTuple):
                 components[number] = component._replace(attributes=merged)
 
         return self._replace(components=components)
+
+
+def document_of(
+    version: str,
+    program: str,
+    components: Iterable[Component],
+    relations: Iterable[Relation],
+    load_cases: Iterable[LoadCase],
+) -> Document:
+    """Return a document whose types bear their newer names.
+
+    Parameters
+    ----------
+    version, program : as of `Document`
+    components, relations, load_cases : in the order of the file
+
+    Raises
+    ------
+    RexsError : two components of one number, or more entries than a gear unit has
+    """
+    by_number: dict[str, Component] = {}
+    for component in components:
+        if component.id in by_number:
+            raise RexsError(
+                f"two components have the id {component.id}: export the file anew"
+            )
+        newer = TYPES.get(component.type, component.type)
+        by_number[component.id] = component._replace(type=newer)
+
+    stated = tuple(relations)
+    cases = tuple(load_cases)
+    stages = sum(part.type.endswith("_stage") for part in by_number.values())
+    for count, largest, noun in (
+        (len(by_number), MAX_ENTRIES, "components"),
+        (len(stated), MAX_ENTRIES, "relations"),
+        (stages, MAX_STAGES, "stages"),
+        (len(cases), MAX_CASES, "load cases"),
+    ):
+        if count > largest:
+            raise RexsError(
+                f"{count} {noun} are more than the {largest} of a gear unit: export "
+                "one gear unit alone"
+            )
+    return Document(version, program, by_number, stated, cases, _by_member(stated))
+
+
+def _by_member(
+    relations: Iterable[Relation],
+) -> dict[tuple[str, str, str], tuple[Relation, ...]]:
+    """Return relations by their type and each member's role and number."""
+    found: dict[tuple[str, str, str], list[Relation]] = {}
+    for relation in relations:
+        for role, component in relation.members.items():
+            found.setdefault((relation.type, role, component), []).append(relation)
+    return {key: tuple(entries) for key, entries in found.items()}

@@ -84,7 +84,7 @@ class Draft:
             lines += ["", f"[{section}]"]
             lines += [
                 f"{key} = {toml(entry.value)}"
-                + (f" # {entry.comment}" if entry.comment else "")
+                + (f" # {printable(entry.comment)}" if entry.comment else "")
                 for key, entry in entries.items()
             ]
         for heading, remarks in (
@@ -93,7 +93,11 @@ class Draft:
             ("missing", self.missing),
         ):
             if remarks:
-                lines += ["", f"# {heading}:", *(f"#   {line}" for line in remarks)]
+                lines += [
+                    "",
+                    f"# {heading}:",
+                    *(f"#   {printable(line)}" for line in remarks),
+                ]
         return "\n".join(lines) + "\n"
 
 
@@ -135,10 +139,17 @@ def toml(value: Any) -> str:
             return f"[\n{rows}]"
         return f"[{', '.join(toml(entry) for entry in value)}]"
     if isinstance(value, str):
-        return json.dumps(_printable(value), ensure_ascii=False)
+        return json.dumps(printable(value), ensure_ascii=False)
     return json.dumps(value)
 
 
-def _printable(text: str) -> str:
-    """Return a text without control characters, which TOML and terminals dislike."""
+def printable(text: str) -> str:
+    """Return a text as one line without control characters.
+
+    Names come from the file; one with a line break would write lines of its own.
+
+    Parameters
+    ----------
+    text : such as the name of a stage
+    """
     return "".join(letter if letter.isprintable() else " " for letter in text)

@@ -1,9 +1,9 @@
 """REXS as JSON."""
 
-import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from wearlab.files import finite_json
 from wearlab.rexs import arrays
 from wearlab.rexs.document import (
     Attribute,
@@ -12,9 +12,13 @@ from wearlab.rexs.document import (
     LoadCase,
     Relation,
     RexsError,
+    document_of,
 )
+from wearlab.units import is_number
 
 NUMBERS = ("floating_point", "integer", "reference_component", "file_reference")
+LARGEST = 1e300
+"""Beyond it a number is nonsense, and a whole one would be no float."""
 TEXTS = ("string", "enum", "date_time")
 
 
@@ -30,8 +34,8 @@ def read(content: bytes) -> Document:
     RexsError : no JSON, or no ``model`` in it
     """
     try:
-        root = json.loads(content.decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:
+        root = finite_json(content.decode("utf-8-sig"))
+    except ValueError as error:
         raise RexsError(f"it is no whole JSON file ({error}): export it anew") from None
 
     model = root.get("model") if isinstance(root, dict) else None
@@ -39,12 +43,12 @@ def read(content: bytes) -> Document:
         raise RexsError('it has no "model" as REXS files have: export as REXS')
 
     program = (model.get("applicationId"), model.get("applicationVersion"))
-    return Document(
+    return document_of(
         version=str(model.get("version", "")),
         program=" ".join(str(part) for part in program if part),
         components=_components(model),
-        relations=tuple(_relations(model)),
-        load_cases=tuple(_load_cases(model)),
+        relations=_relations(model),
+        load_cases=_load_cases(model),
     )
 
 
@@ -56,23 +60,15 @@ def _tables(parent: Any, key: str) -> Iterator[dict[str, Any]]:
     yield from entries
 
 
-def _components(model: Mapping[str, Any]) -> dict[str, Component]:
-    """Return the components by number; a number that stands twice is refused."""
-    components: dict[str, Component] = {}
+def _components(model: Mapping[str, Any]) -> Iterator[Component]:
+    """Yield the components in the order of the file."""
     for entry in _tables(model, "components"):
-        number = _number(entry)
-        if number in components:
-            raise RexsError(
-                f"two components have the id {number}: export the file anew"
-            )
-
-        components[number] = Component(
-            number,
+        yield Component(
+            _number(entry),
             str(entry.get("type", "")),
             str(entry.get("name", "")),
             _attributes(entry),
         )
-    return components
 
 
 def _number(entry: Mapping[str, Any]) -> str:
@@ -115,8 +111,8 @@ def _scalar(key: str, value: Any) -> Any:
     if key == "boolean":
         return value if isinstance(value, bool) else None
     if key in NUMBERS:
-        is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        return float(value) if is_number else None
+        is_finite = is_number(value) and abs(value) < LARGEST
+        return float(value) if is_finite else None
     if key in TEXTS:
         return value if isinstance(value, str) else None
     return None

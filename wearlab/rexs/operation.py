@@ -1,8 +1,9 @@
 """``[operation]`` and ``[lubricant]`` of a stage: load cases, driving member, oil."""
 
+from contextlib import suppress
 from typing import Any, NamedTuple
 
-from wearlab.rexs.document import Component, Document, LoadCase
+from wearlab.rexs.document import Component, Document, LoadCase, RexsError
 from wearlab.rexs.draft import Draft, with_unit
 from wearlab.rexs.pairs import Roles
 from wearlab.rexs.planetary import planetary_gears
@@ -54,8 +55,9 @@ def links_of(document: Document, groups: ShaftGroups) -> list[Link]:
     for stage in document.of_type("planetary_stage"):
         parts = document.partners("assembly", "assembly", stage.id, "part")
         inside |= {part.id for part in parts}
-        link = _planetary_link(document, groups, stage)
-        links += [link] if link is not None else []
+        with suppress(RexsError):  # a stage that cannot be taken passes no power on
+            link = _planetary_link(document, groups, stage)
+            links += [link] if link is not None else []
 
     for stage in document.of_type("cylindrical_stage"):
         gears = gears_of(document, stage)
@@ -127,15 +129,15 @@ def put_operation(
     cases : the load cases to take; none takes the file's own values
     """
     groups = ShaftGroups(document)
-    link = next(
-        (one for one in links_of(document, groups) if one.stage == stage.id), None
-    )
-    conditions = [
-        condition
-        for case in (cases or (None,))
-        if link is not None
-        and (condition := _stage_load(document, groups, link, case)) is not None
-    ]
+    links = links_of(document, groups)
+    link = next((entry for entry in links if entry.stage == stage.id), None)
+    loads: list[StageLoad | None] = []
+    if link is not None:
+        for case in cases or (None,):
+            loaded = document.in_case(case)
+            loads.append(_stage_load(loaded, link, flow(loaded, groups, links)))
+
+    conditions = [load for load in loads if load is not None]
     if link is None or not conditions:
         draft.missing.append(
             "[operation]: torque and speed of this stage do not follow from the loads "
@@ -143,6 +145,11 @@ def put_operation(
         )
         return
 
+    if len(conditions) < len(loads):
+        draft.missing.append(
+            f"operation: torque or speed of {len(loads) - len(conditions)} of "
+            f"{len(loads)} load cases does not follow from the file; they are left out"
+        )
     first, second = _ends(document, groups, stage, roles, link)
     forwards = sum(one.torque * one.speed for one in conditions) >= 0.0
     driving, driven = (first, second) if forwards else (second, first)
@@ -152,14 +159,10 @@ def put_operation(
     _put_conditions(draft, conditions, forwards=forwards)
 
 
-def _stage_load(
-    document: Document, groups: ShaftGroups, link: Link, case: LoadCase | None
-) -> StageLoad | None:
+def _stage_load(document: Document, link: Link, power_flow: Flow) -> StageLoad | None:
     """Return one load case at a stage, None where it leaves torque or speed open."""
-    loaded = document.in_case(case)
-    state: Flow = flow(loaded, groups, links_of(loaded, groups))
-    torque = state.torques.get(link.stage)
-    speed = state.speeds.get(link.first)
+    torque = power_flow.torques.get(link.stage)
+    speed = power_flow.speeds.get(link.first)
     if torque is None or speed is None:
         return None
 
@@ -170,7 +173,7 @@ def _stage_load(
         speed=abs(speed),
         other_torque=-torque / link.ratio * other_sense,
         other_speed=abs(speed * link.ratio),
-        share=_share(loaded),
+        share=_share(document),
     )
 
 
@@ -200,7 +203,7 @@ def _ends(
         return names[link.first], names[link.second]
 
     gears = gears_of(document, stage)
-    names = {number_: name for name, number_ in roles.members.items()}
+    names = {number_: name for name, number_ in roles.items()}
     assert gears is not None  # the link was made of them
     return names[gears[0].id], names[gears[1].id]
 

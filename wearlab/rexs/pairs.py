@@ -1,14 +1,13 @@
 """External and internal pairs of a file."""
 
 import math
-from typing import NamedTuple
 
 from wearlab.gears.helix import overlap_ratio
 from wearlab.gears.shifts import involute
 from wearlab.rexs.document import Component, Document, RexsError
 from wearlab.rexs.draft import Draft, KeyEntry
 from wearlab.rexs.power import gears_of
-from wearlab.rexs.quantities import Read, number
+from wearlab.rexs.quantities import Read, number, size
 from wearlab.rexs.wheel import Wheel, put_gear, wheel_of
 
 SHIFT_FITS = 2e-3
@@ -20,15 +19,8 @@ Summary = tuple[str, tuple[int, ...], float | None, float | None]
 """Kind of gear set, teeth, module [mm], centre distance [mm]."""
 
 
-class Roles(NamedTuple):
-    """Which gear of a file is which member.
-
-    Parameters
-    ----------
-    members : member → number of its gear's component
-    """
-
-    members: dict[str, str]
+Roles = dict[str, str]
+"""Member → number of its gear's component."""
 
 
 def summary(document: Document, stage: Component) -> Summary:
@@ -46,13 +38,13 @@ def summary(document: Document, stage: Component) -> Summary:
     wheels = wheels_of(document, stage, Draft(""))
     kind = "internal-pair" if wheels[1].is_ring else "external-pair"
     teeth = tuple(int(wheel.teeth or 0) for wheel in wheels)
-    module = number(wheels[0].gear, "normal_module", "mm")
-    distance = number(stage, "center_distance", "mm")
+    module = size(wheels[0].gear, "normal_module", "mm")
+    distance = size(stage, "center_distance", "mm")
     return (
         kind,
         teeth,
         None if module is None else module.value,
-        None if distance is None else abs(distance.value),
+        None if distance is None else distance.value,
     )
 
 
@@ -103,9 +95,7 @@ def put_stage(draft: Draft, document: Document, stage: Component) -> Roles:
     kind = "internal-pair" if wheels[1].is_ring else "external-pair"
     draft.put("gears", "kind", kind, f"component {stage.id}, {stage.type}")
     module = put_rack(draft, wheels[0])
-    distance = number(stage, "center_distance", "mm")
-    if distance is not None:
-        distance = distance._replace(value=abs(distance.value))
+    distance = size(stage, "center_distance", "mm")
     draft.take("gears", "centre_distance", distance, "mm")
     by_member = {"pinion": wheels[0], mate: wheels[1]}
     put_face(draft, stage, by_member)
@@ -116,7 +106,7 @@ def put_stage(draft: Draft, document: Document, stage: Component) -> Roles:
     if distance is not None:
         derive_shifts(draft, ("pinion", mate), wheels, module, distance.value)
     put_overlap(draft, wheels[0], module)
-    return Roles({"pinion": wheels[0].gear.id, mate: wheels[1].gear.id})
+    return {"pinion": wheels[0].gear.id, mate: wheels[1].gear.id}
 
 
 def put_rack(draft: Draft, wheel: Wheel) -> float:
@@ -131,8 +121,8 @@ def put_rack(draft: Draft, wheel: Wheel) -> float:
     ------
     RexsError : no module
     """
-    module = number(wheel.gear, "normal_module", "mm")
-    if module is None or module.value <= 0.0:
+    module = size(wheel.gear, "normal_module", "mm")
+    if module is None:
         raise RexsError(
             f"component {wheel.gear.id} has no normal_module: enter it in the program "
             "that wrote the file"
@@ -179,13 +169,13 @@ def put_face(draft: Draft, stage: Component, wheels: dict[str, Wheel]) -> None:
     widths = {
         member: width
         for member, wheel in wheels.items()
-        if (width := number(wheel.gear, "face_width", "mm")) is not None
+        if (width := size(wheel.gear, "face_width", "mm")) is not None
     }
     if not widths:
         draft.missing.append("gears.face_width")
         return
 
-    stated = number(stage, "common_face_width", "mm")
+    stated = size(stage, "common_face_width", "mm")
     common = stated or _overlap(list(wheels.values()), list(widths.values()))
     draft.take("gears", "face_width", common, "mm")
     for member, width in widths.items():
@@ -239,9 +229,8 @@ def derive_shifts(
     if first.teeth is None or second.teeth is None:
         return
 
-    angle = number(first.flank, "normal_pressure_angle", "deg")
-    normal = math.radians(angle.value if angle is not None else 20.0)
-    helix = math.radians(first.helix.value) if first.helix is not None else 0.0
+    normal = first.pressure_angle
+    helix = first.helix_angle
     transverse = math.atan(math.tan(normal) / math.cos(helix))
     inwards = second.is_ring
     teeth = second.teeth - first.teeth if inwards else first.teeth + second.teeth
@@ -293,10 +282,9 @@ def put_overlap(draft: Draft, wheel: Wheel, module: float) -> None:
     wheel : one of its gears
     module : normal module [mm]
     """
-    helix = wheel.helix
     face = draft.entries["gears"].get("face_width")
-    if helix is None or helix.value == 0.0 or face is None:
+    if wheel.helix_angle == 0.0 or face is None:
         return
     width = float(str(face.value).split()[0])
-    ratio = overlap_ratio(width, math.radians(abs(helix.value)), module)
+    ratio = overlap_ratio(width, wheel.helix_angle, module)
     draft.derived.append(f"overlap ratio {ratio:.5f}")

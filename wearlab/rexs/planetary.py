@@ -9,7 +9,7 @@ from wearlab.rexs.document import Component, Document, RexsError
 from wearlab.rexs.draft import Draft, with_unit
 from wearlab.rexs.pairs import Roles, Summary
 from wearlab.rexs.power import gears_of
-from wearlab.rexs.quantities import number, position
+from wearlab.rexs.quantities import number, position, size
 from wearlab.rexs.wheel import Wheel, put_gear, wheel_of
 
 EQUAL_ANGLES = 1e-6
@@ -132,16 +132,16 @@ def summary(document: Document, stage: Component) -> Summary:
     """
     train = planetary_gears(document, stage)
     teeth = tuple(
-        int(abs(read.value)) if (read := number(gear, "number_of_teeth")) else 0
+        int(read.value) if (read := size(gear, "number_of_teeth")) else 0
         for gear in (train.sun, train.planets[0], train.ring)
     )
-    module = number(train.sun, "normal_module", "mm")
-    distance = number(train.sun_mesh, "center_distance", "mm")
+    module = size(train.sun, "normal_module", "mm")
+    distance = size(train.sun_mesh, "center_distance", "mm")
     return (
         "planetary",
         teeth,
         None if module is None else module.value,
-        None if distance is None else abs(distance.value),
+        None if distance is None else distance.value,
     )
 
 
@@ -182,24 +182,22 @@ def put_stage(draft: Draft, document: Document, stage: Component) -> Roles:
     draft.missing.append(
         "gears.carrier: mass and inertia, which dynamics need, are not in the file"
     )
-    return Roles(
-        {
-            "sun": train.sun.id,
-            "planet": train.planets[0].id,
-            "ring": train.ring.id,
-            "carrier": train.carrier.id if train.carrier is not None else "",
-        }
-    )
+    return {
+        "sun": train.sun.id,
+        "planet": train.planets[0].id,
+        "ring": train.ring.id,
+        "carrier": train.carrier.id if train.carrier is not None else "",
+    }
 
 
 def _put_distances(draft: Draft, train: PlanetaryGears) -> tuple[float, float] | None:
     """Write the centre distance, of both meshes where they differ; return both [mm]."""
-    with_sun = number(train.sun_mesh, "center_distance", "mm")
-    with_ring = number(train.ring_mesh, "center_distance", "mm")
+    with_sun = size(train.sun_mesh, "center_distance", "mm")
+    with_ring = size(train.ring_mesh, "center_distance", "mm")
     if with_sun is None or with_ring is None:
         return None
 
-    distances = (abs(with_sun.value), abs(with_ring.value))
+    distances = (with_sun.value, with_ring.value)
     if distances[0] == distances[1]:
         value: object = with_unit(distances[0], "mm")
     else:

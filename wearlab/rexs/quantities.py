@@ -3,89 +3,54 @@
 import math
 from typing import Any, NamedTuple
 
+from wearlab import units
 from wearlab.rexs.document import Component, RexsError
 
-Scale = tuple[float, float]
-"""(factor, offset): value in the wanted unit = factor · (value + offset)."""
-
-UNITS: dict[str, dict[str, Scale]] = {
+UNITS: dict[str, dict[str, str]] = {
     "mm": {
-        "mm": (1.0, 0.0),
-        "m": (1e3, 0.0),
-        "cm": (10.0, 0.0),
-        "mum": (1e-3, 0.0),
-        "um": (1e-3, 0.0),
-        "µm": (1e-3, 0.0),
-        "μm": (1e-3, 0.0),
-        "in": (25.4, 0.0),
-        "inch": (25.4, 0.0),
+        **{unit: unit for unit in ("mm", "m", "cm", "um", "inch")},
+        **dict.fromkeys(("mum", "µm", "μm"), "um"),
+        "in": "inch",
     },
     "deg": {
-        "deg": (1.0, 0.0),
-        "°": (1.0, 0.0),
-        "degree": (1.0, 0.0),
-        "rad": (180.0 / math.pi, 0.0),
-        "mrad": (0.18 / math.pi, 0.0),
+        "rad": "rad",
+        "mrad": "mrad",
+        **dict.fromkeys(("deg", "°", "degree"), "deg"),
     },
     "rpm": {
-        "1/min": (1.0, 0.0),
-        "rpm": (1.0, 0.0),
-        "min^-1": (1.0, 0.0),
-        "min-1": (1.0, 0.0),
-        "U/min": (1.0, 0.0),
-        "1/s": (60.0, 0.0),
-        "rad/s": (30.0 / math.pi, 0.0),
+        **dict.fromkeys(("1/min", "rpm", "min^-1", "min-1", "U/min"), "rpm"),
+        "1/s": "turn/s",
+        "rad/s": "rad/s",
     },
-    "N*m": {
-        "N*m": (1.0, 0.0),
-        "Nm": (1.0, 0.0),
-        "kNm": (1e3, 0.0),
-        "Nmm": (1e-3, 0.0),
-        "MNm": (1e6, 0.0),
-    },
-    "W": {"W": (1.0, 0.0), "kW": (1e3, 0.0), "MW": (1e6, 0.0), "Nm/s": (1.0, 0.0)},
+    "N*m": {"N*m": "N*m", **{unit: unit for unit in ("Nm", "kNm", "Nmm", "MNm")}},
+    "W": {"Nm/s": "W", **{unit: unit for unit in ("W", "kW", "MW")}},
     "GPa": {
-        "N/mm^2": (1e-3, 0.0),
-        "N/mm2": (1e-3, 0.0),
-        "MPa": (1e-3, 0.0),
-        "GPa": (1.0, 0.0),
-        "kN/mm^2": (1.0, 0.0),
-        "Pa": (1e-9, 0.0),
-        "N/m^2": (1e-9, 0.0),
+        **dict.fromkeys(("N/mm^2", "N/mm2", "MPa"), "MPa"),
+        **dict.fromkeys(("GPa", "kN/mm^2"), "GPa"),
+        **dict.fromkeys(("Pa", "N/m^2"), "Pa"),
     },
     "kg/m^3": {
-        "kg/dm^3": (1e3, 0.0),
-        "kg/m^3": (1.0, 0.0),
-        "g/cm^3": (1e3, 0.0),
-        "kg/l": (1e3, 0.0),
+        **dict.fromkeys(("kg/dm^3", "g/cm^3", "kg/l"), "g/cm^3"),
+        "kg/m^3": "kg/m^3",
     },
     "mm^2/s": {
-        "mm^2/s": (1.0, 0.0),
-        "cSt": (1.0, 0.0),
-        "m^2/s": (1e6, 0.0),
-        "mm2/s": (1.0, 0.0),
+        **dict.fromkeys(("mm^2/s", "mm2/s", "cSt"), "mm^2/s"),
+        "m^2/s": "m^2/s",
     },
     "degC": {
-        "C": (1.0, 0.0),
-        "°C": (1.0, 0.0),
-        "degC": (1.0, 0.0),
-        "K": (1.0, -273.15),
-        "F": (5.0 / 9.0, -32.0),
-        "°F": (5.0 / 9.0, -32.0),
+        **dict.fromkeys(("C", "°C", "degC"), "degC"),
+        **dict.fromkeys(("F", "°F"), "degF"),
+        "K": "K",
     },
-    "h": {
-        "h": (1.0, 0.0),
-        "s": (1.0 / 3600.0, 0.0),
-        "min": (1.0 / 60.0, 0.0),
-        "d": (24.0, 0.0),
-    },
-    "%": {"%": (1.0, 0.0)},
-    "HV": {"HV": (1.0, 0.0)},
-    "1": {"1": (1.0, 0.0), "%": (0.01, 0.0)},
+    "h": {"h": "h", "s": "s", "min": "min", "d": "day"},
+    "HV": {"HV": "HV"},
+    "1": {"1": "1", "%": "%"},
 }
-"""Wanted unit → units that writers use, without blanks, and how each converts."""
+"""Wanted unit → units that writers use, without blanks, and what wearlab calls them."""
 USUAL = {"GPa": "N/mm^2", "kg/m^3": "kg/dm^3"}
 """The format's own unit, where it is not the wanted one."""
+LARGEST_SIZE = 1e6
+"""Of lengths [mm], and of numbers of teeth."""
 NO_UNIT = ("", "none", "-", "[]")
 """What stands where a writer has no unit: then the format's own unit is meant."""
 
@@ -102,11 +67,6 @@ RENAMED = (
     ("operating_time", "load_duration"),
 )
 """Attributes that have had two names; files mix versions, so both are always read."""
-TYPES = {
-    "flank_geometry": "cylindrical_gear_flank",
-    "stage_gear_data": "cylindrical_stage_gear_data",
-}
-"""Types of components that version 1.3 renamed: old → new."""
 
 
 class Read(NamedTuple):
@@ -200,10 +160,30 @@ def number(component: Component | None, attribute: str, unit: str = "1") -> Read
         return None
 
     source = place_of(component, name)
-    factor, offset = _scale(stated_unit, unit, source)
-    converted = factor * (value + offset)
-    rounded = float(f"{converted:.12g}")
-    return Read(rounded, source)
+    known = _known(stated_unit, unit, source)
+    converted = value if known == unit else units.convert(value, known, unit)
+    return Read(units.rounded(converted), source)
+
+
+def size(component: Component | None, attribute: str, unit: str = "1") -> Read | None:
+    """Return an attribute without its sign, which rings have in some files.
+
+    It is None where it is absent, nought, or larger than anything made.
+
+    Parameters
+    ----------
+    component : whose it is, None without
+    attribute : its id, in any version
+    unit : unit of the value that is returned, a key of `UNITS`
+
+    Raises
+    ------
+    RexsError : a unit that is not known
+    """
+    read = number(component, attribute, unit)
+    if read is None or not 1.0 / LARGEST_SIZE < abs(read.value) < LARGEST_SIZE:
+        return None
+    return read._replace(value=abs(read.value))
 
 
 def position(component: Component | None, attribute: str) -> list[float] | None:
@@ -220,8 +200,8 @@ def position(component: Component | None, attribute: str) -> list[float] | None:
     if not all(_is_number(part) for part in value):
         return None
 
-    factor, _ = _scale(stated_unit, "mm", place_of(component, name))
-    return [factor * part for part in value]
+    unit = _known(stated_unit, "mm", place_of(component, name))
+    return [units.convert(part, unit, "mm") for part in value]
 
 
 def _raw(component: Component | None, attribute: str) -> tuple[Any, str, str]:
@@ -235,17 +215,15 @@ def _raw(component: Component | None, attribute: str) -> tuple[Any, str, str]:
 
 def _is_number(value: Any) -> bool:
     """Tell whether a value is a finite number, not a truth value."""
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return is_number and math.isfinite(value)
+    return units.is_number(value) and math.isfinite(value)
 
 
-def _scale(stated: str, wanted: str, source: str) -> Scale:
-    """Return how a stated unit converts to the wanted one."""
+def _known(stated: str, wanted: str, source: str) -> str:
+    """Return what wearlab calls a stated unit, the format's own where there is none."""
     compact = "".join(stated.split()).replace("*", "").replace("·", "")
-    if compact in NO_UNIT:
-        return UNITS[wanted][USUAL.get(wanted, wanted)]
-
     known = UNITS[wanted]
+    if compact in NO_UNIT:
+        return known.get(USUAL.get(wanted, wanted), wanted)
     if compact not in known:
         raise RexsError(
             f"{source}: the unit {stated!r} is not one of {', '.join(known)}: correct "

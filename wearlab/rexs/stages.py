@@ -9,7 +9,6 @@ from wearlab.rexs.container import read_document
 from wearlab.rexs.document import Component, Document, RexsError
 from wearlab.rexs.draft import Draft
 from wearlab.rexs.quantities import number
-from wearlab.rexs.wheel import normal_types
 
 TAKEN = ("cylindrical_stage", "planetary_stage")
 
@@ -108,7 +107,7 @@ def read_unit(path: str | Path) -> GearUnit:
     ------
     RexsError : it cannot be read, or has no stage
     """
-    document = normal_types(read_document(path))
+    document = read_document(path)
     components = tuple(_stage_components(document))
     if not components:
         raise RexsError(f"{path}: there is no stage in it: export the gear unit whole")

@@ -26,7 +26,7 @@ def keep_stated(
     """
     _move_material(draft, document, stage, roles)
     _keep(draft, "gears", stage)
-    for member, number in roles.members.items():
+    for member, number in roles.items():
         _keep(draft, f"gears.{member}", document.components.get(number))
     for unit in document.of_type("gear_unit"):
         _keep(draft, "operation", unit)
@@ -60,7 +60,7 @@ def _move_material(
     """Write the set's material where the study states it for the set."""
     if "material" not in (stated_keys(stage) or ()):
         return
-    for member, number in roles.members.items():
+    for member, number in roles.items():
         stated = stated_keys(document.components.get(number))
         entry = draft.entries.get(f"gears.{member}", {}).get("material")
         if stated is not None and "material" not in stated and entry is not None:

@@ -6,9 +6,12 @@ from typing import NamedTuple
 
 from wearlab.rexs.document import Component, Document
 from wearlab.rexs.draft import Draft, with_unit
-from wearlab.rexs.quantities import TYPES, Read, number, position, text
+from wearlab.rexs.quantities import Read, number, position, size, text
 
 GEARS = ("cylindrical_gear", "ring_gear")
+MAX_PRESSURE_ANGLE = 45.0
+MAX_HELIX_ANGLE = 60.0
+"""Angles [deg] beyond which no gear is made."""
 RIGID = 1e3
 """Young's modulus [GPa] from which a material is that of a dummy shaft."""
 FIRST_WITH_MIDDLE = (1, 1)
@@ -33,9 +36,25 @@ class Wheel(NamedTuple):
 
     @property
     def teeth(self) -> float | None:
-        """Its number of teeth, positive also for rings; None where it is not given."""
-        read = number(self.gear, "number_of_teeth")
-        return None if read is None else abs(read.value)
+        """Its number of teeth, positive also for rings; None where it has none."""
+        read = size(self.gear, "number_of_teeth")
+        return None if read is None else read.value
+
+    @property
+    def pressure_angle(self) -> float:
+        """Pressure angle of the normal section [rad], 20° where none can be."""
+        read = number(self.flank, "normal_pressure_angle", "deg")
+        if read is None or not 0.0 < read.value < MAX_PRESSURE_ANGLE:
+            return math.radians(20.0)
+        return math.radians(read.value)
+
+    @property
+    def helix_angle(self) -> float:
+        """Helix angle at the reference circle, without sign [rad]; 0 if none can be."""
+        read = self.helix
+        if read is None or not abs(read.value) < MAX_HELIX_ANGLE:
+            return 0.0
+        return math.radians(abs(read.value))
 
     @property
     def is_ring(self) -> bool:
@@ -118,7 +137,7 @@ def put_gear(draft: Draft, member: str, wheel: Wheel, module: float) -> None:
     """
     section = f"gears.{member}"
     gear = wheel.gear
-    if not draft.take(section, "teeth", _positive(number(gear, "number_of_teeth"))):
+    if not draft.take(section, "teeth", size(gear, "number_of_teeth")):
         draft.missing.append(f"{section}.teeth (component {gear.id}, number_of_teeth)")
 
     draft.take(
@@ -135,22 +154,17 @@ def put_gear(draft: Draft, member: str, wheel: Wheel, module: float) -> None:
     _put_flank_shape(draft, section, wheel)
 
 
-def _positive(read: Read | None) -> Read | None:
-    """Return a value without its sign, which rings have in some files."""
-    return None if read is None else read._replace(value=abs(read.value))
-
-
 def _put_circles(draft: Draft, section: str, wheel: Wheel, module: float) -> None:
     """Write tip and root diameters that can be; leave the others out with a remark."""
     teeth = wheel.teeth or 0.0
-    helix = math.radians(wheel.helix.value) if wheel.helix is not None else 0.0
-    reference = module * teeth / math.cos(helix)
+    reference = module * teeth / math.cos(wheel.helix_angle)
     reach = 2.0 * MODULES_BEYOND_SHIFT * module
 
     for key in ("tip_diameter", "root_diameter"):
-        read = _positive(number(wheel.gear, key, "mm"))
+        read = number(wheel.gear, key, "mm")
         if read is None:
             continue
+        read = read._replace(value=abs(read.value))
         if abs(read.value - reference) > reach:
             draft.left_out.append(
                 f"{read.source} = {read.value:g} mm: no {key.replace('_', ' ')} at a "
@@ -223,22 +237,21 @@ def _put_cutter_root(
     from wearlab.gears.shifts import inverse_involute, involute
 
     teeth = wheel.teeth
-    cutter_teeth = number(tool, "number_of_teeth")
+    cutter_teeth = size(tool, "number_of_teeth")
     addendum = number(tool, "addendum_coefficient_reference_profile")
     shift = number(wheel.flank, "addendum_modification_coefficient")
-    angle = number(wheel.flank, "normal_pressure_angle", "deg")
-    helix = wheel.helix
     if (
         "root_diameter" in draft.entries.get(section, {})
         or teeth is None
         or cutter_teeth is None
         or addendum is None
-        or (helix is not None and helix.value != 0.0)
+        or wheel.helix_angle != 0.0
+        or teeth <= cutter_teeth.value
     ):
         draft.left_out.append(f"component {tool.id}: the cutter wheel")
         return
 
-    alpha = math.radians(angle.value if angle is not None else 20.0)
+    alpha = wheel.pressure_angle
     ring_shift = shift.value if shift is not None else 0.0
     sign = -1.0 if wheel.is_ring else 1.0
     sum_of_teeth = teeth + sign * cutter_teeth.value
@@ -374,8 +387,7 @@ def _material_table(
 
 def _put_thickness(draft: Draft, section: str, wheel: Wheel) -> None:
     """Write the allowance of the tooth thickness, from span to the normal section."""
-    angle = number(wheel.flank, "normal_pressure_angle", "deg")
-    cosine = math.cos(math.radians(angle.value if angle is not None else 20.0))
+    cosine = math.cos(wheel.pressure_angle)
     allowance = {}
     for end in ("upper", "lower"):
         attribute = f"{end}_backlash_allowance_referenced_to_span"
@@ -503,17 +515,3 @@ def _alike(draft: Draft, part: Component, attribute: str) -> Read | None:
         )
         return None
     return datum if datum.value > 0.0 else None
-
-
-def normal_types(document: Document) -> Document:
-    """Return a document whose renamed types bear their newer names.
-
-    Parameters
-    ----------
-    document : the file
-    """
-    components = {
-        number_: component._replace(type=TYPES.get(component.type, component.type))
-        for number_, component in document.components.items()
-    }
-    return document._replace(components=components)

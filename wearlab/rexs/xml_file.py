@@ -1,6 +1,6 @@
 """REXS as XML."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 from xml.etree import ElementTree
 
@@ -12,6 +12,7 @@ from wearlab.rexs.document import (
     LoadCase,
     Relation,
     RexsError,
+    document_of,
 )
 
 TRUTH = {"true": True, "false": False}
@@ -55,33 +56,25 @@ def read(content: bytes) -> Document:
         raise RexsError(
             f"its root is <{root.tag}>, not the <model> of a REXS file: export as REXS"
         )
-    return Document(
+    program = (root.get("applicationId"), root.get("applicationVersion"))
+    return document_of(
         version=root.get("version", ""),
-        program=" ".join(
-            part
-            for key in ("applicationId", "applicationVersion")
-            if (part := root.get(key))
-        ),
+        program=" ".join(part for part in program if part),
         components=_components(root.find("components")),
         relations=_relations(root.find("relations")),
         load_cases=_load_cases(root.find("load_spectrum")),
     )
 
 
-def _components(element: ElementTree.Element | None) -> dict[str, Component]:
-    """Return the components by number; a number that stands twice is refused."""
-    components: dict[str, Component] = {}
+def _components(element: ElementTree.Element | None) -> Iterator[Component]:
+    """Yield the components in the order of the file."""
     for entry in element if element is not None else ():
-        number = entry.get("id", "")
-        if number in components:
-            raise RexsError(
-                f"two components have the id {number}: export the file anew"
-            )
-
-        components[number] = Component(
-            number, entry.get("type", ""), entry.get("name", ""), _attributes(entry)
+        yield Component(
+            entry.get("id", ""),
+            entry.get("type", ""),
+            entry.get("name", ""),
+            _attributes(entry),
         )
-    return components
 
 
 def _attributes(component: ElementTree.Element) -> dict[str, Attribute]:
@@ -153,24 +146,16 @@ def plain(text: str) -> Any:
         return text
 
 
-def _relations(element: ElementTree.Element | None) -> tuple[Relation, ...]:
-    """Return the relations in the order of the file."""
-    return tuple(
-        Relation(
-            entry.get("type", ""),
-            {ref.get("role", ""): ref.get("id", "") for ref in entry},
-        )
-        for entry in (element if element is not None else ())
-    )
+def _relations(element: ElementTree.Element | None) -> Iterator[Relation]:
+    """Yield the relations in the order of the file."""
+    for entry in element if element is not None else ():
+        members = {ref.get("role", ""): ref.get("id", "") for ref in entry}
+        yield Relation(entry.get("type", ""), members)
 
 
-def _load_cases(element: ElementTree.Element | None) -> tuple[LoadCase, ...]:
-    """Return the load cases; accumulated results beside them are left."""
-    return tuple(
-        LoadCase(
-            entry.get("id", ""),
-            {part.get("id", ""): _attributes(part) for part in entry},
-        )
-        for entry in (element if element is not None else ())
-        if entry.tag == "load_case"
-    )
+def _load_cases(element: ElementTree.Element | None) -> Iterator[LoadCase]:
+    """Yield the load cases; accumulated results beside them are left."""
+    for entry in element if element is not None else ():
+        if entry.tag == "load_case":
+            attributes = {part.get("id", ""): _attributes(part) for part in entry}
+            yield LoadCase(entry.get("id", ""), attributes)

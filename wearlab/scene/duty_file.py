@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from wearlab.options import Stored
-from wearlab.tables import ReadTable, TableError, read_table
+from wearlab.tables import ReadTable, TableError
 from wearlab.tables.written import table_named, texts_by_column
 from wearlab.units import comparable
 
@@ -46,7 +46,7 @@ def duty_blocks(options: Mapping[str, Any], base: Path | None) -> list[dict[str,
 
     Raises
     ------
-    TableError : as of `read_load_table`
+    TableError : as of `load_table_of`
     """
     columns = texts_by_column(options, "columns", '{ share = "duration" }')
     example = '{ torque = "N*m", speed = "rpm", share = "h" }'
@@ -64,38 +64,18 @@ def duty_blocks(options: Mapping[str, Any], base: Path | None) -> list[dict[str,
     ]
 
 
-def read_load_table(
-    file: str, columns: Texts, units: Texts, base: Path | None = None
-) -> LoadTable:
-    """Return the conditions of a load table, row by row.
-
-    Parameters
-    ----------
-    file : name of the file
-    columns : headers of torque, speed and share, where they differ from these names
-    units : their units; shares without one are parts of a whole
-    base : folder that a relative path starts from
-
-    Raises
-    ------
-    TableError
-        When the file cannot be read, lacks a column or a unit, or a value is
-        impossible.
-    """
-    return load_table_of(read_table((base or Path()) / file), columns, units)
-
-
 def load_table_of(table: ReadTable, columns: Texts, units: Texts) -> LoadTable:
     """Return the conditions of a load table that was read.
 
     Parameters
     ----------
     table : the table
-    columns, units : as of `read_load_table`
+    columns : headers of torque, speed and share, where they differ from these names
+    units : their units; shares without one are parts of a whole
 
     Raises
     ------
-    TableError : as of `read_load_table`
+    TableError : it lacks a column or a unit, or a value is impossible
     """
     unknown = {*columns, *units} - set(QUANTITIES)
     if unknown:

@@ -320,9 +320,6 @@ class SetOptions(options.Part):
             },
         }
 
-    def _one_alternative(self) -> None:
-        """Leave module and pitches, of which one was refused beside the other."""
-
     @property
     def toothed(self) -> tuple[str, ...]:
         """The members that have teeth."""

@@ -60,7 +60,8 @@ def with_module(table: Mapping[str, Any]) -> dict[str, Any]:
         # the option itself says what is wrong with it
         return {**table, "module": options.Stored(1e-3)}
     helix_angle = _helix_angle(table) if given == [TRANSVERSE] else 0.0
-    return {**table, "module": options.Stored(module_of_pitch(pitch, helix_angle))}
+    module = options.Stored(module_of_pitch(pitch, helix_angle))
+    return {**table, given[0]: None, "module": module}
 
 
 def _helix_angle(table: Mapping[str, Any]) -> float:

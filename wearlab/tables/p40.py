@@ -8,18 +8,20 @@ flank is positive, so that wear and tip relief are negative.
 import math
 import re
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.files import read_regular
+from wearlab.files import read_regular, regular
 from wearlab.tables.cells import TableError
 
 CURVES = "KS.MK.FILE"
 VALUES = "KS.MW.FILE"
 MAX_BYTES = 50_000_000
+KEPT_MEASUREMENTS = 8
 HEAD_BYTES = 2000
 """Of a file's beginning, in which its format shows."""
 MAX_POINTS = 1_000_000
@@ -277,7 +279,8 @@ def is_measurement_file(path: str | Path) -> bool:
     TableError : it is a GDE file, which wearlab does not read
     """
     try:
-        head = read_regular(path, MAX_BYTES)[:HEAD_BYTES]
+        with regular(path) as file:
+            head = file.read(HEAD_BYTES)
     except OSError:
         return False
 
@@ -302,10 +305,16 @@ def read_measurement(path: str | Path) -> Measurement:
         that are not known, or curves with another count of points than it states
     """
     try:
-        content = read_regular(path, MAX_BYTES)
+        stamp = Path(path).stat()
+        return _read(str(path), stamp.st_mtime_ns, stamp.st_size)
     except OSError as error:
         raise TableError(f"{path}: {error.strerror or error}") from None
-    return measurement_of(content, str(path))
+
+
+@lru_cache(maxsize=KEPT_MEASUREMENTS)
+def _read(path: str, modified: int, size: int) -> Measurement:
+    """Return what a file holds, once for each of its versions."""
+    return measurement_of(read_regular(path, MAX_BYTES), path)
 
 
 def measurement_of(content: bytes, file: str) -> Measurement:

@@ -110,9 +110,10 @@ def _add_contact_ratio(draft: "Draft") -> None:
 
 def _written(draft: "Draft", file: Path, out: Path | None) -> output.Findings:
     """Write a stage where it was asked for, and say what is missing."""
+    from wearlab.rexs.draft import printable
     from wearlab.store.files import write_whole
 
-    text = f"# from {file.name}\n{draft.text()}"
+    text = f"# from {printable(file.name)}\n{draft.text()}"
     content: dict[str, Any] = {
         "campaign": draft.table(),
         "derived": draft.derived,
