@@ -232,7 +232,7 @@ def _pair(writer: _Writer, unit: str, scene: Scene) -> dict[str, str]:
     numbers = {
         name: _gear(writer, scene, name, shafts[name], (0.0, 0.0)) for name in gears
     }
-    stage = _stage(writer, unit, scene, scene.gears, _distance(scene, 0))
+    stage = _stage(writer, unit, scene, scene.gears, _distances(scene)[0])
     first, second = numbers.values()
     writer.relate("stage", stage=stage, gear_1=first, gear_2=second)
     return shafts
@@ -255,11 +255,13 @@ def _stage(
     return stage
 
 
-def _distance(scene: Scene, kind: int) -> float:
-    """Return the centre distance of a kind of mesh, given or derived [mm]."""
+def _distances(scene: Scene) -> list[float]:
+    """Return the centre distance of each kind of mesh, given or derived [mm]."""
     from wearlab.assembly import sets
 
-    return 1e3 * float(sets.build_set(scene).kinds[kind].pair.centre_distance)
+    return [
+        1e3 * float(kind.pair.centre_distance) for kind in sets.build_set(scene).kinds
+    ]
 
 
 def _planetary(writer: _Writer, unit: str, casing: str, scene: Scene) -> dict[str, str]:
@@ -278,7 +280,7 @@ def _planetary(writer: _Writer, unit: str, casing: str, scene: Scene) -> dict[st
 
     sun = _gear(writer, scene, "sun", shafts["sun"], (0.0, 0.0))
     ring = _gear(writer, scene, "ring", shafts["ring"], (0.0, 0.0))
-    distances = (_distance(scene, 0), _distance(scene, 1))
+    distances = _distances(scene)
     for angle in _planet_angles(options):
         place = (distances[0] * math.cos(angle), distances[0] * math.sin(angle))
         shaft = _shaft(writer, unit, "planet")
