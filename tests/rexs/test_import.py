@@ -14,6 +14,8 @@ import pytest
 import rexs_files as files
 
 import wearlab as wl
+from wearlab.gears.shifts import internal_position, operating_position
+from wearlab.gears.specification import Basics
 from wearlab.rexs import RexsError, read_rexs
 from wearlab.rexs.stages import read_unit
 from wearlab.scene import Scene
@@ -277,6 +279,51 @@ def test_mutated_files_are_read_or_refused(tmp_path):
             refused += 1
             assert "\n" not in str(error)
     assert 0 < refused < 500
+
+
+def _derived(draft, word: str) -> str:
+    """Return the line of a draft that says what was derived."""
+    return next(line for line in draft.derived if word in line)
+
+
+def test_the_centre_distance_gives_back_the_shifts_that_made_it(tmp_path):
+    """Against the road from shifts to centre distance, which is another calculation."""
+    position = operating_position((19, 58), (0.3, 0.25), Basics(3e-3))
+    distance = 1e6 * position.centre_distance
+    text = files.as_xml().replace('unit="mum">118000.0', f'unit="mum">{distance!r}')
+    line = _derived(read_unit(_written(tmp_path, text)).draft(2), "working pressure")
+    angle = math.degrees(position.working_pressure_angle)
+    assert f"(transverse) {angle:.5f} deg" in line
+    assert "sum of profile shifts 0.550000" in line
+
+
+@pytest.mark.parametrize("stated", [0.4, -0.4])
+def test_a_ring_has_the_shift_that_fits_whatever_its_sign(tmp_path, stated):
+    position = internal_position((19, 58), (0.1, 0.4), Basics(3e-3))
+    distance = 1e6 * position.centre_distance
+    text = files.as_xml().replace('unit="mum">118000.0', f'unit="mum">{distance!r}')
+    text = text.replace(
+        'type="cylindrical_gear" name="wheel 2"', 'type="ring_gear" name="wheel 2"'
+    )
+    for gear, shift in ((10, 0.1), (11, stated)):
+        flank = (
+            f'<component id="{gear + 100}" type="cylindrical_gear_flank">'
+            '<attribute id="normal_pressure_angle" unit="deg">20</attribute>'
+            f'<attribute id="addendum_modification_coefficient">{shift}</attribute>'
+            "</component>"
+        )
+        relation = (
+            f'<relation type="flank"><ref id="{gear}" role="gear" />'
+            f'<ref id="{gear + 100}" role="right" /></relation>'
+        )
+        text = text.replace("</components>", f"{flank}</components>")
+        text = text.replace("</relations>", f"{relation}</relations>")
+    draft = read_unit(_written(tmp_path, text)).draft(2)
+    gears = draft.table()["gears"]
+    assert gears["kind"] == "internal-pair"
+    assert gears["pinion"]["profile_shift_coefficient"] == 0.1
+    assert gears["ring"]["profile_shift_coefficient"] == 0.4
+    assert "difference of profile shifts 0.300000" in _derived(draft, "difference")
 
 
 EXTREMES = (0.0, -1.0, 1e-300, 1e300, -1e18, 90.0, 180.0, 3e4, 1e999)

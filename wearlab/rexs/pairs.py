@@ -2,8 +2,9 @@
 
 import math
 
-from wearlab.gears.helix import overlap_ratio
-from wearlab.gears.shifts import involute
+from wearlab.gears.helix import overlap_ratio, transverse_basics
+from wearlab.gears.shifts import internal_position, operating_position
+from wearlab.gears.specification import Basics, GearError
 from wearlab.rexs.document import Component, Document, RexsError
 from wearlab.rexs.draft import Draft, KeyEntry
 from wearlab.rexs.power import gears_of
@@ -210,8 +211,8 @@ def derive_shifts(
 ) -> None:
     """Say what sum of profile shifts the centre distance asks for.
 
-    ``Σx = (inv α_wt − inv α_t) Σz / (2 tan α_n)``; of a ring the difference of shifts
-    and of teeth. A ring's shift is turned to the sign that fits, or left out.
+    Of a ring it is the difference of the shifts, and the ring's own shift is turned to
+    the sign that fits, or left out.
 
     Parameters
     ----------
@@ -220,32 +221,30 @@ def derive_shifts(
     wheels : their gears
     module : normal module [mm]
     distance : centre distance [mm]
-
-    References
-    ----------
-    ISO 21771:2007, 4.3.
     """
     first, second = wheels
     if first.teeth is None or second.teeth is None:
         return
 
-    normal = first.pressure_angle
-    helix = first.helix_angle
-    transverse = math.atan(math.tan(normal) / math.cos(helix))
     inwards = second.is_ring
-    teeth = second.teeth - first.teeth if inwards else first.teeth + second.teeth
-    cosine = 0.5 * module * teeth * math.cos(transverse) / (math.cos(helix) * distance)
-    if not 0.0 < cosine < 1.0:
+    normal = Basics(1e-3 * module, first.pressure_angle)
+    rack = transverse_basics(normal, first.helix_angle)
+    find_position = internal_position if inwards else operating_position
+    teeth = (int(first.teeth), int(second.teeth))
+    try:
+        position = find_position(teeth, (None, None), rack, 1e-3 * distance)
+    except GearError as error:
+        draft.left_out.append(f"{' and '.join(members)}: {error}")
         return
 
-    working = math.acos(cosine)
-    total = (
-        (involute(working) - involute(transverse)) * teeth / (2.0 * math.tan(normal))
-    )
+    first_shift, second_shift = position.shifts  # over the transverse module
+    transverse_total = second_shift + (-first_shift if inwards else first_shift)
+    total = transverse_total * rack.module / normal.module
+    working = math.degrees(position.working_pressure_angle)
     label = "difference of profile shifts" if inwards else "sum of profile shifts"
     draft.derived.append(
         f"{members[0]}, {members[1]}: working pressure angle (transverse) "
-        f"{math.degrees(working):.5f} deg, {label} {total:.6f} from the centre distance"
+        f"{working:.5f} deg, {label} {total + 0.0:.6f} from the centre distance"
     )
     if inwards:
         _turn_ring_shift(draft, members, total)
