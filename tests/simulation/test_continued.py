@@ -11,6 +11,7 @@ from wearlab.scene import Scene
 from wearlab.simulation import Refused, simulate
 from wearlab.simulation.initial_wear import moved
 from wearlab.store.align import start_wear
+from wearlab.store.files import StoreError
 
 PAIR = {
     "gears": external_pair(50, 50),
@@ -58,6 +59,12 @@ def test_two_runs_make_the_life_of_one(parent):
     assert tail.attrs["parents"] == parent.attrs["id"]
     assert float(tail.attrs["parent_cycle"]) == 2.5e7
     assert tail.attrs["parent_interpolation_error"].endswith(" m")
+
+
+def test_wear_of_another_model_version_is_not_taken_on(parent):
+    of_old = parent.assign_attrs(model_version="5")
+    with pytest.raises(StoreError, match=r"model version 5, this is \d+: .* run its"):
+        child(of_old, 2.5e7, 1.5e7)
 
 
 def test_the_error_of_the_parent_is_added(parent):

@@ -14,7 +14,7 @@ from typing import Any
 
 from wearlab import options, units
 
-MODEL_VERSION = 5
+MODEL_VERSION = 6
 WHOLE_BELOW = 2**53
 
 Texts = dict[str, tuple[Any, str]]

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 
 from wearlab.arrays import Array
 from wearlab.nearest import choices
+from wearlab.scene.identity import MODEL_VERSION
 from wearlab.scene.start import StartWear
 from wearlab.store.files import StoreError
 
@@ -298,9 +299,11 @@ def start_wear(parent: "xr.Dataset", start: "Start") -> StartWear:
 
     Raises
     ------
-    StoreError : the run has no wear, no life, or does not reach that cycle
+    StoreError : the run has no wear, no life, does not reach that cycle, or is of
+        another version of the model
     """
     name = f"run {start.run}"
+    _require_this_model(parent, name)
     if "wear_depth" not in parent or "cycle" not in parent:
         raise StoreError(f"{name} holds no wear_depth to start from")
     cycle = _cycle(parent, start, name)
@@ -339,6 +342,16 @@ def start_wear(parent: "xr.Dataset", start: "Start") -> StartWear:
     return StartWear(
         cycle, error, side_of_flank, positions, depths_of_flank, float(parent_error)
     )
+
+
+def _require_this_model(parent: "xr.Dataset", name: str) -> None:
+    """Refuse wear that another version of the model computed: no life mixes two."""
+    version = str(parent.attrs.get("model_version", MODEL_VERSION))
+    if version != str(MODEL_VERSION):
+        raise StoreError(
+            f"{name} is of model version {version}, this is {MODEL_VERSION}: its wear "
+            "is not taken on; run its campaign again and start from the new run"
+        )
 
 
 def _cycle(parent: "xr.Dataset", start: "Start", name: str) -> float:
