@@ -121,7 +121,7 @@ def test_a_coupling_that_goes_without_saying_is_part_of_the_identity():
     layer = faced.replace("mesh.stiffness", stiffness)
     assert (
         layer.id
-        == "281e3386fb7e41e2ec5b"
+        == "400d8a390e5813dcb347"
         != layer.replace("mesh.face_coupling", "pasternak").id
     )
 
