@@ -123,7 +123,7 @@ def test_a_run_whose_flanks_part_says_for_how_long_and_one_in_contact_does_not()
     assert share > 0.05
     assert said == [
         f"contact lost for {100 * share:.2g} % of the time: outside what the damping "
-        "is known for"
+        "is known for; teeth strike when they meet again"
     ]
     held = simulate(cases["none"].replace("mesh.damping_ratio", 0.9))
     assert float(held["separation_fraction"].max()) == 0.0

@@ -58,7 +58,12 @@ def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> harmonics.Membe
     total = stated.get("total_composite", total)
     tooth = stated.get("tooth_composite", tooth)
     return harmonics.MemberError(
-        toothing.teeth, total, tooth, getattr(options, "installation", ()), eccentricity
+        toothing.teeth,
+        total,
+        tooth,
+        getattr(options, "installation", ()),
+        eccentricity,
+        getattr(options, "composite", "runout"),
     )
 
 
@@ -112,8 +117,10 @@ def _of_planetary(scene: Scene, gears: gear_set.GearSet) -> list[harmonics.MeshE
     """Return the errors of all meshes of a planetary set.
 
     Seen from the carrier the sun brings its once-per-revolution error to planet n later
-    by ψ_n, the ring, which turns the other way, earlier; a planet shows the ring the
-    side away from the sun.
+    by ψ_n, the ring, which turns the other way, earlier. A planet whose axis is
+    displaced by p has the errors ``n_s·p`` and ``n_r·p`` of a displaced pin in its
+    meshes, whose directions are α_s + α_r apart: the ring's leads by that where the sun
+    turns as the models count.
     """
     random = np.random.default_rng(scene.prescribed.seed)
     angles = gears.sense * np.asarray(gears.angles)
@@ -121,21 +128,25 @@ def _of_planetary(scene: Scene, gears: gear_set.GearSet) -> list[harmonics.MeshE
         harmonics.realised(_member(scene, gears, name), random)
         for name in ("sun", *("planet",) * len(angles), "ring")
     )
-    pins = _pins(scene, angles, random)
+    pins = _pins(scene, gears.angles, random)
+    alpha_sun, alpha_ring = (kind.pair.working_pressure_angle for kind in gears.kinds)
+    between_directions = gears.sense * (alpha_sun + alpha_ring)
     rows = []
     for name, kind, n in zip(
         gears.mesh_names, gears.mesh_kinds, [*range(len(angles))] * 2, strict=True
     ):
-        alpha = gears.kinds[kind].pair.working_pressure_angle
         if kind == 0:
             parts = [
                 sun.turned(-angles[n]),
                 planets[n],
-                *(pin.turned(-alpha) for pin in pins[n]),
+                *(pin.turned(-alpha_sun) for pin in pins[n]),
             ]
         else:
-            held = (pin.turned(alpha) for pin in pins[n])
-            parts = [planets[n].turned(math.pi), ring.turned(angles[n]), *held]
+            parts = [
+                planets[n].at_other_mesh(between_directions),
+                ring.turned(angles[n]),
+                *(pin.turned(alpha_ring) for pin in pins[n]),
+            ]
         rows.append(
             harmonics.mesh_error((), _harmonics(scene, name), parts=tuple(parts))
         )

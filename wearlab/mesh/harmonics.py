@@ -244,6 +244,7 @@ class MemberError(NamedTuple):
     total_composite, tooth_composite : F_i′ and f_i′ [m]
     installation : tolerances Δe_q, each with a random direction [m]
     eccentricity : distance of the toothing's axis from the axis it turns about [m]
+    composite : what F_i′ − f_i′ comes from, ``runout`` of the toothing or its ``pitch``
     """
 
     teeth: int
@@ -251,6 +252,7 @@ class MemberError(NamedTuple):
     tooth_composite: float = 0.0
     installation: tuple[float, ...] = ()
     eccentricity: float = 0.0
+    composite: str = "runout"
 
 
 class Realisation(NamedTuple):
@@ -259,12 +261,20 @@ class Realisation(NamedTuple):
     Parameters
     ----------
     mesh : mesh harmonics (order, amplitude [m], phase [rad])
-    slow : once-per-revolution parts (teeth of the member, amplitude [m], initial angle
-        [rad]); infinitely many teeth: at rest in the carrier
+    runout : once-per-revolution parts of an axis that runs out (teeth of the member,
+        amplitude [m], initial angle [rad]); infinitely many teeth: at rest in the
+        carrier
+    pitch : those of pitches that add up over the teeth, likewise
     """
 
     mesh: tuple[tuple[float, float, float], ...]
-    slow: tuple[tuple[float, float, float], ...]
+    runout: tuple[tuple[float, float, float], ...]
+    pitch: tuple[tuple[float, float, float], ...] = ()
+
+    @property
+    def slow(self) -> tuple[tuple[float, float, float], ...]:
+        """All once-per-revolution parts."""
+        return (*self.runout, *self.pitch)
 
     def turned(self, angle: float) -> "Realisation":
         """Return the member seen from another side: its slow parts lead by an angle.
@@ -273,9 +283,22 @@ class Realisation(NamedTuple):
         ----------
         angle : by which they lead [rad]
         """
-        return Realisation(
-            self.mesh, tuple((z, size, start + angle) for z, size, start in self.slow)
+        return self._replace(
+            runout=_turned(self.runout, angle), pitch=_turned(self.pitch, angle)
         )
+
+    def at_other_mesh(self, angle: float) -> "Realisation":
+        """Return a planet as its other mesh has it.
+
+        Its axis, displaced, displaces both meshes at once, along directions that are
+        ``angle`` apart. A tooth comes there half a turn later, with its other flank:
+        pitches change their sign twice.
+
+        Parameters
+        ----------
+        angle : by which the other mesh's direction makes a runout lead [rad]
+        """
+        return self._replace(runout=_turned(self.runout, angle))
 
     def of(self, amplitude: float, angle: float) -> "Realisation":
         """Return this with another error, which is at rest in the carrier.
@@ -288,7 +311,14 @@ class Realisation(NamedTuple):
         if amplitude == 0.0:
             return self
         at_rest = (np.inf, amplitude, angle)
-        return Realisation(self.mesh, (*self.slow, at_rest))
+        return self._replace(runout=(*self.runout, at_rest))
+
+
+def _turned(
+    parts: tuple[tuple[float, float, float], ...], angle: float
+) -> tuple[tuple[float, float, float], ...]:
+    """Return parts (teeth, amplitude, initial angle) that lead by an angle."""
+    return tuple((teeth, size, start + angle) for teeth, size, start in parts)
 
 
 AT_REST = Realisation((), ())
@@ -315,15 +345,20 @@ def realised(member: MemberError, random: np.random.Generator) -> Realisation:
     if member.tooth_composite:
         of_teeth = ((1.0, 0.5 * member.tooth_composite, member.teeth * start),)
 
-    slow: list[tuple[float, float, float]] = []
+    composite: tuple[tuple[float, float, float], ...] = ()
     if member.total_composite:
-        runout = 0.5 * (member.total_composite - member.tooth_composite)
-        slow.append((member.teeth, runout, start))
+        amplitude = 0.5 * (member.total_composite - member.tooth_composite)
+        composite = ((member.teeth, amplitude, start),)
+
+    axis: list[tuple[float, float, float]] = []
     for tolerance, direction in zip(member.installation, directions, strict=True):
-        slow.append((member.teeth, tolerance, direction))
+        axis.append((member.teeth, tolerance, direction))
     if member.eccentricity:
-        slow.append((member.teeth, member.eccentricity, random.uniform(0.0, turn)))
-    return Realisation(of_teeth, tuple(slow))
+        axis.append((member.teeth, member.eccentricity, random.uniform(0.0, turn)))
+
+    if member.composite == "pitch":
+        return Realisation(of_teeth, tuple(axis), composite)
+    return Realisation(of_teeth, (*composite, *axis))
 
 
 @dataclass(frozen=True)
@@ -402,3 +437,36 @@ def quadrature(teeth: Iterable[int]) -> dict[int, Array]:
         z: (np.arange(ANGLES) * k / ANGLES) % 1.0
         for k, z in enumerate(sorted(set(teeth)), start=1)
     }
+
+
+def extremes_over_turn(values: Array, teeth: Iterable[int]) -> Array:
+    """Return smallest and largest of what slow errors move, over a whole turn, (2, n).
+
+    On the angles of `quadrature` the k-th of the tooth numbers makes a wave of order k.
+    Each is taken at its crest, for members of other tooth numbers come to all angles
+    with one another; what is no such wave is added as it was found.
+
+    Parameters
+    ----------
+    values : (8, n) at the angles of `quadrature`
+    teeth : numbers of teeth of the members
+
+    References
+    ----------
+    W23 Eqs. 28–32, for the errors that move them.
+
+    >>> angle = 2.0 * np.pi * (np.arange(8) / 8.0) + 0.3
+    >>> extremes = extremes_over_turn(1.0 + np.sin(angle)[:, None], [20])
+    >>> print(np.abs(np.round(extremes.T, 12)))
+    [[0. 2.]]
+    """
+    members = len(set(teeth))
+    coefficient = np.fft.rfft(values, axis=0) / ANGLES
+    mean = values.mean(axis=0)
+    waves = 2.0 * np.abs(coefficient[1 : members + 1]).sum(axis=0)
+
+    unexplained = coefficient.copy()
+    unexplained[: members + 1] = 0.0
+    rest = np.fft.irfft(ANGLES * unexplained, ANGLES, axis=0)
+    reach = waves + np.abs(rest).max(axis=0)
+    return np.stack([mean - reach, mean + reach])

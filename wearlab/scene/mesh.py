@@ -267,6 +267,10 @@ class MemberErrors(options.Part):
     tooth_composite: Annotated[options.Depth, options.NOT_NEGATIVE] = 0.0
     """tooth-to-tooth tangential composite deviation f_i′. Source: ISO 1328-1, W23 Eq.
     28"""
+    composite: Literal["runout", "pitch"] = "runout"
+    """what the once-per-revolution part of F_i′ comes from: a toothing whose axis runs
+    out, or pitches that add up over the teeth; of a planet, runout comes to its two
+    meshes α_s + α_r apart, pitch together. Source: ISO/TR 10064-1, eccentricity"""
     installation: Tolerances = ()
     """installation tolerances Δe_q, each in a random direction. Source: W23 Eq. 30"""
 

@@ -8,7 +8,13 @@ import xarray as xr
 
 from wearlab.scene import Scene
 from wearlab.simulation import label
-from wearlab.simulation.dataset import conditions, coordinates, errors, rating
+from wearlab.simulation.dataset import (
+    conditions,
+    coordinates,
+    errors,
+    planets,
+    rating,
+)
 from wearlab.simulation.dataset.finished import ConditionsOfLife, FinishedLife
 from wearlab.simulation.dataset.of_condition import condition_values
 from wearlab.simulation.dataset.of_life import life_variables
@@ -135,8 +141,9 @@ def _with_remarks(
         if share > 0.0:
             remarks.append(
                 f"contact lost for {100.0 * share:.2g} % of the time: outside what the "
-                "damping is known for"
+                "damping is known for; teeth strike when they meet again"
             )
+    remarks += planets.overload_flags(dataset)
     remarks += rating.rating_flags(finished.scene, finished.stages[0].first)
     remarks += failures
 

@@ -43,9 +43,19 @@ def dynamic_values(model: assembly.GearModel, states: States) -> Values:
         )
         for name in of_states[0][0]
     }
+    if "mesh_load_factor" in values and len(states[0].responses) > 1:
+        values |= _load_factors_over_turn(model, values["mesh_load_factor"])
     if any(name.endswith("_orders") for name in model.scene.store.requested):
         values["order"] = lines
     return values
+
+
+def _load_factors_over_turn(model: assembly.GearModel, factors: Array) -> Values:
+    """Return extremes of load factors (n_updates, n_angles, n_mesh) over a turn."""
+    teeth = [gear.teeth for gear in model.gears.gears.values()]
+    extremes = [harmonics.extremes_over_turn(of_state, teeth) for of_state in factors]
+    least, largest = np.stack(extremes, axis=1)
+    return {"mesh_load_factor_min": least, "mesh_load_factor_max": largest}
 
 
 def _values_of(
