@@ -102,9 +102,8 @@ class Part(OptionTable):
 
     def identifying(self) -> dict[str, Any]:
         """Return the options that belong to the identity of a scene, by name."""
-        fields = type(self).model_fields.items()
-        names = [name for name, field in fields if not field.exclude]
-        return {name: getattr(self, name) for name in names}
+        fields = type(self).model_fields
+        return {name: value for name, value in self if not fields[name].exclude}
 
     def written(self, table: dict[str, Any]) -> Any:
         """Return a table of this part's options as a campaign file writes it.

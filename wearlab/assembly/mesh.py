@@ -142,15 +142,13 @@ def largest_load(scene: Scene, kind: gear_set.PairOfSet) -> float:
     scene : its conditions share the flanks
     kind : the mesh
     """
-    torque = scene.operation.torque
-    largest_torque = scene.operation.largest_torque
-    if largest_torque == torque:
+    operation = scene.operation
+    largest_torque = operation.largest_torque
+    if largest_torque == operation.torque:
         return kind.load
-    if torque > 0.0:
-        return kind.load * largest_torque / torque
-    heaviest_condition = scene.operation.single_condition(
-        largest_torque, scene.operation.speed
-    )
+    if operation.torque > 0.0:
+        return kind.load * largest_torque / operation.torque
+    heaviest_condition = operation.single_condition(largest_torque, operation.speed)
     heaviest = scene.with_sections(operation=heaviest_condition)
     return next(
         kinds.load

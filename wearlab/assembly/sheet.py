@@ -76,7 +76,7 @@ def sheet(scene: Scene) -> Sheet:
     ------
     GearError : there can be no such gears
     """
-    gears = sets.build_set(scene)
+    gears = sets.build_set(scene.in_heaviest_condition)
     pairs = [kind.pair for kind in gears.kinds]
     drawn = tuple(
         (" and ".join(gear.name for gear in pair.gears), outline.drawing(pair))

@@ -253,16 +253,24 @@ class CaseValues:
             ``mesh_frequency`` [Hz]; or ``speed_ratio``, the speed of the input over its
             first critical speed, where the mesh frequency meets the lowest natural
             frequency that the mesh excites
+
+        Raises
+        ------
+        CampaignError : a frequency is asked of several conditions of operation
         """
         from wearlab.assembly import sets
         from wearlab.gears.specification import GearError
 
         scene = self.scene
-        lacks_speed = name != "contact_ratio" and scene.operation.speed is None
-        if lacks_speed or (name == "speed_ratio" and scene.dynamics is None):
+        if name == "speed_ratio" and scene.dynamics is None:
             return None
+        if name != "contact_ratio" and scene.operation.several:
+            raise CampaignError(
+                f"exclude: {name} is of one speed, and operation.duty or .stage has "
+                "several: exclude by contact_ratio or by keys of the scene"
+            )
         try:
-            gears = sets.build_set(scene)
+            gears = sets.build_set(scene.in_heaviest_condition)
             if name == "contact_ratio":
                 return min(float(kind.pair.contact_ratio) for kind in gears.kinds)
             mesh_frequency = float(gears.mesh_frequency)

@@ -259,9 +259,8 @@ def _distances(scene: Scene) -> list[float]:
     """Return the centre distance of each kind of mesh, given or derived [mm]."""
     from wearlab.assembly import sets
 
-    return [
-        1e3 * float(kind.pair.centre_distance) for kind in sets.build_set(scene).kinds
-    ]
+    gears = sets.build_set(scene.in_heaviest_condition)
+    return [1e3 * float(kind.pair.centre_distance) for kind in gears.kinds]
 
 
 def _planetary(writer: _Writer, unit: str, casing: str, scene: Scene) -> dict[str, str]:
@@ -453,14 +452,16 @@ def _loads(
 ) -> ElementTree.Element | None:
     """Add torque and speed of the input; return the load cases of a duty."""
     operation: Any = scene.operation
-    blocks = operation.blocks
+    is_one = not operation.several
+    torque = (operation.torque, "N m") if is_one else None
+    speed = _scaled(operation.speed, 30.0 / math.pi, "1 / min") if is_one else None
     load = writer.component(
         "external_load",
         "input",
         {
             "transmits_torque": (True, "none"),
             "defines_torque": (True, "none"),
-            "torque_around_u_axis": None if blocks else (operation.torque, "N m"),
+            "torque_around_u_axis": torque,
         },
     )
     reaction = writer.component(
@@ -472,13 +473,12 @@ def _loads(
     writer.relate("assembly", assembly=driving, part=load)
     writer.relate("assembly", assembly=shafts[operation.output], part=reaction)
     shaft = next(part for part in writer.components if part.get("id") == driving)
-    speed = None if blocks else _scaled(operation.speed, 30.0 / math.pi, "1 / min")
     _add_attributes(shaft, {"defines_speed": (True, "none"), "rotational_speed": speed})
-    if not blocks:
+    if not operation.blocks:
         return None
 
     spectrum = ElementTree.Element("load_spectrum", id="1")
-    for place, block in enumerate(blocks, 1):
+    for place, block in enumerate(operation.blocks, 1):
         case = ElementTree.SubElement(spectrum, "load_case", id=str(place))
         for component, attributes in (
             (unit, {"load_duration_fraction": (100.0 * block.share, "%")}),

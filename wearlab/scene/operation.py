@@ -16,6 +16,12 @@ from wearlab.scene.gears import set_in
 
 SUM_OF_SHARES = 1e-6
 """How far written shares may be from 1 in sum."""
+OF_ONE_CONDITION = ("torque", "speed", "power")
+"""Options that several conditions have each of their own."""
+
+
+class SeveralConditions(TypeError):
+    """One torque, speed or power was asked of an operation that has several."""
 
 
 class DutyBlock(options.Part):
@@ -168,11 +174,11 @@ class Operation(options.Part):
     )
 
     torque: Annotated[options.Torque, options.NOT_NEGATIVE] = None
-    """torque on the input member; drive_flank gives its sense [power over speed; of the
-    first block or stage]"""
+    """torque on the input member; drive_flank gives its sense [power over speed; none
+    with duty or stage, whose conditions have their own]"""
     speed: Annotated[options.Speed, options.POSITIVE] = None
     """speed of the input member; revolutions or radians, never Hz [power over torque;
-    of the first block or stage]"""
+    none with duty or stage, whose conditions have their own]"""
     power: Annotated[options.Power, options.POSITIVE] | None = options.option(
         None, identity=False
     )
@@ -200,6 +206,22 @@ class Operation(options.Part):
     """conditions in order, one after another; wear carries over [torque and speed
     alone]. Source: wearlab"""
 
+    def __getattribute__(self, name: str) -> Any:
+        """Return an attribute; one torque, speed or power is none of several.
+
+        Raises
+        ------
+        SeveralConditions
+            Who asks would take the value of one condition for that of all.
+        """
+        value = super().__getattribute__(name)
+        if value is None and name in OF_ONE_CONDITION and self.several:
+            raise SeveralConditions(
+                f"operation.{name}: there are {len(self.several)} conditions, each "
+                "with its own: ask for it in one of them"
+            )
+        return value
+
     @property
     def output_loaded(self) -> bool | None:
         """Whether a torque on the output balances the input; None: nobody said."""
@@ -222,11 +244,8 @@ class Operation(options.Part):
     @property
     def largest_torque(self) -> float:
         """The largest torque of all conditions that share these flanks [N m]."""
-        of_blocks = [block.torque for block in self.blocks]
-        of_stages = [stage.torque for stage in self.stages]
-        return float(
-            max([self.torque, self._largest_torque or 0.0, *of_blocks, *of_stages])
-        )
+        of_conditions = [condition.torque for condition in self.several or (self,)]
+        return float(max([*of_conditions, self._largest_torque or 0.0]))
 
     def single_condition(
         self, torque: float, speed: float, largest_torque: float | None = None
@@ -255,6 +274,35 @@ class Operation(options.Part):
     def stages(self) -> tuple[OperationStage, ...]:
         """The conditions in order, none without stages."""
         return self.stage or ()
+
+    @property
+    def several(self) -> tuple[DutyBlock, ...] | tuple[OperationStage, ...]:
+        """The conditions where there are several, in turn or in order."""
+        return self.blocks or self.stages
+
+    def in_conditions(self) -> tuple["Operation", ...]:
+        """Return the operation in each of its conditions, itself where it is one.
+
+        Examples
+        --------
+        >>> blocks = [
+        ...     {"torque": "80 N*m", "speed": "900 rpm", "share": 0.3},
+        ...     {"torque": "20 N*m", "speed": "1500 rpm", "share": 0.7},
+        ... ]
+        >>> operation = Operation.model_validate({"duty": blocks})
+        >>> [condition.torque for condition in operation.in_conditions()]
+        [80.0, 20.0]
+        """
+        return tuple(
+            self.single_condition(
+                condition.torque, condition.speed, self.largest_torque
+            )
+            for condition in self.several
+        ) or (self,)
+
+    def heaviest_condition(self) -> "Operation":
+        """Return the operation in its condition of the largest torque."""
+        return max(self.in_conditions(), key=lambda condition: condition.torque)
 
     @classmethod
     def _complete(
@@ -303,6 +351,8 @@ class Operation(options.Part):
 
     def _one_alternative(self) -> None:
         """Allow two of torque, speed and power."""
+        if self.several:
+            return
         if None not in (self.torque, self.speed, self.power):
             rpm = self.speed * 30.0 / math.pi
             quantities = (
@@ -315,16 +365,14 @@ class Operation(options.Part):
             raise ValueError(f"{quantities} are one too many: {remedy}")
 
     def _check(self) -> None:
-        """Give each member one role.
-
-        Resolve power, or the first of several conditions.
-        """
+        """Give each member one role, and resolve power."""
         roles = {"input": self.input, "output": self.output, "fixed": self.fixed}
         named = [f"{key} {name!r}" for key, name in roles.items() if name is not None]
         if len(set(roles.values()) - {None}) != len(named):
             raise ValueError(f"one member in two roles: {', '.join(named)}")
-        if several := self.blocks or self.stages:
-            self._of_first(several[0])
+        if self.several:
+            self._leave_to_conditions()
+            return
         torque = self.torque
         speed = self.speed
         power = self.power
@@ -340,22 +388,25 @@ class Operation(options.Part):
                 "or power with one of them"
             )
 
-    def _of_first(self, first: DutyBlock | OperationStage) -> None:
-        """Take over torque and speed of the first of several conditions."""
+    def _leave_to_conditions(self) -> None:
+        """Refuse a torque, speed or power beside those of several conditions.
+
+        What stored scenes of earlier versions say of the first one is dropped.
+        """
         if self.duty is not None and self.stage is not None:
             raise ValueError("give one of 'duty' and 'stage', not both")
         word = "duty" if self.duty is not None else "stage"
-        for key in ("torque", "speed", "power"):
-            general = getattr(self, key)
-            of_block = getattr(first, key, None)
+        first = self.several[0]
+        for key in OF_ONE_CONDITION:
+            general = self.__dict__[key]
+            of_first = getattr(first, key, None)
             if general is not None and (
-                of_block is None or units.rounded(general) != units.rounded(of_block)
+                of_first is None or units.rounded(general) != units.rounded(of_first)
             ):
                 raise ValueError(
                     f"{key} stands in every {word}: leave operation.{key} out"
                 )
-        object.__setattr__(self, "torque", first.torque)
-        object.__setattr__(self, "speed", first.speed)
+            object.__setattr__(self, key, None)
 
 
 def _of_the_set(value: Any, info: pydantic.ValidationInfo) -> Any:

@@ -276,6 +276,25 @@ class Scene:
             self, sections=self.sections.model_copy(update=changed)
         )
 
+    def in_conditions(self) -> tuple["Scene", ...]:
+        """Return the scene in each of its conditions of operation.
+
+        Of a single one it is the scene itself.
+        """
+        if not self.operation.several:
+            return (self,)
+        return tuple(
+            self.with_sections(operation=condition)
+            for condition in self.operation.in_conditions()
+        )
+
+    @property
+    def in_heaviest_condition(self) -> "Scene":
+        """The scene in its condition of the largest torque, itself of a single one."""
+        if not self.operation.several:
+            return self
+        return self.with_sections(operation=self.operation.heaviest_condition())
+
     @property
     def start_wear(self) -> StartWear | None:
         """The wear that the run starts from, read from the run that it continues."""

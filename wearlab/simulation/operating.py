@@ -9,7 +9,6 @@ from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.life import coupled, duty_coupling
 from wearlab.scene import Scene
-from wearlab.scene.operation import DutyBlock, OperationStage
 
 
 class OperatingCondition(NamedTuple):
@@ -49,22 +48,13 @@ def operating_conditions(scene: Scene) -> tuple[OperatingCondition, ...]:
         When no such gears can exist or run.
     """
     operation = scene.operation
-
-    def in_condition(part: DutyBlock | OperationStage) -> Scene:
-        condition = operation.single_condition(
-            part.torque, part.speed, operation.largest_torque
-        )
-        return scene.with_sections(operation=condition)
-
+    scenes = scene.in_conditions()
     if operation.stages:
         return tuple(
-            operating_condition([in_condition(stage)], [1.0], stage.cycles)
-            for stage in operation.stages
+            operating_condition([in_stage], [1.0], stage.cycles)
+            for in_stage, stage in zip(scenes, operation.stages, strict=True)
         )
-    if not operation.blocks:
-        return (operating_condition([scene], [1.0]),)
-    scenes = [in_condition(block) for block in operation.blocks]
-    shares = [block.share for block in operation.blocks]
+    shares = [block.share for block in operation.blocks] or [1.0]
     return (operating_condition(scenes, shares),)
 
 

@@ -102,13 +102,13 @@ def kinds_of(scenes: Iterable[Scene]) -> list[Scene]:
 
 
 def _evaluate(scene: Scene) -> None:
-    coupling = assembly.build(scene).coupling
+    coupling = assembly.build(scene.in_heaviest_condition).coupling
     coupling.evaluate(coupling.unworn())
 
 
 def _change_contact(scene: Scene) -> None:
     """Take a step as one in which contact changes."""
-    coupling = assembly.build(scene).coupling
+    coupling = assembly.build(scene.in_heaviest_condition).coupling
     moves = coupling.vibration
     if moves is None or not isinstance(moves.method, periodic.Periodic):
         return

@@ -196,7 +196,7 @@ def refuse_too_deep(
     UpdateError : with file, line and value, or the limit's path
     """
     try:
-        gears = sets.build_set(scene)
+        gears = sets.build_set(scene.in_heaviest_condition)
     except GearError:
         return  # the run says so
     deep = [

@@ -67,10 +67,11 @@ def _refusal_of(scene: Any) -> str | None:
     from wearlab.gears.specification import GearError
 
     try:
-        gears = sets.build_set(scene)
+        for in_condition in scene.in_conditions():
+            gears = sets.build_set(in_condition)
+            vibration.check_held(in_condition, gears)
         wear_checks.check_initial_wear(scene, gears)
         wear_checks.check_limits(scene, gears)
-        vibration.check_held(scene, gears)
     except GearError as error:
         return str(error)
     return None
