@@ -600,3 +600,28 @@ def test_every_file_of_commands_registers_itself():
         for one in app.app.registered_commands
     }
     assert homes == files and set(app.COMMAND_FILES) <= files
+
+
+def test_ls_says_that_a_life_did_not_reach_its_limit(command, tmp_path):
+    """It named wear.until as what is missing, and that was given."""
+    store = Store(tmp_path / "wearlab-store")
+    store.archive.create()
+    data = made_up.run(1.0).drop_vars("life")
+    data["end_reason"] = ((), "cycles")
+    made_up.put(store, "a" * 20, data)
+    listed = command("ls", "--columns", "life,seconds")
+    assert "none reached its depth limit, they ended by cycles" in listed.err
+    assert "it takes" not in listed.err
+
+
+def test_ls_says_that_a_spectrum_has_no_one_torque(command, tmp_path):
+    """The torque of the first row stood for all of them."""
+    store = Store(tmp_path / "wearlab-store")
+    store.archive.create()
+    duty = [{"share": 0.2, "torque": 150.0, "speed": 1.0}] * 2
+    scene = json.dumps({"operation": {"duty": duty}})
+    made_up.put(store, "a" * 20, made_up.run(1.0), scene)
+    listed = command("ls", "--columns", "torque,seconds")
+    assert "150" not in listed.out
+    assert "torque: 1 run has operation.duty" in listed.err
+    assert "ask for min(duty_torque) and max(duty_torque)" in listed.err

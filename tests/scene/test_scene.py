@@ -1,3 +1,4 @@
+import json
 import math
 import pickle
 
@@ -15,6 +16,7 @@ from wearlab.mesh.stiffnesses.constant import ConstantStiffness
 from wearlab.mesh.stiffnesses.finite_element import FiniteElementStiffness
 from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
 from wearlab.scene.merge import merge, nested, without
+from wearlab.scene.operation import SeveralConditions
 from wearlab.scene.sections import Sections
 from wearlab.wear.coefficients.constant import ConstantCoefficient
 from wearlab.wear.coefficients.hardness import HardnessCoefficient
@@ -199,12 +201,39 @@ def test_a_scene_is_frozen(table):
         scene.wear = None
 
 
+@pytest.mark.parametrize("key", ["torque", "speed", "power"])
+@pytest.mark.parametrize("several", ["duty", "stage"])
+def test_no_torque_speed_or_power_of_one_condition_stands_for_several(
+    table, key, several
+):
+    del table["operation"]["torque"], table["operation"]["speed"]
+    table["operation"][several] = TWO if several == "duty" else ORDERED
+    scene = Scene.from_mapping(table)
+    with pytest.raises(SeveralConditions, match=f"operation.{key}: there are 2 cond"):
+        getattr(scene.operation, key)
+    torques = {c.operation.torque for c in scene.in_conditions()}
+    assert torques == {340.0, 100.0}
+    assert scene.in_heaviest_condition.operation.torque == 340.0
+    assert key not in json.loads(scene.canonical())["operation"]
+    assert Scene.from_canonical(scene.canonical()) == scene
+
+
+def test_scenes_stored_with_the_torque_of_their_first_condition_are_read(table):
+    del table["operation"]["torque"], table["operation"]["speed"]
+    table["operation"]["duty"] = TWO
+    scene = Scene.from_mapping(table)
+    stored = json.loads(scene.canonical())
+    stored["operation"] |= {"torque": 340, "speed": 115.191730632}
+    assert Scene.from_canonical(json.dumps(stored)) == scene
+
+
 def test_a_scene_shows_what_users_may_call(table):
     shown = {name for name in dir(Scene.from_mapping(table)) if name[0] != "_"}
     assert shown == {
         *Sections.model_fields,
         *("sections", "with_sections", "replace", "id", "canonical"),
         *("from_mapping", "from_canonical", "plugins_used", "duty_table"),
+        *("in_conditions", "in_heaviest_condition"),
         *("meshes", "coefficients", "prescribed", "initial_of", "face_keys", "hands"),
         *("start_wear", "with_start_wear", "calibration", "with_calibration"),
     }
@@ -336,7 +365,7 @@ ORDERED = [
             lambda s: (
                 [b.share for b in s.operation.blocks] == [0.25, 0.75]
                 and [b.torque for b in s.operation.blocks] == [340.0, 100.0]
-                and s.operation.torque == 340.0
+                and s.in_heaviest_condition.operation.torque == 340.0
             ),
         ),
         (
@@ -346,7 +375,7 @@ ORDERED = [
             lambda s: (
                 [b.cycles for b in s.operation.stages] == [1e5, None]
                 and s.operation.stages[1].label == "rated"
-                and s.operation.torque == 100.0
+                and s.in_conditions()[0].operation.torque == 100.0
             ),
         ),
         (

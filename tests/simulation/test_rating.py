@@ -1,5 +1,8 @@
 """ISO 6336-1 beside a run: a helical pair whose stiffness others have printed."""
 
+import math
+
+import numpy as np
 import pytest
 from reference_pairs import ISO, both, reference
 from scenes import external_pair, planetary_set
@@ -137,3 +140,85 @@ def test_a_rating_is_of_a_pair():
                 "rating": {},
             }
         )
+
+
+HEAVY = {"torque": "525 N*m", "speed": "360 rpm", "share": 0.02}
+LIGHT = {"torque": "70 N*m", "speed": "360 rpm", "share": 0.98}
+
+
+def spectrum(*bins, **changes):
+    asked = {"operation__torque": None, "operation__speed": None, **changes}
+    return pitting(operation__duty=list(bins), **asked)
+
+
+def safety(scene):
+    return simulate(scene)["iso_pitting_safety"].values
+
+
+def test_the_rating_of_a_spectrum_is_of_all_its_bins_in_any_order():
+    run = simulate(spectrum(HEAVY, LIGHT))
+    turned = simulate(spectrum(LIGHT, HEAVY))
+    assert run["iso_pitting_safety"].values == pytest.approx(
+        turned["iso_pitting_safety"].values, rel=1e-9
+    )
+    assert run["iso_contact_stress"].dims == ("duty", "flank")
+    assert run["iso_face_load_factor"].dims == ("duty", "mesh")
+    alone = [
+        simulate(pitting(operation__torque=one["torque"], operation__speed="360 rpm"))
+        for one in (HEAVY, LIGHT)
+    ]
+    for row, single in zip(range(2), alone, strict=True):
+        for name in ("iso_contact_stress", "iso_face_load_factor"):
+            assert run[name].values[row] == pytest.approx(single[name].values), name
+    heavy, light = (single["iso_pitting_safety"].values for single in alone)
+    assert (heavy < run["iso_pitting_safety"].values).all()
+    assert (run["iso_pitting_safety"].values < light).all()
+    assert "Palmgren-Miner" in str(run["validity"].values)
+
+
+def test_bins_alike_are_rated_as_one_condition():
+    half = {"torque": "300 N*m", "speed": "360 rpm", "share": 0.5}
+    run = simulate(spectrum(half, half))
+    single = pitting(operation__torque="300 N*m", operation__speed="360 rpm")
+    assert run["iso_pitting_safety"].values == pytest.approx(safety(single), rel=1e-9)
+    assert run["iso_equivalent_torque"].values == pytest.approx(300.0, rel=1e-9)
+
+
+def test_the_equivalent_torque_is_that_of_the_slope_of_the_life_factor():
+    """On one branch of Z_NT, with K_Hβ = 1: T_eq = (Σ n T^p/Σ n)^(1/p)."""
+    slope = math.log(1e10 / 5e7) / math.log(1.0 / 0.85) / 2.0
+    torque = np.array([300.0, 310.0])
+    share = np.array([0.4, 0.6])
+    bins = [
+        {"torque": f"{t} N*m", "speed": "360 rpm", "share": u}
+        for t, u in zip(torque, share, strict=True)
+    ]
+    run = simulate(spectrum(*bins, rating__equivalent_misalignment="0 um"))
+    wanted = (share @ torque**slope) ** (1.0 / slope)
+    assert run["iso_equivalent_torque"].values == pytest.approx(wanted, rel=1e-9)
+
+
+def stages(last):
+    asked = {"operation__torque": None, "operation__speed": None}
+    wear = {"model": "constant", "value": "1e-18 m^2/N"}
+    steps = [
+        {"torque": "70 N*m", "speed": "360 rpm", "cycles": 98},
+        {"torque": "525 N*m", "speed": "360 rpm", "cycles": last},
+    ]
+    return pitting(
+        operation__stage=[
+            {key: value for key, value in step.items() if value} for step in steps
+        ],
+        wear__coefficient=wear,
+        wear__until={"cycles": 100},
+        **asked,
+    )
+
+
+def test_stages_are_rated_by_their_cycles_or_all_in_the_worst():
+    """Cycles of stages are shares of the hours; without the last one's, the worst."""
+    assert safety(stages(2)) == pytest.approx(safety(spectrum(HEAVY, LIGHT)), rel=1e-9)
+    unknown = simulate(stages(None))
+    heavy = pitting(operation__torque="525 N*m", operation__speed="360 rpm")
+    assert unknown["iso_pitting_safety"].values == pytest.approx(safety(heavy))
+    assert "all hours in the worst" in str(unknown["validity"].values)

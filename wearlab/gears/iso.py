@@ -4,7 +4,7 @@ ISO 6336-1: method B of the mesh stiffness and method C of the face load factor 
 ISO 6336-2, method B: contact stress at the pitch point and safety S_H against pitting,
 ``σ_H = Z_B σ_H0 √(K_A K_v K_Hβ K_Hα)``, ``σ_H0 = Z_H Z_E Z_ε Z_β √(F_t/(d_1 b) (u +
 1)/u)``, beside ``σ_HG = σ_Hlim Z_NT Z_L Z_v Z_R`` with Z_W = Z_X = 1; ``S_H =
-σ_HG/σ_H``.
+σ_HG/σ_H``. ISO 6336-6: of a spectrum, by the Palmgren-Miner sum.
 
 Their equations are second-hand, from public implementations whose printed values of
 ISO/TR 6336-30 and of a commercial program are reproduced digit by digit; the standards
@@ -17,6 +17,7 @@ composite deviations.
 
 import math
 from bisect import bisect_right
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -367,6 +368,14 @@ def film_factors(
     )
 
 
+CYCLES_OF_LIFE = (1e5, 5e7, 1e10)
+"""Static, knee and endless number of cycles of `life_factor`."""
+LIFE_FACTORS = (1.6, 1.0, 0.85)
+"""Z_NT there."""
+HALVINGS = 60
+"""Bisections of a range of safeties, to round-off."""
+
+
 def life_factor(cycles: float) -> float:
     """Return Z_NT of steels that were hardened, no pitting allowed [1].
 
@@ -382,10 +391,74 @@ def life_factor(cycles: float) -> float:
     >>> [round(life_factor(cycles), 3) for cycles in (1.08e9, 1.783e8)]
     [0.91, 0.962]
     """
-    # static, knee, endless
-    at = np.log([1e5, 5e7, 1e10])
-    factor = np.log([1.6, 1.0, 0.85])
+    at = np.log(CYCLES_OF_LIFE)
+    factor = np.log(LIFE_FACTORS)
     return float(np.exp(np.interp(math.log(max(cycles, 1.0)), at, factor)))
+
+
+def cycles_endured(factor: float) -> float:
+    """Return the cycles whose life factor is ``factor``: the inverse of `life_factor`.
+
+    None above the static factor of 1.6, endlessly many below 0.85.
+
+    Parameters
+    ----------
+    factor : stress over the limit of contact stress [1]
+
+    Examples
+    --------
+    >>> cycles_endured(1.7), cycles_endured(0.8), round(cycles_endured(1.0))
+    (0.0, inf, 50000000)
+    """
+    static, _, endless = LIFE_FACTORS
+    if factor > static:
+        return 0.0
+    if factor < endless:
+        return math.inf
+    falling = -np.log(LIFE_FACTORS)
+    return float(np.exp(np.interp(-math.log(factor), falling, np.log(CYCLES_OF_LIFE))))
+
+
+def spectrum_safety(cycles: Sequence[float], used: Sequence[float]) -> float:
+    """Return the safety S of a spectrum, ``Σ n_i/N(S u_i) = 1``.
+
+    Of one bin it is ``Z_NT(n)/u``.
+
+    Parameters
+    ----------
+    cycles : n of each bin [1]
+    used : u, its contact stress over the limit with all factors but that of life [1]
+
+    References
+    ----------
+    ISO 6336-6: Palmgren-Miner sum; of the limit of stress as of `life_factor`.
+
+    Examples
+    --------
+    >>> round(spectrum_safety([1e6], [0.5]) / (life_factor(1e6) / 0.5), 9)
+    1.0
+    >>> halves = spectrum_safety([1e8, 1e8], [0.5, 0.5])
+    >>> round(halves / spectrum_safety([2e8], [0.5]), 9)
+    1.0
+    """
+
+    def damage(safety: float) -> float:
+        endured = [cycles_endured(safety * stress) for stress in used]
+        return sum(
+            count / bound if bound else math.inf
+            for count, bound in zip(cycles, endured, strict=True)
+        )
+
+    static, _, endless = LIFE_FACTORS
+    safe = endless / max(used)
+    broken = static / max(used)
+    for _ in range(HALVINGS):
+        middle = math.sqrt(safe * broken)
+        if damage(middle) <= 1.0:
+            safe = middle
+        else:
+            broken = middle
+    return safe
 
 
 MODULES = (0.5, 2.0, 3.5, 6.0, 10.0, 16.0, 25.0, 40.0, 70.0)  # mm, ends of ranges

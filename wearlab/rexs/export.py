@@ -186,7 +186,7 @@ def _stated(part: Part) -> str:
 
 def _stated_keys(part: Part) -> set[str]:
     """Return the keys of a part that have a value."""
-    return {key for key in type(part).model_fields if getattr(part, key) is not None}
+    return {key for key, value in part if value is not None}
 
 
 def _no_place(scene: Scene) -> Iterator[str]:

@@ -280,11 +280,7 @@ def parts_within(value: Any) -> Iterator[slots.Variant]:
     if isinstance(value, slots.Variant):
         yield value
     if isinstance(value, options.Part):
-        yield from (
-            part
-            for name in type(value).model_fields
-            for part in parts_within(getattr(value, name))
-        )
+        yield from (part for _, option in value for part in parts_within(option))
     elif isinstance(value, dict):
         yield from (part for inner in value.values() for part in parts_within(inner))
 

@@ -19,6 +19,15 @@ if TYPE_CHECKING:
     from wearlab.store import catalogue
     from wearlab.store import table as tables
 
+TORQUE_AND_SPEED = ("operation.torque", "operation.speed")
+"""Keys that several conditions of operation have each for themselves."""
+OF_LIVES = (
+    "life",
+    "remaining_useful_life",
+    "service_life",
+    "error_estimate_life",
+)
+"""Results of lives that reach their depth limit."""
 HEADS = (
     "id",
     "campaign",
@@ -123,7 +132,7 @@ def _list_columns(
     """Return the columns that were asked for, of the runs in a state."""
     for note in table.notes:
         output.complain(note)
-    _complain_of_empty_columns(table)
+    _complain_of_empty_columns(store, table)
     table = _with_present_states(store, table, state)
     if form is output.Format.CSV:
         return output.Findings(partial(_in_si, table), _csv(table))
@@ -134,17 +143,50 @@ def _list_columns(
     )
 
 
-def _complain_of_empty_columns(table: "tables.Table") -> None:
-    """Write to standard error which variables no run of a table has."""
+def _complain_of_empty_columns(store: Store, table: "tables.Table") -> None:
+    """Write to standard error which columns are empty, and what it takes."""
     from wearlab.schema import VARIABLES, origin_of
 
     for index, column in enumerate(table.columns):
         name = column.source or column.name
-        if name not in VARIABLES or not table.records:
+        empty = [row[0] for row in table.records if row[index] is None]
+        if not empty:
             continue
-        if all(row[index] is None for row in table.records):
+        if name in TORQUE_AND_SPEED:
+            _complain_of_conditions(store, empty, name)
+        elif name in VARIABLES and len(empty) == len(table.records):
+            reasons = _ends(store, empty) if name in OF_LIVES else ()
             origin = origin_of(name)[1]
-            output.complain(f"none of these runs has {name}: it takes {origin}")
+            output.complain(
+                f"none of these runs has {name}: none reached its depth limit, they "
+                f"ended by {' or '.join(reasons)}: give wear.until a depth that "
+                "is reached, or more cycles or hours"
+                if reasons
+                else f"none of these runs has {name}: it takes {origin}"
+            )
+
+
+def _complain_of_conditions(store: Store, runs: Sequence[str], name: str) -> None:
+    """Write which runs have several torques or speeds, and how these are called."""
+    entries = store.archive.entries(runs).values()
+    operations = [loads(entry.scene or "{}").get("operation", {}) for entry in entries]
+    short = name.removeprefix("operation.")
+    for several in ("duty", "stage"):
+        column = f"{several}_{short}"
+        count = sum(several in operation for operation in operations)
+        if count:
+            has = "run has" if count == 1 else "runs have"
+            output.complain(
+                f"{short}: {count} {has} operation.{several}, each condition its "
+                f"own: ask for min({column}) and max({column})"
+            )
+
+
+def _ends(store: Store, runs: Sequence[str]) -> list[str]:
+    """Return by what lives ended that reached no limit of wear, each once."""
+    entries = store.archive.entries(runs).values()
+    reasons = (entry.summary.get("end_reason") for entry in entries)
+    return list(dict.fromkeys(str(reason) for reason in reasons if reason))
 
 
 def _with_present_states(

@@ -144,7 +144,7 @@ def _with_remarks(
                 "damping is known for; teeth strike when they meet again"
             )
     remarks += planets.overload_flags(dataset)
-    remarks += rating.rating_flags(finished.scene, finished.stages[0].first)
+    remarks += rating.rating_flags(finished.scene)
     remarks += failures
 
     lines = filter(None, [dataset["validity"].item(), *dict.fromkeys(remarks)])

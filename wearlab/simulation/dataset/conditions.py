@@ -17,6 +17,10 @@ OF_THE_FLANKS = (
     "error_weight",
     "specific_sliding",
     "mode_kind",
+    "iso_theoretical_stiffness",
+    "iso_single_stiffness",
+    "iso_mesh_stiffness_alpha",
+    "iso_mesh_stiffness_beta",
 )
 """Variables that no torque or speed changes."""
 PADDED = ("mesh_period", "rival")

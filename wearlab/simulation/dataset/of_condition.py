@@ -12,6 +12,7 @@ from wearlab.simulation.dataset import (
     modes,
     over_speed,
     path,
+    rating,
 )
 from wearlab.simulation.dataset.attractors import attractor_values
 from wearlab.simulation.dataset.coordinates import States
@@ -53,6 +54,9 @@ def condition_values(
 
     values = diagnosed("quasi-static contact", contact.mesh_values, model, states)
     values |= diagnosed("values along the path", path.path_values, model, states)
+    values |= label.diagnosed(
+        "rating", failures, label.Values(), rating.condition_rating, model
+    )
     values |= exact_contact.exact_values(model, states, failures)
     if model.vibration is not None:
         values |= diagnosed(

@@ -52,7 +52,7 @@ def life_variables(
         values["calibrated_wear_coefficient"] = calibration.value
         values["error_estimate_wear_coefficient"] = calibration.error
     values |= label.diagnosed(
-        "rating", failures, label.Values(), rating.rated, scene, model
+        "rating", failures, label.Values(), rating.spectrum_rating, scene
     )
     return values
 
