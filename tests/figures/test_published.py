@@ -88,6 +88,87 @@ def test_points_find_their_panel(plot, table):
     ]
 
 
+@pytest.mark.parametrize(
+    "text, asked, message",
+    [
+        (
+            "x,y,flank\n3,2,pinoin\n",
+            {"kind": "max-wear"},
+            "line 2, column 'flank': flank 'pinoin' is not here; did you mean 'pinion'",
+        ),
+        (
+            "x,y,flnak\n3,2,pinion\n",
+            {"kind": "max-wear"},
+            "column 'flnak' is no dimension of this figure; did you mean 'flank'",
+        ),
+        (
+            "x,y,hue\n3,2,900 rpm\n",
+            {"kind": "max-wear"},
+            "speed '900 rpm' is not here; did you mean '800 rpm'",
+        ),
+        (
+            "x,y\n0.5,100\n",
+            {"kind": "mesh-force"},
+            "a panel for each speed stands here, .* add a column speed "
+            r"\(800 rpm, 1100 rpm, 3720 rpm\), or choose one in select.speed",
+        ),
+        (
+            "x,y,hue\n3,2,brass\n",
+            {"kind": "max-wear", "select": {"speed": 800, "case": "base"}},
+            "column 'hue' names brass, and nothing varies by colour here",
+        ),
+        (
+            "x,y,flank\n3,2,gear\n",
+            {"kind": "max-wear", "select": {"flank": "pinion"}},
+            "none of its points belongs here: gear is not drawn",
+        ),
+    ],
+    ids=["label", "column", "hue", "panel", "no hue", "select"],
+)
+def test_points_without_a_place_are_refused_by_name(plot, table, text, asked, message):
+    with pytest.raises(FigureError, match=message):
+        plot(**asked, published=table(text))
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"kind": "max-wear", "select": {"flank": "pinion"}},
+        {"kind": "max-wear", "select": {"flank": "pinion", "speed": 800}},
+    ],
+    ids=["several colours", "one colour"],
+)
+def test_points_of_curves_that_are_not_drawn_are_left_out_and_told(plot, table, asked):
+    path = table("x [million cycles],y [um],flank,hue\n3,2,pinion,800\n9,8,gear,800\n")
+    one = plot(**asked, published=path)
+    points = [c for c in one.panels[0].curves if c.style == "published"]
+    assert [(*c.x, *c.y) for c in points] == [(3.0, 2.0)]
+    assert "Points without a curve here are left out: 1 of gear." in one.notes
+
+
+def test_no_point_brings_a_panel_of_its_own(plot, table):
+    asked = {"kind": "wear-profile", "select": {"update": -1, "case": "base"}}
+    path = table("x [mm],y [um],flank,speed\n1,2,gear,1100\n")
+    panels = plot(**asked).panels
+    with_points = plot(**asked, published=path).panels
+    assert [panel.title for panel in with_points] == [panel.title for panel in panels]
+    counts = [sum(c.style == "published" for c in p.curves) for p in with_points]
+    assert sum(counts) == 1 and "gear" in with_points[counts.index(1)].title
+
+
+@pytest.mark.parametrize(
+    "head, text",
+    [
+        ("# measured on the rig, 3 March\n", "measured"),
+        ("Gemessen am Prüfstand;;\n", "measured"),
+        ("# Fig. 3, read by eye\n", "published"),
+    ],
+)
+def test_measured_points_are_called_measured(plot, table, head, text):
+    one = plot(kind="max-wear", published=table(f"{head}x;y\n3000000;2\n4000000;3\n"))
+    assert one.legend[-1].text == text
+
+
 def test_places_without_a_height_are_marked_in_their_panel(plot, table):
     path = table("x, text, speed\n0.25, low, 1100\n0.75, high, 1100\n0.5, alone, 800\n")
     one = plot(kind="mesh-force", published=path)

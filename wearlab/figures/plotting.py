@@ -1,6 +1,5 @@
 """A figure as plain data: from a request to panels, curves and notes."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import xarray as xr
@@ -79,14 +78,10 @@ def plotted(grid: xr.Dataset, request: FigureRequest) -> PlottedFigure:
     doubts = notes.uncertainty(runs, request, kind, series)
 
     absent = f"Not drawn: {'; '.join(missing)}." if missing else ""
-    lines = [request.note, absent, *of_defaults, *of_runs, *omitted, *of_series, doubts]
-    dims = _keys_of_dimensions(grid)
-    series = series_of_runs.with_published(series, request, kind, dims)
+    series, of_points = series_of_runs.with_published(series, request, kind, grid)
+    lines = [request.note, absent, *of_defaults, *of_runs, *omitted, *of_series]
+    lines += [*of_points, doubts]
 
+    dims = series_of_runs.keys_of_dimensions(grid)
     plot = layout.compose(series, request, kind, dims, [text for text in lines if text])
     return PlottedFigure(plot, runs, tuple(missing))
-
-
-def _keys_of_dimensions(grid: xr.Dataset) -> Mapping[str, str]:
-    """Return the dotted key that each dimension of the grid varies, "" for none."""
-    return {str(dim): str(grid[dim].attrs.get("key", "")) for dim in grid.run_id.dims}

@@ -4,27 +4,31 @@ The table has a line of names, then points: ``x [million cycles], y [um], hue``.
 name's unit stands in brackets; ``hue`` holds the text of a legend entry (or its
 number); further columns bear the name of a dimension and say which panel a point
 belongs to. Without ``y`` a place along x is marked, such as a peak whose height is not
-printed; ``text`` names it. Lines that begin with ``#`` tell the source. Two columns
-without names, as programs of numerics write them, are x and y.
+printed; ``text`` names it. Lines that begin with ``#`` tell the source; one that begins
+with the word measured calls the points so in the legend. Two columns without names, as
+programs of numerics write them, are x and y.
 
 Beside maps over the flank stands one that was measured: columns as of ``wear.initial``,
 trace after trace.
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from wearlab import files, tables
 from wearlab.arrays import Array
+from wearlab.figures.curves import NotedSeries
 from wearlab.figures.kind import FigureError, FigureRequest, Points
+from wearlab.figures.places_of_points import CurvesOfFigure, placed
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.wording import Label, converted
 from wearlab.tables.measured_flank import ABSCISSAE, measured_flank_of, traces
+from wearlab.tables.reading import COMMENT_MARKS
 from wearlab.tables.table import ReadTable
 from wearlab.units import UnitError
 
@@ -38,6 +42,8 @@ COUNT_IN_HEADER = re.compile(
     rf"\s*([^\[(]+?)\s*[\[(]\s*({'|'.join(COUNTS)})\s*[\])]\s*"
 )
 """A name, and a count for its unit."""
+MEASURED = re.compile(r"[\s#%;,]*(?:measured|measurements?|gemessen|messung)\b", re.I)
+"""Begin of a line above a header that says that points were measured."""
 
 
 class MeasuredMap(NamedTuple):
@@ -84,25 +90,22 @@ def points_of(source: Path | Points, request: FigureRequest) -> Points:
 
 
 def published(
-    source: Path | Points,
-    series: Sequence[Series],
-    hue: str | None,
-    request: FigureRequest,
-) -> Iterator[Series]:
-    """Yield the points of a CSV, one series for each hue and panel.
+    source: Path | Points, curves: CurvesOfFigure, request: FigureRequest
+) -> NotedSeries:
+    """Return the points of a table, a series for each hue and panel, and notes.
 
     Parameters
     ----------
-    source : the CSV, or what it says
-    series : our curves, whose axes and labels the points take
-    hue : dimension of the hue, None when there is none
+    source : the table, or what it says
+    curves : our curves, whose axes and labels the points take
     request : the figure, for messages
 
     Raises
     ------
-    FigureError : the CSV cannot be read, or the figure is a map
+    FigureError : the table cannot be read, its points have no place in the figure, or
+        the figure is a map
     """
-    if series[0].level is not None:
+    if curves.series[0].level is not None:
         raise request.error(
             "published: points have no place on maps; a wear-map takes a flank"
         )
@@ -112,49 +115,62 @@ def published(
         raise request.error(
             f"{points.name}: a column x is required, found {', '.join(table.names)}"
         )
-    curve = series[0]
-    x = _column(table, "x", curve.x_scale, request)
-    y = _column(table, "y", curve.y_scale, request) if "y" in table.names else None
-    texts = table.cells["text"] if "text" in table.names else [""] * len(table)
 
-    keys = _keys_of_points(table, hue)
-    for key in dict.fromkeys(keys):
-        inside = np.array([key_of_point == key for key_of_point in keys])
-        labels = {dim: _label_of(series, dim, text) for dim, text in key}
-        if y is None:
-            names = [texts[at] for at in np.flatnonzero(inside)]
-            yield Series(
-                key=labels,
-                x=np.zeros(0),
-                y=np.zeros(0),
-                x_scale=curve.x_scale,
-                y_scale=curve.y_scale,
-                style="published",
-                marks=tuple(map(Mark, x[inside].tolist(), names)),
-            )
-        else:
-            yield Series(
-                key=labels,
-                x=x[inside],
-                y=y[inside],
-                x_scale=curve.x_scale,
-                y_scale=curve.y_scale,
-                style="published",
-                text="published",
-            )
-
-
-def _keys_of_points(table: ReadTable, hue: str | None) -> list[tuple[Any, ...]]:
-    """Return dimension and text of the labels of every point."""
-    dims = {
-        hue if name == "hue" else name: name
-        for name in table.names
-        if name not in ("x", "y", "text")
-    }
-    columns = [
-        [(dim, text) for text in table.cells[name]] for dim, name in dims.items() if dim
+    of_figure = placed(table, curves, request)
+    series = [
+        _points_at(table, rows, dict(labels), curves, request)
+        for labels, rows in of_figure.rows.items()
     ]
-    return list(zip(*columns, strict=True)) or [()] * len(table)
+    if is_measured(table, points):
+        series = [replace(group, text=group.text and "measured") for group in series]
+    return NotedSeries(series, [of_figure.note] if of_figure.note else [])
+
+
+def is_measured(table: ReadTable, points: Points) -> bool:
+    """Say whether a table calls its points measured, in a line above its header.
+
+    Parameters
+    ----------
+    table : as it was read
+    points : its name and text
+    """
+    lines = points.text.splitlines()
+    comments = [line for line in lines if line.lstrip().startswith(COMMENT_MARKS)]
+    return any(map(MEASURED.match, (*table.preamble, *comments)))
+
+
+def _points_at(
+    table: ReadTable,
+    rows: Sequence[int],
+    labels: Mapping[str, Label],
+    curves: CurvesOfFigure,
+    request: FigureRequest,
+) -> Series:
+    """Return rows of a table as points, or marks along x without a column of y."""
+    alike = [
+        curve
+        for curve in curves.series
+        if all(curve.key.get(dim, label) == label for dim, label in labels.items())
+    ]
+    curve = next(iter(alike), curves.series[0])
+    x = _column(table, "x", curve.x_scale, request)[rows]
+    marks: tuple[Mark, ...] = ()
+    if "y" in table.names:
+        y = _column(table, "y", curve.y_scale, request)[rows]
+    else:
+        texts = table.cells.get("text", [""] * len(table))
+        marks = tuple(map(Mark, x.tolist(), [texts[row] for row in rows]))
+        x = y = np.zeros(0)
+    return Series(
+        key=labels,
+        x=x,
+        y=y,
+        x_scale=curve.x_scale,
+        y_scale=curve.y_scale,
+        style="published",
+        text="" if marks else "published",
+        marks=marks,
+    )
 
 
 def beside_map(curve: Series, flank: MeasuredMap) -> Series:
@@ -318,18 +334,3 @@ def _column(table: ReadTable, name: str, scale: Scale, request: FigureRequest) -
     except (tables.TableError, UnitError) as error:
         column = table.names.index(name) + 1
         raise request.error(f"published: column {column}: {error}") from error
-
-
-def _label_of(series: Sequence[Series], dim: str, text: str) -> Label:
-    """Return the label that a text means: by its words, or by its number."""
-    try:
-        number = float(text)
-    except ValueError:
-        number = np.nan
-    for label in dict.fromkeys(s.key[dim] for s in series if dim in s.key):
-        is_near = not isinstance(label.value, str) and np.isclose(
-            number, label.value, rtol=1e-6
-        )
-        if is_near or text in (label.text, label.value):
-            return label
-    return Label(text, text)

@@ -10,6 +10,7 @@ import xarray as xr
 from wearlab.figures import curves, layout
 from wearlab.figures.kind import FigureError, FigureRequest, Kind, Run
 from wearlab.figures.kinds import cycles
+from wearlab.figures.places_of_points import CurvesOfFigure
 from wearlab.figures.plot import BESIDE, Series
 from wearlab.figures.published import published
 from wearlab.figures.runs import along_axes
@@ -125,8 +126,8 @@ def _sampled(
 
 
 def with_published(
-    series: list[Series], request: FigureRequest, kind: Kind, dims: Mapping[str, str]
-) -> list[Series]:
+    series: list[Series], request: FigureRequest, kind: Kind, grid: xr.Dataset
+) -> ArrangedSeries:
     """Return curves, and the points of a paper where the figure asks for them.
 
     Parameters
@@ -134,7 +135,7 @@ def with_published(
     series : curves as they are drawn
     request : what the figure asks for
     kind : of the figure
-    dims : dotted key of each dimension of the grid
+    grid : the campaign's dataset
 
     Raises
     ------
@@ -142,6 +143,18 @@ def with_published(
     """
     has_published = any("source" in curve.key for curve in series)
     if request.published is None or has_published:
-        return series
-    hue = layout.laid_out(series, request, kind, dims).roles.get("hue")
-    return [*series, *published(request.published, series, hue, request)]
+        return ArrangedSeries(series, [])
+    roles = layout.laid_out(series, request, kind, keys_of_dimensions(grid)).roles
+    of_figure = CurvesOfFigure(series, roles, grid)
+    points = published(request.published, of_figure, request)
+    return ArrangedSeries([*series, *points.series], points.notes)
+
+
+def keys_of_dimensions(grid: xr.Dataset) -> Mapping[str, str]:
+    """Return the dotted key that each dimension of the grid varies, "" for none.
+
+    Parameters
+    ----------
+    grid : the campaign's dataset
+    """
+    return {str(dim): str(grid[dim].attrs.get("key", "")) for dim in grid.run_id.dims}
