@@ -1,11 +1,14 @@
 """Draw the thumbnails of the gallery: ``python docs/gallery.py [STORE]`` writes ``docs/images/kinds/*.png``.
 
 Campaigns of ``campaigns/gallery`` are run first where the store has not got them, and
-those with an [update] updated, where a picture of theirs is missing.
+those with an [update] updated, where a picture of theirs is missing or not today's.
 """
 
 import sys
 from pathlib import Path
+from typing import Any
+
+import pictures
 
 import wearlab as wl
 from wearlab.figures import FigureError, drawing
@@ -23,6 +26,11 @@ ASKED = {
 def main(folder: str = "wearlab-store") -> None:
     """Draw each kind once, from the first campaign that has it."""
     OUT.mkdir(exist_ok=True)
+    known = pictures.campaign_files()
+    loaded: dict[Path, Any] = {}
+    for picture in OUT.glob("*.png"):
+        if pictures.why_stale(picture, known, loaded):
+            picture.unlink()
     files = [
         *sorted((TOP / "campaigns" / "gallery").glob("*.toml")),
         *sorted(TOP.glob("campaigns/update_*.toml")),

@@ -10,7 +10,6 @@ campaigns as they are. ``--quick`` prints the files of the campaigns whose runs 
 seconds.
 """
 
-import io
 import json
 import sys
 import tomllib
@@ -19,6 +18,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import pictures
 
 import wearlab as wl
 from wearlab.campaign import claims as claiming
@@ -30,7 +30,6 @@ from wearlab.scene.identity import MODEL_VERSION
 TOP = Path(__file__).parents[1]
 PAPERS = TOP / "docs" / "papers"
 MEASURED = PAPERS / "measured"
-BROAD, COLOURS = 900, 128
 QUICK = 20.0  # seconds of all runs of a campaign
 MANY = 3.0  # times as much is told as a factor
 HEADS = (
@@ -274,7 +273,9 @@ def compute(store_folder: str, chosen: Sequence[str] = ()) -> int:
             asked = question(campaign, spec, number)
             try:
                 image, _ = drawing.file_of(asked, grid, store, "png")
-                small(image, PAPERS / "images" / f"{name}-{asked.name}.png")
+                pictures.write_small(
+                    image, PAPERS / "images" / f"{name}-{asked.name}.png"
+                )
             except FigureError as error:
                 problems.append(str(error))
         keep(name, record, grid)
@@ -324,19 +325,6 @@ def quick(measured: dict[str, Kept]) -> list[str]:
         for name, one in measured.items()
         if one.seconds < QUICK and one.campaign.claims
     ]
-
-
-def small(image: bytes, file: Path) -> None:
-    """Write a picture no broader than a page, in few colours."""
-    from PIL import Image
-
-    with Image.open(io.BytesIO(image)) as whole:
-        width = min(BROAD, whole.width)
-        small = whole.convert("RGB").resize(
-            (width, round(whole.height * width / whole.width)), Image.Resampling.LANCZOS
-        )
-        file.parent.mkdir(exist_ok=True)
-        small.quantize(COLOURS).save(file, optimize=True)
 
 
 def write(folder: Path, measured: dict[str, Kept]) -> None:

@@ -151,8 +151,22 @@ def rendered(plot: Plot, texts: Mapping[str, str], ending: str = "png") -> bytes
     return stream.getvalue()
 
 
+def texts_of(picture: Image.Image) -> PngInfo:
+    """Return the texts of a PNG, such as the question of a figure, to be written again.
+
+    Parameters
+    ----------
+    picture : as it was read
+    """
+    texts = PngInfo()
+    for key, text in picture.info.items():
+        if isinstance(text, str):
+            texts.add_itxt(str(key), text, zip=True)
+    return texts
+
+
 def lightened(png: bytes) -> bytes:
-    """Return a PNG with a palette in place of true colours.
+    """Return a PNG with a palette in place of true colours, and its texts.
 
     The same picture gives the same bytes. Lines, their antialiasing and bands need no
     more of these; a figure then takes a third of its bytes.
@@ -162,11 +176,12 @@ def lightened(png: bytes) -> bytes:
     png : the file
     """
     with Image.open(io.BytesIO(png)) as picture:
+        texts = texts_of(picture)
         palette = picture.convert("RGB").quantize(
             128, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
         )
     stream = io.BytesIO()
-    palette.save(stream, format="png", optimize=True)
+    palette.save(stream, format="png", optimize=True, pnginfo=texts)
     return stream.getvalue() if stream.tell() < len(png) else png
 
 
