@@ -49,6 +49,36 @@ def test_dynamics_know_the_backlash_of_the_drawing():
     )
 
 
+def test_a_backlash_normal_to_helical_flanks_is_that_of_teeth_thinned_as_much():
+    """Thinning by E in the normal section leaves ``j_bn = E cos α_n``."""
+    thinned = 100e-6 / np.cos(np.radians(20.0))
+    pair = external_pair(
+        30, 41, module="2 mm", face_width="40 mm", helix_angle="25 deg"
+    )
+    table = {**TABLE, "gears": pair}
+    stated = Scene.from_mapping(
+        {**table, "mesh": {"damping_ratio": 0.05, "normal_backlash": "100 um"}}
+    )
+    drawn = Scene.from_mapping(
+        {
+            **table,
+            "gears": external_pair(
+                {"teeth": 30, "tooth_thickness_allowance": f"{-thinned} m"},
+                41,
+                module="2 mm",
+                face_width="40 mm",
+                helix_angle="25 deg",
+            ),
+        }
+    )
+    base_angle = np.arcsin(np.sin(np.radians(25)) * np.cos(np.radians(20)))
+    for scene in (stated, drawn):
+        system = build_system(scene, build_set(scene), np.array([3e8]))
+        assert system.backlash == pytest.approx([100e-6 / np.cos(base_angle)])
+        said = {row.symbol: row.values for row in sheet(scene).rows}
+        assert said["j_bn"] == ("0.1",)
+
+
 def test_check_prints_centre_distance_contact_ratio_backlash_and_sliding():
     said = {row.symbol: row.values for row in sheet(Scene.from_mapping(TABLE)).rows}
     assert said["a_w"] == ("60.85",) and said["j_bn"] == ("0.139",)

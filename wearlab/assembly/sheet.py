@@ -158,9 +158,8 @@ def _mesh_rows(gears: sets.GearSet, pair: GearPair) -> Iterator[Row]:
 def _backlash_row(scene: Scene, gears: sets.GearSet, kind: sets.PairOfSet) -> Row:
     """Return the normal backlash of one mesh, as stated or as the gears leave it."""
     meaning = f"normal backlash{_tail(gears, kind.pair)}"
-    backlash = scene.mesh.of(kind.section).normal_backlash
-    if backlash is None:
-        backlash = kind.pair.drawn_backlash
+    stated = scene.mesh.of(kind.section).normal_backlash
+    backlash = gears.transverse_backlash(kind, stated)
     if backlash is None:
         return "j_bn", meaning, "", ["none given"]
     return "j_bn", meaning, "mm", [1e3 * gears.helix.cosine * backlash]

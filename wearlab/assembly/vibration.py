@@ -40,11 +40,8 @@ def build_system(
     meshes = []
     for kind in gears.kinds:
         options = scene.mesh.of(kind.section)
-        drawn = kind.pair.drawn_backlash
-        stated = options.normal_backlash is not None or drawn is None
-        meshes.append(
-            options if stated else options.model_copy(update={"normal_backlash": drawn})
-        )
+        backlash = gears.transverse_backlash(kind, options.normal_backlash)
+        meshes.append(options.model_copy(update={"normal_backlash": backlash}))
     return scene.dynamics.build(
         InMotion(gears, tuple(meshes), scene.operation, stiffness, gears.helix.slope)
     )

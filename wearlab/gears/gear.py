@@ -178,9 +178,10 @@ class GearPair(NamedTuple):
 
     @property
     def backlash(self) -> float:
-        """Normal backlash, ``j_bn = (2π r_w1 / z1 − s_w1 − s_w2) cos α_w`` [m].
+        """Backlash on the line of action, ``(2π r_w1 / z1 − s_w1 − s_w2) cos α_w`` [m].
 
-        What the teeth leave free on the operating pitch circles; 0 where one of centre
+        The normal backlash j_bn of spur gears, ``j_bn / cos β_b`` of helical ones: what
+        the teeth leave free on the operating pitch circles; 0 where one of centre
         distance and shifts follows from the others and no tooth is thinned, negative
         where teeth jam.
 
@@ -199,7 +200,7 @@ class GearPair(NamedTuple):
 
     @property
     def drawn_backlash(self) -> float | None:
-        """The normal backlash that a drawing's numbers leave [m].
+        """The backlash along the line of action that a drawing's numbers leave [m].
 
         None where it is less than the numbers are rounded.
         """

@@ -145,6 +145,28 @@ class GearSet(NamedTuple):
                 return kind, pair.flanks.index(name)
         raise KeyError(name)
 
+    def transverse_backlash(
+        self, kind: PairOfSet, normal: float | None
+    ) -> float | None:
+        """Return backlash along the line of action, ``j_bn / cos β_b`` [m].
+
+        Parameters
+        ----------
+        kind : of mesh
+        normal : j_bn, normal to the flanks; None: what a drawing's numbers leave [m]
+
+        Returns
+        -------
+        The backlash, None where there is none to be modelled.
+
+        References
+        ----------
+        ISO 21771:2007, 5.5: circumferential and normal backlash.
+        """
+        if normal is None:
+            return kind.pair.drawn_backlash
+        return normal / self.helix.cosine
+
     def lever(self, kind: int) -> float:
         """Return the base radius of the gear by whose torque a load is given [m].
 

@@ -113,10 +113,11 @@ class OneMesh(options.Part):
     excitation: excitations.ExcitationModel = excitations.ExcitationModel.named()
     """how the mesh force reaches the dynamics"""
     normal_backlash: Annotated[options.Depth, options.NOT_NEGATIVE] | None = None
-    """backlash j_bn along the line of action: back contact begins where drive contact
-    ends at 0 [what shifts, centre distance and tooth_thickness_allowance leave, where
-    they leave any; else the back flank is not modelled, separation still is]. Source:
-    L16 Eq. 6, recentred"""
+    """backlash j_bn normal to the flanks, of helical gears j_bn/cos β_b along the line
+    of action: back contact begins where drive contact ends at 0 [what shifts, centre
+    distance and tooth_thickness_allowance leave, where they leave any; else the back
+    flank is not modelled, separation still is]. Source: L16 Eq. 6, recentred; ISO
+    21771:2007, 5.5"""
     damping_ratio: Annotated[options.Number, options.NOT_NEGATIVE] | None = None
     """damping ratio on mean stiffness and effective mass of the mesh; this or damping
     with dynamics [damping]"""
