@@ -143,16 +143,13 @@ def test_without_it_the_answer_is_wrong(truth, tmp_path):
         ('["pinion"]', "[]", "update.replaced[0].members"),
         (
             "[update]",
-            '[update]\nchange = "once"',
-            "update.replaced: does not go with update.change yet",
+            "[update]\ncheck = { power = 0.8 }",
+            "update.replaced: does not go with update.check yet: leave one of them out",
         ),
         (
-            "[update]",
-            '[update]\nrecord = { file = "r.csv", columns = { hours = "h", torque = '
-            '"T", speed = "n" } }',
-            "update.replaced: does not go with update.record yet: leave one of them "
-            "out; without the record, "
-            "give [operation] the mean torque and speed since the gear was new",
+            "cycle = 1e8",
+            'cycle = 1e8\nunit = "G01"',
+            "update.replaced[0].unit: 'G01': here is one gear set",
         ),
     ],
 )

@@ -17,7 +17,7 @@ from wearlab.campaign.update_options import (
     UpdateBlock,
     UpdateSpec,
 )
-from wearlab.scene import SceneError
+from wearlab.scene import Scene, SceneError
 from wearlab.scene.problems import not_a_choice, shown
 
 FACTOR = "wear.coefficient.factor"
@@ -82,11 +82,8 @@ def refuse_unknown_keys(spec: UpdateSpec, cases: Sequence[Case]) -> None:
     CampaignError : with one line each
     """
     problems = []
-    for place, key, value in _settings(spec):
-        try:
-            cases[0].scene.replace(key, value)
-        except SceneError as error:
-            problems += [f"{SECTION}.{place}: {line}" for line in error.problems]
+    for place, settings in _settings(spec):
+        problems += _refusals(cases[0].scene, place, settings)
 
     if spec.fleet is not None and len(cases) > 1:
         problems.append(
@@ -105,16 +102,31 @@ def refuse_unknown_keys(spec: UpdateSpec, cases: Sequence[Case]) -> None:
         raise CampaignError(problems)
 
 
-def _settings(spec: UpdateSpec) -> Iterator[tuple[str, str, Any]]:
-    """Yield place, key and a value of everything that the section sets in scenes."""
+def _settings(spec: UpdateSpec) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the place of everything that the section sets in scenes, and its values."""
     for key, prior in spec.unknown.items():
-        median = distributions.written(prior.at(0.5), prior.unit)
-        yield f"unknown.{key}", key, median
+        yield "unknown", {key: distributions.written(prior.at(0.5), prior.unit)}
     if spec.fleet is None:
         return
     for number, unit in enumerate(spec.fleet.units):
-        for key, value in unit.scene.items():
-            yield f"unit[{number}].scene.{key}", key, value
+        yield f"unit[{number}].scene", dict(unit.scene)
+
+
+def _refusals(scene: Scene, place: str, settings: dict[str, Any]) -> list[str]:
+    """Return what is wrong with settings of a scene, key by key where that tells it."""
+    try:
+        scene.replace(settings)
+    except SceneError as error:
+        whole = [f"{SECTION}.{place}: {line}" for line in error.problems]
+    else:
+        return []
+    single = []
+    for key, value in settings.items():
+        try:
+            scene.replace(key, value)
+        except SceneError as error:
+            single += [f"{SECTION}.{place}.{key}: {line}" for line in error.problems]
+    return single or whole
 
 
 def _read_unknown(table: dict[str, Any]) -> dict[str, distributions.Distribution]:
@@ -159,22 +171,23 @@ def _not_together(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]:
 
 def _not_with_replaced(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]:
     """Yield which options do not go with gears that were replaced."""
-    keys = ["record", "unit", "population", "check"]
-    excluded = [key for key in keys if getattr(block, key)]
-    if block.change != "none":
-        excluded.append("change")
-    if excluded:
-        remedy = "leave one of them out"
-        if excluded[0] == "record":
-            remedy += (
-                "; without the record, give [operation] the mean torque and speed "
-                "since the gear was new"
+    is_of_a_fleet = _is_of_a_fleet(block)
+    for number, event in enumerate(block.replaced):
+        place = f"{SECTION}.replaced[{number}].unit"
+        if is_of_a_fleet and event.unit is None:
+            yield f"{place}: required of a fleet: the unit in which they were replaced"
+        if not is_of_a_fleet and event.unit is not None:
+            yield (
+                f"{place}: {event.unit!r}: here is one gear set; leave it out, or name "
+                f"the column that says which unit a row is of ({SECTION}.data: columns "
+                '= { unit = "…" })'
             )
+    if block.check:
         yield (
-            f"{SECTION}.replaced: does not go with {SECTION}.{excluded[0]} yet: "
-            f"{remedy}"
+            f"{SECTION}.replaced: does not go with {SECTION}.check yet: leave one of "
+            "them out"
         )
-    elif unknown != [FACTOR]:
+    elif unknown != [FACTOR] and not is_of_a_fleet:
         yield f"{SECTION}.replaced: {FACTOR_ALONE}: one run is made of each new gear"
 
 

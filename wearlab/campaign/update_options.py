@@ -459,12 +459,15 @@ class Replaced(ClosedTable):
 
     members: Annotated[tuple[str, ...], MinLen(1)]
     """gears that were new then"""
+    unit: str | None = None
+    """unit of a fleet in which they were replaced [there is one]"""
     cycle: Annotated[float, Ge(0.0)] | None = None
     """cycles of the reference gear at which it was [hours or date]"""
     hours: Annotated[float, Ge(0.0)] | None = None
     """operating hours at which it was [cycle or date]"""
     date: date_ | None = None
-    """the day, by update.calendar with its hours [cycle or hours]"""
+    """the day, by update.calendar with its hours, or by a table with hours and dates
+    [cycle or hours]"""
 
     @model_validator(mode="after")
     def _one_time(self) -> "Replaced":

@@ -130,6 +130,9 @@ def answer_of(study: Subject, runs: Runs, blocks: Blocks) -> Answer:
     measured = likelihood.measured_blocks(blocks)
     if len(measured) < 2 or study.prior is None:
         return answer
+    numbers = {blocks[n].data.number for n in measured}
+    if study.spec.change != "none" and len(numbers) < 2:
+        return answer  # parts of one block, between which k may have changed
     separate = [post.updated_with(without_values(blocks, keep=[n])) for n in measured]
     distance, *pair = contradiction(separate)
     at_odds = tuple(measured[n] for n in pair)

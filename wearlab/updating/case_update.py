@@ -8,6 +8,7 @@ from wearlab.updating import answers, cases, grids
 from wearlab.updating.change_points import runs_with_change
 from wearlab.updating.lives import Answer
 from wearlab.updating.measurements import UpdateError
+from wearlab.updating.new_parts import with_recorded_replacements
 from wearlab.updating.replacements import with_replacements
 from wearlab.updating.run_curves import Runs
 from wearlab.updating.second_round import with_second_round
@@ -28,11 +29,15 @@ def update_case(study: cases.Subject, runner: Runner) -> answers.UpdateOutcome:
     runner : of its runs
     """
     (runs,) = runner.run([study])
-    if study.spec.replaced:
-        study, history = with_replacements(study, partial(runner.stored, study))
-        return answers.outcome_of(study, [history])
-
-    study, runs, answer = _with_runs_long_enough(study, runs, runner)
+    if study.replaced:
+        if study.record is None:
+            study, history = with_replacements(study, partial(runner.stored, study))
+        else:
+            study, history = with_recorded_replacements(study, runs[0], runner)
+        runs = [history]
+        answer = answers.answer_of(study, runs, answers.blocks_of(study, runs))
+    else:
+        study, runs, answer = _with_runs_long_enough(study, runs, runner)
     if study.spec.change != "none":
         blocks = answers.blocks_of(study, runs)
         posterior_of = partial(grids.Posterior, blocks=blocks, prior=study.prior)

@@ -18,11 +18,13 @@ from wearlab.campaign.update_options import (
     Days,
     Fleet,
     Limit,
+    Replaced,
     UnitBlock,
     UpdateSpec,
 )
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
+from wearlab.scene.problems import not_a_choice
 from wearlab.store import Store
 from wearlab.store.outcome import last_line, place
 from wearlab.units import is_quantity, split
@@ -78,6 +80,12 @@ class Subject:
         None: it is what the runs have.
         """
         return self.spec.unknown.get(FACTOR)
+
+    @property
+    def replaced(self) -> list[tuple[int, Replaced]]:
+        """The replacements in this case or unit, each with its place in the file."""
+        numbered = enumerate(self.spec.replaced)
+        return [one for one in numbered if one[1].unit in (None, self.label)]
 
     @property
     def costly(self) -> dict[str, Distribution]:
@@ -238,6 +246,7 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
     names = dict.fromkeys(
         [*(name for data in spec.data for name in measurements.units_of(data)), *named]
     )
+    _refuse_unknown_units(spec, list(names))
     subjects = []
     for name in names:
         unit = named.get(name, UnitBlock(name=name))
@@ -248,6 +257,14 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
         refuse_too_deep(changed, measured[0], limit)
         subjects.append(Subject(name, changed, spec, limit, *measured))
     return tuple(subjects)
+
+
+def _refuse_unknown_units(spec: UpdateSpec, names: Sequence[str]) -> None:
+    """Refuse replacements in units that are not there."""
+    for number, event in enumerate(spec.replaced):
+        if event.unit not in names:
+            place = f"update.replaced[{number}].unit"
+            raise UpdateError(f"{place}: {not_a_choice(str(event.unit), names)}")
 
 
 def _measured(

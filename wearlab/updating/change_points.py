@@ -44,16 +44,29 @@ def with_step_in_k(
     """
     ends = np.array([run.start, run.end])
     clock = Clock(ends, ends) if run.clock is None else run.clock
-    last = max(at, float(clock.cycle[-1])) + run.end
-    knots = np.unique(np.append(clock.cycle, [at, last]))
-    equal = run.equal(knots)
-    until = float(run.equal(np.array(at)))
-    passed = ratio * np.minimum(equal, until) + np.maximum(equal - until, 0.0)
+    # of what has a clock of its own, such as masses under a record, k changed as well
+    points = tuple(
+        asked
+        if asked.clock is None
+        else asked._replace(clock=_stepped(run, asked.clock, at, ratio))
+        for asked in run.points
+    )
     return replace(
         run,
-        clock=Clock(knots, run.start + passed, clock.off),
+        clock=_stepped(run, clock, at, ratio),
+        points=points,
         change=(at, 1.0 / ratio, width),
     )
+
+
+def _stepped(run: RunHistory, clock: Clock, at: float, ratio: float) -> Clock:
+    """Return a clock that ran at another pace until a cycle."""
+    last = max(at, float(clock.cycle[-1])) + run.end
+    knots = np.unique(np.append(clock.cycle, [at, last]))
+    equal = run.equal(knots, clock)
+    until = float(run.equal(np.array(at), clock))
+    passed = ratio * np.minimum(equal, until) + np.maximum(equal - until, 0.0)
+    return Clock(knots, run.start + passed, clock.off)
 
 
 class ChangeCycles(NamedTuple):

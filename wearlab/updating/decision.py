@@ -248,7 +248,7 @@ def decision_of(
 
     hour = run.seconds_per_cycle / HOUR
     draws = outcome.draws
-    age = hour * (answer.now - run.start)
+    age = hour * (answer.now - run.new_cycle)
     middle = float(answer.life(np.array([0.5]))[0])
     looks = np.linspace(answer.now, middle, LOOKS + 1)[1:]
     states = states_at_looks(answer.drifting, draws, number, looks, rng)
@@ -287,7 +287,7 @@ def change_costs(
 
     cycles: Array = np.linspace(now, end, places + 1)
     below = answer.life_below(cycles)
-    age = hour * (now - run.start)
+    age = hour * (now - run.new_cycle)
     ahead = hour * (cycles - now)
     lengths = age + cumulative_trapezoid(1.0 - below, ahead, initial=0.0)
     hours = np.maximum(lengths, 1e-9)
@@ -314,7 +314,7 @@ def _horizon_values(
     """Return the best change until a horizon so many cycles off, and what it costs."""
     steps: Array = cycles * np.linspace(0.0, 1.0, STEPS + 1)
     ahead = answer.now + steps
-    of_new = answer.life_below(run.start + steps)
+    of_new = answer.life_below(run.new_cycle + steps)
     of_new = of_new - of_new[0]
     below = answer.life_below(ahead)
     step, cost = over_horizon(below, of_new, costs)

@@ -11,8 +11,8 @@ from wearlab.arrays import Array, Random
 from wearlab.updating import answers, decision, layout, likelihood, population
 from wearlab.updating.cases import Subject, Subjects
 from wearlab.updating.fleet_inspections import inspection_scores, inspection_table
+from wearlab.updating.new_parts import FleetParts
 from wearlab.updating.population import FleetMember, Population
-from wearlab.updating.run_curves import Runs
 from wearlab.updating.unit_states import (
     DRAWS,
     States,
@@ -27,22 +27,24 @@ CHANGE_TIMES = 200  # times at which a change is considered
 MIN_OTHERS = 3  # other units from which one is compared with them
 
 
-def fleet_groups(
-    studies: Subjects, runs: Runs, *, replay: bool
-) -> dict[str, xr.Dataset]:
+def fleet_groups(parts: FleetParts, *, replay: bool) -> dict[str, xr.Dataset]:
     """Return the groups of a fleet's tree.
 
     Parameters
     ----------
-    studies, runs : what was asked, and the run, of every unit
+    parts : of every unit, in service first
     replay : also how well every inspection was foreseen
     """
+    all_parts = [*parts.in_service, *parts.others]
+    studies = [part.study for part in all_parts]
     spec = studies[0].spec
     prior = studies[0].prior
     assert spec.fleet is not None and prior is not None
     units = [
-        FleetMember(study.label, run, answers.blocks_of(study, [run]))
-        for study, run in zip(studies, runs, strict=True)
+        FleetMember(
+            part.study.label, part.run, answers.blocks_of(part.study, [part.run])
+        )
+        for part in all_parts
     ]
     law = population.law_of(spec.fleet, prior, units)
     fleet = population.fit_population(units, law, spec.seed)
@@ -51,33 +53,36 @@ def fleet_groups(
     blanks = _blanks(fleet, rng)
     theta, log_factors = joint_draws(fleet, spec.draws, rng)
     rows = inspection_table(fleet, blanks, rng)
-    states = states_now(fleet, theta, log_factors)
-    predictions = _predictions(studies, fleet, states, blanks)
+    in_service = [part.study for part in parts.in_service]
+    states = states_now(fleet, theta, log_factors)[: len(in_service)]
+    predictions = _predictions(in_service, fleet, states, blanks)
     groups = {
-        "posterior": _posterior(fleet, theta, log_factors, rng),
+        "posterior": _posterior(fleet, theta, log_factors[: len(in_service)], rng),
         "predictions": predictions,
         "observed_data": rows,
         "sample_stats": _statistics(
-            studies, fleet, theta, rows if replay else xr.Dataset()
+            parts, fleet, theta, rows if replay else xr.Dataset()
         ),
     }
     if rows and rows["flagged"].values.any():
         flagged = rows.isel(observation=rows["flagged"].values)
         groups["predictions_without"] = _predictions_without(
-            studies, fleet, flagged, rng
+            in_service, fleet, flagged, rng
         )
     return groups
 
 
 def _statistics(
-    studies: Subjects, fleet: Population, theta: Array, rows: xr.Dataset
+    parts: FleetParts, fleet: Population, theta: Array, rows: xr.Dataset
 ) -> xr.Dataset:
     """Return what is known about the update itself, with scores of inspections."""
     stats: dict[str, Any] = {
         "log_evidence": fleet.evidence,
         "points": float(len(fleet.theta)),
-        "notes": " | ".join(_notes(studies, fleet, theta)),
+        "notes": " | ".join(_notes(parts, fleet, theta)),
     }
+    if parts.renewals:
+        stats["replaced"] = parts.renewals
     return layout.dataset("statistics", stats | inspection_scores(rows))
 
 
@@ -86,7 +91,7 @@ def _predictions_without(
 ) -> xr.Dataset:
     """Return the predictions without inspections that contradict the others."""
     sound = population.fit_population(_without(fleet, flagged), fleet.law, 0)
-    states = states_now(sound, *joint_draws(sound, DRAWS, rng))
+    states = states_now(sound, *joint_draws(sound, DRAWS, rng))[: len(studies)]
     return _predictions(studies, sound, states, _blanks(sound, rng))
 
 
@@ -136,12 +141,13 @@ def _posterior(
     spread = np.exp(theta[:, -2])
     log_factor_of_another = theta[:, -1] + spread * rng.standard_normal(count)
     shown["factor_of_another"] = np.exp(log_factor_of_another)
-    return layout.sample(shown, count, "fleet", unit=_names(fleet))
+    names = _names(fleet, len(log_factors))
+    return layout.sample(shown, count, "fleet", unit=names)
 
 
-def _names(fleet: Population) -> np.ndarray:
-    """Return the names of the units."""
-    return np.array([unit.name for unit in fleet.units], dtype=object)
+def _names(fleet: Population, count: int) -> np.ndarray:
+    """Return the names of so many units, those in service being the first."""
+    return np.array([unit.name for unit in fleet.units[:count]], dtype=object)
 
 
 def _predictions(
@@ -178,7 +184,7 @@ def _predictions(
         day = str(studies[0].spec.today)
         texts["today"] = layout.variable("predictions", "today", day)
     limit = layout.limit_of(studies[0].limit)
-    unit = layout.variable("coordinates", "unit", _names(fleet))
+    unit = layout.variable("coordinates", "unit", _names(fleet, len(states)))
     return together.assign({**texts, "limit": limit}).assign_coords(unit=unit)
 
 
@@ -225,25 +231,29 @@ def _like_the_others(fleet: Population, number: int, blank: UnitState) -> float:
     return blank.two_sided_p(cycle, value, count) if np.isfinite(value) else np.nan
 
 
-def _notes(studies: Subjects, fleet: Population, theta: Array) -> list[str]:
+def _notes(parts: FleetParts, fleet: Population, theta: Array) -> list[str]:
     """Return what a reader must know of the whole fleet, most important first.
 
     ``theta`` are draws of what units share.
     """
     sds = [sd[:, 0] for sd in fleet.law.shared(theta).sd]
     units = []
-    for study, unit in zip(studies, fleet.units, strict=True):
+    all_parts = [*parts.in_service, *parts.others]
+    for number, (part, unit) in enumerate(zip(all_parts, fleet.units, strict=True)):
+        study = part.study
+        is_in_service = number < len(parts.in_service)
         a_year = study.calendar and study.calendar.a_year
         odd = [
             answers.oddities(n, block, unit.run, sds[n])
             for n, block in enumerate(unit.blocks)
             if len(block.rows)
         ]
+        last = unit.run.end * (1.0 + 1e-12)
         about = {
             "name": unit.name,
-            "hours": study.record and study.record.excess(a_year),
+            "hours": is_in_service and study.record and study.record.excess(a_year),
             "oddities": list(chain(*odd)),
-            "ends": unit.run.limit_cycle > unit.run.end * (1.0 + 1e-12),
+            "ends": is_in_service and unit.run.limit_cycle > last,
         }
         units.append(about)
     nothing = not any(len(unit.cycles) for unit in fleet.units)

@@ -44,6 +44,7 @@ def inspection_table(fleet: Population, blanks: States, rng: Random) -> xr.Datas
     columns["first"] = _first_of_blocks(columns)
     columns["flagged"] = columns["check_p"] < sampling.ALARM / len(rows)
     columns |= _simple_rules(columns)
+    del columns["begin"]
     main_block = int(np.bincount(columns["block"]).argmax())
     si = {"units": fleet.units[0].blocks[main_block].data.si}
     labelled = {
@@ -79,6 +80,7 @@ def _rows_of_block(
             "unit_name": unit.name,
             "block": block,
             "cycle": cycle,
+            "begin": unit.run.new_cycle,
             "value": value,
             "what": _block_label(unit, block),
             "against": _compared_label(state, unit, block),
@@ -123,20 +125,22 @@ def _simple_rules(columns: dict[str, Array]) -> dict[str, Array]:
     block = columns["block"]
     names = columns["unit_name"]
     first = columns["first"]
-    previous_cycle = np.where(first, 0.0, np.roll(cycle, 1))
+    begin = columns["begin"]
+    previous_cycle = np.where(first, begin, np.roll(cycle, 1))
     worn = np.where(first, 0.0, np.roll(value, 1))
 
     elapsed = cycle - previous_cycle
     with np.errstate(divide="ignore", invalid="ignore"):
         pace = (value - worn) / elapsed
-        line = np.where(previous_cycle > 0.0, worn / previous_cycle, np.nan)
+        age = previous_cycle - begin
+        line = np.where(age > 0.0, worn / age, np.nan)
     rate = np.full(len(cycle), np.nan)
     for k, name in enumerate(names):
         of_others = (names != name) & (block == block[k]) & np.isfinite(pace)
         if of_others.any():
             rate[k] = np.median(pace[of_others])
     return {
-        "by_a_line": line * cycle,
+        "by_a_line": line * (cycle - begin),
         "by_the_rate": np.where(first, np.nan, worn + rate * elapsed),
     }
 

@@ -18,6 +18,7 @@ from wearlab.updating import cases, fleet, tree
 from wearlab.updating.case_update import update_case
 from wearlab.updating.identity import identity, stored_update, subject_hash
 from wearlab.updating.measurements import UpdateError
+from wearlab.updating.new_parts import parts_of_fleet
 from wearlab.updating.run_curves import RunHistory
 from wearlab.updating.study_runs import Runner
 
@@ -139,8 +140,10 @@ def _fleet_tree(
             "foresaw"
         )
     runs = [histories[0] for histories in runner.run(studies)]
+    parts = parts_of_fleet(studies, runs, runner)
+    runs = [part.run for part in (*parts.in_service, *parts.others)]
     groups = tree.tree_of_groups(
-        campaign, studies, fleet.fleet_groups(studies, runs, replay=replay)
+        campaign, studies, fleet.fleet_groups(parts, replay=replay)
     )
     predictions = groups["predictions"].to_dataset()
     remaining = predictions[REMAINING_LIFE].values[:, ::2]

@@ -27,6 +27,7 @@ MAX_OVER_MEDIAN = 1e6  # times the median from which a life counts as endless
 IMMEDIATE = 1e-9  # of the longest lives, below which a life ends at once
 GUESS_STATES = 600  # states that ln of a life is guessed by
 GUESS_ERROR = 0.1  # of ln of a life, by which that guess may be off
+MAX_LOG = 700.0  # of a factor that a life needs: no float is larger
 NO_RATE = 1e-300  # variance per cycle, or time, that stands for 0
 
 
@@ -116,7 +117,8 @@ class Answer:
 
         with np.errstate(divide="ignore", invalid="ignore"):
             needed = np.log(spans[:, None] / np.maximum(passed, 0.0))
-        smaller = post.smaller(np.nan_to_num(needed, nan=-np.inf))
+        needed = np.clip(np.nan_to_num(needed, nan=-np.inf), -MAX_LOG, MAX_LOG)
+        smaller = post.smaller(needed)
         return np.asarray(post.weight @ (1.0 - smaller))
 
     def remaining(self, p: Array) -> Array:

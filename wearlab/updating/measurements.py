@@ -443,6 +443,30 @@ class OperatingRecord:
         numbers[works] = index.ravel()
         return distinct, numbers
 
+    def since(self, seconds: float) -> "OperatingRecord | None":
+        """Return what ran after an operating time, from 0 on; None after its end.
+
+        Of bins, whose order is not known, every one was as far.
+
+        Parameters
+        ----------
+        seconds : operating time [s]
+        """
+        left = float(self.time[-1]) - seconds
+        if left <= 0.0:
+            return None
+        if self.mixed:
+            share = left / float(self.time[-1])
+            return replace(self, time=share * self.time)
+        pieces = self.time[1:] > seconds
+        begins = np.append(0.0, self.time[1:][pieces] - seconds)
+        dates = self.dates
+        if dates is not None:
+            dates = np.append(dates[:-1][pieces][:1], dates[1:][pieces])
+        torque = self.torque[pieces]
+        speed = self.speed[pieces]
+        return replace(self, time=begins, torque=torque, speed=speed, dates=dates)
+
     def scenes(self, scene: Scene) -> dict[str, Scene]:
         """Return a scene with each of its conditions, under what it is called.
 

@@ -86,8 +86,8 @@ class FleetMember:
 
     @property
     def now(self) -> float:
-        """The last inspection [cycles]; the first cycle where there was none."""
-        return float(max(self.cycles, default=self.run.start))
+        """The last inspection [cycles]; when it was new where there was none."""
+        return float(max(self.cycles, default=self.run.new_cycle))
 
     @cached_property
     def inspections(self) -> list[tuple[int, kalman.Inspection]]:

@@ -77,10 +77,10 @@ def with_replacements(
     gears = list(dict.fromkeys(map(run_curves.gear, flanks)))
     start = float(first["cycle"].values[0])
     service = {gear: [ServiceInterval(start, first)] for gear in gears}
-    _gear_of(study.limit.where, gears, "update.limit")
+    gear_of(study.limit.where, gears, "update.limit")
 
     descriptions = []
-    for number, replacement in enumerate(_replacements(study, first, gears)):
+    for number, replacement in enumerate(replacements_of(study, first, gears)):
         members, at = replacement
         factor, parted_factor = _factor_until(study, scene, service, at)
         run_cycle = {
@@ -128,13 +128,24 @@ def _worn_mates(
         gear = run_curves.gear(flank)
         wear = None
         if gear not in members:
-            wear = _profile(service[gear][-1].run, flank, run_cycle[gear])
+            wear = worn_profile(service[gear][-1].run, flank, run_cycle[gear])
         worn[f"wear.initial.{flank}"] = wear
     return worn
 
 
-def _gear_of(where: str | None, gears: Sequence[str], place: str) -> str:
-    """Return the gear of a flank, or refuse a place that names none."""
+def gear_of(where: str | None, gears: Sequence[str], place: str) -> str:
+    """Return the gear of a flank.
+
+    Parameters
+    ----------
+    where : flank or gear, None where it is not said
+    gears : of the set
+    place : of the campaign file, for refusals
+
+    Raises
+    ------
+    UpdateError : none is named
+    """
     if where is None:
         raise UpdateError(
             f"{place}: with update.replaced, say of which gear it is: "
@@ -143,12 +154,23 @@ def _gear_of(where: str | None, gears: Sequence[str], place: str) -> str:
     return run_curves.gear(where)
 
 
-def _replacements(
+def replacements_of(
     study: Subject, first: xr.Dataset, gears: Sequence[str]
 ) -> list[Replacement]:
-    """Return which gears were replaced when, in order."""
+    """Return which gears were replaced when, in order.
+
+    Parameters
+    ----------
+    study : a case, or a unit of a fleet
+    first : run of its first gears
+    gears : of the set
+
+    Raises
+    ------
+    UpdateError : a gear is not there, or a date has no calendar
+    """
     replacements = []
-    for number, event in enumerate(study.spec.replaced):
+    for number, event in study.replaced:
         place = f"update.replaced[{number}]"
         for gear in event.members:
             if gear not in gears:
@@ -172,7 +194,10 @@ def _hours_at(study: Subject, date: Any, place: str) -> float:
         hours = np.nan
     else:
         hours = float(study.calendar.hours(date))
-    message = "needs update.calendar = { date, hours, hours_per_year }; or give hours"
+    message = (
+        "needs update.calendar = { date, hours, hours_per_year }, or a table with "
+        "hours and dates; or give hours"
+    )
     if hours < 0.0:
         message = f"{date} is before the first operating hour, by update.calendar"
     if not hours >= 0.0:
@@ -188,26 +213,26 @@ def _history(
     What is in service comes first.
     """
     gears = list(service)
-    last = service[_gear_of(study.limit.where, gears, "update.limit")][-1]
+    last = service[gear_of(study.limit.where, gears, "update.limit")][-1]
     latest = run_curves.history_of(last.run, scene, (), study.limit)
     parts: list[Observed] = []
     points = []
     for observed in study.observations:
-        gear = _gear_of(observed.data.where, gears, observed.data.place)
+        gear = gear_of(observed.data.where, gears, observed.data.place)
         intervals = service[gear]
         for k, rows in _rows_by_interval(observed, intervals):
             begin, run = intervals[k]
-            part = _with_rows(observed, rows)
+            part = with_rows(observed, rows)
             limit_curve = latest.limit if run is last.run else None
             part_points = run_curves.points_of(
                 run_curves.distinct(run), part, study.limit, limit_curve
             )
-            clock = _clock(begin, latest.start, latest.end)
+            clock = clock_from(begin, latest.start, latest.end)
             parts.append(part)
             points.append(part_points._replace(clock=clock, begin=begin))
 
-    clock = _clock(last.begin, latest.start, latest.end)
-    history = replace(latest, points=tuple(points), clock=clock)
+    clock = clock_from(last.begin, latest.start, latest.end)
+    history = replace(latest, points=tuple(points), clock=clock, new_at=last.begin)
     return replace(study, observations=tuple(parts)), history
 
 
@@ -228,23 +253,42 @@ def _rows_by_interval(
             yield k, rows
 
 
-def _with_rows(observed: Observed, rows: Index) -> Observed:
-    """Return some of the observations of a block."""
+def with_rows(observed: Observed, rows: Index) -> Observed:
+    """Return some of the observations of a block.
+
+    Parameters
+    ----------
+    observed : the block
+    rows : which of them
+    """
     columns = ("time", "value", "sd", "below", "place", "row")
     return replace(
         observed, **{name: getattr(observed, name)[rows] for name in columns}
     )
 
 
-def _clock(begin: float, start: float, end: float) -> Clock:
-    """Return the clock of a gear that was new at a cycle."""
+def clock_from(begin: float, start: float, end: float) -> Clock:
+    """Return the clock of a gear that was new at a cycle.
+
+    Parameters
+    ----------
+    begin : when it was new
+    start, end : first and last cycle of its run
+    """
     ahead = FAR * (end - start)
     cycle = np.array([min(start, begin - 1.0), begin, begin + ahead])
     return Clock(cycle, np.array([start, start, start + ahead]))
 
 
-def _profile(run: xr.Dataset, flank: str, at_cycle: float) -> dict[str, Any]:
-    """Return the wear of a flank at a cycle of a run, as a scene writes it."""
+def worn_profile(run: xr.Dataset, flank: str, at_cycle: float) -> dict[str, Any]:
+    """Return the wear of a flank at a cycle of a run, as a scene writes it.
+
+    Parameters
+    ----------
+    run : a stored run
+    flank : of it
+    at_cycle : when
+    """
     flank_run = run_curves.distinct(run).sel(flank=flank).sortby("path_position")
     names = ("cycle", "wear_depth", "wear_rate", "path_position")
     cycle, depth, rate, position = (

@@ -284,6 +284,7 @@ class RunHistory:
         before, and the width of the cycles that this one stands for
     draw : which draw it is of the unknowns that cost runs
     log_weight : ln of how much more often it was drawn than its prior has it
+    new_at : cycle at which the gear that ends the life was new [start]
     """
 
     id: str
@@ -302,6 +303,12 @@ class RunHistory:
     change: tuple[float, float, float] | None = None
     draw: int = 0
     log_weight: float = 0.0
+    new_at: float | None = None
+
+    @property
+    def new_cycle(self) -> float:
+        """The cycle at which the gear that ends the life was new."""
+        return self.start if self.new_at is None else self.new_at
 
     def numerical_of(self, quantity: str) -> float:
         """Return the relative numerical error of a quantity.
