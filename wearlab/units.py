@@ -114,6 +114,7 @@ MEASURES = (
     ),
     Measure("loss per speed", "s/m", "0.3 s/m", ("s/m",), 1e-6, 1e6),
     Measure("pressure", "Pa", "206 GPa", ("GPa", "MPa", "Pa", "N/mm^2"), 1e3, 1e13),
+    Measure("volume", "m^3", "60 l", ("l", "m^3", "dm^3"), 1e-6, 1e3),
     Measure("density", "kg/m^3", "7830 kg/m^3", ("kg/m^3", "g/cm^3"), 1e0, 1e5),
     Measure("viscosity", "Pa*s", "0.012 Pa*s", ("Pa*s", "mPa*s", "cP"), 1e-5, 1e3),
     Measure(

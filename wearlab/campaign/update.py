@@ -215,9 +215,5 @@ def _data_not_of_a_fleet(data: DataBlock) -> Iterator[str]:
     """Yield what is wrong with measurements of a fleet, key first."""
     if data.columns.unit is None:
         yield "columns.unit: required of a fleet: which unit a row is of"
-    if data.since is not None:
-        yield "since: of a fleet, values count from the first cycle"
     if data.error.drift is not None:
         yield f"error.drift: of a fleet, use {POPULATION}.straying"
-    if data.error.gain_sd:
-        yield "error.gain_sd: of a fleet, every unit has a k of its own: leave it out"

@@ -11,7 +11,15 @@ from pydantic import ValidationInfo, field_validator, model_validator
 from wearlab import nearest
 from wearlab.campaign import axes, distributions
 from wearlab.campaign.blocks import CampaignError
-from wearlab.options import POSITIVE, ClosedTable, Depth, Mass, option
+from wearlab.options import (
+    POSITIVE,
+    ClosedTable,
+    Density,
+    Depth,
+    Mass,
+    Volume,
+    option,
+)
 from wearlab.scene.problems import not_a_choice, shown
 from wearlab.schema import VARIABLES
 
@@ -19,7 +27,10 @@ SECTION = "update"
 THICKNESS = "tooth_thickness"
 WHEN = ("cycle", "hours", "mesh_cycles", "date")
 WHERE = ("diameter", "roll_angle", "path_position")
+OIL_AGES = ("oil_hours", "oil_changed")
 PREVIOUS = "previous"
+ALL_MEMBERS = "all"
+PPM = "ppm"
 MAX_DRAWS = 100_000
 HOURS_A_YEAR = 8784.0  # of the longest
 CHANGES = ("none", "once", "running-in")
@@ -55,6 +66,11 @@ class Columns(ClosedTable):
     """what was measured [the quantity's name]"""
     sd: str | None = None
     """standard error of each value, added to the error's"""
+    oil_hours: str | None = None
+    """operating hours of the oil at the sample: what is in it came in since [oil
+    changes are not known]"""
+    oil_changed: str | None = None
+    """date of the last oil change before the sample [oil changes are not known]"""
     below: str | None = None
     """a limit of detection: where the value is empty, it was below this [none is]"""
     diameter: str | None = None
@@ -67,7 +83,12 @@ class Columns(ClosedTable):
     @model_validator(mode="after")
     def _one_of_each(self) -> "Columns":
         """Refuse two columns that say the same thing."""
-        for kind, names in (("when", WHEN), ("where on the flank", WHERE)):
+        kinds = {
+            "when": WHEN,
+            "where on the flank": WHERE,
+            "since when the oil was used": OIL_AGES,
+        }
+        for kind, names in kinds.items():
             columns = [name for name in names if getattr(self, name) is not None]
             if len(columns) > 1 and columns != ["hours", "date"]:
                 raise ValueError(f"{' and '.join(columns)} both say {kind}; name one")
@@ -176,6 +197,20 @@ class TableFile(ClosedTable):
         ]
 
 
+class OilFill(ClosedTable):
+    """Oil that holds what is worn: values are iron in it, ppm (mg/kg)."""
+
+    volume: Annotated[Volume, POSITIVE]
+    """oil in the gearbox"""
+    density: Annotated[Density, POSITIVE] = 870.0
+    """of the oil"""
+
+    @property
+    def per_share(self) -> float:
+        """The mass of iron per share of the oil's mass [kg]."""
+        return self.volume * self.density
+
+
 class DataBlock(TableFile):
     """Measurements of one quantity."""
 
@@ -183,7 +218,8 @@ class DataBlock(TableFile):
     """worn_mass, max_wear_depth, wear_depth, tooth_thickness, or a stored variable
     along update"""
     member: str | None = None
-    """gear that was weighed [required where there are several]"""
+    """gear that was weighed, "all" for the mass of all together [required where there
+    are several]"""
     flank: str | None = None
     """flank that was measured [required where there are several]"""
     case: str | tuple[str, ...] | None = None
@@ -199,6 +235,10 @@ class DataBlock(TableFile):
     date_format: str | None = DATE_FORMAT
     since: Annotated[float, Ge(0.0)] | str | None = None
     """values count from this cycle, or from the "previous" inspection [from cycle 0]"""
+
+    oil: OilFill | None = None
+    """values are iron in the oil: worn_mass since its last change [values are of the
+    quantity itself]"""
 
     @field_validator("quantity")
     @classmethod
@@ -240,11 +280,18 @@ class DataBlock(TableFile):
         CampaignError : these are wrong, or columns say a place where there is none
         """
         where = f"{SECTION}.data[{number - 1}]"
+        if self.oil is None and any(getattr(self.columns, name) for name in OIL_AGES):
+            raise CampaignError(
+                f"{where}.oil: required with columns of the oil's age: oil = "
+                '{ volume = "60 l" }'
+            )
         error = self.error.read(
-            unit_of(self.quantity),
+            "1" if self.oil else unit_of(self.quantity),
             f"{where}.error",
             by_column=self.columns.sd is not None,
         )
+        if self.oil is not None:
+            error = self._of_mass(error, where)
 
         names_place = any(getattr(self.columns, name) is not None for name in WHERE)
         has_place = self.quantity in ("wear_depth", THICKNESS)
@@ -255,6 +302,34 @@ class DataBlock(TableFile):
                 f"{', '.join(WHERE)}"
             )
         return Data.model_construct(**{**dict(self), "number": number, "error": error})
+
+    def _of_mass(self, error: "ErrorModel", where: str) -> "ErrorModel":
+        """Return errors in ppm of iron as those of the mass in the oil.
+
+        Raises
+        ------
+        CampaignError : the block is none of worn mass in oil
+        """
+        assert self.oil is not None
+        if self.quantity != "worn_mass":
+            raise CampaignError(
+                f"{where}.quantity: {self.quantity}: iron in the oil is worn_mass"
+            )
+        if self.error.drift is not None or not isinstance(error.sd, float | None):
+            raise CampaignError(
+                f"{where}.error: of iron in the oil, give relative, a sd in ppm, and "
+                "gain_sd"
+            )
+        if self.since is not None and any(
+            getattr(self.columns, name) for name in OIL_AGES
+        ):
+            raise CampaignError(
+                f"{where}.since: the column of the oil's age says since when values "
+                "count: leave one of them out"
+            )
+        sd = None if error.sd is None else float(error.sd) * self.oil.per_share
+        offset_sd = error.offset_sd * self.oil.per_share
+        return error._replace(sd=sd, offset_sd=offset_sd)
 
 
 class LimitBlock(ClosedTable):

@@ -404,7 +404,7 @@ def oddities(
     negative = np.flatnonzero(_improbable(-value, errors))
     if len(negative):
         yield {"what": "negative", "data": data, "line": observed.row[negative[0]]}
-    is_total = observed.place_kind is None and data.since is None
+    is_total = observed.place_kind is None and not block.counts_since
     if is_total and not observed.censored.any():
         order = np.argsort(run.points[number].cycle, kind="stable")
         ordered = errors[:, order]

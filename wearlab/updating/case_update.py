@@ -8,7 +8,7 @@ from wearlab.updating import answers, cases, grids
 from wearlab.updating.change_points import runs_with_change
 from wearlab.updating.lives import Answer
 from wearlab.updating.measurements import UpdateError
-from wearlab.updating.new_parts import with_recorded_replacements
+from wearlab.updating.new_parts import needs_parts, with_parts
 from wearlab.updating.replacements import with_replacements
 from wearlab.updating.run_curves import Runs
 from wearlab.updating.second_round import with_second_round
@@ -30,10 +30,10 @@ def update_case(study: cases.Subject, runner: Runner) -> answers.UpdateOutcome:
     """
     (runs,) = runner.run([study])
     if study.replaced:
-        if study.record is None:
-            study, history = with_replacements(study, partial(runner.stored, study))
+        if needs_parts(study):
+            study, history = with_parts(study, runs[0], runner)
         else:
-            study, history = with_recorded_replacements(study, runs[0], runner)
+            study, history = with_replacements(study, partial(runner.stored, study))
         runs = [history]
         answer = answers.answer_of(study, runs, answers.blocks_of(study, runs))
     else:

@@ -134,7 +134,7 @@ def virtual_block(outcome: answers.UpdateOutcome) -> int | None:
     if outcome.answer.contradiction > answers.TENSION:
         return None
     for n, block in enumerate(outcome.posterior.blocks):
-        if block.observed.place_kind is None and not block.data.since:
+        if block.observed.place_kind is None and not block.counts_since:
             return n
     return None
 

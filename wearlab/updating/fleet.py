@@ -8,7 +8,14 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array, Random
-from wearlab.updating import answers, decision, layout, likelihood, population
+from wearlab.updating import (
+    answers,
+    decision,
+    interval_blocks,
+    layout,
+    likelihood,
+    population,
+)
 from wearlab.updating.cases import Subject, Subjects
 from wearlab.updating.fleet_inspections import inspection_scores, inspection_table
 from wearlab.updating.new_parts import FleetParts
@@ -46,6 +53,9 @@ def fleet_groups(parts: FleetParts, *, replay: bool) -> dict[str, xr.Dataset]:
         )
         for part in all_parts
     ]
+    for unit in units:
+        for block in unit.blocks:
+            interval_blocks.refuse_many(block)
     law = population.law_of(spec.fleet, prior, units)
     fleet = population.fit_population(units, law, spec.seed)
 

@@ -114,8 +114,13 @@ class Block:
         return (
             data.quantity == limit.quantity
             and limit.where in (None, data.where)
-            and data.since is None
+            and not self.counts_since
         )
+
+    @property
+    def counts_since(self) -> bool:
+        """Whether values count from some later time than the first cycle."""
+        return self.data.since is not None or self.observed.since is not None
 
     @property
     def shares(self) -> bool:
@@ -378,14 +383,41 @@ def modelled(block: Block, run: RunHistory, number: int, factor: Array) -> Array
         return points.curve.at(run_cycle, column)
 
     cycle = points.cycle[block.rows]
-    since = block.data.since
-    if since is None:
+    if not block.counts_since:
         return wear_at(cycle)
+    return np.asarray(wear_at(cycle) - wear_at(cycles_since(block, run, number)))
+
+
+def with_rows(block: Block, rows: Index) -> Block:
+    """Return a block of which other values count.
+
+    Parameters
+    ----------
+    block : observations
+    rows : which of them
+    """
+    return replace(block, rows=rows)
+
+
+def cycles_since(block: Block, run: RunHistory, number: int) -> Array:
+    """Return the cycle from which each value counts, (n,).
+
+    Parameters
+    ----------
+    block : observations
+    run : a stored run
+    number : place of the block in the run's points
+    """
+    points = run.points[number]
+    cycle = points.cycle[block.rows]
+    begin = run.begin(number)
+    since = block.data.since
+    if points.since is not None:
+        # of a gear that is new, no earlier than it was
+        return np.maximum(points.since[block.rows], begin)
     if since == PREVIOUS:
-        first = _previous_inspection(cycle, run.begin(number))
-    else:
-        first = np.full_like(cycle, float(since))
-    return np.asarray(wear_at(cycle) - wear_at(first))
+        return _previous_inspection(cycle, begin)
+    return np.full_like(cycle, begin if since is None else float(since))
 
 
 def compared(block: Block, model: Array, sd: Array) -> kalman.Residuals:
@@ -592,7 +624,7 @@ def condenses(block: Block, points: ObservationPoints, sd: Array) -> bool:
 
     independent = (
         not block.shares
-        and block.data.since is None
+        and not block.counts_since
         and not observed.censored[rows].any()
     )
     variance_goes_with_gain = error.gain_sd and error.relative

@@ -17,7 +17,14 @@ import numpy as np
 
 from wearlab import files, units
 from wearlab.arrays import Array, Flags, Index
-from wearlab.campaign.update_options import WHEN, WHERE, Data, RecordBlock
+from wearlab.campaign.update_options import (
+    OIL_AGES,
+    PPM,
+    WHEN,
+    WHERE,
+    Data,
+    RecordBlock,
+)
 from wearlab.scene import Scene, problems
 from wearlab.tables import LARGEST_FILE, ReadTable, TableError, in_unit, read_table
 from wearlab.updating.calendar import (
@@ -124,7 +131,7 @@ class MeasuredColumns:
         """
         column = self.names[role]
         column_unit = self._unit_of(column) or ("h" if unit == "s" else None)
-        if column_unit is None and unit not in ("1", ""):
+        if column_unit is None and unit not in ("1", "", PPM):
             bare = re.fullmatch(r"[A-Za-z0-9_-]+", column)
             key = column if bare else json.dumps(column, ensure_ascii=False)
             raise UpdateError(
@@ -162,6 +169,24 @@ class MeasuredColumns:
         self.table = replace(self.table, cells={**self.table.cells, **bare})
         numbers = self.numbers(role, unit, empty=True)
         return np.where(less, np.nan, numbers), np.where(less, numbers, np.nan)
+
+    def refuse_unlike_ppm(self, role: str) -> None:
+        """Refuse a unit that is no share of a mass, of iron in oil.
+
+        Parameters
+        ----------
+        role : of the column
+
+        Raises
+        ------
+        UpdateError : its unit is another
+        """
+        unit = self._unit_of(self.names[role])
+        if unit is not None and not units.comparable(unit, "1"):
+            raise UpdateError(
+                f"{self.block.place}.units: {self.names[role]}: {unit!r} is no share "
+                "of the oil's mass: ppm, mg/kg, or percent"
+            )
 
     def dates(self, role: str) -> Dates:
         """Return the dates of a role."""
@@ -217,6 +242,8 @@ class Observed:
     value : (n,) what was measured [SI], NaN where it was below a limit of detection
     sd : (n,) standard error of each, from its column [SI], 0 without one
     below : (n,) limit of detection where the value is NaN [SI]
+    since : (n,) from when each value counts, by that clock, NaN from the first cycle;
+        None where none has such a time
     place_kind : diameter | roll_angle | path_position, None for what has no place
     place : (n,) there [SI], NaN without one
     row : (n,) line of the file
@@ -233,6 +260,7 @@ class Observed:
     place: Array
     row: Index
     fingerprint: str
+    since: Array | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -275,6 +303,8 @@ def columns_of(
         "value": named.value or usual[data.quantity] or data.quantity,
         "sd": named.sd,
         "below": named.below,
+        "oil_hours": named.oil_hours,
+        "oil_changed": named.oil_changed,
         "unit": named.unit,
         "date": times.get("date") if clock == "hours" else None,
         "place": getattr(named, place) if place else None,
@@ -305,16 +335,22 @@ def read_observations(
                 f"{data.place}.units.{column}: the file has no such column"
             )
 
-    value, below = columns.censored("value", data.si)
+    scale = 1.0
+    unit = data.si
+    if data.oil is not None:
+        columns.refuse_unlike_ppm("value")
+        unit = PPM
+        scale = 1e-6 * data.oil.per_share
+    value, below = (scale * part for part in columns.censored("value", unit))
     if clock == "date":
         time = _seconds(columns, calendar)
     else:
         time = columns.numbers("time", CLOCKS[clock])
     sd = np.zeros(len(time))
     if "sd" in columns.names:
-        sd = np.nan_to_num(columns.numbers("sd", data.si, empty=True))
+        sd = scale * np.nan_to_num(columns.numbers("sd", unit, empty=True))
     if "below" in columns.names:
-        limits = columns.numbers("below", data.si, empty=True)
+        limits = scale * columns.numbers("below", unit, empty=True)
         below = np.where(np.isnan(below), limits, below)
     place = np.full(len(time), np.nan)
     if place_kind is not None:
@@ -331,9 +367,33 @@ def read_observations(
         place=place,
         row=columns.lines,
         fingerprint=columns.fingerprint,
+        since=_oil_changes(columns, clock, time, calendar),
     )
     _refuse_odd_observations(columns, observed)
     return observed
+
+
+def _oil_changes(
+    columns: MeasuredColumns, clock: str, time: Array, calendar: Calendar | None
+) -> Array | None:
+    """Return when the oil of each sample was new [s], None where that is not said."""
+    ages = [role for role in OIL_AGES if role in columns.names]
+    if not ages:
+        return None
+    (role,) = ages
+    if clock not in ("hours", "date"):
+        raise UpdateError(
+            f"{columns.block.place}.columns.{role}: goes with hours or dates: say when "
+            "samples were taken by one of them"
+        )
+    if role == "oil_changed":
+        changed = _seconds(columns, calendar, role)
+    else:
+        changed = time - columns.numbers(role, "s")
+        early = "is more than the hours of the gearbox at the sample"
+        columns.refuse(changed < -units.HOUR, role, early)
+    columns.refuse(changed > time, role, "is after the sample")
+    return np.maximum(changed, 0.0)
 
 
 def _refuse_odd_observations(columns: MeasuredColumns, observed: Observed) -> None:
@@ -362,9 +422,11 @@ def _refuse_odd_observations(columns: MeasuredColumns, observed: Observed) -> No
         columns.refuse(missing, "value", censored)
 
 
-def _seconds(columns: MeasuredColumns, calendar: Calendar | None) -> Array:
+def _seconds(
+    columns: MeasuredColumns, calendar: Calendar | None, role: str = "time"
+) -> Array:
     """Return the operating seconds at dates, by a record, or by the hours of a year."""
-    dates = columns.dates("time")
+    dates = columns.dates(role)
     if calendar is None or np.isnan(calendar.time[-1]):
         raise UpdateError(
             f"{columns.block.place}.columns.date: dates need update.calendar = "
@@ -383,7 +445,9 @@ def _seconds(columns: MeasuredColumns, calendar: Calendar | None) -> Array:
             f"{day_text(calendar.day[-1])}, {calendar.a_year:g} h a year, by "
             "update.calendar"
         )
-    columns.refuse(~(hours >= 0.0), "time", message, hours)
+    # oil may have been filled in before the first hour
+    early = np.isnan(hours) if role == "oil_changed" else ~(hours >= 0.0)
+    columns.refuse(early, role, message, hours)
     return hours * units.HOUR
 
 

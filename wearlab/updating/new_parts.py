@@ -14,9 +14,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from wearlab.campaign.update_options import ALL_MEMBERS
 from wearlab.scene import Scene
 from wearlab.updating import answers, likelihood, replacements, run_curves
 from wearlab.updating.cases import Subject, Subjects
+from wearlab.updating.measurements import Observed, UpdateError
 from wearlab.updating.run_curves import Clock, RunHistory, Runs
 from wearlab.updating.study_runs import Runner
 
@@ -30,11 +32,14 @@ class Service(NamedTuple):
     ----------
     gears : their names
     begin, end : cycles of the unit; the end is ∞ of those in service
+    of_all_until : cycle until which what is measured of all gears together is told by
+        this part; 0 of one that tells none of it
     """
 
     gears: tuple[str, ...]
     begin: float
     end: float
+    of_all_until: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -95,16 +100,27 @@ def parts_of_fleet(studies: Subjects, runs: Runs, runner: Runner) -> FleetParts:
     return FleetParts(in_service, others)
 
 
-def with_recorded_replacements(
+def needs_parts(study: Subject) -> bool:
+    """Whether a case is parted by its gears, and not run on from one to the next.
+
+    Parameters
+    ----------
+    study : with gears that were replaced
+    """
+    places = [observed.data.where for observed in study.observations]
+    return study.record is not None or ALL_MEMBERS in places
+
+
+def with_parts(
     study: Subject, run: RunHistory, runner: Runner
 ) -> tuple[Subject, RunHistory]:
-    """Return a case with a record parted by its gears, and one history of all.
+    """Return a case parted by its gears, and one history of all.
 
     The parts share one wear coefficient.
 
     Parameters
     ----------
-    study : with a record, and gears that were replaced
+    study : with gears that were replaced
     run : of its first gears
     runner : of the runs of new parts
     """
@@ -186,8 +202,11 @@ def _services(
         begins = [start, *new_at]
         for begin, end in zip(begins, [*new_at, np.inf], strict=True):
             gears_by_span.setdefault((begin, end), []).append(gear)
+    ages = sorted({begin for begin, _ in gears_by_span})
+    untold = dict(zip(ages, [*ages[1:], np.inf], strict=True))
     return [
-        Service(tuple(of_one_age), begin, end)
+        # of each age the first part tells of all gears together
+        Service(tuple(of_one_age), begin, end, untold.pop(begin, 0.0))
         for (begin, end), of_one_age in sorted(gears_by_span.items())
     ]
 
@@ -243,18 +262,37 @@ def _part_of(
 
 def _observations_of_part(
     study: Subject, first: xr.Dataset, service: Service
-) -> Iterator[replacements.Observed]:
+) -> Iterator[Observed]:
     """Yield every block with its values of a part, at cycles since that was new."""
     gears = list(dict.fromkeys(map(run_curves.gear, map(str, first["flank"].values))))
     start = float(first["cycle"].values[0])
     for observed in study.observations:
-        gear = replacements.gear_of(observed.data.where, gears, observed.data.place)
+        data = observed.data
+        gear = replacements.gear_of(data.where, gears, data.place)
+        end = service.end if gear in service.gears else 0.0
+        if gear == ALL_MEMBERS:
+            _refuse_totals_of_all(observed)
+            end = service.of_all_until
         cycle = run_curves.cycles_of(first, observed)
         after_begin = (cycle > service.begin) | (service.begin <= start)
-        is_of_part = after_begin & (cycle <= service.end + UNTIL)
-        rows = np.flatnonzero(is_of_part & (gear in service.gears))
+        rows = np.flatnonzero(after_begin & (cycle <= end + UNTIL) & (end > 0.0))
         part = replacements.with_rows(observed, rows)
-        yield replace(part, clock="cycle", time=cycle[rows] - (service.begin - start))
+        by = service.begin - start
+        since = run_curves.since_of(first, observed)
+        if since is not None:
+            since = np.maximum(since[rows] - by, start)
+        yield replace(part, clock="cycle", time=cycle[rows] - by, since=since)
+
+
+def _refuse_totals_of_all(observed: Observed) -> None:
+    """Refuse what all gears together have lost since the first cycle, new ones too."""
+    if observed.since is None and observed.data.since is None:
+        raise UpdateError(
+            f'{observed.data.place}.member: "all" since the first cycle is not known '
+            "where a gear was replaced: say since when values count by "
+            'columns.oil_hours, columns.oil_changed or since = "previous", or name a '
+            "gear"
+        )
 
 
 def _later(run: RunHistory, by: float) -> RunHistory:
@@ -265,7 +303,11 @@ def _later(run: RunHistory, by: float) -> RunHistory:
     points = []
     for asked in run.points:
         clock = None if asked.clock is None else _later_clock(asked.clock, by)
-        points.append(asked._replace(cycle=asked.cycle + by, clock=clock, begin=begin))
+        since = None if asked.since is None else asked.since + by
+        cycle = asked.cycle + by
+        points.append(
+            asked._replace(cycle=cycle, clock=clock, begin=begin, since=since)
+        )
     if run.clock is None:
         clock = replacements.clock_from(begin, run.start, run.end)
     else:

@@ -29,7 +29,13 @@ from wearlab.arrays import Array, Index, Random
 from wearlab.campaign.distributions import Distribution
 from wearlab.campaign.update_options import Fleet
 from wearlab.units import HOUR
-from wearlab.updating import grids, kalman, likelihood, measurements
+from wearlab.updating import (
+    grids,
+    interval_blocks,
+    kalman,
+    likelihood,
+    measurements,
+)
 from wearlab.updating.run_curves import ObservationPoints, RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
@@ -118,6 +124,7 @@ class FleetMember:
             n
             for n, block in enumerate(self.blocks)
             if block.observed.place_kind is None
+            and not interval_blocks.stands_apart(block)
         ]
         curves = [points.curve is not self.run.limit for points in self.run.points]
         return sorted(
@@ -242,25 +249,61 @@ def unit_likelihood(
     factor = np.exp(log_factor)
     begins = [0]
     parts = []
-    for points, block, sd in zip(run.points, unit.blocks, shared.sd, strict=False):
+    apart: dict[int, list[Array]] = {}
+    columns = zip(run.points, unit.blocks, shared.sd, strict=False)
+    for number, (points, block, sd) in enumerate(columns):
+        if interval_blocks.stands_apart(block):
+            begins.append(begins[-1])
+            if len(block.rows):
+                apart[number] = interval_blocks.log_likelihoods(
+                    block, run, number, shared, factor
+                )
+            continue
         cycle = points.cycle[block.rows]
         column = points.column[block.rows]
         model = shared.mean(run, points, factor, cycle, column)
         parts.append(likelihood.compared(block, model, sd))
         begins.append(begins[-1] + len(block.rows))
 
+    nothing = np.zeros(0, np.intp)
     scales = [shared.worn(run, points.curve, factor) for points in run.points]
     times = [
         inspection._replace(
             cycle=shared.equal(run.equal(inspection.cycle)),
-            values=inspection.values + begins[n],
+            values=inspection.values + begins[n] if n not in apart else nothing,
+            offset_variance=0.0 if n in apart else inspection.offset_variance,
             scale=scales[n],
         )
         for n, inspection in unit.inspections
     ]
-    residuals = parts[0] if len(parts) == 1 else _side_by_side(parts)
+    residuals = _residuals_of(parts, log_factor.shape)
     before = kalman.Filtered()
-    return kalman.filtered(residuals, times, before, shared.rate, steps=steps)
+    filtered = kalman.filtered(residuals, times, before, shared.rate, steps=steps)
+    return _with_apart(filtered, unit, apart) if apart else filtered
+
+
+def _residuals_of(
+    parts: Sequence[kalman.Residuals], lanes: tuple[int, ...]
+) -> kalman.Residuals:
+    """Return residuals of blocks as those of one, of lanes without any value."""
+    if not parts:
+        return kalman.Residuals(*(np.empty((*lanes, 0)) for _ in range(3)))
+    return parts[0] if len(parts) == 1 else _side_by_side(parts)
+
+
+def _with_apart(
+    filtered: kalman.Filtered, unit: FleetMember, apart: dict[int, list[Array]]
+) -> kalman.Filtered:
+    """Return what the filter knows, with the likelihood of blocks that stand apart."""
+    of_inspection = {number: iter(logs) for number, logs in apart.items()}
+    total = filtered.log_likelihood + sum(sum(logs) for logs in apart.values())
+    innovations = []
+    for step, (number, _) in zip(filtered.steps, unit.inspections, strict=False):
+        if number in apart:
+            log_likelihood = np.asarray(next(of_inspection[number]))
+            step = replace(step, log_likelihood=log_likelihood)
+        innovations.append(step)
+    return replace(filtered, log_likelihood=total, steps=innovations)
 
 
 def _side_by_side(parts: Sequence[kalman.Residuals]) -> kalman.Residuals:

@@ -262,9 +262,10 @@ def with_rows(observed: Observed, rows: Index) -> Observed:
     rows : which of them
     """
     columns = ("time", "value", "sd", "below", "place", "row")
-    return replace(
-        observed, **{name: getattr(observed, name)[rows] for name in columns}
-    )
+    since = observed.since
+    chosen = {name: getattr(observed, name)[rows] for name in columns}
+    chosen["since"] = None if since is None else since[rows]
+    return replace(observed, **chosen)
 
 
 def clock_from(begin: float, start: float, end: float) -> Clock:

@@ -17,7 +17,7 @@ import xarray as xr
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from wearlab.arrays import Array, Index
-from wearlab.campaign.update_options import THICKNESS, Limit
+from wearlab.campaign.update_options import ALL_MEMBERS, THICKNESS, Limit
 from wearlab.scene import Scene
 from wearlab.store import Store, StoreError, reading
 from wearlab.updating import calendar
@@ -215,6 +215,7 @@ class ObservationPoints(NamedTuple):
     column, cycle : (n,) of the curve and when, of each value
     clock : of a gear that was replaced, or of what weighs otherwise [that of the run]
     begin : cycle at which a gear that was replaced was new [the run's start]
+    since : (n,) cycle from which each value counts, None where all count from `begin`
     """
 
     curve: RunCurve
@@ -222,6 +223,7 @@ class ObservationPoints(NamedTuple):
     cycle: Array
     clock: "Clock | None" = None
     begin: float | None = None
+    since: Array | None = None
 
 
 class Clock(NamedTuple):
@@ -462,17 +464,37 @@ def cycles_of(run: xr.Dataset, observed: Observed) -> Array:
     run : a stored run
     observed : the block
     """
-    cycle = np.asarray(observed.time, float)
+    cycle = _on_the_run(run, observed, observed.time)
     start = float(run["cycle"].values[0])
-    if observed.clock != "cycle":
-        clock = "operating_hours" if observed.clock == "hours" else "mesh_cycles"
-        cycle = start + cycle / per_cycle(run, clock)
     if len(cycle) and cycle.min() < start:
         row = observed.row[int(np.argmin(cycle))]
         raise UpdateError(
             f"{observed.data.file}: line {row}: is before the cycle at which the run "
             "starts"
         )
+    return cycle
+
+
+def since_of(run: xr.Dataset, observed: Observed) -> Array | None:
+    """Return the cycles of a run from which values count, None where all of them do.
+
+    Parameters
+    ----------
+    run : a stored run
+    observed : the block
+    """
+    if observed.since is None:
+        return None
+    return _on_the_run(run, observed, observed.since)
+
+
+def _on_the_run(run: xr.Dataset, observed: Observed, time: Array) -> Array:
+    """Return the cycles of a run at times of a block."""
+    start = float(run["cycle"].values[0])
+    cycle = np.asarray(time, float)
+    if observed.clock != "cycle":
+        clock = "operating_hours" if observed.clock == "hours" else "mesh_cycles"
+        cycle = start + cycle / per_cycle(run, clock)
     return cycle
 
 
@@ -496,9 +518,10 @@ def points_of(
     column = np.zeros(len(observed), np.intp)
     same_place = (data.quantity, data.where) == (limit.quantity, limit.where)
     if limit_curve is not None and same_place and not data.select:
-        return ObservationPoints(limit_curve, column, cycle)
-    curve = curve_of(run, data.quantity, data.where, data.select, data.place)
-    return ObservationPoints(curve, column, cycle)
+        curve = limit_curve
+    else:
+        curve = curve_of(run, data.quantity, data.where, data.select, data.place)
+    return ObservationPoints(curve, column, cycle, since=since_of(run, observed))
 
 
 def curve_of(
@@ -543,6 +566,9 @@ def _selected(
     labels = dict(select)
     where_dims = [dim for dim in ("flank", "member") if dim in values.dims]
     where_dim = where_dims[0] if where_dims else None
+    if where_dim == "member" and where == ALL_MEMBERS:
+        values = values.sum("member", keep_attrs=True)
+        where_dim = None
     if where_dim is not None and where is not None:
         labels[where_dim] = where
     if where_dim == "flank" and "flank" not in labels and name == "max_wear_depth":
