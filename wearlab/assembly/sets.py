@@ -82,6 +82,7 @@ def build_pair(scene: Scene, turned: helix.Helix | None = None) -> GearPair:
         centre_distance=gears.centre_distance,
         driving=scene.operation.input,
         internal=gears.kind == "internal-pair",
+        turned=turned,
     )
 
 
@@ -142,6 +143,7 @@ def build_planetary(
         if distances is None
         else (distances.sun_planet, distances.planet_ring),
         sun_drives=sun_drives,
+        turned=turned,
     )
 
 
@@ -224,10 +226,12 @@ def kinks(pair: GearPair) -> tuple[float, ...]:
             relief = getattr(gear.modification, kind, None)
             if relief is None:
                 continue
-            at_end = (kind == "tip_relief") == (gear is pair.driving)
-            places.append(
-                pair.path.E - relief.length if at_end else pair.path.A + relief.length
-            )
+            is_tip = kind == "tip_relief"
+            at_end = is_tip == (gear is pair.driving)
+            length = relief.length
+            if is_tip:
+                length -= pair.overreach[int(gear is pair.driven)]
+            places.append(pair.path.E - length if at_end else pair.path.A + length)
     return tuple(places)
 
 

@@ -36,6 +36,8 @@ class Gear(NamedTuple):
     modification : profile modification, or None
     internal : whether the teeth point inwards: tip_radius < reference_radius <
         root_radius < bore_radius
+    usable_tip_radius : r_Na, where a chamfer of the tip ends the active flank [m];
+        None: at the tip circle
     """
 
     name: str
@@ -58,6 +60,7 @@ class Gear(NamedTuple):
     assumed: tuple[str, ...] = ()
     modification: specification.Modification | None = None
     internal: bool = False
+    usable_tip_radius: float | None = None
 
     @property
     def base_half_angle(self) -> float:
@@ -98,9 +101,32 @@ class Gear(NamedTuple):
         )
 
     @property
+    def active_tip_radius(self) -> float:
+        """Radius at which the active flank ends: of the tip circle or its chamfer [m].
+
+        References
+        ----------
+        ISO 21771:2007, 4.6: tip form diameter and usable tip diameter.
+        """
+        if self.usable_tip_radius is None:
+            return self.tip_radius
+        return self.usable_tip_radius
+
+    @property
     def tip_curvature(self) -> float:
-        """Radius of curvature of the involute at the tip, √(r_a² − r_b²) [m]."""
-        return math.sqrt(self.tip_radius**2 - self.base_radius**2)
+        """Radius of curvature of the involute where it ends, √(r_Na² − r_b²) [m]."""
+        return math.sqrt(self.active_tip_radius**2 - self.base_radius**2)
+
+    @property
+    def form_curvature(self) -> float:
+        """Radius of curvature where the involute begins, √(r_Ff² − r_b²) [m]."""
+        return math.sqrt(max(self.form_radius**2 - self.base_radius**2, 0.0))
+
+    @property
+    def is_undercut(self) -> bool:
+        """Whether the generating rack cut into the involute: it begins at an edge."""
+        is_generated = not self.internal and self.root_profile == "trochoid"
+        return is_generated and self.cut.end_curvature < 0.0
 
     def half_angle(self, radius: float) -> float:
         """Return half the tooth angle at a radius [rad].
@@ -116,6 +142,7 @@ class Gear(NamedTuple):
         return math.pi / self.teeth - half if self.internal else half
 
 
+FORM_SLACK = 1e-9  # relative, of a contact that begins at the form circle
 DRIVING, DRIVEN = 0, 1
 TIP_AT = {"A": DRIVEN, "E": DRIVING}
 """Whose tip touches at each end of the path."""
@@ -146,6 +173,8 @@ class GearPair(NamedTuple):
     base_pitch : p_b [m]
     path : the points A–E [m]
     face_width : common face width [m]
+    overreach : (driving, driven) length along the path by which the tip of a gear
+        reaches below the involute of its undercut mate, where nothing touches it [m]
     """
 
     driving: Gear
@@ -155,11 +184,63 @@ class GearPair(NamedTuple):
     base_pitch: float
     path: PathOfContact
     face_width: float
+    overreach: tuple[float, float] = (0.0, 0.0)
 
     @property
     def gears(self) -> tuple[Gear, Gear]:
         """The gears, (driving, driven)."""
         return self.driving, self.driven
+
+    def corner_at(self, end: str) -> int:
+        """Return whose corner touches beyond an end of the path, 0 driving, 1 driven.
+
+        It is the tip of the gear whose tip touches there, but where that reaches below
+        the involute of an undercut mate: then it is the edge of the mate.
+
+        Parameters
+        ----------
+        end : "A" or "E"
+        """
+        tip = TIP_AT[end]
+        return tip if self.overreach[tip] == 0.0 else 1 - tip
+
+    def useful_tip_diameter(self, gear: int) -> float:
+        """Return the tip diameter that touches where the mate's involute begins [m].
+
+        ``d = 2 √(r_b² + ρ²)``, with ρ the curvature of this flank there: ``a sinα_w −
+        ρ_F`` of an external gear, ``a sinα_w + ρ_F`` of a ring. A tip that reaches
+        further has no more contact.
+
+        Parameters
+        ----------
+        gear : 0 driving, 1 driven
+        """
+        toothing = self.gears[gear]
+        mate = self.gears[1 - gear]
+        lead = self.centre_distance * math.sin(self.working_pressure_angle)
+        curvature = lead - toothing.outwards * mate.form_curvature
+        if mate.internal:
+            curvature = mate.form_curvature - lead
+        return 2.0 * math.hypot(toothing.base_radius, curvature)
+
+    @property
+    def undercut_notes(self) -> tuple[str, ...]:
+        """What is to be known of tips that reach below an undercut mate's involute."""
+        notes = []
+        for number, length in enumerate(self.overreach):
+            if length == 0.0:
+                continue
+            gear = self.gears[number]
+            mate = self.gears[1 - number]
+            bound = "least" if gear.internal else "largest"
+            notes.append(
+                f"{gear.name}: its tip reaches {1e3 * length:.3g} mm of the path below "
+                f"the involute of {mate.name}, into what the undercut left free: "
+                f"contact ends at the sharp edge of {mate.name} (the {bound} useful "
+                "tip_diameter is "
+                f"{1e3 * self.useful_tip_diameter(number):.6g} mm)"
+            )
+        return tuple(notes)
 
     @property
     def internal(self) -> bool:
@@ -316,7 +397,8 @@ class GearPair(NamedTuple):
             from_root = position - self.path.A
         else:
             from_root = self.path.E - position
-        return modification.removed(from_root, self.path.E - self.path.A)
+        length = self.path.E - self.path.A
+        return modification.removed(from_root, length, self.overreach[gear])
 
     def from_root(self, gear: int, s: ArrayLike) -> Array:
         """Return the share of the active profile between its root end and s, (n,) [1].
@@ -336,7 +418,8 @@ def in_mesh(driving: Gear, driven: Gear, centre_distance: float) -> GearPair:
 
     The pair is not yet checked. ``cos α_w = (r_b2 ± r_b1)/a``, ``s_E = ±(√(r_a1² −
     r_b1²) − r_b1 tanα_w)``, ``s_A = ∓(√(r_a2² − r_b2²) − r_b2 tanα_w)``, lower signs of
-    a ring.
+    a ring. The path ends where the involute of an undercut gear begins, however far the
+    tip of its mate reaches.
 
     Parameters
     ----------
@@ -353,6 +436,12 @@ def in_mesh(driving: Gear, driven: Gear, centre_distance: float) -> GearPair:
     alpha_w = math.acos(distance_of_bases / centre_distance)
     recess = _path_to_tip(driving, alpha_w)
     approach = _path_to_tip(driven, alpha_w)
+    overreach = (
+        _overreach(driven, recess, alpha_w),
+        _overreach(driving, approach, alpha_w),
+    )
+    recess -= overreach[DRIVING]
+    approach -= overreach[DRIVEN]
     p_b = math.pi * driving.module * math.cos(driving.pressure_angle)
     whole = math.floor((recess + approach) / p_b)
     path = PathOfContact(
@@ -363,10 +452,27 @@ def in_mesh(driving: Gear, driven: Gear, centre_distance: float) -> GearPair:
         E=recess,
     )
     width = min(driving.face_width, driven.face_width)
-    return GearPair(driving, driven, centre_distance, alpha_w, p_b, path, width)
+    return GearPair(
+        driving, driven, centre_distance, alpha_w, p_b, path, width, overreach
+    )
 
 
 def _path_to_tip(gear: Gear, working_pressure_angle: float) -> float:
     """Return the length of the path from the pitch point to a gear's tip circle [m]."""
     at_pitch_point = gear.base_radius * math.tan(working_pressure_angle)
     return gear.outwards * (gear.tip_curvature - at_pitch_point)
+
+
+def _overreach(gear: Gear, path_to_tip: float, working_pressure_angle: float) -> float:
+    """Return by how much the mate's tip reaches below an undercut gear's involute [m].
+
+    ``path_to_tip`` is the length of the path from the pitch point to that tip.
+    """
+    if not gear.is_undercut:
+        return 0.0
+    at_pitch_point = gear.base_radius * math.tan(working_pressure_angle)
+    touched = at_pitch_point - path_to_tip
+    radius = math.hypot(gear.base_radius, touched)
+    if touched > 0.0 and gear.form_radius - radius <= FORM_SLACK * gear.form_radius:
+        return 0.0
+    return max(0.0, gear.form_curvature - touched)

@@ -17,13 +17,22 @@ MIN_TEETH = 5
 
 
 class _Circles(NamedTuple):
-    """Radii of a gear: base, reference, tip and root circle, and bore or rim [m]."""
+    """Radii of a gear: base, reference, tip and root circle, and bore or rim [m].
+
+    ``usable_tip`` is where a chamfer ends the active flank, None without one.
+    """
 
     base: float
     reference: float
     tip: float
     root: float
     bore: float
+    usable_tip: float | None
+
+    @property
+    def active_tip(self) -> float:
+        """Radius at which the active flank ends [m]."""
+        return self.tip if self.usable_tip is None else self.usable_tip
 
 
 class _Body(NamedTuple):
@@ -125,8 +134,11 @@ def build_gear(
         mass=body.mass,
         inertia=body.inertia,
         assumed=(*assumed, *tooth_root.assumed, *body.assumed),
-        modification=spec.modification(circles.base, circles.tip, internal=internal),
+        modification=spec.modification(
+            circles.base, circles.active_tip, internal=internal
+        ),
         internal=internal,
+        usable_tip_radius=circles.usable_tip,
     )
     refuse_first(gear.name, _tip_problems(gear))
     return gear
@@ -147,12 +159,14 @@ def _circles(
     reference_radius = 0.5 * module * spec.teeth
     root_radius = spec.root_radius(module, generated_shift, outwards)
     bore_diameter = _bore_diameter(spec, internal=outwards < 0.0)
+    tip_radius = spec.tip_radius(module, profile_shift, k, outwards)
     return _Circles(
         base=reference_radius * math.cos(basics.pressure_angle),
         reference=reference_radius,
-        tip=spec.tip_radius(module, profile_shift, k, outwards),
+        tip=tip_radius,
         root=root_radius,
         bore=0.5 * (root_radius if bore_diameter is None else bore_diameter),
+        usable_tip=spec.usable_tip_radius(tip_radius, outwards),
     )
 
 
@@ -227,6 +241,8 @@ def _specification_problems(
             "face_width is missing or not positive; give it for the gear or for the "
             "pair"
         )
+    if spec.tip_chamfer is not None and spec.usable_tip_diameter is not None:
+        yield "give tip_chamfer or usable_tip_diameter, not both"
     if has_tip_alteration and (has_tip_diameter or has_tip_coefficient):
         yield (
             "give tip_alteration, tip_alteration_coefficient or tip_diameter, not two "
@@ -293,7 +309,8 @@ def _circle_problems(circles: _Circles, *, internal: bool) -> Iterator[str]:
 
     if not circles.tip > circles.root:
         yield f"the tip diameter {tip} is not above the root diameter {root}"
-    if not circles.tip > circles.base:
+    if not circles.active_tip > circles.base:
+        tip = _diameter(circles.active_tip)
         yield (
             f"no involute: the tip diameter {tip} is not above the base diameter "
             f"{base}; enlarge the tip or the profile shift"
@@ -317,9 +334,14 @@ def _material_problems(material: Material) -> Iterator[str]:
 
 def _tip_problems(gear: Gear) -> Iterator[str]:
     """Yield that a gear has no involute, or that its teeth are pointed at the tip."""
-    tip = _diameter(gear.tip_radius)
+    tip = _diameter(gear.active_tip_radius)
     form = _diameter(gear.form_radius)
-    if not gear.outwards * (gear.tip_radius - gear.form_radius) > 0.0:
+    if not gear.outwards * (gear.tip_radius - gear.active_tip_radius) >= 0.0:
+        yield (
+            f"usable_tip_diameter {tip} lies beyond the tip diameter "
+            f"{_diameter(gear.tip_radius)}; the chamfer of the tip lies within it"
+        )
+    if not gear.outwards * (gear.active_tip_radius - gear.form_radius) > 0.0:
         if gear.internal:
             yield (
                 f"no involute is left between the tip diameter {tip} and the form "
@@ -330,6 +352,7 @@ def _tip_problems(gear: Gear) -> Iterator[str]:
                 f"no involute is left between the form diameter {form} and the tip "
                 f"diameter {tip}; reduce the rounding or the profile shift"
             )
+    tip = _diameter(gear.tip_radius)
     half_angle = gear.half_angle(gear.tip_radius)
     if half_angle <= 0.0:
         thickness = 2e3 * gear.tip_radius * half_angle

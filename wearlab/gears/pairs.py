@@ -15,7 +15,16 @@ from collections.abc import Iterator
 from itertools import chain
 
 from wearlab.gears import making, root
-from wearlab.gears.gear import DRIVEN, DRIVING, Gear, GearPair, in_mesh
+from wearlab.gears.corner import corner_clearance
+from wearlab.gears.gear import (
+    DRIVEN,
+    DRIVING,
+    FORM_SLACK,
+    Gear,
+    GearPair,
+    in_mesh,
+)
+from wearlab.gears.helix import SPUR, Helix
 from wearlab.gears.shifts import internal_position, involute, operating_position
 from wearlab.gears.specification import (
     Basics,
@@ -25,7 +34,6 @@ from wearlab.gears.specification import (
     refuse_first,
 )
 
-FORM_SLACK = 1e-9  # relative, of a contact that begins at the form circle
 MIN_ROUNDING = 0.95
 """Share of its tip rounding that a rack keeps when a ring needs more involute."""
 
@@ -38,6 +46,7 @@ def gear_pair(
     centre_distance: float | None = None,
     driving: str | None = None,
     internal: bool = False,
+    turned: Helix = SPUR,
 ) -> GearPair:
     """Return the pair of two gears, or refuse it.
 
@@ -51,6 +60,8 @@ def gear_pair(
     centre_distance : operating centre distance [m]; absent: from the profile shifts
     driving : name of the driving gear; absent: the first
     internal : whether the second is a ring, which needs ``rim_diameter``
+    turned : helix of the gears, whose overlap helps where the transverse contact ratio
+        is below 1
 
     Returns
     -------
@@ -58,7 +69,8 @@ def gear_pair(
 
     Raises
     ------
-    GearError : no involute contact, contact ratio below 1, undercut, pointed tip;
+    GearError : no involute contact, total contact ratio below 1, teeth that are cut
+        off, pointed tip;
         involute, tip or fillet interference; impossible circles, contradicting shifts;
         with numbers and a remedy
 
@@ -108,7 +120,7 @@ def gear_pair(
         pair = in_mesh(second_gear, first_gear, a)
     else:
         pair = in_mesh(first_gear, second_gear, a)
-    check_pair(pair, thinned)
+    check_pair(pair, thinned, turned)
     return pair
 
 
@@ -137,18 +149,19 @@ def check_basics(first: GearSpec, second: GearSpec, basics: Basics) -> None:
         raise GearError(f"both gears are called {first.name!r}; give them two names")
 
 
-def check_pair(pair: GearPair, thinned: float = 0.0) -> None:
+def check_pair(pair: GearPair, thinned: float = 0.0, turned: Helix = SPUR) -> None:
     """Refuse a pair that cannot run together.
 
     Parameters
     ----------
     pair : the gears in mesh
     thinned : by how much allowances thin both teeth at the reference circles [m]
+    turned : helix of the gears
 
     Raises
     ------
-    GearError : contact ratio below 1; involute, tip or fillet interference; tip into
-        root; teeth that jam
+    GearError : total contact ratio below 1; involute, tip or fillet interference; tip
+        into root; teeth that jam
 
     References
     ----------
@@ -157,7 +170,7 @@ def check_pair(pair: GearPair, thinned: float = 0.0) -> None:
     numbers = sorted((DRIVING, DRIVEN), key=lambda number: pair.gears[number].internal)
     first, second = (pair.gears[number] for number in numbers)
 
-    ratio = _low_contact_ratio(pair, first, second)
+    ratio = _low_contact_ratio(pair, turned)
     interference = _interference(pair, first, second, numbers)
     # of a ring, interference tells more than the contact ratio that follows from it
     if pair.internal:
@@ -181,19 +194,30 @@ def _interference(
         yield from _tip_interference(first, second, pair.centre_distance)
 
 
-def _low_contact_ratio(pair: GearPair, first: Gear, second: Gear) -> Iterator[str]:
-    """Yield that the contact ratio is below 1."""
-    if pair.contact_ratio >= 1.0:
+def _low_contact_ratio(pair: GearPair, turned: Helix) -> Iterator[str]:
+    """Yield that at times no teeth touch: ε_α + ε_β below 1."""
+    overlap = pair.face_width * math.tan(turned.base_angle) / pair.base_pitch
+    if pair.contact_ratio + overlap >= 1.0:
         return
     path = pair.path.E - pair.path.A
+    first, second = sorted(pair.gears, key=lambda gear: gear.internal)
     remedy = "enlarge the tips or reduce the centre distance"
     if pair.internal:
         remedy = (
             f"enlarge the teeth of {first.name} or {second.name}, or change the centre "
             "distance"
         )
+    ratio = f"contact ratio {pair.contact_ratio:.4f} is below 1"
+    if turned.angle:
+        needed = (1.0 - pair.contact_ratio) * pair.base_pitch
+        wide = math.ceil(1e4 * needed / math.tan(turned.base_angle)) / 10.0
+        remedy += f", or give a common face width of {wide:.1f} mm"
+        ratio = (
+            f"total contact ratio {pair.contact_ratio + overlap:.4f} is below 1, with "
+            f"{overlap:.4f} of overlap"
+        )
     yield (
-        f"contact ratio {pair.contact_ratio:.4f} is below 1: the path of contact is "
+        f"{ratio}: the path of contact is "
         f"{path * 1e3:.4g} mm and the base pitch {pair.base_pitch * 1e3:.4g} mm; "
         f"{remedy}"
     )
@@ -203,12 +227,13 @@ def _involute_interference(pair: GearPair, number: int) -> Iterator[str]:
     """Yield that contact on a gear begins beyond its base circle or its form circle."""
     gear = pair.gears[number]
     mate = pair.gears[1 - number]
+    if pair.overreach[1 - number] > 0.0:
+        yield from _corner_in_undercut(pair, number)
+        return
     begins_at = pair.path.A if number == DRIVING else pair.path.E
     curvature = float(pair.curvature(begins_at)[number])
     name = "involute" if mate.internal else "tip"
-    shorten = f"shorten the tip of {mate.name}"
-    if mate.internal:
-        shorten += ' (tip_alteration = "wang-2023")'
+    shorten = _shorten(pair, 1 - number)
     if curvature <= 0.0:
         yield (
             f"{name} interference: the tip of {mate.name} reaches "
@@ -226,6 +251,31 @@ def _involute_interference(pair: GearPair, number: int) -> Iterator[str]:
             f"{shorten}, deepen the root of {gear.name} or reduce its "
             "fillet_radius_coefficient"
         )
+
+
+def _corner_in_undercut(pair: GearPair, number: int) -> Iterator[str]:
+    """Yield that a tip cuts into the root of an undercut gear."""
+    gear = pair.gears[number]
+    mate = pair.gears[1 - number]
+    clearance = corner_clearance(gear, mate, pair.centre_distance)
+    if clearance >= 0.0:
+        return
+    yield (
+        f"tip interference: the tip corner of {mate.name} cuts "
+        f"{-clearance * 1e3:.4g} mm into the undercut root of {gear.name}; "
+        f"{_shorten(pair, 1 - number)}"
+    )
+
+
+def _shorten(pair: GearPair, number: int) -> str:
+    """Return how far the tip of a gear may reach, as advice."""
+    gear = pair.gears[number]
+    millimetres = 1e3 * pair.useful_tip_diameter(number)
+    if gear.internal:
+        least = math.ceil(1e3 * millimetres) / 1e3
+        return f"give {gear.name} a tip_diameter of {least:.3f} mm at least"
+    largest = math.floor(1e3 * millimetres) / 1e3
+    return f"give {gear.name} a tip_diameter of {largest:.3f} mm at most"
 
 
 def _tip_in_root(gear: Gear, mate: Gear, centre_distance: float) -> Iterator[str]:
@@ -298,8 +348,8 @@ def make_room(
 
     Only a small change is made. Where nobody said where the ring's tip lies, it is
     shortened to ``r_a = √(r_b² + (ρ_form + a sinα_w)²)``; otherwise the rounding of the
-    pinion's rack is reduced by at most 5 per cent. A ring's tip that would touch beyond
-    the end of the pinion's involute stays as it is.
+    pinion's rack is reduced by at most 5 per cent, which helps no undercut pinion. A
+    ring's tip that would touch beyond the end of the pinion's involute stays as it is.
 
     Parameters
     ----------
@@ -319,12 +369,22 @@ def make_room(
     if shorten:
         tip = math.hypot(ring.base_radius, end + lead)
         flag = (
-            f"tip shortened by {(tip - ring.tip_radius) / ring.module:.3g} modules: "
-            "it touches the "
+            f"tip shortened by {(tip - ring.active_tip_radius) / ring.module:.3g} "
+            "modules: it touches the "
             f"{pinion.name} where its involute begins"
         )
-        return pinion, ring._replace(tip_radius=tip, assumed=(*ring.assumed, flag))
+        return pinion, _with_tip(ring, tip)._replace(assumed=(*ring.assumed, flag))
+    if pinion.is_undercut:
+        return pinion, ring
     return _less_rounded(pinion, ring, start), ring
+
+
+def _with_tip(ring: Gear, radius: float) -> Gear:
+    """Return a ring whose active flank ends at a radius, with the same chamfer."""
+    if ring.usable_tip_radius is None:
+        return ring._replace(tip_radius=radius)
+    chamfer = ring.usable_tip_radius - ring.tip_radius
+    return ring._replace(tip_radius=radius - chamfer, usable_tip_radius=radius)
 
 
 def _less_rounded(pinion: Gear, ring: Gear, start: float) -> Gear:

@@ -25,7 +25,7 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears import gear, making, pairs, shifts
+from wearlab.gears import gear, helix, making, pairs, shifts
 from wearlab.gears.specification import Basics, GearError, GearSpec
 
 Central = Literal["sun", "ring", "carrier"]
@@ -384,6 +384,7 @@ def planetary_set(
     planet_angles: Sequence[float] | None = None,
     centre_distance: float | tuple[float, float] | None = None,
     sun_drives: bool = True,
+    turned: helix.Helix = helix.SPUR,
 ) -> PlanetarySet:
     """Return the planetary set of these members, or refuse it.
 
@@ -399,6 +400,7 @@ def planetary_set(
         a set as printed [m]; absent: from the profile shifts
     sun_drives : direction of the power flow seen from the carrier, as
         ``Train.sun_drives`` says
+    turned : helix of the gears
 
     Returns
     -------
@@ -445,8 +447,8 @@ def planetary_set(
     else:
         external = gear.in_mesh(planet_gear, sun_gear, a_sp)
         internal = gear.in_mesh(ring_gear, planet_gear, a_pr)
-    pairs.check_pair(external)
-    pairs.check_pair(internal)
+    pairs.check_pair(external, turned=turned)
+    pairs.check_pair(internal, turned=turned)
 
     pin_circle = _pin_circle(carrier, a_sp, a_pr)
     angles = assembled_angles(sun.teeth + ring.teeth, planets, planet_angles)

@@ -15,6 +15,15 @@ from wearlab.arrays import Array
 from wearlab.gears.shifts import involute
 from wearlab.gears.specification import GearError, RootProfile
 
+PRACTICAL_LIMIT = 17.1 / 14.0
+"""Rack depth over the depth free of undercut that practice accepts: 14 teeth where
+theory asks for 17 (DIN 3960: profile shift (14 − z)/17 instead of (17 − z)/17 at 20°).
+"""
+MIN_NECK = 0.1
+"""Least thickness of a tooth above its root, in modules."""
+NECK_POINTS = 200
+"""Points of the root curve among which the thinnest place is looked for."""
+
 
 class RackCut(NamedTuple):
     """A tooth as its generating rack cuts it.
@@ -169,8 +178,8 @@ def root_of(profile: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
 
     Raises
     ------
-    GearError : a trochoid was asked for and its rack cannot exist, or it undercuts too
-        far
+    GearError : a trochoid was asked for and its rack cannot exist, or it cuts the tooth
+        off
 
     References
     ----------
@@ -184,14 +193,8 @@ def root_of(profile: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
         math.pi / 4 - (dedendum - fillet) * math.tan(alpha) - fillet / math.cos(alpha)
     )
     if centre >= 0.0 and fillet >= 0.0 and profile != "radial":
-        excess = cut.edge - cut.free_of_undercut
-        flag = (
-            f"undercut by a rack edge {excess:.3g} modules too deep, within the "
-            "practical limit"
-        )
         form = form_radius(name, cut)
-        radius = fillet * cut.module
-        return ToothRoot("trochoid", form, radius, (flag,) if excess > 0.0 else ())
+        return ToothRoot("trochoid", form, fillet * cut.module, _undercut(cut, form))
     slack = math.pi / 4 - dedendum * math.tan(alpha)
     largest = slack * math.cos(alpha) / (1.0 - math.sin(alpha))
     if profile == "trochoid":
@@ -209,38 +212,50 @@ def root_of(profile: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
     return ToothRoot("radial", begins, fillet * cut.module, () if profile else (flag,))
 
 
+def _undercut(cut: RackCut, form_radius: float) -> tuple[str, ...]:
+    """Return what is to be known of an undercut tooth, nothing of any other."""
+    excess = cut.edge - cut.free_of_undercut
+    if excess <= 0.0:
+        return ()
+    flag = f"undercut by a rack edge {excess:.3g} modules too deep"
+    if cut.edge <= PRACTICAL_LIMIT * cut.free_of_undercut:
+        return (f"{flag}, within the practical limit",)
+    return (
+        f"{flag}: the involute begins at diameter {2e3 * form_radius:.6g} mm, with a "
+        "sharp edge",
+    )
+
+
 def form_radius(name: str, cut: RackCut) -> float:
     """Return the radius where the involute begins above a trochoid [m].
 
     A rack's straight edge ends at depth ``h_e = h − ρ (1 − sinα) − x`` below the pitch
-    line and leaves ``ρ_form = r sinα − h_e m / sinα``. A rack that reaches slightly
-    deeper undercuts: the involute then begins where the root curve meets it, and the
-    gear runs as long as its mate touches it above (checked with the pair).
+    line and leaves ``ρ_form = r sinα − h_e m / sinα``. A rack that reaches deeper
+    undercuts: the involute then begins where the root curve meets it, and the gear runs
+    on what is left above (checked with the pair).
 
     Raises
     ------
-    GearError : undercut beyond the practical limit, 1.22 times the depth free of it
+    GearError : the rack cuts the tooth off, or nearly so, at its root
 
     References
     ----------
-    DIN 3960: practical limit of the profile shift (14 − z)/17 instead of (17 − z)/17 at
-    20°.
+    Litvin & Fuentes, Gear Geometry and Applied Theory, 2nd ed., 6.4: where trochoid and
+    involute of an undercut tooth meet.
     """
-    edge = cut.edge
-    limit = cut.free_of_undercut
     if cut.end_curvature >= 0.0:
         return math.hypot(cut.base_radius, cut.end_curvature)
-    # rack depth over the depth free of undercut that practice accepts: 14 teeth where
-    # theory asks for 17
-    if edge > (17.1 / 14.0) * limit:
+
+    last = cut.last_angle()
+    _, half_thickness, _ = cut.point(np.linspace(0.5 * math.pi, last, NECK_POINTS))
+    thickness = 2.0 * float(half_thickness.min())
+    if thickness < MIN_NECK * cut.module:
         raise GearError(
-            f"{name}: undercut: {cut.teeth} teeth allow a rack edge {limit:.4g} "
-            "modules below the pitch "
-            f"circle, it needs {edge:.4g}; raise profile_shift_coefficient to "
-            f"{cut.profile_shift + edge - limit:.4g}, "
-            'use more teeth, or set root_profile = "radial"'
+            f"{name}: undercut: the rack's edge leaves {1e3 * max(thickness, 0.0):.3g} "
+            f"mm of the {cut.teeth} teeth at their necks, less than {MIN_NECK:g} "
+            "modules"
         )
-    x, y, _ = cut.point(cut.last_angle())
+    x, y, _ = cut.point(last)
     return math.hypot(x, y)
 
 

@@ -179,16 +179,19 @@ class Modification(NamedTuple):
     profile_crowning: float = 0.0
     profile_slope: float = 0.0
 
-    def removed(self, position: ArrayLike, active_length: float) -> Array:
+    def removed(
+        self, position: ArrayLike, active_length: float, overreach: float = 0.0
+    ) -> Array:
         """Return the material removed normal to the flank.
 
-        ``g(x) = tip(L − x) + root(x) + c (2x/L − 1)² − f (x/L − ½)``
+        ``g(x) = tip(L + o − x) + root(x) + c (2x/L − 1)² − f (x/L − ½)``
 
         Parameters
         ----------
         position : (n,) x, distance along the path from the root end of the active
             profile [m]
         active_length : L, length of the active path A–E [m]
+        overreach : o, how far the tip lies beyond the active profile [m]
 
         Returns
         -------
@@ -200,7 +203,7 @@ class Modification(NamedTuple):
             4.0 * self.profile_crowning * centred**2 - self.profile_slope * centred
         )
         if self.tip_relief is not None:
-            removed = removed + self.tip_relief.removed(active_length - x)
+            removed = removed + self.tip_relief.removed(active_length - x + overreach)
         if self.root_relief is not None:
             removed = removed + self.root_relief.removed(x)
         return removed
@@ -278,6 +281,8 @@ class GearSpec:
     tip_alteration : "wang-2023" shortens a ring's teeth as Y23 does; not with another
         tip alteration
     tip_diameter, root_diameter : explicit diameters [m]
+    tip_chamfer : radial height h_K of the chamfer at the tip [m]
+    usable_tip_diameter : d_Na, where the active flank ends, instead of the chamfer [m]
     fillet_radius_coefficient : tip rounding of the generating rack, or a ring's root
         fillet, in modules [1]
     root_profile : "trochoid" or "radial"; absent: a trochoid where a rack can generate
@@ -307,6 +312,8 @@ class GearSpec:
     tip_alteration: TipAlteration | None = None
     tip_diameter: float | None = None
     root_diameter: float | None = None
+    tip_chamfer: float | None = None
+    usable_tip_diameter: float | None = None
     fillet_radius_coefficient: float = 0.38
     root_profile: RootProfile | None = None
     rim_diameter: float | None = None
@@ -327,8 +334,27 @@ class GearSpec:
             self.tip_diameter
             is self.tip_alteration
             is self.tip_alteration_coefficient
+            is self.usable_tip_diameter
             is None
         )
+
+    def usable_tip_radius(self, tip_radius: float, outwards: float) -> float | None:
+        """Return where a chamfer of the tip ends the active flank, ``r_a ∓ h_K`` [m].
+
+        Parameters
+        ----------
+        tip_radius : r_a [m]
+        outwards : 1 where teeth point outwards, −1 of a ring
+
+        Returns
+        -------
+        r_Na [m], None without a chamfer
+        """
+        if self.usable_tip_diameter is not None:
+            return 0.5 * self.usable_tip_diameter
+        if self.tip_chamfer is None:
+            return None
+        return tip_radius - outwards * self.tip_chamfer
 
     def modification(
         self, base_radius: float, tip_radius: float, *, internal: bool

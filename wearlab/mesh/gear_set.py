@@ -224,4 +224,7 @@ class GearSet(NamedTuple):
             for gear in self.gears.values()
             for flag in gear.assumed
         )
-        return (*of_gears, *self.notes)
+        of_pairs = tuple(
+            note for kind in self.kinds for note in kind.pair.undercut_notes
+        )
+        return (*of_gears, *of_pairs, *self.notes)

@@ -120,6 +120,7 @@ class Toothed(options.Part):
     alternatives: ClassVar[options.Alternatives] = (
         (("tip_diameter",), ("addendum_coefficient", "tip_alteration_coefficient")),
         (("root_diameter",), ("dedendum_coefficient",)),
+        (("tip_chamfer",), ("usable_tip_diameter",)),
     )
 
     teeth: Annotated[options.Count, Gt(2), Le(10_000)]
@@ -148,6 +149,13 @@ class Toothed(options.Part):
     """tip diameter, instead of the coefficients [from the coefficients]"""
     root_diameter: Annotated[options.Length, options.POSITIVE] | None = None
     """root diameter, instead of the coefficient [from the coefficient]"""
+    tip_chamfer: Annotated[options.Length, options.NOT_NEGATIVE] | None = None
+    """radial height h_K of the chamfer or rounding of the tip: the active flank ends
+    that far below tip_diameter, which stays what clearance and mass know [no chamfer].
+    Source: ISO 21771"""
+    usable_tip_diameter: Annotated[options.Length, options.POSITIVE] | None = None
+    """diameter d_Na at which the active flank ends, instead of tip_chamfer
+    [tip_diameter]. Source: ISO 21771"""
     fillet_radius_coefficient: Annotated[options.Number, options.NOT_NEGATIVE] = 0.38
     """tip rounding of the generating rack, or root fillet of a ring, over the module.
     Source: ISO 53"""
@@ -222,6 +230,7 @@ class Ring(Toothed):
         ),
         (("tip_alteration_coefficient",), ("tip_alteration",)),
         (("root_diameter",), ("dedendum_coefficient",)),
+        (("tip_chamfer",), ("usable_tip_diameter",)),
     )
 
     tip_alteration: Literal["wang-2023"] | None = None

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
-from wearlab.gears.gear import DRIVEN, DRIVING, TIP_AT, GearPair
+from wearlab.gears.gear import DRIVEN, DRIVING, GearPair
 from wearlab.gears.outline import contact_depth
 from wearlab.mesh import profile, stiffness
 from wearlab.mesh.exact import flank, kinematics, minimum_gap
@@ -114,6 +114,9 @@ def beyond_path(
 class Corner(NamedTuple):
     """The flank of a tip against its mate, at positions beyond one end of the path.
 
+    Where contact ends at the edge of an undercut gear, that edge takes the place of the
+    tip.
+
     Parameters
     ----------
     gear : whose tip it is, 0 driving, 1 driven
@@ -160,11 +163,10 @@ def corner(pair: GearPair, end: str, x: Array, position: Array) -> Corner:
     ----------
     Munro, Morrish & Palmer 1999: tip corners touch beyond the ends of the path.
     """
-    gear = TIP_AT[end]
-    tip = getattr(pair.path, end)
-    distance = np.abs(position - tip)
+    gear = pair.corner_at(end)
+    distance = np.abs(position - getattr(pair.path, end))
     node = np.flatnonzero(distance <= TIP_REGION * pair.base_pitch)
-    if gear == DRIVING:
+    if end == "E":
         node = node[::-1]
 
     turned = np.asarray(x, float)[:, None]
