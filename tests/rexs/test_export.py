@@ -2,14 +2,17 @@
 
 import math
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
 import wearlab as wl
+from wearlab.assembly.sets import build_set
 from wearlab.cli import app
 from wearlab.rexs.container import read_document
 from wearlab.rexs.export import export_rexs
 from wearlab.rexs.stages import read_unit
+from wearlab.rexs.stated import STATED
 from wearlab.scene import Scene
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
@@ -76,7 +79,23 @@ def _back(scene: Scene, tmp_path: Path) -> dict:
     }
 
 
-@pytest.mark.parametrize("study", [PLANETARY, DRAWING], ids=["planetary", "drawing"])
+def _with_tip(**tip):
+    """Return the drawing with more said of the pinion's tip."""
+    gears = DRAWING["gears"]
+    return {**DRAWING, "gears": {**gears, "pinion": {**gears["pinion"], **tip}}}
+
+
+@pytest.mark.parametrize(
+    "study",
+    [
+        PLANETARY,
+        DRAWING,
+        _with_tip(tip_chamfer="0.117 mm"),
+        _with_tip(usable_tip_diameter="65.1 mm"),
+        _with_tip(tip_diameter="65.7 mm", usable_tip_diameter="65.1 mm"),
+    ],
+    ids=["planetary", "drawing", "chamfer", "usable tip", "both diameters"],
+)
 def test_a_study_comes_back_as_the_same_run(study, tmp_path):
     scene = Scene.from_mapping(study)
     assert export_rexs(scene, "study").no_place == ()
@@ -134,6 +153,41 @@ def test_planets_stand_on_their_circle_and_the_ring_is_fixed(tmp_path):
     operation = draft.table()["operation"]
     assert operation["input"] == "sun"
     assert operation["torque"] == "120 N*m"
+
+
+def test_ring_of_a_cutter_ends_its_involute_where_the_cutter_does(tmp_path):
+    """23 teeth of addendum 1.25, no rounding: d_f 254 mm, d_Ff 252.651 mm."""
+    gears = {
+        "kind": "planetary",
+        "module": "4 mm",
+        "face_width": "50 mm",
+        "planets": 3,
+        "sun": {"teeth": 17, "fillet_radius_coefficient": 0.25},
+        "planet": {"teeth": 22, "fillet_radius_coefficient": 0.25},
+        "ring": {"teeth": 61, "rim_diameter": "280 mm"},
+    }
+    scene = Scene.from_mapping({**PLANETARY, "gears": gears})
+    root = ElementTree.fromstring(export_rexs(scene, "study").content)
+    tool = [c for c in root.iter("component") if c.get("type") == "rack_shaped_tool"][1]
+    tool.set("type", "cutter_wheel_tool")
+    for attribute in list(tool):
+        if attribute.get("id") == "tip_radius_factor":
+            tool.remove(attribute)
+    ElementTree.SubElement(tool, "attribute", id="number_of_teeth", unit="").text = "23"
+    for component in root.iter("component"):
+        for attribute in list(component):
+            if attribute.get("id") == STATED:
+                component.remove(attribute)
+    path = tmp_path / "cutter.rexs"
+    path.write_bytes(ElementTree.tostring(root))
+
+    table = read_unit(path).draft(1).table()
+    del table["title"]
+    assert table["gears"]["ring"]["root_diameter"] == "254 mm"
+    read = Scene.from_mapping(table)
+    ring = build_set(read).gears["ring"]
+    assert 2e3 * ring.form_radius == pytest.approx(252.651, abs=5e-4)
+    assert not any("reduced" in flag for flag in ring.assumed)
 
 
 def test_commands_take_a_study_out_and_back(tmp_path, capsys, monkeypatch):

@@ -127,7 +127,9 @@ def _reach(
         options._replace(backs=(None, None)), largest_load(scene, kind)
     ).unworn[1]
     times = LARGEST_STATIC if scene.dynamics is None else LARGEST_DYNAMIC
-    reach = unworn_extension(kind.pair, times * float(unworn.deflection.max()))
+    # of a section below a contact ratio of 1: where a pair is on the path
+    deflection = unworn.deflection[np.isfinite(unworn.deflection)].max()
+    reach = unworn_extension(kind.pair, times * float(deflection))
     step = STEP * kind.pair.base_pitch
     return profile.Extension(
         *(step * max(1.0, np.ceil(distance / step)) for distance in reach)

@@ -123,6 +123,7 @@ def _rows(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
         values = [factor * value_of(gear) for gear in gears.gears.values()]
         yield symbol, meaning, unit, values
         if symbol == "d_a":
+            yield from _usable_tips(gears)
             yield from _tips(scene, gears)
             for kind in gears.kinds:
                 tail = _tail(gears, kind.pair)
@@ -153,6 +154,9 @@ def _mesh_rows(gears: sets.GearSet, pair: GearPair) -> Iterator[Row]:
     yield "a_w", f"working centre distance{tail}", "mm", [distance]
     yield "α_wt", f"working pressure angle{tail}", "°", [angle]
     yield "ε_α", f"transverse contact ratio{tail}", "", [pair.contact_ratio]
+    if gears.helix.angle:
+        total = pair.total_contact_ratio(gears.helix.base_angle)
+        yield "ε_γ", f"total contact ratio{tail}", "", [total]
 
 
 def _backlash_row(scene: Scene, gears: sets.GearSet, kind: sets.PairOfSet) -> Row:
@@ -224,6 +228,22 @@ def _rolling(pair: GearPair, members: tuple[str, ...], tail: str) -> Iterator[Ro
     )
     root = f"clearance of the tip from the mate's root{tail}"
     yield "c", root, "mm", [clearance.get(name, "") for name in members]
+
+
+def _usable_tips(gears: sets.GearSet) -> Iterator[Row]:
+    """Yield where chamfers, or the edges of undercut mates, end the active flanks."""
+    useful: dict[str, float | str] = {
+        name: 2e3 * gear.active_tip_radius
+        for name, gear in gears.gears.items()
+        if gear.usable_tip_radius is not None
+    }
+    for kind in gears.kinds:
+        for number, gear in enumerate(kind.pair.gears):
+            if kind.pair.overreach[number] > 0.0:
+                useful[gear.name] = 1e3 * kind.pair.useful_tip_diameter(number)
+    if useful:
+        diameters = [useful.get(name, "") for name in gears.gears]
+        yield "d_Na", "tip diameter where contact ends", "mm", diameters
 
 
 def _tips(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:

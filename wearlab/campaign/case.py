@@ -29,10 +29,14 @@ EXPECT_KEYS = ("verdict", "response_period", "end_reason")
 """Keys of ``[expect]`` that are no variables of a dataset."""
 DERIVED_KEYS = (
     Key("contact_ratio"),
+    Key("total_contact_ratio"),
     Key("mesh_frequency", unit="Hz", display_unit="Hz"),
     Key("speed_ratio"),
 )
 DERIVED = tuple(key.name for key in DERIVED_KEYS)
+TOTAL_RATIO = "total_contact_ratio"
+RATIOS = ("contact_ratio", TOTAL_RATIO)
+"""Those that are the same in every condition of operation."""
 
 
 class ExpectedNumber(NamedTuple):
@@ -249,10 +253,10 @@ class CaseValues:
 
         Parameters
         ----------
-        name : ``contact_ratio``, the smallest where a set has meshes of several kinds;
-            ``mesh_frequency`` [Hz]; or ``speed_ratio``, the speed of the input over its
-            first critical speed, where the mesh frequency meets the lowest natural
-            frequency that the mesh excites
+        name : ``contact_ratio`` or ``total_contact_ratio``, the smallest where a set
+            has meshes of several kinds; ``mesh_frequency`` [Hz]; or ``speed_ratio``,
+            the speed of the input over its first critical speed, where the mesh
+            frequency meets the lowest natural frequency that the mesh excites
 
         Raises
         ------
@@ -264,15 +268,17 @@ class CaseValues:
         scene = self.scene
         if name == "speed_ratio" and scene.dynamics is None:
             return None
-        if name != "contact_ratio" and scene.operation.several:
+        if name not in RATIOS and scene.operation.several:
             raise CampaignError(
                 f"exclude: {name} is of one speed, and operation.duty or .stage has "
                 "several: exclude by contact_ratio or by keys of the scene"
             )
         try:
             gears = sets.build_set(scene.in_heaviest_condition)
-            if name == "contact_ratio":
-                return min(float(kind.pair.contact_ratio) for kind in gears.kinds)
+            if name in RATIOS:
+                base_angle = gears.helix.base_angle if name == TOTAL_RATIO else 0.0
+                pairs = [kind.pair for kind in gears.kinds]
+                return min(pair.total_contact_ratio(base_angle) for pair in pairs)
             mesh_frequency = float(gears.mesh_frequency)
             if name == "mesh_frequency":
                 return mesh_frequency

@@ -172,8 +172,8 @@ class CampaignFile(Sections):
     case: tuple[cases.CaseBlock, ...] = ()
     """named differences from the file"""
     exclude: Names = ()
-    """conditions on keys, contact_ratio, mesh_frequency and speed_ratio; cases that
-    meet one are not run"""
+    """conditions on keys, contact_ratio, total_contact_ratio, mesh_frequency and
+    speed_ratio; cases that meet one are not run"""
     figure: tuple[campaign.FigureSpec, ...] = ()
     """figures drawn from the datasets"""
     claim: tuple[claims.ClaimSpec, ...] = ()

@@ -257,6 +257,20 @@ class GearPair(NamedTuple):
         """Transverse contact ratio, ε = (s_E − s_A) / p_b [1]."""
         return (self.path.E - self.path.A) / self.base_pitch
 
+    def total_contact_ratio(self, base_helix_angle: float) -> float:
+        """Return ε_γ = ε_α + ε_β, with ``ε_β = b tan β_b / p_bt`` [1].
+
+        Parameters
+        ----------
+        base_helix_angle : β_b [rad]
+
+        References
+        ----------
+        ISO 21771:2007, 5.4.
+        """
+        overlap = self.face_width * math.tan(base_helix_angle) / self.base_pitch
+        return self.contact_ratio + overlap
+
     @property
     def backlash(self) -> float:
         """Backlash on the line of action, ``(2π r_w1 / z1 − s_w1 − s_w2) cos α_w`` [m].

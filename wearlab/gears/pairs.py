@@ -196,8 +196,8 @@ def _interference(
 
 def _low_contact_ratio(pair: GearPair, turned: Helix) -> Iterator[str]:
     """Yield that at times no teeth touch: ε_α + ε_β below 1."""
-    overlap = pair.face_width * math.tan(turned.base_angle) / pair.base_pitch
-    if pair.contact_ratio + overlap >= 1.0:
+    total = pair.total_contact_ratio(turned.base_angle)
+    if total >= 1.0:
         return
     path = pair.path.E - pair.path.A
     first, second = sorted(pair.gears, key=lambda gear: gear.internal)
@@ -213,8 +213,8 @@ def _low_contact_ratio(pair: GearPair, turned: Helix) -> Iterator[str]:
         wide = math.ceil(1e4 * needed / math.tan(turned.base_angle)) / 10.0
         remedy += f", or give a common face width of {wide:.1f} mm"
         ratio = (
-            f"total contact ratio {pair.contact_ratio + overlap:.4f} is below 1, with "
-            f"{overlap:.4f} of overlap"
+            f"total contact ratio {total:.4f} is below 1, with "
+            f"{total - pair.contact_ratio:.4f} of overlap"
         )
     yield (
         f"{ratio}: the path of contact is "

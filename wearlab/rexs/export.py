@@ -31,6 +31,8 @@ PLACES_OF_GEAR = {
     "profile_shift_coefficient",
     "tip_diameter",
     "root_diameter",
+    "tip_chamfer",
+    "usable_tip_diameter",
     "addendum_coefficient",
     "dedendum_coefficient",
     "fillet_radius_coefficient",
@@ -321,6 +323,7 @@ def _gear(
         "face_width": _scaled(face, 1e3, "mm"),
         "tip_diameter": _scaled(gear.tip_diameter, 1e3, "mm"),
         "root_diameter": _scaled(gear.root_diameter, 1e3, "mm"),
+        "usable_addendum_circle_diameter": _scaled(gear.usable_tip_diameter, 1e3, "mm"),
         "addendum_coefficient_basic_profile": _scaled(
             gear.addendum_coefficient, 1.0, "none"
         ),
@@ -366,6 +369,7 @@ def _flanks(writer: _Writer, scene: Scene, gear: Any, number: str) -> None:
     attributes["arithmetic_average_roughness_flank"] = _scaled(
         gear.roughness_ra, 1e6, "mum"
     )
+    attributes["tooth_tip_chamfer"] = _scaled(gear.tip_chamfer, 1e3, "mm")
     if relief is not None:
         attributes |= {
             "tip_relief_depth": _scaled(relief.amount, 1e6, "mum"),

@@ -216,23 +216,33 @@ def _put_tool(draft: Draft, section: str, wheel: Wheel, module: float) -> None:
     elif "root_diameter" not in draft.entries.get(section, {}):
         draft.take(section, "dedendum_coefficient", addendum)
 
-    rounding = number(tool, "tip_corner_radius_factor_reference_profile")
-    radius = number(tool, "tip_corner_radius_reference_profile", "mm")
-    if rounding is None and radius is not None:
-        rounding = radius._replace(value=radius.value / module)
-    draft.take(section, "fillet_radius_coefficient", rounding)
+    if "fillet_radius_coefficient" not in draft.entries.get(section, {}):
+        rounding = _rounding(tool, module)
+        draft.take(section, "fillet_radius_coefficient", rounding)
 
     if number(tool, "protuberance_height_coefficient") or number(tool, "protuberance"):
         draft.left_out.append(f"component {tool.id}: protuberance of the tool")
 
 
+def _rounding(tool: Component, module: float) -> Read | None:
+    """Return the rounding of a tool's tip, in modules; None where it has none."""
+    rounding = number(tool, "tip_corner_radius_factor_reference_profile")
+    radius = number(tool, "tip_corner_radius_reference_profile", "mm")
+    if rounding is None and radius is not None:
+        return radius._replace(value=radius.value / module)
+    return rounding
+
+
 def _put_cutter_root(
     draft: Draft, section: str, wheel: Wheel, tool: Component, module: float
 ) -> None:
-    """Write the root diameter that a cutter wheel makes.
+    """Write the root diameter that a cutter wheel makes, and the fillet of a ring.
 
     The cutter works at ``a_0 = (z − z_0) m cos α / (2 cos α_w0)`` from the axis of a
-    ring (plus, of an external gear); its tip makes the root.
+    ring (plus, of an external gear); its tip makes the root. The involute of a ring
+    ends where that of the cutter does, ``ρ_Ff = a_0 sin α_w0 + ρ_F0``, with ``ρ_F0 = ρ
+    + √((r_a0 − ρ)² − r_b0²)`` of a tip rounded by ρ. A circle that touches the root
+    circle and the involute there has the radius ``(r_f² − r_Ff²) / (2 (r_f − ρ_Ff))``.
     """
     from wearlab.gears.shifts import inverse_involute, involute
 
@@ -270,6 +280,30 @@ def _put_cutter_root(
         f"{cutter_teeth.value:g} teeth",
     )
     draft.derived.append(f"{section}.root_diameter from the tip of the cutter wheel")
+    if not wheel.is_ring:
+        return
+
+    rounding = _rounding(tool, module)
+    rho = module * (rounding.value if rounding is not None else 0.0)
+    cutter_base = 0.5 * module * cutter_teeth.value * math.cos(alpha)
+    square = (cutter_tip - rho) ** 2 - cutter_base**2
+    if square <= 0.0:
+        return
+    curvature = distance * math.sin(working) + rho + math.sqrt(square)
+    form_radius = math.hypot(0.5 * module * teeth * math.cos(alpha), curvature)
+    fillet = ((0.5 * root) ** 2 - form_radius**2) / (root - 2.0 * curvature)
+    if fillet <= 0.0:
+        return
+    draft.put(
+        section,
+        "fillet_radius_coefficient",
+        float(f"{fillet / module:.9g}"),
+        f"derived from component {tool.id}: the involute ends at "
+        f"{2.0 * form_radius:.6g} mm",
+    )
+    draft.derived.append(
+        f"{section}.fillet_radius_coefficient from where the cutter's involute ends"
+    )
 
 
 def _put_bodies(draft: Draft, section: str, wheel: Wheel) -> None:
@@ -431,10 +465,7 @@ def _put_flank_shape(draft: Draft, section: str, wheel: Wheel) -> None:
     if flank is None:
         return
 
-    chamfer = number(flank, "tooth_tip_chamfer", "mm")
-    if chamfer is not None and chamfer.value > 0.0:
-        draft.left_out.append(f"{chamfer.source} = {chamfer.value:g} mm: a tip chamfer")
-
+    _put_chamfer(draft, section, wheel)
     for part in [flank, *_modifications(wheel.document, flank)]:
         _put_tip_relief(draft, section, part)
         _put_lead(draft, section, part)
@@ -448,6 +479,38 @@ def _put_flank_shape(draft: Draft, section: str, wheel: Wheel) -> None:
             stated = part.attributes.get(attribute)
             if stated is not None and stated.value not in (None, 0.0, False):
                 draft.left_out.append(f"component {part.id}, {attribute}")
+
+
+def _put_chamfer(draft: Draft, section: str, wheel: Wheel) -> None:
+    """Write the end of the active flank: the chamfer's height, or its diameter."""
+    for part in (wheel.flank, wheel.gear):
+        chamfer = number(part, "tooth_tip_chamfer", "mm")
+        if chamfer is not None and chamfer.value > 0.0:
+            draft.take(section, "tip_chamfer", chamfer, "mm")
+            return
+
+    for part in (wheel.gear, wheel.flank):
+        for attribute in ("active_tip_diameter", "tip_form_diameter"):
+            read = number(part, attribute, "mm")
+            if read is not None and read.value != 0.0:
+                read = read._replace(value=abs(read.value))
+                _put_usable_tip(draft, section, read, is_ring=wheel.is_ring)
+                return
+
+
+def _put_usable_tip(draft: Draft, section: str, read: Read, *, is_ring: bool) -> None:
+    """Write a diameter at which the flank ends, where it lies within the tip."""
+    tip = draft.entries.get(section, {}).get("tip_diameter")
+    if tip is not None:
+        within = read.value - float(str(tip.value).split()[0])
+        if (within if is_ring else -within) < 0.0:
+            draft.left_out.append(
+                f"{read.source} = {read.value:g} mm: beyond the tip diameter"
+            )
+            return
+        if within == 0.0:
+            return
+    draft.take(section, "usable_tip_diameter", read, "mm")
 
 
 def _modifications(document: Document, flank: Component) -> Iterator[Component]:

@@ -52,6 +52,10 @@ def line_values(
             )
             for contact in contacts
         ],
+        "total_contact_ratio": [
+            model.gears.kinds[mesh.kind].pair.total_contact_ratio(helix.base_angle)
+            for mesh, helix in zip(model.meshes, helices, strict=True)
+        ],
     }
     if not all(kind.load > 0.0 for kind in model.gears.kinds):
         return values

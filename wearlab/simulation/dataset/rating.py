@@ -328,6 +328,11 @@ def rating_flags(scene: Scene) -> list[str]:
     pair = gear_sets[0].kinds[0].pair
     if any(gear.internal for gear in pair.gears):
         flags.append("rating: a ring is taken as a rack")
+    if pair.contact_ratio < 1.0:
+        flags.append(
+            f"rating: outside ISO 6336, which asks for a transverse contact ratio of "
+            f"1 at least, not {pair.contact_ratio:.4g}"
+        )
     if pair.contact_ratio >= MAX_CONTACT_RATIO:
         flags.append(
             "rating: no contact stress, since two pairs and more touch always (ε_α of "
