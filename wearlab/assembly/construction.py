@@ -16,6 +16,7 @@ from wearlab.life.coupled import MeshKind
 from wearlab.life.coupling import Coupling
 from wearlab.life.face_coupling import FaceCoupling, FaceKind
 from wearlab.mesh import clock, profile
+from wearlab.mesh.onsets import rule_between_onsets
 from wearlab.scene import Scene
 
 
@@ -63,6 +64,8 @@ def unworn_stiffness(kind: MeshKind | FaceKind) -> tuple[float, float]:
     """
     if isinstance(kind, FaceKind):
         return kind.contact.mean_stiffness, kind.contact.unworn.tangent.max()
-    tangent = kind.analysis.unworn[1].tangent
-    (_, weight) = kind.analysis.grid.phase_nodes
-    return float(weight @ tangent), tangent.max()
+    analysis = kind.analysis
+    nodes, at_nodes = analysis.unworn
+    rule = rule_between_onsets(analysis, nodes)
+    stiffness = analysis.quasistatic(nodes, rule.where).tangent
+    return float(rule.weight @ stiffness), at_nodes.tangent.max()

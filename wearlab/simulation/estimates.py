@@ -15,7 +15,13 @@ from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.life import coupled, history, limits
-from wearlab.simulation import companion_runs, label, operating, wear_off
+from wearlab.simulation import (
+    companion_runs,
+    label,
+    operating,
+    period_estimates,
+    wear_off,
+)
 
 DEPTH_SHARE, LIFE_SHARE = 1.5, 1.0
 """Weights of the rougher twin's change of rate, set on the seeds 129943 and 830195 of
@@ -50,12 +56,15 @@ class Estimates(NamedTuple):
     life : [1], None without a depth limit that was reached
     doubts : why they may be wrong by more than usual, () when nothing speaks against
         them
+    period : of stiffness and transmission error over a mesh period, in every condition
+        of operation, (n_updates,) each; () when they could not be told
     """
 
     wear_depth: Array | None
     force: tuple[companion_runs.ForceErrors, ...] | None
     life: float | None
     doubts: tuple[str, ...] = ()
+    period: tuple[period_estimates.PeriodErrors, ...] = ()
 
 
 class CompanionErrors(NamedTuple):
@@ -120,7 +129,14 @@ def estimated(
             if closer.missing <= compared.missing:
                 compared = closer
                 force = _forces(closer)
-    return Estimates(_depth(compared), force, _life(compared), _doubts(compared, force))
+        period = _periods(compared)
+    return Estimates(
+        wear_depth=_depth(compared),
+        force=force,
+        life=_life(compared),
+        doubts=_doubts(compared, force),
+        period=period,
+    )
 
 
 def _compared(
@@ -323,6 +339,16 @@ def _forces(compared: CompanionErrors) -> tuple[companion_runs.ForceErrors, ...]
         )
         found.append(companion_runs.ForceErrors(*errors))
     return tuple(found)
+
+
+def _periods(compared: CompanionErrors) -> tuple[period_estimates.PeriodErrors, ...]:
+    """Return the errors over a mesh period of all kept states in every condition."""
+    return tuple(
+        period_estimates.errors_along_life(
+            parts, compared.life_history.in_block(block), compared.worn, block
+        )
+        for block, parts in enumerate(compared.stage.parts)
+    )
 
 
 def _life(compared: CompanionErrors) -> float | None:

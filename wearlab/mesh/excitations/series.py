@@ -23,13 +23,17 @@ class SeriesExcitation(ExcitationModel):
     def prepare(self, analysis: "ContactAnalysis", nodes: "Nodes") -> "AlongPhase":
         """Return both series, fitted to a wear state under its static load."""
         from wearlab.mesh.excitation import AlongPhase, combined_error
+        from wearlab.mesh.onsets import rule_between_onsets
+
+        rule = rule_between_onsets(analysis, nodes)
+        stiffness = analysis.quasistatic(nodes, rule.where).tangent
 
         state = analysis.quasistatic(nodes, analysis.at_nodes)
         phase, weight = analysis.grid.phase_nodes
         error = combined_error(state, self.combination, self.error)
 
         return AlongPhase(
-            stiffness=self.fit_stiffness(phase, weight, state.tangent),
+            stiffness=self.fit_stiffness(rule.where.phase, rule.weight, stiffness),
             error=self.fit_error(phase, weight, error),
         )
 

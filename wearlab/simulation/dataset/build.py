@@ -85,7 +85,7 @@ def _add_stage(
     for block, values in enumerate(blocks):
         bearings = "bearing_force" in values
         updates = len(kept.state)
-        values |= errors.force_error_values(of_stage, block, updates, bearings)
+        values |= errors.condition_error_values(of_stage, block, updates, bearings)
         labels = {name: values.pop(name) for name in ALONG_SPEED if name in values}
         of_life.variables.append(label.labelled(values, labels))
 

@@ -9,7 +9,7 @@ from wearlab.mesh.contact import Quasistatic
 from wearlab.simulation import label
 from wearlab.simulation.dataset import face
 from wearlab.simulation.dataset.coordinates import States
-from wearlab.simulation.dataset.mesh_period import over_period
+from wearlab.simulation.dataset.mesh_period import contact_over_period, over_period
 
 
 def mesh_values(model: assembly.GearModel, states: States) -> label.Values:
@@ -103,16 +103,19 @@ def _contact_of_pairs(
     }
     values = {name: np.stack(rows) for name, rows in stored.items()}
 
-    phase, weight = grid.phase_nodes
-    at_nodes = [state.kind[on_clock.kind].static for state in states]
-    error = on_clock.error.value(phase) + model.constant_error[mesh]
-    return values | over_period(
-        [contact.tangent for contact in at_nodes],
-        [contact.deflection + error for contact in at_nodes],
-        phase + on_clock.lag,
-        weight,
-        model.harmonics,
-    )
+    def error_at(phase: Array) -> Array:
+        return on_clock.error.value(phase) + model.constant_error[mesh]
+
+    of_states = [
+        contact_over_period(
+            analysis,
+            state.kind[on_clock.kind].flanks.nodes,
+            on_clock.lag,
+            error_at,
+        )
+        for state in states
+    ]
+    return values | over_period(of_states, model.harmonics)
 
 
 def _secant_stiffness(contact: Quasistatic, load: float) -> Array:

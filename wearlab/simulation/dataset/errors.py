@@ -103,10 +103,10 @@ def accumulated(
     return np.concatenate(depths), of_life
 
 
-def force_error_values(
+def condition_error_values(
     errors: estimates.Estimates, block: int, updates: int, bearings: bool
 ) -> label.Values:
-    """Return the errors of the forces of the stored states in one condition.
+    """Return the errors of contact and forces of the stored states in one condition.
 
     Parameters
     ----------
@@ -115,13 +115,18 @@ def force_error_values(
     updates : number of its last states that are stored
     bearings : whether the bearings bear forces
     """
+    values: label.Values = {}
+    if errors.period:
+        of_period = errors.period[block]
+        values["error_estimate_stiffness"] = of_period.stiffness[-updates:]
+        transmission_error = of_period.transmission_error[-updates:]
+        values["error_estimate_transmission_error"] = transmission_error
+
     if errors.force is None:
-        return {}
+        return values
     of_states = errors.force[block]
-    values: label.Values = {
-        "error_estimate_mesh_force": of_states.mesh[-updates:],
-        "error_estimate_mesh_force_max": of_states.largest[-updates:],
-    }
+    values["error_estimate_mesh_force"] = of_states.mesh[-updates:]
+    values["error_estimate_mesh_force_max"] = of_states.largest[-updates:]
     if bearings:
         values["error_estimate_bearing_force"] = of_states.bearing[-updates:]
     return values

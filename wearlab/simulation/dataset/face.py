@@ -13,7 +13,11 @@ from wearlab.life import coupled, face_coupling
 from wearlab.mesh.face.contact import FaceContact
 from wearlab.simulation import label
 from wearlab.simulation.dataset.coordinates import States
-from wearlab.simulation.dataset.mesh_period import over_period
+from wearlab.simulation.dataset.mesh_period import (
+    PeriodContact,
+    PeriodSamples,
+    over_period,
+)
 
 
 def face_states(
@@ -103,9 +107,16 @@ def contact_of_lines(
     tangent = [lines.tangent for lines in loads]
     deflection = [lines.deflection for lines in loads]
     unloaded = [lines.unloaded for lines in loads]
-    values = over_period(
-        tangent, deflection, grid.phase + on_clock.lag, grid.weight, model.harmonics
-    )
+    phase = grid.phase + on_clock.lag
+    of_states = [
+        PeriodContact(
+            stiffness=PeriodSamples(phase, grid.weight, lines.tangent),
+            error=PeriodSamples(phase, grid.weight, lines.deflection),
+            further_error=lines.deflection,
+        )
+        for lines in loads
+    ]
+    values = over_period(of_states, model.harmonics)
 
     def at_stored_phases(of_states: list[Array]) -> Array:
         return np.stack(

@@ -1,0 +1,80 @@
+"""Estimated errors of stiffness and transmission error, against finer nodes."""
+
+import numpy as np
+import pytest
+from scenes import external_pair, internal_pair
+
+from wearlab.scene import Scene
+from wearlab.simulation import simulate
+
+FINER = {"numerics": {"profile_points": 800}}
+WEAR = {
+    "wear": {
+        "coefficient": {"model": "constant", "value": "1e-17 m^2/N"},
+        "until": {"depth": "20 um"},
+        "load": "static",
+    }
+}
+RING = {"teeth": 90, "rim_diameter": "310 mm"}
+SCENES = {
+    "external": {"gears": external_pair(20, 50)},
+    "internal": {"gears": internal_pair(30, RING)},
+    "worn": {"gears": external_pair(20, 50), **WEAR},
+    "worn internal": {"gears": internal_pair(30, RING), **WEAR},
+}
+STIFFNESS = ("stiffness_mean", "stiffness_rms")
+ERROR = ("ste_mean", "ste_rms", "ste_max", "ste_peak_to_peak")
+MAX_OVER_ERROR = 20.0
+
+
+def simulated(scene, **further):
+    """Return the last state of a scene under 100 N·m."""
+    operation = {"torque": "100 N*m", "speed": "1000 rpm"}
+    run = simulate(Scene.from_mapping({"operation": operation, **scene, **further}))
+    return run.isel(update=-1, mesh=0)
+
+
+def largest_difference(run, finer, numbers, series):
+    """Return by how much numbers and harmonics of two runs differ at most."""
+    differences = [abs(float(run[name]) - float(finer[name])) for name in numbers]
+    harmonics = []
+    for of_run in (run, finer):
+        amplitude = of_run[f"{series}_harmonics"].values
+        phase = of_run[f"{series}_harmonics_phase"].values
+        harmonics.append(amplitude * np.exp(1j * phase))
+    return max(*differences, np.abs(harmonics[0] - harmonics[1]).max())
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_the_errors_lie_within_their_estimates(scene):
+    run = simulated(scene)
+    finer = simulated(scene, **FINER)
+    of_stiffness = largest_difference(run, finer, STIFFNESS, "stiffness")
+    of_error = largest_difference(run, finer, ERROR, "ste")
+    estimates = (
+        (of_stiffness, float(run.error_estimate_stiffness)),
+        (of_error, float(run.error_estimate_transmission_error)),
+    )
+    for error, estimate in estimates:
+        assert error < estimate < MAX_OVER_ERROR * error
+
+
+def test_states_without_a_rougher_motion_have_estimates_too():
+    """An aperiodic motion has no rougher twin, its contact has."""
+    vibrating = {
+        "mesh": {"damping_ratio": 0.01, "normal_backlash": "100 um"},
+        "dynamics": {"model": "torsional"},
+        "operation": {"torque": "5 N*m", "speed": "11000 rpm"},
+    }
+    run = simulated({"gears": external_pair(20, 50)}, **vibrating)
+    assert float(run.error_estimate_stiffness) > 0.0
+    assert float(run.error_estimate_transmission_error) > 0.0
+
+
+def test_the_largest_transmission_error_lies_beside_an_onset():
+    """Between two nodes, where the nodes alone read 12 nm too little."""
+    run = simulated(SCENES["external"])
+    finer = simulated(SCENES["external"], **FINER)
+    assert float(run.ste_peak_to_peak) == pytest.approx(
+        float(finer.ste_peak_to_peak), rel=0.0, abs=2e-9
+    )

@@ -1,0 +1,196 @@
+"""Estimated errors of what a mesh period comes to: stiffness and transmission error.
+
+Mean, RMS, extremes and harmonics of a wear state differ from those on half the nodes,
+whose wear is off by what half the nodes make of its rate. Carried wear alone says too
+much: what rougher nodes lose of it, their rate gives back. Nothing here vibrates:
+states whose motion has no rougher twin have a rougher contact all the same.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from wearlab import assembly
+from wearlab.arrays import Array
+from wearlab.life import history
+from wearlab.life.coupled import WearState
+from wearlab.mesh.harmonics import harmonics
+from wearlab.simulation import companion_runs
+from wearlab.simulation.dataset.mesh_period import (
+    PeriodContact,
+    PeriodSamples,
+    contact_over_period,
+)
+from wearlab.simulation.wear_off import WornFurther
+
+SHARE = 1.5
+"""Weight of what half the nodes change [1]."""
+
+
+class PeriodErrors(NamedTuple):
+    """Estimated errors of one state, or (n_updates,) of several.
+
+    Parameters
+    ----------
+    stiffness : of mean, RMS and harmonics of the mesh stiffness, the largest of all
+        [N/m]
+    transmission_error : of mean, RMS, harmonics, largest value and peak to peak of the
+        static transmission error, the largest of all [m]
+    """
+
+    stiffness: Any
+    transmission_error: Any
+
+    @classmethod
+    def unknown(cls, updates: int) -> Self:
+        """Return errors that nothing is known of.
+
+        Parameters
+        ----------
+        updates : number of states
+        """
+        return cls(np.full(updates, np.nan), np.full(updates, np.nan))
+
+
+class PeriodNumbers(NamedTuple):
+    """What a mesh period comes to, in numbers whose differences are errors.
+
+    Parameters
+    ----------
+    stiffness : (n,) mean, RMS and complex harmonics [N/m]
+    transmission_error : (m,) mean, RMS, complex harmonics, largest value, peak to peak
+        [m]
+    """
+
+    stiffness: Array
+    transmission_error: Array
+
+    def differ(self, other: "PeriodNumbers") -> Array:
+        """Return by how much numbers differ at most, of both quantities, (2,)."""
+        of_both = zip(self, other, strict=True)
+        return np.array([np.abs(numbers - others).max() for numbers, others in of_both])
+
+
+def period_numbers(contact: PeriodContact, count: int) -> PeriodNumbers:
+    """Return what a mesh period comes to.
+
+    Parameters
+    ----------
+    contact : over the period
+    count : number of harmonics
+    """
+    extremes = [contact.largest_error, contact.peak_to_peak]
+    of_error = np.append(_series_numbers(contact.error, count), extremes)
+    return PeriodNumbers(_series_numbers(contact.stiffness, count), of_error)
+
+
+def _series_numbers(samples: PeriodSamples, count: int) -> Array:
+    """Return mean, RMS and complex harmonics of samples, (count + 2,)."""
+    series = harmonics(*samples, count)
+    turned = series.amplitude * np.exp(1j * series.phase)
+    return np.concatenate([[series.mean, series.rms], turned])
+
+
+def period_errors(
+    parts: assembly.GearModel,
+    state: WearState,
+    rough: assembly.GearModel,
+    weight: float = 1.0,
+    worse: WearState | None = None,
+) -> PeriodErrors:
+    """Return the errors of one state, the largest over the kinds of mesh.
+
+    Parameters
+    ----------
+    parts, state : the physics and the state
+    rough : the physics on rougher nodes
+    weight : what a change by these nodes is worth [1]
+    worse : the state on rougher nodes, worn by as much further as it may be off; None:
+        not known
+    """
+    if worse is None:
+        rougher = _of_kinds(rough, state, carried_from=parts)
+    else:
+        rougher = _of_kinds(rough, worse)
+
+    of_kinds = zip(_of_kinds(parts, state), rougher, strict=True)
+    differences = [fine.differ(coarse) for fine, coarse in of_kinds]
+    stiffness, transmission_error = SHARE * weight * np.max(differences, axis=0)
+    return PeriodErrors(stiffness, transmission_error)
+
+
+def _of_kinds(
+    model: assembly.GearModel,
+    state: WearState,
+    carried_from: assembly.GearModel | None = None,
+) -> list[PeriodNumbers]:
+    """Return what a period comes to for every kind of mesh.
+
+    Parameters
+    ----------
+    model : the physics
+    state : the wear state
+    carried_from : the physics on whose nodes the wear is, if not on those of the model
+    """
+    numbers = []
+    for number, kind in enumerate(model.kinds):
+        analysis = kind.analysis
+        nodes = state.kind[number].flanks.nodes
+        if carried_from is not None:
+            wear = companion_runs.carried(
+                carried_from.kinds[number].analysis.grid,
+                state.wear[number],
+                analysis.grid,
+            )
+            nodes = analysis.nodes(np.maximum(0.0, wear))
+        contact = contact_over_period(analysis, nodes)
+        numbers.append(period_numbers(contact, model.harmonics))
+    return numbers
+
+
+def errors_along_life(
+    parts: assembly.GearModel,
+    life_history: history.History,
+    worn: Sequence[WornFurther | None],
+    block: int = 0,
+) -> PeriodErrors:
+    """Return the errors of all kept states in one condition, straight between samples.
+
+    Parameters
+    ----------
+    parts : the physics in that condition
+    life_history : the life in that condition
+    worn : error of the wear at the samples; None where a state has no twin
+    block : number of the condition
+    """
+    twins = [None if further is None else further.twin for further in worn]
+    known = [twin.conditions[block] for twin in twins if twin is not None]
+    rough = known[0].parts if known else companion_runs.rough_parts(parts)
+    weight = known[0].weight if known else 1.0
+    if rough is None:
+        return PeriodErrors.unknown(len(life_history.cycle))
+
+    samples = life_history.samples
+    rows = []
+    for state, further in zip(samples.state, worn, strict=True):
+        worse = None if further is None else further.worse[block]
+        rows.append(period_errors(parts, state, rough, weight, worse))
+    return between_samples(life_history.cycle, samples.cycle, rows)
+
+
+def between_samples(
+    cycle: Array, at_cycles: Array, errors: Sequence[PeriodErrors]
+) -> PeriodErrors:
+    """Return the errors of states from those of some of them, straight between.
+
+    Parameters
+    ----------
+    cycle : (n_updates,) cycles of the states [1]
+    at_cycles, errors : (k,) cycles of some states, ascending, and their errors
+    """
+    stiffness, transmission_error = np.transpose(errors)
+    return PeriodErrors(
+        np.interp(cycle, at_cycles, stiffness),
+        np.interp(cycle, at_cycles, transmission_error),
+    )
