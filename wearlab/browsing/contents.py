@@ -432,7 +432,7 @@ def update(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
         "answers": report_text.answers(tree),
         "alerts": report_text.alerts(lines),
         "lines": lines,
-        "fleet": tables,
+        "fleet": [*tables, *report_text.what_if_tables(tree)],
         "about": report_text.fleet_about(tree) if tables else "",
     }
 

@@ -10,6 +10,7 @@ from typing import Any
 from wearlab.campaign import axes, distributions
 from wearlab.campaign.blocks import CampaignError, attempt, modelled
 from wearlab.campaign.case import Case
+from wearlab.campaign.scenario import scene_of
 from wearlab.campaign.update_options import (
     SECTION,
     DataBlock,
@@ -85,6 +86,12 @@ def refuse_unknown_keys(spec: UpdateSpec, cases: Sequence[Case]) -> None:
     for place, settings in _settings(spec):
         problems += _refusals(cases[0].scene, place, settings)
 
+    for number, scenario in enumerate(spec.scenario):
+        try:
+            scene_of(scenario, number, cases[0].scene)
+        except CampaignError as error:
+            problems += error.problems
+
     if spec.fleet is not None and len(cases) > 1:
         problems.append(
             f"{SECTION}: a fleet has one case, here are {len(cases)}: give "
@@ -158,6 +165,15 @@ def _not_together(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]:
         )
     if block.change != "none" and unknown != [FACTOR]:
         yield f"{SECTION}.change: {FACTOR_ALONE}: what changes is k"
+    labels = [scenario.label for scenario in block.scenario]
+    for number, label in enumerate(labels):
+        if label in labels[:number]:
+            yield (
+                f"{SECTION}.scenario[{number}].label: {label!r} is there already: give "
+                "each its own"
+            )
+    if block.scenario and unknown != [FACTOR]:
+        yield f"{SECTION}.scenario: {FACTOR_ALONE}"
     if block.replaced:
         yield from _not_with_replaced(block, unknown)
     if block.record:

@@ -11,6 +11,7 @@ from pydantic import ValidationInfo, field_validator, model_validator
 from wearlab import nearest
 from wearlab.campaign import axes, distributions
 from wearlab.campaign.blocks import CampaignError
+from wearlab.campaign.scenario import Scenario
 from wearlab.options import (
     POSITIVE,
     ClosedTable,
@@ -609,6 +610,9 @@ class UpdateBlock(ClosedTable):
     replaced: tuple[Replaced, ...] = ()
     """gears that were replaced by new ones: their wear counts from then on, that of
     their mates goes on"""
+    scenario: tuple[Scenario, ...] = ()
+    """what if: other loads, speeds or oils from some day on, with the day on which each
+    case or unit reaches the limit then"""
     decision: Decision | None = None
     """what changes cost: when to change, and whether to look first [no advice]"""
     population: PopulationBlock | None = None

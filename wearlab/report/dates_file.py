@@ -218,6 +218,12 @@ def _workbook(tree: "xr.DataTree", rows: Sequence[UnitDays]) -> bytes:
     sheet = book.active
     sheet.title = "units"
     sheet.freeze_panes = "A2"
+    for number, (condition, heads, units) in enumerate(
+        report_text.what_if_tables(tree), 1
+    ):
+        what_if = book.create_sheet(f"what if {number}")
+        days = [[_day_or_text(cell) for cell in unit] for unit in units]
+        _write(what_if, [[condition], list(heads), *days])
     about = book.create_sheet("about")
     _write(sheet, [list(HEADS), *map(_cells, rows)])
     _write(about, [[name, text] for name, text in _about(tree).items()])

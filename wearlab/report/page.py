@@ -258,7 +258,7 @@ def _measured(campaign: Campaign, store: Store) -> Content:
     return {
         "measured": measured,
         "updated": [*alerts, *report_text.units_to_open(tree)],
-        "fleet": tables,
+        "fleet": [*tables, *report_text.what_if_tables(tree)],
         "about": report_text.fleet_about(tree),
     }
 

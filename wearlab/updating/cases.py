@@ -60,6 +60,7 @@ class Subject:
         write them
     longer : times its own limits at which the runs end
     renewals : which gears were replaced when, in words
+    ahead : runs of the scenarios, in the order of the file
     """
 
     label: str
@@ -72,6 +73,7 @@ class Subject:
     drawn: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     longer: float = 1.0
     renewals: str = ""
+    ahead: tuple[run_curves.RunHistory, ...] = ()
 
     @property
     def prior(self) -> Distribution | None:

@@ -15,6 +15,7 @@ from wearlab.updating import (
     layout,
     likelihood,
     population,
+    scenarios,
 )
 from wearlab.updating.cases import Subject, Subjects
 from wearlab.updating.fleet_inspections import inspection_scores, inspection_table
@@ -181,7 +182,8 @@ def _predictions(
             no_days = np.array([""] * len(layout.P), dtype=object)
             row.setdefault("end_of_life_quantile", no_days)
         predicted = layout.dataset("predictions", row, quantile=layout.P)
-        rows.append(predicted.merge(_advice(study, state)))
+        what_if = scenarios.labelled(study, scenarios.of_unit(study, state))
+        rows.append(predicted.merge(_advice(study, state)).merge(what_if))
 
     # of a unit whose limit has been passed nothing is advised
     together = layout.joined(rows, "unit")

@@ -20,6 +20,7 @@ from wearlab.updating.identity import identity, stored_update, subject_hash
 from wearlab.updating.measurements import UpdateError
 from wearlab.updating.new_parts import parts_of_fleet
 from wearlab.updating.run_curves import RunHistory
+from wearlab.updating.scenarios import with_scenario_runs
 from wearlab.updating.study_runs import Runner
 
 REMAINING_LIFE = "remaining_useful_life_quantile"
@@ -108,6 +109,7 @@ def _cases_tree(
     check: int,
 ) -> tuple[xr.DataTree, list[RunHistory], Summary]:
     """Return the tree of all cases, the runs that it is from, and its summary."""
+    studies = with_scenario_runs(studies, runner)
     outcomes = [update_case(study, runner) for study in studies]
     runs = [run for outcome in outcomes for run in outcome.posterior.histories]
     summary = {
@@ -141,6 +143,8 @@ def _fleet_tree(
         )
     runs = [histories[0] for histories in runner.run(studies)]
     parts = parts_of_fleet(studies, runs, runner)
+    ahead = with_scenario_runs([part.study for part in parts.in_service], runner)
+    parts = parts.with_studies(ahead)
     runs = [part.run for part in (*parts.in_service, *parts.others)]
     groups = tree.tree_of_groups(
         campaign, studies, fleet.fleet_groups(parts, replay=replay)

@@ -69,6 +69,17 @@ class FleetParts:
     in_service: Sequence[ServicePart]
     others: Sequence[ServicePart]
 
+    def with_studies(self, studies: Subjects) -> "FleetParts":
+        """Return them with other studies of those in service.
+
+        Parameters
+        ----------
+        studies : one of each
+        """
+        pairs = zip(self.in_service, studies, strict=True)
+        in_service = [replace(part, study=study) for part, study in pairs]
+        return replace(self, in_service=in_service)
+
     @property
     def renewals(self) -> str:
         """Which gears of which units were replaced when, in words."""

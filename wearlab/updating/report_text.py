@@ -14,6 +14,7 @@ import xarray as xr
 from wearlab.arrays import Array, Index
 from wearlab.schema import VARIABLES
 from wearlab.units import HOUR, convert, shown_unit
+from wearlab.updating import scenario_text
 from wearlab.updating.calendar import (
     DAYS_A_YEAR,
     LAST_DAY,
@@ -220,6 +221,7 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
         "unknowns": list(_unknowns(groups["prior"], sample, predictions)),
         "ahead": _next_inspection(groups.get("virtual_inspection", xr.Dataset())),
     }
+    values["what_if"] = scenario_text.scenario_lines(predictions)
     values |= _costs(groups.get("decision", xr.Dataset()))
     if "end_of_life_quantile" in predictions:
         about = str(predictions["end_of_life_quantile"].attrs["long_name"])
@@ -407,6 +409,10 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
         "table": _table([heads, *unit_rows]),
         "about": fleet_about(tree),
         "first": _units_to_open(predictions),
+        "what_if": [
+            (condition, _table([heads, *rows]))
+            for condition, heads, rows in what_if_tables(tree)
+        ],
         "shared": list(_shared(tree["posterior"].to_dataset())),
         "stats": _numbers(stats),
         "shown": shown,
@@ -464,6 +470,20 @@ def fleet_tables(tree: xr.DataTree) -> list[FleetTable]:
             heads = (*HEADS, "change at least cost")
         tables.append((condition, heads, _rows(predictions)))
     return tables
+
+
+def what_if_tables(tree: xr.DataTree) -> list[FleetTable]:
+    """Return a table of a fleet for each scenario, nothing of one gear set.
+
+    Parameters
+    ----------
+    tree : as `update` returns it
+    """
+    predictions = tree["predictions"].to_dataset()
+    if "unit" not in predictions.dims:
+        return []
+    ends, *_ = ends_of(predictions)
+    return scenario_text.scenario_tables(predictions, urgency(predictions), ends)
 
 
 def fleet_about(tree: xr.DataTree) -> str:

@@ -18,6 +18,7 @@ from wearlab.updating import (
     layout,
     likelihood,
     sampling,
+    scenarios,
     scores,
 )
 from wearlab.updating.answers import UpdateOutcome
@@ -350,7 +351,9 @@ def _predictions(outcome: UpdateOutcome, rng: Random) -> xr.Dataset:
             values[f"{prefix}{name}_quantile"] = _wear_quantiles(
                 outcome, draws, name, cycles, rng
             )
-    return layout.dataset("predictions", values, quantile=layout.P, cycle=cycles)
+    predicted = layout.dataset("predictions", values, quantile=layout.P, cycle=cycles)
+    what_if = scenarios.labelled(outcome.study, scenarios.of_case(outcome))
+    return predicted.merge(what_if)
 
 
 def _predicted_cycles(outcome: UpdateOutcome, life: Array) -> Array:

@@ -1,0 +1,145 @@
+"""What if: other loads and speeds from some day on, beside real runs and by hand."""
+
+from datetime import date
+
+import numpy as np
+import pytest
+from conftest import STATIC
+from test_fleet import FLEET, ROWS, TODAY, fleet
+
+import wearlab as wl
+from wearlab.campaign import CampaignError
+from wearlab.report.dates_file import content_of
+from wearlab.updating import UpdateError, update
+from wearlab.updating.report_text import text_of
+
+HARDER = """
+[[update.scenario]]
+label = "load + 20 %"
+from  = 2027-01-01
+torque_factor = 1.2
+[[update.scenario]]
+label = "half the speed"
+from  = 2027-01-01
+scene = { "operation.speed" = "550 rpm" }
+"""
+ONE = STATIC.replace('cycle = "cycles"', 'hours = "hours"')
+WEIGHED = "hours,loss\n280,70\n840,200\n"
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    return wl.Store(tmp_path_factory.mktemp("store"))
+
+
+def of_one(folder, store, scenarios, weighed=WEIGHED):
+    (folder / "weighings.csv").write_text(weighed)
+    head, _, data = ONE.partition("[[update.data]]")
+    (folder / "weighed.toml").write_text(head + scenarios + "[[update.data]]" + data)
+    return update(wl.load(folder / "weighed.toml"), store, progress=False)
+
+
+def scenario(label, *lines, begin="1000"):
+    return "\n".join(
+        ["[[update.scenario]]", f'label = "{label}"', f"from = {begin}", *lines, ""]
+    )
+
+
+def test_a_harder_load_is_a_real_run_with_stages(tmp_path, store):
+    """Until 1,000 h as the file says, then 1.5 times the torque: brute force."""
+    tree = of_one(
+        tmp_path, store, scenario("half as much again", "torque_factor = 1.5")
+    )
+    predictions = tree["predictions"].to_dataset()
+    factor = float(predictions["factor_quantile"][2])
+    scene = wl.load(tmp_path / "weighed.toml").cases[0].scene
+    cycles = 1000.0 * 3600.0 / float(predictions["seconds_per_cycle"])
+    torque, speed = float(scene.operation.torque), float(scene.operation.speed)
+    stages = [
+        {"torque": f"{torque!r} N*m", "speed": f"{speed!r} rad/s", "cycles": cycles},
+        {"torque": f"{1.5 * torque!r} N*m", "speed": f"{speed!r} rad/s"},
+    ]
+    stages[-1]["cycles"] = 1e10
+    run = wl.simulate(
+        scene.replace(
+            {
+                "operation.torque": None,
+                "operation.speed": None,
+                "operation.stage": stages,
+                "wear.coefficient.factor": factor,
+            }
+        )
+    )
+    median = float(predictions["scenario_life_quantile"].sel(quantile=0.5).item())
+    # joined at equal depth, as conditions of a record are: 1.2 % of the life
+    assert median == pytest.approx(float(run.life), rel=0.02)
+    assert median < 0.9 * float(predictions["life_quantile"][2])
+    assert any("if half as much again, from 1,000 h" in line for line in text_of(tree))
+
+
+def test_half_the_speed_takes_twice_the_hours_that_are_left(tmp_path, store):
+    """Static loads know no speed; cycles of the answer are those of today's speed."""
+    speed = 'scene = { "operation.speed" = "550 rpm" }'
+    tree = of_one(tmp_path, store, scenario("half the speed", speed))
+    predictions = tree["predictions"].to_dataset()
+    begin = 1000.0 * 3600.0 / float(predictions["seconds_per_cycle"])
+    left = predictions["life_quantile"].values - begin
+    slow = predictions["scenario_life_quantile"].values[0] - begin
+    assert slow == pytest.approx(2.0 * left, rel=1e-3)
+
+
+def test_a_scenario_that_changes_nothing_is_today(tmp_path, store):
+    same = 'scene = { "operation.torque" = "340 N*m" }'
+    predictions = of_one(tmp_path, store, scenario("as now", same))["predictions"]
+    beside = predictions["life_quantile"].values
+    assert predictions["scenario_life_quantile"].values[0] == pytest.approx(
+        beside, rel=1e-4
+    )
+
+
+def test_each_unit_of_a_fleet_gets_its_day_in_each_scenario(tmp_path, store):
+    wide = FLEET.replace(
+        "[update]", '[update]\nlimit = { depth = "60 um", flank = "pinion" }'
+    )
+    tree = update(
+        fleet(tmp_path, ROWS, wide + HARDER), store, today=TODAY, progress=False
+    )
+    predictions = tree["predictions"].to_dataset()
+    now = predictions["end_of_life_quantile"].values.astype("datetime64[D]")
+    ends = predictions["scenario_end_of_life_quantile"].values.astype("datetime64[D]")
+    begin = np.datetime64("2027-01-01")
+    left = (now - begin).astype(float)
+    harder = (ends[:, 0] - begin).astype(float)
+    slower = (ends[:, 1] - begin).astype(float)
+    open_ends = left > 180.0
+    assert open_ends.sum() >= 10
+    assert harder[open_ends] == pytest.approx(left[open_ends] / 1.2, rel=0.05)
+    assert slower[open_ends] == pytest.approx(2.0 * left[open_ends], rel=0.02, abs=2)
+    text = "\n".join(text_of(tree))
+    assert "if load + 20 %, from 2027-01-01:" in text and "as now" in text
+
+    from io import BytesIO
+
+    from openpyxl import load_workbook
+
+    book = load_workbook(BytesIO(content_of(tree, tmp_path / "days.xlsx")))
+    sheet = book["what if 1"]
+    assert sheet.cell(1, 1).value == "if load + 20 %, from 2027-01-01:"
+    assert sheet.cell(3, 2).value.date() > date(2026, 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("lines", "begin", "said"),
+    [
+        (["torque_factor = 1.2"], "800", "is before the last inspection"),
+        ([], "1000", "nothing is different"),
+        (["torque_factor = -1"], "1000", "update.scenario[0].torque_factor"),
+        (['scene = { "operation.torqe" = "1 N*m" }'], "1000", "did you mean"),
+        (["torque = 3"], "1000", "update.scenario[0].torque"),
+    ],
+)
+def test_a_scenario_that_cannot_be_is_one_line(tmp_path, store, lines, begin, said):
+    with pytest.raises((CampaignError, UpdateError)) as caught:
+        of_one(tmp_path, store, scenario("x", *lines, begin=begin))
+    assert said in str(caught.value)
+    assert "update.scenario[0]" in str(caught.value)
